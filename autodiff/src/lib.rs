@@ -1,0 +1,8 @@
+//! Automatic differentiation behind one trait.
+
+pub mod fused;
+pub mod lanes;
+pub mod real;
+
+pub use fused::Fused;
+pub use real::{Mask, Real};

@@ -1,0 +1,290 @@
+//! The trait [`Real`]: what generic numerical code may ask of a number.
+//!
+//! Code written over `R: Real` runs unchanged as plain floating point, as dual numbers, on the
+//! reverse tape and in SIMD lanes. Because one source serves lanes too, it cannot branch on a
+//! value with `if`; it computes a mask and [`select`](Real::select)s.
+//!
+//! # Conventions at kinks
+//!
+//! Where a function has no derivative, every mode of this crate takes the value below. "Bound"
+//! means the other operand, which passes its own derivative. `tests/kinks.rs` has a test per row.
+//!
+//! | function | where | derivative by the argument |
+//! | --- | --- | --- |
+//! | `abs(x)` | `x = 0` | 0 |
+//! | `signum(x)` | everywhere | 0, and `signum(0) = 0` |
+//! | `x.max(bound)` | `x = bound` | 0: the value and the derivative are the bound's |
+//! | `x.min(bound)` | `x = bound` | 0: the value and the derivative are the bound's |
+//! | `x.clamp(lo, hi)` | at and beyond a bound | 0: the value and the derivative are the bound's |
+//! | `select(m, a, b)` | everywhere | that of the chosen operand; the other passes nothing |
+//! | `sqrt(x)`, `rsqrt(x)`, `ln(x)`, `1/x` | `x = 0` | infinite, as the limit is |
+//! | any function | cotangent or tangent exactly 0 | 0, even where the partial is infinite |
+//! | `hypot(x, y)` | `x = y = 0` | 0 by both |
+//! | `powi(x, 0)` | everywhere | 0 |
+//! | `powf(x, y)` | `x = 0` | by `x`: the limit of `y x^(y-1)`; by `y`: 0 |
+//! | `atan2(y, x)` | `x = y = 0` | 0 by both |
+//! | any function | the value is NaN | NaN is passed on, never hidden |
+
+use std::fmt::Debug;
+use std::ops::{AddAssign, BitAnd, BitOr, Div, DivAssign, MulAssign, Neg, Not, Sub, SubAssign};
+
+use num_traits::{One, Zero};
+
+use crate::fused::Fused;
+use crate::lanes::Vectorized;
+
+/// The result of a comparison: `bool`, or one truth value per lane.
+pub trait Mask:
+    Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
+    /// The same truth value in every lane.
+    fn splat(value: bool) -> Self;
+    /// Whether any lane is true.
+    fn any(self) -> bool;
+    /// Whether all lanes are true.
+    fn all(self) -> bool {
+        !(!self).any()
+    }
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn splat(value: bool) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+}
+
+/// A real number as generic code sees it. See the [module](self) for the conventions at kinks.
+///
+/// Constants enter through [`lit`](Real::lit); they carry no derivative and are not recorded.
+/// Comparisons look at the primal alone.
+pub trait Real:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + Zero
+    + One
+    + Sub<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+{
+    /// What a comparison returns.
+    type Mask: Mask;
+
+    /// A constant.
+    fn lit(value: f64) -> Self;
+
+    // Comparison.
+
+    /// `self < other`, false where either is NaN.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self <= other`, false where either is NaN.
+    fn le(self, other: Self) -> Self::Mask;
+    /// Whether the primal is neither infinite nor NaN.
+    fn finite(self) -> Self::Mask {
+        self.abs().lt(Self::lit(f64::INFINITY))
+    }
+    /// `if_true` where the mask holds, else `if_false`. The operand that is not chosen passes no
+    /// derivative, whatever its own partials are.
+    fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
+
+    // Elementary functions.
+
+    /// `self * factor + term`; one rounding where the instruction set in use has it.
+    #[inline(always)]
+    fn fma(self, factor: Self, term: Self) -> Self {
+        self * factor + term
+    }
+    /// `1 / self`.
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Self::one() / self
+    }
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// `1 / sqrt(self)`, computed as that: the same bits at every instruction set.
+    #[inline(always)]
+    fn rsqrt(self) -> Self {
+        self.sqrt().recip()
+    }
+    /// Exponential.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Sine of an angle in radians.
+    fn sin(self) -> Self;
+    /// Cosine of an angle in radians.
+    fn cos(self) -> Self;
+    /// Tangent of an angle in radians.
+    #[inline(always)]
+    fn tan(self) -> Self {
+        self.sin() / self.cos()
+    }
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// Inverse tangent of `self / x`, in the quadrant of the point `(x, self)`.
+    fn atan2(self, x: Self) -> Self;
+    /// Integer power.
+    fn powi(self, exponent: i32) -> Self;
+    /// Real power of a non-negative base.
+    fn powf(self, exponent: Self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// -1, 0 or 1: unlike `f64::signum`, zero at zero.
+    #[inline(always)]
+    fn signum(self) -> Self {
+        let (zero, one) = (Self::zero(), Self::one());
+        let negative = Self::select(self.lt(zero), -one, self.detach() * zero);
+        Self::select(zero.lt(self), one, negative)
+    }
+    /// The larger of `self` and `bound`; at a tie the bound.
+    #[inline(always)]
+    fn max(self, bound: Self) -> Self {
+        Self::select(self.le(bound), bound, self)
+    }
+    /// The smaller of `self` and `bound`; at a tie the bound.
+    #[inline(always)]
+    fn min(self, bound: Self) -> Self {
+        Self::select(bound.le(self), bound, self)
+    }
+    /// `self` within `[lo, hi]`; at and beyond a bound the bound.
+    #[inline(always)]
+    fn clamp(self, lo: Self, hi: Self) -> Self {
+        self.max(lo).min(hi)
+    }
+    /// `sqrt(self^2 + other^2)`, without a guard against overflow of the squares.
+    #[inline(always)]
+    fn hypot(self, other: Self) -> Self {
+        let squared = self * self + other * other;
+        let zero = Self::zero();
+        Self::select(squared.le(zero), zero, squared.sqrt())
+    }
+
+    // Derivatives.
+
+    /// The same primal without any derivative: a constant from here on.
+    fn detach(self) -> Self;
+    /// The value of `self` with the derivative of `soft` (straight-through).
+    fn straight_through(self, soft: Self) -> Self;
+    /// `partial * cotangent`, where an exactly zero cotangent (or tangent) gives zero even if the
+    /// partial is infinite: what every chain rule of this crate multiplies with.
+    fn chain(partial: Self, cotangent: Self) -> Self;
+
+    // Slices: one fused operation where the mode has one.
+
+    /// `sum of a_i b_i`, from first to last.
+    fn dot(a: &[Self], b: &[Self]) -> Self {
+        assert_eq!(a.len(), b.len(), "dot: the slices differ in length");
+        a.iter()
+            .zip(b)
+            .fold(Self::zero(), |sum, (&x, &y)| x.fma(y, sum))
+    }
+    /// The sum of a slice, from first to last.
+    fn sum(terms: &[Self]) -> Self {
+        terms.iter().fold(Self::zero(), |sum, &x| sum + x)
+    }
+    /// Evaluates a [`Fused`] function; on the reverse tape it becomes one entry.
+    fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
+        function.eval(inputs)
+    }
+    /// Runs `work` with the widest lanes that this machine has for this type. Most types have
+    /// none: their lane is the number itself.
+    #[inline(always)]
+    fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
+        work.run::<Self>()
+    }
+}
+
+macro_rules! impl_real_for_float {
+    ($float:ident) => {
+        impl Real for $float {
+            type Mask = bool;
+
+            #[inline(always)]
+            fn lit(value: f64) -> Self {
+                value as $float
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> bool {
+                self < other
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> bool {
+                self <= other
+            }
+            #[inline(always)]
+            fn select(mask: bool, if_true: Self, if_false: Self) -> Self {
+                if mask { if_true } else { if_false }
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                self.sqrt()
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                self.exp()
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                self.ln()
+            }
+            #[inline(always)]
+            fn sin(self) -> Self {
+                self.sin()
+            }
+            #[inline(always)]
+            fn cos(self) -> Self {
+                self.cos()
+            }
+            #[inline(always)]
+            fn tanh(self) -> Self {
+                self.tanh()
+            }
+            #[inline(always)]
+            fn atan2(self, x: Self) -> Self {
+                self.atan2(x)
+            }
+            #[inline(always)]
+            fn powi(self, exponent: i32) -> Self {
+                self.powi(exponent)
+            }
+            #[inline(always)]
+            fn powf(self, exponent: Self) -> Self {
+                self.powf(exponent)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                self.abs()
+            }
+            #[inline(always)]
+            fn detach(self) -> Self {
+                self
+            }
+            #[inline(always)]
+            fn straight_through(self, _soft: Self) -> Self {
+                self
+            }
+            #[inline(always)]
+            fn chain(partial: Self, cotangent: Self) -> Self {
+                if cotangent == 0.0 {
+                    0.0
+                } else {
+                    partial * cotangent
+                }
+            }
+        }
+    };
+}
+
+impl_real_for_float!(f64);
+impl_real_for_float!(f32);
