@@ -1,5 +1,6 @@
 //! Automatic differentiation behind one trait.
 
+mod elementary;
 pub mod fused;
 pub mod lanes;
 pub mod real;
