@@ -1,1 +1,6 @@
-//! placeholder
+//! Co-design of truss-lattice robots: structure, material and neural control optimised together.
+//!
+//! The order of the modules is the architecture: each imports only modules above it.
+
+pub mod lattice;
+pub mod design;
