@@ -4,3 +4,4 @@
 
 pub mod lattice;
 pub mod design;
+pub mod projection;
