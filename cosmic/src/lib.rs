@@ -2,6 +2,8 @@
 //!
 //! The order of the modules is the architecture: each imports only modules above it.
 
+pub mod random;
 pub mod lattice;
 pub mod design;
 pub mod projection;
+pub mod controller;
