@@ -7,3 +7,5 @@ pub mod lattice;
 pub mod design;
 pub mod projection;
 pub mod controller;
+pub mod simulator;
+pub mod objective;

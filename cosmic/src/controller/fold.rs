@@ -73,12 +73,9 @@ impl Fold<'_> {
         let goal_scale = R::lit(self.sensing.goal_scale);
         let goal = [goal[0] * goal_scale, goal[1] * goal_scale];
 
-        for column in self
-            .turned(offsets, self.sensing.offset_scale)
-            .iter()
-            .zip(goal)
-        {
-            self.centred(column, weights);
+        let columns = self.turned(offsets, self.sensing.offset_scale);
+        for (column, goal) in columns.iter().zip(goal) {
+            weights.extend(self.centred(column, goal));
         }
         for column in self.turned(velocities, self.sensing.velocity_scale) {
             weights.extend(column);
@@ -103,15 +100,13 @@ impl Fold<'_> {
 
     /// Weights on offsets from the mean (and on the mean, for a goal relative to it) as weights on
     /// the positions themselves.
-    fn centred<R: Real>(&self, (column, goal): (&Vec<R>, R), weights: &mut Vec<R>) {
-        let total = R::sum(column);
-        let on_mean = if self.sensing.goal_relative {
-            total + goal
-        } else {
-            total
-        };
+    fn centred<R: Real>(&self, column: &[R], goal: R) -> impl Iterator<Item = R> {
+        let mut on_mean = R::sum(column);
+        if self.sensing.goal_relative {
+            on_mean += goal;
+        }
         let shift = on_mean * R::lit(1.0 / self.nodes as f64);
-        weights.extend(column.iter().map(|&weight| weight - shift));
+        column.iter().map(move |&weight| weight - shift)
     }
 
     /// Weights on clocks as weights on one sine and one cosine.
