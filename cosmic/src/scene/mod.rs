@@ -1,0 +1,53 @@
+//! Scenes: every number of an experiment, as plain data in one small struct per consumer.
+//!
+//! A function takes the section it needs; only the co-design and what stands above it see the whole
+//! [`Scene`]. Units are SI. "Paper silent" marks a value that the paper leaves open.
+
+pub mod design;
+pub mod field;
+pub mod optimisation;
+pub mod robot;
+
+pub use design::{
+    BinarisationSettings, Layout, ProjectionSettings, StartKind, StartSettings, VolumeSettings,
+};
+pub use optimisation::{
+    AdamSettings, GradientSettings, HorizonMode, LossKind, LossSettings, MmaSettings, Pass,
+    ScheduleSettings, SelectionKind, SelectionSettings,
+};
+pub use robot::{Contact, ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings};
+
+use serde::Serialize;
+
+/// A complete experiment. The default is the paper's design b (stability start, flat ground).
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Scene {
+    /// The lattice's size and place.
+    pub lattice: LatticeSettings,
+    /// Time step, forces and ground.
+    pub physics: PhysicsSettings,
+    /// Library of materials.
+    pub materials: MaterialSettings,
+    /// Design vector to mixture.
+    pub projection: ProjectionSettings,
+    /// The neural controller.
+    pub controller: ControllerSettings,
+    /// The design at the start.
+    pub start: StartSettings,
+    /// Bounds on the volume fractions.
+    pub volume: VolumeSettings,
+    /// Which iteration does what.
+    pub schedule: ScheduleSettings,
+    /// Augmented Lagrangian and attraction.
+    pub binarisation: BinarisationSettings,
+    /// Optimiser of the design vectors.
+    pub mma: MmaSettings,
+    /// Optimiser of the controller.
+    pub adam: AdamSettings,
+    /// Bounds on gradients.
+    pub gradient: GradientSettings,
+    /// The displacement loss.
+    pub loss: LossSettings,
+    /// Which iterate is delivered.
+    pub selection: SelectionSettings,
+}
