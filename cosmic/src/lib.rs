@@ -1,4 +1,15 @@
 //! Co-design of truss-lattice robots: structure, material and neural control optimised together by
 //! gradients through a differentiable simulator.
+//!
+//! The order of the modules is the architecture: each uses only those above it.
+
+pub mod error;
 
 pub mod scene;
+
+pub mod record;
+
+#[cfg(feature = "cli")]
+pub mod cli;
+
+pub use error::{Error, Result};

@@ -2,15 +2,30 @@
 //!
 //! A function takes the section it needs; only the co-design and what stands above it see the whole
 //! [`Scene`]. Units are SI. "Paper silent" marks a value that the paper leaves open.
+//!
+//! `table` names every key once, with its range; reading, checking and writing all go through it.
 
-pub mod design;
-pub mod field;
-pub mod optimisation;
-pub mod robot;
+mod builtin;
+mod check;
+mod departures;
+mod design;
+mod diagnostic;
+mod field;
+mod layout;
+mod optimisation;
+mod read;
+mod robot;
+mod table;
+mod write;
+
+pub use builtin::{BUILTIN, Builtin};
+pub use departures::Departure;
 
 pub use design::{
     BinarisationSettings, Layout, ProjectionSettings, StartKind, StartSettings, VolumeSettings,
 };
+pub use field::Named;
+pub use layout::LAYOUT_SIDE;
 pub use optimisation::{
     AdamSettings, GradientSettings, HorizonMode, LossKind, LossSettings, MmaSettings, Pass,
     ScheduleSettings, SelectionKind, SelectionSettings,
@@ -18,6 +33,9 @@ pub use optimisation::{
 pub use robot::{Contact, ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings};
 
 use serde::Serialize;
+
+#[cfg(test)]
+mod tests;
 
 /// A complete experiment. The default is the paper's design b (stability start, flat ground).
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
