@@ -20,7 +20,7 @@ const MAX_STEPS: usize = 100;
 /// Evaluations in one line search.
 const MAX_TRIALS: usize = 60;
 /// Share of the directional derivative that a line search may leave.
-const SLACK: f64 = 0.1;
+const SLACK: f64 = 0.3;
 /// Ulps of a constraint's terms that count as zero.
 const ULPS: f64 = 8.0;
 
@@ -33,9 +33,15 @@ pub(super) struct Solution {
     pub(super) residual: f64,
 }
 
-/// Maximises the dual. Afterwards the subproblem's steps belong to the multipliers returned.
-pub(super) fn maximise(model: &mut Subproblem, elastic: Elastic) -> Solution {
+/// Maximises the dual, from a guess if its length fits, else from 0. Afterwards the subproblem's
+/// steps belong to the multipliers returned.
+pub(super) fn maximise(model: &mut Subproblem, elastic: Elastic, guess: &[f64]) -> Solution {
     let mut search = Search::new(model, elastic);
+    if guess.len() == search.multipliers.len() {
+        for i in 0..guess.len() {
+            search.multipliers[i] = guess[i].clamp(0.0, search.ceilings[i]);
+        }
+    }
     search.evaluate();
     let mut newton_steps = 0;
     while !search.converged() && newton_steps < MAX_STEPS {
@@ -65,6 +71,8 @@ struct Search<'a> {
     /// Rounding error of each component of the gradient.
     noise: Vec<f64>,
     multipliers: Vec<f64>,
+    value: f64,
+    value_noise: f64,
     gradient: Vec<f64>,
     direction: Vec<f64>,
     free: Vec<usize>,
@@ -84,6 +92,8 @@ impl<'a> Search<'a> {
             ceilings: (0..count).map(|i| ceiling(model.peak(i))).collect(),
             noise: vec![0.0; count],
             multipliers: vec![0.0; count],
+            value: 0.0,
+            value_noise: 0.0,
             gradient: vec![0.0; count],
             direction: vec![0.0; count],
             free: Vec::with_capacity(count),
@@ -94,12 +104,14 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The gradient at the multipliers.
+    /// Value and gradient at the multipliers, and their rounding errors.
     fn evaluate(&mut self) {
-        self.model.minimise(&self.multipliers, &mut self.gradient);
+        self.value = self.model.minimise(&self.multipliers, &mut self.gradient);
+        self.value_noise = ULPS * f64::EPSILON * self.value.abs();
         for (i, &multiplier) in self.multipliers.iter().enumerate() {
             let extension = self.elastic.extension(multiplier);
             self.gradient[i] -= extension;
+            self.value -= 0.5 * self.elastic.quadratic * extension * extension;
             // An ulp of a multiplier beyond the elastic cost moves the extension by that / d.
             let elastic_size = if extension > 0.0 {
                 multiplier / self.elastic.quadratic
@@ -107,6 +119,7 @@ impl<'a> Search<'a> {
                 0.0
             };
             self.noise[i] = ULPS * f64::EPSILON * (self.model.size(i) + elastic_size);
+            self.value_noise += multiplier * self.noise[i];
         }
         self.evaluations += 1;
     }
@@ -213,24 +226,43 @@ impl<'a> Search<'a> {
             .sum()
     }
 
+    /// The lengths at which a multiplier passes the elastic cost, where the slope's own derivative
+    /// jumps by orders of magnitude.
+    fn kinks(&self) -> Vec<f64> {
+        (self.free.iter())
+            .map(|&i| (self.elastic.linear - self.multipliers[i]) / self.direction[i])
+            .filter(|length| length.is_finite())
+            .collect()
+    }
+
     /// Moves along the direction to where the slope, which can only fall, is nearly zero.
     fn advance(&mut self) {
         let start = self.multipliers.clone();
         let limit = self.limit();
-        let first_slope = self.slope();
+        let (first_value, first_slope) = (self.value, self.slope());
         let noise: f64 = (self.noise.iter().zip(&self.direction))
             .map(|(e, p)| e * p.abs())
             .sum();
         let enough = SLACK * first_slope + noise;
+        let mut kinks = self.kinks();
         let mut bracket = Bracket::from(first_slope);
         let mut length = limit.length.min(1.0);
         for _ in 0..MAX_TRIALS {
             let slope = self.slope_at(&start, length, &limit);
-            if slope.abs() <= enough || slope > 0.0 && length == limit.length {
+            // Beyond the maximum along the line it is not sure that anything was gained.
+            let gained = slope >= 0.0 || self.value + self.value_noise >= first_value;
+            let at_limit = slope > 0.0 && length == limit.length;
+            if at_limit || slope.abs() <= enough && gained {
                 return;
             }
             bracket.narrow(length, slope);
-            length = bracket.next_trial().min(limit.length);
+            kinks.retain(|&kink| bracket.contains(kink));
+            let chord = bracket.next_trial().min(limit.length);
+            length = if bracket.above.is_some() {
+                kinks.pop().unwrap_or(chord)
+            } else {
+                chord
+            };
         }
     }
 }
@@ -266,6 +298,12 @@ impl Bracket {
             self.above = Some((at, value));
         }
         self.moved_below = moves_below;
+    }
+
+    /// Whether a length lies strictly inside.
+    fn contains(&self, length: f64) -> bool {
+        let end = self.above.map_or(f64::INFINITY, |(end, _)| end);
+        self.below.0 < length && length < end
     }
 
     /// Where to look next: by the chord, or four times as far while no upper end is known.

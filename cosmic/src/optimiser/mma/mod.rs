@@ -39,6 +39,9 @@ pub struct MmaState {
     pub low: Vec<f64>,
     /// The upper asymptotes of the last update.
     pub upp: Vec<f64>,
+    /// The multipliers of the last update: where the search for the next ones begins. Empty
+    /// before the first.
+    pub multipliers: Vec<f64>,
 }
 
 /// Values and first derivatives at a point: what an update needs to know of the problem.
@@ -121,6 +124,7 @@ impl Mma {
             before_previous: start.to_vec(),
             low: start.to_vec(),
             upp: start.to_vec(),
+            multipliers: Vec::new(),
         }
     }
 
@@ -141,12 +145,13 @@ impl Mma {
             linear: self.parameters.c,
             quadratic: self.parameters.d,
         };
-        let solution = dual::maximise(&mut self.subproblem, elastic);
+        let solution = dual::maximise(&mut self.subproblem, elastic, &state.multipliers);
         check_finite("step of the subproblem", self.subproblem.steps())?;
         check_finite("residual of the subproblem", &[solution.residual])?;
         state.updates += 1;
         state.before_previous = std::mem::replace(&mut state.previous, at.point.to_vec());
         (state.low, state.upp) = (low, upp);
+        state.multipliers.clone_from(&solution.multipliers);
         Ok(self.finish(at.point, elastic, solution))
     }
 

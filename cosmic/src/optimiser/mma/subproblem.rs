@@ -144,8 +144,9 @@ impl Subproblem {
         &self.steps
     }
 
-    /// Minimises the Lagrangian over the box and writes each constraint's model there.
-    pub(super) fn minimise(&mut self, multipliers: &[f64], models: &mut [f64]) {
+    /// Minimises the Lagrangian over the box, writes each constraint's model there, and returns the
+    /// Lagrangian's change from the point, constraint values included.
+    pub(super) fn minimise(&mut self, multipliers: &[f64], models: &mut [f64]) -> f64 {
         self.lagrangian.rise.clone_from(&self.objective.rise);
         self.lagrangian.fall.clone_from(&self.objective.fall);
         for (slopes, &multiplier) in self.constraints.iter().zip(multipliers) {
@@ -161,8 +162,9 @@ impl Subproblem {
         }
         for (i, model) in models.iter_mut().enumerate() {
             let slopes = &self.constraints[i];
-            *model = self.values[i] + dot(&slopes.rise, &self.up) + dot(&slopes.fall, &self.down);
+            *model = self.values[i] + slopes.change(&self.up, &self.down);
         }
+        self.lagrangian.change(&self.up, &self.down) + dot(multipliers, &self.values)
     }
 
     /// The negative curvature of the dual, without the elastic variables' part, for the
@@ -171,20 +173,9 @@ impl Subproblem {
     /// row-major.
     pub(super) fn dual_curvature(&mut self, among: &[usize], matrix: &mut Vec<f64>) {
         for (j, reach) in self.reach.iter().enumerate() {
-            // Reuses the shares' buffers: the slopes' weights, over the root of the curvature.
-            let step = self.steps[j];
-            let inside = reach.least < step && step < reach.most;
-            let (rise, fall) = (self.lagrangian.rise[j], self.lagrangian.fall[j]);
-            let (above, below) = (reach.to_upp - step, reach.to_low + step);
-            let up = (reach.to_upp / above).powi(2);
-            let down = (reach.to_low / below).powi(2);
-            let curvature = 2.0 * (rise * up / above + fall * down / below);
-            let root = if inside {
-                curvature.sqrt().recip()
-            } else {
-                0.0
-            };
-            (self.up[j], self.down[j]) = (up * root, down * root);
+            // The shares' buffers take the slopes' weights, over the root of the curvature.
+            let weights = (self.lagrangian.rise[j], self.lagrangian.fall[j]);
+            (self.up[j], self.down[j]) = slope_weights(reach, self.steps[j], weights);
         }
         for &i in among {
             let Slopes { rise, fall } = &self.constraints[i];
@@ -212,6 +203,11 @@ impl Slopes {
         }
     }
 
+    /// The model's change from the point for these shares of the steps.
+    fn change(&self, up: &[f64], down: &[f64]) -> f64 {
+        dot(&self.rise, up) + dot(&self.fall, down)
+    }
+
     fn term(&self, j: usize, (up, down): (f64, f64)) -> f64 {
         self.rise[j] * up + self.fall[j] * down
     }
@@ -226,7 +222,27 @@ fn minimiser(reach: &Reach, rise: f64, fall: f64) -> f64 {
     let (root_rise, root_fall) = (rise.sqrt(), fall.sqrt());
     let scale = (root_rise + root_fall) * (to_upp * root_rise + to_low * root_fall);
     let step = to_upp * to_low * (fall - rise) / scale;
-    step.clamp(reach.least, reach.most)
+    // Unlike `max` and `min`, this lets NaN through to whoever checks the steps.
+    if step < reach.least {
+        reach.least
+    } else if step > reach.most {
+        reach.most
+    } else {
+        step
+    }
+}
+
+/// What `rise` and `-fall` are multiplied with in a model's slope by the step, divided by the root
+/// of the Lagrangian's curvature there; 0 for a variable at its box, which does not respond.
+fn slope_weights(reach: &Reach, step: f64, (rise, fall): (f64, f64)) -> (f64, f64) {
+    if step <= reach.least || reach.most <= step {
+        return (0.0, 0.0);
+    }
+    let (above, below) = (reach.to_upp - step, reach.to_low + step);
+    let (up, down) = (reach.to_upp / above, reach.to_low / below);
+    let (up, down) = (up * up, down * down);
+    let root = (2.0 * (rise * up / above + fall * down / below)).sqrt();
+    (up / root, down / root)
 }
 
 fn add_scaled(sum: &mut [f64], factor: f64, terms: &[f64]) {
