@@ -19,6 +19,8 @@ pub mod simulator;
 
 pub mod objective;
 
+pub mod optimiser;
+
 pub mod record;
 
 #[cfg(feature = "cli")]
