@@ -5,7 +5,6 @@
 //! coordinate; states are given and returned in the world's.
 
 mod kernels;
-mod physics;
 mod robot;
 mod trajectory;
 
@@ -13,28 +12,13 @@ use std::sync::Arc;
 
 use autodiff::{CotangentBound, Real, Rollout};
 
-pub use physics::{Contact, Physics};
 pub use trajectory::Trajectory;
 
-use crate::controller::{Controller, Folded, Sensing};
+use crate::controller::{Controller, Folded, clock};
 use crate::lattice::{Ground, Lattice, State};
 use crate::projection::Body;
+use crate::scene::{ControllerSettings, PhysicsSettings};
 use robot::Robot;
-
-/// What a rollout happens in: nothing of it is designed.
-#[derive(Clone, Debug)]
-pub struct World {
-    /// Nodes, edges and rest lengths.
-    pub lattice: Lattice,
-    /// The ground line.
-    pub ground: Ground,
-    /// Time step, forces and contact.
-    pub physics: Physics,
-    /// What the controller observes.
-    pub sensing: Sensing,
-    /// Hidden units of the controller.
-    pub hidden: usize,
-}
 
 /// Which steps are done, and what is looked at.
 #[derive(Clone, Debug)]
@@ -56,12 +40,12 @@ impl Span {
     }
 }
 
-/// A world, ready to run robots.
+/// A lattice in its surroundings, ready to run bodies and controllers.
 #[derive(Clone, Debug)]
 pub struct Simulator {
     robot: Robot,
     ground: Ground,
-    sensing: Sensing,
+    controller: ControllerSettings,
     /// Rest lengths in the slots of the robot's graph.
     rest_length: Vec<f64>,
     /// Sine and cosine of the clock's phase, step by step.
@@ -69,14 +53,23 @@ pub struct Simulator {
 }
 
 impl Simulator {
-    /// Plans rollouts of at most so many steps, those before a span's first included.
-    pub fn new(world: &World, steps: usize) -> Self {
-        let World { lattice, ground, physics, sensing, hidden } = world;
-        let robot = Robot::new(lattice, *hidden, ground, physics);
+    /// Plans rollouts of at most `physics.steps` steps.
+    pub fn new(
+        lattice: &Lattice,
+        physics: &PhysicsSettings,
+        controller: &ControllerSettings,
+    ) -> Self {
+        let robot = Robot::new(lattice, physics, controller);
         // A product, not a sum: the phase reaches 164 rad.
-        let clock = (0..steps).flat_map(|n| sensing.clock(n as f64 * physics.time_step)).collect();
-        let rest_length = robot.graph.to_slots(&lattice.rest_length);
-        Self { robot, ground: *ground, sensing: *sensing, rest_length, clock }
+        let time = |step: usize| step as f64 * physics.dt;
+        let clock = (0..physics.steps).flat_map(|step| clock(controller, time(step))).collect();
+        Self {
+            rest_length: robot.graph.to_slots(&lattice.rest_length),
+            robot,
+            ground: Ground::from(physics),
+            controller: controller.clone(),
+            clock,
+        }
     }
 
     /// Steps a robot from a state in the world's frame.
@@ -98,7 +91,7 @@ impl Simulator {
             observed: span.observed.clone(),
             cotangent_bound: span.cotangent_bound,
         };
-        let folded = Folded::new(controller, &self.sensing, &self.ground);
+        let folded = Folded::new(controller, &self.controller, &self.ground);
         let rest_length: Vec<R> = self.rest_length.iter().map(|&l| R::lit(l)).collect();
         let inverse_mass: Vec<R> = body.mass.iter().map(|m| m.recip()).collect();
         let parameters: [&[R]; 8] = [

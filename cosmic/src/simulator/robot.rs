@@ -3,8 +3,8 @@
 use autodiff::{Graph, Model, Program, Real};
 
 use super::kernels::{Flight, Sliding, Spring, Sticking};
-use super::{Contact, Physics};
 use crate::lattice::{Ground, Lattice};
+use crate::scene::{Contact, ControllerSettings, PhysicsSettings};
 
 /// The robot as a [`Model`]. In the order of declaration
 ///
@@ -23,13 +23,17 @@ pub(super) struct Robot {
 }
 
 impl Robot {
-    pub(super) fn new(lattice: &Lattice, hidden: usize, ground: &Ground, physics: &Physics) -> Self {
-        let dt = physics.time_step;
-        let gravity = ground.vector_to_ground([0.0, -physics.gravity * dt]);
+    pub(super) fn new(
+        lattice: &Lattice,
+        physics: &PhysicsSettings,
+        controller: &ControllerSettings,
+    ) -> Self {
+        let dt = physics.dt;
+        let gravity = Ground::from(physics).vector_to_ground([0.0, -physics.gravity * dt]);
         Self {
             graph: Graph::new(lattice.nodes(), &lattice.edges),
             edges: lattice.edges.len(),
-            hidden,
+            hidden: controller.hidden,
             flight: Flight { dt, decay: (-physics.damping * dt).exp(), gravity },
             friction: match physics.contact {
                 Contact::Infinite => None,
