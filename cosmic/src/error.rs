@@ -37,7 +37,7 @@ pub enum Error {
     #[error("{0}")]
     Usage(String),
     /// No built-in scene and no file of that name.
-    #[error("no built-in scene and no file is named `{name}`{hint}")]
+    #[error("no built-in scene and no file is named `{name}`; {hint}")]
     NoScene {
         /// What was asked for.
         name: String,

@@ -1,8 +1,8 @@
 //! Files that are whole or not there: each is written beside its place and renamed into it.
 
 use crate::error::{Error, Result};
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -92,7 +92,14 @@ pub fn write_json<T: Serialize>(path: &Path, format: Format, body: &T) -> Result
     })
 }
 
-/// Reads what [`write_json`] wrote.
+/// The first two keys of a file that is read.
+#[derive(Deserialize)]
+struct Stamp {
+    format: String,
+    version: u32,
+}
+
+/// Reads what [`write_json`] wrote. `T` sees the keys `format` and `version` too, and must not refuse them.
 ///
 /// # Errors
 /// [`Error::Read`] for a file that is missing or unreadable; [`Error::Malformed`] for one that is not JSON, of
@@ -102,32 +109,30 @@ pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> 
         path: path.into(),
         source,
     })?;
-    let mut value: serde_json::Map<String, serde_json::Value> =
-        serde_json::from_slice(&bytes).map_err(|error| malformed(path, &error))?;
-    let name = value.remove("format").unwrap_or_default();
-    let version = value.remove("version").unwrap_or_default();
-    if name != format.name || version != format.version {
-        let message = format!(
-            "is {name} version {version}, where \"{}\" version {} is needed",
-            format.name, format.version
-        );
-        return Err(at(path, (1, 1), message));
+    let json = |error: serde_json::Error| {
+        malformed(path, (error.line(), error.column()), &error.to_string())
+    };
+    let stamp: Stamp = serde_json::from_slice(&bytes).map_err(json)?;
+    if stamp.format != format.name || stamp.version != format.version {
+        let found = format!("{:?} version {}", stamp.format, stamp.version);
+        let needed = format!("{:?} version {}", format.name, format.version);
+        return Err(malformed(
+            path,
+            (1, 1),
+            &format!("the format is {found}, not {needed}"),
+        ));
     }
-    serde_json::from_value(value.into()).map_err(|error| malformed(path, &error))
+    serde_json::from_slice(&bytes).map_err(json)
 }
 
-fn malformed(path: &Path, error: &serde_json::Error) -> Error {
-    at(path, (error.line(), error.column()), error.to_string())
-}
-
-fn at(path: &Path, (line, column): (usize, usize), message: String) -> Error {
+fn malformed(path: &Path, (line, column): (usize, usize), message: &str) -> Error {
     let file = path.display().to_string();
-    let report = format!("error: {file}: {message}");
+    let report = format!("error: {message}\n --> {file}:{line}:{column}");
     Error::Malformed {
         file,
         line,
         column,
-        message,
+        message: message.to_string(),
         report,
     }
 }
