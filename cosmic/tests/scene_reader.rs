@@ -1,4 +1,5 @@
-//! Wrong scenes: each is refused at its line and column, with what is wrong and what is allowed there.
+//! Wrong scenes: each is refused at its line and column, with what is wrong and what is allowed
+//! there.
 
 use cosmic::scene::{LossKind, Scene, SelectionKind, StartKind};
 use cosmic::{Error, error};
@@ -227,7 +228,7 @@ fn settings_at_odds_are_pointed_at() {
         (
             "[start]\nkind = \"layout\"",
             (2, 8),
-            "nothing to snap at iteration 240",
+            "nothing to snap at iteration 240: set snap_at = 0",
         ),
         (
             "[lattice]\nrows = 5\n[start]\nkind = \"three_legged\"",
@@ -360,6 +361,12 @@ fn survives(text: &str) -> error::Result<()> {
     }
 }
 
+/// Deeper than a recursive reader likes.
+const NESTED: &str = match str::from_utf8(&[b'['; 4000]) {
+    Ok(text) => text,
+    Err(_) => "",
+};
+
 proptest! {
     #[test]
     fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
@@ -375,8 +382,9 @@ proptest! {
         at in any::<prop::sample::Index>(),
         cut in 0..40usize,
         inserted in prop::sample::select(vec![
-            "", "nan", "[", "]", "\"", "\"\"\"", "=", "\n", "\r", "\t", "\0", "é", "🤖", "{", "1e999", "-", "'",
-            "[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[",
+            "", "nan", "[", "]", "\"", "\"\"\"", "=", "\n", "\r", "\t", "\0",
+            "é", "🤖", "{", "1e999", "-", "'",
+            NESTED,
         ]),
     ) {
         let mut text = Scene::default().to_toml();

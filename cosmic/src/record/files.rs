@@ -17,8 +17,8 @@ pub struct Format {
     pub version: u32,
 }
 
-/// Replaces a file by what `fill` writes, or leaves it as it was: a reader, or a run resumed after a crash,
-/// sees the old bytes or the new ones and no mixture.
+/// Replaces a file by what `fill` writes, or leaves it as it was: a reader, or a run resumed after
+/// a crash, sees the old bytes or the new ones and no mixture.
 ///
 /// # Errors
 /// [`Error::Write`], for an error of `fill` as well.
@@ -51,7 +51,8 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(".cosmic-");
-    // Temporary files are private by default; what is renamed into place should be an ordinary file.
+    // Temporary files are private by default; what is renamed into place should be an ordinary
+    // file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)
@@ -75,8 +76,8 @@ struct Stamped<'b, T> {
     body: &'b T,
 }
 
-/// Replaces a JSON file by `format`, `version` and the body's keys. Numbers read back to the same bits; one
-/// that is not finite becomes `null`.
+/// Replaces a JSON file by `format`, `version` and the body's keys. Numbers read back to the same
+/// bits; one that is not finite becomes `null`.
 ///
 /// # Errors
 /// [`Error::Write`].
@@ -99,11 +100,12 @@ struct Stamp {
     version: u32,
 }
 
-/// Reads what [`write_json`] wrote. `T` sees the keys `format` and `version` too, and must not refuse them.
+/// Reads what [`write_json`] wrote. `T` sees the keys `format` and `version` too, and must not
+/// refuse them.
 ///
 /// # Errors
-/// [`Error::Read`] for a file that is missing or unreadable; [`Error::Malformed`] for one that is not JSON, of
-/// another format or version, or lacks keys.
+/// [`Error::Read`] for a file that is missing or unreadable; [`Error::Malformed`] for one that is
+/// not JSON, of another format or version, or lacks keys.
 pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> {
     let bytes = fs::read(path).map_err(|source| Error::Read {
         path: path.into(),

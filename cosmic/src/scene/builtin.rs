@@ -89,8 +89,8 @@ impl Scene {
     /// The scene in a TOML file.
     ///
     /// # Errors
-    /// [`Error::Read`] for a file that cannot be read, [`Error::Malformed`] for one that is not UTF-8, and
-    /// those of [`Scene::parse`].
+    /// [`Error::Read`] for a file that cannot be read, [`Error::Malformed`] for one that is not
+    /// UTF-8, and those of [`Scene::parse`].
     pub fn read(path: &Path) -> Result<Scene> {
         let file = path.display().to_string();
         let bytes = first_bytes(path).map_err(|source| Error::Read {

@@ -82,9 +82,9 @@ fn starts(scene: &Scene) -> Vec<Conflict> {
     let snap = scene.schedule.snap_at;
     let says = match (scene.start.kind, snap) {
         (StartKind::Layout, 0) => return Vec::new(),
-        (StartKind::Layout, _) => format!(
-            "a layout is one-hot from the start: there is nothing to snap at iteration {snap}, set snap_at = 0"
-        ),
+        (StartKind::Layout, _) => {
+            format!("a layout has nothing to snap at iteration {snap}: set snap_at = 0")
+        }
         (_, 0) => "without a snap (snap_at = 0) the start must be a layout".to_string(),
         _ => return Vec::new(),
     };
