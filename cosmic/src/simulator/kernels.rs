@@ -44,10 +44,12 @@ impl Flight {
     /// The velocity `v*` before contact.
     #[inline(always)]
     fn velocity<R: Real>(&self, v: [R; 2], impulse: [R; 2], inverse_mass: R) -> [R; 2] {
-        [0, 1].map(|k| {
+        let mut velocity = v;
+        for k in 0..2 {
             let pushed = impulse[k].fma(inverse_mass, R::lit(self.gravity[k]));
-            R::lit(self.decay).fma(v[k], pushed)
-        })
+            velocity[k] = R::lit(self.decay).fma(v[k], pushed);
+        }
+        velocity
     }
 
     /// Whether a node at this height touches the ground in this step, and when. A node that does
