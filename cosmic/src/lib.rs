@@ -12,6 +12,7 @@ pub mod projection;
 pub mod controller;
 pub mod simulator;
 pub mod objective;
+pub mod case;
 pub mod record;
 #[cfg(feature = "cli")]
 pub mod cli;

@@ -2,9 +2,11 @@
 
 mod fold;
 mod sensing;
+mod weights;
 
 pub use fold::Folded;
 pub use sensing::{Moment, clock, observation, observation_length};
+pub use weights::Weights;
 
 use autodiff::Real;
 

@@ -1,11 +1,12 @@
 //! What evolves in a rollout.
 
 use autodiff::Real;
+use serde::Serialize;
 
 use super::Ground;
 
 /// Positions (m) and velocities (m/s) of the nodes, and nothing else.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct State<R> {
     /// Positions, one per node.
     pub x: Vec<[R; 2]>,
