@@ -1,0 +1,340 @@
+//! Forward mode: [`Dual`], a number that carries tangents.
+
+use std::cmp::Ordering;
+use std::fmt;
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use num_traits::{FromPrimitive, One, Zero};
+
+use crate::fused::Fused;
+use crate::real::Real;
+use crate::rule;
+
+/// A value and its tangents along `N` directions at once.
+///
+/// Duals nest: `Dual<Dual<f64, 1>, 1>` carries second derivatives. `==`, `<` and
+/// [`Real::lt`] compare primals; [`Zero::is_zero`] asks for the additive identity, tangents
+/// included.
+///
+/// ```
+/// use autodiff::{Dual, Real};
+///
+/// let x = Dual::<f64, 1>::variable(2.0, 0);
+/// let y = x * x.ln();
+/// assert_eq!(y.tangent[0], 2.0_f64.ln() + 1.0);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Dual<R, const N: usize> {
+    /// The primal.
+    pub value: R,
+    /// One tangent per direction.
+    pub tangent: [R; N],
+}
+
+impl<R: Real, const N: usize> Dual<R, N> {
+    /// A value that does not move in any direction.
+    #[inline(always)]
+    pub fn constant(value: R) -> Self {
+        Dual {
+            value,
+            tangent: [R::zero(); N],
+        }
+    }
+
+    /// A value that moves at unit speed along direction `index`.
+    ///
+    /// # Panics
+    /// If `index` is not below `N`.
+    #[inline(always)]
+    pub fn variable(value: R, index: usize) -> Self {
+        assert!(index < N, "a dual of {N} directions has none of this index");
+        let mut dual = Self::constant(value);
+        dual.tangent[index] = R::one();
+        dual
+    }
+
+    /// A function of this number, given its value and partial.
+    #[inline(always)]
+    fn apply(self, (value, partial): (R, R)) -> Self {
+        let mut tangent = self.tangent;
+        for i in 0..N {
+            tangent[i] = R::chain(partial, tangent[i]);
+        }
+        Dual { value, tangent }
+    }
+
+    /// A function of this number and another, given its value and partials.
+    #[inline(always)]
+    fn apply2(self, other: Self, (value, [by_self, by_other]): (R, [R; 2])) -> Self {
+        let mut tangent = self.tangent;
+        for i in 0..N {
+            tangent[i] = R::chain(by_self, self.tangent[i]) + R::chain(by_other, other.tangent[i]);
+        }
+        Dual { value, tangent }
+    }
+}
+
+impl<R: Real, const N: usize> Real for Dual<R, N> {
+    type Mask = R::Mask;
+
+    #[inline(always)]
+    fn lit(value: f64) -> Self {
+        Self::constant(R::lit(value))
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> R::Mask {
+        self.value.lt(other.value)
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> R::Mask {
+        self.value.le(other.value)
+    }
+    #[inline(always)]
+    fn finite(self) -> R::Mask {
+        self.value.finite()
+    }
+    #[inline(always)]
+    fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
+        let mut tangent = if_true.tangent;
+        for i in 0..N {
+            tangent[i] = R::select(mask, if_true.tangent[i], if_false.tangent[i]);
+        }
+        Dual {
+            value: R::select(mask, if_true.value, if_false.value),
+            tangent,
+        }
+    }
+    #[inline(always)]
+    fn fma(self, factor: Self, term: Self) -> Self {
+        let mut fused = self * factor + term;
+        fused.value = self.value.fma(factor.value, term.value);
+        fused
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        self.apply(rule::recip(self.value))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.apply(rule::sqrt(self.value))
+    }
+    #[inline(always)]
+    fn rsqrt(self) -> Self {
+        self.apply(rule::rsqrt(self.value))
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        self.apply(rule::exp(self.value))
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.apply(rule::ln(self.value))
+    }
+    #[inline(always)]
+    fn sin(self) -> Self {
+        self.apply(rule::sin(self.value))
+    }
+    #[inline(always)]
+    fn cos(self) -> Self {
+        self.apply(rule::cos(self.value))
+    }
+    #[inline(always)]
+    fn tan(self) -> Self {
+        self.apply(rule::tan(self.value))
+    }
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        self.apply(rule::tanh(self.value))
+    }
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        self.apply2(x, rule::atan2(self.value, x.value))
+    }
+    #[inline(always)]
+    fn powi(self, exponent: i32) -> Self {
+        self.apply(rule::powi(self.value, exponent))
+    }
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        self.apply2(exponent, rule::powf(self.value, exponent.value))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.apply(rule::abs(self.value))
+    }
+    #[inline(always)]
+    fn signum(self) -> Self {
+        Self::constant(self.value.signum().detach())
+    }
+    #[inline(always)]
+    fn hypot(self, other: Self) -> Self {
+        self.apply2(other, rule::hypot(self.value, other.value))
+    }
+    #[inline(always)]
+    fn detach(self) -> Self {
+        Self::constant(self.value.detach())
+    }
+    #[inline(always)]
+    fn straight_through(self, soft: Self) -> Self {
+        Dual {
+            value: self.value.straight_through(soft.value),
+            tangent: soft.tangent,
+        }
+    }
+    /// Part by part, so that a zero in one part guards that part alone.
+    #[inline(always)]
+    fn chain(partial: Self, cotangent: Self) -> Self {
+        let mut tangent = cotangent.tangent;
+        for i in 0..N {
+            tangent[i] = R::chain(partial.value, cotangent.tangent[i])
+                + R::chain(partial.tangent[i], cotangent.value);
+        }
+        Dual {
+            value: R::chain(partial.value, cotangent.value),
+            tangent,
+        }
+    }
+    #[inline(always)]
+    fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
+        function.forward(inputs)
+    }
+}
+
+impl<R: Real, const N: usize> Add for Dual<R, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(mut self, other: Self) -> Self {
+        self.value += other.value;
+        for i in 0..N {
+            self.tangent[i] += other.tangent[i];
+        }
+        self
+    }
+}
+
+impl<R: Real, const N: usize> Sub for Dual<R, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(mut self, other: Self) -> Self {
+        self.value -= other.value;
+        for i in 0..N {
+            self.tangent[i] -= other.tangent[i];
+        }
+        self
+    }
+}
+
+impl<R: Real, const N: usize> Mul for Dual<R, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.apply2(other, rule::mul(self.value, other.value))
+    }
+}
+
+impl<R: Real, const N: usize> Div for Dual<R, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.apply2(other, rule::div(self.value, other.value))
+    }
+}
+
+impl<R: Real, const N: usize> Neg for Dual<R, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(mut self) -> Self {
+        self.value = -self.value;
+        for i in 0..N {
+            self.tangent[i] = -self.tangent[i];
+        }
+        self
+    }
+}
+
+impl<R: Real, const N: usize> AddAssign for Dual<R, N> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<R: Real, const N: usize> SubAssign for Dual<R, N> {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl<R: Real, const N: usize> MulAssign for Dual<R, N> {
+    #[inline(always)]
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl<R: Real, const N: usize> DivAssign for Dual<R, N> {
+    #[inline(always)]
+    fn div_assign(&mut self, other: Self) {
+        *self = *self / other;
+    }
+}
+
+impl<R: Real, const N: usize> Zero for Dual<R, N> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::constant(R::zero())
+    }
+    #[inline(always)]
+    fn is_zero(&self) -> bool {
+        self.value.is_zero() && self.tangent.iter().all(R::is_zero)
+    }
+}
+
+impl<R: Real, const N: usize> One for Dual<R, N> {
+    #[inline(always)]
+    fn one() -> Self {
+        Self::constant(R::one())
+    }
+}
+
+impl<R: Real, const N: usize> Sum for Dual<R, N> {
+    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+        terms.fold(Self::zero(), |sum, term| sum + term)
+    }
+}
+
+impl<R: PartialEq, const N: usize> PartialEq for Dual<R, N> {
+    #[inline(always)]
+    fn eq(&self, other: &Self) -> bool {
+        self.value == other.value
+    }
+}
+
+impl<R: PartialOrd, const N: usize> PartialOrd for Dual<R, N> {
+    #[inline(always)]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        self.value.partial_cmp(&other.value)
+    }
+}
+
+/// The primal.
+impl<R: fmt::Display, const N: usize> fmt::Display for Dual<R, N> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.value.fmt(formatter)
+    }
+}
+
+/// Constants.
+impl<R: Real, const N: usize> FromPrimitive for Dual<R, N> {
+    fn from_i64(value: i64) -> Option<Self> {
+        Self::from_f64(value as f64)
+    }
+    fn from_u64(value: u64) -> Option<Self> {
+        Self::from_f64(value as f64)
+    }
+    fn from_f64(value: f64) -> Option<Self> {
+        Some(Self::lit(value))
+    }
+}

@@ -1,0 +1,261 @@
+//! The record of a computation, and the reverse sweep over it.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use super::current;
+use super::fused::FusedEntry;
+use super::var::Var;
+use crate::real::Real;
+
+/// In `Entry::parents`: no parent.
+pub(super) const NONE: u32 = u32::MAX;
+/// In `Entry::parents[0]`: an entry of many parents; `parents[1]` counts within `Arena::linear`.
+const LINEAR: u32 = u32::MAX - 1;
+/// In `Entry::parents[0]`: the first output of `Arena::fused[parents[1]]`.
+const FUSED: u32 = u32::MAX - 2;
+
+/// The generation of constants; no recording has it.
+pub(super) const CONSTANT: u32 = 0;
+
+/// One recorded operation of at most two variables: 24 bytes for f64.
+#[derive(Clone, Copy)]
+pub(super) struct Entry<R> {
+    pub(super) partials: [R; 2],
+    pub(super) parents: [u32; 2],
+}
+
+/// Everything that one recording holds.
+pub(super) struct Arena<R> {
+    entries: Vec<Entry<R>>,
+    /// The terms `(partial, parent)` of all linear entries, one entry after the other …
+    terms: Vec<(R, u32)>,
+    /// … and where each entry's terms begin.
+    linear: Vec<usize>,
+    fused: Vec<FusedEntry<R>>,
+}
+
+impl<R: Real> Arena<R> {
+    fn clear(&mut self) {
+        self.entries.clear();
+        self.terms.clear();
+        self.linear.clear();
+        self.fused.clear();
+    }
+
+    /// Appends an entry and returns its index. Runs no code but this crate's.
+    #[inline(always)]
+    pub(super) fn push(&mut self, entry: Entry<R>) -> u32 {
+        let index = index(self.entries.len());
+        self.entries.push(entry);
+        index
+    }
+
+    /// Appends an entry with any number of terms `(partial, parent)`.
+    pub(super) fn push_linear(&mut self, terms: impl Iterator<Item = (R, u32)>, zero: R) -> u32 {
+        let entry = index(self.linear.len());
+        self.linear.push(self.terms.len());
+        self.terms.extend(terms);
+        self.push(Entry {
+            partials: [zero, zero],
+            parents: [LINEAR, entry],
+        })
+    }
+
+    /// Appends a fused entry and one entry for each of its outputs; returns the first's index.
+    pub(super) fn push_fused(&mut self, fused: FusedEntry<R>, zero: R) -> u32 {
+        let (first, outputs) = (index(self.fused.len()), fused.outputs);
+        self.fused.push(fused);
+        let entry = |parents| Entry {
+            partials: [zero, zero],
+            parents,
+        };
+        let first = self.push(entry([FUSED, first]));
+        for _ in 1..outputs {
+            self.push(entry([NONE, NONE]));
+        }
+        first
+    }
+
+    /// Carries the cotangents of all entries back to the inputs, which come first.
+    fn sweep(&mut self, bars: &mut [R], inputs: usize) {
+        for i in (inputs..self.entries.len()).rev() {
+            let Entry { partials, parents } = self.entries[i];
+            if parents[0] == FUSED {
+                // The outputs' entries follow this one: their cotangents are complete by now.
+                self.fused[parents[1] as usize].reverse(i, bars);
+                continue;
+            }
+            let bar = bars[i];
+            if bar.is_zero() {
+                continue;
+            }
+            if parents[0] == LINEAR {
+                let entry = parents[1] as usize;
+                let end = self.linear.get(entry + 1).copied();
+                let terms = self.linear[entry]..end.unwrap_or(self.terms.len());
+                for &(partial, parent) in &self.terms[terms] {
+                    bars[parent as usize] += R::chain(partial, bar);
+                }
+                continue;
+            }
+            for side in 0..2 {
+                if parents[side] != NONE {
+                    bars[parents[side] as usize] += R::chain(partials[side], bar);
+                }
+            }
+        }
+    }
+}
+
+/// A place in an arena as the 32 bits that a variable has for it.
+#[inline(always)]
+fn index(place: usize) -> u32 {
+    if place >= FUSED as usize {
+        full();
+    }
+    place as u32
+}
+
+#[cold]
+fn full() -> ! {
+    panic!(
+        "the tape is full: one recording holds at most {FUSED} entries; \
+         record shorter pieces and join them, as a rollout does"
+    )
+}
+
+/// A number that no other recording of this process has had in its last four billion.
+fn next_generation() -> u32 {
+    static NEXT: AtomicU32 = AtomicU32::new(CONSTANT + 1);
+    loop {
+        let generation = NEXT.fetch_add(1, Ordering::Relaxed);
+        if generation != CONSTANT {
+            return generation;
+        }
+    }
+}
+
+/// A record of one computation at a time, to be swept in reverse.
+///
+/// A tape is an ordinary value: keep it and record again to reuse its memory, send it to another
+/// thread, nest it (`Tape<Dual<f64, 1>>`, `Tape<Var<f64>>`). It is current, that is, its
+/// variables can be computed with, only inside the closure of [`record`](Tape::record).
+///
+/// ```
+/// use autodiff::{Real, Tape};
+///
+/// let mut tape = Tape::new();
+/// let y = tape.record(&[3.0, 4.0], |x| x[0].hypot(x[1]));
+/// assert_eq!(y.value(), 5.0);
+/// assert_eq!(tape.pullback(&[y], &[1.0]), [0.6, 0.8]);
+/// ```
+pub struct Tape<R> {
+    arena: Arena<R>,
+    generation: u32,
+    inputs: Vec<Var<R>>,
+    bars: Vec<R>,
+}
+
+impl<R: Real> Tape<R> {
+    /// An empty tape.
+    pub fn new() -> Self {
+        let arena = Arena {
+            entries: Vec::new(),
+            terms: Vec::new(),
+            linear: Vec::new(),
+            fused: Vec::new(),
+        };
+        Tape {
+            arena,
+            generation: CONSTANT,
+            inputs: Vec::new(),
+            bars: Vec::new(),
+        }
+    }
+
+    /// Forgets the last recording, keeps its memory, and records `function` of `inputs`.
+    ///
+    /// The variables that `function` returns serve [`pullback`](Tape::pullback) until the next
+    /// recording, and nothing else.
+    pub fn record<T>(&mut self, inputs: &[R], function: impl FnOnce(&[Var<R>]) -> T) -> T {
+        self.arena.clear();
+        self.generation = next_generation();
+        let (generation, zero) = (self.generation, R::zero());
+        let mut variables = std::mem::take(&mut self.inputs);
+        variables.clear();
+        variables.extend(inputs.iter().map(|&value| {
+            let index = self.arena.push(Entry {
+                partials: [zero, zero],
+                parents: [NONE, NONE],
+            });
+            Var {
+                value,
+                index,
+                generation,
+            }
+        }));
+        let result = current::enter(&mut self.arena, generation, || function(&variables));
+        self.inputs = variables;
+        result
+    }
+
+    /// The cotangents of the inputs, given those of the outputs: `sum_i cotangents_i d outputs_i
+    /// / d inputs` (a VJP). May be called any number of times after one recording.
+    ///
+    /// # Panics
+    /// If an output belongs to another recording, or the lengths differ.
+    pub fn pullback(&mut self, outputs: &[Var<R>], cotangents: &[R]) -> &[R] {
+        assert_eq!(
+            outputs.len(),
+            cotangents.len(),
+            "pullback needs one cotangent per output"
+        );
+        self.bars.clear();
+        self.bars.resize(self.arena.entries.len(), R::zero());
+        for (output, &cotangent) in outputs.iter().zip(cotangents) {
+            if output.is_constant() {
+                continue;
+            }
+            assert_eq!(
+                output.generation, self.generation,
+                "pullback was given a variable of another recording; \
+                 it takes those that the last `record` of this tape returned"
+            );
+            self.bars[output.index as usize] += cotangent;
+        }
+        self.arena.sweep(&mut self.bars, self.inputs.len());
+        &self.bars[..self.inputs.len()]
+    }
+
+    /// How many entries the last recording made, the inputs among them.
+    pub fn len(&self) -> usize {
+        self.arena.entries.len()
+    }
+
+    /// Whether nothing is recorded.
+    pub fn is_empty(&self) -> bool {
+        self.arena.entries.is_empty()
+    }
+}
+
+impl<R: Real> Default for Tape<R> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entry_is_24_bytes() {
+        assert_eq!(size_of::<Entry<f64>>(), 24);
+    }
+
+    #[test]
+    #[should_panic(expected = "the tape is full")]
+    fn a_full_arena_says_so() {
+        index(FUSED as usize);
+    }
+}

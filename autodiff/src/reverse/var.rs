@@ -1,0 +1,408 @@
+//! The reverse variable.
+
+use std::cmp::Ordering;
+use std::fmt;
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use num_traits::{FromPrimitive, One, Zero};
+
+use super::tape::{CONSTANT, Entry, NONE};
+use super::{current, fused};
+use crate::fused::Fused;
+use crate::real::Real;
+use crate::rule;
+
+/// A value whose history a [`Tape`](crate::Tape) records; 16 bytes for f64.
+///
+/// Constants, and results of constants alone, have no history and are never recorded. `==`, `<`
+/// and [`Real::lt`] compare primals; [`Zero::is_zero`] asks for the additive identity: a constant
+/// zero.
+///
+/// # Panics
+/// Every operation on a variable panics where its tape is not recording, and where two variables
+/// of different tapes meet.
+#[derive(Clone, Copy, Debug)]
+pub struct Var<R> {
+    pub(super) value: R,
+    /// The entry, `NONE` for a constant.
+    pub(super) index: u32,
+    /// The recording, `CONSTANT` for a constant.
+    pub(super) generation: u32,
+}
+
+impl<R: Real> Var<R> {
+    /// A number without history.
+    #[inline(always)]
+    pub fn constant(value: R) -> Self {
+        Var {
+            value,
+            index: NONE,
+            generation: CONSTANT,
+        }
+    }
+
+    /// The primal.
+    #[inline(always)]
+    pub fn value(self) -> R {
+        self.value
+    }
+
+    /// Whether the number has no history.
+    #[inline(always)]
+    pub fn is_constant(&self) -> bool {
+        self.generation == CONSTANT
+    }
+
+    /// The generation of what was computed from numbers of generation `so_far` and this one.
+    #[inline(always)]
+    pub(super) fn common(so_far: u32, &Var { generation, .. }: &Self) -> u32 {
+        if so_far == CONSTANT || so_far == generation {
+            generation
+        } else if generation == CONSTANT {
+            so_far
+        } else {
+            mixed()
+        }
+    }
+
+    /// A function of one number, given its value and partial.
+    #[inline(always)]
+    fn apply(self, (value, partial): (R, R)) -> Self {
+        if self.is_constant() {
+            return Self::constant(value);
+        }
+        let entry = Entry {
+            partials: [partial, partial],
+            parents: [self.index, NONE],
+        };
+        Self::push(value, entry, self.generation)
+    }
+
+    /// A function of two numbers, given its value and partials.
+    #[inline(always)]
+    fn apply2(self, other: Self, (value, partials): (R, [R; 2])) -> Self {
+        let generation = Self::common(self.generation, &other);
+        if generation == CONSTANT {
+            return Self::constant(value);
+        }
+        let entry = Entry {
+            partials,
+            parents: [self.index, other.index],
+        };
+        Self::push(value, entry, generation)
+    }
+
+    #[inline(always)]
+    fn push(value: R, entry: Entry<R>, generation: u32) -> Self {
+        // SAFETY: appending a `Copy` entry runs no foreign code.
+        #[allow(unsafe_code)]
+        let index = unsafe { current::with(generation, |arena| arena.push(entry)) };
+        Var {
+            value,
+            index,
+            generation,
+        }
+    }
+
+    /// A value with many terms; an item of `terms` with index `NONE` is a constant's.
+    #[inline(always)]
+    fn push_linear(value: R, terms: impl Iterator<Item = (R, u32)>, generation: u32) -> Self {
+        if generation == CONSTANT {
+            return Self::constant(value);
+        }
+        let terms = terms.filter(|&(_, index)| index != NONE);
+        let zero = R::zero();
+        // SAFETY: both callers' iterators read slices of `Copy` numbers and run no foreign code.
+        #[allow(unsafe_code)]
+        let index = unsafe { current::with(generation, |arena| arena.push_linear(terms, zero)) };
+        Var {
+            value,
+            index,
+            generation,
+        }
+    }
+}
+
+#[cold]
+fn mixed() -> ! {
+    panic!(
+        "variables of two tapes met in one operation; nest by type instead: \
+         a tape inside another's closure records `Var<Var<f64>>`"
+    )
+}
+
+impl<R: Real> Real for Var<R> {
+    type Mask = R::Mask;
+
+    #[inline(always)]
+    fn lit(value: f64) -> Self {
+        Self::constant(R::lit(value))
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> R::Mask {
+        self.value.lt(other.value)
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> R::Mask {
+        self.value.le(other.value)
+    }
+    #[inline(always)]
+    fn finite(self) -> R::Mask {
+        self.value.finite()
+    }
+    /// Records nothing, unless lanes disagree.
+    #[inline(always)]
+    fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
+        match rule::uniform(mask) {
+            Some(true) => if_true,
+            Some(false) => if_false,
+            None => {
+                let value = R::select(mask, if_true.value, if_false.value);
+                if_true.apply2(if_false, (value, rule::select(mask)))
+            }
+        }
+    }
+    #[inline(always)]
+    fn fma(self, factor: Self, term: Self) -> Self {
+        let (value, one) = (self.value.fma(factor.value, term.value), R::one());
+        if factor.is_constant() {
+            return self.apply2(term, (value, [factor.value, one]));
+        }
+        if self.is_constant() {
+            return factor.apply2(term, (value, [self.value, one]));
+        }
+        let product = self.apply2(factor, (value, [factor.value, self.value]));
+        if term.is_constant() {
+            return product;
+        }
+        product.apply2(term, (value, [one, one]))
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        self.apply(rule::recip(self.value))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.apply(rule::sqrt(self.value))
+    }
+    #[inline(always)]
+    fn rsqrt(self) -> Self {
+        self.apply(rule::rsqrt(self.value))
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        self.apply(rule::exp(self.value))
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.apply(rule::ln(self.value))
+    }
+    #[inline(always)]
+    fn sin(self) -> Self {
+        self.apply(rule::sin(self.value))
+    }
+    #[inline(always)]
+    fn cos(self) -> Self {
+        self.apply(rule::cos(self.value))
+    }
+    #[inline(always)]
+    fn tan(self) -> Self {
+        self.apply(rule::tan(self.value))
+    }
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        self.apply(rule::tanh(self.value))
+    }
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        self.apply2(x, rule::atan2(self.value, x.value))
+    }
+    #[inline(always)]
+    fn powi(self, exponent: i32) -> Self {
+        self.apply(rule::powi(self.value, exponent))
+    }
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        self.apply2(exponent, rule::powf(self.value, exponent.value))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.apply(rule::abs(self.value))
+    }
+    #[inline(always)]
+    fn signum(self) -> Self {
+        Self::constant(self.value.signum().detach())
+    }
+    #[inline(always)]
+    fn hypot(self, other: Self) -> Self {
+        self.apply2(other, rule::hypot(self.value, other.value))
+    }
+    #[inline(always)]
+    fn detach(self) -> Self {
+        Self::constant(self.value.detach())
+    }
+    /// Records nothing: another value at the entry of `soft`.
+    #[inline(always)]
+    fn straight_through(self, soft: Self) -> Self {
+        Var {
+            value: self.value.straight_through(soft.value),
+            ..soft
+        }
+    }
+    #[inline(always)]
+    fn chain(partial: Self, cotangent: Self) -> Self {
+        if cotangent.is_zero() {
+            return Self::zero();
+        }
+        let value = R::chain(partial.value, cotangent.value);
+        partial.apply2(cotangent, (value, [cotangent.value, partial.value]))
+    }
+    /// One entry.
+    fn dot(a: &[Self], b: &[Self]) -> Self {
+        let value = R::dot(&fused::values(a), &fused::values(b));
+        let generation = a.iter().chain(b).fold(CONSTANT, Self::common);
+        let by_a = a.iter().zip(b).map(|(x, y)| (y.value, x.index));
+        let by_b = a.iter().zip(b).map(|(x, y)| (x.value, y.index));
+        Self::push_linear(value, by_a.chain(by_b), generation)
+    }
+    /// One entry.
+    fn sum(terms: &[Self]) -> Self {
+        let (value, one) = (R::sum(&fused::values(terms)), R::one());
+        let generation = terms.iter().fold(CONSTANT, Self::common);
+        Self::push_linear(value, terms.iter().map(|x| (one, x.index)), generation)
+    }
+    /// One entry, and one for each output.
+    fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
+        fused::fused(function, inputs)
+    }
+}
+
+impl<R: Real> Add for Var<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        let one = R::one();
+        self.apply2(other, (self.value + other.value, [one, one]))
+    }
+}
+
+impl<R: Real> Sub for Var<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        let one = R::one();
+        self.apply2(other, (self.value - other.value, [one, -one]))
+    }
+}
+
+impl<R: Real> Mul for Var<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.apply2(other, rule::mul(self.value, other.value))
+    }
+}
+
+impl<R: Real> Div for Var<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.apply2(other, rule::div(self.value, other.value))
+    }
+}
+
+impl<R: Real> Neg for Var<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.apply((-self.value, -R::one()))
+    }
+}
+
+impl<R: Real> AddAssign for Var<R> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<R: Real> SubAssign for Var<R> {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl<R: Real> MulAssign for Var<R> {
+    #[inline(always)]
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl<R: Real> DivAssign for Var<R> {
+    #[inline(always)]
+    fn div_assign(&mut self, other: Self) {
+        *self = *self / other;
+    }
+}
+
+impl<R: Real> Zero for Var<R> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::constant(R::zero())
+    }
+    #[inline(always)]
+    fn is_zero(&self) -> bool {
+        self.is_constant() && self.value.is_zero()
+    }
+}
+
+impl<R: Real> One for Var<R> {
+    #[inline(always)]
+    fn one() -> Self {
+        Self::constant(R::one())
+    }
+}
+
+/// Entry by entry; [`Real::sum`] of a slice is one entry.
+impl<R: Real> Sum for Var<R> {
+    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+        terms.fold(Self::zero(), |sum, term| sum + term)
+    }
+}
+
+impl<R: PartialEq> PartialEq for Var<R> {
+    #[inline(always)]
+    fn eq(&self, other: &Self) -> bool {
+        self.value == other.value
+    }
+}
+
+impl<R: PartialOrd> PartialOrd for Var<R> {
+    #[inline(always)]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        self.value.partial_cmp(&other.value)
+    }
+}
+
+/// The primal.
+impl<R: fmt::Display> fmt::Display for Var<R> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.value.fmt(formatter)
+    }
+}
+
+/// Constants.
+impl<R: Real> FromPrimitive for Var<R> {
+    fn from_i64(value: i64) -> Option<Self> {
+        Self::from_f64(value as f64)
+    }
+    fn from_u64(value: u64) -> Option<Self> {
+        Self::from_f64(value as f64)
+    }
+    fn from_f64(value: f64) -> Option<Self> {
+        Some(Self::lit(value))
+    }
+}

@@ -1,0 +1,157 @@
+//! Every elementary function's value and derivative, written once.
+//!
+//! A rule of one argument returns `(value, partial)`, a rule of two `(value, [partial by the
+//! first, partial by the second])`. Duals and the reverse tape call the same rules with their
+//! inner number type for `R`, so forward, reverse and nested derivatives cannot disagree. Where a
+//! partial does not exist the rule follows the table in [`real`](crate::real). Where the value is
+//! NaN the partial is NaN too: no finite derivative is invented outside the domain.
+//!
+//! Partials are always multiplied in by [`Real::chain`].
+
+use crate::real::{Mask, Real};
+
+/// `a * b`.
+#[inline(always)]
+pub(crate) fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
+    (a * b, [b, a])
+}
+
+/// `a / b`. The value is one division, not a product with the reciprocal: the bits of plain code.
+#[inline(always)]
+pub(crate) fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
+    let (quotient, by_a) = (a / b, b.recip());
+    (quotient, [by_a, -(quotient * by_a)])
+}
+
+/// `1 / x`.
+#[inline(always)]
+pub(crate) fn recip<R: Real>(x: R) -> (R, R) {
+    let value = x.recip();
+    (value, -(value * value))
+}
+
+/// Square root; the partial is infinite at zero, of either sign.
+#[inline(always)]
+pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
+    let value = x.sqrt();
+    (value, R::lit(0.5) / unsigned_zero(value))
+}
+
+/// `1 / sqrt(x)`.
+#[inline(always)]
+pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
+    let value = x.rsqrt();
+    (value, R::lit(-0.5) * value * value * value)
+}
+
+/// Exponential.
+#[inline(always)]
+pub(crate) fn exp<R: Real>(x: R) -> (R, R) {
+    let value = x.exp();
+    (value, value)
+}
+
+/// Natural logarithm; the partial is infinite at zero, NaN below it.
+#[inline(always)]
+pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
+    let value = x.ln();
+    let partial = unsigned_zero(x).recip();
+    (value, R::select(x.lt(R::zero()), value, partial))
+}
+
+/// Sine.
+#[inline(always)]
+pub(crate) fn sin<R: Real>(x: R) -> (R, R) {
+    (x.sin(), x.cos())
+}
+
+/// Cosine.
+#[inline(always)]
+pub(crate) fn cos<R: Real>(x: R) -> (R, R) {
+    (x.cos(), -x.sin())
+}
+
+/// Tangent.
+#[inline(always)]
+pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
+    let value = x.tan();
+    (value, value * value + R::one())
+}
+
+/// Hyperbolic tangent. The product form of `1 - tanh^2`: `1 - |tanh|` is exact near saturation.
+#[inline(always)]
+pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
+    let (value, one) = (x.tanh(), R::one());
+    (value, (one - value) * (one + value))
+}
+
+/// Absolute value.
+#[inline(always)]
+pub(crate) fn abs<R: Real>(x: R) -> (R, R) {
+    (x.abs(), x.signum())
+}
+
+/// Integer power.
+#[inline(always)]
+pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
+    if exponent == 0 {
+        return (x.powi(0), R::zero());
+    }
+    let partial = R::lit(f64::from(exponent)) * x.powi(exponent.saturating_sub(1));
+    (x.powi(exponent), partial)
+}
+
+/// Real power. `chain` makes the partial by `x` zero where the exponent is, at any `x`.
+#[inline(always)]
+pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
+    let (value, zero) = (x.powf(exponent), R::zero());
+    let by_x = R::chain(x.powf(exponent - R::one()), exponent);
+    let at_zero = x.le(zero) & zero.le(x);
+    (value, [by_x, R::select(at_zero, zero, value * x.ln())])
+}
+
+/// `atan2(y, x)`, partials by `y` and `x`. Divided by the larger magnitude first, as a constant,
+/// so that the squares neither overflow nor vanish.
+#[inline(always)]
+pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
+    let (value, zero) = (y.atan2(x), R::zero());
+    let scale = y.abs().max(x.abs()).detach();
+    let (y, x) = (y / scale, x / scale);
+    let denominator = (x * x + y * y) * scale;
+    let origin = scale.le(zero);
+    let by_y = R::select(origin, zero, x / denominator);
+    let by_x = R::select(origin, zero, -(y / denominator));
+    (value, [by_y, by_x])
+}
+
+/// `sqrt(x^2 + y^2)`.
+#[inline(always)]
+pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
+    let (value, zero) = (x.hypot(y), R::zero());
+    let origin = value.le(zero);
+    let partial = |side: R| R::select(origin, zero, side / value);
+    (value, [partial(x), partial(y)])
+}
+
+/// The partials of `select(mask, a, b)`, for lanes whose mask is mixed.
+#[inline(always)]
+pub(crate) fn select<R: Real>(mask: R::Mask) -> [R; 2] {
+    let (zero, one) = (R::zero(), R::one());
+    [R::select(mask, one, zero), R::select(mask, zero, one)]
+}
+
+/// Whether the mask is the same in all lanes, and which.
+#[inline(always)]
+pub(crate) fn uniform<M: Mask>(mask: M) -> Option<bool> {
+    match (mask.any(), mask.all()) {
+        (_, true) => Some(true),
+        (false, _) => Some(false),
+        _ => None,
+    }
+}
+
+/// `-0` becomes `+0` and nothing else changes: limits at zero are taken from inside the domain.
+#[inline(always)]
+fn unsigned_zero<R: Real>(x: R) -> R {
+    x + R::zero()
+}
