@@ -1,0 +1,77 @@
+//! What a controller observes.
+
+use std::f64::consts::TAU;
+
+use autodiff::Real;
+
+use crate::lattice::{Ground, State};
+use crate::scene::ControllerSettings;
+
+/// What there is to observe.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<'a, R> {
+    /// Seconds since the start. It is a product `n dt`, never a sum: phases reach 164 rad.
+    pub time: f64,
+    /// The state in the world's frame.
+    pub state: &'a State<R>,
+    /// The ground, whose frame the goal is given in.
+    pub ground: &'a Ground,
+}
+
+/// The length of an observation of so many nodes.
+pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize {
+    settings.clocks + 2 + 4 * nodes
+}
+
+/// What a controller observes: clocks; goal; offsets of the nodes from their unweighted mean as
+/// `x0, y0, x1, y1, ...`; velocities of the nodes likewise. Offsets and velocities are taken in
+/// the world's frame, the goal in the ground's (D3).
+///
+/// This is the definition; a rollout runs the [`Folded`](super::Folded) form of it.
+pub fn observation<R: Real>(settings: &ControllerSettings, moment: &Moment<R>) -> Vec<R> {
+    let State { x, v } = moment.state;
+    let turn = settings.omega * moment.time;
+    let mean = mean(x);
+    let [offset, velocity] = [settings.offset_scale, settings.velocity_scale].map(R::lit);
+    let offsets = x.iter().map(|&[px, py]| [px - mean[0], py - mean[1]]);
+    let mut observation = Vec::with_capacity(observation_length(settings, x.len()));
+    observation.extend(phases(settings).map(|phase| R::lit((turn + phase).sin())));
+    observation.extend(goal(settings, mean, moment.ground));
+    observation.extend(offsets.flatten().map(|d| offset * d));
+    observation.extend(v.as_flattened().iter().map(|&v| velocity * v));
+    observation
+}
+
+/// `sin(omega t)` and `cos(omega t)`, of which every clock is a mixture; in double precision
+/// whatever the rollout runs in. `time` is a product `n dt`, see [`Moment::time`].
+pub fn clock(settings: &ControllerSettings, time: f64) -> [f64; 2] {
+    let (sin, cos) = (settings.omega * time).sin_cos();
+    [sin, cos]
+}
+
+/// How far each clock is ahead of the first, in radians.
+pub(super) fn phases(settings: &ControllerSettings) -> impl Iterator<Item = f64> {
+    let count = settings.clocks;
+    (0..count).map(move |j| TAU * j as f64 / count as f64)
+}
+
+/// The goal as it enters: the numbers given, or what is left of them from the mean position,
+/// measured along the ground and across it from the world's origin, as the displacement is.
+fn goal<R: Real>(settings: &ControllerSettings, mean: [R; 2], ground: &Ground) -> [R; 2] {
+    let scale = R::lit(settings.goal_scale);
+    let goal = settings.goal.map(R::lit);
+    if !settings.goal_relative {
+        return goal.map(|g| scale * g);
+    }
+    let [along, across] = ground.vector_to_ground(mean);
+    [scale * (goal[0] - along), scale * (goal[1] - across)]
+}
+
+/// The unweighted mean of points (D3).
+fn mean<R: Real>(points: &[[R; 2]]) -> [R; 2] {
+    let share = R::lit(1.0 / points.len() as f64);
+    [0, 1].map(|k| {
+        let column: Vec<R> = points.iter().map(|point| point[k]).collect();
+        R::sum(&column) * share
+    })
+}

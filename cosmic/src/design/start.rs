@@ -1,0 +1,149 @@
+//! Where an optimisation starts.
+
+use super::{Material, one_hot, vectors_of_mixture};
+use crate::error::{Error, Result};
+use crate::lattice::Lattice;
+use crate::scene::{LAYOUT_SIDE, Layout, StartKind, StartSettings};
+
+/// The design vectors to start from, for a performance projection of sharpness `beta`.
+///
+/// # Errors
+/// Where a layout is asked for that is drawn for another lattice.
+pub fn start_vectors(
+    settings: &StartSettings,
+    lattice: &Lattice,
+    beta: f64,
+) -> Result<Vec<[f64; 3]>> {
+    let void = match settings.kind {
+        StartKind::Layout => return Ok(one_hot(&layout_materials(settings.layout, lattice)?)),
+        StartKind::Uniform => vec![1.0 / 3.0; lattice.edges.len()],
+        StartKind::Stability => stability_voids(lattice, settings.void_shift),
+        StartKind::ThreeLegged => {
+            let materials = layout_materials(settings.layout, lattice)?;
+            let in_layout = |material: Material| match material {
+                Material::Void => settings.void,
+                Material::Skeleton | Material::Actuator => 1.0 / 3.0,
+            };
+            materials.into_iter().map(in_layout).collect()
+        }
+    };
+    let rest = |void: f64| 0.5 * (1.0 - void);
+    let mixture: Vec<[f64; 3]> = void.iter().map(|&m| [m, rest(m), rest(m)]).collect();
+    Ok(vectors_of_mixture(&mixture, beta))
+}
+
+/// The material that a layout gives every edge of the lattice.
+///
+/// # Errors
+/// Where the layout is drawn for another lattice.
+pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Material>> {
+    if (lattice.columns, lattice.rows) != (LAYOUT_SIDE, LAYOUT_SIDE) {
+        return Err(Error::Usage(format!(
+            "the three-legged layouts are drawn for {LAYOUT_SIDE}x{LAYOUT_SIDE} nodes, and this \
+             lattice has {}x{}",
+            lattice.columns, lattice.rows
+        )));
+    }
+    let numbers = layout.materials().into_iter();
+    Ok(numbers
+        .map(|number| Material::ALL[usize::from(number)])
+        .collect())
+}
+
+/// A third, plus `top` times the edge's height relative to the highest edge's.
+fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
+    let heights = lattice.midpoint_rows();
+    // A lattice of one row has no height to tell its edges apart by.
+    let highest = heights.iter().copied().fold(0.5, f64::max);
+    let void = |height: &f64| 1.0 / 3.0 + top * height / highest;
+    heights.iter().map(void).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{layout_materials, start_vectors};
+    use crate::design::{Material, dominant};
+    use crate::lattice::{Ground, Lattice};
+    use crate::scene::{LatticeSettings, Layout, PhysicsSettings, StartKind, StartSettings};
+
+    fn lattice(columns: usize, rows: usize) -> Lattice {
+        let settings = LatticeSettings {
+            columns,
+            rows,
+            ..LatticeSettings::default()
+        };
+        Lattice::new(&settings, &Ground::from(&PhysicsSettings::default()))
+    }
+
+    fn start(kind: StartKind) -> StartSettings {
+        StartSettings {
+            kind,
+            ..StartSettings::default()
+        }
+    }
+
+    /// The void entry of the softmax of a design vector.
+    fn void(z: &[f64; 3]) -> f64 {
+        let e = z.map(|z| (20.0 * z).exp());
+        e[0] / (e[0] + e[1] + e[2])
+    }
+
+    #[test]
+    fn the_uniform_start_is_a_third_of_everything() {
+        let z = start_vectors(&start(StartKind::Uniform), &lattice(6, 6), 20.0).unwrap();
+        assert_eq!(z, vec![[1.0 / 3.0; 3]; 110]);
+    }
+
+    #[test]
+    fn the_stability_start_thins_out_upwards() {
+        let z = start_vectors(&start(StartKind::Stability), &lattice(6, 6), 20.0).unwrap();
+        // exp multiplies the roundings of z by 20.
+        assert!((void(&z[0]) - 1.0 / 3.0).abs() < 1e-14);
+        assert!((void(&z[109]) - (1.0 / 3.0 + 0.12)).abs() < 1e-14);
+        assert!(z.iter().all(|z| z[1] == z[2]));
+    }
+
+    #[test]
+    fn one_row_has_a_stability_start_too() {
+        let z = start_vectors(&start(StartKind::Stability), &lattice(4, 1), 20.0).unwrap();
+        assert_eq!(z, vec![[1.0 / 3.0; 3]; 3]);
+    }
+
+    #[test]
+    fn the_three_legged_start_thins_out_beside_its_layout() {
+        let lattice = lattice(6, 6);
+        let layout = layout_materials(Layout::Short, &lattice).unwrap();
+        let z = start_vectors(&start(StartKind::ThreeLegged), &lattice, 20.0).unwrap();
+        for (material, z) in layout.iter().zip(&z) {
+            let share = if material.is_solid() { 1.0 / 3.0 } else { 0.6 };
+            // exp multiplies the roundings of z by 20.
+            assert!((void(z) - share).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_layouts_keep_the_volume_budget() {
+        let lattice = lattice(6, 6);
+        for layout in [Layout::Tall, Layout::Short] {
+            let materials = layout_materials(layout, &lattice).unwrap();
+            let solid = materials.iter().filter(|m| m.is_solid()).count();
+            let actuators = materials
+                .iter()
+                .filter(|&&m| m == Material::Actuator)
+                .count();
+            assert_eq!((solid, actuators), (55, 22));
+            let settings = StartSettings {
+                layout,
+                ..start(StartKind::Layout)
+            };
+            let z = start_vectors(&settings, &lattice, 20.0).unwrap();
+            assert_eq!(z.iter().map(dominant).collect::<Vec<_>>(), materials);
+        }
+    }
+
+    #[test]
+    fn a_layout_for_another_lattice_is_refused() {
+        let error = start_vectors(&start(StartKind::Layout), &lattice(5, 5), 20.0).unwrap_err();
+        assert!(error.to_string().contains("has 5x5"));
+    }
+}

@@ -1,0 +1,155 @@
+//! From design vectors to a mixture of materials, and from the mixture to a body.
+
+use autodiff::Real;
+use serde::{Deserialize, Serialize};
+
+use crate::design::{self, Material};
+use crate::lattice::Lattice;
+use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings};
+
+/// The two projections of the paper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Projection {
+    /// `softmax(beta z)`.
+    Performance,
+    /// Centred by the mean over the edges and sharp, so that it shows what a snap would leave;
+    /// with the derivative of a softer one (straight-through).
+    Stability,
+}
+
+/// The mixture of every edge: positive shares of void, skeleton and actuator that sum to one.
+pub fn mixture<R: Real>(
+    projection: Projection,
+    z: &[[R; 3]],
+    settings: &ProjectionSettings,
+) -> Vec<[R; 3]> {
+    match projection {
+        Projection::Performance => z.iter().map(|&z| softmax(z, settings.beta)).collect(),
+        Projection::Stability => {
+            let mean = column_means(z);
+            let project = |z: &[R; 3]| {
+                let centred = [z[0] - mean[0], z[1] - mean[1], z[2] - mean[2]];
+                let sharp = softmax(centred.map(R::detach), settings.beta_stability);
+                let soft = softmax(centred, settings.beta_straight_through);
+                [0, 1, 2].map(|k| sharp[k].straight_through(soft[k]))
+            };
+            z.iter().map(project).collect()
+        }
+    }
+}
+
+/// The mixture of a layout: exactly one material per edge (D7).
+pub fn one_hot<R: Real>(materials: &[Material]) -> Vec<[R; 3]> {
+    let vectors = design::one_hot(materials);
+    vectors.into_iter().map(|m| m.map(R::lit)).collect()
+}
+
+/// `softmax(beta z)`.
+///
+/// The largest entry is taken off first and the rest multiplied after: no exponential can
+/// overflow, and the difference of nearly equal entries is exact. The shift is a constant to the
+/// derivative, because the softmax does not depend on it.
+pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
+    let [a, b, c] = z.map(R::detach);
+    let largest = a.max(b).max(c);
+    let e = z.map(|z| ((z - largest) * R::lit(beta)).exp());
+    let sum = e[0] + e[1] + e[2];
+    e.map(|e| e / sum)
+}
+
+/// The mean over the edges of each of the three entries.
+fn column_means<R: Real>(rows: &[[R; 3]]) -> [R; 3] {
+    let share = R::lit(1.0 / rows.len() as f64);
+    [0, 1, 2].map(|k| {
+        let column: Vec<R> = rows.iter().map(|row| row[k]).collect();
+        R::sum(&column) * share
+    })
+}
+
+/// What a rollout does not change: the robot as the simulator sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body<R> {
+    /// Stiffness per edge, N/m.
+    pub stiffness: Vec<R>,
+    /// Relative change of length per edge at full activation (D8).
+    pub strain: Vec<R>,
+    /// Mass per node, kg.
+    pub mass: Vec<R>,
+}
+
+impl<R: Real> Body<R> {
+    /// The body of a mixture: every property of an edge is the mixture's mean of its materials'.
+    pub fn new(
+        mixture: &[[R; 3]],
+        lattice: &Lattice,
+        materials: &MaterialSettings,
+        physics: &PhysicsSettings,
+    ) -> Self {
+        let strain = R::lit(materials.max_strain[Material::Actuator as usize]);
+        let edge_mass =
+            |(m, &length): (&[R; 3], &f64)| mean_property(m, &materials.density) * R::lit(length);
+        let edges = mixture.iter().zip(&lattice.rest_length);
+        let edge_masses: Vec<R> = edges.map(edge_mass).collect();
+        Self {
+            stiffness: mixture
+                .iter()
+                .map(|m| mean_property(m, &materials.stiffness))
+                .collect(),
+            strain: mixture
+                .iter()
+                .map(|m| m[Material::Actuator as usize] * strain)
+                .collect(),
+            mass: node_masses(&edge_masses, lattice, physics),
+        }
+    }
+}
+
+/// A little for the node itself (D2), half of each of its edges, and the payload at node 0.
+fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsSettings) -> Vec<R> {
+    let mut shares = vec![vec![R::lit(physics.node_mass)]; lattice.nodes()];
+    shares[0].push(R::lit(physics.payload_mass));
+    for (&[i, j], &mass) in lattice.edges.iter().zip(edge_masses) {
+        let half = R::lit(0.5) * mass;
+        shares[i].push(half);
+        shares[j].push(half);
+    }
+    shares.iter().map(|shares| R::sum(shares)).collect()
+}
+
+fn mean_property<R: Real>(mixture: &[R; 3], property: &[f64; 3]) -> R {
+    R::dot(mixture, &property.map(R::lit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Body, Projection, mixture, one_hot};
+    use crate::design::Material::{Actuator, Skeleton, Void};
+    use crate::lattice::{Ground, Lattice};
+    use crate::scene::{ProjectionSettings, Scene};
+
+    #[test]
+    fn a_void_edge_of_a_layout_has_exactly_the_void_stiffness() {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let layout = one_hot::<f64>(&[Void, Skeleton, Actuator, Void, Void, Void]);
+        let body = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
+        assert_eq!(body.stiffness[..3], [1e-7, 4e2, 3e1]);
+        assert_eq!(body.strain[..3], [0.0, 0.0, 0.35]);
+        let weight: f64 = body.mass.iter().sum();
+        let diagonal = 0.02f64.sqrt();
+        let edges = 0.1 * 0.030 + diagonal * 0.1 + 1e-8 * (0.3 + diagonal);
+        // A dozen roundings of numbers below 0.1, each at most 7e-18.
+        assert!((weight - (4e-4 + 0.03 + edges)).abs() < 1e-16);
+    }
+
+    #[test]
+    fn the_stability_projection_leaves_equal_edges_undecided() {
+        let z = vec![[0.9, 0.1, 0.4]; 3];
+        for row in mixture(Projection::Stability, &z, &ProjectionSettings::default()) {
+            // The mean of three equal numbers is off by a rounding, which 500 multiplies.
+            assert!(row.iter().all(|m: &f64| (m - 1.0 / 3.0).abs() < 1e-13));
+        }
+    }
+}
