@@ -37,7 +37,7 @@ pub enum Error {
     #[error("{0}")]
     Usage(String),
     /// No built-in scene and no file of that name.
-    #[error("no built-in scene and no file is named `{name}`{hint}")]
+    #[error("no built-in scene and no file is named `{name}`; {hint}")]
     NoScene {
         /// What was asked for.
         name: String,
@@ -61,9 +61,7 @@ pub enum Error {
         source: io::Error,
     },
     /// A simulated state stopped being finite.
-    #[error(
-        "the simulation diverged in step {step}: node {node} is at {position:?} m with velocity {velocity:?} m/s"
-    )]
+    #[error("diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s")]
     Diverged {
         /// The step that produced the state, from 0.
         step: usize,
@@ -98,8 +96,8 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// The process's exit code: 1 a check failed, 2 bad usage or a malformed file, 3 diverged, 4 missing,
-    /// unreadable or unwritable, 75 interrupted and resumable. (0 is success.)
+    /// The process's exit code: 1 a check failed, 2 bad usage or a malformed file, 3 diverged, 4
+    /// missing, unreadable or unwritable, 75 interrupted and resumable. (0 is success.)
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::CheckFailed { .. } => 1,
@@ -108,5 +106,57 @@ impl Error {
             Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
             Error::Interrupted { .. } => 75,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The exit code and the text of an error.
+    fn told(error: &Error) -> (u8, String) {
+        (error.exit_code(), error.to_string())
+    }
+
+    #[test]
+    fn every_error_has_the_promised_exit_code_and_says_its_numbers() {
+        let what = "gradients".to_string();
+        let (code, text) = told(&Error::CheckFailed {
+            what,
+            failed: 17,
+            total: 40,
+        });
+        assert!(code == 1 && text == "17 of 40 checks failed: gradients");
+
+        let (file, what) = ("design.json".to_string(), "edges".to_string());
+        let (code, text) = told(&Error::Misfit {
+            file,
+            what,
+            expected: 110,
+            found: 72,
+        });
+        assert!(code == 2 && text == "design.json: edges: 72, where 110 belong");
+
+        let (position, velocity) = ([f64::NAN, 0.5], [1.0, 2.0]);
+        let (code, text) = told(&Error::Diverged {
+            step: 12,
+            node: 5,
+            position,
+            velocity,
+        });
+        assert!(code == 3 && text.contains("step 12: node 5 at [NaN, 0.5] m, velocity [1.0, 2.0]"));
+
+        let (path, source) = (
+            PathBuf::from("a"),
+            io::Error::from(io::ErrorKind::PermissionDenied),
+        );
+        let (code, text) = told(&Error::Write { path, source });
+        assert!(code == 4 && text == "cannot write a: permission denied");
+
+        let run = PathBuf::from("runs/a");
+        let (code, text) = told(&Error::Interrupted { run, iteration: 99 });
+        assert!(
+            code == 75 && text.contains("iteration 99") && text.ends_with("cosmic resume runs/a")
+        );
     }
 }

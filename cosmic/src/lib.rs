@@ -13,6 +13,7 @@ pub mod controller;
 pub mod simulator;
 pub mod objective;
 pub mod case;
+pub mod optimiser;
 pub mod record;
 #[cfg(feature = "cli")]
 pub mod cli;

@@ -34,7 +34,8 @@ impl Command {
     }
 }
 
-/// Runs the command that the process was started with; the exit code is [`Error::exit_code`]'s, or 0.
+/// Runs the command that the process was started with; the exit code is [`Error::exit_code`]'s, or
+/// 0.
 pub fn run() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
@@ -67,7 +68,8 @@ fn complain(error: &Error) {
     let _ = writeln!(io::stderr(), "{prefix}{text}");
 }
 
-/// Writes to standard output. A reader that has seen enough (`cosmic scene default | head`) is no error.
+/// Writes to standard output. A reader that has seen enough (`cosmic scene default | head`) is no
+/// error.
 fn print(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {

@@ -1,8 +1,8 @@
 //! Files that are whole or not there: each is written beside its place and renamed into it.
 
 use crate::error::{Error, Result};
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -17,8 +17,8 @@ pub struct Format {
     pub version: u32,
 }
 
-/// Replaces a file by what `fill` writes, or leaves it as it was: a reader, or a run resumed after a crash,
-/// sees the old bytes or the new ones and no mixture.
+/// Replaces a file by what `fill` writes, or leaves it as it was: a reader, or a run resumed after
+/// a crash, sees the old bytes or the new ones and no mixture.
 ///
 /// # Errors
 /// [`Error::Write`], for an error of `fill` as well.
@@ -51,7 +51,8 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(".cosmic-");
-    // Temporary files are private by default; what is renamed into place should be an ordinary file.
+    // Temporary files are private by default; what is renamed into place should be an ordinary
+    // file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)
@@ -75,8 +76,8 @@ struct Stamped<'b, T> {
     body: &'b T,
 }
 
-/// Replaces a JSON file by `format`, `version` and the body's keys. Numbers read back to the same bits; one
-/// that is not finite becomes `null`.
+/// Replaces a JSON file by `format`, `version` and the body's keys. Numbers read back to the same
+/// bits; one that is not finite becomes `null`.
 ///
 /// # Errors
 /// [`Error::Write`].
@@ -92,42 +93,48 @@ pub fn write_json<T: Serialize>(path: &Path, format: Format, body: &T) -> Result
     })
 }
 
-/// Reads what [`write_json`] wrote.
+/// The first two keys of a file that is read.
+#[derive(Deserialize)]
+struct Stamp {
+    format: String,
+    version: u32,
+}
+
+/// Reads what [`write_json`] wrote. `T` sees the keys `format` and `version` too, and must not
+/// refuse them.
 ///
 /// # Errors
-/// [`Error::Read`] for a file that is missing or unreadable; [`Error::Malformed`] for one that is not JSON, of
-/// another format or version, or lacks keys.
+/// [`Error::Read`] for a file that is missing or unreadable; [`Error::Malformed`] for one that is
+/// not JSON, of another format or version, or lacks keys.
 pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> {
     let bytes = fs::read(path).map_err(|source| Error::Read {
         path: path.into(),
         source,
     })?;
-    let mut value: serde_json::Map<String, serde_json::Value> =
-        serde_json::from_slice(&bytes).map_err(|error| malformed(path, &error))?;
-    let name = value.remove("format").unwrap_or_default();
-    let version = value.remove("version").unwrap_or_default();
-    if name != format.name || version != format.version {
-        let message = format!(
-            "is {name} version {version}, where \"{}\" version {} is needed",
-            format.name, format.version
-        );
-        return Err(at(path, (1, 1), message));
+    let json = |error: serde_json::Error| {
+        malformed(path, (error.line(), error.column()), &error.to_string())
+    };
+    let stamp: Stamp = serde_json::from_slice(&bytes).map_err(json)?;
+    if stamp.format != format.name || stamp.version != format.version {
+        let found = format!("{:?} version {}", stamp.format, stamp.version);
+        let needed = format!("{:?} version {}", format.name, format.version);
+        return Err(malformed(
+            path,
+            (1, 1),
+            &format!("the format is {found}, not {needed}"),
+        ));
     }
-    serde_json::from_value(value.into()).map_err(|error| malformed(path, &error))
+    serde_json::from_slice(&bytes).map_err(json)
 }
 
-fn malformed(path: &Path, error: &serde_json::Error) -> Error {
-    at(path, (error.line(), error.column()), error.to_string())
-}
-
-fn at(path: &Path, (line, column): (usize, usize), message: String) -> Error {
+fn malformed(path: &Path, (line, column): (usize, usize), message: &str) -> Error {
     let file = path.display().to_string();
-    let report = format!("error: {file}: {message}");
+    let report = format!("error: {message}\n --> {file}:{line}:{column}");
     Error::Malformed {
         file,
         line,
         column,
-        message,
+        message: message.to_string(),
         report,
     }
 }

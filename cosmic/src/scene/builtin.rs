@@ -5,7 +5,7 @@ use super::diagnostic::not_text;
 use super::read::suggest;
 use crate::error::{Error, Result};
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
 /// A scene that ships inside the program.
@@ -72,34 +72,31 @@ impl Scene {
     /// The scene of that built-in name, or else in that TOML file.
     ///
     /// # Errors
-    /// [`Error::NoScene`] where there is neither, [`Error::Read`] for a file that cannot be read, and
-    /// those of [`Scene::parse`].
+    /// [`Error::NoScene`] where there is neither, otherwise those of [`Scene::read`].
     pub fn load(name: &str) -> Result<Scene> {
-        match BUILTIN.iter().find(|builtin| builtin.name == name) {
-            Some(builtin) => Scene::parse(builtin.name, builtin.text),
-            None => Scene::read(Path::new(name)),
+        if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
+            return Scene::parse(builtin.name, builtin.text);
         }
+        Scene::read(Path::new(name)).map_err(|error| match error {
+            Error::Read { source, .. } if source.kind() == ErrorKind::NotFound => Error::NoScene {
+                name: name.to_string(),
+                hint: suggest(name, BUILTIN.iter().map(|builtin| builtin.name)),
+            },
+            other => other,
+        })
     }
 
     /// The scene in a TOML file.
     ///
     /// # Errors
-    /// As [`Scene::load`].
+    /// [`Error::Read`] for a file that cannot be read, [`Error::Malformed`] for one that is not
+    /// UTF-8, and those of [`Scene::parse`].
     pub fn read(path: &Path) -> Result<Scene> {
         let file = path.display().to_string();
-        let unreadable = |source: io::Error| match source.kind() {
-            io::ErrorKind::NotFound => no_scene(&file),
-            _ => Error::Read {
-                path: path.into(),
-                source,
-            },
-        };
-        let mut bytes = Vec::new();
-        let opened = File::open(path).map_err(unreadable)?;
-        opened
-            .take(LARGEST + 1)
-            .read_to_end(&mut bytes)
-            .map_err(unreadable)?;
+        let bytes = first_bytes(path).map_err(|source| Error::Read {
+            path: path.into(),
+            source,
+        })?;
         if bytes.len() as u64 > LARGEST {
             return Err(Error::Usage(format!(
                 "{file}: larger than the {LARGEST} bytes a scene may have"
@@ -110,13 +107,11 @@ impl Scene {
     }
 }
 
-fn no_scene(name: &str) -> Error {
-    let hint = format!(
-        "; {}",
-        suggest(name, BUILTIN.iter().map(|builtin| builtin.name))
-    );
-    Error::NoScene {
-        name: name.to_string(),
-        hint,
-    }
+/// A file's bytes, one more than allowed at most: not every path ends, `/dev/zero` does not.
+fn first_bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?
+        .take(LARGEST + 1)
+        .read_to_end(&mut bytes)?;
+    Ok(bytes)
 }

@@ -13,8 +13,8 @@ pub struct Departure {
 }
 
 impl Scene {
-    /// The departures in force, for a run's summary. With none, the run is the paper's algorithm with values
-    /// of our own only where the paper gives none.
+    /// The departures in force, for a run's summary. With none, the run is the paper's algorithm
+    /// with values of our own only where the paper gives none.
     pub fn departures(&self) -> Vec<Departure> {
         let short_start =
             self.start.kind == StartKind::ThreeLegged && self.start.layout == Layout::Short;
@@ -22,7 +22,7 @@ impl Scene {
             (
                 self.loss.kind == LossKind::Mean,
                 "loss.kind",
-                "gradients are of the payload's mean position over the horizon's end, not of its last position",
+                "the loss is the payload's mean position over the horizon's end, not its last",
             ),
             (
                 self.gradient.cotangent_bound.is_some(),
@@ -32,7 +32,7 @@ impl Scene {
             (
                 self.selection.kind == SelectionKind::Median,
                 "selection.kind",
-                "the controller with the best median over perturbed starts is delivered, not the last one",
+                "the controller with the best perturbed median is delivered, not the last",
             ),
             (
                 short_start,

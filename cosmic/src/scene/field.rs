@@ -100,12 +100,17 @@ impl fmt::Display for Limits {
     }
 }
 
-/// A bound as people write it: `64`, not `64.0`; `1e-9`, not `0.000000001`.
+/// A bound as people write it: `64`, not `64.0`; `1e9`, not `1000000000`.
 struct Plain(f64);
 
 impl fmt::Display for Plain {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let text = format!("{:?}", self.0);
+        let large = self.0.abs() >= 1e5;
+        let text = if large {
+            format!("{:e}", self.0)
+        } else {
+            format!("{:?}", self.0)
+        };
         f.write_str(text.strip_suffix(".0").unwrap_or(&text))
     }
 }

@@ -14,8 +14,9 @@ impl Scene {
     /// Reads a scene from TOML. Keys left out keep their defaults.
     ///
     /// # Errors
-    /// [`Error::Malformed`](crate::Error::Malformed), naming `file`, for anything that is not TOML, an
-    /// unknown key, a value of the wrong type or out of its range, and settings that contradict one another.
+    /// [`Error::Malformed`](crate::Error::Malformed), naming `file`, for anything that is not TOML,
+    /// an unknown key, a value of the wrong type or out of its range, and settings that contradict
+    /// one another.
     pub fn parse(file: &str, text: &str) -> Result<Scene> {
         let document = match DeTable::parse(text) {
             Ok(document) => document,
@@ -121,7 +122,8 @@ impl Reader<'_> {
             let message = match misfit {
                 Misfit::Kind(kind) => format!("`{path}` is {kind}: {written}"),
                 Misfit::Length(length) => format!("`{path}` has {length} entries: {written}"),
-                Misfit::Value => format!("`{path}` is out of range: {written}"),
+                Misfit::Range => format!("`{path}` is out of range: {written}"),
+                Misfit::Word => format!("`{path}` cannot be {written}"),
             };
             self.fault(span, message, allowed);
         }
@@ -136,7 +138,12 @@ impl Reader<'_> {
                 .iter()
                 .find_map(|key| self.spans.get(*key))
                 .cloned();
-            let hint = format!("see {}", conflict.keys.join(" and "));
+            let [first, second] = conflict.keys;
+            let hint = if first == second {
+                String::new()
+            } else {
+                format!("see {first} and {second}")
+            };
             self.fault(span.unwrap_or(0..0), conflict.says, hint);
         }
     }
@@ -146,14 +153,15 @@ impl Reader<'_> {
 enum Misfit {
     Kind(&'static str),
     Length(usize),
-    Value,
+    Range,
+    Word,
 }
 
 type Filled<T> = std::result::Result<T, (Range<usize>, Misfit)>;
 
 /// Puts a value where it belongs.
 fn fill(slot: Slot, limits: &Limits, value: &Spanned<DeValue>) -> Filled<()> {
-    let out_of_range = || (value.span(), Misfit::Value);
+    let unknown_word = || (value.span(), Misfit::Word);
     match slot {
         Slot::Number(x) => *x = number(value, limits)?,
         Slot::Bound(x) => {
@@ -178,13 +186,13 @@ fn fill(slot: Slot, limits: &Limits, value: &Spanned<DeValue>) -> Filled<()> {
         Slot::Choice(choice) => {
             let name = value.get_ref().as_str().ok_or_else(|| wrong_kind(value))?;
             if !choice.choose(name) {
-                return Err(out_of_range());
+                return Err(unknown_word());
             }
         }
         Slot::Cycle(passes) => {
             let letters = value.get_ref().as_str().ok_or_else(|| wrong_kind(value))?;
             let read = cycle(letters).filter(|passes| limits.contain(passes.len() as f64));
-            *passes = read.ok_or_else(out_of_range)?;
+            *passes = read.ok_or_else(unknown_word)?;
         }
     }
     Ok(())
@@ -201,7 +209,7 @@ fn number(value: &Spanned<DeValue>, limits: &Limits) -> Filled<f64> {
         _ => return Err(wrong_kind(value)),
     };
     x.filter(|x| limits.contain(*x))
-        .ok_or_else(|| (value.span(), Misfit::Value))
+        .ok_or_else(|| (value.span(), Misfit::Range))
 }
 
 /// A whole number.
@@ -211,7 +219,7 @@ fn count(value: &Spanned<DeValue>, limits: &Limits) -> Filled<usize> {
     };
     let n = usize::from_str_radix(n.as_str(), n.radix()).ok();
     n.filter(|n| limits.contain(*n as f64))
-        .ok_or_else(|| (value.span(), Misfit::Value))
+        .ok_or_else(|| (value.span(), Misfit::Range))
 }
 
 /// An array's entries, so many of them.

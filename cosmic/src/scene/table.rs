@@ -1,6 +1,7 @@
 //! The one table behind reading, checking and writing scenes: every key, its range and its place.
 //!
-//! Defaults live in the structs' `Default`; what a user reads about a key is its field's own documentation.
+//! Defaults live in the structs' `Default`; what a user reads about a key is its field's own
+//! documentation.
 
 use super::field::{Field, Limits, Section, Slot, above, within};
 use super::{Pass, Scene};

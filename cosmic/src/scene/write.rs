@@ -35,8 +35,9 @@ impl Scene {
     }
 }
 
-/// The structs' documentation, by `Settings` and `Settings.key`, taken from their source: the sentence
-/// that describes a key in a scene file is the one that describes the field, and cannot drift from it.
+/// The structs' documentation, by `Settings` and `Settings.key`, taken from their source: the
+/// sentence that describes a key in a scene file is the one that describes the field, and cannot
+/// drift from it.
 fn comments() -> HashMap<String, String> {
     let sources = [
         include_str!("robot.rs"),

@@ -1,0 +1,350 @@
+//! The subproblem solved through its dual.
+//!
+//! The dual function of the multipliers is concave and has a continuous gradient (the constraints'
+//! models at the minimising step, less the elastic extension), whose own derivative jumps where a
+//! variable meets its box or a multiplier passes the elastic cost. For a handful of constraints
+//! an active-set Newton method with a line search along each direction reaches rounding error.
+//!
+//! Degenerate cases are common: with all variables at their boxes the dual is flat in all
+//! directions up to the elastic cost; two opposite bounds on one volume leave no interior and
+//! make it nearly flat in one. Two things keep the method safe there. An upper bound on each
+//! multiplier is known (`c + d y` for the largest `y` the box can ask for), and the Newton matrix
+//! is damped by gradient over bound: a flat direction then leads as far as the bound, while the
+//! damping vanishes with the gradient and Newton's last steps are undisturbed.
+
+use super::subproblem::{Elastic, Subproblem};
+
+/// Newton steps after which the search gives up and reports its residual. Random problems need
+/// 5 to 15.
+const MAX_STEPS: usize = 100;
+/// Evaluations in one line search.
+const MAX_TRIALS: usize = 60;
+/// Share of the directional derivative that a line search may leave.
+const SLACK: f64 = 0.3;
+/// Ulps of a constraint's terms that count as zero.
+const ULPS: f64 = 8.0;
+
+/// The solution of a subproblem, and what it took.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Solution {
+    pub(super) multipliers: Vec<f64>,
+    pub(super) newton_steps: usize,
+    pub(super) evaluations: usize,
+    pub(super) residual: f64,
+}
+
+/// Maximises the dual, from a guess if its length fits, else from 0. Afterwards the subproblem's
+/// steps belong to the multipliers returned.
+pub(super) fn maximise(model: &mut Subproblem, elastic: Elastic, guess: &[f64]) -> Solution {
+    let mut search = Search::new(model, elastic);
+    if guess.len() == search.multipliers.len() {
+        for i in 0..guess.len() {
+            search.multipliers[i] = guess[i].clamp(0.0, search.ceilings[i]);
+        }
+    }
+    search.evaluate();
+    let mut newton_steps = 0;
+    while !search.converged() && newton_steps < MAX_STEPS {
+        search.find_direction();
+        search.advance();
+        newton_steps += 1;
+    }
+    Solution {
+        newton_steps,
+        evaluations: search.evaluations,
+        residual: search.residual(),
+        multipliers: search.multipliers,
+    }
+}
+
+/// Largest step along a direction, and the multiplier that then reaches a bound.
+struct Limit {
+    length: f64,
+    hit: Option<usize>,
+}
+
+struct Search<'a> {
+    model: &'a mut Subproblem,
+    elastic: Elastic,
+    /// Upper bounds that no solution reaches; 0 where the constraint cannot be active.
+    ceilings: Vec<f64>,
+    /// Rounding error of each component of the gradient.
+    noise: Vec<f64>,
+    multipliers: Vec<f64>,
+    value: f64,
+    value_noise: f64,
+    gradient: Vec<f64>,
+    direction: Vec<f64>,
+    free: Vec<usize>,
+    matrix: Vec<f64>,
+    evaluations: usize,
+}
+
+impl<'a> Search<'a> {
+    fn new(model: &'a mut Subproblem, elastic: Elastic) -> Self {
+        let count = model.constraint_count();
+        let ceiling = |peak: f64| {
+            // A tenth more: on the bound the gradient is surely negative.
+            let bound = elastic.linear + elastic.quadratic * 1.1 * peak;
+            if peak > 0.0 { bound } else { 0.0 }
+        };
+        Search {
+            ceilings: (0..count).map(|i| ceiling(model.peak(i))).collect(),
+            noise: vec![0.0; count],
+            multipliers: vec![0.0; count],
+            value: 0.0,
+            value_noise: 0.0,
+            gradient: vec![0.0; count],
+            direction: vec![0.0; count],
+            free: Vec::with_capacity(count),
+            matrix: Vec::with_capacity(count * count),
+            evaluations: 0,
+            model,
+            elastic,
+        }
+    }
+
+    /// Value and gradient at the multipliers, and their rounding errors.
+    fn evaluate(&mut self) {
+        self.value = self.model.minimise(&self.multipliers, &mut self.gradient);
+        self.value_noise = ULPS * f64::EPSILON * self.value.abs();
+        for (i, &multiplier) in self.multipliers.iter().enumerate() {
+            let extension = self.elastic.extension(multiplier);
+            self.gradient[i] -= extension;
+            self.value -= 0.5 * self.elastic.quadratic * extension * extension;
+            // An ulp of a multiplier beyond the elastic cost moves the extension by that / d.
+            let elastic_size = if extension > 0.0 {
+                multiplier / self.elastic.quadratic
+            } else {
+                0.0
+            };
+            self.noise[i] = ULPS * f64::EPSILON * (self.model.size(i) + elastic_size);
+            self.value_noise += multiplier * self.noise[i];
+        }
+        self.evaluations += 1;
+    }
+
+    /// How far constraint `i` is from its optimality condition.
+    fn violation(&self, i: usize) -> f64 {
+        if self.multipliers[i] > 0.0 {
+            self.gradient[i].abs()
+        } else {
+            self.gradient[i].max(0.0)
+        }
+    }
+
+    /// The largest violation, in units of the constraints; NaN if one is.
+    fn residual(&self) -> f64 {
+        let worst = |worst: f64, v: f64| if v <= worst { worst } else { v };
+        (0..self.gradient.len())
+            .map(|i| self.violation(i))
+            .fold(0.0, worst)
+    }
+
+    /// Whether no violation is left beyond rounding. NaN ends the search too.
+    fn converged(&self) -> bool {
+        !(0..self.gradient.len()).any(|i| self.violation(i) > self.noise[i])
+    }
+
+    /// Newton's direction over the multipliers that are free to move along it.
+    fn find_direction(&mut self) {
+        let free = (0..self.gradient.len()).filter(|&i| {
+            self.multipliers[i] > 0.0 || self.gradient[i] > 0.0 && self.ceilings[i] > 0.0
+        });
+        self.free.clear();
+        self.free.extend(free);
+        loop {
+            self.solve_newton();
+            let (multipliers, direction) = (&self.multipliers, &self.direction);
+            let count = self.free.len();
+            // A multiplier at 0 that is asked to fall stays, and the rest is solved again. The
+            // rest ascends: direction . gradient > 0 and those left out contribute less than 0.
+            self.free
+                .retain(|&i| multipliers[i] > 0.0 || direction[i] >= 0.0);
+            if self.free.len() == count {
+                return;
+            }
+        }
+    }
+
+    fn solve_newton(&mut self) {
+        self.model.dual_curvature(&self.free, &mut self.matrix);
+        let size = self.free.len();
+        let mut solution: Vec<f64> = self.free.iter().map(|&i| self.gradient[i]).collect();
+        for (row, &i) in self.free.iter().enumerate() {
+            let diagonal = &mut self.matrix[row * size + row];
+            if self.multipliers[i] > self.elastic.linear {
+                *diagonal += self.elastic.quadratic.recip();
+            }
+            *diagonal += self.gradient[i].abs() / self.ceilings[i];
+        }
+        solve_positive(&mut self.matrix, &mut solution);
+        self.direction.fill(0.0);
+        for (&i, &component) in self.free.iter().zip(&solution) {
+            self.direction[i] = component;
+        }
+    }
+
+    fn limit(&self) -> Limit {
+        let mut limit = Limit {
+            length: f64::INFINITY,
+            hit: None,
+        };
+        for &i in &self.free {
+            let (at, move_by) = (self.multipliers[i], self.direction[i]);
+            let room = if move_by < 0.0 {
+                at
+            } else {
+                self.ceilings[i] - at
+            };
+            let length = room / move_by.abs();
+            if length < limit.length {
+                (limit.length, limit.hit) = (length, Some(i));
+            }
+        }
+        limit
+    }
+
+    /// The directional derivative at `length` along the direction from `start`.
+    fn slope_at(&mut self, start: &[f64], length: f64, limit: &Limit) -> f64 {
+        for (i, &from) in start.iter().enumerate() {
+            let to = from + length * self.direction[i];
+            self.multipliers[i] = to.clamp(0.0, self.ceilings[i]);
+        }
+        if let (Some(hit), true) = (limit.hit, length == limit.length) {
+            // Exactly at the bound, not a rounding error beside it.
+            let falls = self.direction[hit] < 0.0;
+            self.multipliers[hit] = if falls { 0.0 } else { self.ceilings[hit] };
+        }
+        self.evaluate();
+        self.slope()
+    }
+
+    fn slope(&self) -> f64 {
+        (self.gradient.iter().zip(&self.direction))
+            .map(|(g, p)| g * p)
+            .sum()
+    }
+
+    /// The lengths at which a multiplier passes the elastic cost, where the slope's own derivative
+    /// jumps by orders of magnitude.
+    fn kinks(&self) -> Vec<f64> {
+        (self.free.iter())
+            .map(|&i| (self.elastic.linear - self.multipliers[i]) / self.direction[i])
+            .filter(|length| length.is_finite())
+            .collect()
+    }
+
+    /// Moves along the direction to where the slope, which can only fall, is nearly zero.
+    fn advance(&mut self) {
+        let start = self.multipliers.clone();
+        let limit = self.limit();
+        let (first_value, first_slope) = (self.value, self.slope());
+        let noise: f64 = (self.noise.iter().zip(&self.direction))
+            .map(|(e, p)| e * p.abs())
+            .sum();
+        let enough = SLACK * first_slope + noise;
+        let mut kinks = self.kinks();
+        let mut bracket = Bracket::from(first_slope);
+        let mut length = limit.length.min(1.0);
+        for _ in 0..MAX_TRIALS {
+            let slope = self.slope_at(&start, length, &limit);
+            // Beyond the maximum along the line it is not sure that anything was gained.
+            let gained = slope >= 0.0 || self.value + self.value_noise >= first_value;
+            let at_limit = slope > 0.0 && length == limit.length;
+            if at_limit || slope.abs() <= enough && gained {
+                return;
+            }
+            bracket.narrow(length, slope);
+            kinks.retain(|&kink| bracket.contains(kink));
+            let chord = bracket.next_trial().min(limit.length);
+            length = if bracket.above.is_some() {
+                kinks.pop().unwrap_or(chord)
+            } else {
+                chord
+            };
+        }
+    }
+}
+
+/// Where a falling function crosses zero: the Illinois variant of regula falsi.
+struct Bracket {
+    below: (f64, f64),
+    above: Option<(f64, f64)>,
+    moved_below: bool,
+}
+
+impl Bracket {
+    /// A bracket from 0, where the function is positive.
+    fn from(value: f64) -> Self {
+        Bracket {
+            below: (0.0, value),
+            above: None,
+            moved_below: false,
+        }
+    }
+
+    /// Takes in the function's value somewhere inside.
+    fn narrow(&mut self, at: f64, value: f64) {
+        let moves_below = value > 0.0;
+        let twice = moves_below == self.moved_below;
+        // An end that stays a second time counts half, or it would stay for ever.
+        let weight = if twice { 0.5 } else { 1.0 };
+        if moves_below {
+            self.below = (at, value);
+            self.above = self.above.map(|(end, value)| (end, weight * value));
+        } else {
+            self.below.1 *= if self.above.is_some() { weight } else { 1.0 };
+            self.above = Some((at, value));
+        }
+        self.moved_below = moves_below;
+    }
+
+    /// Whether a length lies strictly inside.
+    fn contains(&self, length: f64) -> bool {
+        let end = self.above.map_or(f64::INFINITY, |(end, _)| end);
+        self.below.0 < length && length < end
+    }
+
+    /// Where to look next: by the chord, or four times as far while no upper end is known.
+    fn next_trial(&self) -> f64 {
+        let (start, value) = self.below;
+        match self.above {
+            None => 4.0 * start,
+            Some((end, other)) => start + value / (value - other) * (end - start),
+        }
+    }
+}
+
+/// Solves `matrix x = right` in place by Cholesky's factors; the matrix is symmetric, positive
+/// semidefinite up to rounding, row-major. A pivot lost to rounding is lifted to it.
+fn solve_positive(matrix: &mut [f64], right: &mut [f64]) {
+    let size = right.len();
+    for column in 0..size {
+        let diagonal = matrix[column * size + column];
+        for row in column..size {
+            let reduction: f64 = (0..column)
+                .map(|k| matrix[row * size + k] * matrix[column * size + k])
+                .sum();
+            let entry = matrix[row * size + column] - reduction;
+            matrix[row * size + column] = if row == column {
+                entry
+                    .max(f64::EPSILON * diagonal)
+                    .max(f64::MIN_POSITIVE)
+                    .sqrt()
+            } else {
+                entry / matrix[column * size + column]
+            };
+        }
+    }
+    for row in 0..size {
+        let known: f64 = (0..row).map(|k| matrix[row * size + k] * right[k]).sum();
+        right[row] = (right[row] - known) / matrix[row * size + row];
+    }
+    for row in (0..size).rev() {
+        let known: f64 = (row + 1..size)
+            .map(|k| matrix[k * size + row] * right[k])
+            .sum();
+        right[row] = (right[row] - known) / matrix[row * size + row];
+    }
+}
