@@ -104,11 +104,13 @@ pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &
         claim.gradient.len(),
         "the gradient needs one component per argument"
     );
+    let typical = (dot(claim.gradient, claim.gradient) / n as f64).sqrt();
     let checker = Checker {
         value: &value,
         claim,
         options,
-        typical: (dot(claim.gradient, claim.gradient) / n as f64).sqrt(),
+        // An infinite gradient sets no scale.
+        typical: if typical.is_finite() { typical } else { 0.0 },
     };
     let mut random = SplitMix(options.seed);
     let mut worst = (0.0, vec![1.0; n]);

@@ -1,231 +1,137 @@
-//! Every elementary function: forward against reverse, finite differences and num-dual, at benign
-//! and extreme arguments.
+//! The crate's own elementary functions against the system's, and lanes against scalars.
 
-mod common;
+use autodiff::Real;
+use autodiff::lanes::{Lane, Vectorized};
 
-use autodiff::{Function, Real, gradient};
-use common::assert_gradient;
-use num_dual::{Dual64, DualNum};
-
-#[derive(Clone, Copy, Debug)]
-enum Unary {
-    Exp,
-    Sin,
-    Cos,
-    Tan,
-    Tanh,
-    Sqrt,
-    Rsqrt,
-    Recip,
-    Ln,
-    Abs,
-    Cube,
-    InverseSquare,
-}
-
-use Unary::*;
-
-/// Functions that vary over a distance of at least 0.1, whatever the argument (tan at -30: 0.15
-/// from its pole).
-const BY_DISTANCE: [Unary; 5] = [Exp, Sin, Cos, Tan, Tanh];
-/// Functions that vary over a distance of the order of the argument.
-const BY_RATIO: [Unary; 7] = [Sqrt, Rsqrt, Recip, Ln, Abs, Cube, InverseSquare];
-
-const ANGLES: [f64; 9] = [-30.0, -1.0, -1e-8, 0.0, 1e-300, 1e-3, 0.5, 3.0, 12.0];
-const RATIOS: [f64; 9] = [1e-300, 1e-100, 1e-8, 0.3, 1.0, 7.5, 1e8, 1e90, 1e300];
-
-impl Function for Unary {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let x = x[0];
-        match self {
-            Exp => x.exp(),
-            Sin => x.sin(),
-            Cos => x.cos(),
-            Tan => x.tan(),
-            Tanh => x.tanh(),
-            Sqrt => x.sqrt(),
-            Rsqrt => x.rsqrt(),
-            Recip => x.recip(),
-            Ln => x.ln(),
-            Abs => x.abs(),
-            Cube => x.powi(3),
-            InverseSquare => x.powi(-2),
-        }
+/// The distance of a float from a reference, in units of the reference's last place.
+fn ulps(a: f64, b: f64, epsilon: f64, least: f64) -> f64 {
+    if a == b || (a.is_nan() && b.is_nan()) {
+        return 0.0;
     }
+    (a - b).abs() / (b.abs().max(least) * epsilon)
 }
 
-impl Unary {
-    fn of_num_dual(self, x: Dual64) -> Dual64 {
-        match self {
-            Exp => x.exp(),
-            Sin => x.sin(),
-            Cos => x.cos(),
-            Tan => x.tan(),
-            Tanh => x.tanh(),
-            Sqrt => x.sqrt(),
-            Rsqrt => x.sqrt().recip(),
-            Recip => x.recip(),
-            Ln => x.ln(),
-            Abs => num_traits::Signed::abs(&x),
-            Cube => x.powi(3),
-            InverseSquare => x.powi(-2),
-        }
+fn ulps_f64(a: f64, b: f64) -> f64 {
+    ulps(a, b, f64::EPSILON, f64::MIN_POSITIVE)
+}
+
+fn ulps_f32(a: f32, b: f64) -> f64 {
+    if a == b as f32 {
+        return 0.0;
     }
+    ulps(a.into(), b, f32::EPSILON.into(), f32::MIN_POSITIVE.into())
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Binary {
-    Product,
-    Quotient,
-    Hypot,
-    Atan2,
-    Powf,
-    MulAdd,
-    Difference,
+/// Arguments of all sizes and both signs, dense where the functions bend.
+fn arguments(largest: f64) -> impl Iterator<Item = f64> {
+    (0..40_000).flat_map(move |k| {
+        let t = f64::from(k) / 40_000.0;
+        let spread = largest * (t * 2.0 - 1.0) + 0.37e-3;
+        let small = 1e-12_f64.powf(t) * if k % 2 == 0 { 1.0 } else { -1.0 };
+        [spread, small]
+    })
 }
 
-use Binary::*;
-
-impl Function for Binary {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let (a, b) = (x[0], x[1]);
-        match self {
-            Product => a * b,
-            Quotient => a / b,
-            Hypot => a.hypot(b),
-            Atan2 => a.atan2(b),
-            Powf => a.powf(b),
-            MulAdd => a.fma(b, a),
-            Difference => -(a - b),
-        }
+#[test]
+fn errors_are_within_the_documented_ulps() {
+    // The system's functions are themselves right to within 1 ulp: hence the added 1.
+    for x in arguments(700.0) {
+        assert!(ulps_f64(Real::exp(x), x.exp()) <= 3.0, "exp({x})");
     }
-}
-
-/// A central difference by `x[i]` over a distance of about `cbrt(eps) size`, and its error.
-fn difference(function: &impl Function, x: &[f64], i: usize, size: f64) -> (f64, f64) {
-    let moved = |h: f64| {
-        let mut x = x.to_vec();
-        x[i] += h;
-        (x[i], function.eval(&x))
-    };
-    let h = f64::EPSILON.cbrt() * size;
-    let ((a, at_a), (b, at_b)) = (moved(-h), moved(h));
-    let slope = (at_b - at_a) / (b - a);
-    // Truncation: h^2 f''' / 6, where f''' size^2 is below 24 |f'| + |f| / size for all functions
-    // here. Rounding: a few ulps of each value.
-    let relative = f64::EPSILON.cbrt().powi(2);
-    let size_of_value = at_a.abs().max(at_b.abs()) / size;
-    let truncation = relative * (4.0 * slope.abs() + size_of_value);
-    (
-        slope,
-        truncation + 4.0 * f64::EPSILON * size_of_value * (size / h),
-    )
-}
-
-fn assert_close_to_difference(
-    function: &(impl Function + std::fmt::Debug),
-    x: &[f64],
-    sizes: &[f64],
-) {
-    for (i, &by) in gradient(function, x).iter().enumerate() {
-        let (slope, error) = difference(function, x, i, sizes[i]);
-        if !slope.is_finite() || !error.is_finite() {
-            continue; // Beyond the range of f64, where the modes are only held to one another.
-        }
+    for x in arguments(22.0) {
+        assert!(ulps_f64(Real::tanh(x), x.tanh()) <= 5.0, "tanh({x})");
+    }
+    for x in arguments(2000.0) {
+        // Near a zero of the function the reduction leaves an absolute error.
+        let close = |a: f64, b: f64| ulps_f64(a, b) <= 3.0 || (a - b).abs() < 1e-19;
+        assert!(close(Real::sin(x), x.sin()), "sin({x})");
+        assert!(close(Real::cos(x), x.cos()), "cos({x})");
+    }
+    // Single precision is judged against double, which is exact to it.
+    for x in arguments(80.0) {
+        let single = x as f32;
+        let double = f64::from(single);
         assert!(
-            (by - slope).abs() <= error,
-            "{function:?} at {x:?}: {by:e} by {i}, differences {slope:e}"
+            ulps_f32(Real::exp(single), double.exp()) <= 2.0,
+            "exp f32 {x}"
         );
+        assert!(
+            ulps_f32(Real::tanh(single), double.tanh()) <= 4.0,
+            "tanh f32 {x}"
+        );
+        let close = |a: f32, b: f64| ulps_f32(a, b) <= 2.0 || (f64::from(a) - b).abs() < 1e-9;
+        assert!(close(Real::sin(single), double.sin()), "sin f32 {x}");
+        assert!(close(Real::cos(single), double.cos()), "cos f32 {x}");
     }
 }
 
 #[test]
-fn unary_functions_agree_with_differences() {
-    for (functions, arguments) in [(&BY_DISTANCE[..], ANGLES), (&BY_RATIO[..], RATIOS)] {
-        for function in functions {
-            for x in arguments {
-                let size = if arguments == ANGLES { 0.1 } else { x };
-                assert_close_to_difference(function, &[x], &[size]);
+fn extremes_give_limits_and_nan_is_passed_on() {
+    let inf = f64::INFINITY;
+    assert_eq!(
+        [inf, -inf, 1e300, -1e300].map(Real::exp),
+        [inf, 0.0, inf, 0.0]
+    );
+    assert_eq!(
+        [inf, -inf, 1e300, 0.0].map(Real::tanh),
+        [1.0, -1.0, 1.0, 0.0]
+    );
+    assert!(Real::exp(709.78_f64) < inf && Real::exp(709.79_f64) == inf);
+    assert!(Real::exp(-745.0_f64) > 0.0 && Real::exp(-746.0_f64) == 0.0);
+    for f in [Real::exp, Real::tanh, Real::sin, Real::cos] as [fn(f64) -> f64; 4] {
+        assert!(f(f64::NAN).is_nan());
+    }
+    assert!(Real::sin(inf).is_nan());
+}
+
+/// `exp`, `tanh`, `sin`, `cos`, `sqrt`, a comparison and a select over a slice.
+struct All<'a>(&'a [f64], &'a mut [Vec<f64>; 6]);
+
+impl Vectorized<f64> for All<'_> {
+    type Output = usize;
+    #[inline(always)]
+    fn run<L: Lane<f64>>(self) -> usize {
+        for start in (0..self.0.len()).step_by(L::N) {
+            let x = L::load(&self.0[start..]);
+            let small = x.lt(L::lit(0.5)) & L::lit(-0.5).le(x);
+            let outputs = [
+                x.exp(),
+                x.tanh(),
+                x.sin(),
+                x.cos(),
+                x.abs().sqrt(),
+                L::select(small, x.signum(), x.max(L::lit(1.0))),
+            ];
+            for (to, y) in self.1.iter_mut().zip(outputs) {
+                y.store(&mut to[start..]);
             }
         }
+        L::N
     }
 }
 
 #[test]
-fn unary_functions_agree_with_num_dual() {
-    for (functions, arguments) in [(&BY_DISTANCE[..], ANGLES), (&BY_RATIO[..], RATIOS)] {
-        for &function in functions {
-            for x in arguments {
-                let other = function.of_num_dual(Dual64::from_re(x).derivative());
-                let ours = gradient(&function, &[x])[0];
-                if !other.eps.is_normal() || !ours.is_normal() {
-                    continue; // Over- or underflow on the way, at another place in each crate.
-                }
-                // Both compute the textbook partial in a handful of operations. tanh alone
-                // cancels in 1 - tanh^2, where an ulp of 1 in each crate is the best to be had.
-                let floor = if matches!(function, Tanh) {
-                    2.0 * f64::EPSILON
-                } else {
-                    0.0
-                };
-                let error = (ours - other.eps).abs();
-                let allowed = 8.0 * f64::EPSILON * ours.abs() + floor;
-                assert!(
-                    error <= allowed,
-                    "{function:?} at {x}: {ours}, num-dual {}",
-                    other.eps
-                );
-            }
-        }
-    }
-}
-
-#[test]
-fn binary_functions_agree_with_differences() {
-    let benign = [0.3, 1.0, 2.5, 40.0];
-    for function in [Product, Quotient, Hypot, Atan2, Powf, MulAdd, Difference] {
-        for a in benign {
-            for b in benign {
-                // x^y varies by x over x / y, by y over 1 / ln x, at least over 0.01 here.
-                let powf = matches!(function, Powf);
-                let sizes = if powf { [0.01 * a, 0.1] } else { [a, b] };
-                assert_close_to_difference(&function, &[a, b], &sizes);
-            }
-        }
-    }
-    // Squares of these leave the range of f64; atan2 and its partials do not.
-    for (y, x) in [
-        (1e200, -2e200),
-        (-1e-200, 3e-200),
-        (1e-300, 1e300),
-        (5e300, 1e-300),
-    ] {
-        // An angle varies over distances of the order of the radius.
-        let radius = f64::max(f64::abs(x), f64::abs(y));
-        assert_close_to_difference(&Atan2, &[y, x], &[radius, radius]);
-    }
-}
-
-#[test]
-fn all_modes_agree_to_the_bit() {
-    for function in BY_DISTANCE {
-        for x in ANGLES.into_iter().chain([-1e300, -800.0, 800.0, 1e16]) {
-            assert_gradient(&function, &[x], &gradient(&function, &[x]));
-        }
-    }
-    for function in BY_RATIO {
-        for x in RATIOS
-            .into_iter()
-            .chain([f64::MIN_POSITIVE, 5e-324, f64::MAX])
-        {
-            assert_gradient(&function, &[x], &gradient(&function, &[x]));
-        }
-    }
-    for function in [Product, Quotient, Hypot, Atan2, Powf, MulAdd, Difference] {
-        for a in RATIOS {
-            for b in RATIOS {
-                assert_gradient(&function, &[a, b], &gradient(&function, &[a, b]));
-            }
+fn lanes_have_the_bits_of_scalars() {
+    let mut x: Vec<f64> = arguments(750.0).collect();
+    x.extend([
+        f64::NAN,
+        0.0,
+        -0.0,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        1e-320,
+        0.5,
+        -0.5,
+    ]);
+    let mut wide: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; x.len()]);
+    let mut narrow = wide.clone();
+    let lanes = f64::vectorize(All(&x, &mut wide));
+    assert_eq!(All(&x, &mut narrow).run::<f64>(), 1);
+    println!("{lanes} lanes");
+    for (function, (w, n)) in wide.iter().zip(&narrow).enumerate() {
+        for (&x, (w, n)) in x.iter().zip(w.iter().zip(n)) {
+            let same = w.to_bits() == n.to_bits() || (w.is_nan() && n.is_nan());
+            assert!(same, "function {function} at {x}: {w} in lanes, {n} alone");
         }
     }
 }

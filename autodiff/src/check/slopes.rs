@@ -121,7 +121,8 @@ impl Judge {
 
     fn agrees(&self, plateau: &Plateau) -> bool {
         let error = (self.claimed - plateau.slope).abs();
-        error <= self.tolerance * self.scale(plateau.slope) + Self::SAFETY * plateau.spread
+        self.claimed.is_finite()
+            && error <= self.tolerance * self.scale(plateau.slope) + Self::SAFETY * plateau.spread
     }
 
     /// Whether left and right slope stay apart as the step shrinks: at a smooth point their gap
