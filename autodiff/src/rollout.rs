@@ -177,7 +177,9 @@ thread_local! {
 /// An empty history with room for so many numbers.
 fn history<R: Real>(len: usize) -> Vec<R> {
     let spare = SPARE.with_borrow_mut(Option::take);
-    let mut history = spare.and_then(|s| s.downcast().ok()).map_or_else(Vec::new, |s| *s);
+    let mut history = spare
+        .and_then(|s| s.downcast().ok())
+        .map_or_else(Vec::new, |s| *s);
     history.reserve_exact(len);
     history
 }
