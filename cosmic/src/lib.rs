@@ -6,23 +6,16 @@
 pub mod error;
 pub mod random;
 pub mod scene;
-
 pub mod lattice;
-
 pub mod design;
-
 pub mod projection;
-
 pub mod controller;
-
 pub mod simulator;
-
 pub mod objective;
-
+pub mod gradient;
 pub mod optimiser;
-
+pub mod case;
 pub mod record;
-
 #[cfg(feature = "cli")]
 pub mod cli;
 

@@ -3,7 +3,7 @@
 use autodiff::Real;
 
 use super::Controller;
-use super::sensing::phases;
+use super::sensing::{observation_length, phases};
 use crate::lattice::Ground;
 use crate::scene::ControllerSettings;
 
@@ -32,8 +32,16 @@ pub struct Folded<R> {
 
 impl<R: Real> Folded<R> {
     /// Folds a controller.
+    ///
+    /// # Panics
+    /// Where the controller was not made for observations by these settings.
     pub fn new(controller: &Controller<R>, settings: &ControllerSettings, ground: &Ground) -> Self {
-        let nodes = (controller.inputs - settings.clocks - 2) / 4;
+        let nodes = controller.inputs.saturating_sub(settings.clocks + 2) / 4;
+        assert_eq!(
+            controller.inputs,
+            observation_length(settings, nodes),
+            "the controller takes another number of inputs than the settings give"
+        );
         let fold = Fold {
             settings,
             ground,
@@ -41,11 +49,8 @@ impl<R: Real> Folded<R> {
         };
         let mut w1 = Vec::with_capacity(controller.hidden * (4 * nodes + 2));
         let mut b1 = Vec::with_capacity(controller.hidden);
-        for (row, &bias) in controller
-            .w1
-            .chunks_exact(controller.inputs)
-            .zip(&controller.b1)
-        {
+        let rows = controller.w1.chunks_exact(controller.inputs);
+        for (row, &bias) in rows.zip(&controller.b1) {
             b1.push(fold.unit(row, bias, &mut w1));
         }
         Self {

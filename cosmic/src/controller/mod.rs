@@ -2,9 +2,11 @@
 
 mod fold;
 mod sensing;
+mod weights;
 
 pub use fold::Folded;
 pub use sensing::{Moment, clock, observation, observation_length};
+pub use weights::Weights;
 
 use autodiff::Real;
 
@@ -35,7 +37,7 @@ impl<R: Real> Controller<R> {
         self.b2.len()
     }
 
-    /// The activation of every edge, in `[-1, 1]`, from an [observation](observation).
+    /// The activation of every edge, in `[-1, 1]`, from an [observation](fn@observation).
     pub fn activation(&self, observation: &[R]) -> Vec<R> {
         let hidden = layer(&self.w1, &self.b1, observation);
         layer(&self.w2, &self.b2, &hidden)
@@ -62,17 +64,19 @@ impl Controller<f64> {
             b2: vec![0.0; edges],
         }
     }
+}
 
-    /// The same weights as constants of another type.
-    pub fn lift<R: Real>(&self) -> Controller<R> {
-        let lift = |weights: &[f64]| weights.iter().map(|&w| R::lit(w)).collect();
+impl<R: Copy> Controller<R> {
+    /// Every weight replaced by a function of it.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Controller<S> {
+        let map = |weights: &[R]| weights.iter().map(|&w| f(w)).collect();
         Controller {
             hidden: self.hidden,
             inputs: self.inputs,
-            w1: lift(&self.w1),
-            b1: lift(&self.b1),
-            w2: lift(&self.w2),
-            b2: lift(&self.b2),
+            w1: map(&self.w1),
+            b1: map(&self.b1),
+            w2: map(&self.w2),
+            b2: map(&self.b2),
         }
     }
 }

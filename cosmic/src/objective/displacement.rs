@@ -17,6 +17,14 @@ pub struct Displacement {
     pub settings: LossSettings,
 }
 
+impl Displacement {
+    /// The paper's objective: the position after the last step.
+    pub fn at_end(ground: Ground) -> Self {
+        let settings = LossSettings { kind: LossKind::Final, ..LossSettings::default() };
+        Self { ground, settings }
+    }
+}
+
 impl Loss for Displacement {
     fn observed(&self, steps: usize) -> Vec<usize> {
         let LossSettings { window, every, .. } = self.settings;

@@ -1,7 +1,7 @@
 //! Settings of the robot and its world: lattice, physics, materials, controller.
 
 use super::field::Named;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The lattice: its size and where it stands (D1).
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -73,7 +73,7 @@ impl Default for PhysicsSettings {
 }
 
 /// What a node's velocity becomes when it meets the ground.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contact {
     /// The node stops.

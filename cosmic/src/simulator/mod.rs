@@ -36,7 +36,11 @@ pub struct Span {
 impl Span {
     /// From the start on, with exact gradients.
     pub fn from_start(observed: Vec<usize>) -> Self {
-        Self { first: 0, observed, cotangent_bound: None }
+        Self {
+            first: 0,
+            observed,
+            cotangent_bound: None,
+        }
     }
 }
 
@@ -62,7 +66,9 @@ impl Simulator {
         let robot = Robot::new(lattice, physics, controller);
         // A product, not a sum: the phase reaches 164 rad.
         let time = |step: usize| step as f64 * physics.dt;
-        let clock = (0..physics.steps).flat_map(|step| clock(controller, time(step))).collect();
+        let clock = (0..physics.steps)
+            .flat_map(|step| clock(controller, time(step)))
+            .collect();
         Self {
             rest_length: robot.graph.to_slots(&lattice.rest_length),
             robot,
@@ -105,8 +111,14 @@ impl Simulator {
             &folded.b2,
         ];
         let seen = rollout.run(&self.flatten(start), &parameters);
-        let states = seen.chunks_exact(4 * graph.nodes()).map(|s| self.unflatten(s)).collect();
-        Trajectory { steps: span.observed.clone(), states }
+        let states = seen
+            .chunks_exact(4 * graph.nodes())
+            .map(|s| self.unflatten(s))
+            .collect();
+        Trajectory {
+            steps: span.observed.clone(),
+            states,
+        }
     }
 
     /// A state of the world's frame as the robot's arrays.
@@ -119,6 +131,10 @@ impl Simulator {
     fn unflatten<R: Real>(&self, state: &[R]) -> State<R> {
         let nodes = self.robot.graph.nodes();
         let points = |from: usize| (from..from + nodes).map(|i| [state[i], state[i + nodes]]);
-        State { x: points(0).collect(), v: points(2 * nodes).collect() }.to_world(&self.ground)
+        State {
+            x: points(0).collect(),
+            v: points(2 * nodes).collect(),
+        }
+        .to_world(&self.ground)
     }
 }

@@ -34,7 +34,11 @@ impl Robot {
             graph: Graph::new(lattice.nodes(), &lattice.edges),
             edges: lattice.edges.len(),
             hidden: controller.hidden,
-            flight: Flight { dt, decay: (-physics.damping * dt).exp(), gravity },
+            flight: Flight {
+                dt,
+                decay: (-physics.damping * dt).exp(),
+                gravity,
+            },
             friction: match physics.contact {
                 Contact::Infinite => None,
                 Contact::Coulomb => Some(physics.friction),
@@ -48,7 +52,10 @@ impl Model for Robot {
         let (nodes, slots) = (self.graph.nodes(), self.graph.slots());
         let [stiffness, rest_length, strain] = [(); 3].map(|()| p.parameter(slots));
         let inverse_mass = p.parameter(nodes);
-        let (w1, b1) = (p.matrix(self.hidden, 4 * nodes + 2), p.parameter(self.hidden));
+        let (w1, b1) = (
+            p.matrix(self.hidden, 4 * nodes + 2),
+            p.parameter(self.hidden),
+        );
         let (w2, b2) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
         let [x, y, vx, vy] = [(); 4].map(|()| p.state(nodes));
         let clock = p.input(2);
@@ -71,7 +78,13 @@ impl Model for Robot {
         let node = [x, y, vx, vy, jx, jy, inverse_mass];
         let next = match self.friction {
             None => p.map(Sticking(self.flight), node),
-            Some(friction) => p.map(Sliding { flight: self.flight, friction }, node),
+            Some(friction) => p.map(
+                Sliding {
+                    flight: self.flight,
+                    friction,
+                },
+                node,
+            ),
         };
         for (state, next) in [x, y, vx, vy].into_iter().zip(next) {
             p.advance(state, next);
