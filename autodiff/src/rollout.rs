@@ -96,7 +96,7 @@ impl<M: Model> Rollout<M> {
         let Some(CotangentBound { norm, every }) = self.cotangent_bound else {
             return;
         };
-        if step % every != 0 {
+        if !step.is_multiple_of(every) {
             return;
         }
         let squared = R::dot(state_bar, state_bar).detach();

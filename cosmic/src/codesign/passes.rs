@@ -165,7 +165,7 @@ impl CoDesign {
     }
 
     fn is_evaluated(&self, moment: &Moment) -> bool {
-        moment.phase() == Phase::FineTuning || moment.iteration % EVALUATE_EVERY == 1
+        moment.phase() == Phase::FineTuning || moment.iteration.is_multiple_of(EVALUATE_EVERY)
     }
 
     fn inputs(&self, progress: &Progress) -> Inputs<f64> {
