@@ -1,11 +1,15 @@
 //! Automatic differentiation behind one trait.
 
 pub mod drivers;
+mod elementary;
 pub mod forward;
 pub mod fused;
+pub mod kernel;
 pub mod lanes;
+pub mod program;
 pub mod real;
 pub mod reverse;
+pub mod rollout;
 mod rule;
 
 pub use drivers::{
@@ -14,5 +18,8 @@ pub use drivers::{
 };
 pub use forward::Dual;
 pub use fused::Fused;
+pub use kernel::{Adjoint, Kernel};
+pub use program::{Array, Graph, Matrix, Program};
 pub use real::{Mask, Real};
 pub use reverse::{Tape, Var};
+pub use rollout::{CotangentBound, Model, Rollout};

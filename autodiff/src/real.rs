@@ -30,8 +30,9 @@ use std::ops::{AddAssign, BitAnd, BitOr, Div, DivAssign, MulAssign, Neg, Not, Su
 
 use num_traits::{One, Zero};
 
+use crate::elementary;
 use crate::fused::Fused;
-use crate::lanes::Vectorized;
+use crate::lanes::{self, Vectorized};
 
 /// The result of a comparison: `bool`, or one truth value per lane.
 pub trait Mask:
@@ -206,7 +207,7 @@ pub trait Real:
 }
 
 macro_rules! impl_real_for_float {
-    ($float:ident) => {
+    ($float:ident, $lanes:ident) => {
         impl Real for $float {
             type Mask = bool;
 
@@ -232,7 +233,7 @@ macro_rules! impl_real_for_float {
             }
             #[inline(always)]
             fn exp(self) -> Self {
-                self.exp()
+                elementary::exp(self)
             }
             #[inline(always)]
             fn ln(self) -> Self {
@@ -240,15 +241,23 @@ macro_rules! impl_real_for_float {
             }
             #[inline(always)]
             fn sin(self) -> Self {
-                self.sin()
+                if self.abs() <= elementary::SIN_RANGE as $float {
+                    elementary::sin_cos(self).0
+                } else {
+                    $float::sin(self)
+                }
             }
             #[inline(always)]
             fn cos(self) -> Self {
-                self.cos()
+                if self.abs() <= elementary::SIN_RANGE as $float {
+                    elementary::sin_cos(self).1
+                } else {
+                    $float::cos(self)
+                }
             }
             #[inline(always)]
             fn tanh(self) -> Self {
-                self.tanh()
+                elementary::tanh(self)
             }
             #[inline(always)]
             fn atan2(self, x: Self) -> Self {
@@ -282,9 +291,13 @@ macro_rules! impl_real_for_float {
                     partial * cotangent
                 }
             }
+            #[inline(always)]
+            fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
+                lanes::$lanes(work)
+            }
         }
     };
 }
 
-impl_real_for_float!(f64);
-impl_real_for_float!(f32);
+impl_real_for_float!(f64, f64_lanes);
+impl_real_for_float!(f32, f32_lanes);

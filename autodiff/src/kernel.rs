@@ -1,0 +1,31 @@
+//! Small pure functions that are mapped over arrays, and their local adjoints.
+
+use crate::forward::Dual;
+use crate::real::Real;
+
+/// A pure function of `I` numbers with `O` results: a spring, a contact, a reaction.
+///
+/// It is mapped over whole arrays by [`Program::map`](crate::Program::map), in SIMD lanes, so it
+/// selects and never branches. Its constants are fields of the implementing type.
+pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
+    /// The function.
+    fn eval<R: Real>(&self, x: [R; I]) -> [R; O];
+}
+
+/// The reverse derivative of a [`Kernel`]. `impl Adjoint<I, O> for K {}` is enough: it then runs
+/// the kernel on dual numbers. Straight-line code emitted from a recording may override it.
+pub trait Adjoint<const I: usize, const O: usize>: Kernel<I, O> {
+    /// The cotangents of `x`, given those of the results.
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; I], y_bar: [R; O]) -> [R; I] {
+        let seeded = std::array::from_fn(|i| Dual::<R, I>::variable(x[i], i));
+        let y = self.eval(seeded);
+        let mut x_bar = [R::zero(); I];
+        for o in 0..O {
+            for i in 0..I {
+                x_bar[i] += R::chain(y[o].tangent[i], y_bar[o]);
+            }
+        }
+        x_bar
+    }
+}

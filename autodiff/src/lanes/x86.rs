@@ -1,0 +1,377 @@
+//! The registers of x86-64 as lanes: AVX-512 and AVX2 with FMA, for f64 and f32.
+//!
+//! The types are private to the crate and named only inside [`enter`](super::enter)'s closures,
+//! that is after the processor has been asked for the instructions they use.
+#![allow(unsafe_code)] // `cargo bench --bench rollout`: 3 to 6 times the scalar speed.
+
+use std::arch::x86_64::*;
+use std::ops::{
+    Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
+};
+
+use num_traits::{One, Zero};
+
+use super::Lane;
+use crate::elementary::{self, Primitive};
+use crate::real::{Mask, Real};
+
+/// A mask of one bit a lane (AVX-512).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bits<M>(M);
+
+/// A mask of one whole lane a truth value (AVX2).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wide<M>(M);
+
+/// Defines a register as a lane type. The second list names what differs between instruction
+/// sets in more than a prefix; see the functions below.
+macro_rules! define_lanes {
+    (
+        $name:ident: [$scalar:ident; $n:literal] in $register:ident, mask $mask:ty,
+        $splat:ident $load:ident $store:ident
+        $add:ident $sub:ident $mul:ident $div:ident $fma:ident $sqrt:ident,
+        $lt:expr, $le:expr, $blend:expr, $exp2:expr, $abs:expr,
+        $and:expr, $or:expr, $not:expr, $bits:expr
+    ) => {
+        #[doc = concat!(stringify!($n), " lanes of `", stringify!($scalar), "`.")]
+        #[derive(Clone, Copy, Debug)]
+        pub(crate) struct $name($register);
+
+        impl BitAnd for $mask {
+            type Output = Self;
+            #[inline(always)]
+            fn bitand(self, other: Self) -> Self {
+                $and(self, other)
+            }
+        }
+        impl BitOr for $mask {
+            type Output = Self;
+            #[inline(always)]
+            fn bitor(self, other: Self) -> Self {
+                $or(self, other)
+            }
+        }
+        impl Not for $mask {
+            type Output = Self;
+            #[inline(always)]
+            fn not(self) -> Self {
+                $not(self)
+            }
+        }
+        impl Mask for $mask {
+            #[inline(always)]
+            fn splat(value: bool) -> Self {
+                let zero = <$name as Zero>::zero();
+                if value { zero.le(zero) } else { zero.lt(zero) }
+            }
+            #[inline(always)]
+            fn any(self) -> bool {
+                $bits(self) != 0
+            }
+        }
+
+        // SAFETY, here and below: a value of this type exists only where its instructions do.
+        impl Add for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                Self(unsafe { $add(self.0, other.0) })
+            }
+        }
+        impl Sub for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                Self(unsafe { $sub(self.0, other.0) })
+            }
+        }
+        impl Mul for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, other: Self) -> Self {
+                Self(unsafe { $mul(self.0, other.0) })
+            }
+        }
+        impl Div for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, other: Self) -> Self {
+                Self(unsafe { $div(self.0, other.0) })
+            }
+        }
+        impl Neg for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self::lit(-0.0) - self
+            }
+        }
+        impl AddAssign for $name {
+            #[inline(always)]
+            fn add_assign(&mut self, other: Self) {
+                *self = *self + other;
+            }
+        }
+        impl SubAssign for $name {
+            #[inline(always)]
+            fn sub_assign(&mut self, other: Self) {
+                *self = *self - other;
+            }
+        }
+        impl MulAssign for $name {
+            #[inline(always)]
+            fn mul_assign(&mut self, other: Self) {
+                *self = *self * other;
+            }
+        }
+        impl DivAssign for $name {
+            #[inline(always)]
+            fn div_assign(&mut self, other: Self) {
+                *self = *self / other;
+            }
+        }
+        impl Zero for $name {
+            #[inline(always)]
+            fn zero() -> Self {
+                Self::lit(0.0)
+            }
+            #[inline(always)]
+            fn is_zero(&self) -> bool {
+                let zero = Self::lit(0.0);
+                (self.le(zero) & zero.le(*self)).all()
+            }
+        }
+        impl One for $name {
+            #[inline(always)]
+            fn one() -> Self {
+                Self::lit(1.0)
+            }
+        }
+
+        impl Lane<$scalar> for $name {
+            const N: usize = $n;
+            #[inline(always)]
+            fn splat(value: $scalar) -> Self {
+                Self(unsafe { $splat(value) })
+            }
+            #[inline(always)]
+            fn load(from: &[$scalar]) -> Self {
+                let from: &[$scalar; $n] = from[..$n].try_into().expect("the length was taken");
+                // SAFETY: the reference covers all lanes.
+                Self(unsafe { $load(from.as_ptr()) })
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$scalar]) {
+                let to: &mut [$scalar; $n] =
+                    (&mut to[..$n]).try_into().expect("the length was taken");
+                // SAFETY: the reference covers all lanes.
+                unsafe { $store(to.as_mut_ptr(), self.0) }
+            }
+        }
+
+        impl $name {
+            /// Calls a scalar function lane by lane: for what no hot loop uses.
+            #[inline(always)]
+            fn each(self, other: Self, f: impl Fn($scalar, $scalar) -> $scalar) -> Self {
+                let (mut a, mut b) = ([0.0; $n], [0.0; $n]);
+                self.store(&mut a);
+                other.store(&mut b);
+                for (a, b) in a.iter_mut().zip(b) {
+                    *a = f(*a, b);
+                }
+                Self::load(&a)
+            }
+        }
+
+        impl Primitive for $name {
+            const EXP_TERMS: usize = <$scalar as Primitive>::EXP_TERMS;
+            const SIN_TERMS: usize = <$scalar as Primitive>::SIN_TERMS;
+            const LN_2: [f64; 2] = <$scalar as Primitive>::LN_2;
+            const PI_2: [f64; 3] = <$scalar as Primitive>::PI_2;
+            const EXP_RANGE: [f64; 2] = <$scalar as Primitive>::EXP_RANGE;
+            const TANH_ONE: f64 = <$scalar as Primitive>::TANH_ONE;
+            const ROUNDING: f64 = <$scalar as Primitive>::ROUNDING;
+
+            #[inline(always)]
+            fn constant(value: f64) -> Self {
+                Self::splat(value as $scalar)
+            }
+            #[inline(always)]
+            fn mul_add(self, a: Self, b: Self) -> Self {
+                Self(unsafe { $fma(self.0, a.0, b.0) })
+            }
+            #[inline(always)]
+            fn exp2_integer(self) -> Self {
+                let shifted = self + Self::constant(Self::ROUNDING);
+                Self(unsafe { $exp2(shifted.0) })
+            }
+            #[inline(always)]
+            fn where_less(self, bound: Self, if_less: Self, otherwise: Self) -> Self {
+                Self::select(self.lt(bound), if_less, otherwise)
+            }
+            #[inline(always)]
+            fn magnitude(self) -> Self {
+                Self(unsafe { $abs(self.0) })
+            }
+        }
+
+        impl Real for $name {
+            type Mask = $mask;
+
+            #[inline(always)]
+            fn lit(value: f64) -> Self {
+                Self::splat(value as $scalar)
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> $mask {
+                unsafe { $lt(self.0, other.0) }
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> $mask {
+                unsafe { $le(self.0, other.0) }
+            }
+            #[inline(always)]
+            fn select(mask: $mask, if_true: Self, if_false: Self) -> Self {
+                Self(unsafe { $blend(mask, if_true.0, if_false.0) })
+            }
+            #[inline(always)]
+            fn fma(self, factor: Self, term: Self) -> Self {
+                self.mul_add(factor, term)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(unsafe { $sqrt(self.0) })
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                elementary::exp(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                self.each(self, |x, _| Real::ln(x))
+            }
+            #[inline(always)]
+            fn sin(self) -> Self {
+                if self.abs().le(Self::lit(elementary::SIN_RANGE)).all() {
+                    elementary::sin_cos(self).0
+                } else {
+                    self.each(self, |x, _| Real::sin(x))
+                }
+            }
+            #[inline(always)]
+            fn cos(self) -> Self {
+                if self.abs().le(Self::lit(elementary::SIN_RANGE)).all() {
+                    elementary::sin_cos(self).1
+                } else {
+                    self.each(self, |x, _| Real::cos(x))
+                }
+            }
+            #[inline(always)]
+            fn tanh(self) -> Self {
+                elementary::tanh(self)
+            }
+            #[inline(always)]
+            fn atan2(self, x: Self) -> Self {
+                self.each(x, |y, x| Real::atan2(y, x))
+            }
+            #[inline(always)]
+            fn powi(self, exponent: i32) -> Self {
+                self.each(self, |x, _| Real::powi(x, exponent))
+            }
+            #[inline(always)]
+            fn powf(self, exponent: Self) -> Self {
+                self.each(exponent, |x, y| Real::powf(x, y))
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                self.magnitude()
+            }
+            #[inline(always)]
+            fn detach(self) -> Self {
+                self
+            }
+            #[inline(always)]
+            fn straight_through(self, _soft: Self) -> Self {
+                self
+            }
+            #[inline(always)]
+            fn chain(partial: Self, cotangent: Self) -> Self {
+                let zero = Self::lit(0.0);
+                let is_zero = cotangent.le(zero) & zero.le(cotangent);
+                Self::select(is_zero, zero, partial * cotangent)
+            }
+        }
+    };
+}
+
+define_lanes!(
+    F64x8: [f64; 8] in __m512d, mask Bits<__mmask8>,
+    _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd
+    _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_fmadd_pd _mm512_sqrt_pd,
+    |a, b| Bits(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b)),
+    |a, b| Bits(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b)),
+    |mask: Bits<u8>, a, b| _mm512_mask_blend_pd(mask.0, b, a),
+    |shifted| {
+        let biased = _mm512_add_epi64(_mm512_castpd_si512(shifted), _mm512_set1_epi64(1023));
+        _mm512_castsi512_pd(_mm512_slli_epi64::<52>(biased))
+    },
+    |a| _mm512_abs_pd(a),
+    |a: Self, b: Self| Bits(a.0 & b.0),
+    |a: Self, b: Self| Bits(a.0 | b.0),
+    |a: Self| Bits(!a.0),
+    |a: Self| a.0
+);
+
+define_lanes!(
+    F32x16: [f32; 16] in __m512, mask Bits<__mmask16>,
+    _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps
+    _mm512_add_ps _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_fmadd_ps _mm512_sqrt_ps,
+    |a, b| Bits(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)),
+    |a, b| Bits(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
+    |mask: Bits<u16>, a, b| _mm512_mask_blend_ps(mask.0, b, a),
+    |shifted| {
+        let biased = _mm512_add_epi32(_mm512_castps_si512(shifted), _mm512_set1_epi32(127));
+        _mm512_castsi512_ps(_mm512_slli_epi32::<23>(biased))
+    },
+    |a| _mm512_abs_ps(a),
+    |a: Self, b: Self| Bits(a.0 & b.0),
+    |a: Self, b: Self| Bits(a.0 | b.0),
+    |a: Self| Bits(!a.0),
+    |a: Self| a.0
+);
+
+define_lanes!(
+    F64x4: [f64; 4] in __m256d, mask Wide<__m256d>,
+    _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd
+    _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_fmadd_pd _mm256_sqrt_pd,
+    |a, b| Wide(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)),
+    |a, b| Wide(_mm256_cmp_pd::<_CMP_LE_OQ>(a, b)),
+    |mask: Wide<__m256d>, a, b| _mm256_blendv_pd(b, a, mask.0),
+    |shifted| {
+        let biased = _mm256_add_epi64(_mm256_castpd_si256(shifted), _mm256_set1_epi64x(1023));
+        _mm256_castsi256_pd(_mm256_slli_epi64::<52>(biased))
+    },
+    |a| _mm256_andnot_pd(_mm256_set1_pd(-0.0), a),
+    |a: Self, b: Self| Wide(unsafe { _mm256_and_pd(a.0, b.0) }),
+    |a: Self, b: Self| Wide(unsafe { _mm256_or_pd(a.0, b.0) }),
+    |a: Self| Wide(unsafe { _mm256_xor_pd(a.0, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))) }),
+    |a: Self| unsafe { _mm256_movemask_pd(a.0) }
+);
+
+define_lanes!(
+    F32x8: [f32; 8] in __m256, mask Wide<__m256>,
+    _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps
+    _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_fmadd_ps _mm256_sqrt_ps,
+    |a, b| Wide(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)),
+    |a, b| Wide(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)),
+    |mask: Wide<__m256>, a, b| _mm256_blendv_ps(b, a, mask.0),
+    |shifted| {
+        let biased = _mm256_add_epi32(_mm256_castps_si256(shifted), _mm256_set1_epi32(127));
+        _mm256_castsi256_ps(_mm256_slli_epi32::<23>(biased))
+    },
+    |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
+    |a: Self, b: Self| Wide(unsafe { _mm256_and_ps(a.0, b.0) }),
+    |a: Self, b: Self| Wide(unsafe { _mm256_or_ps(a.0, b.0) }),
+    |a: Self| Wide(unsafe { _mm256_xor_ps(a.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }),
+    |a: Self| unsafe { _mm256_movemask_ps(a.0) }
+);

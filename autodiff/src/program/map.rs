@@ -1,0 +1,108 @@
+//! A kernel mapped over arrays.
+
+use super::{Array, Operation};
+use crate::kernel::Adjoint;
+use crate::lanes::{Lane, Vectorized};
+use crate::real::Real;
+
+pub(super) struct Map<K, const I: usize, const O: usize> {
+    kernel: K,
+    inputs: [Array; I],
+    outputs: [Array; O],
+    active: [bool; I],
+}
+
+impl<K, const I: usize, const O: usize> Map<K, I, O> {
+    pub(super) fn new(kernel: K, inputs: [Array; I], outputs: [Array; O]) -> Self {
+        Self {
+            kernel,
+            inputs,
+            outputs,
+            active: [true; I],
+        }
+    }
+}
+
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for Map<K, I, O> {
+    fn inputs(&self) -> Vec<Array> {
+        self.inputs.to_vec()
+    }
+    fn outputs(&self) -> Vec<Array> {
+        self.outputs.to_vec()
+    }
+    fn reverse_reads(&self) -> Vec<Array> {
+        self.inputs.to_vec()
+    }
+    fn forward(&mut self, values: &mut [R]) {
+        R::vectorize(Forward { map: self, values });
+    }
+    fn reverse(&mut self, values: &[R], bars: &mut [R]) {
+        R::vectorize(Reverse {
+            map: self,
+            values,
+            bars,
+        });
+    }
+    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+        self.active = self.inputs.map(|a| arrays[a.id]);
+    }
+}
+
+struct Forward<'a, K, R, const I: usize, const O: usize> {
+    map: &'a Map<K, I, O>,
+    values: &'a mut [R],
+}
+
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
+    for Forward<'_, K, R, I, O>
+{
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let Map {
+            kernel,
+            inputs,
+            outputs,
+            ..
+        } = self.map;
+        for i in (0..inputs[0].len).step_by(L::N) {
+            let x = std::array::from_fn(|k| L::load(&self.values[inputs[k].start + i..]));
+            let y = kernel.eval(x);
+            for (a, y) in outputs.iter().zip(y) {
+                y.store(&mut self.values[a.start + i..]);
+            }
+        }
+    }
+}
+
+struct Reverse<'a, K, R, const I: usize, const O: usize> {
+    map: &'a Map<K, I, O>,
+    values: &'a [R],
+    bars: &'a mut [R],
+}
+
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
+    for Reverse<'_, K, R, I, O>
+{
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let Map {
+            kernel,
+            inputs,
+            outputs,
+            active,
+        } = self.map;
+        for i in (0..inputs[0].len).step_by(L::N) {
+            let x = std::array::from_fn(|k| L::load(&self.values[inputs[k].start + i..]));
+            let y_bar = std::array::from_fn(|k| L::load(&self.bars[outputs[k].start + i..]));
+            let x_bar = kernel.vjp(x, y_bar);
+            for k in 0..I {
+                if active[k] {
+                    let bar = &mut self.bars[inputs[k].start + i..];
+                    (L::load(bar) + x_bar[k]).store(bar);
+                }
+            }
+        }
+    }
+}

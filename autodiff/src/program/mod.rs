@@ -1,0 +1,453 @@
+//! Programs over arrays: what one step of a simulation computes, recorded once and run many
+//! times, forward and in reverse.
+//!
+//! A step is written once as a generic function over `R: Real` that calls the methods of
+//! [`Program`]. For plain floats every operation runs in SIMD lanes; for duals, extended
+//! precision or tape variables the same operations run on those numbers. There is no control
+//! flow inside a program: kernels select, and what a scene does not need is not recorded.
+
+mod dense;
+mod gather;
+mod graph;
+mod map;
+
+use crate::kernel::Adjoint;
+use crate::lanes::{Lane, Vectorized};
+use crate::real::Real;
+
+pub use graph::Graph;
+
+/// A handle to an array of a [`Program`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Array {
+    id: usize,
+    start: usize,
+    len: usize,
+}
+
+impl Array {
+    /// How many numbers the array holds.
+    #[allow(clippy::len_without_is_empty)] // an empty array cannot be declared
+    pub fn len(self) -> usize {
+        self.len
+    }
+}
+
+/// A handle to a matrix parameter of a [`Program`].
+#[derive(Clone, Copy, Debug)]
+pub struct Matrix {
+    parameter: usize,
+    rows: usize,
+    columns: usize,
+}
+
+/// What a parameter slot of a program expects.
+#[derive(Clone, Copy, Debug)]
+enum Parameter {
+    Array(Array),
+    Matrix(Matrix),
+}
+
+/// One recorded operation. Values and cotangents ("bars") lie in two arenas of equal layout.
+trait Operation<R: Real>: Send {
+    fn inputs(&self) -> Vec<Array>;
+    fn outputs(&self) -> Vec<Array>;
+    fn forward(&mut self, values: &mut [R]);
+    /// Adds to the bars of the inputs what the bars of the outputs give.
+    fn reverse(&mut self, values: &[R], bars: &mut [R]);
+    /// The values that `reverse` reads.
+    fn reverse_reads(&self) -> Vec<Array>;
+    /// Tells which arrays and matrices carry derivatives; the rest may be skipped.
+    fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
+    /// Takes over the matrices among the parameters (row-major).
+    fn load(&mut self, _parameters: &[&[R]]) {}
+    /// Whether the outputs cost enough to be kept for the reverse sweep.
+    fn expensive(&self) -> bool {
+        false
+    }
+    /// Adds the cotangents of matrices (row-major) after the last step of a sweep.
+    fn matrix_bars(&mut self, _parameter_bars: &mut [Vec<R>]) {}
+}
+
+/// A recorded step. See the [module](self).
+///
+/// Parameters are declared first, then states and inputs, then operations.
+pub struct Program<R: Real> {
+    arrays: Vec<Array>,
+    parameters: Vec<Parameter>,
+    states: Vec<Array>,
+    next: Vec<Option<Array>>,
+    inputs: Vec<Array>,
+    kept: Vec<Array>,
+    operations: Vec<Box<dyn Operation<R>>>,
+    /// Per operation: must it run again in the reverse sweep?
+    rerun: Vec<bool>,
+    arena_len: usize,
+    parameters_end: usize,
+}
+
+struct LaneCount;
+
+impl<R: Real> Vectorized<R> for LaneCount {
+    type Output = usize;
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) -> usize {
+        L::N
+    }
+}
+
+/// The widest lane there may be: arrays that are read at an offset stay this far from the end.
+const WIDEST: usize = 16;
+
+/// `len` rounded up to whole lanes of this type on this machine.
+fn padded<R: Real>(len: usize) -> usize {
+    len.next_multiple_of(R::vectorize(LaneCount))
+}
+
+impl<R: Real> Default for Program<R> {
+    fn default() -> Self {
+        Self {
+            arrays: Vec::new(),
+            parameters: Vec::new(),
+            states: Vec::new(),
+            next: Vec::new(),
+            inputs: Vec::new(),
+            kept: Vec::new(),
+            operations: Vec::new(),
+            rerun: Vec::new(),
+            arena_len: 0,
+            parameters_end: 0,
+        }
+    }
+}
+
+/// Declaring what a step works on.
+impl<R: Real> Program<R> {
+    /// A parameter: an array that stays the same for all steps.
+    pub fn parameter(&mut self, len: usize) -> Array {
+        let array = self.parameter_space(len);
+        self.parameters.push(Parameter::Array(array));
+        array
+    }
+
+    /// A matrix parameter, given row by row.
+    pub fn matrix(&mut self, rows: usize, columns: usize) -> Matrix {
+        let matrix = Matrix {
+            parameter: self.parameters.len(),
+            rows,
+            columns,
+        };
+        self.parameters.push(Parameter::Matrix(matrix));
+        matrix
+    }
+
+    /// A part of the state: an array that one step hands to the next.
+    pub fn state(&mut self, len: usize) -> Array {
+        let array = self.allocate(len);
+        self.states.push(array);
+        self.next.push(None);
+        array
+    }
+
+    /// A per-step input: constants given for every step, which carry no derivative.
+    pub fn input(&mut self, len: usize) -> Array {
+        let array = self.allocate(len);
+        self.inputs.push(array);
+        array
+    }
+
+    /// States which array a part of the state becomes at the end of the step.
+    pub fn advance(&mut self, state: Array, next: Array) {
+        let part = self.states.iter().position(|s| *s == state);
+        let part = part.expect("advance: the first array is no part of the state");
+        assert_eq!(state.len, next.len, "advance: the arrays differ in length");
+        self.next[part] = Some(next);
+    }
+
+    /// Keeps an array of every step for the reverse sweep in place of computing it again.
+    pub fn keep(&mut self, array: Array) {
+        self.kept.push(array);
+    }
+
+    fn parameter_space(&mut self, len: usize) -> Array {
+        assert!(
+            self.states.is_empty() && self.inputs.is_empty() && self.operations.is_empty(),
+            "parameters of a program are declared before its states, inputs and operations"
+        );
+        let array = self.allocate(len);
+        self.parameters_end = self.arena_len;
+        array
+    }
+
+    fn allocate(&mut self, len: usize) -> Array {
+        assert!(len > 0, "an array of a program holds at least one number");
+        let array = Array {
+            id: self.arrays.len(),
+            start: self.arena_len,
+            len,
+        };
+        self.arrays.push(array);
+        self.arena_len += padded::<R>(len);
+        array
+    }
+
+    fn push(&mut self, operation: impl Operation<R> + 'static) {
+        if operation.expensive() {
+            self.kept.extend(operation.outputs());
+        }
+        self.operations.push(Box::new(operation));
+    }
+}
+
+/// The operations.
+impl<R: Real> Program<R> {
+    /// Maps a kernel over arrays of one length.
+    pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
+    where
+        K: Adjoint<I, O>,
+    {
+        let len = x[0].len;
+        assert!(
+            x.iter().all(|a| a.len == len),
+            "map: the arrays differ in length"
+        );
+        let outputs = std::array::from_fn(|_| self.allocate(len));
+        self.push(map::Map::new(kernel, x, outputs));
+        outputs
+    }
+
+    /// `matrix * (x_0, x_1, ...) + bias`.
+    pub fn dense(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
+        self.dense_layer(matrix, x, bias, false)
+    }
+
+    /// `tanh(matrix * (x_0, x_1, ...) + bias)`.
+    pub fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
+        self.dense_layer(matrix, x, bias, true)
+    }
+
+    fn dense_layer(&mut self, matrix: Matrix, x: &[Array], bias: Array, tanh: bool) -> Array {
+        let columns: usize = x.iter().map(|a| a.len).sum();
+        assert_eq!(
+            columns, matrix.columns,
+            "dense: inputs and matrix columns differ"
+        );
+        assert_eq!(bias.len, matrix.rows, "dense: bias and matrix rows differ");
+        let output = self.allocate(matrix.rows);
+        self.push(dense::Dense::new(matrix, x.to_vec(), [bias, output], tanh));
+        output
+    }
+
+    /// Per edge of the graph, the value at its head less the value at its tail, in the slot
+    /// layout of the [`Graph`].
+    pub fn difference(&mut self, graph: &Graph, x: Array) -> Array {
+        assert_eq!(
+            x.len,
+            graph.nodes(),
+            "difference: one value per node is needed"
+        );
+        let output = self.allocate(graph.slots());
+        self.push(graph::Difference::new(graph.clone(), x, output));
+        output
+    }
+
+    /// Per node, the sum over its edges: plus where it is the tail, minus where it is the head.
+    /// The negative transpose of [`difference`](Self::difference).
+    pub fn incident_sum(&mut self, graph: &Graph, x: Array) -> Array {
+        assert_eq!(
+            x.len,
+            graph.slots(),
+            "incident_sum: one value per slot is needed"
+        );
+        let output = self.allocate(graph.nodes());
+        self.push(graph::IncidentSum::new(graph.clone(), x, output));
+        output
+    }
+
+    /// `x[index]` for every index, and zero where there is none.
+    pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
+        assert!(
+            indices.iter().flatten().all(|&i| i < x.len),
+            "gather: an index is out of range"
+        );
+        let output = self.allocate(indices.len());
+        self.push(gather::Gather::new(x, indices, output));
+        output
+    }
+}
+
+/// Running.
+impl<R: Real> Program<R> {
+    /// Closes the recording: decides what the reverse sweep has to compute again. An operation
+    /// runs again if something reads an output of it that is not kept: a later operation's
+    /// reverse, or a later operation that itself runs again.
+    pub(crate) fn finish(mut self) -> Self {
+        assert!(
+            self.next.iter().all(Option::is_some),
+            "a part of the state is never advanced"
+        );
+        let mut read: Vec<Array> = Vec::new();
+        self.rerun = vec![false; self.operations.len()];
+        for (operation, rerun) in self.operations.iter().zip(&mut self.rerun).rev() {
+            let lost = |a: &Array| !self.kept.contains(a) && read.contains(a);
+            *rerun = operation.outputs().iter().any(lost);
+            read.extend(operation.reverse_reads());
+            if *rerun {
+                read.extend(operation.inputs());
+            }
+        }
+        self
+    }
+
+    /// A zeroed arena for values or cotangents, with room for reads past the last array.
+    pub(crate) fn arena(&self) -> Vec<R> {
+        vec![R::zero(); self.arena_len + 2 * WIDEST]
+    }
+
+    /// The number of scalars in a state.
+    pub(crate) fn state_len(&self) -> usize {
+        self.states.iter().map(|a| a.len).sum()
+    }
+
+    /// The number of scalars per step in the kept arrays.
+    pub(crate) fn kept_len(&self) -> usize {
+        self.kept.iter().map(|a| a.len).sum()
+    }
+
+    /// The number of scalars in the inputs of a step.
+    pub(crate) fn input_len(&self) -> usize {
+        self.inputs.iter().map(|a| a.len).sum()
+    }
+
+    /// Takes the parameters over, checking their shapes.
+    pub(crate) fn load(&mut self, values: &mut [R], parameters: &[&[R]]) {
+        assert_eq!(
+            parameters.len(),
+            self.parameters.len(),
+            "a program's parameters differ in number"
+        );
+        for (at, (declared, given)) in self.parameters.iter().zip(parameters).enumerate() {
+            let len = match declared {
+                Parameter::Array(a) => a.len,
+                Parameter::Matrix(m) => m.rows * m.columns,
+            };
+            assert_eq!(
+                given.len(),
+                len,
+                "parameter {at} of a program differs in length"
+            );
+            if let Parameter::Array(a) = declared {
+                values[a.start..][..a.len].copy_from_slice(given);
+            }
+        }
+        for operation in &mut self.operations {
+            operation.load(parameters);
+        }
+    }
+
+    /// Marks what carries derivatives: the state always does.
+    pub(crate) fn set_active(&mut self, parameters: &[bool]) {
+        let mut active = vec![false; self.arrays.len()];
+        for (declared, &wanted) in self.parameters.iter().zip(parameters) {
+            if let Parameter::Array(a) = declared {
+                active[a.id] = wanted;
+            }
+        }
+        for state in &self.states {
+            active[state.id] = true;
+        }
+        for operation in &mut self.operations {
+            operation.set_active(&active, parameters);
+            for output in operation.outputs() {
+                active[output.id] = true;
+            }
+        }
+    }
+
+    pub(crate) fn set_state(&self, values: &mut [R], state: &[R]) {
+        copy_in(&self.states, values, state);
+    }
+
+    pub(crate) fn set_inputs(&self, values: &mut [R], inputs: &[R]) {
+        copy_in(&self.inputs, values, inputs);
+    }
+
+    pub(crate) fn set_kept(&self, values: &mut [R], kept: &[R]) {
+        copy_in(&self.kept, values, kept);
+    }
+
+    pub(crate) fn push_state(&self, values: &[R], to: &mut Vec<R>) {
+        copy_out(&self.states, values, to);
+    }
+
+    pub(crate) fn push_kept(&self, values: &[R], to: &mut Vec<R>) {
+        copy_out(&self.kept, values, to);
+    }
+
+    /// Computes a step; the state becomes the next one.
+    pub(crate) fn step(&mut self, values: &mut [R]) {
+        for operation in &mut self.operations {
+            operation.forward(values);
+        }
+        for (state, next) in self.states.iter().zip(self.next.iter().flatten()) {
+            values.copy_within(next.start..next.start + next.len, state.start);
+        }
+    }
+
+    /// The reverse of a step. `values` hold its state, inputs and kept arrays; `state_bar` goes
+    /// from the cotangent of the next state to that of this one, and the bars of parameters grow
+    /// by this step's part.
+    pub(crate) fn reverse_step(
+        &mut self,
+        values: &mut [R],
+        bars: &mut [R],
+        state_bar: &mut Vec<R>,
+    ) {
+        for (operation, &rerun) in self.operations.iter_mut().zip(&self.rerun) {
+            if rerun {
+                operation.forward(values);
+            }
+        }
+        bars[self.parameters_end..].fill(R::zero());
+        let mut rest = &state_bar[..];
+        for next in self.next.iter().flatten() {
+            let (part, others) = rest.split_at(next.len);
+            for (bar, &given) in bars[next.start..].iter_mut().zip(part) {
+                *bar += given;
+            }
+            rest = others;
+        }
+        for operation in self.operations.iter_mut().rev() {
+            operation.reverse(values, bars);
+        }
+        state_bar.clear();
+        copy_out(&self.states, bars, state_bar);
+    }
+
+    /// The cotangents of all parameters after the last reverse step.
+    pub(crate) fn parameter_bars(&mut self, bars: &[R]) -> Vec<Vec<R>> {
+        let bar = |declared: &Parameter| match declared {
+            Parameter::Array(a) => bars[a.start..][..a.len].to_vec(),
+            Parameter::Matrix(m) => vec![R::zero(); m.rows * m.columns],
+        };
+        let mut all: Vec<Vec<R>> = self.parameters.iter().map(bar).collect();
+        for operation in &mut self.operations {
+            operation.matrix_bars(&mut all);
+        }
+        all
+    }
+}
+
+fn copy_in<R: Real>(arrays: &[Array], values: &mut [R], mut from: &[R]) {
+    for a in arrays {
+        let (part, rest) = from.split_at(a.len);
+        values[a.start..][..a.len].copy_from_slice(part);
+        from = rest;
+    }
+}
+
+fn copy_out<R: Real>(arrays: &[Array], values: &[R], to: &mut Vec<R>) {
+    for a in arrays {
+        to.extend_from_slice(&values[a.start..][..a.len]);
+    }
+}

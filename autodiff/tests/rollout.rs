@@ -1,0 +1,260 @@
+//! The reverse sweep through a rollout against duals, the tape and central differences.
+
+use std::sync::Arc;
+
+use autodiff::{
+    Adjoint, CotangentBound, Dual, Function, Graph, Kernel, Model, Program, Real, Rollout, Var,
+    value_and_gradient,
+};
+
+/// Springs between neighbours of a 4 x 3 grid, driven by a small network that senses the nodes.
+#[derive(Clone)]
+struct Net {
+    graph: Graph,
+    hidden: usize,
+}
+
+const NODES: usize = 12;
+
+impl Net {
+    fn new() -> Self {
+        let mut edges = Vec::new();
+        for node in 0..NODES {
+            for (right, up) in [(1, 0), (0, 1), (1, 1)] {
+                if node % 4 + right < 4 && node / 4 + up < 3 {
+                    edges.push([node, node + right + 4 * up]);
+                }
+            }
+        }
+        Self {
+            graph: Graph::new(NODES, &edges),
+            hidden: 5,
+        }
+    }
+    fn edges(&self) -> usize {
+        self.graph.slot_of_edge().len()
+    }
+    /// Lengths of the parameters, as declared.
+    fn shapes(&self) -> [usize; 6] {
+        let slots = self.graph.slots();
+        [
+            slots,
+            NODES,
+            self.hidden * (NODES + 1),
+            self.hidden,
+            self.edges() * self.hidden,
+            self.edges(),
+        ]
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Spring;
+impl Kernel<3, 1> for Spring {
+    fn eval<R: Real>(&self, [d, k, u]: [R; 3]) -> [R; 1] {
+        let length = (d * d + R::lit(1e-3)).sqrt();
+        [k * (length - R::lit(0.1) * (R::one() + u)) * d / length]
+    }
+}
+impl Adjoint<3, 1> for Spring {}
+
+#[derive(Clone, Copy)]
+struct Move;
+impl Kernel<4, 2> for Move {
+    fn eval<R: Real>(&self, [x, v, f, w]: [R; 4]) -> [R; 2] {
+        let v = v * R::lit(0.99) + f * w * R::lit(0.01);
+        let v = R::select(x.lt(R::lit(-0.2)), v.max(R::zero()), v);
+        [x + R::lit(0.01) * v, v]
+    }
+}
+impl Adjoint<4, 2> for Move {}
+
+impl Model for Net {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let k = p.parameter(self.graph.slots());
+        let w = p.parameter(NODES);
+        let w1 = p.matrix(self.hidden, NODES + 1);
+        let b1 = p.parameter(self.hidden);
+        let w2 = p.matrix(self.edges(), self.hidden);
+        let b2 = p.parameter(self.edges());
+        let (x, v) = (p.state(NODES), p.state(NODES));
+        let clock = p.input(1);
+        let h = p.dense_tanh(w1, &[x, clock], b1);
+        let u = p.dense(w2, &[h], b2);
+        let u = p.gather(u, &self.graph.edge_of_slot());
+        let d = p.difference(&self.graph, x);
+        let [f] = p.map(Spring, [d, k, u]);
+        let f = p.incident_sum(&self.graph, f);
+        let [x_next, v_next] = p.map(Move, [x, v, f, w]);
+        p.advance(x, x_next);
+        p.advance(v, v_next);
+    }
+}
+
+/// A loss of the observed states, as a function of start and parameters in one vector.
+#[derive(Clone)]
+struct Loss {
+    rollout: Rollout<Net>,
+}
+
+impl Loss {
+    fn new(steps: usize) -> Self {
+        let inputs: Arc<[f64]> = (0..steps).map(|n| (0.3 * n as f64).sin()).collect();
+        let observed = vec![0, steps / 2, steps / 2, steps];
+        Self {
+            rollout: Rollout {
+                model: Net::new(),
+                steps,
+                inputs,
+                observed,
+                cotangent_bound: None,
+            },
+        }
+    }
+    fn point(&self) -> Vec<f64> {
+        let len = 2 * NODES + self.rollout.model.shapes().iter().sum::<usize>();
+        // Irregular numbers of order one.
+        (0..len)
+            .map(|i| ((i * i) as f64 * 0.7).sin() * 0.8)
+            .collect()
+    }
+}
+
+impl Function for Loss {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let (start, mut rest) = x.split_at(2 * NODES);
+        let mut parameters = Vec::new();
+        for len in self.rollout.model.shapes() {
+            let (part, others) = rest.split_at(len);
+            parameters.push(part);
+            rest = others;
+        }
+        let seen = self.rollout.run(start, &parameters);
+        let weighted = seen
+            .iter()
+            .enumerate()
+            .map(|(i, &s)| s * s * R::lit(1.0 + i as f64 * 0.1));
+        weighted.fold(R::zero(), |a, b| a + b)
+    }
+}
+
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let scale = b.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    a.iter()
+        .zip(b)
+        .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()))
+        / scale
+}
+
+#[test]
+fn reverse_sweep_agrees_with_duals_tape_and_differences() {
+    // 37 steps: batches of outer products end full and partly filled.
+    let loss = Loss::new(37);
+    let x = loss.point();
+    let (value, gradient) = value_and_gradient(&loss, &x);
+    let relative = (value - loss.eval(&x)).abs() / value.abs();
+    assert!(relative < 1e-15, "recording changes the value: {relative}");
+
+    let forward: Vec<f64> = (0..x.len())
+        .map(|i| {
+            let mut dual: Vec<Dual<f64, 1>> = x.iter().map(|&x| Dual::constant(x)).collect();
+            dual[i].tangent[0] = 1.0;
+            loss.eval(&dual).tangent[0]
+        })
+        .collect();
+    // Sums of some 1e4 terms of order one in another order: 1e4 * 2^-53.
+    assert!(largest_difference(&gradient, &forward) < 1e-12);
+
+    for i in (0..x.len()).step_by(7) {
+        let h = 1e-5;
+        let at = |step: f64| {
+            let mut moved = x.clone();
+            moved[i] += step;
+            loss.eval(&moved)
+        };
+        let difference = (at(h) - at(-h)) / (2.0 * h);
+        // Truncation h^2 times a third derivative of order 1e2, rounding 1e-16 value / h.
+        let error = (difference - gradient[i]).abs();
+        assert!(
+            error < 1e-6 * (1.0 + gradient[i].abs()),
+            "{i}: {difference} {}",
+            gradient[i]
+        );
+    }
+}
+
+/// The same rollout with every operation on the scalar tape.
+#[test]
+fn whole_rollout_on_the_scalar_tape_gives_the_same_gradient() {
+    struct Scalars(Loss);
+    impl Function for Scalars {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            // Duals have no fused rollout: their tape of scalars is the plain program's.
+            let dual: Vec<Dual<R, 1>> = x.iter().map(|&x| Dual::constant(x)).collect();
+            self.0.eval(&dual).value
+        }
+    }
+    let loss = Loss::new(9);
+    let x = loss.point();
+    let (_, fused) = value_and_gradient(&loss, &x);
+    let (_, scalars) = value_and_gradient(&Scalars(loss), &x);
+    assert!(largest_difference(&fused, &scalars) < 1e-13);
+}
+
+#[test]
+fn single_precision_gradient_is_single_precise() {
+    let loss = Loss::new(20);
+    let x = loss.point();
+    let (_, double) = value_and_gradient(&loss, &x);
+    let single: Vec<f32> = x.iter().map(|&x| x as f32).collect();
+    let single = autodiff::gradient_of(|x: &[Var<f32>]| loss.eval(x), &single);
+    let single: Vec<f64> = single.into_iter().map(f64::from).collect();
+    // 20 steps of sums of some 20 terms at 2^-24 each.
+    assert!(largest_difference(&single, &double) < 1e-5);
+}
+
+#[test]
+fn constants_get_no_cotangent_and_do_not_disturb_the_rest() {
+    let loss = Loss::new(19);
+    let x = loss.point();
+    let (_, all) = value_and_gradient(&loss, &x);
+    let [k, w, w1, ..] = loss.rollout.model.shapes();
+    let weights = 2 * NODES + k + w..2 * NODES + k + w + w1;
+    let given = x.clone();
+    let only_weights = autodiff::gradient_of(
+        |part: &[Var<f64>]| {
+            let mut whole: Vec<Var<f64>> = given.iter().map(|&x| Var::lit(x)).collect();
+            whole[weights.clone()].copy_from_slice(part);
+            loss.eval(&whole)
+        },
+        &x[weights.clone()],
+    );
+    assert_eq!(only_weights, all[weights.clone()]);
+}
+
+#[test]
+fn cotangent_bound_holds_back_and_is_off_by_default() {
+    let mut loss = Loss::new(30);
+    let x = loss.point();
+    let (_, exact) = value_and_gradient(&loss, &x);
+    loss.rollout.cotangent_bound = Some(CotangentBound {
+        norm: 1e9,
+        every: 3,
+    });
+    assert_eq!(value_and_gradient(&loss, &x).1, exact);
+    loss.rollout.cotangent_bound = Some(CotangentBound {
+        norm: 0.5,
+        every: 1,
+    });
+    let (_, bounded) = value_and_gradient(&loss, &x);
+    let norm = bounded[..2 * NODES]
+        .iter()
+        .map(|g| g * g)
+        .sum::<f64>()
+        .sqrt();
+    assert!(
+        (norm - 0.5).abs() < 1e-12,
+        "the start's cotangent has norm {norm}"
+    );
+}

@@ -1,0 +1,232 @@
+//! The controller as the rollout runs it: on the raw state, everything linear folded in.
+
+use autodiff::Real;
+
+use super::{Controller, Sensing};
+use crate::lattice::Ground;
+
+/// A controller whose first layer takes the raw state in the ground's frame.
+///
+/// An observation is a fixed linear function of the state: mean, scales, the goal, the rotation
+/// of an incline; and clocks of one frequency are mixtures of one sine and one cosine. Folding
+/// all of it into the first layer, once per rollout, leaves `h = tanh(W1 s + b1)`,
+/// `u = tanh(W2 h + b2)` with the sensed values `s` in this order: x of all nodes, y of all
+/// nodes, x velocity of all, y velocity of all, `sin(omega t)`, `cos(omega t)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Folded<R> {
+    /// Hidden units.
+    pub hidden: usize,
+    /// Length of `s`: four per node, and two.
+    pub inputs: usize,
+    /// Weights of the first layer on `s`, `hidden x inputs`, row by row.
+    pub w1: Vec<R>,
+    /// Biases of the first layer; a goal that does not move is in them.
+    pub b1: Vec<R>,
+    /// Weights of the second layer, `edges x hidden`, row by row.
+    pub w2: Vec<R>,
+    /// Biases of the second layer, one per edge.
+    pub b2: Vec<R>,
+}
+
+impl<R: Real> Folded<R> {
+    /// Folds a controller.
+    pub fn new(controller: &Controller<R>, sensing: &Sensing, ground: &Ground) -> Self {
+        let nodes = (controller.inputs - sensing.clocks - 2) / 4;
+        let fold = Fold {
+            sensing,
+            ground,
+            nodes,
+        };
+        let mut w1 = Vec::with_capacity(controller.hidden * (4 * nodes + 2));
+        let mut b1 = Vec::with_capacity(controller.hidden);
+        for (row, &bias) in controller
+            .w1
+            .chunks_exact(controller.inputs)
+            .zip(&controller.b1)
+        {
+            b1.push(fold.unit(row, bias, &mut w1));
+        }
+        Self {
+            hidden: controller.hidden,
+            inputs: 4 * nodes + 2,
+            w1,
+            b1,
+            w2: controller.w2.clone(),
+            b2: controller.b2.clone(),
+        }
+    }
+}
+
+/// What folding is done with.
+struct Fold<'a> {
+    sensing: &'a Sensing,
+    ground: &'a Ground,
+    nodes: usize,
+}
+
+impl Fold<'_> {
+    /// Folds one hidden unit: appends its weights on the raw state, returns its bias.
+    fn unit<R: Real>(&self, row: &[R], bias: R, weights: &mut Vec<R>) -> R {
+        let (clocks, row) = row.split_at(self.sensing.clocks);
+        let (goal, row) = row.split_at(2);
+        let (offsets, velocities) = row.split_at(2 * self.nodes);
+        let goal_scale = R::lit(self.sensing.goal_scale);
+        let goal = [goal[0] * goal_scale, goal[1] * goal_scale];
+
+        let columns = self.turned(offsets, self.sensing.offset_scale);
+        for (column, goal) in columns.iter().zip(goal) {
+            weights.extend(self.centred(column, goal));
+        }
+        for column in self.turned(velocities, self.sensing.velocity_scale) {
+            weights.extend(column);
+        }
+        weights.extend(self.clock_weights(clocks));
+        bias + R::dot(&goal, &self.constant_goal().map(R::lit))
+    }
+
+    /// Weights on world vectors `x0, y0, x1, ...` as weights on their components along the ground
+    /// and across it: the transposed rotation, times a scale.
+    fn turned<R: Real>(&self, row: &[R], scale: f64) -> [Vec<R>; 2] {
+        let pairs = row.as_chunks().0.iter();
+        if self.ground.is_flat() {
+            let scale = R::lit(scale);
+            return [0, 1].map(|k| pairs.clone().map(|pair: &[R; 2]| pair[k] * scale).collect());
+        }
+        [self.ground.tangent(), self.ground.normal()].map(|axis| {
+            let axis = axis.map(|component| R::lit(component * scale));
+            pairs.clone().map(|pair| R::dot(pair, &axis)).collect()
+        })
+    }
+
+    /// Weights on offsets from the mean (and on the mean, for a goal relative to it) as weights on
+    /// the positions themselves.
+    fn centred<R: Real>(&self, column: &[R], goal: R) -> impl Iterator<Item = R> {
+        let mut on_mean = R::sum(column);
+        if self.sensing.goal_relative {
+            on_mean += goal;
+        }
+        let shift = on_mean * R::lit(1.0 / self.nodes as f64);
+        column.iter().map(move |&weight| weight - shift)
+    }
+
+    /// Weights on clocks as weights on one sine and one cosine.
+    fn clock_weights<R: Real>(&self, clocks: &[R]) -> [R; 2] {
+        let (sines, cosines): (Vec<R>, Vec<R>) = self
+            .sensing
+            .phases()
+            .map(f64::sin_cos)
+            .map(|(sin, cos)| (R::lit(sin), R::lit(cos)))
+            .unzip();
+        [R::dot(clocks, &cosines), R::dot(clocks, &sines)]
+    }
+
+    /// The part of the goal that does not move with the robot. The state is measured from a point
+    /// of the ground and the goal from the world's origin, which is what the shift is for.
+    fn constant_goal(&self) -> [f64; 2] {
+        let goal = self.sensing.goal;
+        if !self.sensing.goal_relative {
+            return goal;
+        }
+        let [along, across] = self.ground.vector_to_ground([0.0, self.ground.height]);
+        [goal[0] - along, goal[1] - across]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Folded;
+    use crate::controller::{Controller, Moment, Network, Sensing};
+    use crate::lattice::{Grid, Ground, Lattice, State};
+    use crate::random::{Purpose, stream, symmetric};
+
+    const GRID: Grid = Grid {
+        columns: 3,
+        rows: 2,
+        spacing: 0.1,
+        origin_x: 0.1,
+        drop: 0.0,
+        ground: Ground {
+            height: 0.3,
+            incline_deg: 0.0,
+        },
+    };
+
+    /// `tanh` of the folded first layer, written out.
+    fn folded_activation(folded: &Folded<f64>, state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
+        let column = |points: &[[f64; 2]], k: usize| -> Vec<f64> {
+            points.iter().map(|point| point[k]).collect()
+        };
+        let mut sensed = column(&state.x, 0);
+        sensed.extend(column(&state.x, 1));
+        sensed.extend(column(&state.v, 0));
+        sensed.extend(column(&state.v, 1));
+        sensed.extend(clock);
+        let plain = Controller {
+            hidden: folded.hidden,
+            inputs: folded.inputs,
+            w1: folded.w1.clone(),
+            b1: folded.b1.clone(),
+            w2: folded.w2.clone(),
+            b2: folded.b2.clone(),
+        };
+        plain.activation(&sensed)
+    }
+
+    fn random_state() -> State<f64> {
+        let mut stream = stream(1, Purpose::Judgement);
+        let mut points = || -> Vec<[f64; 2]> {
+            (0..GRID.nodes())
+                .map(|_| [(); 2].map(|()| symmetric(&mut stream, 1.0)))
+                .collect()
+        };
+        State {
+            x: points(),
+            v: points(),
+        }
+    }
+
+    #[test]
+    fn folding_changes_nothing_but_the_rounding() {
+        let network = Network {
+            hidden: 7,
+            gain: [1.0, 1.0],
+        };
+        let lattice = Lattice::new(&GRID);
+        let state = random_state();
+        for incline_deg in [0.0, 15.0, -40.0] {
+            for (goal_relative, clocks) in [(false, 10), (true, 10), (true, 3), (false, 0)] {
+                let ground = Ground {
+                    incline_deg,
+                    ..GRID.ground
+                };
+                let sensing = Sensing {
+                    clocks,
+                    omega: 10.0,
+                    goal: [2.0, 0.1],
+                    goal_scale: 0.7,
+                    goal_relative,
+                    offset_scale: 1.3,
+                    velocity_scale: 0.4,
+                };
+                let mut controller = Controller::xavier(&network, &sensing, &lattice, 0);
+                controller.b1.fill(0.2);
+                controller.b2.fill(-0.1);
+                let time = 4096.0 * 0.002;
+                let moment = Moment {
+                    time,
+                    state: &state,
+                    ground: &ground,
+                };
+                let plain = controller.activation(&sensing.observation(&moment));
+                let folded = Folded::new(&controller, &sensing, &ground);
+                let clock = sensing.clock(time);
+                let got = folded_activation(&folded, &state.to_ground(&ground), clock);
+                // Some thirty terms of order one in each sum, rounded at 1e-16; the phase of a
+                // clock, near 82 rad, is itself rounded at 1e-14.
+                let close = |a: &f64, b: &f64| (a - b).abs() < 1e-13;
+                assert_eq!(got.len(), plain.len());
+                assert!(got.iter().zip(&plain).all(|(a, b)| close(a, b)));
+            }
+        }
+    }
+}

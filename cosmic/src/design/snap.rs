@@ -1,0 +1,180 @@
+//! The hard snap: one material per edge, within the volume bounds.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Material, dominant};
+
+/// Bounds on the volume fractions, each `[least, most]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VolumeBounds {
+    /// On the fraction of solid edges, skeleton and actuator.
+    pub total: [f64; 2],
+    /// On the fraction of actuators.
+    pub actuator: [f64; 2],
+}
+
+impl VolumeBounds {
+    /// The bounds with each limit moved outwards by `slack`.
+    pub fn widened(&self, slack: f64) -> Self {
+        let widen = |[least, most]: [f64; 2]| [least - slack, most + slack];
+        Self {
+            total: widen(self.total),
+            actuator: widen(self.actuator),
+        }
+    }
+}
+
+/// A snapped design.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snap {
+    /// One material per edge.
+    pub materials: Vec<Material>,
+    /// How many edges were given another material than their largest entry's.
+    pub flips: usize,
+}
+
+/// Gives every edge the material of its largest entry; then, while the volumes are out of bounds,
+/// flips the edge that is least confident among those whose flip brings them nearer.
+///
+/// Volumes of a one-hot layout are whole numbers of edges: where no whole number is within the
+/// bounds, the nearest one to their middle is taken.
+pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds) -> Snap {
+    let mut materials: Vec<Material> = mixture.iter().map(dominant).collect();
+    let counts = Counts::new(bounds, mixture.len());
+    while let Some((edge, material)) = next_flip(mixture, &materials, &counts) {
+        materials[edge] = material;
+    }
+    let flipped = |(m, row): &(&Material, &[f64; 3])| **m != dominant(row);
+    let flips = materials.iter().zip(mixture).filter(flipped).count();
+    Snap { materials, flips }
+}
+
+/// The volume bounds in whole edges.
+struct Counts {
+    solid: [usize; 2],
+    actuator: [usize; 2],
+}
+
+impl Counts {
+    fn new(bounds: &VolumeBounds, edges: usize) -> Self {
+        let whole = |[least, most]: [f64; 2]| {
+            // 0.03 * 100 is not 3: a bound that a whole number meets to rounding is met.
+            let slack = 1e-9;
+            let least = (least * edges as f64 - slack).ceil().max(0.0);
+            let most = (most * edges as f64 + slack).floor().max(0.0);
+            if least <= most {
+                [least as usize, most as usize]
+            } else {
+                [(0.5 * (least + most)) as usize; 2]
+            }
+        };
+        Self {
+            solid: whole(bounds.total),
+            actuator: whole(bounds.actuator),
+        }
+    }
+
+    /// How many edges too many or too few there are, solid and actuators together.
+    fn excess(&self, solid: usize, actuators: usize) -> usize {
+        let outside =
+            |n: usize, [least, most]: [usize; 2]| least.saturating_sub(n) + n.saturating_sub(most);
+        outside(solid, self.solid) + outside(actuators, self.actuator)
+    }
+}
+
+/// The flip that costs the least confidence among those that reduce the excess.
+fn next_flip(
+    mixture: &[[f64; 3]],
+    materials: &[Material],
+    counts: &Counts,
+) -> Option<(usize, Material)> {
+    let count = |is: fn(Material) -> bool| materials.iter().filter(|&&m| is(m)).count();
+    let solid = count(Material::is_solid);
+    let actuators = count(|m| m == Material::Actuator);
+    let excess = counts.excess(solid, actuators);
+    let reduces = |from: Material, to: Material| {
+        let solid = solid + usize::from(to.is_solid()) - usize::from(from.is_solid());
+        let is_actuator = |m| usize::from(m == Material::Actuator);
+        let actuators = actuators + is_actuator(to) - is_actuator(from);
+        counts.excess(solid, actuators) < excess
+    };
+    let flips = materials.iter().enumerate().flat_map(|(edge, &from)| {
+        let cost = move |to: Material| mixture[edge][from as usize] - mixture[edge][to as usize];
+        Material::ALL.map(|to| (edge, from, to, cost(to)))
+    });
+    flips
+        .filter(|&(_, from, to, _)| reduces(from, to))
+        .min_by(|a, b| a.3.total_cmp(&b.3))
+        .map(|(edge, _, to, _)| (edge, to))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Snap, VolumeBounds, snap};
+    use crate::design::Material::{self, Actuator, Skeleton, Void};
+
+    const HALF: VolumeBounds = VolumeBounds {
+        total: [0.5, 0.5],
+        actuator: [0.25, 0.25],
+    };
+
+    #[test]
+    fn within_the_bounds_the_largest_entry_decides() {
+        let mixture = [
+            [0.8, 0.1, 0.1],
+            [0.4, 0.3, 0.3],
+            [0.1, 0.5, 0.4],
+            [0.0, 0.4, 0.6],
+        ];
+        let expected = Snap {
+            materials: vec![Void, Void, Skeleton, Actuator],
+            flips: 0,
+        };
+        assert_eq!(snap(&mixture, &HALF), expected);
+    }
+
+    #[test]
+    fn the_least_confident_edge_is_flipped() {
+        let mixture = [
+            [0.8, 0.1, 0.1],
+            [0.3, 0.4, 0.3],
+            [0.1, 0.5, 0.4],
+            [0.0, 0.4, 0.6],
+        ];
+        let expected = Snap {
+            materials: vec![Void, Void, Skeleton, Actuator],
+            flips: 1,
+        };
+        assert_eq!(snap(&mixture, &HALF), expected);
+    }
+
+    #[test]
+    fn any_start_ends_within_the_bounds() {
+        let bounds = VolumeBounds {
+            total: [0.5, 0.5],
+            actuator: [0.20, 0.22],
+        }
+        .widened(0.03);
+        for material in Material::ALL {
+            let mut row = [0.2; 3];
+            row[material as usize] = 0.6;
+            let Snap { materials, flips } = snap(&[row; 110], &bounds);
+            let solid = materials.iter().filter(|m| m.is_solid()).count();
+            let actuators = materials.iter().filter(|&&m| m == Actuator).count();
+            // 0.47 and 0.53, 0.17 and 0.25 of 110 edges.
+            assert!((52..=58).contains(&solid) && (19..=27).contains(&actuators));
+            assert!(flips > 0);
+        }
+    }
+
+    #[test]
+    fn bounds_between_two_whole_numbers_take_the_nearest() {
+        let bounds = VolumeBounds {
+            total: [0.5, 0.5],
+            actuator: [0.0, 1.0],
+        };
+        let Snap { materials, .. } = snap(&[[0.0, 1.0, 0.0]; 5], &bounds);
+        assert_eq!(materials.iter().filter(|m| m.is_solid()).count(), 2);
+    }
+}

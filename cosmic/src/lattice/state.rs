@@ -1,0 +1,43 @@
+//! What evolves in a rollout.
+
+use autodiff::Real;
+
+use super::Ground;
+
+/// Positions (m) and velocities (m/s) of the nodes, and nothing else.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State<R> {
+    /// Positions, one per node.
+    pub x: Vec<[R; 2]>,
+    /// Velocities, one per node.
+    pub v: Vec<[R; 2]>,
+}
+
+impl<R: Real> State<R> {
+    /// A state of the world's frame in the ground's.
+    pub fn to_ground(&self, ground: &Ground) -> Self {
+        Self {
+            x: self.x.iter().map(|&x| ground.point_to_ground(x)).collect(),
+            v: self.v.iter().map(|&v| ground.vector_to_ground(v)).collect(),
+        }
+    }
+
+    /// A state of the ground's frame in the world's.
+    pub fn to_world(&self, ground: &Ground) -> Self {
+        Self {
+            x: self.x.iter().map(|&x| ground.point_to_world(x)).collect(),
+            v: self.v.iter().map(|&v| ground.vector_to_world(v)).collect(),
+        }
+    }
+}
+
+impl State<f64> {
+    /// The same numbers as constants of another type.
+    pub fn lift<R: Real>(&self) -> State<R> {
+        let lift = |points: &[[f64; 2]]| points.iter().map(|p| p.map(R::lit)).collect();
+        State {
+            x: lift(&self.x),
+            v: lift(&self.v),
+        }
+    }
+}

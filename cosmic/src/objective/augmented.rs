@@ -1,0 +1,82 @@
+//! The augmented Lagrangian of the binarisation measures.
+
+use autodiff::Real;
+use serde::{Deserialize, Serialize};
+
+/// By how much each measure exceeds its threshold; zero, with derivative zero, where it does not.
+pub fn violations<R: Real>(measures: [R; 4], thresholds: &[f64; 4]) -> [R; 4] {
+    [0, 1, 2, 3].map(|k| (measures[k] - R::lit(thresholds[k])).max(R::zero()))
+}
+
+/// Multipliers and penalties of the four measures, in the order of
+/// [`Measures::constrained`](super::Measures::constrained).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AugmentedLagrangian {
+    /// Multipliers (lambda).
+    pub multiplier: [f64; 4],
+    /// Penalties (tau).
+    pub penalty: [f64; 4],
+}
+
+impl AugmentedLagrangian {
+    /// Multipliers zero, every penalty the same.
+    pub fn new(penalty: f64) -> Self {
+        Self {
+            multiplier: [0.0; 4],
+            penalty: [penalty; 4],
+        }
+    }
+
+    /// The augmented objective, `loss + sum_k (-lambda_k v_k + tau_k v_k^2 / 2)`.
+    pub fn objective<R: Real>(&self, loss: R, violations: [R; 4]) -> R {
+        (0..4).fold(loss, |objective, k| {
+            let v = violations[k];
+            let multiplier = R::lit(self.multiplier[k]);
+            objective + v * (R::lit(0.5 * self.penalty[k]) * v - multiplier)
+        })
+    }
+
+    /// Moves the multipliers by the violations of this iteration, with the penalties as they are;
+    /// then multiplies by `growth` the penalties whose violation grew since the previous
+    /// iteration, and divides those whose violation fell.
+    pub fn update(&mut self, violations: &[f64; 4], previous: &[f64; 4], growth: f64) {
+        for k in 0..4 {
+            self.multiplier[k] -= self.penalty[k] * violations[k];
+            if violations[k] > previous[k] {
+                self.penalty[k] *= growth;
+            } else if violations[k] < previous[k] {
+                self.penalty[k] /= growth;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{AugmentedLagrangian, violations};
+
+    #[test]
+    fn only_excess_counts() {
+        let v = violations([0.5, 0.1, 0.2, 0.3], &[0.2, 0.1, 0.3, 0.05]);
+        assert_eq!(v, [0.3, 0.0, 0.0, 0.25]);
+    }
+
+    #[test]
+    fn the_objective_is_the_one_of_the_paper() {
+        let lagrangian = AugmentedLagrangian {
+            multiplier: [-0.5, 0.0, 0.0, -1.0],
+            penalty: [2.0, 1.0, 1.0, 4.0],
+        };
+        let objective = lagrangian.objective(-1.0, [0.5, 0.0, 0.0, 0.25]);
+        assert_eq!(objective, -1.0 + (0.25 + 0.25) + (0.25 + 0.125));
+    }
+
+    #[test]
+    fn multipliers_move_with_the_old_penalties() {
+        let mut lagrangian = AugmentedLagrangian::new(0.5);
+        lagrangian.update(&[0.5, 0.25, 0.25, 0.0], &[0.25, 0.5, 0.25, 0.0], 2.0);
+        assert_eq!(lagrangian.multiplier, [-0.25, -0.125, -0.125, 0.0]);
+        assert_eq!(lagrangian.penalty, [1.0, 0.25, 0.5, 0.5]);
+    }
+}

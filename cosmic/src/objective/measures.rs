@@ -1,0 +1,79 @@
+//! How much material a mixture has, and how far from one material per edge it is.
+
+use autodiff::Real;
+
+/// The measures of a mixture; each a mean over the edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measures<R> {
+    /// Share of solid material, `V`.
+    pub volume: R,
+    /// Share of actuators, `V_act`.
+    pub actuator_volume: R,
+    /// `g_bin`: how far the mixtures' norms fall short of one.
+    pub binarisation: R,
+    /// `g_kl`: the overlap of materials (0,1), (0,2) and (1,2), each pair once (D6).
+    pub overlap: [R; 3],
+}
+
+impl<R: Real> Measures<R> {
+    /// The four that the augmented objective bounds: `g_bin`, then the three overlaps.
+    pub fn constrained(&self) -> [R; 4] {
+        let [a, b, c] = self.overlap;
+        [self.binarisation, a, b, c]
+    }
+}
+
+/// The measures of a mixture. `delta` keeps the overlap of two vanishing shares finite.
+pub fn measures<R: Real>(mixture: &[[R; 3]], delta: f64) -> Measures<R> {
+    let mean = |measure: &dyn Fn(&[R; 3]) -> R| {
+        let terms: Vec<R> = mixture.iter().map(measure).collect();
+        R::sum(&terms) * R::lit(1.0 / mixture.len() as f64)
+    };
+    Measures {
+        volume: mean(&|m| m[1] + m[2]),
+        actuator_volume: mean(&|m| m[2]),
+        binarisation: mean(&shortfall),
+        overlap: [(0, 1), (0, 2), (1, 2)].map(|(k, l)| mean(&|m| overlap(m[k], m[l], delta))),
+    }
+}
+
+/// `1 - |m|`, as the paper writes it: for a nearly one-hot mixture the difference is rounded at
+/// 1e-16 and no finer.
+fn shortfall<R: Real>(m: &[R; 3]) -> R {
+    R::one() - R::dot(m, m).sqrt()
+}
+
+/// The product of two shares over their mean.
+fn overlap<R: Real>(a: R, b: R, delta: f64) -> R {
+    a * b / (R::lit(0.5) * (a + b) + R::lit(delta))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::measures;
+
+    #[test]
+    fn a_layout_has_volumes_and_nothing_else() {
+        let layout = [
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [0.0, 1.0, 0.0],
+        ];
+        let m = measures(&layout, 1e-6);
+        assert_eq!((m.volume, m.actuator_volume), (0.75, 0.25));
+        assert_eq!(m.constrained(), [0.0; 4]);
+    }
+
+    #[test]
+    fn undecided_edges_measure_most() {
+        let undecided = measures(&[[1.0 / 3.0; 3]; 2], 1e-6).constrained();
+        let decided: [f64; 4] = measures(&[[0.8, 0.1, 0.1]; 2], 1e-6).constrained();
+        assert!(
+            undecided
+                .iter()
+                .zip(decided)
+                .all(|(u, d)| *u > d && d > 0.0)
+        );
+    }
+}

@@ -1,0 +1,25 @@
+//! From a trajectory to a loss, from a mixture to its measures, and from both to the objective.
+
+mod augmented;
+mod displacement;
+mod measures;
+
+pub use augmented::{AugmentedLagrangian, violations};
+pub use displacement::{Average, Displacement};
+pub use measures::{Measures, measures};
+
+use autodiff::Real;
+
+use crate::simulator::Trajectory;
+
+/// A number to be made small, from states of a rollout.
+///
+/// Written once over [`Real`], it is differentiated by the engine; there is no adjoint to write.
+pub trait Loss {
+    /// Which states it looks at in a rollout of so many steps: numbers of steps done, ascending,
+    /// the last of them `steps`.
+    fn observed(&self, steps: usize) -> Vec<usize>;
+
+    /// The loss of a trajectory that holds at least the states observed.
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R;
+}
