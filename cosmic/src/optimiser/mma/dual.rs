@@ -17,6 +17,9 @@ use super::subproblem::{Elastic, Subproblem};
 /// Newton steps after which the search gives up and reports its residual. Random problems need
 /// 5 to 15.
 const MAX_STEPS: usize = 100;
+/// Newton steps after which each multiplier is moved by itself once. Where the dual is piecewise
+/// linear, Newton's direction can zigzag in one multiplier while another has far to go.
+const PATIENCE: usize = 10;
 /// Evaluations in one line search.
 const MAX_TRIALS: usize = 60;
 /// Share of the directional derivative that a line search may leave.
@@ -48,6 +51,9 @@ pub(super) fn maximise(model: &mut Subproblem, elastic: Elastic, guess: &[f64]) 
         search.find_direction();
         search.advance();
         newton_steps += 1;
+        if newton_steps % PATIENCE == 0 {
+            search.ascend_each();
+        }
     }
     Solution {
         newton_steps,
@@ -157,12 +163,29 @@ impl<'a> Search<'a> {
             self.solve_newton();
             let (multipliers, direction) = (&self.multipliers, &self.direction);
             let count = self.free.len();
-            // A multiplier at 0 that is asked to fall stays, and the rest is solved again. The
-            // rest ascends: direction . gradient > 0 and those left out contribute less than 0.
-            self.free
-                .retain(|&i| multipliers[i] > 0.0 || direction[i] >= 0.0);
+            let ceilings = &self.ceilings;
+            // A multiplier at a bound that is asked to go beyond stays, and the rest is solved
+            // again. The rest ascends: direction . gradient is above 0, and those left out
+            // contribute less than 0.
+            self.free.retain(|&i| {
+                let (at, by) = (multipliers[i], direction[i]);
+                !(at == 0.0 && by < 0.0 || at == ceilings[i] && by > 0.0)
+            });
             if self.free.len() == count {
                 return;
+            }
+        }
+    }
+
+    /// Maximises along each multiplier in turn.
+    fn ascend_each(&mut self) {
+        for i in 0..self.gradient.len() {
+            if self.violation(i) > self.noise[i] {
+                self.free.clear();
+                self.free.push(i);
+                self.direction.fill(0.0);
+                self.direction[i] = self.gradient[i].signum() * self.ceilings[i];
+                self.advance();
             }
         }
     }
