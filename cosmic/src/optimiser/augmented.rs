@@ -97,3 +97,47 @@ impl AugmentedState {
         (0..violations.len()).fold(R::zero(), |sum, k| sum + term(k))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use autodiff::gradient_of;
+
+    use super::AugmentedLagrangian;
+
+    #[test]
+    fn multipliers_move_by_the_old_penalties() {
+        let method = AugmentedLagrangian {
+            penalty: 0.5,
+            penalty_growth: 2.0,
+        };
+        let mut state = method.init(3);
+        method.update(&mut state, &[1.0, 1.0, 1.0]).unwrap();
+        assert_eq!(state.multipliers, [-0.5, -0.5, -0.5]);
+        assert_eq!(state.penalties, [0.5, 0.5, 0.5], "nothing to compare with");
+        // Grew, fell, stayed.
+        method.update(&mut state, &[3.0, 0.5, 1.0]).unwrap();
+        assert_eq!(state.multipliers, [-2.0, -0.75, -1.0]);
+        assert_eq!(state.penalties, [1.0, 0.25, 0.5]);
+    }
+
+    #[test]
+    fn terms_pull_towards_smaller_violations() {
+        let method = AugmentedLagrangian::default();
+        let mut state = method.init(2);
+        state.multipliers = vec![-2.0, 0.0];
+        // 2 * 0.5 + 0.3 * 0.25 / 2 and 0.3 * 4 / 2, a rounding or two apart.
+        assert!((state.terms(&[0.5, 2.0]) - 1.6375_f64).abs() < 1e-15);
+        let slopes = gradient_of(|v| state.terms(v), &[0.5, 2.0]);
+        assert!(slopes.iter().all(|&slope| slope > 0.0), "{slopes:?}");
+        assert_eq!(state.terms(&[0.0, 0.0]), 0.0);
+    }
+
+    #[test]
+    fn bad_violations_change_nothing() {
+        let method = AugmentedLagrangian::default();
+        let mut state = method.init(2);
+        assert!(method.update(&mut state, &[0.0, f64::NAN]).is_err());
+        assert!(method.update(&mut state, &[0.0]).is_err());
+        assert_eq!(state, method.init(2));
+    }
+}
