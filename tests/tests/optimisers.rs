@@ -95,9 +95,9 @@ impl Moving {
     fn method<P: Problem>() -> Mma {
         let parameters = MmaParameters {
             move_limit: 0.2,
-            // Where a gradient vanishes, models have the slope's sign but not its curvature: the
-            // method hunts about the minimum at the asymptotes' least distance.
-            asymin: 1e-8,
+            // Where a gradient vanishes, the models keep the slope's sign but not the function's
+            // curvature: the method hunts about the minimum at the asymptotes' least distance.
+            asymin: 1e-5,
             ..MmaParameters::default()
         };
         Mma::new(parameters, &[P::BOX.0; 2], &[P::BOX.1; 2]).expect("usable settings")
@@ -106,9 +106,9 @@ impl Moving {
 
 impl Optimiser for Moving {
     const NAME: &'static str = "moving asymptotes";
-    const UPDATES: usize = 200;
-    /// Far above the asymptotes' least distance, far below the box.
-    const TOLERANCE: f64 = 1e-6;
+    const UPDATES: usize = 1000;
+    /// Five times the asymptotes' least distance in this box of range 4.
+    const TOLERANCE: f64 = 2e-4;
     type State = MmaState;
 
     fn init<P: Problem>() -> MmaState {
