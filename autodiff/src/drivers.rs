@@ -144,13 +144,14 @@ pub fn vjp<R: Real>(function: &impl VectorFunction, x: &[R], y_bar: &[R]) -> (Ve
 /// assert_eq!(jacobian(&Polar, &[2.0, 0.0]), [[1.0, 0.0], [0.0, 2.0]]);
 /// ```
 pub fn jacobian<R: Real>(function: &impl VectorFunction, x: &[R]) -> Vec<Vec<R>> {
+    let values = function.eval(x).len();
+    if values >= x.len() {
+        return jacobian_forward(function, x, values);
+    }
     let mut tape = Tape::new();
     let y = tape.record(x, |x| function.eval(x));
-    if y.len() >= x.len() {
-        return jacobian_forward(function, x, y.len());
-    }
     let row = |i: usize| tape.pullback(&y[i..=i], &[R::one()]).to_vec();
-    (0..y.len()).map(row).collect()
+    (0..values).map(row).collect()
 }
 
 fn jacobian_forward<R: Real>(
@@ -224,7 +225,7 @@ pub fn hessian<R: Real>(function: &impl Function, x: &[R]) -> Vec<Vec<R>> {
 }
 
 /// `x` moving along a direction.
-fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
+pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
     assert_eq!(
         x.len(),
         direction.len(),

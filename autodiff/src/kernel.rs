@@ -1,5 +1,7 @@
 //! Small pure functions that are mapped over arrays, and their local adjoints.
 
+use num_traits::Zero;
+
 use crate::forward::Dual;
 use crate::real::Real;
 
@@ -18,7 +20,11 @@ pub trait Adjoint<const I: usize, const O: usize>: Kernel<I, O> {
     /// The cotangents of `x`, given those of the results.
     #[inline(always)]
     fn vjp<R: Real>(&self, x: [R; I], y_bar: [R; O]) -> [R; I] {
-        let seeded = std::array::from_fn(|i| Dual::<R, I>::variable(x[i], i));
+        // Loops, not closures: those would not take on the caller's instruction set.
+        let mut seeded = [Dual::<R, I>::zero(); I];
+        for i in 0..I {
+            seeded[i] = Dual::variable(x[i], i);
+        }
         let y = self.eval(seeded);
         let mut x_bar = [R::zero(); I];
         for o in 0..O {

@@ -1,5 +1,7 @@
 //! Automatic differentiation behind one trait.
 
+pub mod check;
+pub mod custom;
 pub mod drivers;
 mod elementary;
 pub mod forward;

@@ -4,6 +4,8 @@
 //! reverse sweep goes back one step at a time and computes the rest of that step again, so that
 //! the record of a step never leaves the cache. Memory: `steps * (state + kept)` numbers.
 
+use std::any::Any;
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::fused::Fused;
@@ -66,8 +68,7 @@ impl<M: Model> Rollout<M> {
         R::fused(self.clone(), &inputs)
     }
 
-    fn forward<R: Real>(&self, inputs: &[&[R]], mut keep: Option<&mut Vec<R>>) -> Sweep<R> {
-        let mut sweep = Sweep::new(&self.model, inputs);
+    fn forward<R: Real>(&self, sweep: &mut Sweep<R>, mut keep: Option<&mut Vec<R>>) {
         let mut constants = Constants::new(&self.inputs, sweep.program.input_len());
         let mut observed = self.observed.iter().peekable();
         for step in 0..=self.steps {
@@ -88,7 +89,6 @@ impl<M: Model> Rollout<M> {
                 sweep.program.push_kept(&sweep.values, history);
             }
         }
-        sweep
     }
 
     /// Scales the state's cotangent back where the bound asks for it.
@@ -168,16 +168,45 @@ pub struct Recorded<R: Real> {
     history: Vec<R>,
 }
 
+thread_local! {
+    /// A history that is done with, for the thread's next one: to have fresh pages from the
+    /// system costs as much as a quarter of the sweep.
+    static SPARE: RefCell<Option<Box<dyn Any>>> = const { RefCell::new(None) };
+}
+
+/// An empty history with room for so many numbers.
+fn history<R: Real>(len: usize) -> Vec<R> {
+    let spare = SPARE.with_borrow_mut(Option::take);
+    let mut history = spare
+        .and_then(|s| s.downcast().ok())
+        .map_or_else(Vec::new, |s| *s);
+    history.reserve_exact(len);
+    history
+}
+
+impl<R: Real> Drop for Recorded<R> {
+    fn drop(&mut self) {
+        let mut history = std::mem::take(&mut self.history);
+        history.clear();
+        // At the end of a thread there may be nowhere to put it.
+        let _ = SPARE.try_with(|spare| spare.replace(Some(Box::new(history))));
+    }
+}
+
 impl<M: Model> Fused for Rollout<M> {
     type Saved<R: Real> = Recorded<R>;
 
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
-        self.forward(inputs, None).observed
+        let mut sweep = Sweep::new(&self.model, inputs);
+        self.forward(&mut sweep, None);
+        sweep.observed
     }
 
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Recorded<R>) {
-        let mut history = Vec::new();
-        let mut sweep = self.forward(inputs, Some(&mut history));
+        let mut sweep = Sweep::new(&self.model, inputs);
+        let row = sweep.program.state_len() + sweep.program.kept_len();
+        let mut history = history(self.steps * row);
+        self.forward(&mut sweep, Some(&mut history));
         (
             std::mem::take(&mut sweep.observed),
             Recorded { sweep, history },

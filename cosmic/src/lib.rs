@@ -1,12 +1,22 @@
-//! Co-design of truss-lattice robots: structure, material and neural control optimised together.
+//! Co-design of truss-lattice robots: structure, material and neural control optimised together by
+//! gradients through a differentiable simulator.
 //!
-//! The order of the modules is the architecture: each imports only modules above it.
+//! The order of the modules is the architecture: each uses only those above it.
 
+pub mod error;
 pub mod random;
+pub mod scene;
 pub mod lattice;
 pub mod design;
 pub mod projection;
 pub mod controller;
 pub mod simulator;
 pub mod objective;
+pub mod gradient;
 pub mod optimiser;
+pub mod case;
+pub mod record;
+#[cfg(feature = "cli")]
+pub mod cli;
+
+pub use error::{Error, Result};

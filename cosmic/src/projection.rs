@@ -5,18 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::design::{self, Material};
 use crate::lattice::Lattice;
-
-/// How sharply design vectors become mixtures.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Sharpness {
-    /// Of the performance projection.
-    pub beta: f64,
-    /// Of the stability projection's value.
-    pub beta_stability: f64,
-    /// Of the softer projection whose derivative stands in for that of the stability projection.
-    pub beta_straight_through: f64,
-}
+use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings};
 
 /// The two projections of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,16 +22,16 @@ pub enum Projection {
 pub fn mixture<R: Real>(
     projection: Projection,
     z: &[[R; 3]],
-    sharpness: &Sharpness,
+    settings: &ProjectionSettings,
 ) -> Vec<[R; 3]> {
     match projection {
-        Projection::Performance => z.iter().map(|&z| softmax(z, sharpness.beta)).collect(),
+        Projection::Performance => z.iter().map(|&z| softmax(z, settings.beta)).collect(),
         Projection::Stability => {
             let mean = column_means(z);
             let project = |z: &[R; 3]| {
                 let centred = [z[0] - mean[0], z[1] - mean[1], z[2] - mean[2]];
-                let sharp = softmax(centred.map(R::detach), sharpness.beta_stability);
-                let soft = softmax(centred, sharpness.beta_straight_through);
+                let sharp = softmax(centred.map(R::detach), settings.beta_stability);
+                let soft = softmax(centred, settings.beta_straight_through);
                 [0, 1, 2].map(|k| sharp[k].straight_through(soft[k]))
             };
             z.iter().map(project).collect()
@@ -78,22 +67,6 @@ fn column_means<R: Real>(rows: &[[R; 3]]) -> [R; 3] {
     })
 }
 
-/// What the materials are like (void, skeleton, actuator), and what the nodes weigh.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Library {
-    /// Stiffness of an edge, N/m.
-    pub stiffness: [f64; 3],
-    /// Mass per length, kg/m.
-    pub density: [f64; 3],
-    /// Largest relative change of length on command.
-    pub max_strain: [f64; 3],
-    /// Mass of a node without any edge, kg (D2).
-    pub node_mass: f64,
-    /// Mass added to node 0, kg.
-    pub payload_mass: f64,
-}
-
 /// What a rollout does not change: the robot as the simulator sees it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body<R> {
@@ -107,29 +80,37 @@ pub struct Body<R> {
 
 impl<R: Real> Body<R> {
     /// The body of a mixture: every property of an edge is the mixture's mean of its materials'.
-    pub fn new(mixture: &[[R; 3]], lattice: &Lattice, library: &Library) -> Self {
-        let strain = R::lit(library.max_strain[Material::Actuator as usize]);
+    pub fn new(
+        mixture: &[[R; 3]],
+        lattice: &Lattice,
+        materials: &MaterialSettings,
+        physics: &PhysicsSettings,
+    ) -> Self {
+        let strain = R::lit(materials.max_strain[Material::Actuator as usize]);
+        let edge_mass =
+            |(m, &length): (&[R; 3], &f64)| mean_property(m, &materials.density) * R::lit(length);
+        let edges = mixture.iter().zip(&lattice.rest_length);
+        let edge_masses: Vec<R> = edges.map(edge_mass).collect();
         Self {
             stiffness: mixture
                 .iter()
-                .map(|m| mean_property(m, &library.stiffness))
+                .map(|m| mean_property(m, &materials.stiffness))
                 .collect(),
             strain: mixture
                 .iter()
                 .map(|m| m[Material::Actuator as usize] * strain)
                 .collect(),
-            mass: node_masses(mixture, lattice, library),
+            mass: node_masses(&edge_masses, lattice, physics),
         }
     }
 }
 
-/// Half of every edge's mass goes to each of its nodes.
-fn node_masses<R: Real>(mixture: &[[R; 3]], lattice: &Lattice, library: &Library) -> Vec<R> {
-    let mut shares = vec![vec![R::lit(library.node_mass)]; lattice.nodes()];
-    shares[0].push(R::lit(library.payload_mass));
-    for (e, &[i, j]) in lattice.edges.iter().enumerate() {
-        let half_length = R::lit(0.5 * lattice.rest_length[e]);
-        let half = half_length * mean_property(&mixture[e], &library.density);
+/// A little for the node itself (D2), half of each of its edges, and the payload at node 0.
+fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsSettings) -> Vec<R> {
+    let mut shares = vec![vec![R::lit(physics.node_mass)]; lattice.nodes()];
+    shares[0].push(R::lit(physics.payload_mass));
+    for (&[i, j], &mass) in lattice.edges.iter().zip(edge_masses) {
+        let half = R::lit(0.5) * mass;
         shares[i].push(half);
         shares[j].push(half);
     }
@@ -142,51 +123,31 @@ fn mean_property<R: Real>(mixture: &[R; 3], property: &[f64; 3]) -> R {
 
 #[cfg(test)]
 mod tests {
-    use super::{Body, Library, Projection, Sharpness, mixture, one_hot};
+    use super::{Body, Projection, mixture, one_hot};
     use crate::design::Material::{Actuator, Skeleton, Void};
-    use crate::lattice::{Grid, Ground, Lattice};
-
-    const LIBRARY: Library = Library {
-        stiffness: [1e-7, 4e2, 3e1],
-        density: [1e-8, 0.030, 0.100],
-        max_strain: [0.0, 0.0, 0.35],
-        node_mass: 1e-4,
-        payload_mass: 0.03,
-    };
+    use crate::lattice::{Ground, Lattice};
+    use crate::scene::{ProjectionSettings, Scene};
 
     #[test]
     fn a_void_edge_of_a_layout_has_exactly_the_void_stiffness() {
-        let grid = Grid {
-            columns: 2,
-            rows: 2,
-            spacing: 0.1,
-            origin_x: 0.1,
-            drop: 0.0,
-            ground: Ground {
-                height: 0.1,
-                incline_deg: 0.0,
-            },
-        };
-        let layout = [Void, Skeleton, Actuator, Void, Void, Void];
-        let body = Body::new(&one_hot::<f64>(&layout), &Lattice::new(&grid), &LIBRARY);
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let layout = one_hot::<f64>(&[Void, Skeleton, Actuator, Void, Void, Void]);
+        let body = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
         assert_eq!(body.stiffness[..3], [1e-7, 4e2, 3e1]);
         assert_eq!(body.strain[..3], [0.0, 0.0, 0.35]);
         let weight: f64 = body.mass.iter().sum();
         let diagonal = 0.02f64.sqrt();
         let edges = 0.1 * 0.030 + diagonal * 0.1 + 1e-8 * (0.3 + diagonal);
-        // A dozen roundings of numbers below 0.1.
+        // A dozen roundings of numbers below 0.1, each at most 7e-18.
         assert!((weight - (4e-4 + 0.03 + edges)).abs() < 1e-16);
     }
 
     #[test]
     fn the_stability_projection_leaves_equal_edges_undecided() {
-        let sharpness = Sharpness {
-            beta: 20.0,
-            beta_stability: 500.0,
-            beta_straight_through: 20.0,
-        };
         let z = vec![[0.9, 0.1, 0.4]; 3];
-        for row in mixture(Projection::Stability, &z, &sharpness) {
+        for row in mixture(Projection::Stability, &z, &ProjectionSettings::default()) {
             // The mean of three equal numbers is off by a rounding, which 500 multiplies.
             assert!(row.iter().all(|m: &f64| (m - 1.0 / 3.0).abs() < 1e-13));
         }

@@ -1,1 +1,94 @@
-//! placeholder
+//! What the tests across both crates share: reading reference files and comparing with them.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+/// The folder of reference cases: `REFERENCE_DIR` where that is set, else the project's own.
+pub fn reference_folder() -> PathBuf {
+    std::env::var_os("REFERENCE_DIR").map_or_else(own_reference_folder, PathBuf::from)
+}
+
+/// The project's own reference cases.
+pub fn own_reference_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/reference")
+}
+
+/// Stiff and extreme cases: the folder `stability` of the reference cases, else the project's own.
+pub fn stability_folder() -> PathBuf {
+    let folder = reference_folder().join("stability");
+    if folder.is_dir() {
+        return folder;
+    }
+    own_reference_folder().join("stability")
+}
+
+/// A reference file: its path, its text, and the JSON in it.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What it holds, as text.
+    pub text: String,
+    /// What it holds, read.
+    pub json: Value,
+}
+
+impl Reference {
+    /// The name by which a failure is reported.
+    pub fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+}
+
+/// Every `*.json` file directly in a folder, by name.
+///
+/// # Panics
+/// Where there is none: a test that reads no case shows nothing.
+pub fn references(folder: &Path) -> Vec<Reference> {
+    let entries = std::fs::read_dir(folder)
+        .unwrap_or_else(|error| panic!("cannot list {}: {error}", folder.display()));
+    let mut paths: Vec<PathBuf> = entries
+        .map(|entry| entry.expect("the folder can be listed").path())
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|extension| extension == "json")
+        })
+        .collect();
+    assert!(!paths.is_empty(), "no case in {}", folder.display());
+    paths.sort();
+    paths.into_iter().map(read).collect()
+}
+
+fn read(path: PathBuf) -> Reference {
+    let text = std::fs::read_to_string(&path)
+        .unwrap_or_else(|error| panic!("cannot read {}: {error}", path.display()));
+    let json = serde_json::from_str(&text)
+        .unwrap_or_else(|error| panic!("{} is not JSON: {error}", path.display()));
+    Reference { path, text, json }
+}
+
+/// All numbers of a JSON value, nested lists from first to last.
+///
+/// # Panics
+/// Where something is neither a number nor a list.
+pub fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(list) => list.iter().flat_map(numbers).collect(),
+        other => vec![
+            other
+                .as_f64()
+                .unwrap_or_else(|| panic!("{other} is no number")),
+        ],
+    }
+}
+
+/// Relative error `|got - expected| / |expected|` of a whole field, in the L2 norm; the absolute
+/// error where all of the expected field is zero.
+pub fn relative_error(got: &[f64], expected: &[f64]) -> f64 {
+    assert_eq!(got.len(), expected.len(), "the fields differ in length");
+    let norm = |terms: &mut dyn Iterator<Item = f64>| terms.map(|x| x * x).sum::<f64>().sqrt();
+    let error = norm(&mut got.iter().zip(expected).map(|(g, e)| g - e));
+    let size = norm(&mut expected.iter().copied());
+    if size == 0.0 { error } else { error / size }
+}

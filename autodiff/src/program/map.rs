@@ -66,10 +66,10 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
             ..
         } = self.map;
         for i in (0..inputs[0].len).step_by(L::N) {
-            let x = std::array::from_fn(|k| L::load(&self.values[inputs[k].start + i..]));
+            let x = load_all::<R, L, I>(self.values, inputs, i);
             let y = kernel.eval(x);
-            for (a, y) in outputs.iter().zip(y) {
-                y.store(&mut self.values[a.start + i..]);
+            for k in 0..O {
+                y[k].store(&mut self.values[outputs[k].start + i..]);
             }
         }
     }
@@ -94,8 +94,8 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
             active,
         } = self.map;
         for i in (0..inputs[0].len).step_by(L::N) {
-            let x = std::array::from_fn(|k| L::load(&self.values[inputs[k].start + i..]));
-            let y_bar = std::array::from_fn(|k| L::load(&self.bars[outputs[k].start + i..]));
+            let x = load_all::<R, L, I>(self.values, inputs, i);
+            let y_bar = load_all::<R, L, O>(self.bars, outputs, i);
             let x_bar = kernel.vjp(x, y_bar);
             for k in 0..I {
                 if active[k] {
@@ -105,4 +105,18 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
             }
         }
     }
+}
+
+/// A lane of each array.
+#[inline(always)]
+fn load_all<R: Real, L: Lane<R>, const N: usize>(
+    arena: &[R],
+    arrays: &[Array; N],
+    i: usize,
+) -> [L; N] {
+    let mut lanes = [L::zero(); N];
+    for k in 0..N {
+        lanes[k] = L::load(&arena[arrays[k].start + i..]);
+    }
+    lanes
 }

@@ -2,8 +2,10 @@
 
 use autodiff::Real;
 
-use super::{Controller, Sensing};
+use super::Controller;
+use super::sensing::{observation_length, phases};
 use crate::lattice::Ground;
+use crate::scene::ControllerSettings;
 
 /// A controller whose first layer takes the raw state in the ground's frame.
 ///
@@ -30,20 +32,25 @@ pub struct Folded<R> {
 
 impl<R: Real> Folded<R> {
     /// Folds a controller.
-    pub fn new(controller: &Controller<R>, sensing: &Sensing, ground: &Ground) -> Self {
-        let nodes = (controller.inputs - sensing.clocks - 2) / 4;
+    ///
+    /// # Panics
+    /// Where the controller was not made for observations by these settings.
+    pub fn new(controller: &Controller<R>, settings: &ControllerSettings, ground: &Ground) -> Self {
+        let nodes = controller.inputs.saturating_sub(settings.clocks + 2) / 4;
+        assert_eq!(
+            controller.inputs,
+            observation_length(settings, nodes),
+            "the controller takes another number of inputs than the settings give"
+        );
         let fold = Fold {
-            sensing,
+            settings,
             ground,
             nodes,
         };
         let mut w1 = Vec::with_capacity(controller.hidden * (4 * nodes + 2));
         let mut b1 = Vec::with_capacity(controller.hidden);
-        for (row, &bias) in controller
-            .w1
-            .chunks_exact(controller.inputs)
-            .zip(&controller.b1)
-        {
+        let rows = controller.w1.chunks_exact(controller.inputs);
+        for (row, &bias) in rows.zip(&controller.b1) {
             b1.push(fold.unit(row, bias, &mut w1));
         }
         Self {
@@ -59,7 +66,7 @@ impl<R: Real> Folded<R> {
 
 /// What folding is done with.
 struct Fold<'a> {
-    sensing: &'a Sensing,
+    settings: &'a ControllerSettings,
     ground: &'a Ground,
     nodes: usize,
 }
@@ -67,17 +74,17 @@ struct Fold<'a> {
 impl Fold<'_> {
     /// Folds one hidden unit: appends its weights on the raw state, returns its bias.
     fn unit<R: Real>(&self, row: &[R], bias: R, weights: &mut Vec<R>) -> R {
-        let (clocks, row) = row.split_at(self.sensing.clocks);
+        let (clocks, row) = row.split_at(self.settings.clocks);
         let (goal, row) = row.split_at(2);
         let (offsets, velocities) = row.split_at(2 * self.nodes);
-        let goal_scale = R::lit(self.sensing.goal_scale);
+        let goal_scale = R::lit(self.settings.goal_scale);
         let goal = [goal[0] * goal_scale, goal[1] * goal_scale];
 
-        let columns = self.turned(offsets, self.sensing.offset_scale);
+        let columns = self.turned(offsets, self.settings.offset_scale);
         for (column, goal) in columns.iter().zip(goal) {
             weights.extend(self.centred(column, goal));
         }
-        for column in self.turned(velocities, self.sensing.velocity_scale) {
+        for column in self.turned(velocities, self.settings.velocity_scale) {
             weights.extend(column);
         }
         weights.extend(self.clock_weights(clocks));
@@ -102,7 +109,7 @@ impl Fold<'_> {
     /// the positions themselves.
     fn centred<R: Real>(&self, column: &[R], goal: R) -> impl Iterator<Item = R> {
         let mut on_mean = R::sum(column);
-        if self.sensing.goal_relative {
+        if self.settings.goal_relative {
             on_mean += goal;
         }
         let shift = on_mean * R::lit(1.0 / self.nodes as f64);
@@ -111,9 +118,7 @@ impl Fold<'_> {
 
     /// Weights on clocks as weights on one sine and one cosine.
     fn clock_weights<R: Real>(&self, clocks: &[R]) -> [R; 2] {
-        let (sines, cosines): (Vec<R>, Vec<R>) = self
-            .sensing
-            .phases()
+        let (sines, cosines): (Vec<R>, Vec<R>) = phases(self.settings)
             .map(f64::sin_cos)
             .map(|(sin, cos)| (R::lit(sin), R::lit(cos)))
             .unzip();
@@ -123,8 +128,8 @@ impl Fold<'_> {
     /// The part of the goal that does not move with the robot. The state is measured from a point
     /// of the ground and the goal from the world's origin, which is what the shift is for.
     fn constant_goal(&self) -> [f64; 2] {
-        let goal = self.sensing.goal;
-        if !self.sensing.goal_relative {
+        let goal = self.settings.goal;
+        if !self.settings.goal_relative {
             return goal;
         }
         let [along, across] = self.ground.vector_to_ground([0.0, self.ground.height]);
@@ -135,21 +140,10 @@ impl Fold<'_> {
 #[cfg(test)]
 mod tests {
     use super::Folded;
-    use crate::controller::{Controller, Moment, Network, Sensing};
-    use crate::lattice::{Grid, Ground, Lattice, State};
+    use crate::controller::{Controller, Moment, clock, observation};
+    use crate::lattice::{Ground, Lattice, State};
     use crate::random::{Purpose, stream, symmetric};
-
-    const GRID: Grid = Grid {
-        columns: 3,
-        rows: 2,
-        spacing: 0.1,
-        origin_x: 0.1,
-        drop: 0.0,
-        ground: Ground {
-            height: 0.3,
-            incline_deg: 0.0,
-        },
-    };
+    use crate::scene::{ControllerSettings, LatticeSettings};
 
     /// `tanh` of the folded first layer, written out.
     fn folded_activation(folded: &Folded<f64>, state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
@@ -172,60 +166,62 @@ mod tests {
         plain.activation(&sensed)
     }
 
-    fn random_state() -> State<f64> {
+    fn random_state(nodes: usize) -> State<f64> {
         let mut stream = stream(1, Purpose::Judgement);
-        let mut points = || -> Vec<[f64; 2]> {
-            (0..GRID.nodes())
-                .map(|_| [(); 2].map(|()| symmetric(&mut stream, 1.0)))
-                .collect()
-        };
+        let mut point = |_| [(); 2].map(|()| symmetric(&mut stream, 1.0));
         State {
-            x: points(),
-            v: points(),
+            x: (0..nodes).map(&mut point).collect(),
+            v: (0..nodes).map(&mut point).collect(),
+        }
+    }
+
+    /// Compares the folded controller with the observation and the network as they are defined.
+    fn check(settings: &ControllerSettings, ground: &Ground) {
+        let size = LatticeSettings {
+            columns: 3,
+            rows: 2,
+            ..LatticeSettings::default()
+        };
+        let lattice = Lattice::new(&size, ground);
+        let state = random_state(lattice.nodes());
+        let mut controller = Controller::xavier(settings, &lattice, 0);
+        controller.b1.fill(0.2);
+        controller.b2.fill(-0.1);
+        let time = 4096.0 * 0.002;
+        let moment = Moment {
+            time,
+            state: &state,
+            ground,
+        };
+        let plain = controller.activation(&observation(settings, &moment));
+        let folded = Folded::new(&controller, settings, ground);
+        let got = folded_activation(&folded, &state.to_ground(ground), clock(settings, time));
+        assert_eq!(got.len(), plain.len());
+        for (a, b) in got.iter().zip(&plain) {
+            // Some thirty terms of order one in each sum, rounded at 1e-16; the phase of a clock,
+            // near 82 rad, is itself rounded at 1e-14.
+            assert!((a - b).abs() < 1e-13);
         }
     }
 
     #[test]
     fn folding_changes_nothing_but_the_rounding() {
-        let network = Network {
-            hidden: 7,
-            gain: [1.0, 1.0],
-        };
-        let lattice = Lattice::new(&GRID);
-        let state = random_state();
         for incline_deg in [0.0, 15.0, -40.0] {
             for (goal_relative, clocks) in [(false, 10), (true, 10), (true, 3), (false, 0)] {
-                let ground = Ground {
-                    incline_deg,
-                    ..GRID.ground
-                };
-                let sensing = Sensing {
+                let settings = ControllerSettings {
+                    hidden: 7,
                     clocks,
-                    omega: 10.0,
-                    goal: [2.0, 0.1],
                     goal_scale: 0.7,
                     goal_relative,
                     offset_scale: 1.3,
                     velocity_scale: 0.4,
+                    ..ControllerSettings::default()
                 };
-                let mut controller = Controller::xavier(&network, &sensing, &lattice, 0);
-                controller.b1.fill(0.2);
-                controller.b2.fill(-0.1);
-                let time = 4096.0 * 0.002;
-                let moment = Moment {
-                    time,
-                    state: &state,
-                    ground: &ground,
+                let ground = Ground {
+                    height: 0.3,
+                    incline_deg,
                 };
-                let plain = controller.activation(&sensing.observation(&moment));
-                let folded = Folded::new(&controller, &sensing, &ground);
-                let clock = sensing.clock(time);
-                let got = folded_activation(&folded, &state.to_ground(&ground), clock);
-                // Some thirty terms of order one in each sum, rounded at 1e-16; the phase of a
-                // clock, near 82 rad, is itself rounded at 1e-14.
-                let close = |a: &f64, b: &f64| (a - b).abs() < 1e-13;
-                assert_eq!(got.len(), plain.len());
-                assert!(got.iter().zip(&plain).all(|(a, b)| close(a, b)));
+                check(&settings, &ground);
             }
         }
     }

@@ -2,25 +2,17 @@
 
 mod fold;
 mod sensing;
+mod weights;
 
 pub use fold::Folded;
-pub use sensing::{Moment, Sensing};
+pub use sensing::{Moment, clock, observation, observation_length};
+pub use weights::Weights;
 
 use autodiff::Real;
-use serde::{Deserialize, Serialize};
 
 use crate::lattice::Lattice;
 use crate::random::{self, Purpose};
-
-/// The size of a controller and the scale of its first weights.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Network {
-    /// Hidden units.
-    pub hidden: usize,
-    /// Factor on the Glorot range of each layer's first weights.
-    pub gain: [f64; 2],
-}
+use crate::scene::ControllerSettings;
 
 /// A network of one hidden layer: `tanh(W2 tanh(W1 I + b1) + b2)`.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +37,7 @@ impl<R: Real> Controller<R> {
         self.b2.len()
     }
 
-    /// The activation of every edge, in `[-1, 1]`, from an [observation](Sensing::observation).
+    /// The activation of every edge, in `[-1, 1]`, from an [observation](fn@observation).
     pub fn activation(&self, observation: &[R]) -> Vec<R> {
         let hidden = layer(&self.w1, &self.b1, observation);
         layer(&self.w2, &self.b2, &hidden)
@@ -54,9 +46,9 @@ impl<R: Real> Controller<R> {
 
 impl Controller<f64> {
     /// Glorot's uniform initialisation from a seed, biases zero.
-    pub fn xavier(network: &Network, sensing: &Sensing, lattice: &Lattice, seed: u64) -> Self {
-        let (hidden, edges) = (network.hidden, lattice.edges.len());
-        let inputs = sensing.inputs(lattice.nodes());
+    pub fn xavier(settings: &ControllerSettings, lattice: &Lattice, seed: u64) -> Self {
+        let (hidden, edges) = (settings.hidden, lattice.edges.len());
+        let inputs = observation_length(settings, lattice.nodes());
         let mut stream = random::stream(seed, Purpose::Weights);
         let mut weights = |outputs: usize, inputs: usize, gain: f64| -> Vec<f64> {
             let limit = gain * (6.0 / (inputs + outputs) as f64).sqrt();
@@ -66,23 +58,25 @@ impl Controller<f64> {
         Self {
             hidden,
             inputs,
-            w1: weights(hidden, inputs, network.gain[0]),
+            w1: weights(hidden, inputs, settings.gain[0]),
             b1: vec![0.0; hidden],
-            w2: weights(edges, hidden, network.gain[1]),
+            w2: weights(edges, hidden, settings.gain[1]),
             b2: vec![0.0; edges],
         }
     }
+}
 
-    /// The same weights as constants of another type.
-    pub fn lift<R: Real>(&self) -> Controller<R> {
-        let lift = |weights: &[f64]| weights.iter().map(|&w| R::lit(w)).collect();
+impl<R: Copy> Controller<R> {
+    /// Every weight replaced by a function of it.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Controller<S> {
+        let map = |weights: &[R]| weights.iter().map(|&w| f(w)).collect();
         Controller {
             hidden: self.hidden,
             inputs: self.inputs,
-            w1: lift(&self.w1),
-            b1: lift(&self.b1),
-            w2: lift(&self.w2),
-            b2: lift(&self.b2),
+            w1: map(&self.w1),
+            b1: map(&self.b1),
+            w2: map(&self.w2),
+            b2: map(&self.b2),
         }
     }
 }
@@ -98,35 +92,15 @@ fn layer<R: Real>(weights: &[R], biases: &[R], input: &[R]) -> Vec<R> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Controller, Network, Sensing};
-    use crate::lattice::{Grid, Ground, Lattice};
+    use super::Controller;
+    use crate::lattice::{Ground, Lattice};
+    use crate::scene::Scene;
 
     fn controller(seed: u64) -> Controller<f64> {
-        let network = Network {
-            hidden: 32,
-            gain: [2.0, 1.0],
-        };
-        let sensing = Sensing {
-            clocks: 10,
-            omega: 10.0,
-            goal: [2.0, 0.1],
-            goal_scale: 0.05,
-            goal_relative: false,
-            offset_scale: 0.05,
-            velocity_scale: 0.05,
-        };
-        let grid = Grid {
-            columns: 6,
-            rows: 6,
-            spacing: 0.1,
-            origin_x: 0.1,
-            drop: 0.0,
-            ground: Ground {
-                height: 0.1,
-                incline_deg: 0.0,
-            },
-        };
-        Controller::xavier(&network, &sensing, &Lattice::new(&grid), seed)
+        let mut scene = Scene::default();
+        scene.controller.gain = [2.0, 1.0];
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        Controller::xavier(&scene.controller, &lattice, seed)
     }
 
     #[test]

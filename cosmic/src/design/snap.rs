@@ -1,26 +1,24 @@
 //! The hard snap: one material per edge, within the volume bounds.
 
-use serde::{Deserialize, Serialize};
-
 use super::{Material, dominant};
+use crate::scene::VolumeSettings;
 
 /// Bounds on the volume fractions, each `[least, most]`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeBounds {
-    /// On the fraction of solid edges, skeleton and actuator.
-    pub total: [f64; 2],
-    /// On the fraction of actuators.
+    /// On the share of solid edges, skeleton and actuator.
+    pub solid: [f64; 2],
+    /// On the share of actuators.
     pub actuator: [f64; 2],
 }
 
 impl VolumeBounds {
-    /// The bounds with each limit moved outwards by `slack`.
-    pub fn widened(&self, slack: f64) -> Self {
+    /// The bounds of a scene, each limit moved outwards by `slack`.
+    pub fn widened(settings: &VolumeSettings, slack: f64) -> Self {
         let widen = |[least, most]: [f64; 2]| [least - slack, most + slack];
         Self {
-            total: widen(self.total),
-            actuator: widen(self.actuator),
+            solid: widen(settings.solid),
+            actuator: widen(settings.actuator),
         }
     }
 }
@@ -70,7 +68,7 @@ impl Counts {
             }
         };
         Self {
-            solid: whole(bounds.total),
+            solid: whole(bounds.solid),
             actuator: whole(bounds.actuator),
         }
     }
@@ -113,9 +111,10 @@ fn next_flip(
 mod tests {
     use super::{Snap, VolumeBounds, snap};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
+    use crate::scene::VolumeSettings;
 
     const HALF: VolumeBounds = VolumeBounds {
-        total: [0.5, 0.5],
+        solid: [0.5, 0.5],
         actuator: [0.25, 0.25],
     };
 
@@ -151,11 +150,7 @@ mod tests {
 
     #[test]
     fn any_start_ends_within_the_bounds() {
-        let bounds = VolumeBounds {
-            total: [0.5, 0.5],
-            actuator: [0.20, 0.22],
-        }
-        .widened(0.03);
+        let bounds = VolumeBounds::widened(&VolumeSettings::default(), 0.03);
         for material in Material::ALL {
             let mut row = [0.2; 3];
             row[material as usize] = 0.6;
@@ -171,7 +166,7 @@ mod tests {
     #[test]
     fn bounds_between_two_whole_numbers_take_the_nearest() {
         let bounds = VolumeBounds {
-            total: [0.5, 0.5],
+            solid: [0.5, 0.5],
             actuator: [0.0, 1.0],
         };
         let Snap { materials, .. } = snap(&[[0.0, 1.0, 0.0]; 5], &bounds);

@@ -1,19 +1,28 @@
 //! The ground line and its frame.
 
 use autodiff::Real;
-use serde::{Deserialize, Serialize};
+
+use crate::scene::PhysicsSettings;
 
 /// The ground: a line through the point `(0, height)` of the world, inclined to the horizontal.
 ///
 /// Its frame has that point as origin, the [tangent](Ground::tangent) as first axis and the
 /// [normal](Ground::normal) as second: the second coordinate is the height above the ground.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
     /// Height of the ground at `x = 0`, in metres.
     pub height: f64,
     /// Angle to the horizontal in degrees, positive where the ground rises towards `+x`.
     pub incline_deg: f64,
+}
+
+impl From<&PhysicsSettings> for Ground {
+    fn from(physics: &PhysicsSettings) -> Self {
+        Self {
+            height: physics.ground_height,
+            incline_deg: physics.incline_deg,
+        }
+    }
 }
 
 impl Ground {

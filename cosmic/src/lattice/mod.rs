@@ -6,67 +6,7 @@ mod state;
 pub use ground::Ground;
 pub use state::State;
 
-use serde::{Deserialize, Serialize};
-
-/// How a lattice is laid out. Lengths in metres.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Grid {
-    /// Nodes along the ground.
-    pub columns: usize,
-    /// Nodes across the ground.
-    pub rows: usize,
-    /// Distance of neighbours in a row or column.
-    pub spacing: f64,
-    /// Distance along the ground from its origin to the first column.
-    pub origin_x: f64,
-    /// Height of the lowest row above the ground line.
-    pub drop: f64,
-    /// The ground that the lattice is laid out on, and turned with (D1).
-    pub ground: Ground,
-}
-
-impl Grid {
-    /// How many nodes.
-    pub fn nodes(&self) -> usize {
-        self.columns * self.rows
-    }
-
-    /// Positions in the ground's frame: along the ground, and the height above it. These are the
-    /// numbers of D1 themselves, so that with `drop = 0` the lowest row is exactly on the ground.
-    pub fn ground_positions(&self) -> Vec<[f64; 2]> {
-        let place = |node: usize| {
-            let (row, column) = (node / self.columns, node % self.columns);
-            [
-                self.origin_x + column as f64 * self.spacing,
-                self.drop + row as f64 * self.spacing,
-            ]
-        };
-        (0..self.nodes()).map(place).collect()
-    }
-
-    /// Every horizontal, vertical and diagonal of every cell as `[i, j]`, `i < j`: nodes
-    /// ascending; for each, the edges to its right, upper, upper-right and upper-left neighbour
-    /// where they exist.
-    pub fn edges(&self) -> Vec<[usize; 2]> {
-        let mut edges = Vec::new();
-        for node in 0..self.nodes() {
-            let (row, column) = (node / self.columns, node % self.columns);
-            let right = column + 1 < self.columns;
-            let up = row + 1 < self.rows;
-            let above = node + self.columns;
-            let neighbours = [
-                (right, node + 1),
-                (up, above),
-                (up && right, above + 1),
-                (up && column > 0, above.wrapping_sub(1)),
-            ];
-            let exist = neighbours.iter().filter(|(exists, _)| *exists);
-            edges.extend(exist.map(|&(_, neighbour)| [node, neighbour]));
-        }
-        edges
-    }
-}
+use crate::scene::LatticeSettings;
 
 /// Nodes and edges of a robot. Node 0 is at the bottom left and carries the payload.
 ///
@@ -87,11 +27,13 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The lattice of a grid; each rest length is the plain initial distance of its two nodes.
-    pub fn new(grid: &Grid) -> Self {
-        let world = |point| grid.ground.point_to_world(point);
-        let positions: Vec<[f64; 2]> = grid.ground_positions().into_iter().map(world).collect();
-        let edges = grid.edges();
+    /// The lattice on a ground, turned with it (D1); each rest length is the plain initial distance
+    /// of the two nodes.
+    pub fn new(settings: &LatticeSettings, ground: &Ground) -> Self {
+        let LatticeSettings { columns, rows, .. } = *settings;
+        let places = ground_positions(settings).into_iter();
+        let positions: Vec<[f64; 2]> = places.map(|place| ground.point_to_world(place)).collect();
+        let edges = edges(columns, rows);
         let rest_length = edges
             .iter()
             .map(|&[i, j]| distance(positions[i], positions[j]))
@@ -100,8 +42,8 @@ impl Lattice {
             positions,
             edges,
             rest_length,
-            columns: grid.columns,
-            rows: grid.rows,
+            columns,
+            rows,
         }
     }
 
@@ -118,7 +60,7 @@ impl Lattice {
         }
     }
 
-    /// The row-and-column heights of the edges' midpoints above the lowest row, in rows: 0 for an
+    /// Heights of the edges' midpoints above the lowest row, in rows: 0 for an
     /// edge along the lowest row, `rows - 1` for one along the topmost.
     pub fn midpoint_rows(&self) -> Vec<f64> {
         let row = |node: usize| (node / self.columns) as f64;
@@ -129,38 +71,71 @@ impl Lattice {
     }
 }
 
+/// Positions in the ground's frame: along the ground, and the height above it. These are the
+/// numbers of D1 themselves, so that with `drop = 0` the lowest row is exactly on the ground.
+pub fn ground_positions(settings: &LatticeSettings) -> Vec<[f64; 2]> {
+    let place = |node: usize| {
+        let (row, column) = (node / settings.columns, node % settings.columns);
+        [
+            settings.origin_x + column as f64 * settings.spacing,
+            settings.drop + row as f64 * settings.spacing,
+        ]
+    };
+    (0..settings.columns * settings.rows).map(place).collect()
+}
+
+/// Every horizontal, vertical and diagonal of every cell as `[i, j]`, `i < j`: nodes ascending;
+/// for each, the edges to its right, upper, upper-right and upper-left neighbour where they exist.
+pub fn edges(columns: usize, rows: usize) -> Vec<[usize; 2]> {
+    let mut edges = Vec::new();
+    for node in 0..columns * rows {
+        let (row, column) = (node / columns, node % columns);
+        let right = column + 1 < columns;
+        let up = row + 1 < rows;
+        let above = node + columns;
+        let neighbours = [
+            (right, node + 1),
+            (up, above),
+            (up && right, above + 1),
+            (up && column > 0, above.wrapping_sub(1)),
+        ];
+        let exist = neighbours.iter().filter(|(exists, _)| *exists);
+        edges.extend(exist.map(|&(_, neighbour)| [node, neighbour]));
+    }
+    edges
+}
+
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Grid, Ground, Lattice};
+    use super::{Ground, Lattice, edges};
+    use crate::scene::LatticeSettings;
 
-    fn grid(columns: usize, rows: usize, incline_deg: f64) -> Grid {
-        Grid {
+    fn lattice(columns: usize, rows: usize, incline_deg: f64) -> Lattice {
+        let settings = LatticeSettings {
             columns,
             rows,
-            spacing: 0.1,
-            origin_x: 0.1,
-            drop: 0.0,
-            ground: Ground {
-                height: 0.1,
-                incline_deg,
-            },
-        }
+            ..LatticeSettings::default()
+        };
+        let ground = Ground {
+            height: 0.1,
+            incline_deg,
+        };
+        Lattice::new(&settings, &ground)
     }
 
     #[test]
     fn edge_counts_are_those_of_the_paper() {
-        for (columns, rows, edges) in [(6, 6, 110), (5, 5, 72), (2, 2, 6), (4, 1, 3), (1, 3, 2)] {
-            assert_eq!(grid(columns, rows, 0.0).edges().len(), edges);
+        for (columns, rows, count) in [(6, 6, 110), (5, 5, 72), (2, 2, 6), (4, 1, 3), (1, 3, 2)] {
+            assert_eq!(edges(columns, rows).len(), count);
         }
     }
 
     #[test]
     fn edges_come_in_the_stated_order() {
-        let edges = grid(3, 2, 0.0).edges();
         let expected = [
             [0, 1],
             [0, 3],
@@ -174,13 +149,13 @@ mod tests {
             [3, 4],
             [4, 5],
         ];
-        assert_eq!(edges, expected);
+        assert_eq!(edges(3, 2), expected);
     }
 
     #[test]
     fn the_lattice_turns_with_the_ground() {
-        let flat = Lattice::new(&grid(4, 3, 0.0));
-        let turned = Lattice::new(&grid(4, 3, -20.0));
+        let flat = lattice(4, 3, 0.0);
+        let turned = lattice(4, 3, -20.0);
         for (a, b) in flat.rest_length.iter().zip(&turned.rest_length) {
             // Coordinates below 1 carry roundings of 1e-16.
             assert!((a - b).abs() < 1e-15);
@@ -192,7 +167,7 @@ mod tests {
 
     #[test]
     fn midpoints_run_from_the_lowest_row_to_the_topmost() {
-        let rows = Lattice::new(&grid(3, 4, 0.0)).midpoint_rows();
+        let rows = lattice(3, 4, 0.0).midpoint_rows();
         assert_eq!(rows.first(), Some(&0.0));
         assert_eq!(rows.last(), Some(&3.0));
     }

@@ -1,11 +1,12 @@
 //! What evolves in a rollout.
 
 use autodiff::Real;
+use serde::Serialize;
 
 use super::Ground;
 
 /// Positions (m) and velocities (m/s) of the nodes, and nothing else.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct State<R> {
     /// Positions, one per node.
     pub x: Vec<[R; 2]>,
@@ -31,13 +32,12 @@ impl<R: Real> State<R> {
     }
 }
 
-impl State<f64> {
-    /// The same numbers as constants of another type.
-    pub fn lift<R: Real>(&self) -> State<R> {
-        let lift = |points: &[[f64; 2]]| points.iter().map(|p| p.map(R::lit)).collect();
+impl<R: Copy> State<R> {
+    /// Every number replaced by a function of it.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> State<S> {
         State {
-            x: lift(&self.x),
-            v: lift(&self.v),
+            x: self.x.iter().map(|x| x.map(&f)).collect(),
+            v: self.v.iter().map(|v| v.map(&f)).collect(),
         }
     }
 }

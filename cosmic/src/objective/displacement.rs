@@ -1,37 +1,36 @@
 //! How far the payload gets along the ground.
 
 use autodiff::Real;
-use serde::{Deserialize, Serialize};
 
 use super::Loss;
 use crate::lattice::Ground;
+use crate::scene::{LossKind, LossSettings};
 use crate::simulator::Trajectory;
 
 /// Minus the payload's position along the ground, `-(s . x_0)`: at the end, as the paper has it,
 /// or averaged over the last part of the rollout.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
     /// The ground along which is measured.
     pub ground: Ground,
-    /// The states averaged over; `None` takes the last alone.
-    pub average: Option<Average>,
+    /// Which states are looked at.
+    pub settings: LossSettings,
 }
 
-/// Which states of the last part of a rollout are averaged over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Average {
-    /// Length of that part in steps; a shorter rollout is averaged as a whole.
-    pub window: usize,
-    /// Every so many steps a state, counted back from the last; at least 1.
-    pub every: usize,
+impl Displacement {
+    /// The paper's objective: the position after the last step.
+    pub fn at_end(ground: Ground) -> Self {
+        let settings = LossSettings { kind: LossKind::Final, ..LossSettings::default() };
+        Self { ground, settings }
+    }
 }
 
 impl Loss for Displacement {
     fn observed(&self, steps: usize) -> Vec<usize> {
-        let Some(Average { window, every }) = self.average else {
+        let LossSettings { window, every, .. } = self.settings;
+        if self.settings.kind == LossKind::Final {
             return vec![steps];
-        };
+        }
         let count = window.min(steps).div_ceil(every).max(1);
         (0..count).rev().map(|k| steps - k * every).collect()
     }
@@ -49,26 +48,29 @@ impl Loss for Displacement {
 
 #[cfg(test)]
 mod tests {
-    use super::{Average, Displacement, Loss};
+    use super::Displacement;
     use crate::lattice::{Ground, State};
+    use crate::objective::Loss;
+    use crate::scene::{LossKind, LossSettings};
     use crate::simulator::Trajectory;
 
-    fn displacement(incline_deg: f64, average: Option<Average>) -> Displacement {
-        let ground = Ground {
-            height: 0.1,
-            incline_deg,
-        };
-        Displacement { ground, average }
+    fn displacement(kind: LossKind) -> Displacement {
+        Displacement {
+            ground: Ground {
+                height: 0.1,
+                incline_deg: 30.0,
+            },
+            settings: LossSettings {
+                kind,
+                window: 2048,
+                every: 16,
+            },
+        }
     }
 
-    const AVERAGE: Average = Average {
-        window: 2048,
-        every: 16,
-    };
-
     #[test]
-    fn the_average_looks_back_from_the_last_state() {
-        let observed = displacement(0.0, Some(AVERAGE)).observed(4096);
+    fn the_mean_looks_back_from_the_last_state() {
+        let observed = displacement(LossKind::Mean).observed(4096);
         assert_eq!(
             (observed.len(), observed[0], observed[127]),
             (128, 2064, 4096)
@@ -78,20 +80,16 @@ mod tests {
 
     #[test]
     fn a_short_rollout_is_averaged_as_a_whole() {
-        let loss = displacement(0.0, Some(AVERAGE));
-        assert_eq!(loss.observed(40), [8, 24, 40]);
-        assert_eq!(loss.observed(0), [0]);
-        assert_eq!(displacement(0.0, None).observed(40), [40]);
+        assert_eq!(displacement(LossKind::Mean).observed(40), [8, 24, 40]);
+        assert_eq!(displacement(LossKind::Mean).observed(0), [0]);
+        assert_eq!(displacement(LossKind::Final).observed(40), [40]);
     }
 
     #[test]
     fn both_forms_measure_along_the_ground() {
+        let ground = displacement(LossKind::Final).ground;
         let state = |along: f64| State {
-            x: vec![
-                displacement(30.0, None)
-                    .ground
-                    .vector_to_world([along, 0.4]),
-            ],
+            x: vec![ground.vector_to_world([along, 0.4])],
             v: vec![[0.0; 2]],
         };
         let trajectory = Trajectory {
@@ -99,9 +97,9 @@ mod tests {
             states: [9.0, 1.0, 2.0, 6.0].map(state).to_vec(),
         };
         // Rotations of numbers below 10 are rounded at 1e-15.
-        let last = displacement(30.0, None).loss(&trajectory);
+        let last = displacement(LossKind::Final).loss(&trajectory);
         assert!((last + 6.0).abs() < 1e-14);
-        let mean = displacement(30.0, Some(AVERAGE)).loss(&trajectory);
+        let mean = displacement(LossKind::Mean).loss(&trajectory);
         assert!((mean + 3.0).abs() < 1e-14);
     }
 }

@@ -5,7 +5,7 @@ mod displacement;
 mod measures;
 
 pub use augmented::{AugmentedLagrangian, violations};
-pub use displacement::{Average, Displacement};
+pub use displacement::Displacement;
 pub use measures::{Measures, measures};
 
 use autodiff::Real;

@@ -1,0 +1,44 @@
+//! A custom rule: the solution of Kepler's equation, differentiated through the equation and not
+//! through the iteration that solves it.
+//!
+//! `cargo run -p autodiff --example custom_rule`
+
+use autodiff::check::{Options, Verdict, check_gradient};
+use autodiff::custom::{Rule, apply};
+use autodiff::{Function, Real};
+
+/// The eccentric anomaly `E` with `E - e sin E = M`, for `x = [M, e]`.
+struct EccentricAnomaly;
+
+impl Rule for EccentricAnomaly {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        let [mean_anomaly, eccentricity] = [x[0], x[1]];
+        let mut anomaly = mean_anomaly + eccentricity * mean_anomaly.sin();
+        for _ in 0..8 {
+            let residual = anomaly - eccentricity * anomaly.sin() - mean_anomaly;
+            anomaly -= residual / (R::one() - eccentricity * anomaly.cos());
+        }
+        anomaly
+    }
+
+    /// By the implicit function theorem.
+    fn partials<R: Real>(&self, x: &[R], anomaly: R) -> Vec<R> {
+        let by_mean_anomaly = (R::one() - x[1] * anomaly.cos()).recip();
+        vec![by_mean_anomaly, anomaly.sin() * by_mean_anomaly]
+    }
+}
+
+/// The distance from the focus, in semi-major axes.
+struct Distance;
+
+impl Function for Distance {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        R::one() - x[1] * apply(EccentricAnomaly, x).cos()
+    }
+}
+
+fn main() {
+    let report = check_gradient(&Distance, &[1.0, 0.4], &Options::default());
+    println!("{report}");
+    assert_eq!(report.verdict, Verdict::Smooth);
+}

@@ -1,0 +1,43 @@
+//! One function, written once: its slope, its gradient, its curvature.
+//!
+//! `cargo run -p autodiff --example derivative`
+
+use autodiff::{Dual, Function, Real, gradient, hessian};
+
+/// The potential of a particle on a spring in a periodic field, and parameters that are not
+/// differentiated.
+struct Potential {
+    stiffness: f64,
+    wave_number: f64,
+}
+
+impl Function for Potential {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let spring = R::lit(0.5 * self.stiffness) * R::dot(x, x);
+        let field = (R::lit(self.wave_number) * x[0]).sin() * x[1];
+        spring + field
+    }
+}
+
+fn main() {
+    let potential = Potential {
+        stiffness: 2.0,
+        wave_number: 3.0,
+    };
+    let x = [0.5, 1.0];
+    println!("value    {:.6}", potential.eval(&x));
+
+    // Forward: a dual number carries the derivative along a direction, here that of x[0].
+    let moving = [Dual::<f64, 1>::variable(x[0], 0), Dual::constant(x[1])];
+    let slope = potential.eval(&moving).tangent[0];
+    println!("slope    {slope:.6} by x[0]");
+
+    // Reverse: all components at the price of a few evaluations.
+    let gradient = gradient(&potential, &x);
+    println!("gradient {gradient:.6?}");
+    assert_eq!(gradient[0], slope);
+
+    // Forward over reverse.
+    let hessian = hessian(&potential, &x);
+    println!("hessian  {hessian:.6?}");
+}

@@ -1,0 +1,245 @@
+//! Gradient checking: is a gradient right, and if differences say no, is it the gradient's fault?
+//!
+//! [`check_gradient`] takes a generic function and holds its reverse mode against forward mode
+//! and finite differences. [`check_directions`] holds a gradient from anywhere against a plain
+//! function. Both look along random directions, where every component takes part: a wrong one
+//! shows in each of them, and halving the direction then finds it.
+//!
+//! Differences can be wrong too: too long a step crosses a kink nearby, too short a step drowns
+//! in rounding, and at a kink no step is right. So the step is swept over all magnitudes, the
+//! left and the right slope are kept apart, and a disagreement is blamed on the gradient only
+//! when neither a smaller step nor a kink explains it.
+
+mod report;
+mod slopes;
+
+pub use report::{Component, Direction, Report, Verdict};
+
+use crate::drivers::{self, Function};
+use slopes::Slopes;
+
+/// How to check; `Options::default()` suits smooth functions of order one in f64.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// How many random directions, each of unit length.
+    pub directions: usize,
+    /// The largest step along a direction, as a multiple of the largest `|x_i|`, or of 1 where
+    /// that is larger.
+    pub largest_step: f64,
+    /// The smallest step, likewise.
+    pub smallest_step: f64,
+    /// The error that counts as agreement, relative to the slope and to the gradient's root mean
+    /// square, whichever is larger. What the differences leave uncertain is added.
+    pub tolerance: f64,
+    /// Seed of the directions.
+    pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            directions: 4,
+            largest_step: 1e-2,
+            smallest_step: 1e-10,
+            tolerance: 1e-6,
+            seed: 0,
+        }
+    }
+}
+
+/// The derivative along a given direction.
+pub type Along<'a> = &'a dyn Fn(&[f64]) -> f64;
+
+/// What [`check_directions`] is to check.
+#[derive(Clone, Copy)]
+pub struct Claim<'a> {
+    /// The point.
+    pub x: &'a [f64],
+    /// The gradient that is claimed there.
+    pub gradient: &'a [f64],
+    /// The same derivative from another source, forward mode say.
+    pub forward: Option<Along<'a>>,
+}
+
+/// Checks the gradient of a generic function at `x`: reverse mode against forward mode and
+/// differences.
+///
+/// ```
+/// use autodiff::{Function, Real};
+/// use autodiff::check::{Options, Verdict, check_gradient};
+///
+/// struct Norm;
+/// impl Function for Norm {
+///     fn eval<R: Real>(&self, x: &[R]) -> R {
+///         R::dot(x, x).sqrt()
+///     }
+/// }
+/// let report = check_gradient(&Norm, &[3.0, 4.0], &Options::default());
+/// assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+/// ```
+///
+/// # Panics
+/// As [`check_directions`].
+pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) -> Report {
+    let gradient = drivers::gradient(function, x);
+    let forward = |direction: &[f64]| function.eval(&drivers::along(x, direction)).tangent[0];
+    let claim = Claim {
+        x,
+        gradient: &gradient,
+        forward: Some(&forward),
+    };
+    check_directions(|x| function.eval(x), &claim, options)
+}
+
+/// Checks a gradient against differences of a plain function, and against a second source of
+/// derivatives where the claim has one.
+///
+/// # Panics
+/// If there is no component to check, or the gradient's length is not that of `x`.
+pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
+    let n = claim.x.len();
+    assert!(n > 0, "a gradient without components cannot be checked");
+    assert_eq!(
+        n,
+        claim.gradient.len(),
+        "the gradient needs one component per argument"
+    );
+    let typical = (dot(claim.gradient, claim.gradient) / n as f64).sqrt();
+    let checker = Checker {
+        value: &value,
+        claim,
+        options,
+        // An infinite gradient sets no scale.
+        typical: if typical.is_finite() { typical } else { 0.0 },
+    };
+    let mut random = SplitMix(options.seed);
+    let mut worst = (0.0, vec![1.0; n]);
+    let mut directions = Vec::with_capacity(options.directions);
+    for _ in 0..options.directions {
+        let direction = normalised((0..n).map(|_| random.next()).collect());
+        let checked = checker.check(&direction);
+        if checked.error > worst.0 || checked.error.is_nan() {
+            worst = (checked.error, direction);
+        }
+        directions.push(checked);
+    }
+    let component = checker.worst_component(worst.1);
+    Report::new(directions, component)
+}
+
+struct Checker<'a, F> {
+    value: &'a F,
+    claim: &'a Claim<'a>,
+    options: &'a Options,
+    /// Root mean square of the gradient: the slope that a random direction may expect.
+    typical: f64,
+}
+
+impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
+    fn check(&self, direction: &[f64]) -> Direction {
+        let claimed = dot(self.claim.gradient, direction);
+        let forward = self.claim.forward.map(|forward| forward(direction));
+        let sweep = slopes::sweep(|h| self.moved(direction, h), self.steps());
+        let judge = slopes::Judge {
+            claimed,
+            typical: self.typical,
+            tolerance: self.options.tolerance,
+        };
+        let (mut verdict, slopes) = judge.verdict(&sweep);
+        if claimed.is_nan() || forward.is_some_and(|forward| !judge.same(forward)) {
+            verdict = Verdict::Wrong;
+        }
+        let Slopes {
+            step,
+            left,
+            central,
+            right,
+            rounding: _,
+        } = slopes;
+        Direction {
+            gradient: claimed,
+            forward,
+            left,
+            central,
+            right,
+            step,
+            error: (claimed - central).abs() / judge.scale(central),
+            verdict,
+        }
+    }
+
+    /// The component with the largest part in the error along `direction`, found by halving.
+    fn worst_component(&self, mut direction: Vec<f64>) -> Component {
+        let (mut first, mut end) = (0, direction.len());
+        while end - first > 1 {
+            let middle = first + (end - first) / 2;
+            let half = |range: std::ops::Range<usize>| {
+                let mut half = vec![0.0; direction.len()];
+                half[range.clone()].copy_from_slice(&direction[range]);
+                let length = dot(&half, &half).sqrt();
+                let half = normalised(half);
+                // The part's own contribution: its slope's error times its length.
+                (self.check(&half).absolute_error() * length, half)
+            };
+            let (low, high) = (half(first..middle), half(middle..end));
+            if low.0 >= high.0 || high.0.is_nan() && !low.0.is_nan() {
+                (direction, end) = (low.1, middle);
+            } else {
+                (direction, first) = (high.1, middle);
+            }
+        }
+        direction.fill(0.0);
+        direction[first] = 1.0;
+        let checked = self.check(&direction);
+        Component {
+            index: first,
+            gradient: checked.gradient,
+            central: checked.central,
+            verdict: checked.verdict,
+        }
+    }
+
+    fn moved(&self, direction: &[f64], h: f64) -> f64 {
+        let pairs = self.claim.x.iter().zip(direction);
+        let x: Vec<f64> = pairs.map(|(x, d)| x + h * d).collect();
+        (self.value)(&x)
+    }
+
+    /// Steps from the largest to the smallest, two in each decade.
+    fn steps(&self) -> impl Iterator<Item = f64> {
+        let size = self
+            .claim
+            .x
+            .iter()
+            .fold(1.0, |size: f64, x| size.max(x.abs()));
+        let smallest = self.options.smallest_step * size;
+        let first = self.options.largest_step * size;
+        std::iter::successors(Some(first), |h| Some(h / 10f64.sqrt()))
+            .take_while(move |&h| h >= smallest)
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn normalised(mut direction: Vec<f64>) -> Vec<f64> {
+    let length = dot(&direction, &direction).sqrt();
+    direction.iter_mut().for_each(|d| *d /= length);
+    direction
+}
+
+/// Steele, Lea and Flood's SplitMix64: enough for directions, and no dependency.
+struct SplitMix(u64);
+
+impl SplitMix {
+    /// Uniform in `[-1, 1)`.
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        bits ^= bits >> 31;
+        (bits >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}

@@ -1,0 +1,201 @@
+//! The gradient checker: right gradients pass, wrong ones are caught, kinks are told apart.
+
+use autodiff::check::{Claim, Options, Report, Verdict, check_directions, check_gradient};
+use autodiff::custom::{Rule, apply};
+use autodiff::{Function, Real};
+
+fn point(n: usize) -> Vec<f64> {
+    (0..n).map(|i| 0.4 + 0.3 * (i as f64).sin()).collect()
+}
+
+/// A chain of smooth functions over all variables.
+struct Smooth;
+
+impl Function for Smooth {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        x.windows(2).fold(R::zero(), |sum, x| {
+            (sum + x[0] * x[1].exp()).tanh() + x[0].sin() * x[1]
+        })
+    }
+}
+
+/// `x^3`, claiming a slope `wrong` times the right one at the argument `of`.
+struct WrongCube {
+    of: usize,
+    wrong: f64,
+}
+
+struct Cube(f64);
+
+impl Rule for Cube {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        x[0].powi(3)
+    }
+    fn partials<R: Real>(&self, x: &[R], _: R) -> Vec<R> {
+        vec![R::lit(3.0 * self.0) * x[0] * x[0]]
+    }
+}
+
+impl Function for WrongCube {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let cube = |i: usize| apply(Cube(if i == self.of { self.wrong } else { 1.0 }), &x[i..=i]);
+        R::sum(&(0..x.len()).map(cube).collect::<Vec<_>>())
+    }
+}
+
+fn checked(function: &impl Function, x: &[f64]) -> Report {
+    check_gradient(function, x, &Options::default())
+}
+
+#[test]
+fn right_gradients_are_smooth() {
+    for n in [1, 2, 50] {
+        let report = checked(&Smooth, &point(n.max(2)));
+        assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+        let report = checked(&WrongCube { of: 0, wrong: 1.0 }, &point(n));
+        assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+    }
+}
+
+/// The negative control. Forward and reverse agree on a wrong rule: only differences can tell.
+#[test]
+fn a_wrong_rule_is_wrong_and_named() {
+    for (n, of) in [(1, 0), (7, 0), (7, 6), (64, 41)] {
+        for wrong in [0.0, -1.0, 0.99, 1.001] {
+            let report = checked(&WrongCube { of, wrong }, &point(n));
+            assert_eq!(report.verdict, Verdict::Wrong, "{report}");
+            assert_eq!(report.worst.index, of, "{report}");
+            assert_eq!(report.worst.verdict, Verdict::Wrong, "{report}");
+        }
+    }
+}
+
+/// Errors below the tolerance pass: the tolerance means something.
+#[test]
+fn the_tolerance_separates_right_from_wrong() {
+    let function = WrongCube {
+        of: 0,
+        wrong: 1.001,
+    };
+    let verdict = |tolerance| {
+        let options = Options {
+            tolerance,
+            ..Options::default()
+        };
+        check_gradient(&function, &[0.7], &options).verdict
+    };
+    assert_eq!(verdict(2e-3), Verdict::Smooth);
+    assert_eq!(verdict(5e-4), Verdict::Wrong);
+}
+
+struct Rectifier {
+    at: f64,
+}
+
+impl Function for Rectifier {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let rectified = (x[0] - R::lit(self.at)).max(R::zero());
+        x[1].sin() + rectified * x[1].exp() + x[0].abs() * x[0]
+    }
+}
+
+#[test]
+fn a_kink_at_the_point_is_a_kink() {
+    let report = checked(&Rectifier { at: 0.5 }, &[0.5, 0.2]);
+    assert_eq!(report.verdict, Verdict::Kink, "{report}");
+    struct Magnitude;
+    impl Function for Magnitude {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            x[0].abs() + x[1].exp()
+        }
+    }
+    // Here the central difference agrees with the convention, which makes it no less a kink.
+    let report = checked(&Magnitude, &[0.0, 0.3]);
+    assert_eq!(report.verdict, Verdict::Kink, "{report}");
+}
+
+#[test]
+fn a_kink_beside_the_point_is_no_false_alarm() {
+    for distance in [1e-3, 1e-4, 1e-5, 1e-6, -1e-3, -1e-4, -1e-5, -1e-6] {
+        let report = checked(&Rectifier { at: 0.5 + distance }, &[0.5, 0.2]);
+        assert_eq!(
+            report.verdict,
+            Verdict::Smooth,
+            "distance {distance}\n{report}"
+        );
+    }
+}
+
+#[test]
+fn a_wrong_slope_at_a_kink_is_still_wrong() {
+    let value = |x: &[f64]| x[0].abs() + x[1];
+    for (slope, verdict) in [
+        (0.0, Verdict::Kink),
+        (0.7, Verdict::Kink),
+        (3.0, Verdict::Wrong),
+    ] {
+        let claim = Claim {
+            x: &[0.0, 0.0],
+            gradient: &[slope, 1.0],
+            forward: None,
+        };
+        let report = check_directions(value, &claim, &Options::default());
+        assert_eq!(report.verdict, verdict, "slope {slope}\n{report}");
+    }
+}
+
+#[test]
+fn a_second_source_that_disagrees_is_wrong() {
+    let forward = |direction: &[f64]| 2.1 * direction[0];
+    let claim = Claim {
+        x: &[1.0],
+        gradient: &[2.0],
+        forward: Some(&forward),
+    };
+    let report = check_directions(|x| x[0] * x[0], &claim, &Options::default());
+    assert_eq!(report.verdict, Verdict::Wrong, "{report}");
+}
+
+#[test]
+fn a_flat_function_with_a_large_value_is_smooth() {
+    struct Flat;
+    impl Function for Flat {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            let one = x[0].sin().powi(2) + x[0].cos().powi(2);
+            R::lit(1e3) * one
+        }
+    }
+    let report = checked(&Flat, &[0.7]);
+    assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+}
+
+#[test]
+fn what_is_not_finite_never_passes() {
+    let verdict = |gradient: f64| {
+        let claim = Claim {
+            x: &[1.0],
+            gradient: &[gradient],
+            forward: None,
+        };
+        check_directions(|x| x[0] * x[0], &claim, &Options::default()).verdict
+    };
+    assert_eq!(verdict(f64::NAN), Verdict::Wrong);
+    assert_eq!(verdict(f64::INFINITY), Verdict::Wrong);
+    struct Root;
+    impl Function for Root {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            x[0].sqrt()
+        }
+    }
+    assert_ne!(checked(&Root, &[0.0]).verdict, Verdict::Smooth);
+    assert_ne!(checked(&Root, &[-1.0]).verdict, Verdict::Smooth);
+}
+
+#[test]
+fn the_table_says_it_all() {
+    let report = checked(&WrongCube { of: 1, wrong: 2.0 }, &point(3));
+    let table = report.to_string();
+    assert_eq!(table.lines().count(), 1 + Options::default().directions + 2);
+    assert!(table.contains("worst component 1:"), "{table}");
+    assert!(table.ends_with("verdict: wrong"), "{table}");
+}

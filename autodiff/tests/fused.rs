@@ -1,0 +1,268 @@
+//! Fused entries and custom rules against the same functions written out.
+
+mod common;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use autodiff::custom::{Rule, apply};
+use autodiff::{Function, Fused, Real, Tape, Var, gradient_of, hessian};
+use common::{assert_gradient, gradients};
+
+/// The same sums in another order: a few roundings of terms of order 1.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+#[track_caller]
+fn assert_close(a: &[f64], b: &[f64]) {
+    assert_eq!(a.len(), b.len());
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b).abs() <= ROUNDING * a.abs().max(1.0), "{a} and {b}");
+    }
+}
+
+fn assert_same_derivatives(a: &impl Function, b: &impl Function, x: &[f64]) {
+    assert_close(&[a.eval(x)], &[b.eval(x)]);
+    for ((_, a), (_, b)) in gradients(a, x).iter().zip(gradients(b, x)) {
+        assert_close(a, &b);
+    }
+    for (a, b) in hessian(a, x).iter().zip(hessian(b, x)) {
+        assert_close(a, &b);
+    }
+}
+
+const POINT: [f64; 4] = [0.3, -1.2, 0.7, 2.0];
+
+/// `tanh(x . (x, constants))` and a sum, through the fused operations or written out.
+struct Slices {
+    fused: bool,
+}
+
+impl Function for Slices {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        // A variable twice, constants among variables, a constant zero.
+        let other = [x[1], R::lit(0.5), x[1], R::zero()];
+        let (dot, sum) = if self.fused {
+            (R::dot(x, &other), R::sum(&other))
+        } else {
+            let terms = x.iter().zip(&other).map(|(&a, &b)| a * b);
+            let dot = terms.fold(R::zero(), |sum, term| sum + term);
+            (dot, other.iter().fold(R::zero(), |sum, &term| sum + term))
+        };
+        dot.tanh() * sum
+    }
+}
+
+#[test]
+fn dot_and_sum_are_what_they_stand_for() {
+    let (fused, plain) = (Slices { fused: true }, Slices { fused: false });
+    assert_same_derivatives(&fused, &plain, &POINT);
+}
+
+#[test]
+fn empty_slices_sum_to_a_constant_zero() {
+    let zeros: [Var<f64>; 2] = Tape::new().record(&[1.0], |_| [Var::sum(&[]), Var::dot(&[], &[])]);
+    assert!(
+        zeros
+            .iter()
+            .all(|zero| zero.is_constant() && zero.value() == 0.0)
+    );
+}
+
+/// `y_i = m_i . x` for the rows of a matrix, and a count of the reverse rule's calls.
+struct MatVec {
+    reversed: Arc<AtomicUsize>,
+}
+
+fn transposed_product<R: Real>(m: &[R], y_bar: &[R], columns: usize) -> Vec<R> {
+    let column =
+        |j: usize| (0..y_bar.len()).fold(R::zero(), |sum, i| m[i * columns + j].fma(y_bar[i], sum));
+    (0..columns).map(column).collect()
+}
+
+impl Fused for MatVec {
+    type Saved<R: Real> = (Vec<R>, Vec<R>);
+
+    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
+        let (m, x) = (inputs[0], inputs[1]);
+        m.chunks_exact(x.len()).map(|row| R::dot(row, x)).collect()
+    }
+
+    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>) {
+        (self.eval(inputs), (inputs[0].to_vec(), inputs[1].to_vec()))
+    }
+
+    fn reverse<R: Real>(
+        &self,
+        saved: &mut Self::Saved<R>,
+        y_bar: &[R],
+        wanted: &[bool],
+    ) -> Vec<Vec<R>> {
+        self.reversed.fetch_add(1, Ordering::Relaxed);
+        let (m, x) = saved;
+        let outer = y_bar
+            .iter()
+            .flat_map(|&y_bar| x.iter().map(move |&x| y_bar * x));
+        let m_bar = if wanted[0] {
+            outer.collect()
+        } else {
+            Vec::new()
+        };
+        let x_bar = if wanted[1] {
+            transposed_product(m, y_bar, x.len())
+        } else {
+            Vec::new()
+        };
+        vec![m_bar, x_bar]
+    }
+}
+
+/// `sum_i sin((M x)_i)`, matrix and vector out of the variables, or the matrix constant.
+struct Network {
+    fused: bool,
+    constant_matrix: bool,
+}
+
+impl Function for Network {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let mut m = [x[0], x[1] * x[2], R::lit(2.0), x[3], R::one(), x[0]];
+        if self.constant_matrix {
+            m = m.map(R::detach);
+        }
+        let x = &x[1..3];
+        let product = if self.fused {
+            let reversed = Arc::new(AtomicUsize::new(0));
+            R::fused(MatVec { reversed }, &[&m, x])
+        } else {
+            m.chunks_exact(2)
+                .map(|row| row[0] * x[0] + row[1] * x[1])
+                .collect()
+        };
+        // The first output is left unused: it must not hide the others' entry.
+        product[1].sin() * product[2]
+    }
+}
+
+#[test]
+fn a_fused_function_is_what_it_stands_for() {
+    for constant_matrix in [false, true] {
+        let network = |fused| Network {
+            fused,
+            constant_matrix,
+        };
+        assert_same_derivatives(&network(true), &network(false), &POINT);
+    }
+}
+
+#[test]
+fn a_fused_entry_without_cotangent_is_not_reversed() {
+    let reversed = Arc::new(AtomicUsize::new(0));
+    let function = MatVec {
+        reversed: reversed.clone(),
+    };
+    let mut tape = Tape::new();
+    let y = tape.record(&[1.0, 2.0], |x| {
+        let unused = Var::fused(function, &[&[Var::lit(3.0); 4], x]);
+        [x[0] * x[1], unused[0]]
+    });
+    assert_eq!(tape.pullback(&y[..1], &[1.0]), [2.0, 1.0]);
+    assert_eq!(reversed.load(Ordering::Relaxed), 0);
+    assert_eq!(tape.pullback(&y[1..], &[1.0]), [3.0, 3.0]);
+    assert_eq!(reversed.load(Ordering::Relaxed), 1);
+}
+
+/// The identity, whose cotangent is bounded on the way back.
+struct Bounded(f64);
+
+impl Fused for Bounded {
+    type Saved<R: Real> = ();
+
+    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
+        inputs[0].to_vec()
+    }
+
+    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, ()) {
+        (self.eval(inputs), ())
+    }
+
+    fn reverse<R: Real>(&self, (): &mut (), y_bar: &[R], _: &[bool]) -> Vec<Vec<R>> {
+        let (zero, one) = (R::zero(), R::one());
+        let norm = R::dot(y_bar, y_bar).sqrt();
+        let scale = R::select(norm.le(zero), one, (R::lit(self.0) / norm).min(one));
+        vec![y_bar.iter().map(|&y_bar| y_bar * scale).collect()]
+    }
+}
+
+#[test]
+fn a_reverse_rule_may_bound_the_cotangent() {
+    let through = |bound| {
+        gradient_of(
+            |x| {
+                let y = Var::fused(Bounded(bound), &[x]);
+                Var::lit(3.0) * y[0] + Var::lit(4.0) * y[1]
+            },
+            &[1.0, 1.0],
+        )
+    };
+    assert_eq!(through(10.0), [3.0, 4.0]);
+    // 3-4-5, exactly halved.
+    assert_eq!(through(2.5), [1.5, 2.0]);
+}
+
+/// `ln(e^a + e^b)`, its partials given.
+struct LogSumExp;
+
+impl Rule for LogSumExp {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        R::sum(&x.iter().map(|x| x.exp()).collect::<Vec<_>>()).ln()
+    }
+
+    fn partials<R: Real>(&self, x: &[R], value: R) -> Vec<R> {
+        x.iter().map(|&x| (x - value).exp()).collect()
+    }
+}
+
+struct Softest {
+    rule: bool,
+}
+
+impl Function for Softest {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let scaled: Vec<R> = x.iter().map(|&x| x * R::lit(0.5)).collect();
+        let value = if self.rule {
+            apply(LogSumExp, &scaled)
+        } else {
+            LogSumExp.value(&scaled)
+        };
+        value * value
+    }
+}
+
+#[test]
+fn a_rule_gives_all_modes_and_their_nestings() {
+    let (rule, plain) = (Softest { rule: true }, Softest { rule: false });
+    assert_same_derivatives(&rule, &plain, &POINT);
+    let mut tape = Tape::new();
+    tape.record(&POINT, |x| apply(LogSumExp, x));
+    assert_eq!(tape.len(), POINT.len() + 1, "a rule is one entry");
+}
+
+#[test]
+fn a_rule_meets_zero_cotangents_as_functions_do() {
+    /// `sqrt`, by a rule.
+    struct Root;
+    impl Rule for Root {
+        fn value<R: Real>(&self, x: &[R]) -> R {
+            x[0].sqrt()
+        }
+        fn partials<R: Real>(&self, _: &[R], value: R) -> Vec<R> {
+            vec![R::lit(0.5) / value]
+        }
+    }
+    struct Dropped;
+    impl Function for Dropped {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            R::select(R::zero().lt(x[0]), apply(Root, &x[..1]), x[1])
+        }
+    }
+    assert_gradient(&Dropped, &[0.0, 1.0], &[0.0, 1.0]);
+}

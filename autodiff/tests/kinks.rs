@@ -1,0 +1,185 @@
+//! One test per row of the table of conventions in `real.rs`, each in forward, reverse and nested
+//! modes.
+
+mod common;
+
+use autodiff::{Function, Real, gradient, hessian};
+use common::{assert_gradient, forward_gradient};
+
+const INF: f64 = f64::INFINITY;
+const NAN: f64 = f64::NAN;
+
+enum Kink {
+    Abs,
+    Signum,
+    Max,
+    Min,
+    Clamp,
+    Select,
+    Sqrt,
+    Rsqrt,
+    Ln,
+    Recip,
+    Divide,
+    ZeroTimesSqrt,
+    SqrtOfSquare,
+    Hypot,
+    Powi(i32),
+    Powf,
+    Atan2,
+}
+
+impl Function for Kink {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let (one, two) = (R::one(), R::lit(2.0));
+        match self {
+            Kink::Abs => x[0].abs(),
+            Kink::Signum => x[0].signum() * two,
+            Kink::Max => x[0].max(x[1]),
+            Kink::Min => x[0].min(x[1]),
+            Kink::Clamp => x[0].clamp(x[1], x[2]),
+            Kink::Select => R::select(x[0].lt(one), two * x[0], x[0].sqrt().recip()),
+            Kink::Sqrt => x[0].sqrt(),
+            Kink::Rsqrt => x[0].rsqrt(),
+            Kink::Ln => x[0].ln(),
+            Kink::Recip => x[0].recip(),
+            Kink::Divide => one / x[0],
+            Kink::ZeroTimesSqrt => x[0].sqrt() * R::zero(),
+            Kink::SqrtOfSquare => (x[0] * x[0]).sqrt(),
+            Kink::Hypot => x[0].hypot(x[1]),
+            Kink::Powi(exponent) => x[0].powi(*exponent),
+            Kink::Powf => x[0].powf(x[1]),
+            Kink::Atan2 => x[0].atan2(x[1]),
+        }
+    }
+}
+
+#[test]
+fn abs_is_flat_at_zero() {
+    assert_gradient(&Kink::Abs, &[0.0], &[0.0]);
+    assert_gradient(&Kink::Abs, &[-0.0], &[0.0]);
+    assert_gradient(&Kink::Abs, &[-2.0], &[-1.0]);
+    assert_eq!(hessian(&Kink::Abs, &[0.0]), [[0.0]]);
+}
+
+#[test]
+fn signum_is_flat_and_zero_at_zero() {
+    let signs: [(f64, f64); 6] = [
+        (-INF, -1.0),
+        (-3.0, -1.0),
+        (-0.0, 0.0),
+        (0.0, 0.0),
+        (3.0, 1.0),
+        (INF, 1.0),
+    ];
+    for (x, sign) in signs {
+        // `f64::signum`, which is 1 at 0, hides the trait's method of the same name.
+        assert_eq!(Real::signum(x), sign, "at {x}");
+        assert_gradient(&Kink::Signum, &[x], &[0.0]);
+    }
+}
+
+#[test]
+fn max_at_a_tie_is_the_bound() {
+    assert_gradient(&Kink::Max, &[1.0, 1.0], &[0.0, 1.0]);
+    assert_gradient(&Kink::Max, &[2.0, 1.0], &[1.0, 0.0]);
+    assert_gradient(&Kink::Max, &[0.0, 1.0], &[0.0, 1.0]);
+}
+
+#[test]
+fn min_at_a_tie_is_the_bound() {
+    assert_gradient(&Kink::Min, &[1.0, 1.0], &[0.0, 1.0]);
+    assert_gradient(&Kink::Min, &[2.0, 1.0], &[0.0, 1.0]);
+    assert_gradient(&Kink::Min, &[0.0, 1.0], &[1.0, 0.0]);
+}
+
+#[test]
+fn clamp_at_and_beyond_a_bound_is_the_bound() {
+    for x in [-1.0, 0.0] {
+        assert_gradient(&Kink::Clamp, &[x, 0.0, 1.0], &[0.0, 1.0, 0.0]);
+    }
+    for x in [1.0, 2.0] {
+        assert_gradient(&Kink::Clamp, &[x, 0.0, 1.0], &[0.0, 0.0, 1.0]);
+    }
+    assert_gradient(&Kink::Clamp, &[0.5, 0.0, 1.0], &[1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn select_passes_the_chosen_operand_alone() {
+    // The other operand's partials are infinite at 0 and NaN below.
+    assert_gradient(&Kink::Select, &[0.0], &[2.0]);
+    assert_gradient(&Kink::Select, &[-1.0], &[2.0]);
+    assert_gradient(&Kink::Select, &[4.0], &[-0.0625]);
+}
+
+#[test]
+fn infinite_slopes_are_infinite() {
+    for zero in [0.0, -0.0] {
+        assert_gradient(&Kink::Sqrt, &[zero], &[INF]);
+        assert_gradient(&Kink::Ln, &[zero], &[INF]);
+        assert_gradient(&Kink::Recip, &[zero], &[-INF]);
+        assert_gradient(&Kink::Divide, &[zero], &[-INF]);
+    }
+    assert_gradient(&Kink::Rsqrt, &[0.0], &[-INF]);
+}
+
+#[test]
+fn an_exact_zero_stops_at_an_infinite_partial() {
+    let zero_times_infinity = |gradient: Vec<f64>| gradient[0].is_nan();
+    // 0 sqrt(x): going back the zero comes first and stops; going forward the infinity does.
+    assert_eq!(gradient(&Kink::ZeroTimesSqrt, &[0.0]), [0.0]);
+    assert!(zero_times_infinity(forward_gradient(
+        &Kink::ZeroTimesSqrt,
+        &[0.0]
+    )));
+    // sqrt(x x): the other way round.
+    assert_eq!(forward_gradient(&Kink::SqrtOfSquare, &[0.0]), [0.0]);
+    assert!(zero_times_infinity(gradient(&Kink::SqrtOfSquare, &[0.0])));
+    // A zero tangent as such: x does not move at all.
+    let still = autodiff::Dual::<f64, 1>::constant(0.0).sqrt();
+    assert_eq!(still.tangent, [0.0]);
+}
+
+#[test]
+fn hypot_is_flat_at_the_origin() {
+    assert_gradient(&Kink::Hypot, &[0.0, 0.0], &[0.0, 0.0]);
+    assert_gradient(&Kink::Hypot, &[0.0, -2.0], &[0.0, -1.0]);
+}
+
+#[test]
+fn the_zeroth_power_is_flat() {
+    for x in [-2.0, 0.0, INF] {
+        assert_gradient(&Kink::Powi(0), &[x], &[0.0]);
+    }
+    assert_gradient(&Kink::Powi(1), &[0.0], &[1.0]);
+    assert_gradient(&Kink::Powi(-1), &[0.0], &[-INF]);
+}
+
+#[test]
+fn powf_at_zero_takes_the_limit() {
+    for (y, by_x) in [(2.0, 0.0), (1.0, 1.0), (0.5, INF), (0.0, 0.0), (-1.0, -INF)] {
+        assert_gradient(&Kink::Powf, &[0.0, y], &[by_x, 0.0]);
+    }
+}
+
+#[test]
+fn atan2_is_flat_at_the_origin() {
+    assert_gradient(&Kink::Atan2, &[0.0, 0.0], &[0.0, 0.0]);
+    assert_gradient(&Kink::Atan2, &[0.0, 2.0], &[0.5, 0.0]);
+}
+
+#[test]
+fn nan_is_passed_on() {
+    for function in [Kink::Sqrt, Kink::Rsqrt, Kink::Ln] {
+        assert!(function.eval(&[-1.0_f64]).is_nan());
+        assert_gradient(&function, &[-1.0], &[NAN]);
+    }
+    for function in [Kink::Abs, Kink::Recip, Kink::Sqrt, Kink::Ln] {
+        assert!(function.eval(&[NAN]).is_nan());
+        assert_gradient(&function, &[NAN], &[NAN]);
+    }
+    for function in [Kink::Max, Kink::Min, Kink::Hypot, Kink::Atan2] {
+        assert!(function.eval(&[NAN, 1.0]).is_nan());
+    }
+    assert!(Kink::Clamp.eval(&[NAN, 0.0, 1.0]).is_nan());
+}

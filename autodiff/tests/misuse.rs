@@ -1,0 +1,135 @@
+//! What a tape refuses, and what it does not record.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use autodiff::{Dual, Real, Tape, Var, gradient_of};
+
+fn panic_message<T>(action: impl FnOnce() -> T) -> String {
+    let caught = catch_unwind(AssertUnwindSafe(action));
+    let panic = caught.err().expect("misuse must panic");
+    match panic.downcast::<String>() {
+        Ok(message) => *message,
+        Err(panic) => (*panic.downcast::<&str>().expect("a panic with a sentence")).into(),
+    }
+}
+
+fn assert_stale<T>(action: impl FnOnce() -> T) {
+    let message = panic_message(action);
+    assert!(message.contains("its tape is not recording"), "{message}");
+}
+
+#[test]
+fn variables_are_small_and_go_anywhere() {
+    fn goes_anywhere<T: Copy + Send + Sync + 'static>() {}
+    fn is_send<T: Send>() {}
+    goes_anywhere::<Var<f64>>();
+    goes_anywhere::<Var<Var<Dual<f32, 3>>>>();
+    is_send::<Tape<Dual<f64, 2>>>();
+    assert_eq!(size_of::<Var<f64>>(), 16);
+}
+
+#[test]
+fn a_variable_outside_its_closure_is_refused() {
+    let x = Tape::new().record(&[1.0], |x| x[0]);
+    assert_eq!(x.value(), 1.0);
+    assert_stale(move || x + x);
+    assert_stale(move || x.sqrt());
+    assert_stale(move || Var::sum(&[x, x]));
+}
+
+#[test]
+fn a_variable_of_an_earlier_recording_is_refused() {
+    let mut tape = Tape::new();
+    let old = tape.record(&[1.0], |x| x[0]);
+    assert_stale(move || Tape::new().record(&[1.0], |_| old + old));
+    let message = panic_message(move || {
+        tape.record(&[1.0], |_| ());
+        tape.pullback(&[old], &[1.0]);
+    });
+    assert!(
+        message.contains("a variable of another recording"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_variable_on_another_thread_is_refused() {
+    Tape::new().record(&[1.0], |x| {
+        let x = x[0];
+        let elsewhere = std::thread::spawn(move || assert_stale(move || x * x));
+        elsewhere.join().expect("the panic is caught over there");
+    });
+}
+
+#[test]
+fn variables_of_two_tapes_do_not_mix() {
+    let message = panic_message(|| {
+        let inner = |x: Var<f64>| gradient_of(|y| x * y[0], &[1.0])[0];
+        gradient_of(|x| Var::constant(inner(x[0])), &[1.0]);
+    });
+    assert!(message.contains("nest by type"), "{message}");
+}
+
+#[test]
+fn an_outer_tape_of_the_same_type_still_records_inside() {
+    let outer = gradient_of(
+        |x| {
+            let inner = gradient_of(|y| y[0] * y[0], &[3.0]);
+            let mut product = x[0];
+            Tape::new().record(&inner, |_| product *= x[0]);
+            product * Var::constant(inner[0])
+        },
+        &[5.0],
+    );
+    assert_eq!(outer, [60.0]);
+}
+
+#[test]
+fn a_panic_inside_leaves_the_outer_recording_current() {
+    let gradient = gradient_of(
+        |x| {
+            let inner = || gradient_of(|_| panic!("on purpose"), &[1.0]);
+            assert_eq!(panic_message(inner), "on purpose");
+            x[0] * x[0]
+        },
+        &[2.0],
+    );
+    assert_eq!(gradient, [4.0]);
+}
+
+#[test]
+fn a_tape_moves_between_threads() {
+    let mut tape = Tape::new();
+    let y = tape.record(&[2.0], |x| x[0] * x[0]);
+    let there = std::thread::spawn(move || tape.pullback(&[y], &[1.0]).to_vec());
+    assert_eq!(there.join().expect("no panic"), [4.0]);
+}
+
+#[test]
+fn constants_are_not_recorded() {
+    let mut tape = Tape::new();
+    let y = tape.record(&[2.0], |x| {
+        let constant = Var::lit(3.0).sqrt() * Var::lit(2.0) + x[0].detach();
+        let _ = Var::select(x[0].lt(constant), x[0], constant);
+        let _ = Var::dot(&[constant, constant], &[constant, constant]);
+        constant
+    });
+    assert_eq!(tape.len(), 1, "the input alone");
+    assert_eq!(tape.pullback(&[y], &[1.0]), [0.0]);
+    tape.record(&[2.0], |x| x[0] * Var::lit(3.0) + Var::lit(1.0));
+    assert_eq!(tape.len(), 3, "input, product, sum");
+    tape.record(&[2.0, 3.0], |x| Var::dot(&[x[0]; 50], &[x[1]; 50]));
+    assert_eq!(tape.len(), 3, "two inputs, one dot product");
+}
+
+#[test]
+fn lengths_are_checked() {
+    let message = panic_message(|| {
+        let mut tape = Tape::new();
+        let y = tape.record(&[1.0], |x| x[0]);
+        tape.pullback(&[y], &[]);
+    });
+    assert!(message.contains("one cotangent per output"), "{message}");
+    let message = panic_message(|| Dual::<f64, 2>::variable(1.0, 2));
+    assert!(message.contains("2 directions"), "{message}");
+}

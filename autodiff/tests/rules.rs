@@ -1,0 +1,231 @@
+//! Every elementary function: forward against reverse, finite differences and num-dual, at benign
+//! and extreme arguments.
+
+mod common;
+
+use autodiff::{Function, Real, gradient};
+use common::assert_gradient;
+use num_dual::{Dual64, DualNum};
+
+#[derive(Clone, Copy, Debug)]
+enum Unary {
+    Exp,
+    Sin,
+    Cos,
+    Tan,
+    Tanh,
+    Sqrt,
+    Rsqrt,
+    Recip,
+    Ln,
+    Abs,
+    Cube,
+    InverseSquare,
+}
+
+use Unary::*;
+
+/// Functions that vary over a distance of at least 0.1, whatever the argument (tan at -30: 0.15
+/// from its pole).
+const BY_DISTANCE: [Unary; 5] = [Exp, Sin, Cos, Tan, Tanh];
+/// Functions that vary over a distance of the order of the argument.
+const BY_RATIO: [Unary; 7] = [Sqrt, Rsqrt, Recip, Ln, Abs, Cube, InverseSquare];
+
+const ANGLES: [f64; 9] = [-30.0, -1.0, -1e-8, 0.0, 1e-300, 1e-3, 0.5, 3.0, 12.0];
+const RATIOS: [f64; 9] = [1e-300, 1e-100, 1e-8, 0.3, 1.0, 7.5, 1e8, 1e90, 1e300];
+
+impl Function for Unary {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let x = x[0];
+        match self {
+            Exp => x.exp(),
+            Sin => x.sin(),
+            Cos => x.cos(),
+            Tan => x.tan(),
+            Tanh => x.tanh(),
+            Sqrt => x.sqrt(),
+            Rsqrt => x.rsqrt(),
+            Recip => x.recip(),
+            Ln => x.ln(),
+            Abs => x.abs(),
+            Cube => x.powi(3),
+            InverseSquare => x.powi(-2),
+        }
+    }
+}
+
+impl Unary {
+    fn of_num_dual(self, x: Dual64) -> Dual64 {
+        match self {
+            Exp => x.exp(),
+            Sin => x.sin(),
+            Cos => x.cos(),
+            Tan => x.tan(),
+            Tanh => x.tanh(),
+            Sqrt => x.sqrt(),
+            Rsqrt => x.sqrt().recip(),
+            Recip => x.recip(),
+            Ln => x.ln(),
+            Abs => num_traits::Signed::abs(&x),
+            Cube => x.powi(3),
+            InverseSquare => x.powi(-2),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Binary {
+    Product,
+    Quotient,
+    Hypot,
+    Atan2,
+    Powf,
+    MulAdd,
+    Difference,
+}
+
+use Binary::*;
+
+impl Function for Binary {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let (a, b) = (x[0], x[1]);
+        match self {
+            Product => a * b,
+            Quotient => a / b,
+            Hypot => a.hypot(b),
+            Atan2 => a.atan2(b),
+            Powf => a.powf(b),
+            MulAdd => a.fma(b, a),
+            Difference => -(a - b),
+        }
+    }
+}
+
+/// A central difference by `x[i]` over a distance of about `cbrt(eps) size`, and its error.
+fn difference(function: &impl Function, x: &[f64], i: usize, size: f64) -> (f64, f64) {
+    let moved = |h: f64| {
+        let mut x = x.to_vec();
+        x[i] += h;
+        (x[i], function.eval(&x))
+    };
+    let h = f64::EPSILON.cbrt() * size;
+    let ((a, at_a), (b, at_b)) = (moved(-h), moved(h));
+    let slope = (at_b - at_a) / (b - a);
+    // Truncation: h^2 f''' / 6, where f''' size^2 is below 24 |f'| + |f| / size for all functions
+    // here. Rounding: a few ulps of each value.
+    let relative = f64::EPSILON.cbrt().powi(2);
+    let size_of_value = at_a.abs().max(at_b.abs()) / size;
+    let truncation = relative * (4.0 * slope.abs() + size_of_value);
+    (
+        slope,
+        truncation + 4.0 * f64::EPSILON * size_of_value * (size / h),
+    )
+}
+
+fn assert_close_to_difference(
+    function: &(impl Function + std::fmt::Debug),
+    x: &[f64],
+    sizes: &[f64],
+) {
+    for (i, &by) in gradient(function, x).iter().enumerate() {
+        let (slope, error) = difference(function, x, i, sizes[i]);
+        if !slope.is_finite() || !error.is_finite() {
+            continue; // Beyond the range of f64, where the modes are only held to one another.
+        }
+        assert!(
+            (by - slope).abs() <= error,
+            "{function:?} at {x:?}: {by:e} by {i}, differences {slope:e}"
+        );
+    }
+}
+
+#[test]
+fn unary_functions_agree_with_differences() {
+    for (functions, arguments) in [(&BY_DISTANCE[..], ANGLES), (&BY_RATIO[..], RATIOS)] {
+        for function in functions {
+            for x in arguments {
+                let size = if arguments == ANGLES { 0.1 } else { x };
+                assert_close_to_difference(function, &[x], &[size]);
+            }
+        }
+    }
+}
+
+#[test]
+fn unary_functions_agree_with_num_dual() {
+    for (functions, arguments) in [(&BY_DISTANCE[..], ANGLES), (&BY_RATIO[..], RATIOS)] {
+        for &function in functions {
+            for x in arguments {
+                let other = function.of_num_dual(Dual64::from_re(x).derivative());
+                let ours = gradient(&function, &[x])[0];
+                if !other.eps.is_normal() || !ours.is_normal() {
+                    continue; // Over- or underflow on the way, at another place in each crate.
+                }
+                // Both compute the textbook partial in a handful of operations. tanh alone
+                // cancels in 1 - tanh^2, where an ulp of 1 in each crate is the best to be had.
+                let floor = if matches!(function, Tanh) {
+                    2.0 * f64::EPSILON
+                } else {
+                    0.0
+                };
+                let error = (ours - other.eps).abs();
+                let allowed = 8.0 * f64::EPSILON * ours.abs() + floor;
+                assert!(
+                    error <= allowed,
+                    "{function:?} at {x}: {ours}, num-dual {}",
+                    other.eps
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn binary_functions_agree_with_differences() {
+    let benign = [0.3, 1.0, 2.5, 40.0];
+    for function in [Product, Quotient, Hypot, Atan2, Powf, MulAdd, Difference] {
+        for a in benign {
+            for b in benign {
+                // x^y varies by x over x / y, by y over 1 / ln x, at least over 0.01 here.
+                let powf = matches!(function, Powf);
+                let sizes = if powf { [0.01 * a, 0.1] } else { [a, b] };
+                assert_close_to_difference(&function, &[a, b], &sizes);
+            }
+        }
+    }
+    // Squares of these leave the range of f64; atan2 and its partials do not.
+    for (y, x) in [
+        (1e200, -2e200),
+        (-1e-200, 3e-200),
+        (1e-300, 1e300),
+        (5e300, 1e-300),
+    ] {
+        // An angle varies over distances of the order of the radius.
+        let radius = f64::max(f64::abs(x), f64::abs(y));
+        assert_close_to_difference(&Atan2, &[y, x], &[radius, radius]);
+    }
+}
+
+#[test]
+fn all_modes_agree_to_the_bit() {
+    for function in BY_DISTANCE {
+        for x in ANGLES.into_iter().chain([-1e300, -800.0, 800.0, 1e16]) {
+            assert_gradient(&function, &[x], &gradient(&function, &[x]));
+        }
+    }
+    for function in BY_RATIO {
+        for x in RATIOS
+            .into_iter()
+            .chain([f64::MIN_POSITIVE, 5e-324, f64::MAX])
+        {
+            assert_gradient(&function, &[x], &gradient(&function, &[x]));
+        }
+    }
+    for function in [Product, Quotient, Hypot, Atan2, Powf, MulAdd, Difference] {
+        for a in RATIOS {
+            for b in RATIOS {
+                assert_gradient(&function, &[a, b], &gradient(&function, &[a, b]));
+            }
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Running a case.
+
+use std::collections::BTreeMap;
+
+use autodiff::Real;
+
+use super::{Case, DesignGradient, Gradient, Results};
+use crate::controller::{Moment, Weights, observation};
+use crate::error::Result;
+use crate::gradient::{ALL, DESIGN, Horizon, Inputs, Task};
+use crate::lattice::{Ground, State};
+use crate::objective::{Displacement, measures};
+use crate::projection::{Body, Projection};
+use crate::scene::HorizonMode;
+use crate::simulator::Span;
+
+impl Case {
+    /// The case as a task.
+    pub fn task(&self) -> Task {
+        let settings = (&self.physics, &self.observation);
+        Task::new(self.lattice.clone(), settings, &self.materials, &self.sharpness)
+    }
+
+    /// Everything that the case's rollout depends on.
+    pub fn inputs(&self) -> Inputs<f64> {
+        Inputs {
+            z: self.z.clone(),
+            controller: self.controller.clone(),
+            start: self.start.clone(),
+        }
+    }
+
+    /// The loss of the final position, for any number type.
+    pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
+        let mixture = task.mixture(self.projection, &inputs.z);
+        let loss = Displacement::at_end(task.ground());
+        let horizon =
+            Horizon { steps: self.physics.steps, mode: HorizonMode::Head, cotangent_bound: None };
+        task.loss(&mixture, (&inputs.controller, &inputs.start), (&loss, &horizon)).0
+    }
+
+    /// Runs the case: its results, with the states of the given steps, and with the exact
+    /// gradients where they are asked for.
+    ///
+    /// # Errors
+    /// Where a step is to be recorded that the rollout does not reach.
+    pub fn evaluate(&self, gradient: bool, record: &[usize]) -> Result<Results> {
+        let task = self.task();
+        let recorded = self.recorded_steps(record)?;
+        let mixture = task.mixture(self.projection, &self.z);
+        let body = Body::new(&mixture, &self.lattice, &self.materials, &self.physics);
+        let trajectory = self.trajectory(&task, &recorded);
+        let ground = task.ground();
+        let l_disp = -along(&ground, &trajectory[&self.physics.steps]);
+        let measures = measures(&mixture, self.sharpness.delta);
+        let own_terms = self.augmentation(&task, self.projection, gradient);
+        let performance_terms = (self.projection == Projection::Stability)
+            .then(|| self.augmentation(&task, Projection::Performance, gradient));
+        let grad_l_disp = gradient.then(|| self.gradient(&task));
+        let design_gradient = |terms: &Terms| {
+            let total = grad_l_disp.as_ref()?.z.iter().zip(&terms.gradient);
+            Some(DesignGradient { z: total.map(|(a, b)| [0, 1, 2].map(|k| a[k] + b[k])).collect() })
+        };
+        Ok(Results {
+            u0: self.first_activation(&ground),
+            node_mass: body.mass,
+            displacement: along(&ground, &self.start) * -1.0 - l_disp,
+            l_disp,
+            volume: measures.volume,
+            actuator_volume: measures.actuator_volume,
+            g_bin: measures.binarisation,
+            g_ortho: measures.overlap,
+            augmented: l_disp + own_terms.value,
+            grad_augmented: design_gradient(&own_terms),
+            augmented_performance_constraints: performance_terms.as_ref().map(|t| l_disp + t.value),
+            grad_augmented_performance_constraints: performance_terms
+                .as_ref()
+                .and_then(design_gradient),
+            trajectory: recorded.iter().map(|n| (*n, trajectory[n].clone())).collect(),
+            z_projected: mixture,
+            grad_l_disp,
+        })
+    }
+
+    /// The states of the given steps and of the last.
+    fn trajectory(&self, task: &Task, recorded: &[usize]) -> BTreeMap<usize, State<f64>> {
+        let mut observed = recorded.to_vec();
+        observed.push(self.physics.steps);
+        observed.dedup();
+        let mixture = task.mixture(self.projection, &self.z);
+        let trajectory =
+            task.rollout(&mixture, (&self.controller, &self.start), &Span::from_start(observed));
+        trajectory.steps.into_iter().zip(trajectory.states).collect()
+    }
+
+    fn first_activation(&self, ground: &Ground) -> Vec<f64> {
+        let moment = Moment { time: 0.0, state: &self.start, ground };
+        self.controller.activation(&observation(&self.observation, &moment))
+    }
+
+    fn gradient(&self, task: &Task) -> Gradient {
+        let mut inputs = self.inputs();
+        let loss = |inputs: &Inputs<_>| self.displacement_loss(task, inputs);
+        let (_, gradient) = inputs.differentiate(ALL, loss);
+        inputs.set(ALL, &gradient);
+        Gradient {
+            z: inputs.z,
+            weights: Weights::from(&inputs.controller),
+            x0: inputs.start.x,
+            v0: inputs.start.v,
+        }
+    }
+
+    fn augmentation(&self, task: &Task, projection: Projection, gradient: bool) -> Terms {
+        let penalties = (&self.lagrangian, &self.thresholds);
+        if !gradient {
+            let value = task.augmentation(projection, &self.z, penalties);
+            return Terms { value, gradient: Vec::new() };
+        }
+        let terms = |inputs: &Inputs<_>| task.augmentation(projection, &inputs.z, penalties);
+        let (value, gradient) = self.inputs().differentiate(DESIGN, terms);
+        Terms { value, gradient: gradient.as_chunks().0.to_vec() }
+    }
+}
+
+/// What the augmented Lagrangian adds, and its derivative by the design vectors where asked for.
+struct Terms {
+    value: f64,
+    gradient: Vec<[f64; 3]>,
+}
+
+/// The payload's position along the ground.
+fn along(ground: &Ground, state: &State<f64>) -> f64 {
+    ground.vector_to_ground(state.x[0])[0]
+}

@@ -1,0 +1,241 @@
+//! Reference cases: one rollout with all its numbers in a file, and the results it should have.
+//!
+//! Everything is taken from the file: lattice, positions, rest lengths, velocities, design and
+//! weights. Nothing is generated and nothing assumed.
+
+mod evaluate;
+mod raw;
+mod results;
+
+pub use results::{DesignGradient, Gradient, Results};
+
+use std::path::Path;
+
+use crate::controller::{Controller, observation_length};
+use crate::error::{Error, Result};
+use crate::lattice::{Lattice, State};
+use crate::objective::AugmentedLagrangian;
+use crate::projection::Projection;
+use crate::scene::{
+    ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
+};
+use raw::{RawCase, RawScene};
+
+/// A case, its shapes checked against one another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// How the lattice was laid out; the numbers that count are those of `lattice`.
+    pub layout: LatticeSettings,
+    /// Initial positions, edges and rest lengths of the file.
+    pub lattice: Lattice,
+    /// Time step, number of steps, forces, masses and ground.
+    pub physics: PhysicsSettings,
+    /// Library of materials.
+    pub materials: MaterialSettings,
+    /// Sharpness of the projections, and `delta`.
+    pub sharpness: ProjectionSettings,
+    /// What the controller observes.
+    pub observation: ControllerSettings,
+    /// Initial positions and velocities.
+    pub start: State<f64>,
+    /// Design vectors, one per edge.
+    pub z: Vec<[f64; 3]>,
+    /// The controller.
+    pub controller: Controller<f64>,
+    /// The projection that gives the rollout its materials, and the measures.
+    pub projection: Projection,
+    /// Multipliers and penalties of the augmented objective.
+    pub lagrangian: AugmentedLagrangian,
+    /// Thresholds of the four measures.
+    pub thresholds: [f64; 4],
+    /// Steps that the file's own results hold, ascending; empty where it has none.
+    pub listed_steps: Vec<usize>,
+}
+
+impl Case {
+    /// Reads a case from a file.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, or as [`parse`](Case::parse).
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        Self::parse(&path.display().to_string(), &text)
+    }
+
+    /// Reads a case from text; `file` names it in messages.
+    ///
+    /// # Errors
+    /// Where the text is no case: a key unknown, missing or of the wrong type
+    /// ([`Error::Malformed`]), or sizes that do not fit one another ([`Error::Misfit`]).
+    pub fn parse(file: &str, text: &str) -> Result<Self> {
+        let raw: RawCase = serde_json::from_str(text).map_err(|error| malformed(file, &error))?;
+        Shapes { file }.case(&raw)
+    }
+
+    /// The steps whose states are recorded: those asked for, else those that the file lists, else
+    /// 0, 1, 2, 3 and the last; ascending, each once.
+    ///
+    /// # Errors
+    /// Where a step is asked for that the rollout does not reach.
+    pub fn recorded_steps(&self, asked: &[usize]) -> Result<Vec<usize>> {
+        let last = self.physics.steps;
+        let mut steps = match (asked, &self.listed_steps[..]) {
+            ([], []) => [0, 1, 2, 3, last].map(|step| step.min(last)).to_vec(),
+            ([], listed) => listed.to_vec(),
+            (asked, _) => asked.to_vec(),
+        };
+        steps.sort_unstable();
+        steps.dedup();
+        match steps.last() {
+            Some(&step) if step > last => Err(Error::Usage(format!(
+                "step {step} is asked for, and the rollout has {last} steps"
+            ))),
+            _ => Ok(steps),
+        }
+    }
+}
+
+/// Checks shapes, and says which file they are of.
+struct Shapes<'a> {
+    file: &'a str,
+}
+
+impl Shapes<'_> {
+    fn case(&self, raw: &RawCase) -> Result<Case> {
+        let scene = &raw.scene;
+        let lattice = self.lattice(raw)?;
+        let (nodes, edges) = (lattice.nodes(), lattice.edges.len());
+        self.fits("rows of `v0`", raw.v0.len(), nodes)?;
+        self.fits("rows of `z`", raw.z.len(), edges)?;
+        let observation = ControllerSettings {
+            hidden: raw.controller.b1.len(),
+            clocks: scene.n_cpg,
+            omega: scene.omega,
+            goal: scene.goal,
+            goal_scale: scene.goal_scale,
+            goal_relative: scene.goal_relative,
+            offset_scale: scene.offset_scale,
+            velocity_scale: scene.velocity_scale,
+            ..ControllerSettings::default()
+        };
+        let inputs = observation_length(&observation, nodes);
+        let listed = raw.results.iter().flat_map(|r| r.trajectory.keys());
+        Ok(Case {
+            layout: layout(scene),
+            physics: physics(scene, raw.steps),
+            materials: MaterialSettings {
+                stiffness: scene.library.k,
+                density: scene.library.rho,
+                max_strain: scene.library.a_max,
+            },
+            sharpness: ProjectionSettings {
+                beta: scene.beta,
+                beta_stability: scene.beta_stab,
+                beta_straight_through: scene.beta_ste,
+                delta: scene.delta,
+            },
+            start: State {
+                x: lattice.positions.clone(),
+                v: self.rows("v0", &raw.v0)?,
+            },
+            z: self.rows("z", &raw.z)?,
+            controller: raw.controller.controller(inputs, edges, self.file)?,
+            projection: raw.projection,
+            lagrangian: AugmentedLagrangian {
+                multiplier: raw.al.lambda,
+                penalty: raw.al.tau,
+            },
+            thresholds: raw.al.thresholds,
+            listed_steps: listed.copied().collect(),
+            lattice,
+            observation,
+        })
+    }
+
+    fn lattice(&self, raw: &RawCase) -> Result<Lattice> {
+        let RawScene { columns, rows, .. } = raw.scene;
+        let nodes = columns.saturating_mul(rows);
+        self.fits("nodes of `scene` (columns x rows)", nodes, nodes.max(1))?;
+        self.fits("rows of `x0`", raw.x0.len(), nodes)?;
+        let edges = self.rows("edges", &raw.edges)?;
+        self.fits("length of `l0`", raw.l0.len(), edges.len())?;
+        let wrong = |[i, j]: &[usize; 2]| *i == *j || *i.max(j) >= nodes;
+        if let Some(e) = edges.iter().position(wrong) {
+            let [i, j] = edges[e];
+            return Err(Error::Usage(format!(
+                "{}: `edges[{e}]` is [{i}, {j}], where two different nodes below {nodes} belong",
+                self.file
+            )));
+        }
+        Ok(Lattice {
+            positions: self.rows("x0", &raw.x0)?,
+            edges,
+            rest_length: raw.l0.clone(),
+            columns,
+            rows,
+        })
+    }
+
+    /// Rows of `N` numbers each.
+    fn rows<T: Copy, const N: usize>(&self, name: &str, rows: &[Vec<T>]) -> Result<Vec<[T; N]>> {
+        let row = |(i, row): (usize, &Vec<T>)| {
+            self.fits(&format!("length of `{name}[{i}]`"), row.len(), N)?;
+            Ok(std::array::from_fn(|k| row[k]))
+        };
+        rows.iter().enumerate().map(row).collect()
+    }
+
+    fn fits(&self, what: &str, found: usize, expected: usize) -> Result<()> {
+        if found == expected {
+            return Ok(());
+        }
+        Err(Error::Misfit {
+            file: self.file.to_owned(),
+            what: what.to_owned(),
+            expected,
+            found,
+        })
+    }
+}
+
+fn layout(scene: &RawScene) -> LatticeSettings {
+    LatticeSettings {
+        columns: scene.columns,
+        rows: scene.rows,
+        spacing: scene.spacing,
+        origin_x: scene.origin_x,
+        drop: scene.drop,
+    }
+}
+
+fn physics(scene: &RawScene, steps: usize) -> PhysicsSettings {
+    PhysicsSettings {
+        dt: scene.dt,
+        steps,
+        gravity: scene.gravity,
+        damping: scene.gamma,
+        node_mass: scene.m_eps,
+        payload_mass: scene.payload_mass,
+        ground_height: scene.ground_height,
+        incline_deg: scene.alpha_deg,
+        contact: scene.contact,
+        friction: scene.mu,
+    }
+}
+
+fn malformed(file: &str, error: &serde_json::Error) -> Error {
+    // serde_json ends its message with the place, which has its own fields here.
+    let text = error.to_string();
+    let message = text.split(" at line ").next().unwrap_or(&text).to_owned();
+    let (line, column) = (error.line(), error.column());
+    Error::Malformed {
+        file: file.to_owned(),
+        line,
+        column,
+        report: format!("{file}:{line}:{column}: {message}"),
+        message,
+    }
+}

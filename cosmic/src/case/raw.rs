@@ -1,0 +1,97 @@
+//! The keys of a case file, before any shape is checked.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+use crate::controller::Weights;
+use crate::projection::Projection;
+use crate::scene::Contact;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawCase {
+    pub(super) scene: RawScene,
+    pub(super) edges: Vec<Vec<usize>>,
+    pub(super) l0: Vec<f64>,
+    pub(super) x0: Vec<Vec<f64>>,
+    pub(super) v0: Vec<Vec<f64>>,
+    pub(super) z: Vec<Vec<f64>>,
+    pub(super) controller: Weights,
+    pub(super) steps: usize,
+    pub(super) projection: Projection,
+    pub(super) al: RawLagrangian,
+    pub(super) results: Option<RawResults>,
+    // What follows says how a case was made and how well it must be met: nothing to compute with.
+    #[serde(rename = "tolerance")]
+    _tolerance: Option<IgnoredAny>,
+    #[serde(rename = "sensitivity")]
+    _sensitivity: Option<IgnoredAny>,
+    #[serde(rename = "coverage")]
+    _coverage: Option<IgnoredAny>,
+    #[serde(rename = "name")]
+    _name: Option<IgnoredAny>,
+    #[serde(rename = "note")]
+    _note: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawScene {
+    pub(super) columns: usize,
+    pub(super) rows: usize,
+    pub(super) spacing: f64,
+    pub(super) origin_x: f64,
+    pub(super) drop: f64,
+    pub(super) ground_height: f64,
+    pub(super) alpha_deg: f64,
+    pub(super) gravity: f64,
+    pub(super) gamma: f64,
+    pub(super) m_eps: f64,
+    pub(super) payload_mass: f64,
+    pub(super) dt: f64,
+    pub(super) contact: Contact,
+    pub(super) mu: f64,
+    pub(super) omega: f64,
+    pub(super) n_cpg: usize,
+    pub(super) goal: [f64; 2],
+    #[serde(default = "one")]
+    pub(super) goal_scale: f64,
+    #[serde(default)]
+    pub(super) goal_relative: bool,
+    pub(super) offset_scale: f64,
+    pub(super) velocity_scale: f64,
+    pub(super) beta: f64,
+    pub(super) beta_stab: f64,
+    pub(super) beta_ste: f64,
+    pub(super) delta: f64,
+    pub(super) library: RawLibrary,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawLibrary {
+    pub(super) k: [f64; 3],
+    pub(super) rho: [f64; 3],
+    pub(super) a_max: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawLagrangian {
+    pub(super) lambda: [f64; 4],
+    pub(super) tau: [f64; 4],
+    pub(super) thresholds: [f64; 4],
+}
+
+/// Of the results only the numbers of the recorded steps are read.
+#[derive(Deserialize)]
+pub(super) struct RawResults {
+    #[serde(default)]
+    pub(super) trajectory: BTreeMap<usize, IgnoredAny>,
+}

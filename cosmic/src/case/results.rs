@@ -1,0 +1,192 @@
+//! The results of a case, with the keys and shapes of its file.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::controller::Weights;
+use crate::lattice::State;
+
+/// What a case's rollout gives. Gradients are there where they were asked for, the last two
+/// entries in stability cases alone.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Results {
+    /// Mixture per edge.
+    pub z_projected: Vec<[f64; 3]>,
+    /// Mass per node, kg.
+    pub node_mass: Vec<f64>,
+    /// Activation per edge in step 0.
+    pub u0: Vec<f64>,
+    /// States in the world's frame, by the number of steps done.
+    pub trajectory: BTreeMap<usize, State<f64>>,
+    /// `-(s . x_0(T))`, m.
+    pub l_disp: f64,
+    /// `s . x_0(T) - s . x_0(0)`, m.
+    pub displacement: f64,
+    /// Share of solid material.
+    #[serde(rename = "V")]
+    pub volume: f64,
+    /// Share of actuators.
+    #[serde(rename = "V_act")]
+    pub actuator_volume: f64,
+    /// Binarisation measure.
+    pub g_bin: f64,
+    /// Overlap of materials (0,1), (0,2), (1,2).
+    pub g_ortho: [f64; 3],
+    /// Derivatives of `l_disp`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grad_l_disp: Option<Gradient>,
+    /// The augmented objective, measures taken on `z_projected`.
+    pub augmented: f64,
+    /// Its derivative by `z`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grad_augmented: Option<DesignGradient>,
+    /// The same with the measures taken on the performance projection.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub augmented_performance_constraints: Option<f64>,
+    /// Its derivative by `z`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grad_augmented_performance_constraints: Option<DesignGradient>,
+}
+
+/// A derivative by everything that a rollout depends on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Gradient {
+    /// By the design vectors.
+    pub z: Vec<[f64; 3]>,
+    /// By the controller's weights.
+    #[serde(flatten)]
+    pub weights: Weights,
+    /// By the initial positions, rest lengths and masses held.
+    pub x0: Vec<[f64; 2]>,
+    /// By the initial velocities.
+    pub v0: Vec<[f64; 2]>,
+}
+
+/// A derivative by the design vectors.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DesignGradient {
+    /// One row per edge.
+    pub z: Vec<[f64; 3]>,
+}
+
+impl Results {
+    /// `{"results": {...}}` in JSON that reads back to the same bits. A number that is not finite
+    /// becomes `null`; [`not_finite`](Results::not_finite) names it.
+    pub fn to_json(&self) -> String {
+        #[derive(Serialize)]
+        struct File<'a> {
+            results: &'a Results,
+        }
+        let file = File { results: self };
+        serde_json::to_string(&file).expect("plain numbers and string keys serialise")
+    }
+
+    /// The keys, such as `trajectory.128.x`, under which a number is not finite.
+    pub fn not_finite(&self) -> Vec<String> {
+        let value = serde_json::to_value(self).expect("plain numbers and string keys serialise");
+        let mut names = Vec::new();
+        collect_nulls(&value, "", &mut names);
+        names.dedup();
+        names
+    }
+}
+
+/// Appends the key of every null; elements of a list go by the list's key.
+fn collect_nulls(value: &Value, key: &str, names: &mut Vec<String>) {
+    match value {
+        Value::Null => names.push(key.to_owned()),
+        Value::Array(list) => list.iter().for_each(|item| collect_nulls(item, key, names)),
+        Value::Object(map) => {
+            for (name, item) in map {
+                let dot = if key.is_empty() { "" } else { "." };
+                collect_nulls(item, &format!("{key}{dot}{name}"), names);
+            }
+        }
+        Value::Bool(_) | Value::Number(_) | Value::String(_) => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use serde_json::Value;
+
+    use super::{DesignGradient, Results};
+    use crate::lattice::State;
+
+    fn results() -> Results {
+        let state = |x: f64| State {
+            x: vec![[x, 0.1]],
+            v: vec![[-0.0, 1e-300]],
+        };
+        Results {
+            z_projected: vec![[0.1 + 0.2, 1.0 / 3.0, 5e-324]],
+            node_mass: vec![1e-4],
+            u0: vec![-1.0],
+            trajectory: BTreeMap::from([(0, state(0.1)), (2, state(0.3)), (10, state(0.7))]),
+            l_disp: -0.7,
+            displacement: 0.6,
+            volume: 2.0 / 3.0,
+            actuator_volume: 0.25,
+            g_bin: 4.122307339926579e-9,
+            g_ortho: [1.0 / 7.0, 1e22, f64::MAX],
+            grad_l_disp: None,
+            augmented: 0.0,
+            grad_augmented: None,
+            augmented_performance_constraints: None,
+            grad_augmented_performance_constraints: None,
+        }
+    }
+
+    fn numbers(value: &Value, found: &mut Vec<u64>) {
+        match value {
+            Value::Array(list) => list.iter().for_each(|item| numbers(item, found)),
+            other => found.push(other.as_f64().unwrap().to_bits()),
+        }
+    }
+
+    #[test]
+    fn numbers_read_back_to_the_same_bits() {
+        let results = results();
+        let file: Value = serde_json::from_str(&results.to_json()).unwrap();
+        let mut found = Vec::new();
+        numbers(&file["results"]["z_projected"], &mut found);
+        numbers(&file["results"]["g_ortho"], &mut found);
+        numbers(&file["results"]["trajectory"]["10"]["v"], &mut found);
+        let expected = [
+            &results.z_projected[0][..],
+            &results.g_ortho,
+            &[-0.0, 1e-300],
+        ]
+        .concat();
+        let bits: Vec<u64> = expected.iter().map(|x| x.to_bits()).collect();
+        assert_eq!(found, bits);
+    }
+
+    #[test]
+    fn steps_come_in_their_order_and_absent_keys_are_left_out() {
+        let text = results().to_json();
+        let place = |key: &str| text.find(key).unwrap();
+        assert!(place("\"2\":") < place("\"10\":"));
+        assert!(!text.contains("grad") && !text.contains("performance"));
+        assert!(results().not_finite().is_empty());
+    }
+
+    #[test]
+    fn what_is_not_finite_is_null_and_named_once() {
+        let mut results = results();
+        let state = results.trajectory.get_mut(&2).unwrap();
+        state.x[0] = [f64::NAN, f64::INFINITY];
+        results.l_disp = f64::NEG_INFINITY;
+        results.grad_augmented = Some(DesignGradient {
+            z: vec![[f64::NAN; 3]],
+        });
+        let names = results.not_finite();
+        assert_eq!(names, ["grad_augmented.z", "l_disp", "trajectory.2.x"]);
+        let file: Value = serde_json::from_str(&results.to_json()).unwrap();
+        assert!(file["results"]["l_disp"].is_null());
+    }
+}

@@ -1,0 +1,92 @@
+//! The command line: one file a command, each a struct of arguments with a `run`.
+
+mod completions;
+mod options;
+mod scene;
+
+pub use options::{Output, RunOptions};
+
+use crate::error::{Error, Result};
+use clap::{Parser, Subcommand};
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+/// Co-design of truss-lattice robots: structure, material and neural control optimised together.
+#[derive(Debug, Parser)]
+#[command(name = "cosmic", version, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Scene(scene::Arguments),
+    Completions(completions::Arguments),
+}
+
+impl Command {
+    fn run(&self) -> Result<()> {
+        match self {
+            Command::Scene(arguments) => arguments.run(),
+            Command::Completions(arguments) => arguments.run(),
+        }
+    }
+}
+
+/// Runs the command that the process was started with; the exit code is [`Error::exit_code`]'s, or
+/// 0.
+pub fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(request) => return refuse(&request),
+    };
+    match cli.command.run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            complain(&error);
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// Shows help or the version (exit 0), or what is wrong with the arguments (exit 2).
+fn refuse(request: &clap::Error) -> ExitCode {
+    // Nobody is left to tell if the terminal is gone.
+    let _ = request.print();
+    ExitCode::from(if request.use_stderr() { 2 } else { 0 })
+}
+
+/// Reports on faults of a file begin with "error:" on their own.
+fn complain(error: &Error) {
+    let text = error.to_string();
+    let prefix = if text.starts_with("error:") {
+        ""
+    } else {
+        "error: "
+    };
+    let _ = writeln!(io::stderr(), "{prefix}{text}");
+}
+
+/// Writes to standard output. A reader that has seen enough (`cosmic scene default | head`) is no
+/// error.
+fn print(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => Err(Error::Write {
+            path: "standard output".into(),
+            source,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Writes a value to standard output as indented JSON.
+fn print_json(value: &impl serde::Serialize) -> Result<()> {
+    let source = |error: serde_json::Error| Error::Write {
+        path: "standard output".into(),
+        source: error.into(),
+    };
+    let text = serde_json::to_string_pretty(value).map_err(source)?;
+    print(&(text + "\n"))
+}

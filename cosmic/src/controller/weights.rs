@@ -1,0 +1,119 @@
+//! A controller's weights as files hold them.
+
+use serde::{Deserialize, Serialize};
+
+use super::Controller;
+use crate::error::{Error, Result};
+
+/// The weights of a controller, matrices as lists of rows; gradients by them have the same form.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Weights {
+    /// `[hidden][inputs]`.
+    pub w1: Vec<Vec<f64>>,
+    /// `[hidden]`.
+    pub b1: Vec<f64>,
+    /// `[edges][hidden]`.
+    pub w2: Vec<Vec<f64>>,
+    /// `[edges]`.
+    pub b2: Vec<f64>,
+}
+
+impl Weights {
+    /// The controller with these weights, for observations of `inputs` numbers and so many edges.
+    ///
+    /// # Errors
+    /// Where a matrix or vector has another shape; `file` is named in the message.
+    pub fn controller(&self, inputs: usize, edges: usize, file: &str) -> Result<Controller<f64>> {
+        let hidden = self.b1.len();
+        let fits = |what: &str, found: usize, expected: usize| match found == expected {
+            true => Ok(()),
+            false => Err(Error::Misfit {
+                file: file.to_owned(),
+                what: what.to_owned(),
+                expected,
+                found,
+            }),
+        };
+        fits("length of `controller.b1`", hidden, hidden.max(1))?;
+        fits("rows of `controller.w1`", self.w1.len(), hidden)?;
+        for (i, row) in self.w1.iter().enumerate() {
+            fits(
+                &format!("length of `controller.w1[{i}]`"),
+                row.len(),
+                inputs,
+            )?;
+        }
+        fits("rows of `controller.w2`", self.w2.len(), edges)?;
+        for (i, row) in self.w2.iter().enumerate() {
+            fits(
+                &format!("length of `controller.w2[{i}]`"),
+                row.len(),
+                hidden,
+            )?;
+        }
+        fits("length of `controller.b2`", self.b2.len(), edges)?;
+        Ok(Controller {
+            hidden,
+            inputs,
+            w1: self.w1.concat(),
+            b1: self.b1.clone(),
+            w2: self.w2.concat(),
+            b2: self.b2.clone(),
+        })
+    }
+}
+
+impl From<&Controller<f64>> for Weights {
+    fn from(controller: &Controller<f64>) -> Self {
+        let rows = |weights: &[f64], length: usize| -> Vec<Vec<f64>> {
+            weights.chunks_exact(length).map(<[f64]>::to_vec).collect()
+        };
+        Self {
+            w1: rows(&controller.w1, controller.inputs),
+            b1: controller.b1.clone(),
+            w2: rows(&controller.w2, controller.hidden),
+            b2: controller.b2.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Weights;
+
+    fn weights() -> Weights {
+        Weights {
+            w1: vec![vec![1.0, 2.0, 3.0], vec![4.0, 5.0, 6.0]],
+            b1: vec![7.0, 8.0],
+            w2: vec![vec![9.0, 10.0]],
+            b2: vec![11.0],
+        }
+    }
+
+    #[test]
+    fn rows_there_and_back() {
+        let controller = weights().controller(3, 1, "a.json").unwrap();
+        assert_eq!((controller.hidden, controller.edges()), (2, 1));
+        assert_eq!(Weights::from(&controller), weights());
+    }
+
+    #[test]
+    fn a_wrong_shape_is_named_with_both_sizes() {
+        let message = |weights: &Weights, edges| {
+            weights
+                .controller(3, edges, "a.json")
+                .unwrap_err()
+                .to_string()
+        };
+        let mut short = weights();
+        short.w1[1].pop();
+        let text = message(&short, 1);
+        assert_eq!(
+            text,
+            "a.json: length of `controller.w1[1]`: 2, where 3 belong"
+        );
+        let text = message(&weights(), 4);
+        assert_eq!(text, "a.json: rows of `controller.w2`: 1, where 4 belong");
+    }
+}

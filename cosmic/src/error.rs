@@ -1,0 +1,162 @@
+//! What can go wrong, with the numbers, and the exit code each case has.
+
+use std::io;
+use std::path::PathBuf;
+
+/// An error of the library or the program.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file that reads but does not say what it should.
+    #[error("{report}")]
+    Malformed {
+        /// The file's name as the user gave it.
+        file: String,
+        /// Line of the first problem, from 1.
+        line: usize,
+        /// Column of the first problem in characters, from 1.
+        column: usize,
+        /// The first problem in a sentence.
+        message: String,
+        /// Every problem, with the source line and a caret under it.
+        report: String,
+    },
+    /// Two things that belong together and differ in size, such as a design and its lattice.
+    #[error("{file}: {what}: {found}, where {expected} belong")]
+    Misfit {
+        /// The file's name as the user gave it.
+        file: String,
+        /// What was counted.
+        what: String,
+        /// The count that fits.
+        expected: usize,
+        /// The count found.
+        found: usize,
+    },
+    /// A request that cannot be carried out as it stands.
+    #[error("{0}")]
+    Usage(String),
+    /// No built-in scene and no file of that name.
+    #[error("no built-in scene and no file is named `{name}`; {hint}")]
+    NoScene {
+        /// What was asked for.
+        name: String,
+        /// A close name, or where to find them all.
+        hint: String,
+    },
+    /// A file or folder that is missing or cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// Which one.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file or folder that cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// Which one.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A simulated state stopped being finite.
+    #[error("diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s")]
+    Diverged {
+        /// The step that produced the state, from 0.
+        step: usize,
+        /// The first node that is not finite.
+        node: usize,
+        /// Its position, m.
+        position: [f64; 2],
+        /// Its velocity, m/s.
+        velocity: [f64; 2],
+    },
+    /// A check that ran to its end and found something wrong.
+    #[error("{failed} of {total} checks failed: {what}")]
+    CheckFailed {
+        /// What was checked.
+        what: String,
+        /// Checks that failed.
+        failed: usize,
+        /// Checks that ran.
+        total: usize,
+    },
+    /// A run that was told to stop, and saved what resuming needs.
+    #[error("interrupted after iteration {iteration}; go on with: cosmic resume {}", run.display())]
+    Interrupted {
+        /// The run's folder.
+        run: PathBuf,
+        /// Iterations that are done.
+        iteration: usize,
+    },
+}
+
+/// What fallible functions of this crate return.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// The process's exit code: 1 a check failed, 2 bad usage or a malformed file, 3 diverged, 4
+    /// missing, unreadable or unwritable, 75 interrupted and resumable. (0 is success.)
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::CheckFailed { .. } => 1,
+            Error::Malformed { .. } | Error::Misfit { .. } | Error::Usage(_) => 2,
+            Error::Diverged { .. } => 3,
+            Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
+            Error::Interrupted { .. } => 75,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The exit code and the text of an error.
+    fn told(error: &Error) -> (u8, String) {
+        (error.exit_code(), error.to_string())
+    }
+
+    #[test]
+    fn every_error_has_the_promised_exit_code_and_says_its_numbers() {
+        let what = "gradients".to_string();
+        let (code, text) = told(&Error::CheckFailed {
+            what,
+            failed: 17,
+            total: 40,
+        });
+        assert!(code == 1 && text == "17 of 40 checks failed: gradients");
+
+        let (file, what) = ("design.json".to_string(), "edges".to_string());
+        let (code, text) = told(&Error::Misfit {
+            file,
+            what,
+            expected: 110,
+            found: 72,
+        });
+        assert!(code == 2 && text == "design.json: edges: 72, where 110 belong");
+
+        let (position, velocity) = ([f64::NAN, 0.5], [1.0, 2.0]);
+        let (code, text) = told(&Error::Diverged {
+            step: 12,
+            node: 5,
+            position,
+            velocity,
+        });
+        assert!(code == 3 && text.contains("step 12: node 5 at [NaN, 0.5] m, velocity [1.0, 2.0]"));
+
+        let (path, source) = (
+            PathBuf::from("a"),
+            io::Error::from(io::ErrorKind::PermissionDenied),
+        );
+        let (code, text) = told(&Error::Write { path, source });
+        assert!(code == 4 && text == "cannot write a: permission denied");
+
+        let run = PathBuf::from("runs/a");
+        let (code, text) = told(&Error::Interrupted { run, iteration: 99 });
+        assert!(
+            code == 75 && text.contains("iteration 99") && text.ends_with("cosmic resume runs/a")
+        );
+    }
+}

@@ -1,0 +1,199 @@
+//! The task of a robot: from everything that is designed to a loss, and the gradient of that.
+//!
+//! [`Inputs`] is all that a rollout can be differentiated by. Losses of it are written once over
+//! [`Real`]; [`Inputs::differentiate`] puts the blocks that are asked for on the reverse tape.
+
+use autodiff::{CotangentBound, Real, Tape, Var};
+
+use crate::controller::Controller;
+use crate::lattice::{Ground, Lattice, State};
+use crate::objective::{AugmentedLagrangian, Loss, measures, violations};
+use crate::projection::{Body, Projection, mixture};
+use crate::scene::{
+    ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
+};
+use crate::simulator::{Simulator, Span, Trajectory};
+
+/// What a rollout depends on and may be differentiated by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inputs<R> {
+    /// Design vectors, one per edge.
+    pub z: Vec<[R; 3]>,
+    /// The controller.
+    pub controller: Controller<R>,
+    /// Initial positions and velocities in the world's frame.
+    pub start: State<R>,
+}
+
+/// The names of the blocks of [`Inputs`], in the order of [`Inputs::blocks`].
+pub const BLOCKS: [&str; 7] = ["z", "w1", "b1", "w2", "b2", "x0", "v0"];
+
+impl<R: Real> Inputs<R> {
+    /// The numbers, block by block; see [`BLOCKS`].
+    pub fn blocks(&self) -> [&[R]; 7] {
+        let c = &self.controller;
+        let (x, v) = (self.start.x.as_flattened(), self.start.v.as_flattened());
+        [self.z.as_flattened(), &c.w1, &c.b1, &c.w2, &c.b2, x, v]
+    }
+
+    fn blocks_mut(&mut self) -> [&mut [R]; 7] {
+        let c = &mut self.controller;
+        let (x, v) = (self.start.x.as_flattened_mut(), self.start.v.as_flattened_mut());
+        [self.z.as_flattened_mut(), &mut c.w1, &mut c.b1, &mut c.w2, &mut c.b2, x, v]
+    }
+
+    /// Replaces the numbers of some blocks by those of one slice.
+    ///
+    /// # Panics
+    /// If the slice does not hold just so many numbers.
+    pub fn set(&mut self, blocks: [bool; 7], mut numbers: &[R]) {
+        for (block, _) in self.blocks_mut().into_iter().zip(blocks).filter(|(_, set)| *set) {
+            let (part, rest) = numbers.split_at(block.len());
+            block.copy_from_slice(part);
+            numbers = rest;
+        }
+        assert!(numbers.is_empty(), "{} numbers are left over", numbers.len());
+    }
+
+    /// The numbers of some blocks in one vector.
+    pub fn get(&self, blocks: [bool; 7]) -> Vec<R> {
+        let chosen = self.blocks().into_iter().zip(blocks).filter(|(_, get)| *get);
+        chosen.flat_map(|(block, _)| block.iter().copied()).collect()
+    }
+}
+
+impl Inputs<f64> {
+    /// The same numbers as constants of another type.
+    pub fn lift<R: Real>(&self) -> Inputs<R> {
+        Inputs {
+            z: self.z.iter().map(|z| z.map(R::lit)).collect(),
+            controller: self.controller.map(R::lit),
+            start: self.start.map(R::lit),
+        }
+    }
+
+    /// The value of a function and its gradient by the chosen blocks, in one vector.
+    pub fn differentiate(
+        &self,
+        blocks: [bool; 7],
+        function: impl FnOnce(&Inputs<Var<f64>>) -> Var<f64>,
+    ) -> (f64, Vec<f64>) {
+        let numbers = self.get(blocks);
+        let mut tape = Tape::new();
+        let value = tape.record(&numbers, |variables| {
+            let mut inputs = self.lift();
+            inputs.set(blocks, variables);
+            function(&inputs)
+        });
+        (value.value(), tape.pullback(&[value], &[1.0]).to_vec())
+    }
+}
+
+/// The block of design vectors.
+pub const DESIGN: [bool; 7] = [true, false, false, false, false, false, false];
+/// The blocks of the controller.
+pub const CONTROLLER: [bool; 7] = [false, true, true, true, true, false, false];
+/// Everything.
+pub const ALL: [bool; 7] = [true; 7];
+
+/// Which steps carry a gradient (D11).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Horizon {
+    /// How many.
+    pub steps: usize,
+    /// The first ones, or the last ones of a whole rollout.
+    pub mode: HorizonMode,
+    /// Holds the state's cotangent back; `None` gives the exact gradient.
+    pub cotangent_bound: Option<CotangentBound>,
+}
+
+/// A lattice in its world, with the libraries that make robots of design vectors.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// Nodes, edges and rest lengths.
+    pub lattice: Lattice,
+    /// Time step, number of steps, forces, masses and ground.
+    pub physics: PhysicsSettings,
+    /// Library of materials.
+    pub materials: MaterialSettings,
+    /// Sharpness of the projections, and `delta`.
+    pub sharpness: ProjectionSettings,
+    simulator: Simulator,
+}
+
+impl Task {
+    /// Plans rollouts of `physics.steps` steps.
+    pub fn new(
+        lattice: Lattice,
+        (physics, controller): (&PhysicsSettings, &ControllerSettings),
+        materials: &MaterialSettings,
+        sharpness: &ProjectionSettings,
+    ) -> Self {
+        Self {
+            simulator: Simulator::new(&lattice, physics, controller),
+            lattice,
+            physics: physics.clone(),
+            materials: materials.clone(),
+            sharpness: sharpness.clone(),
+        }
+    }
+
+    /// The ground line.
+    pub fn ground(&self) -> Ground {
+        Ground::from(&self.physics)
+    }
+
+    /// The mixture of design vectors.
+    pub fn mixture<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<[R; 3]> {
+        mixture(projection, z, &self.sharpness)
+    }
+
+    /// Steps the robot of a mixture.
+    pub fn rollout<R: Real>(
+        &self,
+        mixture: &[[R; 3]],
+        (controller, start): (&Controller<R>, &State<R>),
+        span: &Span,
+    ) -> Trajectory<R> {
+        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        self.simulator.rollout((&body, controller), start, span)
+    }
+
+    /// The loss of a robot over a horizon. In the mode "tail" the steps before the horizon are
+    /// done in plain numbers, from `primal`'s robot.
+    pub fn loss<R: Real>(
+        &self,
+        mixture: &[[R; 3]],
+        (controller, start): (&Controller<R>, &State<R>),
+        (loss, horizon): (&impl Loss, &Horizon),
+    ) -> (R, Trajectory<R>) {
+        let steps = horizon.steps.min(self.physics.steps);
+        let mut span = Span {
+            first: 0,
+            observed: loss.observed(steps),
+            cotangent_bound: horizon.cotangent_bound,
+        };
+        let mut start = start.clone();
+        if horizon.mode == HorizonMode::Tail {
+            span.first = self.physics.steps - steps;
+            let head = Span::from_start(vec![span.first]);
+            let detached = mixture.iter().map(|m| m.map(R::detach)).collect::<Vec<_>>();
+            let reached = self.rollout(&detached, (&controller.map(R::detach), &start.map(R::detach)), &head);
+            start = reached.states[0].clone();
+        }
+        let trajectory = self.rollout(mixture, (controller, &start), &span);
+        (loss.loss(&trajectory), trajectory)
+    }
+
+    /// What the augmented Lagrangian adds to the loss, measured on a projection.
+    pub fn augmentation<R: Real>(
+        &self,
+        projection: Projection,
+        z: &[[R; 3]],
+        (lagrangian, thresholds): (&AugmentedLagrangian, &[f64; 4]),
+    ) -> R {
+        let measures = measures(&self.mixture(projection, z), self.sharpness.delta);
+        let violations = violations(measures.constrained(), thresholds);
+        lagrangian.objective(R::zero(), violations)
+    }
+}

@@ -1,0 +1,7 @@
+//! The program `cosmic`; all of it lives in [`cosmic::cli`].
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    cosmic::cli::run()
+}

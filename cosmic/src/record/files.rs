@@ -1,0 +1,140 @@
+//! Files that are whole or not there: each is written beside its place and renamed into it.
+
+use crate::error::{Error, Result};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use tempfile::{Builder, NamedTempFile};
+
+/// What a JSON file is: its first two keys, `format` and `version`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Format {
+    /// The kind of file, such as `cosmic-design`.
+    pub name: &'static str,
+    /// Raised by each change that older readers would misread.
+    pub version: u32,
+}
+
+/// Replaces a file by what `fill` writes, or leaves it as it was: a reader, or a run resumed after
+/// a crash, sees the old bytes or the new ones and no mixture.
+///
+/// # Errors
+/// [`Error::Write`], for an error of `fill` as well.
+pub fn write_atomic(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<()> {
+    replace(path, fill).map_err(|source| Error::Write {
+        path: path.into(),
+        source,
+    })
+}
+
+fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    // `file.json` has the empty parent, which means the current folder.
+    let parent = path
+        .parent()
+        .filter(|parent| !parent.as_os_str().is_empty());
+    let folder = parent.unwrap_or(Path::new("."));
+    let mut file = BufWriter::new(temporary(folder)?);
+    fill(&mut file)?;
+    let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+    // Data before name: otherwise a power cut could leave the new name with no bytes behind it.
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    sync_folder(folder)
+}
+
+/// A hidden file that vanishes unless it is persisted.
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = Builder::new();
+    builder.prefix(".cosmic-");
+    // Temporary files are private by default; what is renamed into place should be an ordinary
+    // file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
+/// Makes a rename last: on Unix a folder is a file of names, with a sync of its own.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if cfg!(unix) {
+        File::open(folder)?.sync_all()
+    } else {
+        Ok(())
+    }
+}
+
+/// A body with its format in front.
+#[derive(Serialize)]
+struct Stamped<'b, T> {
+    format: &'static str,
+    version: u32,
+    #[serde(flatten)]
+    body: &'b T,
+}
+
+/// Replaces a JSON file by `format`, `version` and the body's keys. Numbers read back to the same
+/// bits; one that is not finite becomes `null`.
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn write_json<T: Serialize>(path: &Path, format: Format, body: &T) -> Result<()> {
+    let stamped = Stamped {
+        format: format.name,
+        version: format.version,
+        body,
+    };
+    write_atomic(path, |file| {
+        serde_json::to_writer(&mut *file, &stamped)?;
+        writeln!(file)
+    })
+}
+
+/// The first two keys of a file that is read.
+#[derive(Deserialize)]
+struct Stamp {
+    format: String,
+    version: u32,
+}
+
+/// Reads what [`write_json`] wrote. `T` sees the keys `format` and `version` too, and must not
+/// refuse them.
+///
+/// # Errors
+/// [`Error::Read`] for a file that is missing or unreadable; [`Error::Malformed`] for one that is
+/// not JSON, of another format or version, or lacks keys.
+pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> {
+    let bytes = fs::read(path).map_err(|source| Error::Read {
+        path: path.into(),
+        source,
+    })?;
+    let json = |error: serde_json::Error| {
+        malformed(path, (error.line(), error.column()), &error.to_string())
+    };
+    let stamp: Stamp = serde_json::from_slice(&bytes).map_err(json)?;
+    if stamp.format != format.name || stamp.version != format.version {
+        let found = format!("{:?} version {}", stamp.format, stamp.version);
+        let needed = format!("{:?} version {}", format.name, format.version);
+        return Err(malformed(
+            path,
+            (1, 1),
+            &format!("the format is {found}, not {needed}"),
+        ));
+    }
+    serde_json::from_slice(&bytes).map_err(json)
+}
+
+fn malformed(path: &Path, (line, column): (usize, usize), message: &str) -> Error {
+    let file = path.display().to_string();
+    let report = format!("error: {message}\n --> {file}:{line}:{column}");
+    Error::Malformed {
+        file,
+        line,
+        column,
+        message: message.to_string(),
+        report,
+    }
+}

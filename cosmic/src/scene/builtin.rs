@@ -1,0 +1,117 @@
+//! The built-in scenes, and finding a scene by name or file.
+
+use super::Scene;
+use super::diagnostic::not_text;
+use super::read::suggest;
+use crate::error::{Error, Result};
+use std::fs::File;
+use std::io::{self, ErrorKind, Read};
+use std::path::Path;
+
+/// A scene that ships inside the program.
+#[derive(Debug, Clone, Copy)]
+pub struct Builtin {
+    /// The name it is asked for by.
+    pub name: &'static str,
+    /// Its TOML: what differs from the defaults.
+    pub text: &'static str,
+}
+
+impl Builtin {
+    /// What the scene is: the file's first line.
+    pub fn about(&self) -> &'static str {
+        self.text
+            .lines()
+            .next()
+            .unwrap_or_default()
+            .trim_start_matches('#')
+            .trim()
+    }
+}
+
+/// Every built-in scene, the default first.
+pub const BUILTIN: [Builtin; 8] = [
+    Builtin {
+        name: "stability",
+        text: include_str!("../../../scenes/stability.toml"),
+    },
+    Builtin {
+        name: "baseline_tall",
+        text: include_str!("../../../scenes/baseline_tall.toml"),
+    },
+    Builtin {
+        name: "baseline_short",
+        text: include_str!("../../../scenes/baseline_short.toml"),
+    },
+    Builtin {
+        name: "three_legged",
+        text: include_str!("../../../scenes/three_legged.toml"),
+    },
+    Builtin {
+        name: "uniform",
+        text: include_str!("../../../scenes/uniform.toml"),
+    },
+    Builtin {
+        name: "incline",
+        text: include_str!("../../../scenes/incline.toml"),
+    },
+    Builtin {
+        name: "five_by_five",
+        text: include_str!("../../../scenes/five_by_five.toml"),
+    },
+    Builtin {
+        name: "coulomb",
+        text: include_str!("../../../scenes/coulomb.toml"),
+    },
+];
+
+/// The largest scene file read; a complete scene has some ten thousand bytes.
+const LARGEST: u64 = 1 << 20;
+
+impl Scene {
+    /// The scene of that built-in name, or else in that TOML file.
+    ///
+    /// # Errors
+    /// [`Error::NoScene`] where there is neither, otherwise those of [`Scene::read`].
+    pub fn load(name: &str) -> Result<Scene> {
+        if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
+            return Scene::parse(builtin.name, builtin.text);
+        }
+        Scene::read(Path::new(name)).map_err(|error| match error {
+            Error::Read { source, .. } if source.kind() == ErrorKind::NotFound => Error::NoScene {
+                name: name.to_string(),
+                hint: suggest(name, BUILTIN.iter().map(|builtin| builtin.name)),
+            },
+            other => other,
+        })
+    }
+
+    /// The scene in a TOML file.
+    ///
+    /// # Errors
+    /// [`Error::Read`] for a file that cannot be read, [`Error::Malformed`] for one that is not
+    /// UTF-8, and those of [`Scene::parse`].
+    pub fn read(path: &Path) -> Result<Scene> {
+        let file = path.display().to_string();
+        let bytes = first_bytes(path).map_err(|source| Error::Read {
+            path: path.into(),
+            source,
+        })?;
+        if bytes.len() as u64 > LARGEST {
+            return Err(Error::Usage(format!(
+                "{file}: larger than the {LARGEST} bytes a scene may have"
+            )));
+        }
+        let text = std::str::from_utf8(&bytes).map_err(|_| not_text(&file, &bytes))?;
+        Scene::parse(&file, text)
+    }
+}
+
+/// A file's bytes, one more than allowed at most: not every path ends, `/dev/zero` does not.
+fn first_bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?
+        .take(LARGEST + 1)
+        .read_to_end(&mut bytes)?;
+    Ok(bytes)
+}

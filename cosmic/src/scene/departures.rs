@@ -1,0 +1,53 @@
+//! The options by which a scene departs from the paper on purpose.
+
+use super::{Layout, LossKind, Scene, SelectionKind, StartKind};
+use serde::Serialize;
+
+/// A named option that differs from what the paper does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Departure {
+    /// The setting, as `section.key`.
+    pub option: &'static str,
+    /// What it does that the paper does not.
+    pub says: &'static str,
+}
+
+impl Scene {
+    /// The departures in force, for a run's summary. With none, the run is the paper's algorithm
+    /// with values of our own only where the paper gives none.
+    pub fn departures(&self) -> Vec<Departure> {
+        let short_start =
+            self.start.kind == StartKind::ThreeLegged && self.start.layout == Layout::Short;
+        let known = [
+            (
+                self.loss.kind == LossKind::Mean,
+                "loss.kind",
+                "the loss is the payload's mean position over the horizon's end, not its last",
+            ),
+            (
+                self.gradient.cotangent_bound.is_some(),
+                "gradient.cotangent_bound",
+                "the state's cotangent is bounded in the reverse sweep: gradients are not exact",
+            ),
+            (
+                self.selection.kind == SelectionKind::Median,
+                "selection.kind",
+                "the controller with the best perturbed median is delivered, not the last",
+            ),
+            (
+                short_start,
+                "start.layout",
+                "the start follows the short layout, not the tall one of the paper's baseline",
+            ),
+            (
+                self.controller.goal_relative,
+                "controller.goal_relative",
+                "the goal is given relative to the robot, not absolute",
+            ),
+        ];
+        let in_force = known.into_iter().filter(|(differs, ..)| *differs);
+        in_force
+            .map(|(_, option, says)| Departure { option, says })
+            .collect()
+    }
+}

@@ -1,0 +1,41 @@
+//! The two hand-made three-legged layouts (the paper's baseline, of which it lists no edges).
+
+use super::design::Layout;
+
+/// Nodes along each side of the lattice that the layouts belong to.
+pub const LAYOUT_SIDE: usize = 6;
+
+/// One digit an edge (0 void, 1 skeleton, 2 actuator), one group a row of nodes, bottom row first.
+const TALL: [&str; LAYOUT_SIDE] = [
+    "121020112100201121021",
+    "021020102100201021021",
+    "021020102100201021021",
+    "100121012101201120100",
+    "000100010001000000000",
+    "00000",
+];
+
+/// As [`TALL`].
+const SHORT: [&str; LAYOUT_SIDE] = [
+    "121020112100201121021",
+    "121020112100201121021",
+    "121121112011211121121",
+    "200200010002000200000",
+    "000000000000000000000",
+    "00000",
+];
+
+impl Layout {
+    /// The material of each of the 110 edges of the 6x6 lattice, in the lattice's edge order:
+    /// 0 void, 1 skeleton, 2 actuator.
+    pub fn materials(self) -> Vec<u8> {
+        let rows = match self {
+            Layout::Tall => TALL,
+            Layout::Short => SHORT,
+        };
+        rows.iter()
+            .flat_map(|row| row.bytes())
+            .map(|digit| digit - b'0')
+            .collect()
+    }
+}

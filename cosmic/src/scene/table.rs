@@ -1,0 +1,280 @@
+//! The one table behind reading, checking and writing scenes: every key, its range and its place.
+//!
+//! Defaults live in the structs' `Default`; what a user reads about a key is its field's own
+//! documentation.
+
+use super::field::{Field, Limits, Section, Slot, above, within};
+use super::{Pass, Scene};
+use Slot::{Bound, Choice, Count, Counts, Cycle, Flag, Number, Numbers};
+
+impl Pass {
+    /// The letter that stands for the pass in `schedule.cycle`.
+    pub fn letter(self) -> char {
+        match self {
+            Pass::Design => 'd',
+            Pass::Controller => 'c',
+        }
+    }
+}
+
+const fn field(key: &'static str, limits: Limits, slot: fn(&mut Scene) -> Slot<'_>) -> Field {
+    Field { key, limits, slot }
+}
+
+const fn section(name: &'static str, settings: &'static str, fields: &'static [Field]) -> Section {
+    Section {
+        name,
+        settings,
+        fields,
+    }
+}
+
+/// No iteration lies beyond this one.
+const ITERATIONS: Limits = within(0.0, 1e5);
+/// Lengths of rollouts and of parts of them.
+const STEPS: Limits = within(1.0, 1e6);
+/// Factors and costs that have no natural bound.
+const POSITIVE: Limits = above(0.0, 1e6);
+/// Shares of a whole.
+const SHARE: Limits = within(0.0, 1.0);
+const NONE: Limits = Limits::NONE;
+
+/// Every section of a scene, in the order in which it is written.
+pub(super) static SECTIONS: &[Section] = &[
+    section("lattice", "LatticeSettings", LATTICE),
+    section("physics", "PhysicsSettings", PHYSICS),
+    section("materials", "MaterialSettings", MATERIALS),
+    section("projection", "ProjectionSettings", PROJECTION),
+    section("controller", "ControllerSettings", CONTROLLER),
+    section("start", "StartSettings", START),
+    section("volume", "VolumeSettings", VOLUME),
+    section("schedule", "ScheduleSettings", SCHEDULE),
+    section("binarisation", "BinarisationSettings", BINARISATION),
+    section("mma", "MmaSettings", MMA),
+    section("adam", "AdamSettings", ADAM),
+    section("gradient", "GradientSettings", GRADIENT),
+    section("loss", "LossSettings", LOSS),
+    section("selection", "SelectionSettings", SELECTION),
+];
+
+const LATTICE: &[Field] = &[
+    field("columns", within(2.0, 64.0), |s| {
+        Count(&mut s.lattice.columns)
+    }),
+    field("rows", within(2.0, 64.0), |s| Count(&mut s.lattice.rows)),
+    field("spacing", within(1e-3, 100.0), |s| {
+        Number(&mut s.lattice.spacing)
+    }),
+    field("origin_x", within(-1e3, 1e3), |s| {
+        Number(&mut s.lattice.origin_x)
+    }),
+    field("drop", within(-10.0, 100.0), |s| {
+        Number(&mut s.lattice.drop)
+    }),
+];
+
+const PHYSICS: &[Field] = &[
+    field("dt", within(1e-9, 1.0), |s| Number(&mut s.physics.dt)),
+    field("steps", STEPS, |s| Count(&mut s.physics.steps)),
+    field("gravity", within(-1e3, 1e3), |s| {
+        Number(&mut s.physics.gravity)
+    }),
+    field("damping", within(0.0, 1e4), |s| {
+        Number(&mut s.physics.damping)
+    }),
+    field("node_mass", within(1e-9, 1e3), |s| {
+        Number(&mut s.physics.node_mass)
+    }),
+    field("payload_mass", within(0.0, 1e3), |s| {
+        Number(&mut s.physics.payload_mass)
+    }),
+    field("ground_height", within(-1e3, 1e3), |s| {
+        Number(&mut s.physics.ground_height)
+    }),
+    field("incline_deg", within(-80.0, 80.0), |s| {
+        Number(&mut s.physics.incline_deg)
+    }),
+    field("contact", NONE, |s| Choice(&mut s.physics.contact)),
+    field("friction", within(0.0, 1e3), |s| {
+        Number(&mut s.physics.friction)
+    }),
+];
+
+const MATERIALS: &[Field] = &[
+    field("stiffness", within(0.0, 1e9), |s| {
+        Numbers(&mut s.materials.stiffness)
+    }),
+    field("density", within(0.0, 1e6), |s| {
+        Numbers(&mut s.materials.density)
+    }),
+    field("max_strain", within(0.0, 0.99), |s| {
+        Numbers(&mut s.materials.max_strain)
+    }),
+];
+
+const PROJECTION: &[Field] = &[
+    field("beta", above(0.0, 1e4), |s| Number(&mut s.projection.beta)),
+    field("beta_stability", above(0.0, 1e4), |s| {
+        Number(&mut s.projection.beta_stability)
+    }),
+    field("beta_straight_through", above(0.0, 1e4), |s| {
+        Number(&mut s.projection.beta_straight_through)
+    }),
+    field("delta", within(1e-15, 1.0), |s| {
+        Number(&mut s.projection.delta)
+    }),
+];
+
+const CONTROLLER: &[Field] = &[
+    field("hidden", within(1.0, 4096.0), |s| {
+        Count(&mut s.controller.hidden)
+    }),
+    field("clocks", within(1.0, 1024.0), |s| {
+        Count(&mut s.controller.clocks)
+    }),
+    field("omega", within(0.0, 1e4), |s| {
+        Number(&mut s.controller.omega)
+    }),
+    field("goal", within(-1e6, 1e6), |s| {
+        Numbers(&mut s.controller.goal)
+    }),
+    field("goal_scale", within(0.0, 1e6), |s| {
+        Number(&mut s.controller.goal_scale)
+    }),
+    field("goal_relative", NONE, |s| {
+        Flag(&mut s.controller.goal_relative)
+    }),
+    field("offset_scale", within(0.0, 1e6), |s| {
+        Number(&mut s.controller.offset_scale)
+    }),
+    field("velocity_scale", within(0.0, 1e6), |s| {
+        Number(&mut s.controller.velocity_scale)
+    }),
+    field("gain", within(0.0, 1e3), |s| {
+        Numbers(&mut s.controller.gain)
+    }),
+];
+
+const START: &[Field] = &[
+    field("kind", NONE, |s| Choice(&mut s.start.kind)),
+    field("void_shift", within(-0.33, 0.66), |s| {
+        Number(&mut s.start.void_shift)
+    }),
+    field("void", within(0.001, 0.999), |s| Number(&mut s.start.void)),
+    field("layout", NONE, |s| Choice(&mut s.start.layout)),
+];
+
+const VOLUME: &[Field] = &[
+    field("solid", SHARE, |s| Numbers(&mut s.volume.solid)),
+    field("actuator", SHARE, |s| Numbers(&mut s.volume.actuator)),
+    field("widening", SHARE, |s| Number(&mut s.volume.widening)),
+    field("widening_over", ITERATIONS, |s| {
+        Counts(&mut s.volume.widening_over)
+    }),
+];
+
+const SCHEDULE: &[Field] = &[
+    field("iterations", within(1.0, 1e5), |s| {
+        Count(&mut s.schedule.iterations)
+    }),
+    field("horizon", STEPS, |s| Counts(&mut s.schedule.horizon)),
+    field("horizon_over", ITERATIONS, |s| {
+        Counts(&mut s.schedule.horizon_over)
+    }),
+    field("horizon_mode", NONE, |s| {
+        Choice(&mut s.schedule.horizon_mode)
+    }),
+    field("attraction_from", ITERATIONS, |s| {
+        Count(&mut s.schedule.attraction_from)
+    }),
+    field("snap_at", ITERATIONS, |s| Count(&mut s.schedule.snap_at)),
+    field("cycle", within(1.0, 1e3), |s| Cycle(&mut s.schedule.cycle)),
+    field("stability_share", SHARE, |s| {
+        Number(&mut s.schedule.stability_share)
+    }),
+];
+
+const BINARISATION: &[Field] = &[
+    field("threshold", SHARE, |s| {
+        Number(&mut s.binarisation.threshold)
+    }),
+    field("threshold_over", ITERATIONS, |s| {
+        Counts(&mut s.binarisation.threshold_over)
+    }),
+    field("penalty", within(0.0, 1e6), |s| {
+        Number(&mut s.binarisation.penalty)
+    }),
+    field("penalty_growth", within(1.0, 10.0), |s| {
+        Number(&mut s.binarisation.penalty_growth)
+    }),
+    field("confidence", SHARE, |s| {
+        Numbers(&mut s.binarisation.confidence)
+    }),
+    field("nudge", SHARE, |s| Numbers(&mut s.binarisation.nudge)),
+];
+
+const MMA: &[Field] = &[
+    field("move_limit", above(0.0, 1.0), |s| {
+        Number(&mut s.mma.move_limit)
+    }),
+    field("asyinit", above(0.0, 10.0), |s| Number(&mut s.mma.asyinit)),
+    field("asyincr", within(1.0, 10.0), |s| Number(&mut s.mma.asyincr)),
+    field("asydecr", above(0.0, 1.0), |s| Number(&mut s.mma.asydecr)),
+    field("asymin", above(0.0, 100.0), |s| Number(&mut s.mma.asymin)),
+    field("asymax", above(0.0, 1e3), |s| Number(&mut s.mma.asymax)),
+    field("albefa", within(0.01, 0.99), |s| Number(&mut s.mma.albefa)),
+    field("raa0", POSITIVE, |s| Number(&mut s.mma.raa0)),
+    field("c", POSITIVE, |s| Number(&mut s.mma.c)),
+    field("d", POSITIVE, |s| Number(&mut s.mma.d)),
+    field("volume_row_scale", POSITIVE, |s| {
+        Number(&mut s.mma.volume_row_scale)
+    }),
+];
+
+const ADAM: &[Field] = &[
+    field("rate", within(0.0, 10.0), |s| Number(&mut s.adam.rate)),
+    field("fine_rate", within(0.0, 10.0), |s| {
+        Number(&mut s.adam.fine_rate)
+    }),
+    field("fine_decay", SHARE, |s| Number(&mut s.adam.fine_decay)),
+    field("betas", within(0.0, 0.999999), |s| {
+        Numbers(&mut s.adam.betas)
+    }),
+    field("epsilon", within(1e-30, 1.0), |s| {
+        Number(&mut s.adam.epsilon)
+    }),
+    field("gradient_norm", POSITIVE, |s| {
+        Bound(&mut s.adam.gradient_norm)
+    }),
+];
+
+const GRADIENT: &[Field] = &[
+    field("design_norm", POSITIVE, |s| {
+        Bound(&mut s.gradient.design_norm)
+    }),
+    field("cotangent_bound", POSITIVE, |s| {
+        Bound(&mut s.gradient.cotangent_bound)
+    }),
+    field("cotangent_every", STEPS, |s| {
+        Count(&mut s.gradient.cotangent_every)
+    }),
+];
+
+const LOSS: &[Field] = &[
+    field("kind", NONE, |s| Choice(&mut s.loss.kind)),
+    field("window", STEPS, |s| Count(&mut s.loss.window)),
+    field("every", STEPS, |s| Count(&mut s.loss.every)),
+];
+
+const SELECTION: &[Field] = &[
+    field("kind", NONE, |s| Choice(&mut s.selection.kind)),
+    field("candidates", within(1.0, 1e4), |s| {
+        Count(&mut s.selection.candidates)
+    }),
+    field("perturbed_rollouts", within(8.0, 1e4), |s| {
+        Count(&mut s.selection.perturbed_rollouts)
+    }),
+    field("perturbation", within(0.0, 1e-3), |s| {
+        Number(&mut s.selection.perturbation)
+    }),
+];

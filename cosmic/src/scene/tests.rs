@@ -1,0 +1,138 @@
+//! What must hold between the structs, the table, the comments and the text.
+
+use super::check::conflicts;
+use super::field::{Limits, Slot, within};
+use super::table::SECTIONS;
+use super::*;
+use proptest::prelude::*;
+
+/// `section.key` of every row of the table, in its order.
+fn paths() -> Vec<String> {
+    let of = |section: &field::Section| {
+        let name = section.name;
+        section
+            .fields
+            .iter()
+            .map(move |field| format!("{name}.{}", field.key))
+            .collect::<Vec<_>>()
+    };
+    SECTIONS.iter().flat_map(of).collect()
+}
+
+#[test]
+fn the_table_names_exactly_the_fields_of_the_structs() {
+    let scene = serde_json::to_value(Scene::default()).unwrap();
+    let mut in_structs: Vec<String> = Vec::new();
+    for (section, keys) in scene.as_object().unwrap() {
+        in_structs.extend(
+            keys.as_object()
+                .unwrap()
+                .keys()
+                .map(|key| format!("{section}.{key}")),
+        );
+    }
+    let mut in_table = paths();
+    in_structs.sort();
+    in_table.sort();
+    assert_eq!(in_structs, in_table);
+}
+
+#[test]
+fn every_key_stands_on_a_line_of_its_own_below_a_comment() {
+    let text = Scene::default().to_toml();
+    let mut written = Vec::new();
+    let (mut section, mut comment) = ("", "");
+    for line in text.lines() {
+        if let Some(name) = line.strip_prefix('[') {
+            section = name.trim_end_matches(']');
+            assert!(comment.len() > 10, "no comment above [{section}]");
+        } else if let Some((key, _)) = line.split_once(" = ").filter(|_| !line.starts_with('#')) {
+            let (says, allowed) = comment.split_once(" Allowed: ").unwrap();
+            assert!(
+                says.len() > 10 && allowed.len() > 5,
+                "no comment above {key}"
+            );
+            written.push(format!("{section}.{key}"));
+        }
+        comment = line;
+    }
+    assert_eq!(written, paths());
+}
+
+#[test]
+fn choices_have_the_same_names_in_toml_and_in_json() {
+    for section in SECTIONS {
+        for field in section.fields {
+            let mut scene = Scene::default();
+            let Slot::Choice(choice) = (field.slot)(&mut scene) else {
+                continue;
+            };
+            for name in choice.names() {
+                let Slot::Choice(choice) = (field.slot)(&mut scene) else {
+                    unreachable!()
+                };
+                assert!(choice.choose(name));
+                let json = serde_json::to_value(&scene).unwrap();
+                assert_eq!(json[section.name][field.key], name);
+            }
+        }
+    }
+}
+
+#[test]
+fn limits_hold_only_finite_numbers() {
+    let limits = within(f64::MIN, f64::MAX);
+    assert!(limits.contain(f64::MAX) && limits.contain(f64::MIN));
+    for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert!(!limits.contain(x) && !Limits::NONE.contain(x));
+    }
+    assert!(within(0.0, 1.0).contain(0.0) && !field::above(0.0, 1.0).contain(0.0));
+}
+
+#[test]
+fn the_layouts_fill_the_lattice_within_the_volume_bounds() {
+    let Scene { volume, .. } = Scene::default();
+    for (_, layout) in Layout::ALL {
+        let materials = layout.materials();
+        // 6 x 5 horizontal, 5 x 6 vertical, twice 5 x 5 diagonal.
+        assert_eq!(materials.len(), 30 + 30 + 50);
+        let share = |least: u8| {
+            materials
+                .iter()
+                .filter(|material| **material >= least)
+                .count() as f64
+                / 110.0
+        };
+        assert!(materials.iter().all(|material| *material < 3));
+        assert!(volume.solid[0] <= share(1) && share(1) <= volume.solid[1]);
+        assert!(volume.actuator[0] <= share(2) && share(2) <= volume.actuator[1]);
+    }
+}
+
+/// A scene whose row number `row` holds `x` wherever a number fits.
+fn with_number(row: usize, x: f64) -> Scene {
+    let mut scene = Scene::default();
+    let mut fields = SECTIONS.iter().flat_map(|section| section.fields);
+    let field = fields.nth(row).unwrap();
+    if field.limits.contain(x) {
+        match (field.slot)(&mut scene) {
+            Slot::Number(number) => *number = x,
+            Slot::Bound(bound) => *bound = Some(x),
+            Slot::Numbers(numbers) => numbers.fill(x),
+            _ => {}
+        }
+    }
+    scene
+}
+
+proptest! {
+    #[test]
+    fn numbers_read_back_to_the_same_bits(
+        row in 0..paths().len(),
+        x in prop_oneof![-1.0..1.0, 0.0..1e-6, 0.0..1e6],
+    ) {
+        let scene = with_number(row, x);
+        prop_assume!(conflicts(&scene).is_empty());
+        prop_assert_eq!(Scene::parse("scene", &scene.to_toml()).unwrap(), scene);
+    }
+}

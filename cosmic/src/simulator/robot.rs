@@ -1,0 +1,93 @@
+//! One step of the robot, as a page of stages over arrays.
+
+use autodiff::{Graph, Model, Program, Real};
+
+use super::kernels::{Flight, Sliding, Spring, Sticking};
+use crate::lattice::{Ground, Lattice};
+use crate::scene::{Contact, ControllerSettings, PhysicsSettings};
+
+/// The robot as a [`Model`]. In the order of declaration
+///
+/// - parameters: stiffness, rest length and strain per edge (in the graph's slots), 1 / mass per
+///   node, and the folded controller: `w1`, `b1`, `w2`, `b2`;
+/// - state: x, y, x velocity, y velocity of all nodes in the ground's frame;
+/// - inputs: `sin(omega t)`, `cos(omega t)`.
+#[derive(Clone, Debug)]
+pub(super) struct Robot {
+    pub(super) graph: Graph,
+    edges: usize,
+    hidden: usize,
+    flight: Flight,
+    /// `None` where nodes stick to the ground.
+    friction: Option<f64>,
+}
+
+impl Robot {
+    pub(super) fn new(
+        lattice: &Lattice,
+        physics: &PhysicsSettings,
+        controller: &ControllerSettings,
+    ) -> Self {
+        let dt = physics.dt;
+        let gravity = Ground::from(physics).vector_to_ground([0.0, -physics.gravity * dt]);
+        Self {
+            graph: Graph::new(lattice.nodes(), &lattice.edges),
+            edges: lattice.edges.len(),
+            hidden: controller.hidden,
+            flight: Flight {
+                dt,
+                decay: (-physics.damping * dt).exp(),
+                gravity,
+            },
+            friction: match physics.contact {
+                Contact::Infinite => None,
+                Contact::Coulomb => Some(physics.friction),
+            },
+        }
+    }
+}
+
+impl Model for Robot {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (nodes, slots) = (self.graph.nodes(), self.graph.slots());
+        let [stiffness, rest_length, strain] = [(); 3].map(|()| p.parameter(slots));
+        let inverse_mass = p.parameter(nodes);
+        let (w1, b1) = (
+            p.matrix(self.hidden, 4 * nodes + 2),
+            p.parameter(self.hidden),
+        );
+        let (w2, b2) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
+        let [x, y, vx, vy] = [(); 4].map(|()| p.state(nodes));
+        let clock = p.input(2);
+
+        // 1. The controller looks at the state.
+        let hidden = p.dense_tanh(w1, &[x, y, vx, vy, clock], b1);
+        let activation = p.dense_tanh(w2, &[hidden], b2);
+        let activation = p.gather(activation, &self.graph.edge_of_slot());
+
+        // 2. Every edge pulls on its nodes.
+        let [dx, dy] = [x, y].map(|coordinate| p.difference(&self.graph, coordinate));
+        let spring = Spring { dt: self.flight.dt };
+        let pulls = p.map(spring, [dx, dy, activation, stiffness, rest_length, strain]);
+        let [jx, jy] = pulls.map(|pull| p.incident_sum(&self.graph, pull));
+        // 72 numbers, against the roots and quotients of 110 edges.
+        p.keep(jx);
+        p.keep(jy);
+
+        // 3. Every node moves, until it meets the ground.
+        let node = [x, y, vx, vy, jx, jy, inverse_mass];
+        let next = match self.friction {
+            None => p.map(Sticking(self.flight), node),
+            Some(friction) => p.map(
+                Sliding {
+                    flight: self.flight,
+                    friction,
+                },
+                node,
+            ),
+        };
+        for (state, next) in [x, y, vx, vy].into_iter().zip(next) {
+            p.advance(state, next);
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! `cosmic scene` and `cosmic completions` as a user meets them: output, messages, exit codes.
+
+use assert_cmd::Command;
+use cosmic::scene::{BUILTIN, Scene};
+use std::fs;
+
+/// Standard output, standard error and exit code of `cosmic` with those arguments.
+fn cosmic(arguments: &[&str]) -> (String, String, i32) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cosmic"));
+    let output = command.args(arguments).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (
+        text(output.stdout),
+        text(output.stderr),
+        output.status.code().unwrap(),
+    )
+}
+
+/// As [`cosmic`], for `scene check` of a file with that text.
+fn check(text: impl AsRef<[u8]>) -> (String, String, i32) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("my.toml");
+    fs::write(&file, text).unwrap();
+    cosmic(&["scene", "check", file.to_str().unwrap()])
+}
+
+#[test]
+fn list_has_a_scene_a_line_with_its_name_first() {
+    let (out, _, code) = cosmic(&["scene", "list"]);
+    let names: Vec<_> = out
+        .lines()
+        .map(|line| line.split_whitespace().next().unwrap())
+        .collect();
+    assert_eq!(code, 0);
+    assert_eq!(names, BUILTIN.map(|scene| scene.name));
+    let (out, _, _) = cosmic(&["scene", "list", "--json"]);
+    let list: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(list.as_array().unwrap().len(), BUILTIN.len());
+    assert_eq!(list[0]["name"], BUILTIN[0].name);
+}
+
+#[test]
+fn default_and_show_print_whole_scenes_that_read_back() {
+    let (out, _, code) = cosmic(&["scene", "default"]);
+    assert_eq!(code, 0);
+    assert_eq!(Scene::parse("default", &out).unwrap(), Scene::default());
+    for scene in BUILTIN {
+        let (out, _, code) = cosmic(&["scene", "show", scene.name]);
+        assert_eq!(code, 0);
+        assert_eq!(
+            Scene::parse(scene.name, &out).unwrap(),
+            Scene::load(scene.name).unwrap()
+        );
+        assert_eq!(check(out).2, 0);
+    }
+    let (out, _, _) = cosmic(&["scene", "show", "coulomb", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(json["physics"]["friction"], 2.5);
+}
+
+#[test]
+fn check_says_ok_or_where_it_is_wrong() {
+    let (out, _, code) = check("[physics]\ndt = 0.001\n");
+    assert!(out.ends_with("my.toml: ok\n") && code == 0, "{out}");
+    assert_eq!(check("").2, 0);
+
+    let (out, error, code) = check("[physics]\ndt = 5.0\n");
+    assert_eq!((out.as_str(), code), ("", 2));
+    let lines: Vec<_> = error.lines().collect();
+    assert_eq!(lines[0], "error: `physics.dt` is out of range: 5.0");
+    assert!(
+        lines[1].starts_with(" --> ") && lines[1].ends_with("my.toml:2:6"),
+        "{error}"
+    );
+    assert_eq!(lines[3], "2 | dt = 5.0");
+    assert_eq!(lines[4], "  |      ^^^ allowed: a number from 1e-9 to 1");
+
+    let (_, error, code) = check(b"[physics]\ndt = \xff\n");
+    assert!(code == 2 && error.contains("0xff is not UTF-8") && error.contains("my.toml:2:6"));
+}
+
+#[test]
+fn missing_scenes_exit_with_4_and_a_hint() {
+    let (_, error, code) = cosmic(&["scene", "show", "stabilty"]);
+    assert!(
+        code == 4 && error.contains("did you mean `stability`?"),
+        "{error}"
+    );
+    let (_, error, code) = cosmic(&["scene", "check", "no/such/file.toml"]);
+    assert!(
+        code == 4 && error.contains("cannot read no/such/file.toml"),
+        "{error}"
+    );
+    assert_eq!(cosmic(&["scene", "check", "."]).2, 4);
+}
+
+#[test]
+fn bad_usage_exits_with_2_and_help_with_0() {
+    for arguments in [
+        &["frobnicate"][..],
+        &["scene", "show"],
+        &["scene", "list", "--frob"],
+        &[],
+    ] {
+        let (out, error, code) = cosmic(arguments);
+        assert_eq!((out.as_str(), code), ("", 2), "{arguments:?}");
+        assert!(error.contains("Usage: cosmic"), "{error}");
+    }
+    assert_eq!(cosmic(&["--help"]).2, 0);
+    assert_eq!(cosmic(&["--version"]).2, 0);
+}
+
+#[test]
+fn completions_are_written_for_every_shell() {
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let (out, _, code) = cosmic(&["completions", shell]);
+        assert!(code == 0 && out.contains("cosmic"), "{shell}");
+    }
+    assert_eq!(cosmic(&["completions", "abacus"]).2, 2);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_stops_early_is_no_error() {
+    let pipe = "\"$0\" scene default | head -n 1 >/dev/null; echo ${PIPESTATUS[0]}";
+    let mut command = Command::new("bash");
+    let output = command
+        .args(["-c", pipe, env!("CARGO_BIN_EXE_cosmic")])
+        .output()
+        .unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "0");
+    assert!(output.stderr.is_empty());
+}

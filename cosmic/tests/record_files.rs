@@ -1,0 +1,141 @@
+//! Files are whole or not there, and JSON begins with its format and version.
+
+use cosmic::Error;
+use cosmic::record::files::{Format, read_json, write_atomic, write_json};
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::Path;
+use std::{env, fs, io, process};
+
+const FORMAT: Format = Format {
+    name: "cosmic-test",
+    version: 3,
+};
+
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Body {
+    numbers: Vec<f64>,
+    name: String,
+}
+
+fn body() -> Body {
+    Body {
+        numbers: vec![0.1, 1.0 / 3.0, f64::MIN_POSITIVE, -0.0, 1e300],
+        name: "x".to_string(),
+    }
+}
+
+/// The names in a folder.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect()
+}
+
+#[test]
+fn json_begins_with_its_format_and_reads_back_to_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("body.json");
+    write_json(&file, FORMAT, &body()).unwrap();
+    let text = fs::read_to_string(&file).unwrap();
+    assert!(text.starts_with(r#"{"format":"cosmic-test","version":3,"#) && text.ends_with("}\n"));
+    let read: Body = read_json(&file, FORMAT).unwrap();
+    let bits = |body: &Body| body.numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(&read), bits(&body()));
+}
+
+#[test]
+fn json_of_another_kind_or_cut_short_is_malformed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("body.json");
+    let refusal = |text: &str| {
+        fs::write(&file, text).unwrap();
+        match read_json::<Body>(&file, FORMAT) {
+            Err(error @ Error::Malformed { .. }) => {
+                assert_eq!(error.exit_code(), 2);
+                error.to_string()
+            }
+            other => panic!("{text}: {other:?}"),
+        }
+    };
+    assert!(
+        refusal(r#"{"format":"cosmic-design","version":3}"#)
+            .contains("\"cosmic-design\" version 3")
+    );
+    assert!(
+        refusal(r#"{"format":"cosmic-test","version":4}"#)
+            .contains("version 4, not \"cosmic-test\"")
+    );
+    assert!(refusal(r#"{"format":"cosmic-test","version":3}"#).contains("missing field `numbers`"));
+    assert!(refusal("{\"format\":\"cosmic-test\",\n\"vers").contains("body.json:2:5"));
+    assert!(refusal("").contains("EOF"));
+    assert_eq!(
+        read_json::<Body>(&folder.path().join("none"), FORMAT)
+            .unwrap_err()
+            .exit_code(),
+        4
+    );
+}
+
+#[test]
+fn a_failed_write_leaves_the_old_file_whole_and_nothing_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("state");
+    write_atomic(&file, |out| out.write_all(b"old")).unwrap();
+    let full = |out: &mut dyn Write| {
+        out.write_all(b"half of the new")?;
+        out.flush()?;
+        Err(io::Error::from(io::ErrorKind::StorageFull))
+    };
+    assert_eq!(write_atomic(&file, full).unwrap_err().exit_code(), 4);
+    assert_eq!(fs::read(&file).unwrap(), b"old");
+    assert_eq!(names(folder.path()), ["state"]);
+}
+
+/// Names the folder to the copy of this test that dies in the middle of a write.
+const VICTIM: &str = "COSMIC_TEST_VICTIM";
+
+#[test]
+fn a_process_killed_while_writing_leaves_the_old_file_whole() {
+    if let Some(folder) = env::var_os(VICTIM) {
+        let die = |out: &mut dyn Write| {
+            out.write_all(b"half of the new")?;
+            out.flush()?;
+            process::abort()
+        };
+        return write_atomic(&Path::new(&folder).join("state"), die).unwrap();
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("state");
+    write_atomic(&file, |out| out.write_all(b"old")).unwrap();
+    let this_test = [
+        "--exact",
+        "a_process_killed_while_writing_leaves_the_old_file_whole",
+    ];
+    let mut victim = process::Command::new(env::current_exe().unwrap());
+    let output = victim
+        .args(this_test)
+        .env(VICTIM, folder.path())
+        .output()
+        .unwrap();
+    assert!(!output.status.success());
+    // What it was writing is still there, so it did die in the middle.
+    assert_eq!(names(folder.path()).len(), 2);
+    assert_eq!(fs::read(&file).unwrap(), b"old");
+}
+
+#[test]
+fn an_unwritable_place_is_an_error_with_the_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let blocker = folder.path().join("blocker");
+    fs::write(&blocker, "").unwrap();
+    for file in [
+        blocker.join("file"),
+        folder.path().join("missing").join("file"),
+    ] {
+        let error = write_atomic(&file, |_| Ok(())).unwrap_err();
+        assert_eq!(error.exit_code(), 4);
+        assert!(error.to_string().contains(&file.display().to_string()));
+    }
+}

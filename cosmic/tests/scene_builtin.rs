@@ -1,0 +1,61 @@
+//! The built-in scenes against the folder they come from.
+
+use cosmic::scene::{BUILTIN, Contact, Scene, StartKind};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// Every file of the folder `scenes/`, by its stem.
+fn files() -> BTreeMap<String, String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let stem = |path: &Path| path.file_stem().unwrap().to_string_lossy().into_owned();
+    let paths = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    paths
+        .map(|path| (stem(&path), fs::read_to_string(&path).unwrap()))
+        .collect()
+}
+
+#[test]
+fn every_scene_of_the_folder_is_built_in_and_reads_back() {
+    let files = files();
+    assert_eq!(files.len(), BUILTIN.len());
+    for (name, text) in files {
+        let scene = Scene::load(&name).unwrap();
+        assert_eq!(Scene::parse(&name, &text).unwrap(), scene);
+        assert_eq!(Scene::parse(&name, &scene.to_toml()).unwrap(), scene);
+    }
+    assert!(BUILTIN.iter().all(|builtin| builtin.about().len() > 10));
+}
+
+#[test]
+fn the_scenes_differ_from_the_default_as_the_experiments_do() {
+    let load = |name| Scene::load(name).unwrap();
+    assert_eq!(load("stability"), Scene::default());
+    assert_eq!(load("uniform").start.kind, StartKind::Uniform);
+    assert_eq!(load("incline").physics.incline_deg, 15.0);
+    assert_eq!(
+        (
+            load("five_by_five").lattice.columns,
+            load("five_by_five").lattice.rows
+        ),
+        (5, 5)
+    );
+    assert_eq!(load("coulomb").physics.contact, Contact::Coulomb);
+    for baseline in [load("baseline_tall"), load("baseline_short")] {
+        assert_eq!(baseline.start.kind, StartKind::Layout);
+        assert_eq!(
+            (baseline.schedule.iterations, baseline.schedule.snap_at),
+            (200, 0)
+        );
+        assert_eq!(
+            (baseline.adam.fine_rate, baseline.adam.fine_decay),
+            (0.006, 0.1)
+        );
+    }
+    assert_ne!(
+        load("baseline_tall").start.layout,
+        load("baseline_short").start.layout
+    );
+}

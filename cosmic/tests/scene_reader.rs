@@ -1,0 +1,396 @@
+//! Wrong scenes: each is refused at its line and column, with what is wrong and what is allowed
+//! there.
+
+use cosmic::scene::{LossKind, Scene, SelectionKind, StartKind};
+use cosmic::{Error, error};
+use proptest::prelude::*;
+use std::fs;
+
+/// Line, column, message and full report of the refusal of `text`.
+fn refusal(text: &str) -> ((usize, usize), String, String) {
+    match Scene::parse("my.toml", text) {
+        Err(Error::Malformed {
+            file,
+            line,
+            column,
+            message,
+            report,
+        }) => {
+            assert_eq!(file, "my.toml");
+            assert!(
+                report.contains(&format!("my.toml:{line}:{column}")),
+                "{report}"
+            );
+            ((line, column), message, report)
+        }
+        other => panic!("{text:?} gave {other:?}"),
+    }
+}
+
+#[test]
+fn wrong_scenes_are_refused_where_they_are_wrong() {
+    let cases = [
+        (
+            "[physics]\nstpes = 3",
+            (2, 1),
+            "unknown key `stpes` in [physics]",
+            "did you mean `steps`?",
+        ),
+        (
+            "[physcs]\ndt = 0.1",
+            (1, 2),
+            "unknown section `physcs`",
+            "did you mean `physics`?",
+        ),
+        (
+            "dt = 0.1",
+            (1, 1),
+            "unknown section `dt`",
+            "known: lattice, physics",
+        ),
+        (
+            "[lattice]\ndt = 0.1",
+            (2, 1),
+            "unknown key `dt` in [lattice]",
+            "belongs to [physics]",
+        ),
+        (
+            "physics = 3",
+            (1, 11),
+            "is a whole number, not a section",
+            "write [physics]",
+        ),
+        (
+            "[physics]\ndt = \"fast\"",
+            (2, 6),
+            "`physics.dt` is a text: \"fast\"",
+            "from 1e-9 to 1",
+        ),
+        (
+            "[physics]\ndt = 5.0",
+            (2, 6),
+            "`physics.dt` is out of range: 5.0",
+            "from 1e-9 to 1",
+        ),
+        (
+            "[physics]\ndt = 0",
+            (2, 6),
+            "out of range: 0",
+            "from 1e-9 to 1",
+        ),
+        (
+            "[physics]\ngravity = nan",
+            (2, 11),
+            "out of range: nan",
+            "a number from -1000 to 1000",
+        ),
+        (
+            "[physics]\ngravity = -inf",
+            (2, 11),
+            "out of range: -inf",
+            "a number from",
+        ),
+        (
+            "[physics]\ngravity = 1e999",
+            (2, 11),
+            "out of range: 1e999",
+            "a number from",
+        ),
+        (
+            "[physics]\nsteps = 1.5",
+            (2, 9),
+            "is a number with a point",
+            "a whole number from 1",
+        ),
+        (
+            "[physics]\nsteps = -1",
+            (2, 9),
+            "out of range: -1",
+            "a whole number from 1 to 1e6",
+        ),
+        (
+            "[physics]\nsteps = 99999999999999999999999999",
+            (2, 9),
+            "out of range",
+            "whole number",
+        ),
+        (
+            "[physics]\nsteps = 0xffffffffffffffffff",
+            (2, 9),
+            "out of range",
+            "whole number",
+        ),
+        (
+            "[physics]\ncontact = \"sticky\"",
+            (2, 11),
+            "cannot be \"sticky\"",
+            "\"infinite\" or",
+        ),
+        (
+            "[lattice]\ncolumns = 1",
+            (2, 11),
+            "out of range: 1",
+            "from 2 to 64",
+        ),
+        (
+            "[controller]\ngoal = [1.0]",
+            (2, 8),
+            "has 1 entries",
+            "2 numbers, each from",
+        ),
+        (
+            "[controller]\ngoal = [1.0, \"é\"]",
+            (2, 14),
+            "is a text",
+            "2 numbers, each from",
+        ),
+        (
+            "[controller]\ngoal_relative = 1",
+            (2, 17),
+            "is a whole number",
+            "true or false",
+        ),
+        (
+            "[materials]\ndensity = [1, 2, 3, 4]",
+            (2, 11),
+            "has 4 entries",
+            "3 numbers",
+        ),
+        (
+            "[schedule]\ncycle = \"dce\"",
+            (2, 9),
+            "cannot be \"dce\"",
+            "letters d and c",
+        ),
+        (
+            "[schedule]\ncycle = \"\"",
+            (2, 9),
+            "cannot be \"\"",
+            "letters d and c",
+        ),
+        (
+            "[adam]\ngradient_norm = \"of\"",
+            (2, 17),
+            "is a text",
+            "or \"off\"",
+        ),
+        (
+            "[physics]\ndt = 2000-01-01",
+            (2, 6),
+            "is a date",
+            "a number",
+        ),
+        (
+            "[[physics]]\ndt = 0.1",
+            (1, 1),
+            "is an array, not a section",
+            "write [physics]",
+        ),
+        ("[physics\ndt = 0.1", (1, 9), "not TOML", "unclosed table"),
+        (
+            "[physics]\ndt = 0.1\ndt = 0.2",
+            (3, 1),
+            "not TOML: duplicate key",
+            "",
+        ),
+    ];
+    for (text, place, says, allowed) in cases {
+        let (at, message, report) = refusal(text);
+        assert_eq!(at, place, "{report}");
+        assert!(message.contains(says), "{text:?}: {message}");
+        assert!(report.contains(allowed) && report.contains('^'), "{report}");
+    }
+}
+
+#[test]
+fn settings_at_odds_are_pointed_at() {
+    let cases = [
+        (
+            "[schedule]\nsnap_at = 400",
+            (2, 11),
+            "the snap (iteration 400) comes after the last",
+        ),
+        (
+            "[schedule]\niterations = 100",
+            (2, 14),
+            "comes after the last iteration (100)",
+        ),
+        (
+            "[schedule]\nattraction_from = 250",
+            (2, 19),
+            "after the snap (iteration 240)",
+        ),
+        (
+            "[schedule]\nsnap_at = 0",
+            (2, 11),
+            "the start must be a layout",
+        ),
+        (
+            "[start]\nkind = \"layout\"",
+            (2, 8),
+            "nothing to snap at iteration 240: set snap_at = 0",
+        ),
+        (
+            "[lattice]\nrows = 5\n[start]\nkind = \"three_legged\"",
+            (2, 8),
+            "6x6 nodes, not 6x5",
+        ),
+        (
+            "[physics]\nsteps = 512",
+            (2, 9),
+            "the horizon (4096 steps) is longer",
+        ),
+        (
+            "[schedule]\nhorizon = [512, 512]",
+            (2, 11),
+            "the shortest horizon has (512)",
+        ),
+        (
+            "[loss]\nevery = 4096",
+            (2, 9),
+            "every 4096th step, of only 2048",
+        ),
+        (
+            "[volume]\nsolid = [0.1, 0.1]",
+            (2, 9),
+            "the least share of actuators (0.2)",
+        ),
+        (
+            "[volume]\nsolid = [0.6, 0.5]",
+            (2, 9),
+            "the first entry (0.6) is above the second (0.5)",
+        ),
+        ("[mma]\nasymin = 20", (2, 10), "above the largest (10)"),
+    ];
+    for (text, place, says) in cases {
+        let (at, message, _) = refusal(text);
+        assert!(message.contains(says), "{text:?}: {message}");
+        assert_eq!(at, place, "{text:?}");
+    }
+}
+
+#[test]
+fn every_fault_is_reported_and_a_flood_is_cut() {
+    let (_, _, report) = refusal("[physics]\ndt = 9.0\nsteps = \"x\"\n[lattice]\nrows = 0");
+    assert_eq!(report.matches("error: ").count(), 3, "{report}");
+    let flood: String = (0..30).map(|n| format!("key{n} = 1\n")).collect();
+    let (_, _, report) = refusal(&format!("[physics]\n{flood}"));
+    assert!(report.ends_with("... and 20 more"), "{report}");
+}
+
+#[test]
+fn what_is_left_out_keeps_its_default() {
+    assert_eq!(Scene::parse("empty", "").unwrap(), Scene::default());
+    let scene = Scene::parse(
+        "one",
+        "physics.dt = 1e-3\n[gradient]\ncotangent_bound = \"off\"",
+    )
+    .unwrap();
+    assert_eq!(scene.physics.dt, 1e-3);
+    assert_eq!(scene.gradient.cotangent_bound, None);
+    assert_eq!(scene.physics.steps, Scene::default().physics.steps);
+    // A number may be written without a point.
+    assert_eq!(
+        Scene::parse("two", "physics.gravity = 5")
+            .unwrap()
+            .physics
+            .gravity,
+        5.0
+    );
+}
+
+#[test]
+fn departures_are_named_and_can_all_be_switched_off() {
+    let options = |scene: &Scene| -> Vec<_> {
+        scene
+            .departures()
+            .iter()
+            .map(|departure| departure.option)
+            .collect()
+    };
+    let mut scene = Scene::default();
+    assert_eq!(
+        options(&scene),
+        ["loss.kind", "gradient.cotangent_bound", "selection.kind"]
+    );
+    scene.loss.kind = LossKind::Final;
+    scene.gradient.cotangent_bound = None;
+    scene.selection.kind = SelectionKind::Last;
+    assert_eq!(options(&scene), Vec::<&str>::new());
+    scene.start.kind = StartKind::ThreeLegged;
+    assert_eq!(options(&scene), ["start.layout"]);
+}
+
+#[test]
+fn unreadable_files_are_told_from_malformed_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let code = |name: &str| {
+        Scene::read(&folder.path().join(name))
+            .unwrap_err()
+            .exit_code()
+    };
+    assert_eq!(code("missing.toml"), 4);
+    assert_eq!(code("."), 4);
+    fs::write(
+        folder.path().join("latin1.toml"),
+        b"[physics]\n# \xe9t\xe9\n",
+    )
+    .unwrap();
+    assert_eq!(code("latin1.toml"), 2);
+    match Scene::read(&folder.path().join("latin1.toml")) {
+        Err(Error::Malformed {
+            line: 2,
+            column: 3,
+            message,
+            ..
+        }) => assert!(message.contains("0xe9")),
+        other => panic!("{other:?}"),
+    }
+    fs::write(folder.path().join("huge.toml"), vec![b'#'; 2 << 20]).unwrap();
+    assert_eq!(code("huge.toml"), 2);
+}
+
+/// Whatever is read, the answer is a scene or an error with a place inside the text.
+fn survives(text: &str) -> error::Result<()> {
+    match Scene::parse("any", text) {
+        Err(Error::Malformed { line, column, .. }) => {
+            assert!(line >= 1 && column >= 1 && line <= text.matches('\n').count() + 1);
+            Ok(())
+        }
+        other => other.map(drop),
+    }
+}
+
+/// Deeper than a recursive reader likes.
+const NESTED: &str = match str::from_utf8(&[b'['; 4000]) {
+    Ok(text) => text,
+    Err(_) => "",
+};
+
+proptest! {
+    #[test]
+    fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("any.toml");
+        fs::write(&file, &bytes).unwrap();
+        let _ = Scene::read(&file);
+        survives(&String::from_utf8_lossy(&bytes)).unwrap();
+    }
+
+    #[test]
+    fn no_mutation_of_a_scene_makes_the_reader_panic(
+        at in any::<prop::sample::Index>(),
+        cut in 0..40usize,
+        inserted in prop::sample::select(vec![
+            "", "nan", "[", "]", "\"", "\"\"\"", "=", "\n", "\r", "\t", "\0",
+            "é", "🤖", "{", "1e999", "-", "'",
+            NESTED,
+        ]),
+    ) {
+        let mut text = Scene::default().to_toml();
+        let from = at.index(text.len());
+        let to = (from + cut).min(text.len());
+        text.replace_range(from..to, inserted);
+        survives(&text).unwrap();
+    }
+}

@@ -1,0 +1,138 @@
+//! Case files that are wrong: what is said about them, and the exit code.
+
+use cosmic::Error;
+use cosmic::case::Case;
+use cosmic_tests::{Reference, own_reference_folder, references};
+use serde_json::{Value, json};
+
+fn some_case() -> Reference {
+    references(&own_reference_folder()).remove(0)
+}
+
+/// Reads a case after a change of its JSON.
+fn parse(change: impl FnOnce(&mut Value)) -> Result<Case, Error> {
+    let mut json = some_case().json;
+    change(&mut json);
+    Case::parse("case.json", &json.to_string())
+}
+
+/// What is said after a change of a case's JSON.
+fn message(change: impl FnOnce(&mut Value)) -> String {
+    let error = parse(change).expect_err("the change makes the case wrong");
+    assert_eq!(error.exit_code(), 2, "{error}");
+    error.to_string()
+}
+
+fn pop(list: &mut Value) {
+    list.as_array_mut().expect("a list").pop();
+}
+
+#[test]
+fn what_a_case_may_leave_out() {
+    let case = parse(|json| {
+        let map = json.as_object_mut().expect("a case is an object");
+        for key in [
+            "results",
+            "tolerance",
+            "sensitivity",
+            "coverage",
+            "name",
+            "note",
+        ] {
+            map.remove(key);
+        }
+    })
+    .unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(
+        (case.observation.goal_scale, case.observation.goal_relative),
+        (1.0, false)
+    );
+    let mut expected = vec![0, 1, 2, 3, case.physics.steps];
+    expected.dedup();
+    assert_eq!(case.recorded_steps(&[]).ok(), Some(expected));
+}
+
+#[test]
+fn goal_scale_and_goal_relative_are_read() {
+    let case = parse(|json| {
+        json["scene"]["goal_scale"] = json!(0.25);
+        json["scene"]["goal_relative"] = json!(true);
+    })
+    .unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(
+        (case.observation.goal_scale, case.observation.goal_relative),
+        (0.25, true)
+    );
+}
+
+#[test]
+fn results_are_read_for_their_steps_alone() {
+    let case = parse(|json| json["results"] = json!({"anything": 1, "trajectory": {"2": null}}));
+    assert_eq!(case.ok().map(|case| case.listed_steps), Some(vec![2]));
+}
+
+#[test]
+fn unknown_keys_are_named() {
+    assert!(message(|json| json["colour"] = json!(1)).contains("unknown field `colour`"));
+    let text = message(|json| json["scene"]["library"]["colour"] = json!(1));
+    assert!(text.contains("unknown field `colour`") && text.starts_with("case.json:1:"));
+}
+
+#[test]
+fn missing_keys_and_wrong_types_are_named() {
+    let text = message(|json| {
+        json["scene"]
+            .as_object_mut()
+            .expect("an object")
+            .remove("dt");
+    });
+    assert!(text.contains("missing field `dt`"));
+    assert!(message(|json| json["l0"][0] = Value::Null).contains("invalid type: null"));
+    assert!(message(|json| json["steps"] = json!(-1)).contains("invalid value"));
+    assert!(
+        message(|json| json["projection"] = json!("sharp")).contains("unknown variant `sharp`")
+    );
+}
+
+#[test]
+fn sizes_that_do_not_fit_are_named_with_both() {
+    let lengths = ["x0", "v0", "z", "l0"];
+    for key in lengths {
+        let text = message(|json| pop(&mut json[key]));
+        assert!(
+            text.contains(&format!("`{key}`")) && text.contains("belong"),
+            "{text}"
+        );
+    }
+    for key in ["w1", "b1", "w2", "b2"] {
+        let text = message(|json| pop(&mut json["controller"][key]));
+        assert!(
+            text.contains("`controller.") && text.contains("belong"),
+            "{text}"
+        );
+    }
+    let text = message(|json| pop(&mut json["z"][1]));
+    assert_eq!(text, "case.json: length of `z[1]`: 2, where 3 belong");
+    let text = message(|json| pop(&mut json["controller"]["w1"][1]));
+    assert!(text.contains("length of `controller.w1[1]`"), "{text}");
+}
+
+#[test]
+fn an_edge_joins_two_nodes_that_exist() {
+    assert!(message(|json| json["edges"][2] = json!([1, 1])).contains("`edges[2]` is [1, 1]"));
+    assert!(message(|json| json["edges"][2] = json!([0, 999])).contains("`edges[2]` is [0, 999]"));
+}
+
+#[test]
+fn truncated_files_are_malformed_at_their_end() {
+    let text = some_case().text;
+    let error = Case::parse("case.json", &text[..text.len() / 2]).expect_err("half a case");
+    assert_eq!(error.exit_code(), 2);
+    assert!(error.to_string().starts_with("case.json:1:"));
+}
+
+#[test]
+fn missing_files_are_another_error() {
+    let error = Case::read(std::path::Path::new("no/such/case.json")).expect_err("no file");
+    assert_eq!(error.exit_code(), 4);
+}

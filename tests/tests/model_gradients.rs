@@ -1,0 +1,198 @@
+//! Every differentiable term between design and objective: reverse mode against forward mode and
+//! finite differences, at the designs and weights of the reference cases.
+
+use autodiff::check::{Options, Verdict, check_gradient};
+use autodiff::{Function, Real, VectorFunction};
+use cosmic::case::Case;
+use cosmic::controller::{Controller, Folded, Moment, observation};
+use cosmic::lattice::{Ground, State};
+use cosmic::objective::{measures, violations};
+use cosmic::projection::{Body, Projection, mixture};
+use cosmic_tests::{own_reference_folder, references};
+
+/// A vector function made scalar by fixed weights of both signs.
+struct Weighted<F>(F);
+
+impl<F: VectorFunction> Function for Weighted<F> {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let y = self.0.eval(x);
+        let weights: Vec<R> = (0..y.len())
+            .map(|i| R::lit((1.0 + i as f64).sin()))
+            .collect();
+        R::dot(&y, &weights)
+    }
+}
+
+/// Small cases: the others have the same terms, more often.
+fn cases() -> Vec<Case> {
+    let cases = references(&own_reference_folder())
+        .into_iter()
+        .map(|reference| {
+            Case::parse(&reference.name(), &reference.text)
+                .unwrap_or_else(|error| panic!("{error}"))
+        });
+    let small: Vec<Case> = cases.filter(|case| case.lattice.nodes() <= 12).collect();
+    assert!(!small.is_empty(), "no small case");
+    small
+}
+
+fn smooth<F: VectorFunction>(function: F, x: &[f64]) {
+    let report = check_gradient(&Weighted(function), x, &Options::default());
+    assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+}
+
+/// Masses, and strains and stiffnesses of the size of masses, of a design.
+struct Bodies<'a>(&'a Case);
+
+impl VectorFunction for Bodies<'_> {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let case = self.0;
+        let mixture = mixture(Projection::Performance, x.as_chunks().0, &case.sharpness);
+        let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+        let stiffness = body.stiffness.into_iter().map(|k| k * R::lit(1e-4));
+        [body.mass, body.strain, stiffness.collect()].concat()
+    }
+}
+
+#[test]
+fn bodies() {
+    for case in cases() {
+        smooth(Bodies(&case), case.z.as_flattened());
+    }
+}
+
+/// Volumes, measures and the augmented terms of a design.
+struct Objectives<'a>(&'a Case);
+
+impl VectorFunction for Objectives<'_> {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let case = self.0;
+        let mixture = mixture(Projection::Performance, x.as_chunks().0, &case.sharpness);
+        let m = measures(&mixture, case.sharpness.delta);
+        let violations = violations(m.constrained(), &case.thresholds);
+        let augmented = case.lagrangian.objective(R::zero(), violations);
+        vec![m.volume, m.actuator_volume, augmented]
+    }
+}
+
+#[test]
+fn objectives() {
+    for case in cases() {
+        smooth(Objectives(&case), case.z.as_flattened());
+    }
+}
+
+/// The controller's activations by its weights and the state.
+struct Activations<'a>(&'a Case);
+
+impl Activations<'_> {
+    /// Weights and state as one vector.
+    fn point(&self) -> Vec<f64> {
+        let Case {
+            controller, start, ..
+        } = self.0;
+        let Controller { w1, b1, w2, b2, .. } = controller;
+        [
+            w1,
+            b1,
+            w2,
+            b2,
+            start.x.as_flattened(),
+            start.v.as_flattened(),
+        ]
+        .concat()
+    }
+
+    /// The controller and the state of such a vector.
+    fn read<R: Real>(&self, x: &[R]) -> (Controller<R>, State<R>) {
+        let Case {
+            controller, start, ..
+        } = self.0;
+        let mut rest = x;
+        let mut take = |count: usize| {
+            let (front, back) = rest.split_at(count);
+            rest = back;
+            front.to_vec()
+        };
+        let read = Controller {
+            hidden: controller.hidden,
+            inputs: controller.inputs,
+            w1: take(controller.w1.len()),
+            b1: take(controller.b1.len()),
+            w2: take(controller.w2.len()),
+            b2: take(controller.b2.len()),
+        };
+        let mut points = || take(2 * start.x.len()).as_chunks().0.to_vec();
+        let (x, v) = (points(), points());
+        (read, State { x, v })
+    }
+}
+
+impl VectorFunction for Activations<'_> {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let (controller, state) = self.read(x);
+        let ground = Ground::from(&self.0.physics);
+        let moment = Moment {
+            time: 0.3,
+            state: &state,
+            ground: &ground,
+        };
+        controller.activation(&observation(&self.0.observation, &moment))
+    }
+}
+
+#[test]
+fn activations() {
+    for mut case in cases() {
+        for goal_relative in [false, true] {
+            case.observation.goal_relative = goal_relative;
+            let function = Activations(&case);
+            let point = function.point();
+            smooth(function, &point);
+        }
+    }
+}
+
+/// The folded first layer by the weights that are folded.
+struct FoldedWeights<'a>(Activations<'a>);
+
+impl VectorFunction for FoldedWeights<'_> {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let case = self.0.0;
+        let (controller, _) = self.0.read(x);
+        let folded = Folded::new(&controller, &case.observation, &Ground::from(&case.physics));
+        [folded.w1, folded.b1].concat()
+    }
+}
+
+#[test]
+fn folded_weights() {
+    for mut case in cases() {
+        for goal_relative in [false, true] {
+            case.observation.goal_relative = goal_relative;
+            let function = FoldedWeights(Activations(&case));
+            let point = function.0.point();
+            smooth(function, &point);
+        }
+    }
+}
+
+/// A term with a wrong derivative: what the checks above would not notice, they would not check.
+struct Wrong<'a>(Bodies<'a>);
+
+impl VectorFunction for Wrong<'_> {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let mut y = self.0.eval(x);
+        y[0] = y[0].straight_through(y[0] * R::lit(1.01));
+        y
+    }
+}
+
+#[test]
+fn a_wrong_derivative_is_noticed() {
+    for case in cases() {
+        let function = Weighted(Wrong(Bodies(&case)));
+        let report = check_gradient(&function, case.z.as_flattened(), &Options::default());
+        assert_eq!(report.verdict, Verdict::Wrong, "{report}");
+    }
+}

@@ -1,0 +1,197 @@
+//! What of a reference case needs no simulation: projection, masses, measures, the controller's
+//! first output, and loss and objective of the states listed.
+
+use cosmic::case::Case;
+use cosmic::controller::{Folded, Moment, clock, observation};
+use cosmic::lattice::{Ground, State, edges};
+use cosmic::objective::{Displacement, Loss, measures, violations};
+use cosmic::projection::{Body, Projection, mixture};
+use cosmic::scene::{LossKind, LossSettings};
+use cosmic::simulator::Trajectory;
+use cosmic_tests::{
+    Reference, numbers, own_reference_folder, reference_folder, references, relative_error,
+};
+use serde_json::Value;
+
+fn cases() -> impl Iterator<Item = (Reference, Case)> {
+    references(&reference_folder())
+        .into_iter()
+        .map(|reference| {
+            let case = Case::parse(&reference.name(), &reference.text)
+                .unwrap_or_else(|error| panic!("{error}"));
+            (reference, case)
+        })
+}
+
+/// Compares a field with the results of the file, within one of the tolerances of the file.
+fn check(reference: &Reference, field: &str, tolerance: &str, got: &[f64]) {
+    let expected = numbers(&reference.json["results"][field]);
+    let bound = reference.json["tolerance"][tolerance]
+        .as_f64()
+        .expect("a case states its tolerances");
+    let error = relative_error(got, &expected);
+    let name = reference.name();
+    assert!(
+        error <= bound,
+        "{name}: {field} is off by {error:e}, allowed are {bound:e}"
+    );
+}
+
+fn projected(case: &Case) -> Vec<[f64; 3]> {
+    mixture(case.projection, &case.z, &case.sharpness)
+}
+
+#[test]
+fn mixtures_masses_and_measures() {
+    for (reference, case) in cases() {
+        let mixture = projected(&case);
+        let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+        let m = measures(&mixture, case.sharpness.delta);
+        check(
+            &reference,
+            "z_projected",
+            "algebraic",
+            mixture.as_flattened(),
+        );
+        check(&reference, "node_mass", "algebraic", &body.mass);
+        check(&reference, "V", "algebraic", &[m.volume]);
+        check(&reference, "V_act", "algebraic", &[m.actuator_volume]);
+        check(&reference, "g_bin", "algebraic", &[m.binarisation]);
+        check(&reference, "g_ortho", "algebraic", &m.overlap);
+    }
+}
+
+#[test]
+fn the_first_activation() {
+    for (reference, case) in cases() {
+        let ground = Ground::from(&case.physics);
+        let moment = Moment {
+            time: 0.0,
+            state: &case.start,
+            ground: &ground,
+        };
+        let plain = case
+            .controller
+            .activation(&observation(&case.observation, &moment));
+        check(&reference, "u0", "algebraic", &plain);
+    }
+}
+
+/// What a rollout runs: the raw state of the ground's frame into the folded first layer.
+#[test]
+fn the_first_activation_of_the_folded_controller() {
+    for (reference, case) in cases() {
+        let ground = Ground::from(&case.physics);
+        let folded = Folded::new(&case.controller, &case.observation, &ground);
+        let state = case.start.to_ground(&ground);
+        let column = |points: &[[f64; 2]], k: usize| points.iter().map(|p| p[k]).collect();
+        let columns: [Vec<f64>; 5] = [
+            column(&state.x, 0),
+            column(&state.x, 1),
+            column(&state.v, 0),
+            column(&state.v, 1),
+            clock(&case.observation, 0.0).to_vec(),
+        ];
+        let hidden = layer(&folded.w1, &folded.b1, &columns.concat());
+        check(
+            &reference,
+            "u0",
+            "algebraic",
+            &layer(&folded.w2, &folded.b2, &hidden),
+        );
+    }
+}
+
+fn layer(weights: &[f64], biases: &[f64], input: &[f64]) -> Vec<f64> {
+    let rows = weights.chunks_exact(input.len());
+    let row = |(row, bias): (&[f64], &f64)| {
+        (row.iter().zip(input).map(|(w, x)| w * x).sum::<f64>() + bias).tanh()
+    };
+    rows.zip(biases).map(row).collect()
+}
+
+/// The listed states, as if a rollout had left them.
+fn listed(json: &Value) -> Trajectory<f64> {
+    let states = json["results"]["trajectory"]
+        .as_object()
+        .expect("a case lists states");
+    let mut states: Vec<(usize, &Value)> = states
+        .iter()
+        .map(|(step, state)| (step.parse().expect("states go by step"), state))
+        .collect();
+    states.sort_by_key(|&(step, _)| step);
+    let points = |value: &Value| numbers(value).as_chunks().0.to_vec();
+    Trajectory {
+        steps: states.iter().map(|&(step, _)| step).collect(),
+        states: states
+            .iter()
+            .map(|(_, state)| State {
+                x: points(&state["x"]),
+                v: points(&state["v"]),
+            })
+            .collect(),
+    }
+}
+
+#[test]
+fn loss_and_objective_of_the_listed_states() {
+    for (reference, case) in cases() {
+        let displacement = Displacement {
+            ground: Ground::from(&case.physics),
+            settings: LossSettings {
+                kind: LossKind::Final,
+                ..LossSettings::default()
+            },
+        };
+        let loss = displacement.loss(&listed(&reference.json));
+        check(&reference, "l_disp", "forward", &[loss]);
+        let augmented = |mixture: &[[f64; 3]]| {
+            let m = measures(mixture, case.sharpness.delta);
+            let violations = violations(m.constrained(), &case.thresholds);
+            case.lagrangian.objective(loss, violations)
+        };
+        check(
+            &reference,
+            "augmented",
+            "forward",
+            &[augmented(&projected(&case))],
+        );
+        if case.projection == Projection::Stability {
+            let performance = mixture(Projection::Performance, &case.z, &case.sharpness);
+            let got = augmented(&performance);
+            check(
+                &reference,
+                "augmented_performance_constraints",
+                "forward",
+                &[got],
+            );
+        }
+    }
+}
+
+#[test]
+fn the_steps_that_a_case_lists_are_recorded() {
+    for (reference, case) in cases() {
+        let steps = listed(&reference.json).steps;
+        assert_eq!(
+            case.recorded_steps(&[]).ok(),
+            Some(steps),
+            "{}",
+            reference.name()
+        );
+        assert_eq!(case.recorded_steps(&[2, 0, 2]).ok(), Some(vec![0, 2]));
+        assert!(case.recorded_steps(&[case.physics.steps + 1]).is_err());
+    }
+}
+
+/// The project's own cases are all on regular lattices, so that their edges, which the reader
+/// takes from the file, show the order of those that the program lays out itself.
+#[test]
+fn edges_are_laid_out_in_the_order_of_the_files() {
+    for reference in references(&own_reference_folder()) {
+        let case = Case::parse(&reference.name(), &reference.text)
+            .unwrap_or_else(|error| panic!("{error}"));
+        let expected = edges(case.lattice.columns, case.lattice.rows);
+        assert_eq!(case.lattice.edges, expected, "{}", reference.name());
+    }
+}
