@@ -1,7 +1,7 @@
 use autodiff::{Real, Tape, Var};
 use cosmic::controller::Controller;
 use cosmic::lattice::{Ground, Lattice};
-use cosmic::projection::{mixture, Body, Projection};
+use cosmic::projection::{Body, Projection, mixture};
 use cosmic::scene::Scene;
 use cosmic::simulator::{Simulator, Span};
 use std::time::Instant;
@@ -23,7 +23,11 @@ fn main() {
         let t = Instant::now();
         let mix = mixture(Projection::Performance, &z, &scene.projection);
         let body = Body::new(&mix, &lattice, &scene.materials, &scene.physics);
-        let tr = sim.rollout((&body, &controller), &lattice.state_at_rest(), &Span::from_start(observed.clone()));
+        let tr = sim.rollout(
+            (&body, &controller),
+            &lattice.state_at_rest(),
+            &Span::from_start(observed.clone()),
+        );
         let f = t.elapsed().as_secs_f64() / steps as f64 * 1e6;
         let plain = loss(&tr);
         let t = Instant::now();
@@ -33,26 +37,50 @@ fn main() {
             let z: Vec<[Var<f64>; 3]> = z.as_chunks::<3>().0.to_vec();
             let mix = mixture(Projection::Performance, &z, &scene.projection);
             let body = Body::new(&mix, &lattice, &scene.materials, &scene.physics);
-            let tr = sim.rollout((&body, &controller.lift()), &lattice.state_at_rest().lift(), &Span::from_start(observed.clone()));
+            let tr = sim.rollout(
+                (&body, &controller.lift()),
+                &lattice.state_at_rest().lift(),
+                &Span::from_start(observed.clone()),
+            );
             loss(&tr)
         });
         let d = t.elapsed().as_secs_f64() / steps as f64 * 1e6;
         let t = Instant::now();
-        let w: Vec<f64> = [&controller.w1[..], &controller.b1, &controller.w2, &controller.b2].concat();
+        let w: Vec<f64> = [
+            &controller.w1[..],
+            &controller.b1,
+            &controller.w2,
+            &controller.b2,
+        ]
+        .concat();
         let mut tape = Tape::<f64>::new();
         let (v2, g2) = vg(&mut tape, &w, |w: &[Var<f64>]| {
             let (w1, r) = w.split_at(controller.w1.len());
             let (b1, r) = r.split_at(controller.b1.len());
             let (w2, b2) = r.split_at(controller.w2.len());
-            let c = Controller { hidden: controller.hidden, inputs: controller.inputs, w1: w1.to_vec(), b1: b1.to_vec(), w2: w2.to_vec(), b2: b2.to_vec() };
+            let c = Controller {
+                hidden: controller.hidden,
+                inputs: controller.inputs,
+                w1: w1.to_vec(),
+                b1: b1.to_vec(),
+                w2: w2.to_vec(),
+                b2: b2.to_vec(),
+            };
             let z: Vec<[Var<f64>; 3]> = z.iter().map(|z| z.map(Var::lit)).collect();
             let mix = mixture(Projection::Performance, &z, &scene.projection);
             let body = Body::new(&mix, &lattice, &scene.materials, &scene.physics);
-            let tr = sim.rollout((&body, &c), &lattice.state_at_rest().lift(), &Span::from_start(observed.clone()));
+            let tr = sim.rollout(
+                (&body, &c),
+                &lattice.state_at_rest().lift(),
+                &Span::from_start(observed.clone()),
+            );
             loss(&tr)
         });
         let c = t.elapsed().as_secs_f64() / steps as f64 * 1e6;
-        println!("{f:.3} {d:.3} {c:.3} us/step  {plain} {v} {v2} {} {}", g[5], g2[7]);
+        println!(
+            "{f:.3} {d:.3} {c:.3} us/step  {plain} {v} {v2} {} {}",
+            g[5], g2[7]
+        );
     }
 }
 

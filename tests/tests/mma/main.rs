@@ -2,9 +2,8 @@
 
 mod problems;
 
-use std::path::{Path, PathBuf};
-
 use cosmic::optimiser::{Linearisation, Mma, MmaParameters, MmaState, Update};
+use cosmic_tests::{Reference, own_reference_folder, reference_folder, references};
 use problems::Problem;
 use serde::Deserialize;
 use serde_json::Value;
@@ -60,27 +59,20 @@ struct Iteration {
     lam_exact: Option<Vec<f64>>,
 }
 
-/// Every case of the folder: `REFERENCE_DIR/mma`, or this project's copy.
+/// Every case: those in the folder `mma` of the reference cases, else the project's own.
 fn cases() -> Vec<Case> {
-    let root = std::env::var_os("REFERENCE_DIR").map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data/reference"),
-        PathBuf::from,
-    );
-    let folder = root.join("mma");
-    let entries =
-        std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
-    let mut paths: Vec<PathBuf> = entries
-        .map(|entry| entry.expect("a readable folder").path())
-        .filter(|path| path.extension().is_some_and(|ending| ending == "json"))
-        .collect();
-    paths.sort();
-    assert!(!paths.is_empty(), "{}: no case in it", folder.display());
-    paths.iter().map(|path| read(path)).collect()
+    let given = reference_folder().join("mma");
+    let folder = if given.is_dir() {
+        given
+    } else {
+        own_reference_folder().join("mma")
+    };
+    references(&folder).into_iter().map(case).collect()
 }
 
-fn read(path: &Path) -> Case {
-    let text = std::fs::read_to_string(path).expect("a readable case");
-    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+fn case(reference: Reference) -> Case {
+    serde_json::from_str(&reference.text)
+        .unwrap_or_else(|error| panic!("{}: {error}", reference.name()))
 }
 
 /// The one value of a list whose entries are all alike.
