@@ -18,7 +18,12 @@ impl Case {
     /// The case as a task.
     pub fn task(&self) -> Task {
         let settings = (&self.physics, &self.observation);
-        Task::new(self.lattice.clone(), settings, &self.materials, &self.sharpness)
+        Task::new(
+            self.lattice.clone(),
+            settings,
+            &self.materials,
+            &self.sharpness,
+        )
     }
 
     /// Everything that the case's rollout depends on.
@@ -34,9 +39,17 @@ impl Case {
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
         let mixture = task.mixture(self.projection, &inputs.z);
         let loss = Displacement::at_end(task.ground());
-        let horizon =
-            Horizon { steps: self.physics.steps, mode: HorizonMode::Head, cotangent_bound: None };
-        task.loss(&mixture, (&inputs.controller, &inputs.start), (&loss, &horizon)).0
+        let horizon = Horizon {
+            steps: self.physics.steps,
+            mode: HorizonMode::Head,
+            cotangent_bound: None,
+        };
+        task.loss(
+            &mixture,
+            (&inputs.controller, &inputs.start),
+            (&loss, &horizon),
+        )
+        .0
     }
 
     /// Runs the case: its results, with the states of the given steps, and with the exact
@@ -59,7 +72,9 @@ impl Case {
         let grad_l_disp = gradient.then(|| self.gradient(&task));
         let design_gradient = |terms: &Terms| {
             let total = grad_l_disp.as_ref()?.z.iter().zip(&terms.gradient);
-            Some(DesignGradient { z: total.map(|(a, b)| [0, 1, 2].map(|k| a[k] + b[k])).collect() })
+            Some(DesignGradient {
+                z: total.map(|(a, b)| [0, 1, 2].map(|k| a[k] + b[k])).collect(),
+            })
         };
         Ok(Results {
             u0: self.first_activation(&ground),
@@ -76,7 +91,10 @@ impl Case {
             grad_augmented_performance_constraints: performance_terms
                 .as_ref()
                 .and_then(design_gradient),
-            trajectory: recorded.iter().map(|n| (*n, trajectory[n].clone())).collect(),
+            trajectory: recorded
+                .iter()
+                .map(|n| (*n, trajectory[n].clone()))
+                .collect(),
             z_projected: mixture,
             grad_l_disp,
         })
@@ -88,14 +106,26 @@ impl Case {
         observed.push(self.physics.steps);
         observed.dedup();
         let mixture = task.mixture(self.projection, &self.z);
-        let trajectory =
-            task.rollout(&mixture, (&self.controller, &self.start), &Span::from_start(observed));
-        trajectory.steps.into_iter().zip(trajectory.states).collect()
+        let trajectory = task.rollout(
+            &mixture,
+            (&self.controller, &self.start),
+            &Span::from_start(observed),
+        );
+        trajectory
+            .steps
+            .into_iter()
+            .zip(trajectory.states)
+            .collect()
     }
 
     fn first_activation(&self, ground: &Ground) -> Vec<f64> {
-        let moment = Moment { time: 0.0, state: &self.start, ground };
-        self.controller.activation(&observation(&self.observation, &moment))
+        let moment = Moment {
+            time: 0.0,
+            state: &self.start,
+            ground,
+        };
+        self.controller
+            .activation(&observation(&self.observation, &moment))
     }
 
     fn gradient(&self, task: &Task) -> Gradient {
@@ -115,11 +145,17 @@ impl Case {
         let penalties = (&self.lagrangian, &self.thresholds);
         if !gradient {
             let value = task.augmentation(projection, &self.z, penalties);
-            return Terms { value, gradient: Vec::new() };
+            return Terms {
+                value,
+                gradient: Vec::new(),
+            };
         }
         let terms = |inputs: &Inputs<_>| task.augmentation(projection, &inputs.z, penalties);
         let (value, gradient) = self.inputs().differentiate(DESIGN, terms);
-        Terms { value, gradient: gradient.as_chunks().0.to_vec() }
+        Terms {
+            value,
+            gradient: gradient.as_chunks().0.to_vec(),
+        }
     }
 }
 

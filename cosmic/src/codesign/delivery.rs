@@ -35,7 +35,11 @@ impl Spread {
             let above = sorted[(below + 1).min(sorted.len() - 1)];
             sorted[below] + share * (above - sorted[below])
         };
-        Self { p10: quantile(0.1), p50: quantile(0.5), p90: quantile(0.9) }
+        Self {
+            p10: quantile(0.1),
+            p50: quantile(0.5),
+            p90: quantile(0.9),
+        }
     }
 }
 
@@ -76,15 +80,25 @@ impl CoDesign {
         let last = (progress.iteration, &progress.controller);
         let mut entrants = vec![last];
         if self.scene.selection.kind == SelectionKind::Median {
-            entrants.extend(progress.candidates.iter().map(|c| (c.iteration, &c.controller)));
+            entrants.extend(
+                progress
+                    .candidates
+                    .iter()
+                    .map(|c| (c.iteration, &c.controller)),
+            );
         }
         let starts = self.perturbed_starts(progress.seed, Purpose::Selection);
         let controllers: Vec<_> = entrants.iter().map(|(_, controller)| *controller).collect();
-        let medians = self.spreads(&mixture, &controllers, &starts).into_iter().map(|s| s.p50);
+        let medians = self
+            .spreads(&mixture, &controllers, &starts)
+            .into_iter()
+            .map(|s| s.p50);
         // The earliest of equals, and that is the last iterate.
-        let best = medians.enumerate().fold((0, f64::NEG_INFINITY), |best, (k, median)| {
-            if median > best.1 { (k, median) } else { best }
-        });
+        let best = medians
+            .enumerate()
+            .fold((0, f64::NEG_INFINITY), |best, (k, median)| {
+                if median > best.1 { (k, median) } else { best }
+            });
         let (iteration, controller) = entrants[best.0];
 
         let starts = self.perturbed_starts(progress.seed, Purpose::Judgement);
@@ -125,8 +139,10 @@ impl CoDesign {
         controllers: &[&Controller<f64>],
         starts: &[State<f64>],
     ) -> Vec<Spread> {
-        let pairs: Vec<_> =
-            controllers.iter().flat_map(|&c| starts.iter().map(move |start| (c, start))).collect();
+        let pairs: Vec<_> = controllers
+            .iter()
+            .flat_map(|&c| starts.iter().map(move |start| (c, start)))
+            .collect();
         let reach = |(controller, start): &(&Controller<f64>, &State<f64>)| {
             self.reach(mixture, controller, start)[0]
         };

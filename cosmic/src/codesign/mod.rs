@@ -122,7 +122,10 @@ impl CoDesign {
     pub fn iterate(&mut self, progress: &mut Progress) -> Record {
         let iteration = progress.iteration + 1;
         let scene = self.scene.clone();
-        let moment = Moment { scene: &scene, iteration };
+        let moment = Moment {
+            scene: &scene,
+            iteration,
+        };
         let mut record = self.blank_record(progress, &moment);
         match moment.phase() {
             Phase::CoDesign | Phase::Attraction => match moment.pass() {
@@ -167,7 +170,9 @@ impl CoDesign {
         Horizon {
             steps: moment.horizon(),
             mode: self.scene.schedule.horizon_mode,
-            cotangent_bound: gradient.cotangent_bound.map(|norm| CotangentBound { norm, every }),
+            cotangent_bound: gradient
+                .cotangent_bound
+                .map(|norm| CotangentBound { norm, every }),
         }
     }
 

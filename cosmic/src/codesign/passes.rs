@@ -47,7 +47,12 @@ impl CoDesign {
         let full = self.is_evaluated(moment);
         let slope = |projection| self.design_slope(&inputs, projection, &horizon);
         let ((performance, stability), evaluated) = rayon::join(
-            || rayon::join(|| slope(Projection::Performance), || slope(Projection::Stability)),
+            || {
+                rayon::join(
+                    || slope(Projection::Performance),
+                    || slope(Projection::Stability),
+                )
+            },
             || full.then(|| self.displacement_of(progress)),
         );
         record.displacement = evaluated;
@@ -56,7 +61,8 @@ impl CoDesign {
         let thresholds = moment.thresholds(&progress.first_measures);
         let penalties = (&progress.lagrangian, &thresholds);
         let (_, terms) = inputs.differentiate(DESIGN, |inputs| {
-            self.task.augmentation(Projection::Performance, &inputs.z, penalties)
+            self.task
+                .augmentation(Projection::Performance, &inputs.z, penalties)
         });
         let rows = self.volume_rows(&inputs, moment);
         let share = self.scene.schedule.stability_share;
@@ -85,7 +91,9 @@ impl CoDesign {
         }
         clamp(&mut progress.z);
         let growth = self.scene.binarisation.penalty_growth;
-        progress.lagrangian.update(&record.violations, &progress.violations, growth);
+        progress
+            .lagrangian
+            .update(&record.violations, &progress.violations, growth);
         progress.violations = record.violations;
     }
 
@@ -113,7 +121,10 @@ impl CoDesign {
         record.controller_gradient = Some(slope.bound(self.scene.adam.gradient_norm));
         let mut weights = inputs.get(CONTROLLER);
         let rate = moment.learning_rate();
-        match self.adam.update(&mut progress.adam, &mut weights, &slope.gradient, rate) {
+        match self
+            .adam
+            .update(&mut progress.adam, &mut weights, &slope.gradient, rate)
+        {
             Ok(()) => {
                 let mut moved = inputs;
                 moved.set(CONTROLLER, &weights);
@@ -134,7 +145,9 @@ impl CoDesign {
         let place = progress.candidates.partition_point(better);
         if along.is_finite() {
             progress.candidates.insert(place, candidate);
-            progress.candidates.truncate(self.scene.selection.candidates);
+            progress
+                .candidates
+                .truncate(self.scene.selection.candidates);
         }
     }
 
@@ -212,11 +225,17 @@ impl CoDesign {
         let (_, gradient) = inputs.differentiate(blocks, |inputs| {
             let (loss, trajectory) = loss(inputs);
             let last = trajectory.at(trajectory.last_step()).map(Var::value);
-            let states = Trajectory { steps: vec![0], states: vec![last] };
+            let states = Trajectory {
+                steps: vec![0],
+                states: vec![last],
+            };
             [displacement, _] = self.moved(&self.start, &states);
             loss
         });
-        Slope { gradient, displacement }
+        Slope {
+            gradient,
+            displacement,
+        }
     }
 
     /// One update of the design; `None` where its gradient is not finite.
@@ -250,12 +269,16 @@ impl CoDesign {
         let solid = volume(|m| m.volume);
         let actuator = volume(|m| m.actuator_volume);
         let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
-        let mut rows = VolumeRows { values: [0.0; 4], jacobian: Vec::new() };
+        let mut rows = VolumeRows {
+            values: [0.0; 4],
+            jacobian: Vec::new(),
+        };
         let both = [(solid, bounds.solid), (actuator, bounds.actuator)];
         for (k, ((value, gradient), [least, most])) in both.iter().enumerate() {
             rows.values[2 * k] = scale * (value - most);
             rows.values[2 * k + 1] = scale * (least - value);
-            rows.jacobian.extend([row(gradient, 1.0), row(gradient, -1.0)]);
+            rows.jacobian
+                .extend([row(gradient, 1.0), row(gradient, -1.0)]);
         }
         rows
     }

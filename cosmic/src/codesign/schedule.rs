@@ -71,7 +71,11 @@ impl Moment<'_> {
     pub(super) fn thresholds(&self, first: &[f64; 4]) -> [f64; 4] {
         let settings = &self.scene.binarisation;
         first.map(|g| {
-            ramp(self.iteration, [g, settings.threshold.min(g)], settings.threshold_over)
+            ramp(
+                self.iteration,
+                [g, settings.threshold.min(g)],
+                settings.threshold_over,
+            )
         })
     }
 
@@ -90,7 +94,11 @@ impl Moment<'_> {
             return adam.rate;
         }
         let over = [schedule.snap_at + 1, schedule.iterations];
-        ramp(self.iteration, [adam.fine_rate, adam.fine_rate * adam.fine_decay], over)
+        ramp(
+            self.iteration,
+            [adam.fine_rate, adam.fine_rate * adam.fine_decay],
+            over,
+        )
     }
 }
 
@@ -102,25 +110,53 @@ mod tests {
     #[test]
     fn the_paper_s_phases_and_ramps() {
         let scene = Scene::default();
-        let at = |iteration| Moment { scene: &scene, iteration };
+        let at = |iteration| Moment {
+            scene: &scene,
+            iteration,
+        };
         let phases = [1, 169, 170, 239, 240, 241, 300].map(|i| at(i).phase());
         use Phase::{Attraction, CoDesign, FineTuning, Snap};
-        let expected = [CoDesign, CoDesign, Attraction, Attraction, Snap, FineTuning, FineTuning];
+        let expected = [
+            CoDesign, CoDesign, Attraction, Attraction, Snap, FineTuning, FineTuning,
+        ];
         assert_eq!(phases, expected);
-        assert_eq!([1, 80, 115, 150, 300].map(|i| at(i).horizon()), [2048, 2048, 3072, 4096, 4096]);
+        assert_eq!(
+            [1, 80, 115, 150, 300].map(|i| at(i).horizon()),
+            [2048, 2048, 3072, 4096, 4096]
+        );
         let widened = [110, 130, 150].map(|i| at(i).volume_bounds().actuator[1]);
         // Sums of decimal fractions, rounded at 1e-17.
-        assert!(widened.iter().zip([0.22, 0.235, 0.25]).all(|(a, b)| (a - b).abs() < 1e-15));
-        assert_eq!(at(20).thresholds(&[0.4, 0.2, 0.01, 0.3]), [0.4, 0.2, 0.01, 0.3]);
-        assert_eq!(at(180).thresholds(&[0.4, 0.2, 0.01, 0.3]), [0.03, 0.03, 0.01, 0.03]);
+        assert!(
+            widened
+                .iter()
+                .zip([0.22, 0.235, 0.25])
+                .all(|(a, b)| (a - b).abs() < 1e-15)
+        );
+        assert_eq!(
+            at(20).thresholds(&[0.4, 0.2, 0.01, 0.3]),
+            [0.4, 0.2, 0.01, 0.3]
+        );
+        assert_eq!(
+            at(180).thresholds(&[0.4, 0.2, 0.01, 0.3]),
+            [0.03, 0.03, 0.01, 0.03]
+        );
         assert_eq!(at(170).attraction(), (0.9, 0.002));
-        assert_eq!([at(1), at(300)].map(|m| m.learning_rate()), [0.002, 0.002 * 0.1]);
+        assert_eq!(
+            [at(1), at(300)].map(|m| m.learning_rate()),
+            [0.002, 0.002 * 0.1]
+        );
     }
 
     #[test]
     fn design_and_controller_take_turns_three_to_two() {
         let scene = Scene::default();
-        let passes = (1..=240).map(|iteration| Moment { scene: &scene, iteration }.pass());
+        let passes = (1..=240).map(|iteration| {
+            Moment {
+                scene: &scene,
+                iteration,
+            }
+            .pass()
+        });
         assert_eq!(passes.filter(|pass| *pass == Pass::Design).count(), 144);
     }
 }
