@@ -149,71 +149,104 @@ impl<R: Real> Incidence<R> {
         }
     }
 
-    /// `slots = [or +=] sign * (head - tail)`.
+    /// The nodes and the slots in the arena, each from its first to the end of what a lane may
+    /// reach.
     #[inline(always)]
-    fn spread<L: Lane<R>>(&self, arena: &mut [R], sign: f64, add: bool) {
-        for group in &self.graph.0.groups {
-            for i in (0..group.len).step_by(L::N) {
-                let tail = L::load(&arena[self.nodes.start + i..]);
-                let head = L::load(&arena[self.nodes.start + group.offset + i..]);
-                let to = self.slots.start + group.first_slot + i;
-                let value = self.real_only::<L>(group.first_slot + i, head - tail);
-                let value = if sign < 0.0 { -value } else { value };
-                let value = if add {
-                    L::load(&arena[to..]) + value
-                } else {
-                    value
-                };
-                value.store(&mut arena[to..]);
-            }
+    fn parts<'a>(&self, arena: &'a mut [R]) -> (&'a mut [R], &'a mut [R]) {
+        let (nodes, slots) = (self.nodes.start, self.slots.start);
+        let (low, high) = arena.split_at_mut(nodes.max(slots));
+        if nodes < slots {
+            (&mut low[nodes..], high)
+        } else {
+            (high, &mut low[slots..])
         }
     }
 
-    /// `nodes += sign * (slots as tail - slots as head)`.
+    /// `slots = [or +=] sign * (head - tail)`.
     #[inline(always)]
-    fn collect<L: Lane<R>>(&self, arena: &mut [R], sign: f64) {
-        for group in &self.graph.0.groups {
-            for (shift, sign) in [(0, sign), (group.offset, -sign)] {
-                for i in (0..group.len).step_by(L::N) {
-                    let from = L::load(&arena[self.slots.start + group.first_slot + i..]);
-                    let value = self.real_only::<L>(group.first_slot + i, from);
-                    let at = self.nodes.start + shift + i;
-                    let old = L::load(&arena[at..]);
-                    let new = if sign < 0.0 { old - value } else { old + value };
-                    new.store(&mut arena[at..]);
+    fn spread<L: Lane<R>, const ADD: bool>(&self, arena: &mut [R]) {
+        let (nodes, slots) = self.parts(arena);
+        for &Group {
+            offset,
+            first_slot,
+            len,
+        } in &self.graph.0.groups
+        {
+            let real = self.real[first_slot..][..len].chunks_exact(L::N);
+            let ends = nodes[..len]
+                .chunks_exact(L::N)
+                .zip(nodes[offset..][..len].chunks_exact(L::N));
+            let slots = slots[first_slot..][..len].chunks_exact_mut(L::N);
+            for ((slot, real), (tail, head)) in slots.zip(real).zip(ends) {
+                let (tail, head) = (L::load(tail), L::load(head));
+                if ADD {
+                    // The reverse of a sum over edges, in which the tail counts plus.
+                    (L::load(slot) + real_only::<R, L>(real, tail - head)).store(slot);
+                } else {
+                    real_only::<R, L>(real, head - tail).store(slot);
                 }
             }
         }
     }
 
+    /// `nodes += slots as tail - slots as head`, or the negative of it.
     #[inline(always)]
-    fn real_only<L: Lane<R>>(&self, slot: usize, value: L) -> L {
-        let real = L::load(&self.real[slot..]);
-        L::select(L::lit(0.5).lt(real), value, L::zero())
+    fn collect<L: Lane<R>, const NEGATIVE: bool>(&self, arena: &mut [R]) {
+        let (nodes, slots) = self.parts(arena);
+        for &Group {
+            offset,
+            first_slot,
+            len,
+        } in &self.graph.0.groups
+        {
+            for (shift, minus) in [(0, NEGATIVE), (offset, !NEGATIVE)] {
+                let real = self.real[first_slot..][..len].chunks_exact(L::N);
+                let slots = slots[first_slot..][..len].chunks_exact(L::N);
+                let nodes = nodes[shift..][..len].chunks_exact_mut(L::N);
+                for ((node, slot), real) in nodes.zip(slots).zip(real) {
+                    let value = real_only::<R, L>(real, L::load(slot));
+                    let old = L::load(node);
+                    (if minus { old - value } else { old + value }).store(node);
+                }
+            }
+        }
     }
 }
 
+/// The value where there is an edge, zero in ghosts.
+#[inline(always)]
+fn real_only<R: Real, L: Lane<R>>(real: &[R], value: L) -> L {
+    L::select(L::lit(0.5).lt(L::load(real)), value, L::zero())
+}
+
 /// Work on an arena in lanes.
-struct OnArena<'a, R, F> {
+struct OnArena<'a, R> {
     incidence: &'a Incidence<R>,
     arena: &'a mut [R],
-    direction: F,
+    work: Work,
 }
 
-/// `spread` or `collect`, with its sign.
-#[derive(Clone, Copy)]
-enum Direction {
-    Spread { sign: f64, add: bool },
-    Collect { sign: f64 },
+/// The two operations and their reverses.
+enum Work {
+    /// `slots = head - tail`.
+    Difference,
+    /// `nodes -= ...`, the bars of a difference.
+    DifferenceBars,
+    /// `nodes += ...`.
+    Sum,
+    /// `slots += tail - head`, the bars of a sum.
+    SumBars,
 }
 
-impl<R: Real> Vectorized<R> for OnArena<'_, R, Direction> {
+impl<R: Real> Vectorized<R> for OnArena<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        match self.direction {
-            Direction::Spread { sign, add } => self.incidence.spread::<L>(self.arena, sign, add),
-            Direction::Collect { sign } => self.incidence.collect::<L>(self.arena, sign),
+        match self.work {
+            Work::Difference => self.incidence.spread::<L, false>(self.arena),
+            Work::DifferenceBars => self.incidence.collect::<L, true>(self.arena),
+            Work::Sum => self.incidence.collect::<L, false>(self.arena),
+            Work::SumBars => self.incidence.spread::<L, true>(self.arena),
         }
     }
 }
@@ -237,23 +270,18 @@ impl<R: Real> Operation<R> for Difference<R> {
         Vec::new()
     }
     fn forward(&mut self, values: &mut [R]) {
-        let direction = Direction::Spread {
-            sign: 1.0,
-            add: false,
-        };
         R::vectorize(OnArena {
             incidence: &self.0,
             arena: values,
-            direction,
+            work: Work::Difference,
         });
     }
     fn reverse(&mut self, _values: &[R], bars: &mut [R]) {
         if self.0.active {
-            let direction = Direction::Collect { sign: -1.0 };
             R::vectorize(OnArena {
                 incidence: &self.0,
                 arena: bars,
-                direction,
+                work: Work::DifferenceBars,
             });
         }
     }
@@ -282,24 +310,19 @@ impl<R: Real> Operation<R> for IncidentSum<R> {
     }
     fn forward(&mut self, values: &mut [R]) {
         let nodes = self.0.nodes;
-        values[nodes.start..][..nodes.len].fill(R::zero());
-        let direction = Direction::Collect { sign: 1.0 };
+        values[nodes.range()].fill(R::zero());
         R::vectorize(OnArena {
             incidence: &self.0,
             arena: values,
-            direction,
+            work: Work::Sum,
         });
     }
     fn reverse(&mut self, _values: &[R], bars: &mut [R]) {
         if self.0.active {
-            let direction = Direction::Spread {
-                sign: -1.0,
-                add: true,
-            };
             R::vectorize(OnArena {
                 incidence: &self.0,
                 arena: bars,
-                direction,
+                work: Work::SumBars,
             });
         }
     }

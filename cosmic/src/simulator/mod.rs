@@ -4,6 +4,8 @@
 //! number type. Internally all is in the ground's frame, where contact is a sign of one
 //! coordinate; states are given and returned in the world's.
 
+#[rustfmt::skip]
+mod adjoints;
 mod kernels;
 mod robot;
 mod trajectory;
