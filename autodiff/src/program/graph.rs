@@ -20,6 +20,8 @@ struct Layout {
     nodes: usize,
     groups: Vec<Group>,
     slots: usize,
+    /// The largest offset.
+    lead: usize,
     slot_of_edge: Vec<usize>,
     /// Per slot, whether it holds an edge.
     real: Vec<bool>,
@@ -50,6 +52,7 @@ impl Graph {
         let mut offsets: Vec<usize> = edges.iter().map(|[i, j]| j - i).collect();
         offsets.sort_unstable();
         offsets.dedup();
+        let lead = offsets.last().copied().unwrap_or(0);
         let mut slots = 0;
         let mut groups = Vec::new();
         for offset in offsets {
@@ -74,6 +77,7 @@ impl Graph {
             nodes,
             groups,
             slots,
+            lead,
             slot_of_edge,
             real,
         }))
@@ -117,43 +121,62 @@ impl Graph {
         slots
     }
 
-    /// One for edges, zero for ghosts.
-    fn ghosts_out<R: Real>(&self) -> Vec<R> {
+    /// How far before the first slot a lane may read.
+    pub(super) fn lead(&self) -> usize {
         self.0
-            .real
+            .groups
             .iter()
-            .map(|&r| if r { R::one() } else { R::zero() })
-            .collect()
+            .map(|group| group.offset)
+            .max()
+            .unwrap_or(0)
     }
 }
 
-/// What both operations share. Lanes may reach past a group's last node: such slots are ghosts,
-/// and what they would give is replaced by zero.
+/// What both operations share. Lanes may reach past a group's edges: what they read there is
+/// passed on neither to a node nor to a ghost.
 struct Incidence<R> {
     graph: Graph,
-    real: Vec<R>,
     nodes: Array,
     slots: Array,
+    /// Per group and node, in whole lanes: one where the node is the tail of an edge, and where
+    /// it is the head of one; else zero.
+    is_tail: Vec<R>,
+    is_head: Vec<R>,
+    /// Per slot: one where there is an edge, else zero.
+    is_edge: Vec<R>,
     active: bool,
 }
 
 impl<R: Real> Incidence<R> {
     fn new(graph: Graph, nodes: Array, slots: Array) -> Self {
-        let real = graph.ghosts_out();
+        let stride = graph.0.nodes.next_multiple_of(WIDEST);
+        let mut is_tail = vec![R::zero(); graph.0.groups.len() * stride];
+        let mut is_head = is_tail.clone();
+        for (g, group) in graph.0.groups.iter().enumerate() {
+            for tail in 0..graph.0.nodes - group.offset {
+                if graph.0.real[group.first_slot + tail] {
+                    is_tail[g * stride + tail] = R::one();
+                    is_head[g * stride + tail + group.offset] = R::one();
+                }
+            }
+        }
+        let one_or_zero = |&real: &bool| if real { R::one() } else { R::zero() };
         Self {
+            is_edge: graph.0.real.iter().map(one_or_zero).collect(),
             graph,
-            real,
             nodes,
             slots,
+            is_tail,
+            is_head,
             active: true,
         }
     }
 
-    /// The nodes and the slots in the arena, each from its first to the end of what a lane may
-    /// reach.
+    /// The nodes from their first, and the slots from [`lead`](Graph::lead) before their first,
+    /// each to the end of what a lane may reach.
     #[inline(always)]
     fn parts<'a>(&self, arena: &'a mut [R]) -> (&'a mut [R], &'a mut [R]) {
-        let (nodes, slots) = (self.nodes.start, self.slots.start);
+        let (nodes, slots) = (self.nodes.start, self.slots.start - self.graph.lead());
         let (low, high) = arena.split_at_mut(nodes.max(slots));
         if nodes < slots {
             (&mut low[nodes..], high)
@@ -162,9 +185,10 @@ impl<R: Real> Incidence<R> {
         }
     }
 
-    /// `slots = [or +=] sign * (head - tail)`.
+    /// `slots = head - tail`, or `slots += tail - head`.
     #[inline(always)]
     fn spread<L: Lane<R>, const ADD: bool>(&self, arena: &mut [R]) {
+        let lead = self.graph.lead();
         let (nodes, slots) = self.parts(arena);
         for &Group {
             offset,
@@ -172,51 +196,60 @@ impl<R: Real> Incidence<R> {
             len,
         } in &self.graph.0.groups
         {
-            let real = self.real[first_slot..][..len].chunks_exact(L::N);
-            let ends = nodes[..len]
-                .chunks_exact(L::N)
-                .zip(nodes[offset..][..len].chunks_exact(L::N));
-            let slots = slots[first_slot..][..len].chunks_exact_mut(L::N);
-            for ((slot, real), (tail, head)) in slots.zip(real).zip(ends) {
+            let tails = nodes[..len].chunks_exact(L::N);
+            let heads = nodes[offset..][..len].chunks_exact(L::N);
+            let slots = slots[lead + first_slot..][..len].chunks_exact_mut(L::N);
+            let is_edge = self.is_edge[first_slot..][..len].chunks_exact(L::N);
+            for ((slot, is_edge), (tail, head)) in slots.zip(is_edge).zip(tails.zip(heads)) {
                 let (tail, head) = (L::load(tail), L::load(head));
                 if ADD {
-                    // The reverse of a sum over edges, in which the tail counts plus.
-                    (L::load(slot) + real_only::<R, L>(real, tail - head)).store(slot);
+                    let value = where_edge::<R, L>(is_edge, tail - head);
+                    (L::load(slot) + value).store(slot);
                 } else {
-                    real_only::<R, L>(real, head - tail).store(slot);
+                    where_edge::<R, L>(is_edge, head - tail).store(slot);
                 }
             }
         }
     }
 
-    /// `nodes += slots as tail - slots as head`, or the negative of it.
+    /// `nodes = sum over edges of (slots as tail - slots as head)`, or `nodes -=` that. Every
+    /// node is summed up in a register, its edges in the order of the groups.
     #[inline(always)]
-    fn collect<L: Lane<R>, const NEGATIVE: bool>(&self, arena: &mut [R]) {
+    fn collect<L: Lane<R>, const SUBTRACT: bool>(&self, arena: &mut [R]) {
+        let lead = self.graph.lead();
+        let stride = self.graph.0.nodes.next_multiple_of(WIDEST);
         let (nodes, slots) = self.parts(arena);
-        for &Group {
-            offset,
-            first_slot,
-            len,
-        } in &self.graph.0.groups
-        {
-            for (shift, minus) in [(0, NEGATIVE), (offset, !NEGATIVE)] {
-                let real = self.real[first_slot..][..len].chunks_exact(L::N);
-                let slots = slots[first_slot..][..len].chunks_exact(L::N);
-                let nodes = nodes[shift..][..len].chunks_exact_mut(L::N);
-                for ((node, slot), real) in nodes.zip(slots).zip(real) {
-                    let value = real_only::<R, L>(real, L::load(slot));
-                    let old = L::load(node);
-                    (if minus { old - value } else { old + value }).store(node);
-                }
+        let nodes = &mut nodes[..self.nodes.len];
+        for i in (0..nodes.len()).step_by(L::N) {
+            let mut sum = L::zero();
+            for (
+                g,
+                &Group {
+                    offset, first_slot, ..
+                },
+            ) in self.graph.0.groups.iter().enumerate()
+            {
+                let at = lead + first_slot + i;
+                let as_tail = L::load(&slots[at..]);
+                let as_head = L::load(&slots[at - offset..]);
+                sum += where_edge::<R, L>(&self.is_tail[g * stride + i..], as_tail);
+                sum -= where_edge::<R, L>(&self.is_head[g * stride + i..], as_head);
             }
+            let to = &mut nodes[i..];
+            (if SUBTRACT {
+                L::load_up_to(to) - sum
+            } else {
+                sum
+            })
+            .store_up_to(to);
         }
     }
 }
 
-/// The value where there is an edge, zero in ghosts.
+/// The value where there is an edge, else zero.
 #[inline(always)]
-fn real_only<R: Real, L: Lane<R>>(real: &[R], value: L) -> L {
-    L::select(L::lit(0.5).lt(L::load(real)), value, L::zero())
+fn where_edge<R: Real, L: Lane<R>>(is_edge: &[R], value: L) -> L {
+    L::select(L::lit(0.5).lt(L::load(is_edge)), value, L::zero())
 }
 
 /// Work on an arena in lanes.
@@ -230,9 +263,9 @@ struct OnArena<'a, R> {
 enum Work {
     /// `slots = head - tail`.
     Difference,
-    /// `nodes -= ...`, the bars of a difference.
+    /// `nodes -= tail - head`, the bars of a difference.
     DifferenceBars,
-    /// `nodes += ...`.
+    /// `nodes = tail - head`.
     Sum,
     /// `slots += tail - head`, the bars of a sum.
     SumBars,
@@ -309,8 +342,6 @@ impl<R: Real> Operation<R> for IncidentSum<R> {
         Vec::new()
     }
     fn forward(&mut self, values: &mut [R]) {
-        let nodes = self.0.nodes;
-        values[nodes.range()].fill(R::zero());
         R::vectorize(OnArena {
             incidence: &self.0,
             arena: values,

@@ -100,6 +100,8 @@ pub struct Program<R: Real> {
     layout: Layout,
     arena_len: usize,
     parameters_end: usize,
+    /// How far past the arrays lanes may reach, beyond their own width.
+    margin: usize,
 }
 
 /// Where the arrays that are copied every step lie, neighbours joined.
@@ -155,6 +157,7 @@ impl<R: Real> Default for Program<R> {
             layout: Layout::default(),
             arena_len: 0,
             parameters_end: 0,
+            margin: 0,
         }
     }
 }
@@ -284,8 +287,9 @@ impl<R: Real> Program<R> {
             graph.nodes(),
             "difference: one value per node is needed"
         );
-        // The last lanes of a group read past the nodes.
-        self.arena_len += WIDEST;
+        // The last lanes of a group read past the nodes, and the first ones before the slots.
+        self.arena_len += graph.lead().max(WIDEST);
+        self.margin = self.margin.max(graph.lead());
         let output = self.allocate(graph.slots());
         self.push(graph::Difference::new(graph.clone(), x, output));
         output
@@ -299,6 +303,13 @@ impl<R: Real> Program<R> {
             graph.slots(),
             "incident_sum: one value per slot is needed"
         );
+        // Lanes read a little before the first slot: an array at the very front is moved.
+        let first = x.start < graph.lead();
+        let x = if first {
+            self.gather(x, &(0..x.len).map(Some).collect::<Vec<_>>())
+        } else {
+            x
+        };
         let output = self.allocate(graph.nodes());
         self.push(graph::IncidentSum::new(graph.clone(), x, output));
         output
@@ -347,7 +358,7 @@ impl<R: Real> Program<R> {
 
     /// A zeroed arena for values or cotangents, with room for reads past the last array.
     pub(crate) fn arena(&self) -> Aligned<R> {
-        Aligned::zeros(self.arena_len + 2 * WIDEST)
+        Aligned::zeros(self.arena_len + 2 * WIDEST + self.margin)
     }
 
     /// The number of scalars in a state.
