@@ -4,7 +4,7 @@
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use crate::real::Real;
+use crate::real::{Mask, Real};
 
 /// A number type that holds `N` scalars of type `S`, one a lane.
 pub trait Lane<S>: Real {
@@ -20,6 +20,9 @@ pub trait Lane<S>: Real {
     fn load_part(from: &[S]) -> Self;
     /// Fills a slice shorter than `N`.
     fn store_part(self, to: &mut [S]);
+
+    /// The mask that is true in lane `k` where bit `k` is set.
+    fn mask(bits: u16) -> Self::Mask;
 
     /// The first `N` scalars of a slice, or the whole of a shorter one and zeros.
     #[inline(always)]
@@ -62,6 +65,10 @@ impl<R: Real> Lane<R> for R {
     }
     #[inline(always)]
     fn store_part(self, _empty: &mut [R]) {}
+    #[inline(always)]
+    fn mask(bits: u16) -> R::Mask {
+        R::Mask::splat(bits & 1 == 1)
+    }
 }
 
 /// Work that is written for any lane width; see [`Real::vectorize`].
