@@ -1,6 +1,8 @@
 //! SIMD lanes as a [`Real`]: many evaluations at once, in the widest registers that the
 //! processor has, chosen at run time. Nothing has to be set at compile time.
 
+#[cfg(test)]
+mod tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
@@ -148,19 +150,19 @@ mod enter {
     }
 
     #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-    fn f64_avx512<V: Vectorized<f64>>(work: V) -> V::Output {
+    pub(super) fn f64_avx512<V: Vectorized<f64>>(work: V) -> V::Output {
         work.run::<F64x8>()
     }
     #[target_feature(enable = "avx2,fma")]
-    fn f64_avx2<V: Vectorized<f64>>(work: V) -> V::Output {
+    pub(super) fn f64_avx2<V: Vectorized<f64>>(work: V) -> V::Output {
         work.run::<F64x4>()
     }
     #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-    fn f32_avx512<V: Vectorized<f32>>(work: V) -> V::Output {
+    pub(super) fn f32_avx512<V: Vectorized<f32>>(work: V) -> V::Output {
         work.run::<F32x16>()
     }
     #[target_feature(enable = "avx2,fma")]
-    fn f32_avx2<V: Vectorized<f32>>(work: V) -> V::Output {
+    pub(super) fn f32_avx2<V: Vectorized<f32>>(work: V) -> V::Output {
         work.run::<F32x8>()
     }
 }
