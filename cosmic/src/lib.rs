@@ -16,6 +16,7 @@ pub mod gradient;
 pub mod optimiser;
 pub mod case;
 pub mod record;
+pub mod verify;
 #[cfg(feature = "cli")]
 pub mod cli;
 

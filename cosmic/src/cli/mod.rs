@@ -2,6 +2,7 @@
 
 mod completions;
 mod evaluate;
+mod gradcheck;
 mod options;
 mod scene;
 mod source;
@@ -24,6 +25,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Evaluate(evaluate::Arguments),
+    Gradcheck(gradcheck::Arguments),
     Scene(scene::Arguments),
     Completions(completions::Arguments),
 }
@@ -32,6 +34,7 @@ impl Command {
     fn run(&self) -> Result<()> {
         match self {
             Command::Evaluate(arguments) => arguments.run(),
+            Command::Gradcheck(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
         }
