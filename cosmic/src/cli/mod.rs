@@ -1,8 +1,11 @@
 //! The command line: one file a command, each a struct of arguments with a `run`.
 
 mod completions;
+mod evaluate;
+mod gradcheck;
 mod options;
 mod scene;
+mod source;
 
 pub use options::{Output, RunOptions};
 
@@ -21,6 +24,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Evaluate(evaluate::Arguments),
+    Gradcheck(gradcheck::Arguments),
     Scene(scene::Arguments),
     Completions(completions::Arguments),
 }
@@ -28,6 +33,8 @@ enum Command {
 impl Command {
     fn run(&self) -> Result<()> {
         match self {
+            Command::Evaluate(arguments) => arguments.run(),
+            Command::Gradcheck(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
         }
