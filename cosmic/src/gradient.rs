@@ -192,7 +192,8 @@ impl Task {
         (controller, start): (&Controller<f64>, &State<f64>),
     ) -> Option<Divergence> {
         let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
-        self.simulator.divergence((&body, controller), start, self.physics.steps)
+        self.simulator
+            .divergence((&body, controller), start, self.physics.steps)
     }
 
     /// The loss of a robot over a horizon. In the mode "tail" the steps before the horizon are

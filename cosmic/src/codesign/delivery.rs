@@ -99,9 +99,8 @@ impl CoDesign {
         let spreads = self.spreads(&mixture, &[controller, &progress.controller], &starts);
         let trajectory = self.shown_rollout(&mixture, controller);
         let moved = self.moved(&self.start, &trajectory);
-        let share = |of: fn(&[f64; 3]) -> f64| {
-            mixture.iter().map(of).sum::<f64>() / mixture.len() as f64
-        };
+        let share =
+            |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
         Delivery {
             z: progress.z.clone(),
             materials: match &progress.materials {
@@ -132,11 +131,7 @@ impl CoDesign {
     }
 
     /// The unperturbed rollout, with enough states to show it.
-    fn shown_rollout(
-        &self,
-        mixture: &[[f64; 3]],
-        controller: &Controller<f64>,
-    ) -> Trajectory<f64> {
+    fn shown_rollout(&self, mixture: &[[f64; 3]], controller: &Controller<f64>) -> Trajectory<f64> {
         let steps = self.scene.physics.steps;
         let mut kept: Vec<usize> = (0..steps).step_by(KEEP_EVERY).collect();
         kept.push(steps);
@@ -191,7 +186,10 @@ mod tests {
     fn a_diverged_rollout_counts_lowest() {
         let spread = Spread::of(&[2.0, f64::NAN, 3.0, f64::INFINITY]);
         // Sorted: two that diverged, 2, 3. The median lies between the second and the third.
-        assert_eq!((spread.p10, spread.p50), (f64::NEG_INFINITY, f64::NEG_INFINITY));
+        assert_eq!(
+            (spread.p10, spread.p50),
+            (f64::NEG_INFINITY, f64::NEG_INFINITY)
+        );
         assert!((spread.p90 - 2.7).abs() < 1e-15);
     }
 }

@@ -51,7 +51,11 @@ impl Progress {
         let expected = controller_sizes(&other.controller);
         let mut pairs: Vec<_> = self.sizes().into_iter().zip(other.sizes()).collect();
         for candidate in &self.candidates {
-            pairs.extend(controller_sizes(&candidate.controller).into_iter().zip(expected));
+            pairs.extend(
+                controller_sizes(&candidate.controller)
+                    .into_iter()
+                    .zip(expected),
+            );
         }
         if let Some(materials) = &self.materials {
             pairs.push((("materials", materials.len()), ("materials", other.z.len())));
