@@ -14,7 +14,7 @@ pub mod summary;
 pub mod trajectory_file;
 
 pub use design_file::DesignFile;
-pub use run::{Observer, Run, optimise, resume};
+pub use run::{DIVERGED, Observer, Run, optimise, resume};
 pub use snapshot::Plan;
 pub use summary::{Start, StopReason, Summary};
 pub use trajectory_file::TrajectoryFile;

@@ -22,7 +22,7 @@ const SCENE: &str = "scene.toml";
 /// The design's place in a run's folder.
 pub(super) const DESIGN: &str = "design.json";
 /// Where the last states of a diverged result are kept.
-pub(super) const DIVERGED: &str = "diverged.json";
+pub const DIVERGED: &str = "diverged.json";
 
 /// The most iterations from one snapshot to the next.
 const SNAPSHOT_EVERY: usize = 10;
