@@ -16,6 +16,29 @@ pub trait Lane<S>: Real {
     fn load(from: &[S]) -> Self;
     /// Writes the lanes to the first `N` places of a slice.
     fn store(self, to: &mut [S]);
+    /// A whole slice shorter than `N`, and zeros.
+    fn load_part(from: &[S]) -> Self;
+    /// Fills a slice shorter than `N`.
+    fn store_part(self, to: &mut [S]);
+
+    /// The first `N` scalars of a slice, or the whole of a shorter one and zeros.
+    #[inline(always)]
+    fn load_up_to(from: &[S]) -> Self {
+        if from.len() >= Self::N {
+            Self::load(from)
+        } else {
+            Self::load_part(from)
+        }
+    }
+    /// Writes the lanes, as many as the slice has places for.
+    #[inline(always)]
+    fn store_up_to(self, to: &mut [S]) {
+        if to.len() >= Self::N {
+            self.store(to)
+        } else {
+            self.store_part(to)
+        }
+    }
 }
 
 /// Every number is a lane of itself.
@@ -33,6 +56,12 @@ impl<R: Real> Lane<R> for R {
     fn store(self, to: &mut [R]) {
         to[0] = self;
     }
+    #[inline(always)]
+    fn load_part(_empty: &[R]) -> R {
+        R::zero()
+    }
+    #[inline(always)]
+    fn store_part(self, _empty: &mut [R]) {}
 }
 
 /// Work that is written for any lane width; see [`Real::vectorize`].

@@ -20,6 +20,8 @@ struct Layout {
     nodes: usize,
     groups: Vec<Group>,
     slots: usize,
+    /// The largest offset.
+    lead: usize,
     slot_of_edge: Vec<usize>,
     /// Per slot, whether it holds an edge.
     real: Vec<bool>,
@@ -50,6 +52,7 @@ impl Graph {
         let mut offsets: Vec<usize> = edges.iter().map(|[i, j]| j - i).collect();
         offsets.sort_unstable();
         offsets.dedup();
+        let lead = offsets.last().copied().unwrap_or(0);
         let mut slots = 0;
         let mut groups = Vec::new();
         for offset in offsets {
@@ -74,6 +77,7 @@ impl Graph {
             nodes,
             groups,
             slots,
+            lead,
             slot_of_edge,
             real,
         }))
@@ -117,103 +121,165 @@ impl Graph {
         slots
     }
 
-    /// One for edges, zero for ghosts.
-    fn ghosts_out<R: Real>(&self) -> Vec<R> {
+    /// How far before the first slot a lane may read.
+    pub(super) fn lead(&self) -> usize {
         self.0
-            .real
+            .groups
             .iter()
-            .map(|&r| if r { R::one() } else { R::zero() })
-            .collect()
+            .map(|group| group.offset)
+            .max()
+            .unwrap_or(0)
     }
 }
 
-/// What both operations share. Lanes may reach past a group's last node: such slots are ghosts,
-/// and what they would give is replaced by zero.
+/// What both operations share. Lanes may reach past a group's edges: what they read there is
+/// passed on neither to a node nor to a ghost.
 struct Incidence<R> {
     graph: Graph,
-    real: Vec<R>,
     nodes: Array,
     slots: Array,
+    /// Per group and node, in whole lanes: one where the node is the tail of an edge, and where
+    /// it is the head of one; else zero.
+    is_tail: Vec<R>,
+    is_head: Vec<R>,
+    /// Per slot: one where there is an edge, else zero.
+    is_edge: Vec<R>,
     active: bool,
 }
 
 impl<R: Real> Incidence<R> {
     fn new(graph: Graph, nodes: Array, slots: Array) -> Self {
-        let real = graph.ghosts_out();
+        let stride = graph.0.nodes.next_multiple_of(WIDEST);
+        let mut is_tail = vec![R::zero(); graph.0.groups.len() * stride];
+        let mut is_head = is_tail.clone();
+        for (g, group) in graph.0.groups.iter().enumerate() {
+            for tail in 0..graph.0.nodes - group.offset {
+                if graph.0.real[group.first_slot + tail] {
+                    is_tail[g * stride + tail] = R::one();
+                    is_head[g * stride + tail + group.offset] = R::one();
+                }
+            }
+        }
+        let one_or_zero = |&real: &bool| if real { R::one() } else { R::zero() };
         Self {
+            is_edge: graph.0.real.iter().map(one_or_zero).collect(),
             graph,
-            real,
             nodes,
             slots,
+            is_tail,
+            is_head,
             active: true,
         }
     }
 
-    /// `slots = [or +=] sign * (head - tail)`.
+    /// The nodes from their first, and the slots from [`lead`](Graph::lead) before their first,
+    /// each to the end of what a lane may reach.
     #[inline(always)]
-    fn spread<L: Lane<R>>(&self, arena: &mut [R], sign: f64, add: bool) {
-        for group in &self.graph.0.groups {
-            for i in (0..group.len).step_by(L::N) {
-                let tail = L::load(&arena[self.nodes.start + i..]);
-                let head = L::load(&arena[self.nodes.start + group.offset + i..]);
-                let to = self.slots.start + group.first_slot + i;
-                let value = self.real_only::<L>(group.first_slot + i, head - tail);
-                let value = if sign < 0.0 { -value } else { value };
-                let value = if add {
-                    L::load(&arena[to..]) + value
-                } else {
-                    value
-                };
-                value.store(&mut arena[to..]);
-            }
+    fn parts<'a>(&self, arena: &'a mut [R]) -> (&'a mut [R], &'a mut [R]) {
+        let (nodes, slots) = (self.nodes.start, self.slots.start - self.graph.lead());
+        let (low, high) = arena.split_at_mut(nodes.max(slots));
+        if nodes < slots {
+            (&mut low[nodes..], high)
+        } else {
+            (high, &mut low[slots..])
         }
     }
 
-    /// `nodes += sign * (slots as tail - slots as head)`.
+    /// `slots = head - tail`, or `slots += tail - head`.
     #[inline(always)]
-    fn collect<L: Lane<R>>(&self, arena: &mut [R], sign: f64) {
-        for group in &self.graph.0.groups {
-            for (shift, sign) in [(0, sign), (group.offset, -sign)] {
-                for i in (0..group.len).step_by(L::N) {
-                    let from = L::load(&arena[self.slots.start + group.first_slot + i..]);
-                    let value = self.real_only::<L>(group.first_slot + i, from);
-                    let at = self.nodes.start + shift + i;
-                    let old = L::load(&arena[at..]);
-                    let new = if sign < 0.0 { old - value } else { old + value };
-                    new.store(&mut arena[at..]);
+    fn spread<L: Lane<R>, const ADD: bool>(&self, arena: &mut [R]) {
+        let lead = self.graph.lead();
+        let (nodes, slots) = self.parts(arena);
+        for &Group {
+            offset,
+            first_slot,
+            len,
+        } in &self.graph.0.groups
+        {
+            let tails = nodes[..len].chunks_exact(L::N);
+            let heads = nodes[offset..][..len].chunks_exact(L::N);
+            let slots = slots[lead + first_slot..][..len].chunks_exact_mut(L::N);
+            let is_edge = self.is_edge[first_slot..][..len].chunks_exact(L::N);
+            for ((slot, is_edge), (tail, head)) in slots.zip(is_edge).zip(tails.zip(heads)) {
+                let (tail, head) = (L::load(tail), L::load(head));
+                if ADD {
+                    let value = where_edge::<R, L>(is_edge, tail - head);
+                    (L::load(slot) + value).store(slot);
+                } else {
+                    where_edge::<R, L>(is_edge, head - tail).store(slot);
                 }
             }
         }
     }
 
+    /// `nodes = sum over edges of (slots as tail - slots as head)`, or `nodes -=` that. Every
+    /// node is summed up in a register, its edges in the order of the groups.
     #[inline(always)]
-    fn real_only<L: Lane<R>>(&self, slot: usize, value: L) -> L {
-        let real = L::load(&self.real[slot..]);
-        L::select(L::lit(0.5).lt(real), value, L::zero())
+    fn collect<L: Lane<R>, const SUBTRACT: bool>(&self, arena: &mut [R]) {
+        let lead = self.graph.lead();
+        let stride = self.graph.0.nodes.next_multiple_of(WIDEST);
+        let (nodes, slots) = self.parts(arena);
+        let nodes = &mut nodes[..self.nodes.len];
+        for i in (0..nodes.len()).step_by(L::N) {
+            let mut sum = L::zero();
+            for (
+                g,
+                &Group {
+                    offset, first_slot, ..
+                },
+            ) in self.graph.0.groups.iter().enumerate()
+            {
+                let at = lead + first_slot + i;
+                let as_tail = L::load(&slots[at..]);
+                let as_head = L::load(&slots[at - offset..]);
+                sum += where_edge::<R, L>(&self.is_tail[g * stride + i..], as_tail);
+                sum -= where_edge::<R, L>(&self.is_head[g * stride + i..], as_head);
+            }
+            let to = &mut nodes[i..];
+            (if SUBTRACT {
+                L::load_up_to(to) - sum
+            } else {
+                sum
+            })
+            .store_up_to(to);
+        }
     }
 }
 
+/// The value where there is an edge, else zero.
+#[inline(always)]
+fn where_edge<R: Real, L: Lane<R>>(is_edge: &[R], value: L) -> L {
+    L::select(L::lit(0.5).lt(L::load(is_edge)), value, L::zero())
+}
+
 /// Work on an arena in lanes.
-struct OnArena<'a, R, F> {
+struct OnArena<'a, R> {
     incidence: &'a Incidence<R>,
     arena: &'a mut [R],
-    direction: F,
+    work: Work,
 }
 
-/// `spread` or `collect`, with its sign.
-#[derive(Clone, Copy)]
-enum Direction {
-    Spread { sign: f64, add: bool },
-    Collect { sign: f64 },
+/// The two operations and their reverses.
+enum Work {
+    /// `slots = head - tail`.
+    Difference,
+    /// `nodes -= tail - head`, the bars of a difference.
+    DifferenceBars,
+    /// `nodes = tail - head`.
+    Sum,
+    /// `slots += tail - head`, the bars of a sum.
+    SumBars,
 }
 
-impl<R: Real> Vectorized<R> for OnArena<'_, R, Direction> {
+impl<R: Real> Vectorized<R> for OnArena<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        match self.direction {
-            Direction::Spread { sign, add } => self.incidence.spread::<L>(self.arena, sign, add),
-            Direction::Collect { sign } => self.incidence.collect::<L>(self.arena, sign),
+        match self.work {
+            Work::Difference => self.incidence.spread::<L, false>(self.arena),
+            Work::DifferenceBars => self.incidence.collect::<L, true>(self.arena),
+            Work::Sum => self.incidence.collect::<L, false>(self.arena),
+            Work::SumBars => self.incidence.spread::<L, true>(self.arena),
         }
     }
 }
@@ -237,23 +303,18 @@ impl<R: Real> Operation<R> for Difference<R> {
         Vec::new()
     }
     fn forward(&mut self, values: &mut [R]) {
-        let direction = Direction::Spread {
-            sign: 1.0,
-            add: false,
-        };
         R::vectorize(OnArena {
             incidence: &self.0,
             arena: values,
-            direction,
+            work: Work::Difference,
         });
     }
     fn reverse(&mut self, _values: &[R], bars: &mut [R]) {
         if self.0.active {
-            let direction = Direction::Collect { sign: -1.0 };
             R::vectorize(OnArena {
                 incidence: &self.0,
                 arena: bars,
-                direction,
+                work: Work::DifferenceBars,
             });
         }
     }
@@ -281,25 +342,18 @@ impl<R: Real> Operation<R> for IncidentSum<R> {
         Vec::new()
     }
     fn forward(&mut self, values: &mut [R]) {
-        let nodes = self.0.nodes;
-        values[nodes.start..][..nodes.len].fill(R::zero());
-        let direction = Direction::Collect { sign: 1.0 };
         R::vectorize(OnArena {
             incidence: &self.0,
             arena: values,
-            direction,
+            work: Work::Sum,
         });
     }
     fn reverse(&mut self, _values: &[R], bars: &mut [R]) {
         if self.0.active {
-            let direction = Direction::Spread {
-                sign: -1.0,
-                add: true,
-            };
             R::vectorize(OnArena {
                 incidence: &self.0,
                 arena: bars,
-                direction,
+                work: Work::SumBars,
             });
         }
     }
