@@ -6,6 +6,7 @@
 
 #[rustfmt::skip]
 mod adjoints;
+mod divergence;
 mod kernels;
 mod robot;
 mod trajectory;
@@ -14,6 +15,7 @@ use std::sync::Arc;
 
 use autodiff::{CotangentBound, Real, Rollout};
 
+pub use divergence::Divergence;
 pub use trajectory::Trajectory;
 
 use crate::controller::{Controller, Folded, clock};
