@@ -7,6 +7,7 @@
 mod divergence;
 mod kernels;
 mod robot;
+pub mod stability;
 mod trajectory;
 
 use std::sync::Arc;
