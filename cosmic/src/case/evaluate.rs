@@ -94,7 +94,7 @@ impl Case {
         Ok(Results {
             u0: self.first_activation(&ground),
             node_mass: body.mass,
-            displacement: along(&ground, &self.start) * -1.0 - l_disp,
+            displacement: -along(&ground, &self.start) - l_disp,
             l_disp,
             volume: measures.volume,
             actuator_volume: measures.actuator_volume,
