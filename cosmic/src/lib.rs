@@ -17,6 +17,7 @@ pub mod optimiser;
 pub mod case;
 pub mod codesign;
 pub mod record;
+pub mod report;
 #[cfg(feature = "cli")]
 pub mod cli;
 

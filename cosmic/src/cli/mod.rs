@@ -1,7 +1,9 @@
 //! The command line: one file a command, each a struct of arguments with a `run`.
 
+mod compare;
 mod completions;
 mod options;
+mod report;
 mod scene;
 
 pub use options::{Output, RunOptions};
@@ -21,6 +23,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Report(report::Arguments),
+    Compare(compare::Arguments),
     Scene(scene::Arguments),
     Completions(completions::Arguments),
 }
@@ -28,6 +32,8 @@ enum Command {
 impl Command {
     fn run(&self) -> Result<()> {
         match self {
+            Command::Report(arguments) => arguments.run(),
+            Command::Compare(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
         }
