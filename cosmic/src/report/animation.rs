@@ -3,11 +3,15 @@
 use std::io::{self, Write};
 
 use gif::{Encoder, Frame, Repeat};
-use tiny_skia::{Color, LineCap, Paint, PathBuilder, Pixmap, Stroke, Transform};
+use tiny_skia::{
+    Color, LineCap, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Stroke, Transform,
+};
 
 use super::motion::{Motion, PAYLOAD, SKELETON};
 
 const SIZE: [u16; 2] = [480, 240];
+/// Colour of the marks on the ground.
+const TICK: [u8; 3] = [0x99; 3];
 /// Width of the picture in the world, in widths of the lattice.
 const WIDTHS: f64 = 3.2;
 /// Seconds of the rollout from one frame to the next, and hundredths of a second it is shown.
@@ -19,7 +23,9 @@ const FRAME: (f64, u16) = (0.1, 5);
 /// # Errors
 /// What writing to `file` reports.
 pub(super) fn write(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
-    let mut encoder = Encoder::new(file, SIZE[0], SIZE[1], &palette()).map_err(io::Error::other)?;
+    let palette = Palette::new(motion);
+    let mut encoder = Encoder::new(file, SIZE[0], SIZE[1], palette.shades.as_flattened())
+        .map_err(io::Error::other)?;
     encoder
         .set_repeat(Repeat::Infinite)
         .map_err(io::Error::other)?;
@@ -33,7 +39,7 @@ pub(super) fn write(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
             width: SIZE[0],
             height: SIZE[1],
             delay: if k == frames { 20 * FRAME.1 } else { FRAME.1 },
-            buffer: picture.draw().into(),
+            buffer: picture.draw(&palette).into(),
             ..Frame::default()
         };
         encoder.write_frame(&frame).map_err(io::Error::other)?;
@@ -41,16 +47,40 @@ pub(super) fn write(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Six levels of each primary colour: smooth edges need few shades.
-fn palette() -> Vec<u8> {
-    (0..216u8)
-        .flat_map(|i| [i / 36, i / 6 % 6, i % 6].map(|level| 51 * level))
-        .collect()
+/// The colours of the picture in eight shades from white, and the nearest of them to any colour.
+struct Palette {
+    shades: Vec<[u8; 3]>,
+    /// By the upper five bits of red, green and blue.
+    nearest: Vec<u8>,
 }
 
-fn palette_index([r, g, b]: [u8; 3]) -> u8 {
-    let level = |c: u8| (c + 25) / 51;
-    36 * level(r) + 6 * level(g) + level(b)
+impl Palette {
+    fn new(motion: &Motion) -> Self {
+        let strains = (-13..=13).map(|k| motion.colour(f64::from(k) / 13.0 * motion.limit()));
+        let colours = strains.chain([SKELETON, PAYLOAD, TICK]);
+        let shade = |c: [u8; 3], k: u16| c.map(|c| 255 - ((255 - u16::from(c)) * k / 8) as u8);
+        let mut shades: Vec<[u8; 3]> = colours
+            .flat_map(|colour| (1..=8).map(move |k| shade(colour, k)))
+            .collect();
+        shades.push([255; 3]);
+        let middle = |bits: usize| (8 * (bits % 32) + 4) as i32;
+        let nearest = |bits: usize| {
+            let wanted = [bits / 1024, bits / 32, bits].map(middle);
+            let off = |i: &usize| -> i32 {
+                (0..3)
+                    .map(|k| (i32::from(shades[*i][k]) - wanted[k]).pow(2))
+                    .sum()
+            };
+            (0..shades.len()).min_by_key(off).unwrap_or(0) as u8
+        };
+        let nearest = (0..32 * 1024).map(nearest).collect();
+        Self { shades, nearest }
+    }
+
+    fn index(&self, pixel: &PremultipliedColorU8) -> u8 {
+        let bits = [pixel.red(), pixel.green(), pixel.blue()].map(|c| usize::from(c / 8));
+        self.nearest[1024 * bits[0] + 32 * bits[1] + bits[2]]
+    }
 }
 
 /// One frame under construction.
@@ -111,7 +141,7 @@ impl<'m> Picture<'m> {
     }
 
     /// The finished frame as indices into the palette.
-    fn draw(mut self) -> Vec<u8> {
+    fn draw(mut self, palette: &Palette) -> Vec<u8> {
         self.draw_ground();
         let path = self.motion.path();
         self.stroke(&path[..=self.index], (PAYLOAD, 1.2));
@@ -123,11 +153,10 @@ impl<'m> Picture<'m> {
         // A short line with round ends is a dot.
         let [x, y] = state.x[0];
         self.stroke(&[[x, y], [x + 1e-4, y]], (PAYLOAD, 9.0));
-        let colour = |p: &tiny_skia::PremultipliedColorU8| [p.red(), p.green(), p.blue()];
         self.pixels
             .pixels()
             .iter()
-            .map(|p| palette_index(colour(p)))
+            .map(|p| palette.index(p))
             .collect()
     }
 
@@ -145,7 +174,7 @@ impl<'m> Picture<'m> {
             })
             .collect();
         for tick in ticks {
-            self.stroke(&tick, ([0x99; 3], 1.0));
+            self.stroke(&tick, (TICK, 1.0));
         }
         self.stroke(&line, (SKELETON, 1.6));
     }

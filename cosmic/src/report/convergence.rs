@@ -132,7 +132,7 @@ fn measures(history: &[Record]) -> Chart {
     ];
     let line = |k: usize| series((NAMES[k], COLOURS[k]), history, |r| Some(r.measures[k]));
     Chart::linear(
-        "Binarisation measures: zero where every edge has one material",
+        "Binarisation measures, overlaps by pair",
         [0, 1, 2, 3].map(line).into(),
         Vec::new(),
     )

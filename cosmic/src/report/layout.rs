@@ -70,7 +70,7 @@ pub(super) fn draw_layout(run: &Run) -> String {
 
 /// The mixtures of the final design vectors in a triangle whose corners are the materials.
 pub(super) fn draw_ternary(run: &Run) -> String {
-    let corners = [[62.0, 356.0], [398.0, 356.0], [230.0, 65.0]];
+    let corners = [[62.0, 362.0], [398.0, 362.0], [230.0, 79.0]];
     let place = |mixture: &[f64; 3]| {
         [0, 1].map(|axis| (0..3).map(|k| mixture[k] * corners[k][axis]).sum::<f64>())
     };
@@ -108,7 +108,7 @@ pub(super) fn draw_ternary(run: &Run) -> String {
     for (corner, (name, dy)) in
         corners
             .iter()
-            .zip([("void", 40.0), ("skeleton", 40.0), ("actuator", -26.0)])
+            .zip([("void", 34.0), ("skeleton", 34.0), ("actuator", -20.0)])
     {
         svg.text([corner[0], corner[1] + dy], name, r#"text-anchor="middle""#);
     }

@@ -1,5 +1,7 @@
 //! A robot in motion, as something to draw: coloured bars in the world's frame.
 
+use std::collections::BTreeSet;
+
 use super::run::Run;
 use crate::design::Material;
 use crate::lattice::{Ground, State};
@@ -28,6 +30,8 @@ pub(super) struct Motion<'r> {
     pub(super) run: &'r Run,
     /// Nodes that solid edges join to the payload.
     body: Vec<usize>,
+    /// Nodes that anything is drawn at.
+    seen: Vec<usize>,
     /// Strain that has the full colour.
     limit: f64,
 }
@@ -38,6 +42,7 @@ impl<'r> Motion<'r> {
         Self {
             run,
             body: body(run),
+            seen: seen(run),
             limit: if largest > 0.0 { largest } else { 1.0 },
         }
     }
@@ -127,8 +132,14 @@ impl<'r> Motion<'r> {
         [high[0] - low[0], high[1] - low[1]]
     }
 
-    fn corners(&self, state: &State<f64>) -> [[f64; 2]; 2] {
+    /// Lower left and upper right corner of the payload's body.
+    pub(super) fn corners(&self, state: &State<f64>) -> [[f64; 2]; 2] {
         bounds(self.body.iter().map(|&node| state.x[node]))
+    }
+
+    /// The places of a state where anything is drawn.
+    pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = [f64; 2]> {
+        self.seen.iter().map(|&node| state.x[node])
     }
 
     /// The middle of the body for a camera: averaged over a second, so that it does not shake.
@@ -162,6 +173,14 @@ fn body(run: &Run) -> Vec<usize> {
         (joined[*i], joined[*j]) = (true, true);
     }
     (0..joined.len()).filter(|&node| joined[node]).collect()
+}
+
+/// The payload's node and those of solid edges, ascending.
+fn seen(run: &Run) -> Vec<usize> {
+    let edges = run.design.edges.iter().zip(&run.design.materials);
+    let ends = edges.filter(|(_, m)| m.is_solid()).flat_map(|(e, _)| *e);
+    let nodes: BTreeSet<usize> = ends.chain([0]).collect();
+    nodes.into_iter().collect()
 }
 
 /// Lower left and upper right corner of what holds all points.

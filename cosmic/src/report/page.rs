@@ -110,7 +110,7 @@ pub(super) fn render(motion: &Motion, [robot, convergence]: [&str; 2]) -> String
 /// The four numbers to see first.
 fn figures(summary: &Summary) -> String {
     let spread = format!(
-        "{} to {}",
+        "{} \u{2013} {}",
         metres(summary.displacement_p10),
         metres(summary.displacement_p90)
     );

@@ -84,15 +84,15 @@ impl Axes {
 
     /// The lines, and their names from the right end of the title's line.
     pub(super) fn draw_series(&self, svg: &mut Svg, series: &[Series]) {
-        let mut right = self.origin[0] + self.size[0];
+        let mut left = self.origin[0] + self.size[0];
         for Series { name, colour, .. } in series.iter().rev() {
             let y = self.origin[1] - 10.0;
-            svg.text([right, y], name, r#"text-anchor="end""#);
             // An average letter of 12 pixels is some 6 wide.
-            right -= 6.2 * name.chars().count() as f64 + 24.0;
+            left -= 6.4 * name.chars().count() as f64 + 12.0;
+            svg.text([left, y], name, "");
+            left -= 22.0;
             let key = format!(r#"stroke="{colour}" stroke-width="3""#);
-            svg.line([right, y - 4.0], [right + 16.0, y - 4.0], &key);
-            right -= 14.0;
+            svg.line([left, y - 4.0], [left + 16.0, y - 4.0], &key);
         }
         for Series { colour, points, .. } in series {
             let places: Vec<[f64; 2]> = points.iter().map(|&p| self.place(p)).collect();

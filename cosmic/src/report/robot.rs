@@ -80,15 +80,14 @@ fn draw_payload(svg: &mut Svg, place: [f64; 2], radius: f64) {
 
 /// The journey above, one cycle of the gait below.
 pub(super) fn draw(motion: &Motion) -> String {
-    let journey = Journey::new(motion);
+    let (journey, gait) = (Journey::new(motion), Gait::new(motion));
     let gait_top = journey.bottom + 46.0;
-    let gait_height = 190.0;
-    let mut svg = Svg::new([WIDTH, gait_top + gait_height + 52.0]);
+    let mut svg = Svg::new([WIDTH, gait_top + gait.panel[1] + 44.0]);
     let title = format!("{:.1} s of walking", motion.duration());
     svg.text([MARGIN, 26.0], &title, r#"font-weight="600""#);
     draw_legend(&mut svg, motion);
     journey.draw(&mut svg, motion);
-    draw_gait(&mut svg, motion, [gait_top, gait_height]);
+    gait.draw(&mut svg, (motion, gait_top));
     svg.finish("The robot at several moments, coloured by strain, and the path of its payload")
 }
 
@@ -107,7 +106,7 @@ impl Journey {
         let moments = moments(motion);
         let shown = moments
             .iter()
-            .flat_map(|&i| motion.states()[i].x.iter().copied());
+            .flat_map(|&i| motion.places(&motion.states()[i]));
         let [low, high] = bounds(shown.chain(motion.path()));
         let across = [low[0] - 0.1, high[0] + 0.1];
         let ground = across.map(|x| motion.ground_height(x));
@@ -139,7 +138,7 @@ impl Journey {
         for &index in &self.moments {
             let state = &motion.states()[index];
             view.draw_robot(svg, (&motion.bars(state), state.x[0]));
-            let [_, top] = bounds(state.x.iter().copied())[1];
+            let [_, top] = motion.corners(state)[1];
             let [x, y] = view.place([motion.centre(state)[0], top]);
             let style = format!(r#"text-anchor="middle" fill="{MUTED}""#);
             svg.text(
@@ -156,8 +155,8 @@ fn moments(motion: &Motion) -> Vec<usize> {
     let reached = |index: usize| motion.centre(&motion.states()[index])[0];
     let last = motion.states().len() - 1;
     let [start, end] = [0, last].map(reached);
-    let [low, high] = bounds(motion.states()[last].x.iter().copied());
-    let width = 1.15 * (high[0] - low[0]).max(motion.run.scene.lattice.spacing);
+    let [wide, _] = motion.extent(&motion.states()[last]);
+    let width = 1.15 * wide.max(motion.run.scene.lattice.spacing);
     let gaps = ((end - start).abs() / width) as usize;
     if gaps == 0 {
         // They would cover one another.
@@ -176,46 +175,73 @@ fn moments(motion: &Motion) -> Vec<usize> {
     moments
 }
 
-/// Six moments of the last whole period of the clock.
-fn draw_gait(svg: &mut Svg, motion: &Motion, [top, height]: [f64; 2]) {
-    let period = TAU / motion.run.scene.controller.omega;
-    let start = (motion.duration() - period).max(0.0);
-    let title = format!("One period of the clock, {period:.2} s, at the end");
-    svg.text([MARGIN, top], &title, r#"font-weight="600""#);
-    let indices = [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
-    let path: Vec<[f64; 2]> = motion.path()[indices[0]..].to_vec();
-    let width = (WIDTH - 2.0 * MARGIN) / 6.0;
-    // All panels share one scale, that of the largest body.
-    let extents = indices.map(|i| motion.extent(&motion.states()[i]));
-    let most = |k: usize| extents.iter().map(|e| e[k]).fold(0.0, f64::max);
-    let scale = ((width - 16.0) / most(0)).min((height - 40.0) / most(1));
-    for (panel, index) in indices.into_iter().enumerate() {
-        let left = MARGIN + width * panel as f64;
+/// Six moments of the last whole period of the clock, each in a panel of its own.
+struct Gait {
+    period: f64,
+    moments: [usize; 6],
+    /// Pixels per metre, the same for all panels.
+    scale: f64,
+    /// Width and height of a panel, pixels.
+    panel: [f64; 2],
+    /// How far the ground rises or falls within half a panel, pixels.
+    rise: f64,
+}
+
+impl Gait {
+    fn new(motion: &Motion) -> Self {
+        let period = TAU / motion.run.scene.controller.omega;
+        let start = (motion.duration() - period).max(0.0);
+        let moments =
+            [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
+        let extents = moments.map(|index| motion.extent(&motion.states()[index]));
+        let most = |k: usize| extents.iter().map(|e| e[k]).fold(0.05, f64::max);
+        let width = (WIDTH - 2.0 * MARGIN) / 6.0;
+        let scale = ((width - 18.0) / most(0)).min(220.0 / most(1));
+        let slope = motion.ground_height(1.0) - motion.ground_height(0.0);
+        let rise = 0.5 * width * slope.abs();
+        Self {
+            period,
+            moments,
+            scale,
+            panel: [width, scale * most(1) + 2.0 * rise + 16.0],
+            rise,
+        }
+    }
+
+    fn draw(&self, svg: &mut Svg, (motion, top): (&Motion, f64)) {
+        let title = format!("One period of the clock, {:.2} s, at the end", self.period);
+        svg.text([MARGIN, top], &title, r#"font-weight="600""#);
+        let [width, height] = self.panel;
+        for (panel, index) in self.moments.into_iter().enumerate() {
+            let left = MARGIN + width * panel as f64;
+            self.draw_panel(svg, (motion, index), [left, top + height - self.rise]);
+            let style = format!(r#"text-anchor="middle" fill="{MUTED}""#);
+            let place = [left + 0.5 * width, top + height + 28.0];
+            svg.text(place, &format!("{:.2} s", motion.time(index)), &style);
+        }
+    }
+
+    /// The robot, and the payload's path since the period began, as far as the panel shows it.
+    fn draw_panel(&self, svg: &mut Svg, (motion, index): (&Motion, usize), origin: [f64; 2]) {
         let state = &motion.states()[index];
         let middle = motion.centre(state)[0];
-        let corner = [middle - 0.5 * width / scale, motion.ground_height(middle)];
-        let bottom = top + height;
+        let half = 0.5 * (self.panel[0] - 6.0) / self.scale;
+        let left = middle - 0.5 * self.panel[0] / self.scale;
         let view = View {
-            corner,
-            origin: [left, bottom],
-            scale,
+            corner: [left, motion.ground_height(middle)],
+            origin,
+            scale: self.scale,
         };
-        let half = 0.5 * (width - 6.0) / scale;
         view.draw_ground(svg, motion, [middle - half, middle + half]);
-        let near = |p: &&[f64; 2]| (p[0] - middle).abs() < half;
-        let seen: Vec<[f64; 2]> = path.iter().filter(near).copied().collect();
-        view.draw_path(svg, &seen);
-        let bars = motion.bars(state);
-        let inside = |b: &&Bar| [b.from, b.to].iter().all(|p| (p[0] - middle).abs() < half);
-        let bars: Vec<Bar> = bars.iter().filter(inside).copied().collect();
+        let inside = |p: &[f64; 2]| (p[0] - middle).abs() < half;
+        let mut path = motion.path();
+        path.truncate(index + 1);
+        path.drain(..self.moments[0]);
+        path.retain(inside);
+        view.draw_path(svg, &path);
+        let mut bars = motion.bars(state);
+        bars.retain(|bar| inside(&bar.from) && inside(&bar.to));
         view.draw_robot(svg, (&bars, state.x[0]));
-        let label = format!("{:.2} s", motion.time(index));
-        let place = [left + 0.5 * width, bottom + 30.0];
-        svg.text(
-            place,
-            &label,
-            &format!(r#"text-anchor="middle" fill="{MUTED}""#),
-        );
     }
 }
 
