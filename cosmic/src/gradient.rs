@@ -12,7 +12,7 @@ use crate::projection::{Body, Projection, mixture};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
-use crate::simulator::{Simulator, Span, Trajectory};
+use crate::simulator::{Divergence, Simulator, Span, Trajectory};
 
 /// What a rollout depends on and may be differentiated by.
 #[derive(Clone, Debug, PartialEq)]
@@ -183,6 +183,17 @@ impl Task {
     ) -> Trajectory<R> {
         let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
         self.simulator.rollout((&body, controller), start, span)
+    }
+
+    /// Where the rollout of a mixture's robot diverges, if it does.
+    pub fn divergence(
+        &self,
+        mixture: &[[f64; 3]],
+        (controller, start): (&Controller<f64>, &State<f64>),
+    ) -> Option<Divergence> {
+        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        self.simulator
+            .divergence((&body, controller), start, self.physics.steps)
     }
 
     /// The loss of a robot over a horizon. In the mode "tail" the steps before the horizon are

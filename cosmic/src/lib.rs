@@ -18,6 +18,7 @@ pub mod case;
 pub mod codesign;
 pub mod record;
 pub mod report;
+pub mod verify;
 #[cfg(feature = "cli")]
 pub mod cli;
 

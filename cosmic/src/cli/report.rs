@@ -2,7 +2,7 @@
 
 use super::{Output, print, print_json};
 use crate::error::Result;
-use crate::report::{self, Run};
+use crate::report::{self, Results};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let written = report::write(&Run::read(&self.run)?)?;
+        let written = report::write(&Results::read(&self.run)?)?;
         if self.output.json {
             return print_json(&json!({ "written": written }));
         }

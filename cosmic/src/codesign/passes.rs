@@ -170,9 +170,13 @@ impl CoDesign {
         self.moved(start, &trajectory)
     }
 
-    /// From the payload's start to its place in the last state, in the ground's frame.
-    fn moved(&self, start: &State<f64>, trajectory: &Trajectory<f64>) -> [f64; 2] {
+    /// From the payload's start to its place in the last state, in the ground's frame; NaN where
+    /// that state is absurd.
+    pub(super) fn moved(&self, start: &State<f64>, trajectory: &Trajectory<f64>) -> [f64; 2] {
         let last = trajectory.at(trajectory.last_step());
+        if last.is_absurd() {
+            return [f64::NAN; 2];
+        }
         let [from, to] = [start, last].map(|s| self.loss.ground.point_to_ground(s.x[0]));
         [to[0] - from[0], to[1] - from[1]]
     }

@@ -47,10 +47,34 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     sync_folder(folder)
 }
 
+/// How the names of files begin that are not yet in their place.
+const TEMPORARY: &str = ".cosmic-";
+
+/// Removes what killed processes were writing into a folder; no other process may be writing
+/// there.
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn sweep(folder: &Path) -> Result<()> {
+    let remove = || -> io::Result<()> {
+        for entry in fs::read_dir(folder)? {
+            let entry = entry?;
+            if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
+                fs::remove_file(entry.path())?;
+            }
+        }
+        Ok(())
+    };
+    remove().map_err(|source| Error::Write {
+        path: folder.into(),
+        source,
+    })
+}
+
 /// A hidden file that vanishes unless it is persisted.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
-    builder.prefix(".cosmic-");
+    builder.prefix(TEMPORARY);
     // Temporary files are private by default; what is renamed into place should be an ordinary
     // file.
     #[cfg(unix)]

@@ -1,13 +1,12 @@
 //! Runs side by side.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::page;
-use super::run::{self, Summary};
 use super::svg::escape;
 use crate::error::Result;
-use crate::scene::{Departure, Scene};
+use crate::record::Summary;
 
 /// The summaries of several runs.
 #[derive(Debug)]
@@ -20,20 +19,18 @@ pub struct Comparison {
 struct Column {
     name: String,
     summary: Summary,
-    departures: Vec<Departure>,
 }
 
 impl Comparison {
-    /// Reads the scenes and summaries of runs.
+    /// Reads the summaries of runs.
     ///
     /// # Errors
-    /// As [`Run::read`](super::Run::read).
+    /// Those of [`Summary::read`].
     pub fn read(folders: &[PathBuf]) -> Result<Self> {
         let column = |folder: &PathBuf| {
             Ok(Column {
-                name: run::name(folder),
-                departures: Scene::read(&folder.join("scene.toml"))?.departures(),
-                summary: run::read_summary(folder)?,
+                name: name(folder),
+                summary: Summary::read(folder)?,
             })
         };
         let runs = folders.iter().map(column).collect::<Result<_>>()?;
@@ -84,13 +81,14 @@ impl Comparison {
             for cell in &cells[1..] {
                 let _ = write!(table, r#"<td class="number">{}</td>"#, escape(cell));
             }
-            let names: Vec<&str> = run.departures.iter().map(|d| d.option).collect();
+            let departures = run.summary.departures.iter();
+            let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();
             let names = if names.is_empty() {
                 "none".to_owned()
             } else {
                 names.join(", ")
             };
-            let _ = write!(table, "<td>{names}</td></tr>");
+            let _ = write!(table, "<td>{}</td></tr>", escape(&names));
         }
         table += "</tbody></table>";
         page::wrap(
@@ -106,4 +104,11 @@ impl Column {
         name.chain(page::FIGURES.map(|f| (f.of)(&self.summary)))
             .collect()
     }
+}
+
+/// The last part of a path, or all of a path that has none.
+fn name(folder: &Path) -> String {
+    let path = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let last = path.file_name().unwrap_or(path.as_os_str());
+    last.to_string_lossy().into_owned()
 }

@@ -1,7 +1,7 @@
 //! The history of an optimisation as charts over the iterations.
 
 use super::plot::{Axes, Series, range};
-use super::run::Run;
+use super::results::Results;
 use super::svg::{MUTED, Svg};
 use crate::codesign::{Phase, Record};
 
@@ -15,7 +15,7 @@ const HEIGHT: [f64; 2] = [130.0, 182.0];
 const COLOURS: [&str; 4] = ["#0b62b8", "#d9541e", "#2a8f5b", "#8a4fb0"];
 
 /// Displacement, volumes, binarisation measures and gradients, with the phases behind them.
-pub(super) fn draw(run: &Run) -> String {
+pub(super) fn draw(run: &Results) -> String {
     let history = &run.history;
     let charts = [
         displacement(run),
@@ -93,14 +93,14 @@ fn series(
     }
 }
 
-fn displacement(run: &Run) -> Chart {
+fn displacement(run: &Results) -> Chart {
     let whole = series(("full rollout", COLOURS[0]), &run.history, |r| {
         r.displacement
     });
     let horizon = series(("gradient's horizon", COLOURS[1]), &run.history, |r| {
         r.displacement_horizon
     });
-    let delivered = vec![run.summary.displacement_p50];
+    let delivered = run.summary.displacement_p50.into_iter().collect();
     Chart::linear(
         "Displacement along the ground, m (dashed: median of what is delivered)",
         vec![horizon, whole],
@@ -108,7 +108,7 @@ fn displacement(run: &Run) -> Chart {
     )
 }
 
-fn volumes(run: &Run) -> Chart {
+fn volumes(run: &Results) -> Chart {
     let bounds = &run.scene.volume;
     let mut levels = [bounds.solid, bounds.actuator].concat();
     levels.dedup();

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::motion::{SKELETON, hex};
-use super::run::Run;
+use super::results::Results;
 use super::svg::{INK, MUTED, RULE, Svg};
-use crate::design::{Material, one_hot};
+use crate::design::Material;
 use crate::projection::softmax;
 
 /// Colour of actuators where no strain is shown.
@@ -20,7 +20,7 @@ fn colour(material: Material) -> String {
 }
 
 /// The layout on the lattice at rest, in the ground's frame.
-pub(super) fn draw_layout(run: &Run) -> String {
+pub(super) fn draw_layout(run: &Results) -> String {
     let (columns, rows) = (run.lattice.columns, run.lattice.rows);
     let cell = 320.0 / (columns.max(rows) - 1).max(1) as f64;
     let size = [460.0, 420.0];
@@ -69,7 +69,7 @@ pub(super) fn draw_layout(run: &Run) -> String {
 }
 
 /// The mixtures of the final design vectors in a triangle whose corners are the materials.
-pub(super) fn draw_ternary(run: &Run) -> String {
+pub(super) fn draw_ternary(run: &Results) -> String {
     let corners = [[62.0, 362.0], [398.0, 362.0], [230.0, 79.0]];
     let place = |mixture: &[f64; 3]| {
         [0, 1].map(|axis| (0..3).map(|k| mixture[k] * corners[k][axis]).sum::<f64>())
@@ -116,9 +116,12 @@ pub(super) fn draw_ternary(run: &Run) -> String {
 }
 
 /// Mixtures that fall on one spot of the picture: where, how many, of which material.
-fn clusters(run: &Run, place: impl Fn(&[f64; 3]) -> [f64; 2]) -> Vec<([f64; 2], usize, Material)> {
+fn clusters(
+    run: &Results,
+    place: impl Fn(&[f64; 3]) -> [f64; 2],
+) -> Vec<([f64; 2], usize, Material)> {
     let design = &run.design;
-    let snapped = design.z == one_hot(&design.materials);
+    let snapped = design.is_snapped();
     let mut spots = BTreeMap::new();
     for (z, &material) in design.z.iter().zip(&design.materials) {
         // A layout has exactly one material per edge (D7).

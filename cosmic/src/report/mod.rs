@@ -9,12 +9,12 @@ mod layout;
 mod motion;
 mod page;
 mod plot;
+mod results;
 mod robot;
-mod run;
 mod svg;
 
 pub use compare::Comparison;
-pub use run::{Design, Run, Summary, read_summary};
+pub use results::Results;
 
 use std::path::PathBuf;
 
@@ -27,7 +27,7 @@ use motion::Motion;
 ///
 /// # Errors
 /// [`Error::Write`](crate::Error::Write).
-pub fn write(run: &Run) -> Result<Vec<PathBuf>> {
+pub fn write(run: &Results) -> Result<Vec<PathBuf>> {
     let motion = Motion::new(run);
     let robot = robot::draw(&motion);
     let convergence = convergence::draw(run);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::run::Run;
+use super::results::Results;
 use crate::design::Material;
 use crate::lattice::{Ground, State};
 
@@ -27,7 +27,7 @@ pub(super) struct Bar {
 
 /// A run's delivered rollout.
 pub(super) struct Motion<'r> {
-    pub(super) run: &'r Run,
+    pub(super) run: &'r Results,
     /// Nodes that solid edges join to the payload.
     body: Vec<usize>,
     /// Nodes that anything is drawn at.
@@ -37,7 +37,7 @@ pub(super) struct Motion<'r> {
 }
 
 impl<'r> Motion<'r> {
-    pub(super) fn new(run: &'r Run) -> Self {
+    pub(super) fn new(run: &'r Results) -> Self {
         let largest = run.scene.materials.max_strain[Material::Actuator as usize];
         Self {
             run,
@@ -58,13 +58,13 @@ impl<'r> Motion<'r> {
 
     /// Seconds from the start to a state.
     pub(super) fn time(&self, index: usize) -> f64 {
-        self.run.trajectory.steps[index] as f64 * self.run.scene.physics.dt
+        self.run.trajectory.steps[index] as f64 * self.run.trajectory.dt
     }
 
     /// The last state at or before a time, the first if there is none.
     pub(super) fn index_at(&self, time: f64) -> usize {
         // Half a step of tolerance: times are products of steps and dt.
-        let step = (time / self.run.scene.physics.dt + 0.5) as usize;
+        let step = (time / self.run.trajectory.dt + 0.5) as usize;
         let after = self.run.trajectory.steps.partition_point(|&s| s <= step);
         after.saturating_sub(1)
     }
@@ -76,7 +76,7 @@ impl<'r> Motion<'r> {
 
     /// The solid edges of a state; actuators last, so that they lie on top.
     pub(super) fn bars(&self, state: &State<f64>) -> Vec<Bar> {
-        let Run {
+        let Results {
             design, lattice, ..
         } = self.run;
         let solid = |e: &usize| design.materials[*e].is_solid();
@@ -160,7 +160,7 @@ impl<'r> Motion<'r> {
 }
 
 /// The nodes that solid edges join to node 0, ascending.
-fn body(run: &Run) -> Vec<usize> {
+fn body(run: &Results) -> Vec<usize> {
     let mut joined = vec![false; run.lattice.nodes()];
     joined[0] = true;
     let edges = run.design.edges.iter().zip(&run.design.materials);
@@ -176,7 +176,7 @@ fn body(run: &Run) -> Vec<usize> {
 }
 
 /// The payload's node and those of solid edges, ascending.
-fn seen(run: &Run) -> Vec<usize> {
+fn seen(run: &Results) -> Vec<usize> {
     let edges = run.design.edges.iter().zip(&run.design.materials);
     let ends = edges.filter(|(_, m)| m.is_solid()).flat_map(|(e, _)| *e);
     let nodes: BTreeSet<usize> = ends.chain([0]).collect();

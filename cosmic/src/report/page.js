@@ -1,4 +1,6 @@
 "use strict";
+// Said in the document, where a test can see it.
+addEventListener("error", event => { document.body.dataset.error = event.message; });
 // Plays the rollout on the canvas. Positions are tenths of millimetres: x0, y0, x1, y1, … a frame.
 const data = JSON.parse(document.getElementById("motion").textContent);
 const canvas = document.getElementById("stage");

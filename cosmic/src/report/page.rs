@@ -6,9 +6,10 @@ use serde_json::{Value, json};
 
 use super::layout;
 use super::motion::{Motion, PAYLOAD, SKELETON, hex};
-use super::run::{Run, Summary};
+use super::results::Results;
 use super::svg::escape;
 use crate::design::Material;
+use crate::record::Summary;
 
 /// A number of a summary as tables show it.
 pub(super) struct Figure {
@@ -63,8 +64,10 @@ pub(super) const FIGURES: [Figure; 9] = [
     }),
 ];
 
-fn metres(value: f64) -> String {
-    format!("{value:.3}").replace('-', "\u{2212}")
+/// A displacement; none where the rollouts that it stands for diverged.
+fn metres(value: impl Into<Option<f64>>) -> String {
+    let text = |v: f64| format!("{v:.3}").replace('-', "\u{2212}");
+    value.into().map_or("diverged".to_owned(), text)
 }
 
 /// A whole page of HTML.
@@ -80,16 +83,16 @@ pub(super) fn wrap(title: &str, body: &str) -> String {
 /// The page of a run with its pictures of the robot and of the convergence.
 pub(super) fn render(motion: &Motion, [robot, convergence]: [&str; 2]) -> String {
     let run = motion.run;
-    let name = escape(&run.name());
-    let mut body = format!("<h1>{name}</h1>\n");
-    let iterations = run.history.last().map_or(0, |record| record.iteration);
+    let title = escape(&run.title());
+    let mut body = format!("<h1>{title}</h1>\n");
     let _ = writeln!(
         body,
-        "<p class=\"muted\">{} nodes, {} edges; {iterations} iterations in {:.1} s; seed {}</p>",
+        "<p class=\"muted\">{} nodes, {} edges; {} iterations in {:.1} s; controller of iteration {}</p>",
         run.lattice.nodes(),
         run.lattice.edges.len(),
+        run.summary.iterations,
         run.summary.seconds,
-        run.summary.seed,
+        run.summary.delivered_iteration,
     );
     body += &figures(&run.summary);
     body += &player(motion);
@@ -104,7 +107,7 @@ pub(super) fn render(motion: &Motion, [robot, convergence]: [&str; 2]) -> String
         escape(&run.scene.to_toml())
     );
     let _ = writeln!(body, "<script>\n{}</script>", include_str!("page.js"));
-    wrap(&run.name(), &body)
+    wrap(&run.title(), &body)
 }
 
 /// The four numbers to see first.
@@ -135,7 +138,7 @@ fn figures(summary: &Summary) -> String {
 }
 
 /// Every number, and the options that depart from the paper.
-fn summary(run: &Run) -> String {
+fn summary(run: &Results) -> String {
     let mut html = String::from("<h2>Summary</h2>\n<table><tbody>");
     let [x, y] = run.summary.displacement.map(metres);
     let world = (
@@ -161,7 +164,7 @@ fn summary(run: &Run) -> String {
         );
     }
     html += "</tbody></table>\n<h2>Departures from the paper</h2>\n";
-    let departures = run.scene.departures();
+    let departures = &run.summary.departures;
     if departures.is_empty() {
         return html + "<p>None.</p>\n";
     }
@@ -170,8 +173,8 @@ fn summary(run: &Run) -> String {
         let _ = write!(
             html,
             "<tr><td><code>{}</code></td><td>{}</td></tr>",
-            departure.option,
-            escape(departure.says)
+            escape(&departure.option),
+            escape(&departure.says)
         );
     }
     html + "</tbody></table>\n"

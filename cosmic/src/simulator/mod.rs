@@ -4,6 +4,7 @@
 //! number type. Internally all is in the ground's frame, where contact is a sign of one
 //! coordinate; states are given and returned in the world's.
 
+mod divergence;
 mod kernels;
 mod robot;
 mod trajectory;
@@ -12,6 +13,7 @@ use std::sync::Arc;
 
 use autodiff::{CotangentBound, Real, Rollout};
 
+pub use divergence::Divergence;
 pub use trajectory::Trajectory;
 
 use crate::controller::{Controller, Folded, clock};

@@ -29,10 +29,13 @@ impl Robot {
         controller: &ControllerSettings,
     ) -> Self {
         let dt = physics.dt;
+        // A spring does not know its direction, and the graph wants tails before heads.
+        let ascending = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
+        let edges: Vec<[usize; 2]> = lattice.edges.iter().map(ascending).collect();
         let gravity = Ground::from(physics).vector_to_ground([0.0, -physics.gravity * dt]);
         Self {
-            graph: Graph::new(lattice.nodes(), &lattice.edges),
-            edges: lattice.edges.len(),
+            graph: Graph::new(lattice.nodes(), &edges),
+            edges: edges.len(),
             hidden: controller.hidden,
             flight: Flight {
                 dt,
