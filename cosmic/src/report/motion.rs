@@ -198,3 +198,96 @@ pub(super) fn bounds(points: impl IntoIterator<Item = [f64; 2]>) -> [[f64; 2]; 2
 pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{AT_REST, CONTRACTED, EXTENDED, Motion, SKELETON, bounds};
+    use crate::codesign::Record;
+    use crate::design::Material;
+    use crate::lattice::State;
+    use crate::record::{Observer, Plan, Run, optimise};
+    use crate::report::Results;
+    use crate::scene::{Scene, StartKind};
+    use std::num::NonZeroUsize;
+    use std::ops::ControlFlow;
+
+    struct Silent;
+
+    impl Observer for Silent {
+        fn begin(&mut self, _: &Run) {}
+
+        fn iteration(&mut self, _: &Record) -> ControlFlow<()> {
+            ControlFlow::Continue(())
+        }
+    }
+
+    /// The short three-legged robot, its controller hardly trained.
+    fn results() -> Results {
+        let mut scene = Scene::default();
+        scene.start.kind = StartKind::Layout;
+        scene.physics.steps = 64;
+        (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
+        (scene.schedule.horizon, scene.loss.window) = ([8, 8], 8);
+        let folder = tempfile::tempdir().unwrap();
+        let plan = Plan {
+            name: "test".to_owned(),
+            scene,
+            seed: 0,
+            starts: NonZeroUsize::MIN,
+            iterations: None,
+        };
+        let run = folder.path().join("run");
+        optimise(&run, &plan, &mut Silent).unwrap();
+        Results::read(&run).unwrap()
+    }
+
+    #[test]
+    fn bars_are_the_solid_edges_coloured_by_strain() {
+        let results = results();
+        let motion = Motion::new(&results);
+        let rest = &motion.states()[0];
+        let stretched = |strain: f64| State {
+            x: rest
+                .x
+                .iter()
+                .map(|x| x.map(|v| (1.0 + strain) * v))
+                .collect(),
+            v: rest.v.clone(),
+        };
+        let count = |m| results.design.materials.iter().filter(|e| **e == m).count();
+        let cases = [(0.0, AT_REST), (0.5, EXTENDED), (-0.5, CONTRACTED)];
+        for (strain, colour) in cases {
+            let bars = motion.bars(&stretched(strain));
+            let [passive, active] = [false, true].map(|active| {
+                let of = bars.iter().filter(move |bar| bar.actuator == active);
+                of.map(|bar| bar.colour).collect::<Vec<_>>()
+            });
+            assert_eq!(passive, vec![SKELETON; count(Material::Skeleton)]);
+            assert_eq!(active, vec![colour; count(Material::Actuator)]);
+        }
+    }
+
+    #[test]
+    fn times_find_their_states() {
+        let results = results();
+        let motion = Motion::new(&results);
+        let last = motion.states().len() - 1;
+        assert_eq!(motion.duration(), 64.0 * 0.002);
+        assert!((0..=last).all(|index| motion.index_at(motion.time(index)) == index));
+        assert_eq!([motion.index_at(-1.0), motion.index_at(9.0)], [0, last]);
+    }
+
+    #[test]
+    fn the_camera_looks_at_the_payload_s_body() {
+        let results = results();
+        let motion = Motion::new(&results);
+        // The short layout: legs two cells high under one body as wide as the lattice.
+        let state = &motion.states()[0];
+        let [low, high] = bounds(motion.places(state));
+        assert_eq!(motion.corners(state), [low, high]);
+        assert!(
+            (motion.extent(state)[0] - 0.5).abs() < 1e-15,
+            "0.6 - 0.1, rounded once"
+        );
+    }
+}
