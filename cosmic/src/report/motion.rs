@@ -227,7 +227,7 @@ mod tests {
         scene.start.kind = StartKind::Layout;
         scene.physics.steps = 64;
         (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
-        (scene.schedule.horizon, scene.loss.window) = ([8, 8], 8);
+        (scene.schedule.horizon, scene.loss.window) = ([16, 16], 16);
         let folder = tempfile::tempdir().unwrap();
         let plan = Plan {
             name: "test".to_owned(),
