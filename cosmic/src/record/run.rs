@@ -1,6 +1,6 @@
 //! A run in its folder: iterations recorded, snapshots on the way, the result at the end.
 
-use super::files::{sweep, write_atomic, write_json};
+use super::files::{is_used, sweep, write_atomic, write_json};
 use super::history::History;
 use super::snapshot::Snapshot;
 use super::summary::SUMMARY;
@@ -220,15 +220,13 @@ impl Run {
 
 /// A run never mixes its files with others.
 fn refuse_used(folder: &Path) -> Result<()> {
-    match fs::read_dir(folder) {
-        Ok(mut entries) => match entries.next() {
-            None => Ok(()),
-            Some(_) => Err(Error::Usage(format!(
-                "{}: the folder is not empty; go on with it by `cosmic resume`, or name another \
-                 by --out",
-                folder.display()
-            ))),
-        },
+    match is_used(folder) {
+        Ok(false) => Ok(()),
+        Ok(true) => Err(Error::Usage(format!(
+            "{}: the folder is not empty; go on with it by `cosmic resume`, or name another by \
+             --out",
+            folder.display()
+        ))),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
         Err(source) => Err(Error::Write {
             path: folder.into(),
