@@ -23,3 +23,8 @@ pub mod verify;
 pub mod cli;
 
 pub use error::{Error, Result};
+
+/// The code of the repository's README, compiled and run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
