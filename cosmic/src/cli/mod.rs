@@ -1,5 +1,6 @@
 //! The command line: one file a command, each a struct of arguments with a `run`.
 
+mod compare;
 mod completions;
 mod evaluate;
 mod gradcheck;
@@ -7,6 +8,7 @@ mod interrupt;
 mod optimize;
 mod options;
 mod progress;
+mod report;
 mod resume;
 mod runs;
 mod scene;
@@ -33,6 +35,8 @@ enum Command {
     Resume(resume::Arguments),
     Evaluate(evaluate::Arguments),
     Gradcheck(gradcheck::Arguments),
+    Report(report::Arguments),
+    Compare(compare::Arguments),
     Scene(scene::Arguments),
     Completions(completions::Arguments),
 }
@@ -44,6 +48,8 @@ impl Command {
             Command::Resume(arguments) => arguments.run(),
             Command::Evaluate(arguments) => arguments.run(),
             Command::Gradcheck(arguments) => arguments.run(),
+            Command::Report(arguments) => arguments.run(),
+            Command::Compare(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
         }
