@@ -36,6 +36,10 @@ fn ramp(iteration: usize, ends: [f64; 2], over: [usize; 2]) -> f64 {
     let [from, to] = over.map(|i| i as f64);
     // A ramp of no length is a step.
     let share = ((iteration as f64 - from) / (to - from).max(1.0)).clamp(0.0, 1.0);
+    if share == 1.0 {
+        // The end itself, to the last bit.
+        return ends[1];
+    }
     ends[0] + share * (ends[1] - ends[0])
 }
 
