@@ -1,10 +1,12 @@
 //! SIMD lanes as a [`Real`]: many evaluations at once, in the widest registers that the
 //! processor has, chosen at run time. Nothing has to be set at compile time.
 
+#[cfg(test)]
+mod tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use crate::real::Real;
+use crate::real::{Mask, Real};
 
 /// A number type that holds `N` scalars of type `S`, one a lane.
 pub trait Lane<S>: Real {
@@ -20,6 +22,9 @@ pub trait Lane<S>: Real {
     fn load_part(from: &[S]) -> Self;
     /// Fills a slice shorter than `N`.
     fn store_part(self, to: &mut [S]);
+
+    /// The mask that is true in lane `k` where bit `k` is set.
+    fn mask(bits: u16) -> Self::Mask;
 
     /// The first `N` scalars of a slice, or the whole of a shorter one and zeros.
     #[inline(always)]
@@ -62,6 +67,10 @@ impl<R: Real> Lane<R> for R {
     }
     #[inline(always)]
     fn store_part(self, _empty: &mut [R]) {}
+    #[inline(always)]
+    fn mask(bits: u16) -> R::Mask {
+        R::Mask::splat(bits & 1 == 1)
+    }
 }
 
 /// Work that is written for any lane width; see [`Real::vectorize`].
@@ -141,19 +150,19 @@ mod enter {
     }
 
     #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-    fn f64_avx512<V: Vectorized<f64>>(work: V) -> V::Output {
+    pub(super) fn f64_avx512<V: Vectorized<f64>>(work: V) -> V::Output {
         work.run::<F64x8>()
     }
     #[target_feature(enable = "avx2,fma")]
-    fn f64_avx2<V: Vectorized<f64>>(work: V) -> V::Output {
+    pub(super) fn f64_avx2<V: Vectorized<f64>>(work: V) -> V::Output {
         work.run::<F64x4>()
     }
     #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-    fn f32_avx512<V: Vectorized<f32>>(work: V) -> V::Output {
+    pub(super) fn f32_avx512<V: Vectorized<f32>>(work: V) -> V::Output {
         work.run::<F32x16>()
     }
     #[target_feature(enable = "avx2,fma")]
-    fn f32_avx2<V: Vectorized<f32>>(work: V) -> V::Output {
+    pub(super) fn f32_avx2<V: Vectorized<f32>>(work: V) -> V::Output {
         work.run::<F32x8>()
     }
 }

@@ -58,7 +58,7 @@ macro_rules! define_lanes {
         $add:ident $sub:ident $mul:ident $div:ident $fma:ident $sqrt:ident,
         part $load_part:expr, $store_part:expr,
         $lt:expr, $le:expr, $blend:expr, $exp2:expr, $abs:expr,
-        $and:expr, $or:expr, $not:expr, $bits:expr
+        $and:expr, $or:expr, $not:expr, $bits:expr, $from_bits:expr
     ) => {
         #[doc = concat!(stringify!($n), " lanes of `", stringify!($scalar), "`.")]
         #[derive(Clone, Copy, Debug)]
@@ -205,6 +205,10 @@ macro_rules! define_lanes {
                 debug_assert!(to.len() < $n);
                 // SAFETY: no lane beyond the slice is touched.
                 unsafe { $store_part(to.as_mut_ptr(), to.len(), self.0) }
+            }
+            #[inline(always)]
+            fn mask(bits: u16) -> $mask {
+                $from_bits(bits)
             }
         }
 
@@ -360,7 +364,8 @@ define_lanes!(
     |a: Self, b: Self| Bits(a.0 & b.0),
     |a: Self, b: Self| Bits(a.0 | b.0),
     |a: Self| Bits(!a.0),
-    |a: Self| a.0
+    |a: Self| a.0,
+    |bits| Bits(bits as __mmask8)
 );
 
 define_lanes!(
@@ -380,7 +385,8 @@ define_lanes!(
     |a: Self, b: Self| Bits(a.0 & b.0),
     |a: Self, b: Self| Bits(a.0 | b.0),
     |a: Self| Bits(!a.0),
-    |a: Self| a.0
+    |a: Self| a.0,
+    Bits
 );
 
 define_lanes!(
@@ -400,7 +406,12 @@ define_lanes!(
     |a: Self, b: Self| Wide(unsafe { _mm256_and_pd(a.0, b.0) }),
     |a: Self, b: Self| Wide(unsafe { _mm256_or_pd(a.0, b.0) }),
     |a: Self| Wide(unsafe { _mm256_xor_pd(a.0, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))) }),
-    |a: Self| unsafe { _mm256_movemask_pd(a.0) }
+    |a: Self| unsafe { _mm256_movemask_pd(a.0) },
+    |bits| unsafe {
+        let lane = _mm256_set_epi64x(8, 4, 2, 1);
+        let set = _mm256_and_si256(_mm256_set1_epi64x(i64::from(bits)), lane);
+        Wide(_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane)))
+    }
 );
 
 define_lanes!(
@@ -420,5 +431,10 @@ define_lanes!(
     |a: Self, b: Self| Wide(unsafe { _mm256_and_ps(a.0, b.0) }),
     |a: Self, b: Self| Wide(unsafe { _mm256_or_ps(a.0, b.0) }),
     |a: Self| Wide(unsafe { _mm256_xor_ps(a.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }),
-    |a: Self| unsafe { _mm256_movemask_ps(a.0) }
+    |a: Self| unsafe { _mm256_movemask_ps(a.0) },
+    |bits| unsafe {
+        let lane = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
+        let set = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lane);
+        Wide(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)))
+    }
 );

@@ -8,6 +8,7 @@
 
 mod aligned;
 mod dense;
+mod edges;
 mod gather;
 mod graph;
 mod map;
@@ -279,40 +280,34 @@ impl<R: Real> Program<R> {
         output
     }
 
-    /// Per edge of the graph, the value at its head less the value at its tail, in the slot
-    /// layout of the [`Graph`].
-    pub fn difference(&mut self, graph: &Graph, x: Array) -> Array {
-        assert_eq!(
-            x.len,
-            graph.nodes(),
-            "difference: one value per node is needed"
-        );
-        // The last lanes of a group read past the nodes, and the first ones before the slots.
-        self.arena_len += graph.lead().max(WIDEST);
+    /// Maps a kernel over the edges of a graph and sums its results up at their nodes.
+    ///
+    /// The kernel's inputs are, per edge, the differences of `ends` (the value at the head less
+    /// that at the tail, of arrays over the nodes) and then `per_edge` (arrays in the slot layout
+    /// of the [`Graph`]). Each result counts plus at the edge's tail and minus at its head: the
+    /// outputs are arrays over the nodes.
+    pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
+        &mut self,
+        graph: &Graph,
+        kernel: K,
+        (ends, per_edge): ([Array; C], &[Array]),
+    ) -> [Array; O]
+    where
+        K: Adjoint<I, O>,
+    {
+        let fits = ends.iter().all(|a| a.len == graph.nodes());
+        assert!(fits, "map_edges: an array of ends has one value per node");
+        let fits = per_edge.iter().all(|a| a.len == graph.slots());
+        assert!(fits, "map_edges: an array per edge has one value per slot");
         self.margin = self.margin.max(graph.lead());
-        let output = self.allocate(graph.slots());
-        self.push(graph::Difference::new(graph.clone(), x, output));
-        output
-    }
-
-    /// Per node, the sum over its edges: plus where it is the tail, minus where it is the head.
-    /// The negative transpose of [`difference`](Self::difference).
-    pub fn incident_sum(&mut self, graph: &Graph, x: Array) -> Array {
-        assert_eq!(
-            x.len,
-            graph.slots(),
-            "incident_sum: one value per slot is needed"
-        );
-        // Lanes read a little before the first slot: an array at the very front is moved.
-        let first = x.start < graph.lead();
-        let x = if first {
-            self.gather(x, &(0..x.len).map(Some).collect::<Vec<_>>())
-        } else {
-            x
-        };
-        let output = self.allocate(graph.nodes());
-        self.push(graph::IncidentSum::new(graph.clone(), x, output));
-        output
+        let outputs = [(); O].map(|()| self.allocate(graph.nodes()));
+        self.push(edges::EdgeMap::new(
+            kernel,
+            graph,
+            (ends, per_edge),
+            outputs,
+        ));
+        outputs
     }
 
     /// `x[index]` for every index, and zero where there is none.

@@ -85,10 +85,9 @@ impl Model for Robot {
         let activation = p.gather(activation, &self.places());
 
         // 2. Every edge pulls on its nodes.
-        let [dx, dy] = [x, y].map(|coordinate| p.difference(&self.graph, coordinate));
         let spring = Spring { dt: self.flight.dt };
-        let pulls = p.map(spring, [dx, dy, activation, stiffness, rest_length, strain]);
-        let [jx, jy] = pulls.map(|pull| p.incident_sum(&self.graph, pull));
+        let edge = [activation, stiffness, rest_length, strain];
+        let [jx, jy] = p.map_edges(&self.graph, spring, ([x, y], &edge));
         // 72 numbers, against the roots and quotients of 110 edges.
         p.keep(jx);
         p.keep(jy);
