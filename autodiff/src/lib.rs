@@ -50,7 +50,8 @@
 //!   many times forward and back in lanes.
 //!
 //! [`custom`] is for a derivative that is known better than the code shows, [`check`] tells
-//! whether a gradient is right.
+//! whether a gradient is right. [`Wide`] runs the same source in 31 digits, which tells what
+//! rounding does to it.
 //!
 //! # Pitfalls
 //!
@@ -89,6 +90,7 @@ pub mod real;
 pub mod reverse;
 pub mod rollout;
 mod rule;
+pub mod wide;
 
 pub use drivers::{
     Function, VectorFunction, gradient, gradient_of, hessian, hessian_vector, jacobian, jvp,
@@ -101,6 +103,7 @@ pub use program::{Array, Graph, Matrix, Program};
 pub use real::{Mask, Real};
 pub use reverse::{Tape, Var};
 pub use rollout::{CotangentBound, Model, Rollout};
+pub use wide::Wide;
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]
