@@ -49,9 +49,9 @@
 //! - a [`Program`] records one step over arrays, with [`Kernel`]s mapped over them, and runs it
 //!   many times forward and back in lanes.
 //!
-//! [`custom`] is for a derivative that is known better than the code shows, [`check`] tells
-//! whether a gradient is right. [`Wide`] runs the same source in 31 digits, which tells what
-//! rounding does to it.
+//! [`custom`] is for a derivative that is known better than the code shows, [`implicit`] for the
+//! solution of equations, whatever solver found it. [`check`] tells whether a gradient is right.
+//! [`Wide`] runs the same source in 31 digits, which tells what rounding does to it.
 //!
 //! # Pitfalls
 //!
@@ -67,7 +67,8 @@
 //!   differentiated separately. To hold a quantity fixed, [`detach`](Real::detach) it.
 //! - **Rewriting for exactness.** Derivatives are exact for the code as written, with its
 //!   constants, iteration counts and stopping rules, which is not always the function meant.
-//!   A solver stopped early has the derivative of a solver stopped early.
+//!   A solver stopped early has the derivative of a solver stopped early; [`implicit::root`] has
+//!   that of the solution.
 //! - **Method names.** On plain `f64` the inherent `max`, `clamp`, `signum`, … hide the trait's,
 //!   which differ at ties, NaN and zero. Generic code gets the trait's.
 //!
@@ -83,8 +84,10 @@ mod elementary;
 pub mod emit;
 pub mod forward;
 pub mod fused;
+pub mod implicit;
 pub mod kernel;
 pub mod lanes;
+mod lu;
 pub mod program;
 pub mod real;
 pub mod reverse;
