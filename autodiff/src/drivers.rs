@@ -25,7 +25,7 @@ pub trait VectorFunction {
 
 /// How many columns the forward passes of [`jacobian`] and [`hessian`] carry at once: enough to
 /// share the primal's work, few enough to stay in registers.
-const CHUNK: usize = 4;
+pub(crate) const CHUNK: usize = 4;
 
 /// The gradient, by one reverse sweep.
 ///

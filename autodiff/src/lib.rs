@@ -38,6 +38,7 @@
 //! | gradient of one scalar by many arguments | [`gradient`], [`value_and_gradient`] | a few for arrays, tens for scalars on the tape; whatever the number of arguments |
 //! | cotangents of several values at once | [`vjp`] | likewise |
 //! | all of a Jacobian | [`jacobian`] | forward by arguments or reverse by values, whichever are fewer |
+//! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour: 3 for a tridiagonal one of any size |
 //! | Hessian times a vector | [`hessian_vector`] | twice a gradient |
 //! | all of a Hessian | [`hessian`] | that for every few arguments |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
@@ -93,6 +94,7 @@ pub mod real;
 pub mod reverse;
 pub mod rollout;
 mod rule;
+pub mod sparse;
 pub mod wide;
 
 pub use drivers::{
@@ -106,6 +108,7 @@ pub use program::{Array, Graph, Matrix, Program};
 pub use real::{Mask, Real};
 pub use reverse::{Tape, Var};
 pub use rollout::{CotangentBound, Model, Rollout};
+pub use sparse::sparse_jacobian;
 pub use wide::Wide;
 
 /// The README's code, compiled and run with the documentation's.
