@@ -73,6 +73,12 @@
 //! - **Method names.** On plain `f64` the inherent `max`, `clamp`, `signum`, … hide the trait's,
 //!   which differ at ties, NaN and zero. Generic code gets the trait's.
 //!
+//! # Features
+//!
+//! None is on by default.
+//!
+//! - `nalgebra`: every number as an element of nalgebra's matrices, module `nalgebra`.
+//!
 //! # Misuse
 //!
 //! A variable outside its recording, on another thread, mixed with another tape's, a wrong
@@ -89,6 +95,8 @@ pub mod implicit;
 pub mod kernel;
 pub mod lanes;
 mod lu;
+#[cfg(feature = "nalgebra")]
+pub mod nalgebra;
 pub mod program;
 pub mod real;
 pub mod reverse;

@@ -90,8 +90,8 @@ fn swap<R: Real>(b: &mut [R], (k, i): (usize, usize), mask: R::Mask) {
     (b[k], b[i]) = (R::select(mask, b[i], b[k]), R::select(mask, b[k], b[i]));
 }
 
-/// The rounding of 1 in this number type: what is left of `3 (4/3 - 1) - 1`.
-fn unit_roundoff<R: Real>() -> R {
+/// The distance from 1 to the next number of this type, or nearly: what is left of `3 (4/3 - 1) - 1`.
+pub(crate) fn unit_roundoff<R: Real>() -> R {
     let third = R::lit(4.0) / R::lit(3.0) - R::one();
     (R::lit(3.0) * third - R::one()).abs().detach()
 }
