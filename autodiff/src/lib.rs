@@ -77,7 +77,8 @@
 //!
 //! None is on by default.
 //!
-//! - `nalgebra`: every number as an element of nalgebra's matrices, module `nalgebra`.
+//! - `nalgebra`: every number as an element of nalgebra's matrices, module `nalgebra`;
+//! - `rayon`: Jacobians, Hessians and batches of gradients on several cores, module `parallel`.
 //!
 //! # Misuse
 //!
@@ -97,6 +98,8 @@ pub mod lanes;
 mod lu;
 #[cfg(feature = "nalgebra")]
 pub mod nalgebra;
+#[cfg(feature = "rayon")]
+pub mod parallel;
 pub mod program;
 pub mod real;
 pub mod reverse;
