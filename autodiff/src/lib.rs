@@ -51,7 +51,8 @@
 //!   many times forward and back in lanes.
 //!
 //! [`custom`] is for a derivative that is known better than the code shows, [`implicit`] for the
-//! solution of equations, whatever solver found it. [`check`] tells whether a gradient is right.
+//! solution of equations, whatever solver found it. [`check`] tells whether a gradient is right,
+//! [`trace`] where a NaN came from.
 //! [`Wide`] runs the same source in 31 digits, which tells what rounding does to it.
 //!
 //! # Pitfalls
@@ -106,6 +107,7 @@ pub mod reverse;
 pub mod rollout;
 mod rule;
 pub mod sparse;
+pub mod trace;
 pub mod wide;
 
 pub use drivers::{

@@ -204,6 +204,9 @@ pub trait Real:
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         function.eval(inputs)
     }
+    /// A rollout says which step is next; numbers that [`trace`](crate::trace) note it.
+    #[inline(always)]
+    fn mark_step(_step: usize) {}
     /// Runs `work` with the widest lanes that this machine has for this type. Most types have
     /// none: their lane is the number itself.
     #[inline(always)]

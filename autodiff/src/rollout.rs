@@ -78,6 +78,7 @@ impl<M: Model> Rollout<M> {
             if step == self.steps {
                 break;
             }
+            R::mark_step(step);
             sweep
                 .program
                 .set_inputs(&mut sweep.values, constants.of(step));
