@@ -52,8 +52,12 @@
 //!
 //! [`custom`] is for a derivative that is known better than the code shows, [`implicit`] for the
 //! solution of equations, whatever solver found it. [`check`] tells whether a gradient is right,
-//! [`trace`] where a NaN came from.
-//! [`Wide`] runs the same source in 31 digits, which tells what rounding does to it.
+//! [`trace`] where a NaN came from, [`Wide`] what rounding does: it runs the same source in 31
+//! digits.
+//!
+//! The folder `examples` has a program of at most 60 lines for each: a derivative, fitting an ODE,
+//! a contact law with its gradient checked, optimal control of a pendulum, a Hessian, a custom
+//! rule, and a Cholesky factorisation in nalgebra.
 //!
 //! # Pitfalls
 //!
@@ -65,6 +69,7 @@
 //!   [`select`](Real::select)s. The side not taken passes no derivative, not even an infinite one.
 //! - **`sqrt` of zero** has an infinite derivative, which turns into NaN at the next exact zero.
 //!   Keep lengths away from it, `sqrt(d.d + eps)`, or use [`Real::hypot`], which is flat there.
+//!   [`trace::first_non_finite`] finds the line.
 //! - **Aliasing.** Variables are values: `let y = x` is the same variable, not a copy that is
 //!   differentiated separately. To hold a quantity fixed, [`detach`](Real::detach) it.
 //! - **Rewriting for exactness.** Derivatives are exact for the code as written, with its
