@@ -2,6 +2,7 @@
 
 mod completions;
 mod evaluate;
+mod explain;
 mod gradcheck;
 mod options;
 mod scene;
@@ -26,6 +27,7 @@ pub struct Cli {
 enum Command {
     Evaluate(evaluate::Arguments),
     Gradcheck(gradcheck::Arguments),
+    Explain(explain::Arguments),
     Scene(scene::Arguments),
     Completions(completions::Arguments),
 }
@@ -35,6 +37,7 @@ impl Command {
         match self {
             Command::Evaluate(arguments) => arguments.run(),
             Command::Gradcheck(arguments) => arguments.run(),
+            Command::Explain(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
         }
