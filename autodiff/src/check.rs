@@ -31,6 +31,9 @@ pub struct Options {
     /// The error that counts as agreement, relative to the slope and to the gradient's root mean
     /// square, whichever is larger. What the differences leave uncertain is added.
     pub tolerance: f64,
+    /// The relative error of a value: that of the number type, or more where the computation
+    /// amplifies rounding. Below it differences mean nothing.
+    pub noise: f64,
     /// Seed of the directions.
     pub seed: u64,
 }
@@ -42,6 +45,7 @@ impl Default for Options {
             largest_step: 1e-2,
             smallest_step: 1e-10,
             tolerance: 1e-6,
+            noise: f64::EPSILON,
             seed: 0,
         }
     }
@@ -95,7 +99,8 @@ pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) ->
 /// derivatives where the claim has one.
 ///
 /// # Panics
-/// If there is no component to check, or the gradient's length is not that of `x`.
+/// If there is no component to check, the gradient's length is not that of `x`, or the steps span
+/// less than a decade.
 pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
     let n = claim.x.len();
     assert!(n > 0, "a gradient without components cannot be checked");
@@ -103,6 +108,10 @@ pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &
         n,
         claim.gradient.len(),
         "the gradient needs one component per argument"
+    );
+    assert!(
+        options.largest_step >= 10.0 * options.smallest_step && options.smallest_step > 0.0,
+        "the steps must span a decade"
     );
     let typical = (dot(claim.gradient, claim.gradient) / n as f64).sqrt();
     let checker = Checker {
@@ -139,7 +148,8 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
     fn check(&self, direction: &[f64]) -> Direction {
         let claimed = dot(self.claim.gradient, direction);
         let forward = self.claim.forward.map(|forward| forward(direction));
-        let sweep = slopes::sweep(|h| self.moved(direction, h), self.steps());
+        let value = |h| self.moved(direction, h);
+        let sweep = slopes::sweep(value, self.steps(), self.options.noise);
         let judge = slopes::Judge {
             claimed,
             typical: self.typical,
@@ -154,7 +164,7 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
             left,
             central,
             right,
-            rounding: _,
+            noise: _,
         } = slopes;
         Direction {
             gradient: claimed,

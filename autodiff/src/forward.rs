@@ -107,8 +107,11 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
     }
     #[inline(always)]
     fn fma(self, factor: Self, term: Self) -> Self {
-        let mut fused = self * factor + term;
-        fused.value = self.value.fma(factor.value, term.value);
+        let value = self.value.fma(factor.value, term.value);
+        let mut fused = self.apply2(factor, (value, [factor.value, self.value]));
+        for i in 0..N {
+            fused.tangent[i] += term.tangent[i];
+        }
         fused
     }
     #[inline(always)]

@@ -1,9 +1,85 @@
 //! Automatic differentiation behind one trait.
+//!
+//! Write a function once, generic over [`Real`]. The same source then runs as plain floating
+//! point, in SIMD lanes, on dual numbers and on a reverse tape, and so has a value, a derivative
+//! along a direction, a gradient, a Jacobian, a Hessian.
+//!
+//! ```
+//! use autodiff::{Function, Real, gradient, hessian};
+//!
+//! struct Well;
+//!
+//! impl Function for Well {
+//!     fn eval<R: Real>(&self, x: &[R]) -> R {
+//!         (x[0] * x[0] - R::one()).powi(2) + R::lit(0.5) * x[1] * x[1]
+//!     }
+//! }
+//!
+//! assert_eq!(gradient(&Well, &[2.0, 3.0]), [24.0, 3.0]);
+//! assert_eq!(hessian(&Well, &[2.0, 3.0]), [[44.0, 0.0], [0.0, 1.0]]);
+//! ```
+//!
+//! # Five terms
+//!
+//! For `y = f(x)` with Jacobian `J`:
+//!
+//! - the **primal** is the ordinary value, `x` or `y`;
+//! - a **tangent** is how a value moves when the input moves: `x_dot`, `y_dot`;
+//! - a **cotangent** is how a later scalar moves when the value does: `y_bar`, `x_bar`;
+//! - a **JVP** takes a tangent forward, `y_dot = J x_dot`: the derivative along a direction;
+//! - a **VJP** takes a cotangent back, `x_bar = J^T y_bar`: with `y` a scalar and `y_bar = 1`,
+//!   the gradient.
+//!
+//! # Which mode when
+//!
+//! | wanted | take | cost, in evaluations |
+//! | --- | --- | --- |
+//! | derivative along a direction | [`jvp`] | about 2 |
+//! | gradient of one scalar by many arguments | [`gradient`], [`value_and_gradient`] | a few for arrays, tens for scalars on the tape; whatever the number of arguments |
+//! | cotangents of several values at once | [`vjp`] | likewise |
+//! | all of a Jacobian | [`jacobian`] | forward by arguments or reverse by values, whichever are fewer |
+//! | Hessian times a vector | [`hessian_vector`] | twice a gradient |
+//! | all of a Hessian | [`hessian`] | that for every few arguments |
+//! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
+//!
+//! Three tiers of reverse mode stand behind this, and mix freely:
+//!
+//! - [`Tape`] and [`Var`] record scalar code of any shape, entry by entry;
+//! - [`Real::dot`], [`Real::sum`] and every [`Fused`] function are one entry each;
+//! - a [`Program`] records one step over arrays, with [`Kernel`]s mapped over them, and runs it
+//!   many times forward and back in lanes.
+//!
+//! [`custom`] is for a derivative that is known better than the code shows, [`check`] tells
+//! whether a gradient is right.
+//!
+//! # Pitfalls
+//!
+//! - **Kinks.** Where no derivative exists, one is chosen, the same in every mode: the table in
+//!   [`real`]. It is a convention; an optimiser that sits on a kink gets what the table says.
+//! - **`if` on values.** Comparisons look at primals, so `if` follows one branch and its
+//!   derivative is that branch's, even at the switch; the switch itself moves nothing. Generic
+//!   code cannot write that `if` at all, since lanes may disagree: it computes both sides and
+//!   [`select`](Real::select)s. The side not taken passes no derivative, not even an infinite one.
+//! - **`sqrt` of zero** has an infinite derivative, which turns into NaN at the next exact zero.
+//!   Keep lengths away from it, `sqrt(d.d + eps)`, or use [`Real::hypot`], which is flat there.
+//! - **Aliasing.** Variables are values: `let y = x` is the same variable, not a copy that is
+//!   differentiated separately. To hold a quantity fixed, [`detach`](Real::detach) it.
+//! - **Rewriting for exactness.** Derivatives are exact for the code as written, with its
+//!   constants, iteration counts and stopping rules, which is not always the function meant.
+//!   A solver stopped early has the derivative of a solver stopped early.
+//! - **Method names.** On plain `f64` the inherent `max`, `clamp`, `signum`, … hide the trait's,
+//!   which differ at ties, NaN and zero. Generic code gets the trait's.
+//!
+//! # Misuse
+//!
+//! A variable outside its recording, on another thread, mixed with another tape's, a wrong
+//! length: these are mistakes in the calling code and panic with a sentence that says so.
 
 pub mod check;
 pub mod custom;
 pub mod drivers;
 mod elementary;
+pub mod emit;
 pub mod forward;
 pub mod fused;
 pub mod kernel;
@@ -25,3 +101,8 @@ pub use program::{Array, Graph, Matrix, Program};
 pub use real::{Mask, Real};
 pub use reverse::{Tape, Var};
 pub use rollout::{CotangentBound, Model, Rollout};
+
+/// The README's code, compiled and run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

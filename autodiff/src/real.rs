@@ -17,13 +17,19 @@
 //! | `x.min(bound)` | `x = bound` | 0: the value and the derivative are the bound's |
 //! | `x.clamp(lo, hi)` | at and beyond a bound | 0: the value and the derivative are the bound's |
 //! | `select(m, a, b)` | everywhere | that of the chosen operand; the other passes nothing |
-//! | `sqrt(x)`, `rsqrt(x)`, `ln(x)`, `1/x` | `x = 0` | infinite, as the limit is |
-//! | any function | cotangent or tangent exactly 0 | 0, even where the partial is infinite |
+//! | `sqrt(x)`, `rsqrt(x)`, `ln(x)`, `1/x` | `x = 0` | infinite: the limit from inside the domain, also at -0 (but `rsqrt(-0)` is -infinity itself) |
+//! | `sqrt(x)`, `rsqrt(x)`, `ln(x)` | `x < 0` | NaN, as the value is |
+//! | any function | cotangent (reverse) or tangent (forward) exactly 0 | 0, even where the partial is infinite or NaN |
 //! | `hypot(x, y)` | `x = y = 0` | 0 by both |
 //! | `powi(x, 0)` | everywhere | 0 |
 //! | `powf(x, y)` | `x = 0` | by `x`: the limit of `y x^(y-1)`; by `y`: 0 |
 //! | `atan2(y, x)` | `x = y = 0` | 0 by both |
-//! | any function | the value is NaN | NaN is passed on, never hidden |
+//! | any function | the argument is NaN | NaN is passed on, never hidden |
+//! | `max`, `min`, `clamp` | a bound is NaN | the bound is ignored: a bound is taken to be a number |
+//!
+//! The zero of the "any function" row stops an infinity only where it comes first. In
+//! `0 * sqrt(x)` at 0 it does going back, in `sqrt(x * x)` going forward; the other mode meets
+//! zero times infinity and says NaN rather than invent a number.
 
 use std::fmt::Debug;
 use std::ops::{AddAssign, BitAnd, BitOr, Div, DivAssign, MulAssign, Neg, Not, Sub, SubAssign};

@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::fused::Fused;
-use crate::program::Program;
+use crate::program::{Aligned, Program};
 use crate::real::Real;
 
 /// A system that steps: its step is recorded as a program for any number type.
@@ -96,7 +96,7 @@ impl<M: Model> Rollout<M> {
         let Some(CotangentBound { norm, every }) = self.cotangent_bound else {
             return;
         };
-        if step % every != 0 {
+        if !step.is_multiple_of(every) {
             return;
         }
         let squared = R::dot(state_bar, state_bar).detach();
@@ -112,7 +112,7 @@ impl<M: Model> Rollout<M> {
 /// A program with the numbers it is running on.
 struct Sweep<R: Real> {
     program: Program<R>,
-    values: Vec<R>,
+    values: Aligned<R>,
     observed: Vec<R>,
 }
 

@@ -6,7 +6,8 @@
 //! partial does not exist the rule follows the table in [`real`](crate::real). Where the value is
 //! NaN the partial is NaN too: no finite derivative is invented outside the domain.
 //!
-//! Partials are always multiplied in by [`Real::chain`].
+//! Partials are always multiplied in by [`Real::chain`]. Nothing here is a closure: those would
+//! not take on the instruction set of lanes.
 
 use crate::real::{Mask, Real};
 
@@ -129,8 +130,9 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
 pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero) = (x.hypot(y), R::zero());
     let origin = value.le(zero);
-    let partial = |side: R| R::select(origin, zero, side / value);
-    (value, [partial(x), partial(y)])
+    let by_x = R::select(origin, zero, x / value);
+    let by_y = R::select(origin, zero, y / value);
+    (value, [by_x, by_y])
 }
 
 /// The partials of `select(mask, a, b)`, for lanes whose mask is mixed.

@@ -183,3 +183,11 @@ fn nan_is_passed_on() {
     }
     assert!(Kink::Clamp.eval(&[NAN, 0.0, 1.0]).is_nan());
 }
+
+#[test]
+fn a_nan_bound_is_ignored() {
+    assert_gradient(&Kink::Max, &[2.0, NAN], &[1.0, 0.0]);
+    assert_gradient(&Kink::Min, &[2.0, NAN], &[1.0, 0.0]);
+    assert_gradient(&Kink::Clamp, &[2.0, NAN, 3.0], &[1.0, 0.0, 0.0]);
+    assert_gradient(&Kink::Clamp, &[2.0, 1.0, NAN], &[1.0, 0.0, 0.0]);
+}

@@ -1,5 +1,5 @@
-//! Every elementary function: forward against reverse, finite differences and num-dual, at benign
-//! and extreme arguments.
+//! The rule of every elementary function: forward against reverse, finite differences and
+//! num-dual, at benign and extreme arguments.
 
 mod common;
 
@@ -225,6 +225,30 @@ fn all_modes_agree_to_the_bit() {
         for a in RATIOS {
             for b in RATIOS {
                 assert_gradient(&function, &[a, b], &gradient(&function, &[a, b]));
+            }
+        }
+    }
+}
+
+#[test]
+fn single_precision_follows_double() {
+    for (functions, arguments) in [(&BY_DISTANCE[..], ANGLES), (&BY_RATIO[..], RATIOS)] {
+        for function in functions {
+            for x in arguments.map(|x| x as f32) {
+                let single = gradient(function, &[x])[0];
+                let double = gradient(function, &[f64::from(x)])[0];
+                if !single.is_normal() || !(double as f32).is_normal() {
+                    continue; // Over- or underflow on the way.
+                }
+                // A handful of operations, and the cancellation of tanh as above.
+                let eps = f64::from(f32::EPSILON);
+                let floor = f64::from(u8::from(matches!(function, Tanh))) * 2.0 * eps;
+                let error = (f64::from(single) - double).abs();
+                let allowed = 16.0 * eps * double.abs() + floor;
+                assert!(
+                    error <= allowed,
+                    "{function:?} at {x}: {single}, f64 {double}"
+                );
             }
         }
     }

@@ -38,8 +38,19 @@ impl<R: Real> Inputs<R> {
 
     fn blocks_mut(&mut self) -> [&mut [R]; 7] {
         let c = &mut self.controller;
-        let (x, v) = (self.start.x.as_flattened_mut(), self.start.v.as_flattened_mut());
-        [self.z.as_flattened_mut(), &mut c.w1, &mut c.b1, &mut c.w2, &mut c.b2, x, v]
+        let (x, v) = (
+            self.start.x.as_flattened_mut(),
+            self.start.v.as_flattened_mut(),
+        );
+        [
+            self.z.as_flattened_mut(),
+            &mut c.w1,
+            &mut c.b1,
+            &mut c.w2,
+            &mut c.b2,
+            x,
+            v,
+        ]
     }
 
     /// Replaces the numbers of some blocks by those of one slice.
@@ -47,18 +58,33 @@ impl<R: Real> Inputs<R> {
     /// # Panics
     /// If the slice does not hold just so many numbers.
     pub fn set(&mut self, blocks: [bool; 7], mut numbers: &[R]) {
-        for (block, _) in self.blocks_mut().into_iter().zip(blocks).filter(|(_, set)| *set) {
+        for (block, _) in self
+            .blocks_mut()
+            .into_iter()
+            .zip(blocks)
+            .filter(|(_, set)| *set)
+        {
             let (part, rest) = numbers.split_at(block.len());
             block.copy_from_slice(part);
             numbers = rest;
         }
-        assert!(numbers.is_empty(), "{} numbers are left over", numbers.len());
+        assert!(
+            numbers.is_empty(),
+            "{} numbers are left over",
+            numbers.len()
+        );
     }
 
     /// The numbers of some blocks in one vector.
     pub fn get(&self, blocks: [bool; 7]) -> Vec<R> {
-        let chosen = self.blocks().into_iter().zip(blocks).filter(|(_, get)| *get);
-        chosen.flat_map(|(block, _)| block.iter().copied()).collect()
+        let chosen = self
+            .blocks()
+            .into_iter()
+            .zip(blocks)
+            .filter(|(_, get)| *get);
+        chosen
+            .flat_map(|(block, _)| block.iter().copied())
+            .collect()
     }
 }
 
@@ -166,7 +192,8 @@ impl Task {
         (controller, start): (&Controller<f64>, &State<f64>),
     ) -> Option<Divergence> {
         let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
-        self.simulator.divergence((&body, controller), start, self.physics.steps)
+        self.simulator
+            .divergence((&body, controller), start, self.physics.steps)
     }
 
     /// The loss of a robot over a horizon. In the mode "tail" the steps before the horizon are
@@ -188,7 +215,11 @@ impl Task {
             span.first = self.physics.steps - steps;
             let head = Span::from_start(vec![span.first]);
             let detached = mixture.iter().map(|m| m.map(R::detach)).collect::<Vec<_>>();
-            let reached = self.rollout(&detached, (&controller.map(R::detach), &start.map(R::detach)), &head);
+            let reached = self.rollout(
+                &detached,
+                (&controller.map(R::detach), &start.map(R::detach)),
+                &head,
+            );
             start = reached.states[0].clone();
         }
         let trajectory = self.rollout(mixture, (controller, &start), &span);

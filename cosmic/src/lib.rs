@@ -15,6 +15,7 @@ pub mod objective;
 pub mod gradient;
 pub mod optimiser;
 pub mod case;
+pub mod codesign;
 pub mod record;
 pub mod verify;
 #[cfg(feature = "cli")]

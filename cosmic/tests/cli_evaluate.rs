@@ -9,8 +9,8 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-mod common;
-use common::{Told, cosmic_in};
+mod program;
+use program::{Told, cosmic_in};
 
 /// A folder with a small robot in it: `scene.toml`, `design.json` and the same as `case.json`.
 fn folder() -> TempDir {

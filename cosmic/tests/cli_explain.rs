@@ -3,8 +3,8 @@
 use serde_json::Value;
 use std::fs;
 
-mod common;
-use common::cosmic_in;
+mod program;
+use program::cosmic_in;
 
 #[test]
 fn a_rollout_is_stated_with_its_stable_step() {

@@ -2,8 +2,8 @@
 
 use std::fs;
 
-mod common;
-use common::cosmic_in;
+mod program;
+use program::cosmic_in;
 
 const SMALL: &str = "[lattice]\ncolumns = 3\nrows = 2\n[controller]\nhidden = 4\n";
 

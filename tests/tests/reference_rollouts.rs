@@ -15,14 +15,21 @@ fn tolerance(reference: &Reference, path: &[&str]) -> f64 {
         [gradient, _] if gradient.starts_with("grad_") => "gradient",
         _ => "algebraic",
     };
-    reference.json["tolerance"][class].as_f64().expect("a case states its tolerances")
+    reference.json["tolerance"][class]
+        .as_f64()
+        .expect("a case states its tolerances")
 }
 
 /// Compares everything that the file lists, and returns how many fields that was.
 fn compare(reference: &Reference, path: &[&str], got: &Value, expected: &Value) -> usize {
     if let Value::Object(fields) = expected {
         let field = |(key, expected): (&String, &Value)| {
-            compare(reference, &[path, &[key.as_str()]].concat(), &got[key], expected)
+            compare(
+                reference,
+                &[path, &[key.as_str()]].concat(),
+                &got[key],
+                expected,
+            )
         };
         return fields.iter().map(field).sum();
     }
@@ -30,7 +37,10 @@ fn compare(reference: &Reference, path: &[&str], got: &Value, expected: &Value) 
     assert!(!got.is_null(), "{name} is missing");
     let bound = tolerance(reference, path);
     let error = relative_error(&numbers(got), &numbers(expected));
-    assert!(error <= bound, "{name} is off by {error:e}, allowed are {bound:e}");
+    assert!(
+        error <= bound,
+        "{name} is off by {error:e}, allowed are {bound:e}"
+    );
     1
 }
 
@@ -39,7 +49,9 @@ fn every_case_is_reproduced() {
     for reference in references(&reference_folder()) {
         let case = Case::parse(&reference.name(), &reference.text)
             .unwrap_or_else(|error| panic!("{error}"));
-        let results = case.evaluate(true, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let results = case
+            .evaluate(true, &[])
+            .unwrap_or_else(|error| panic!("{error}"));
         let got: Value = serde_json::from_str(&results.to_json()).expect("results are JSON");
         let expected = &reference.json["results"];
         let fields = compare(&reference, &[], &got["results"], expected);

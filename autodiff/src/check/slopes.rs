@@ -9,8 +9,8 @@ pub(super) struct Slopes {
     pub(super) left: f64,
     pub(super) central: f64,
     pub(super) right: f64,
-    /// What one rounding of the value makes of the quotients.
-    pub(super) rounding: f64,
+    /// What the value's noise makes of the quotients.
+    pub(super) noise: f64,
 }
 
 /// A step at which quotients change least from step to step.
@@ -18,14 +18,19 @@ pub(super) struct Slopes {
 struct Plateau {
     level: usize,
     slope: f64,
-    /// How much the slope differs from those of the neighbouring steps: below the step truncation
-    /// decides, above it rounding, here neither, so this bounds both.
+    /// How much the slope differs from those of the neighbouring steps, and its noise. Above the
+    /// step truncation decides, below it noise, here neither, so this measures both. (Differences
+    /// alone do not: steps below the value's resolution give zero, time and again.)
     spread: f64,
-    rounding: f64,
+    noise: f64,
 }
 
 /// `value(h)` is the function at distance `h` along the direction.
-pub(super) fn sweep(value: impl Fn(f64) -> f64, steps: impl Iterator<Item = f64>) -> Vec<Slopes> {
+pub(super) fn sweep(
+    value: impl Fn(f64) -> f64,
+    steps: impl Iterator<Item = f64>,
+    noise: f64,
+) -> Vec<Slopes> {
     let here = value(0.0);
     let slopes = |step: f64| {
         let (behind, ahead) = (value(-step), value(step));
@@ -34,7 +39,7 @@ pub(super) fn sweep(value: impl Fn(f64) -> f64, steps: impl Iterator<Item = f64>
             left: (here - behind) / step,
             central: (ahead - behind) / (2.0 * step),
             right: (ahead - here) / step,
-            rounding: f64::EPSILON * here.abs() / step,
+            noise: noise * here.abs() / step,
         }
     };
     steps.map(slopes).collect()
@@ -45,11 +50,12 @@ fn plateau(sweep: &[Slopes], slope: impl Fn(&Slopes) -> f64, level: usize) -> Pl
         let level = level.saturating_add_signed(i).min(sweep.len() - 1);
         slope(&sweep[level])
     });
+    let noise = sweep[level].noise;
     Plateau {
         level,
         slope: here,
-        spread: (here - before).abs() + (here - after).abs(),
-        rounding: sweep[level].rounding,
+        spread: (here - before).abs() + (here - after).abs() + noise,
+        noise,
     }
 }
 
@@ -116,7 +122,7 @@ impl Judge {
 
     fn settles(&self, plateau: &Plateau) -> bool {
         let rough = Self::ROUGH * plateau.slope.abs().max(self.typical);
-        plateau.spread <= rough.max(Self::SAFETY * plateau.rounding)
+        plateau.spread <= rough.max(Self::SAFETY * plateau.noise)
     }
 
     fn agrees(&self, plateau: &Plateau) -> bool {

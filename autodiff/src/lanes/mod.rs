@@ -1,10 +1,12 @@
 //! SIMD lanes as a [`Real`]: many evaluations at once, in the widest registers that the
 //! processor has, chosen at run time. Nothing has to be set at compile time.
 
+#[cfg(test)]
+mod tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use crate::real::Real;
+use crate::real::{Mask, Real};
 
 /// A number type that holds `N` scalars of type `S`, one a lane.
 pub trait Lane<S>: Real {
@@ -16,6 +18,32 @@ pub trait Lane<S>: Real {
     fn load(from: &[S]) -> Self;
     /// Writes the lanes to the first `N` places of a slice.
     fn store(self, to: &mut [S]);
+    /// A whole slice shorter than `N`, and zeros.
+    fn load_part(from: &[S]) -> Self;
+    /// Fills a slice shorter than `N`.
+    fn store_part(self, to: &mut [S]);
+
+    /// The mask that is true in lane `k` where bit `k` is set.
+    fn mask(bits: u16) -> Self::Mask;
+
+    /// The first `N` scalars of a slice, or the whole of a shorter one and zeros.
+    #[inline(always)]
+    fn load_up_to(from: &[S]) -> Self {
+        if from.len() >= Self::N {
+            Self::load(from)
+        } else {
+            Self::load_part(from)
+        }
+    }
+    /// Writes the lanes, as many as the slice has places for.
+    #[inline(always)]
+    fn store_up_to(self, to: &mut [S]) {
+        if to.len() >= Self::N {
+            self.store(to)
+        } else {
+            self.store_part(to)
+        }
+    }
 }
 
 /// Every number is a lane of itself.
@@ -32,6 +60,16 @@ impl<R: Real> Lane<R> for R {
     #[inline(always)]
     fn store(self, to: &mut [R]) {
         to[0] = self;
+    }
+    #[inline(always)]
+    fn load_part(_empty: &[R]) -> R {
+        R::zero()
+    }
+    #[inline(always)]
+    fn store_part(self, _empty: &mut [R]) {}
+    #[inline(always)]
+    fn mask(bits: u16) -> R::Mask {
+        R::Mask::splat(bits & 1 == 1)
     }
 }
 
@@ -112,19 +150,19 @@ mod enter {
     }
 
     #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-    fn f64_avx512<V: Vectorized<f64>>(work: V) -> V::Output {
+    pub(super) fn f64_avx512<V: Vectorized<f64>>(work: V) -> V::Output {
         work.run::<F64x8>()
     }
     #[target_feature(enable = "avx2,fma")]
-    fn f64_avx2<V: Vectorized<f64>>(work: V) -> V::Output {
+    pub(super) fn f64_avx2<V: Vectorized<f64>>(work: V) -> V::Output {
         work.run::<F64x4>()
     }
     #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-    fn f32_avx512<V: Vectorized<f32>>(work: V) -> V::Output {
+    pub(super) fn f32_avx512<V: Vectorized<f32>>(work: V) -> V::Output {
         work.run::<F32x16>()
     }
     #[target_feature(enable = "avx2,fma")]
-    fn f32_avx2<V: Vectorized<f32>>(work: V) -> V::Output {
+    pub(super) fn f32_avx2<V: Vectorized<f32>>(work: V) -> V::Output {
         work.run::<F32x8>()
     }
 }

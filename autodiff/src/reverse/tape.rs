@@ -43,7 +43,7 @@ impl<R: Real> Arena<R> {
     }
 
     /// Appends an entry and returns its index. Runs no code but this crate's.
-    #[inline(always)]
+    #[inline]
     pub(super) fn push(&mut self, entry: Entry<R>) -> u32 {
         let index = index(self.entries.len());
         self.entries.push(entry);
@@ -108,7 +108,7 @@ impl<R: Real> Arena<R> {
 }
 
 /// A place in an arena as the 32 bits that a variable has for it.
-#[inline(always)]
+#[inline]
 fn index(place: usize) -> u32 {
     if place >= FUSED as usize {
         full();

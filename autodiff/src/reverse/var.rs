@@ -33,7 +33,7 @@ pub struct Var<R> {
 
 impl<R: Real> Var<R> {
     /// A number without history.
-    #[inline(always)]
+    #[inline]
     pub fn constant(value: R) -> Self {
         Var {
             value,
@@ -43,19 +43,19 @@ impl<R: Real> Var<R> {
     }
 
     /// The primal.
-    #[inline(always)]
+    #[inline]
     pub fn value(self) -> R {
         self.value
     }
 
     /// Whether the number has no history.
-    #[inline(always)]
+    #[inline]
     pub fn is_constant(&self) -> bool {
         self.generation == CONSTANT
     }
 
     /// The generation of what was computed from numbers of generation `so_far` and this one.
-    #[inline(always)]
+    #[inline]
     pub(super) fn common(so_far: u32, &Var { generation, .. }: &Self) -> u32 {
         if so_far == CONSTANT || so_far == generation {
             generation
@@ -67,7 +67,7 @@ impl<R: Real> Var<R> {
     }
 
     /// A function of one number, given its value and partial.
-    #[inline(always)]
+    #[inline]
     fn apply(self, (value, partial): (R, R)) -> Self {
         if self.is_constant() {
             return Self::constant(value);
@@ -80,7 +80,7 @@ impl<R: Real> Var<R> {
     }
 
     /// A function of two numbers, given its value and partials.
-    #[inline(always)]
+    #[inline]
     fn apply2(self, other: Self, (value, partials): (R, [R; 2])) -> Self {
         let generation = Self::common(self.generation, &other);
         if generation == CONSTANT {
@@ -93,7 +93,7 @@ impl<R: Real> Var<R> {
         Self::push(value, entry, generation)
     }
 
-    #[inline(always)]
+    #[inline]
     fn push(value: R, entry: Entry<R>, generation: u32) -> Self {
         // SAFETY: appending a `Copy` entry runs no foreign code.
         #[allow(unsafe_code)]
@@ -106,7 +106,7 @@ impl<R: Real> Var<R> {
     }
 
     /// A value with many terms; an item of `terms` with index `NONE` is a constant's.
-    #[inline(always)]
+    #[inline]
     fn push_linear(value: R, terms: impl Iterator<Item = (R, u32)>, generation: u32) -> Self {
         if generation == CONSTANT {
             return Self::constant(value);
@@ -135,24 +135,24 @@ fn mixed() -> ! {
 impl<R: Real> Real for Var<R> {
     type Mask = R::Mask;
 
-    #[inline(always)]
+    #[inline]
     fn lit(value: f64) -> Self {
         Self::constant(R::lit(value))
     }
-    #[inline(always)]
+    #[inline]
     fn lt(self, other: Self) -> R::Mask {
         self.value.lt(other.value)
     }
-    #[inline(always)]
+    #[inline]
     fn le(self, other: Self) -> R::Mask {
         self.value.le(other.value)
     }
-    #[inline(always)]
+    #[inline]
     fn finite(self) -> R::Mask {
         self.value.finite()
     }
     /// Records nothing, unless lanes disagree.
-    #[inline(always)]
+    #[inline]
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         match rule::uniform(mask) {
             Some(true) => if_true,
@@ -163,7 +163,7 @@ impl<R: Real> Real for Var<R> {
             }
         }
     }
-    #[inline(always)]
+    #[inline]
     fn fma(self, factor: Self, term: Self) -> Self {
         let (value, one) = (self.value.fma(factor.value, term.value), R::one());
         if factor.is_constant() {
@@ -178,79 +178,79 @@ impl<R: Real> Real for Var<R> {
         }
         product.apply2(term, (value, [one, one]))
     }
-    #[inline(always)]
+    #[inline]
     fn recip(self) -> Self {
         self.apply(rule::recip(self.value))
     }
-    #[inline(always)]
+    #[inline]
     fn sqrt(self) -> Self {
         self.apply(rule::sqrt(self.value))
     }
-    #[inline(always)]
+    #[inline]
     fn rsqrt(self) -> Self {
         self.apply(rule::rsqrt(self.value))
     }
-    #[inline(always)]
+    #[inline]
     fn exp(self) -> Self {
         self.apply(rule::exp(self.value))
     }
-    #[inline(always)]
+    #[inline]
     fn ln(self) -> Self {
         self.apply(rule::ln(self.value))
     }
-    #[inline(always)]
+    #[inline]
     fn sin(self) -> Self {
         self.apply(rule::sin(self.value))
     }
-    #[inline(always)]
+    #[inline]
     fn cos(self) -> Self {
         self.apply(rule::cos(self.value))
     }
-    #[inline(always)]
+    #[inline]
     fn tan(self) -> Self {
         self.apply(rule::tan(self.value))
     }
-    #[inline(always)]
+    #[inline]
     fn tanh(self) -> Self {
         self.apply(rule::tanh(self.value))
     }
-    #[inline(always)]
+    #[inline]
     fn atan2(self, x: Self) -> Self {
         self.apply2(x, rule::atan2(self.value, x.value))
     }
-    #[inline(always)]
+    #[inline]
     fn powi(self, exponent: i32) -> Self {
         self.apply(rule::powi(self.value, exponent))
     }
-    #[inline(always)]
+    #[inline]
     fn powf(self, exponent: Self) -> Self {
         self.apply2(exponent, rule::powf(self.value, exponent.value))
     }
-    #[inline(always)]
+    #[inline]
     fn abs(self) -> Self {
         self.apply(rule::abs(self.value))
     }
-    #[inline(always)]
+    #[inline]
     fn signum(self) -> Self {
         Self::constant(self.value.signum().detach())
     }
-    #[inline(always)]
+    #[inline]
     fn hypot(self, other: Self) -> Self {
         self.apply2(other, rule::hypot(self.value, other.value))
     }
-    #[inline(always)]
+    #[inline]
     fn detach(self) -> Self {
         Self::constant(self.value.detach())
     }
     /// Records nothing: another value at the entry of `soft`.
-    #[inline(always)]
+    #[inline]
     fn straight_through(self, soft: Self) -> Self {
         Var {
             value: self.value.straight_through(soft.value),
             ..soft
         }
     }
-    #[inline(always)]
+    #[inline]
     fn chain(partial: Self, cotangent: Self) -> Self {
         if cotangent.is_zero() {
             return Self::zero();
@@ -280,7 +280,7 @@ impl<R: Real> Real for Var<R> {
 
 impl<R: Real> Add for Var<R> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn add(self, other: Self) -> Self {
         let one = R::one();
         self.apply2(other, (self.value + other.value, [one, one]))
@@ -289,7 +289,7 @@ impl<R: Real> Add for Var<R> {
 
 impl<R: Real> Sub for Var<R> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn sub(self, other: Self) -> Self {
         let one = R::one();
         self.apply2(other, (self.value - other.value, [one, -one]))
@@ -298,7 +298,7 @@ impl<R: Real> Sub for Var<R> {
 
 impl<R: Real> Mul for Var<R> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn mul(self, other: Self) -> Self {
         self.apply2(other, rule::mul(self.value, other.value))
     }
@@ -306,7 +306,7 @@ impl<R: Real> Mul for Var<R> {
 
 impl<R: Real> Div for Var<R> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn div(self, other: Self) -> Self {
         self.apply2(other, rule::div(self.value, other.value))
     }
@@ -314,53 +314,53 @@ impl<R: Real> Div for Var<R> {
 
 impl<R: Real> Neg for Var<R> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn neg(self) -> Self {
         self.apply((-self.value, -R::one()))
     }
 }
 
 impl<R: Real> AddAssign for Var<R> {
-    #[inline(always)]
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
 impl<R: Real> SubAssign for Var<R> {
-    #[inline(always)]
+    #[inline]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
 }
 
 impl<R: Real> MulAssign for Var<R> {
-    #[inline(always)]
+    #[inline]
     fn mul_assign(&mut self, other: Self) {
         *self = *self * other;
     }
 }
 
 impl<R: Real> DivAssign for Var<R> {
-    #[inline(always)]
+    #[inline]
     fn div_assign(&mut self, other: Self) {
         *self = *self / other;
     }
 }
 
 impl<R: Real> Zero for Var<R> {
-    #[inline(always)]
+    #[inline]
     fn zero() -> Self {
         Self::constant(R::zero())
     }
-    #[inline(always)]
+    #[inline]
     fn is_zero(&self) -> bool {
         self.is_constant() && self.value.is_zero()
     }
 }
 
 impl<R: Real> One for Var<R> {
-    #[inline(always)]
+    #[inline]
     fn one() -> Self {
         Self::constant(R::one())
     }
@@ -374,14 +374,14 @@ impl<R: Real> Sum for Var<R> {
 }
 
 impl<R: PartialEq> PartialEq for Var<R> {
-    #[inline(always)]
+    #[inline]
     fn eq(&self, other: &Self) -> bool {
         self.value == other.value
     }
 }
 
 impl<R: PartialOrd> PartialOrd for Var<R> {
-    #[inline(always)]
+    #[inline]
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.value.partial_cmp(&other.value)
     }

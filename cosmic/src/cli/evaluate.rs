@@ -1,13 +1,12 @@
 //! `cosmic evaluate`.
 
-use super::print;
 use super::source::Source;
+use super::{note, print};
 use crate::case::{Case, Results};
 use crate::error::{Error, Result};
 use crate::lattice::State;
 use crate::record::files::write_atomic;
 use clap::Args;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// The file in which a divergence is kept.
@@ -82,10 +81,4 @@ impl Arguments {
         let folder = self.out.as_deref().and_then(Path::parent);
         folder.map_or_else(|| name.into(), |folder| folder.join(name))
     }
-}
-
-/// A line on standard error.
-fn note(text: &str) {
-    // Nobody is left to tell if the terminal is gone.
-    let _ = writeln!(io::stderr(), "{text}");
 }

@@ -4,7 +4,12 @@ mod completions;
 mod evaluate;
 mod explain;
 mod gradcheck;
+mod interrupt;
+mod optimize;
 mod options;
+mod progress;
+mod resume;
+mod runs;
 mod scene;
 mod source;
 
@@ -25,6 +30,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Optimize(optimize::Arguments),
+    Resume(resume::Arguments),
     Evaluate(evaluate::Arguments),
     Gradcheck(gradcheck::Arguments),
     Explain(explain::Arguments),
@@ -35,6 +42,8 @@ enum Command {
 impl Command {
     fn run(&self) -> Result<()> {
         match self {
+            Command::Optimize(arguments) => arguments.run(),
+            Command::Resume(arguments) => arguments.run(),
             Command::Evaluate(arguments) => arguments.run(),
             Command::Gradcheck(arguments) => arguments.run(),
             Command::Explain(arguments) => arguments.run(),
@@ -89,6 +98,12 @@ fn print(text: &str) -> Result<()> {
         }),
         _ => Ok(()),
     }
+}
+
+/// A line on standard error.
+fn note(text: &str) {
+    // Nobody is left to tell if the terminal is gone.
+    let _ = writeln!(io::stderr(), "{text}");
 }
 
 /// Writes a value to standard output as indented JSON.

@@ -9,13 +9,14 @@ pub use sensing::{Moment, clock, observation, observation_length};
 pub use weights::Weights;
 
 use autodiff::Real;
+use serde::{Deserialize, Serialize};
 
 use crate::lattice::Lattice;
 use crate::random::{self, Purpose};
 use crate::scene::ControllerSettings;
 
 /// A network of one hidden layer: `tanh(W2 tanh(W1 I + b1) + b2)`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Controller<R> {
     /// Hidden units.
     pub hidden: usize,
@@ -32,6 +33,11 @@ pub struct Controller<R> {
 }
 
 impl<R: Real> Controller<R> {
+    /// How many weights and biases it has.
+    pub fn weights(&self) -> usize {
+        self.w1.len() + self.b1.len() + self.w2.len() + self.b2.len()
+    }
+
     /// How many activations it gives.
     pub fn edges(&self) -> usize {
         self.b2.len()

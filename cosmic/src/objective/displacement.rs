@@ -20,7 +20,10 @@ pub struct Displacement {
 impl Displacement {
     /// The paper's objective: the position after the last step.
     pub fn at_end(ground: Ground) -> Self {
-        let settings = LossSettings { kind: LossKind::Final, ..LossSettings::default() };
+        let settings = LossSettings {
+            kind: LossKind::Final,
+            ..LossSettings::default()
+        };
         Self { ground, settings }
     }
 }

@@ -44,6 +44,9 @@ pub enum OptimiserError {
         /// Its upper bound.
         upper: f64,
     },
+    /// Every number that came in is finite, but not what is computed from them.
+    #[error("values or derivatives are so large that the update overflows")]
+    Overflow,
     /// The point to move from violates the bounds.
     #[error("variable {index} is {value}, outside its bounds {lower} to {upper}")]
     OutsideBounds {

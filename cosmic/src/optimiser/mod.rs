@@ -7,14 +7,11 @@
 //! | --- | --- |
 //! | [`mma`] | bounded variables under a few inequality constraints: the design vectors |
 //! | [`adam`] | many free variables and a noisy gradient: the controller |
-//! | [`augmented`] | the multipliers and penalties of violations that enter the objective |
 
 pub mod adam;
-pub mod augmented;
 mod error;
 pub mod mma;
 
 pub use adam::{Adam, AdamState, bound_norm};
-pub use augmented::{AugmentedLagrangian, AugmentedState};
 pub use error::OptimiserError;
 pub use mma::{Linearisation, Mma, MmaParameters, MmaState, Update};

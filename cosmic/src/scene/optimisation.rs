@@ -42,7 +42,7 @@ impl Default for ScheduleSettings {
 }
 
 /// What one iteration of the co-design updates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pass {
     /// The design vectors, by MMA.

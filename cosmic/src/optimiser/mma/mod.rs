@@ -13,6 +13,8 @@
 //! rounding error, without an interior-point parameter; that is cheap for up to some ten
 //! constraints.
 
+mod bracket;
+mod cholesky;
 mod dual;
 mod parameters;
 mod subproblem;
@@ -145,9 +147,8 @@ impl Mma {
             linear: self.parameters.c,
             quadratic: self.parameters.d,
         };
-        let solution = dual::maximise(&mut self.subproblem, elastic, &state.multipliers);
-        check_finite("step of the subproblem", self.subproblem.steps())?;
-        check_finite("residual of the subproblem", &[solution.residual])?;
+        let solution = dual::maximise(&mut self.subproblem, elastic, &state.multipliers)
+            .ok_or(OptimiserError::Overflow)?;
         state.updates += 1;
         state.before_previous = std::mem::replace(&mut state.previous, at.point.to_vec());
         (state.low, state.upp) = (low, upp);
@@ -167,6 +168,7 @@ impl Mma {
         ] {
             check(what, slice, count)?;
         }
+        check_finite("state: multipliers", &state.multipliers)?;
         check_finite("constraints", at.constraints)?;
         if at.jacobian.len() != at.constraints.len() {
             return Err(OptimiserError::Length {

@@ -1,0 +1,195 @@
+//! The result: which iterate is delivered, and how far it gets.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{CoDesign, Progress};
+use crate::controller::Controller;
+use crate::design::{self, Material};
+use crate::lattice::State;
+use crate::random::{Purpose, stream, symmetric};
+use crate::scene::SelectionKind;
+use crate::simulator::{Span, Trajectory};
+
+/// Displacements along the ground over perturbed starts, in metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// 10 % quantile.
+    pub p10: f64,
+    /// Median: the figure to quote.
+    pub p50: f64,
+    /// 90 % quantile.
+    pub p90: f64,
+}
+
+impl Spread {
+    /// The quantiles of a sample, linear between its members. A rollout that diverged (NaN) is
+    /// below every other, and a quantile that leans on it is minus infinity.
+    pub fn of(sample: &[f64]) -> Self {
+        let fallen = f64::NEG_INFINITY;
+        let finite = |&x: &f64| if x.is_finite() { x } else { fallen };
+        let mut sorted: Vec<f64> = sample.iter().map(finite).collect();
+        sorted.sort_by(f64::total_cmp);
+        let quantile = |q: f64| {
+            let at = q * (sorted.len() - 1) as f64;
+            let (below, share) = (sorted[at.floor() as usize], at.fract());
+            let above = sorted[at.ceil() as usize];
+            match below.is_finite() {
+                true => below + share * (above - below),
+                false => fallen,
+            }
+        };
+        Self {
+            p10: quantile(0.1),
+            p50: quantile(0.5),
+            p90: quantile(0.9),
+        }
+    }
+}
+
+/// Steps from one state of a delivery's trajectory to the next.
+const KEEP_EVERY: usize = 16;
+
+/// What an optimisation delivers: the robot as it stands, and how far that robot gets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Delivery {
+    /// Design vectors; one-hot after the snap.
+    pub z: Vec<[f64; 3]>,
+    /// The material of every edge; before the snap the dominant one.
+    pub materials: Vec<Material>,
+    /// The controller.
+    pub controller: Controller<f64>,
+    /// The iteration after which the controller stood.
+    pub iteration: usize,
+    /// Displacement of the payload in one unperturbed rollout, x and y of the world, m.
+    pub displacement: [f64; 2],
+    /// The same along the ground, m.
+    pub along: f64,
+    /// Displacements along the ground from the perturbed starts by which it was chosen.
+    pub selection: Spread,
+    /// The same from other perturbed starts: the figures to quote.
+    pub spread: Spread,
+    /// Those of the last iterate, from the same starts.
+    pub last: Spread,
+    /// Share of solid material and share of actuators.
+    pub volumes: [f64; 2],
+    /// Every 16th state of the unperturbed rollout, and the last.
+    pub trajectory: Trajectory<f64>,
+}
+
+impl CoDesign {
+    /// Picks the controller to deliver and measures it in full rollouts.
+    ///
+    /// Before the snap the robot is the soft one that the mixtures stand for.
+    pub fn deliver(&self, progress: &Progress) -> Delivery {
+        let mixture = self.mixture(progress);
+        let entrants = self.entrants(progress);
+        let starts = self.perturbed_starts(progress.seed, Purpose::Selection);
+        let controllers: Vec<_> = entrants.iter().map(|(_, controller)| *controller).collect();
+        let selections = self.spreads(&mixture, &controllers, &starts);
+        // The earliest of equals, and that is the last iterate.
+        let better = |best: usize, k: usize| match selections[k].p50 > selections[best].p50 {
+            true => k,
+            false => best,
+        };
+        let best = (0..entrants.len()).fold(0, better);
+        let (iteration, controller) = entrants[best];
+
+        let starts = self.perturbed_starts(progress.seed, Purpose::Judgement);
+        let spreads = self.spreads(&mixture, &[controller, &progress.controller], &starts);
+        let trajectory = self.shown_rollout(&mixture, controller);
+        let moved = self.moved(&self.start, &trajectory);
+        let share =
+            |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
+        Delivery {
+            z: progress.z.clone(),
+            materials: match &progress.materials {
+                Some(materials) => materials.clone(),
+                None => progress.z.iter().map(design::dominant).collect(),
+            },
+            controller: controller.clone(),
+            iteration,
+            displacement: self.loss.ground.vector_to_world(moved),
+            along: moved[0],
+            selection: selections[best],
+            spread: spreads[0],
+            last: spreads[1],
+            volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
+            trajectory,
+        }
+    }
+
+    /// The controllers that may be delivered, each with the iteration after which it stood; the
+    /// last iterate first.
+    fn entrants<'a>(&self, progress: &'a Progress) -> Vec<(usize, &'a Controller<f64>)> {
+        let mut entrants = vec![(progress.iteration, &progress.controller)];
+        if self.scene.selection.kind == SelectionKind::Median {
+            let candidates = progress.candidates.iter();
+            entrants.extend(candidates.map(|c| (c.iteration, &c.controller)));
+        }
+        entrants
+    }
+
+    /// The unperturbed rollout, with enough states to show it.
+    fn shown_rollout(&self, mixture: &[[f64; 3]], controller: &Controller<f64>) -> Trajectory<f64> {
+        let steps = self.scene.physics.steps;
+        let mut kept: Vec<usize> = (0..steps).step_by(KEEP_EVERY).collect();
+        kept.push(steps);
+        let robot = (controller, &self.start);
+        self.task.rollout(mixture, robot, &Span::from_start(kept))
+    }
+
+    /// Starts with every coordinate moved by as much as the scene says, up or down.
+    fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<State<f64>> {
+        let settings = &self.scene.selection;
+        let mut stream = stream(seed, purpose);
+        let mut moved = |x: f64| x + settings.perturbation.copysign(symmetric(&mut stream, 1.0));
+        let mut start = || State {
+            x: self.start.x.iter().map(|x| x.map(&mut moved)).collect(),
+            v: self.start.v.clone(),
+        };
+        (0..settings.perturbed_rollouts).map(|_| start()).collect()
+    }
+
+    /// The spread of every controller over the same starts; in parallel, the order kept.
+    fn spreads(
+        &self,
+        mixture: &[[f64; 3]],
+        controllers: &[&Controller<f64>],
+        starts: &[State<f64>],
+    ) -> Vec<Spread> {
+        let pairs: Vec<_> = controllers
+            .iter()
+            .flat_map(|&c| starts.iter().map(move |start| (c, start)))
+            .collect();
+        let reach = |(controller, start): &(&Controller<f64>, &State<f64>)| {
+            self.reach(mixture, controller, start)[0]
+        };
+        let reached: Vec<f64> = pairs.par_iter().map(reach).collect();
+        reached.chunks_exact(starts.len()).map(Spread::of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Spread;
+
+    #[test]
+    fn quantiles_are_linear_between_members() {
+        let spread = Spread::of(&[4.0, 1.0, 3.0, 2.0, 5.0]);
+        assert_eq!((spread.p50, spread.p90), (3.0, 4.6));
+        assert!((spread.p10 - 1.4).abs() < 1e-15);
+        assert_eq!(Spread::of(&[1.0, 2.0, 4.0, 8.0]).p50, 3.0);
+    }
+
+    #[test]
+    fn a_diverged_rollout_counts_lowest() {
+        let spread = Spread::of(&[2.0, f64::NAN, 3.0, f64::INFINITY]);
+        // Sorted: two that diverged, 2, 3. The median lies between the second and the third.
+        assert_eq!(
+            (spread.p10, spread.p50),
+            (f64::NEG_INFINITY, f64::NEG_INFINITY)
+        );
+        assert!((spread.p90 - 2.7).abs() < 1e-15);
+    }
+}

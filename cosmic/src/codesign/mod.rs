@@ -1,0 +1,271 @@
+//! The paper's algorithm 1: structure, material and controller optimised together.
+//!
+//! [`CoDesign::iterate`] is one iteration. It moves a [`Progress`], which is the whole state of
+//! an optimisation, and tells what it did in a [`Record`]; it draws no random numbers and knows
+//! no files. [`CoDesign::deliver`] picks and measures the result. [`optimise`] does all of it:
+//!
+//! ```
+//! use cosmic::codesign::optimise;
+//! use cosmic::scene::Scene;
+//!
+//! let scene = Scene::parse("tiny", "
+//!     [lattice]
+//!     columns = 3
+//!     rows = 2
+//!     [physics]
+//!     steps = 64
+//!     [schedule]
+//!     iterations = 8
+//!     attraction_from = 4
+//!     snap_at = 6
+//!     horizon = [32, 32]
+//!     [loss]
+//!     window = 16
+//! ")?;
+//! let mut design_gradients = Vec::new();
+//! let delivery = optimise(&scene, 0, |record| {
+//!     design_gradients.extend(record.design_gradient[0]);
+//! })?;
+//! assert_eq!(design_gradients.len(), 3); // The cycle begins d c d c d, and 6 is the snap.
+//! assert_eq!(delivery.materials.len(), 11);
+//! println!("{:.3} m", delivery.spread.p50);
+//! # Ok::<(), cosmic::Error>(())
+//! ```
+
+mod delivery;
+mod passes;
+mod progress;
+mod schedule;
+
+pub use delivery::{Delivery, Spread};
+pub use progress::{Candidate, MmaDiagnostics, Progress, Record};
+pub use schedule::Phase;
+
+use autodiff::CotangentBound;
+
+use crate::controller::Controller;
+use crate::design::{attract, one_hot, snap, start_vectors};
+use crate::error::{Error, Result};
+use crate::gradient::{Horizon, Task};
+use crate::lattice::{Ground, Lattice, State};
+use crate::objective::{AugmentedLagrangian, Displacement, measures, violations};
+use crate::optimiser::{Adam, Mma, MmaParameters, OptimiserError};
+use crate::projection::{self, Projection};
+use crate::scene::{Pass, Scene, StartKind};
+use schedule::Moment;
+
+/// Iterations of the co-design from one full rollout to the next. The fine-tuning, whose
+/// controllers are candidates for delivery, has one every iteration.
+const EVALUATE_EVERY: usize = 10;
+
+/// Optimises a scene from a seed, showing every iteration's record to `observe`. To stop on the
+/// way, to save and to go on later, drive a [`CoDesign`] by hand or have a
+/// [`Run`](crate::record::Run) do it in a folder.
+///
+/// # Errors
+/// As [`CoDesign::new`] and [`CoDesign::begin`].
+pub fn optimise(scene: &Scene, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
+    let mut codesign = CoDesign::new(scene)?;
+    let mut progress = codesign.begin(seed)?;
+    while !codesign.is_done(&progress) {
+        observe(&codesign.iterate(&mut progress));
+    }
+    Ok(codesign.deliver(&progress))
+}
+
+/// A scene, ready to be optimised.
+pub struct CoDesign {
+    scene: Scene,
+    task: Task,
+    loss: Displacement,
+    start: State<f64>,
+    /// The design's optimiser, for each projection.
+    mma: [Mma; 2],
+    adam: Adam,
+}
+
+impl CoDesign {
+    /// Plans the optimisation of a scene.
+    ///
+    /// # Errors
+    /// Where the scene's optimiser settings do not fit one another.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let variables = 3 * lattice.edges.len();
+        let mma = || {
+            let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
+            Mma::new(mma_parameters(scene), &lower, &upper).map_err(unusable)
+        };
+        Ok(Self {
+            loss: Displacement {
+                ground: Ground::from(&scene.physics),
+                settings: scene.loss.clone(),
+            },
+            start: lattice.state_at_rest(),
+            mma: [mma()?, mma()?],
+            adam: Adam {
+                beta1: scene.adam.betas[0],
+                beta2: scene.adam.betas[1],
+                epsilon: scene.adam.epsilon,
+            },
+            task: Task::new(
+                lattice,
+                (&scene.physics, &scene.controller),
+                &scene.materials,
+                &scene.projection,
+            ),
+            scene: scene.clone(),
+        })
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// What is simulated.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// The state before the first iteration.
+    ///
+    /// # Errors
+    /// Where the scene's start is drawn for another lattice.
+    pub fn begin(&self, seed: u64) -> Result<Progress> {
+        let (scene, lattice) = (&self.scene, &self.task.lattice);
+        let z = start_vectors(&scene.start, lattice, scene.projection.beta)?;
+        let materials = (scene.start.kind == StartKind::Layout)
+            .then(|| z.iter().map(crate::design::dominant).collect());
+        let controller = Controller::xavier(&scene.controller, lattice, seed);
+        let mixture = self.task.mixture(Projection::Performance, &z);
+        Ok(Progress {
+            seed,
+            iteration: 0,
+            mma: [0, 1].map(|k: usize| self.mma[k].init(z.as_flattened())),
+            adam: self.adam.init(controller.weights()),
+            lagrangian: AugmentedLagrangian::new(scene.binarisation.penalty),
+            first_measures: measures(&mixture, scene.projection.delta).constrained(),
+            violations: [0.0; 4],
+            flips: 0,
+            skipped: 0,
+            candidates: Vec::new(),
+            z,
+            materials,
+            controller,
+        })
+    }
+
+    /// Whether all iterations are done.
+    pub fn is_done(&self, progress: &Progress) -> bool {
+        progress.iteration >= self.scene.schedule.iterations
+    }
+
+    /// One iteration of algorithm 1.
+    pub fn iterate(&mut self, progress: &mut Progress) -> Record {
+        let iteration = progress.iteration + 1;
+        let scene = self.scene.clone();
+        let moment = Moment {
+            scene: &scene,
+            iteration,
+        };
+        let mut record = self.blank_record(progress, &moment);
+        match moment.phase() {
+            Phase::CoDesign | Phase::Attraction => match moment.pass() {
+                Pass::Design => self.design_pass(progress, &moment, &mut record),
+                Pass::Controller => self.controller_pass(progress, &moment, &mut record),
+            },
+            Phase::Snap => self.snap(progress, &moment),
+            Phase::FineTuning => self.controller_pass(progress, &moment, &mut record),
+        }
+        if moment.phase() == Phase::Attraction {
+            let (confidence, nudge) = moment.attraction();
+            let mixture = self.task.mixture(Projection::Performance, &progress.z);
+            attract(&mut progress.z, &mixture, confidence, nudge);
+        }
+        progress.iteration = iteration;
+        progress.skipped += record.skipped;
+        record.multipliers = progress.lagrangian.multiplier;
+        record.penalties = progress.lagrangian.penalty;
+        record
+    }
+
+    /// Gives every edge one material, within the widened volume bounds.
+    fn snap(&self, progress: &mut Progress, moment: &Moment) {
+        let mixture = self.task.mixture(Projection::Performance, &progress.z);
+        let snapped = snap(&mixture, &moment.volume_bounds());
+        progress.z = one_hot(&snapped.materials);
+        progress.flips = snapped.flips;
+        progress.materials = Some(snapped.materials);
+    }
+
+    /// The mixture that is simulated: of the performance projection, or of the layout (D7).
+    fn mixture(&self, progress: &Progress) -> Vec<[f64; 3]> {
+        match &progress.materials {
+            Some(materials) => projection::one_hot(materials),
+            None => self.task.mixture(Projection::Performance, &progress.z),
+        }
+    }
+
+    fn horizon(&self, moment: &Moment) -> Horizon {
+        let gradient = &self.scene.gradient;
+        let every = gradient.cotangent_every;
+        Horizon {
+            steps: moment.horizon(),
+            mode: self.scene.schedule.horizon_mode,
+            cotangent_bound: gradient
+                .cotangent_bound
+                .map(|norm| CotangentBound { norm, every }),
+        }
+    }
+
+    /// What is known at the start of an iteration.
+    fn blank_record(&self, progress: &Progress, moment: &Moment) -> Record {
+        let measures = measures(&self.mixture(progress), self.scene.projection.delta);
+        let thresholds = moment.thresholds(&progress.first_measures);
+        let pass = match moment.phase() {
+            Phase::CoDesign | Phase::Attraction => Some(moment.pass()),
+            Phase::Snap => None,
+            Phase::FineTuning => Some(Pass::Controller),
+        };
+        Record {
+            iteration: moment.iteration,
+            phase: moment.phase(),
+            pass,
+            displacement: None,
+            displacement_horizon: None,
+            horizon: moment.horizon(),
+            volume: measures.volume,
+            actuator_volume: measures.actuator_volume,
+            measures: measures.constrained(),
+            violations: violations(measures.constrained(), &thresholds),
+            multipliers: [0.0; 4],
+            penalties: [0.0; 4],
+            design_gradient: [None; 2],
+            controller_gradient: None,
+            mma: [None, None],
+            skipped: 0,
+        }
+    }
+}
+
+fn mma_parameters(scene: &Scene) -> MmaParameters {
+    let mma = &scene.mma;
+    MmaParameters {
+        move_limit: mma.move_limit,
+        asyinit: mma.asyinit,
+        asyincr: mma.asyincr,
+        asydecr: mma.asydecr,
+        asymin: mma.asymin,
+        asymax: mma.asymax,
+        albefa: mma.albefa,
+        raa0: mma.raa0,
+        c: mma.c,
+        d: mma.d,
+    }
+}
+
+/// The settings of an optimiser were refused.
+fn unusable(error: OptimiserError) -> Error {
+    Error::Usage(format!("the scene's [mma] settings: {error}"))
+}

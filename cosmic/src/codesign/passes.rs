@@ -1,0 +1,289 @@
+//! The two kinds of update: of the design by MMA, of the controller by Adam.
+
+use autodiff::Var;
+
+use super::progress::{Candidate, MmaDiagnostics, Progress, Record};
+use super::schedule::{Moment, Phase};
+use super::{CoDesign, EVALUATE_EVERY};
+use crate::controller::Controller;
+use crate::design::clamp;
+use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs};
+use crate::lattice::State;
+use crate::objective::measures;
+use crate::optimiser::{Linearisation, MmaState, Update, bound_norm};
+use crate::projection::Projection;
+use crate::simulator::{Span, Trajectory};
+
+/// A gradient of the displacement loss, and where the payload was after the horizon.
+struct Slope {
+    gradient: Vec<f64>,
+    displacement: f64,
+}
+
+impl Slope {
+    /// Scales the gradient back to a norm where one is set; returns its own.
+    fn bound(&mut self, norm: Option<f64>) -> f64 {
+        bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
+    }
+}
+
+/// The four volume bounds as constraints `f <= 0`.
+struct VolumeRows {
+    values: [f64; 4],
+    jacobian: Vec<Vec<f64>>,
+}
+
+impl CoDesign {
+    /// Moves the design by the performance and the stability projection, each with its own
+    /// memory, and blends the two steps. Multipliers move once, on measures taken before (D10).
+    pub(super) fn design_pass(
+        &mut self,
+        progress: &mut Progress,
+        moment: &Moment,
+        record: &mut Record,
+    ) {
+        let inputs = self.inputs(progress);
+        let horizon = self.horizon(moment);
+        let full = self.is_evaluated(moment);
+        let slope = |projection| self.design_slope(&inputs, projection, &horizon);
+        let ((performance, stability), evaluated) = rayon::join(
+            || {
+                rayon::join(
+                    || slope(Projection::Performance),
+                    || slope(Projection::Stability),
+                )
+            },
+            || full.then(|| self.displacement_of(progress)),
+        );
+        record.displacement = evaluated;
+        record.displacement_horizon = Some(performance.displacement);
+
+        let thresholds = moment.thresholds(&progress.first_measures);
+        let penalties = (&progress.lagrangian, &thresholds);
+        let (_, terms) = inputs.differentiate(DESIGN, |inputs| {
+            self.task
+                .augmentation(Projection::Performance, &inputs.z, penalties)
+        });
+        let rows = self.volume_rows(&inputs, moment);
+        let share = self.scene.schedule.stability_share;
+        let before = progress.z.clone();
+        let updates = [(performance, 1.0 - share), (stability, share)];
+        for (k, (mut slope, share)) in updates.into_iter().enumerate() {
+            record.design_gradient[k] = Some(slope.bound(self.scene.gradient.design_norm));
+            for (g, term) in slope.gradient.iter_mut().zip(&terms) {
+                *g += term;
+            }
+            let memory = &mut progress.mma[k];
+            match self.update_design(k, memory, &before, (&slope.gradient, &rows)) {
+                Some(update) => {
+                    let moved = progress.z.as_flattened_mut().iter_mut().zip(&update.point);
+                    for ((z, point), from) in moved.zip(before.as_flattened()) {
+                        *z += share * (point - from);
+                    }
+                    record.mma[k] = Some(MmaDiagnostics {
+                        newton_steps: update.newton_steps,
+                        residual: update.residual,
+                        elastic: update.elastic,
+                    });
+                }
+                None => record.skipped += 1,
+            }
+        }
+        clamp(&mut progress.z);
+        let growth = self.scene.binarisation.penalty_growth;
+        progress
+            .lagrangian
+            .update(&record.violations, &progress.violations, growth);
+        progress.violations = record.violations;
+    }
+
+    /// Moves the controller against its gradient; in the fine-tuning the controller that the
+    /// iteration begins with becomes a candidate for delivery.
+    pub(super) fn controller_pass(
+        &self,
+        progress: &mut Progress,
+        moment: &Moment,
+        record: &mut Record,
+    ) {
+        let inputs = self.inputs(progress);
+        let mixture = self.mixture(progress);
+        let horizon = self.horizon(moment);
+        let full = self.is_evaluated(moment);
+        let (mut slope, evaluated) = rayon::join(
+            || self.controller_slope(&inputs, &mixture, &horizon),
+            || full.then(|| self.displacement_of(progress)),
+        );
+        record.displacement = evaluated;
+        record.displacement_horizon = Some(slope.displacement);
+        if let (Phase::FineTuning, Some(along)) = (moment.phase(), evaluated) {
+            self.note_candidate(progress, along);
+        }
+        record.controller_gradient = Some(slope.bound(self.scene.adam.gradient_norm));
+        let mut weights = inputs.get(CONTROLLER);
+        let rate = moment.learning_rate();
+        match self
+            .adam
+            .update(&mut progress.adam, &mut weights, &slope.gradient, rate)
+        {
+            Ok(()) => {
+                let mut moved = inputs;
+                moved.set(CONTROLLER, &weights);
+                progress.controller = moved.controller;
+            }
+            Err(_) => record.skipped += 1,
+        }
+    }
+
+    /// Keeps a controller among the best single rollouts.
+    pub(super) fn note_candidate(&self, progress: &mut Progress, along: f64) {
+        let candidate = Candidate {
+            iteration: progress.iteration,
+            along,
+            controller: progress.controller.clone(),
+        };
+        let better = |c: &Candidate| c.along >= along;
+        let place = progress.candidates.partition_point(better);
+        if along.is_finite() {
+            progress.candidates.insert(place, candidate);
+            progress
+                .candidates
+                .truncate(self.scene.selection.candidates);
+        }
+    }
+
+    /// How far a full rollout gets, m along the ground.
+    pub(super) fn displacement_of(&self, progress: &Progress) -> f64 {
+        let mixture = self.mixture(progress);
+        let [along, _] = self.reach(&mixture, &progress.controller, &self.start);
+        along
+    }
+
+    /// Displacement of the payload in a full rollout: along the ground, and in the height above.
+    pub(super) fn reach(
+        &self,
+        mixture: &[[f64; 3]],
+        controller: &Controller<f64>,
+        start: &State<f64>,
+    ) -> [f64; 2] {
+        let end = Span::from_start(vec![self.scene.physics.steps]);
+        let trajectory = self.task.rollout(mixture, (controller, start), &end);
+        self.moved(start, &trajectory)
+    }
+
+    /// From the payload's start to its place in the last state, in the ground's frame; NaN where
+    /// that state is absurd.
+    pub(super) fn moved(&self, start: &State<f64>, trajectory: &Trajectory<f64>) -> [f64; 2] {
+        let last = trajectory.at(trajectory.last_step());
+        if last.is_absurd() {
+            return [f64::NAN; 2];
+        }
+        let [from, to] = [start, last].map(|s| self.loss.ground.point_to_ground(s.x[0]));
+        [to[0] - from[0], to[1] - from[1]]
+    }
+
+    fn is_evaluated(&self, moment: &Moment) -> bool {
+        moment.phase() == Phase::FineTuning || moment.iteration.is_multiple_of(EVALUATE_EVERY)
+    }
+
+    fn inputs(&self, progress: &Progress) -> Inputs<f64> {
+        Inputs {
+            z: progress.z.clone(),
+            controller: progress.controller.clone(),
+            start: self.start.clone(),
+        }
+    }
+
+    fn design_slope(
+        &self,
+        inputs: &Inputs<f64>,
+        projection: Projection,
+        horizon: &Horizon,
+    ) -> Slope {
+        self.slope(inputs, DESIGN, |inputs| {
+            let mixture = self.task.mixture(projection, &inputs.z);
+            let robot = (&inputs.controller, &inputs.start);
+            self.task.loss(&mixture, robot, (&self.loss, horizon))
+        })
+    }
+
+    fn controller_slope(
+        &self,
+        inputs: &Inputs<f64>,
+        mixture: &[[f64; 3]],
+        horizon: &Horizon,
+    ) -> Slope {
+        self.slope(inputs, CONTROLLER, |inputs| {
+            let mixture: Vec<_> = mixture.iter().map(|m| m.map(Var::constant)).collect();
+            let robot = (&inputs.controller, &inputs.start);
+            self.task.loss(&mixture, robot, (&self.loss, horizon))
+        })
+    }
+
+    fn slope(
+        &self,
+        inputs: &Inputs<f64>,
+        blocks: [bool; 7],
+        loss: impl FnOnce(&Inputs<Var<f64>>) -> (Var<f64>, Trajectory<Var<f64>>),
+    ) -> Slope {
+        let mut displacement = f64::NAN;
+        let (_, gradient) = inputs.differentiate(blocks, |inputs| {
+            let (loss, trajectory) = loss(inputs);
+            let last = trajectory.at(trajectory.last_step()).map(Var::value);
+            let states = Trajectory {
+                steps: vec![0],
+                states: vec![last],
+            };
+            [displacement, _] = self.moved(&self.start, &states);
+            loss
+        });
+        Slope {
+            gradient,
+            displacement,
+        }
+    }
+
+    /// One update of the design; `None` where its gradient is not finite.
+    fn update_design(
+        &mut self,
+        k: usize,
+        memory: &mut MmaState,
+        z: &[[f64; 3]],
+        (gradient, rows): (&[f64], &VolumeRows),
+    ) -> Option<Update> {
+        let at = Linearisation {
+            point: z.as_flattened(),
+            objective_gradient: gradient,
+            constraints: &rows.values,
+            jacobian: &rows.jacobian,
+        };
+        self.mma[k].update(memory, &at).ok()
+    }
+
+    /// The volume bounds and their derivatives by the design, on the performance projection.
+    fn volume_rows(&self, inputs: &Inputs<f64>, moment: &Moment) -> VolumeRows {
+        let scale = self.scene.mma.volume_row_scale;
+        let bounds = moment.volume_bounds();
+        let delta = self.scene.projection.delta;
+        let volume = |pick: fn(&crate::objective::Measures<Var<f64>>) -> Var<f64>| {
+            inputs.differentiate(DESIGN, |inputs| {
+                let mixture = self.task.mixture(Projection::Performance, &inputs.z);
+                pick(&measures(&mixture, delta))
+            })
+        };
+        let solid = volume(|m| m.volume);
+        let actuator = volume(|m| m.actuator_volume);
+        let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
+        let mut rows = VolumeRows {
+            values: [0.0; 4],
+            jacobian: Vec::new(),
+        };
+        let both = [(solid, bounds.solid), (actuator, bounds.actuator)];
+        for (k, ((value, gradient), [least, most])) in both.iter().enumerate() {
+            rows.values[2 * k] = scale * (value - most);
+            rows.values[2 * k + 1] = scale * (least - value);
+            rows.jacobian
+                .extend([row(gradient, 1.0), row(gradient, -1.0)]);
+        }
+        rows
+    }
+}

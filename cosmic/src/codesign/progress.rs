@@ -1,0 +1,166 @@
+//! What an optimisation has reached, and what it tells of every iteration.
+
+use serde::{Deserialize, Serialize};
+
+use super::schedule::Phase;
+use crate::controller::Controller;
+use crate::design::Material;
+use crate::error::{Error, Result};
+use crate::objective::AugmentedLagrangian;
+use crate::optimiser::{AdamState, MmaState};
+use crate::scene::Pass;
+
+/// The whole state of an optimisation: saved and read back, it goes on bit for bit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// Seed of the controller's first weights and of the perturbed starts.
+    pub seed: u64,
+    /// Iterations that are done.
+    pub iteration: usize,
+    /// Design vectors; one-hot from the snap on.
+    pub z: Vec<[f64; 3]>,
+    /// The layout, from the snap on.
+    pub materials: Option<Vec<Material>>,
+    /// The controller.
+    pub controller: Controller<f64>,
+    /// Memory of the design's optimiser, for each projection.
+    pub mma: [MmaState; 2],
+    /// Memory of the controller's optimiser.
+    pub adam: AdamState,
+    /// Multipliers and penalties.
+    pub lagrangian: AugmentedLagrangian,
+    /// The binarisation measures of the first design: the thresholds come down from them.
+    pub first_measures: [f64; 4],
+    /// The violations by which the multipliers moved last.
+    pub violations: [f64; 4],
+    /// Edges that the snap gave another material than their largest entry's.
+    pub flips: usize,
+    /// Gradients that were not finite and therefore skipped.
+    pub skipped: usize,
+    /// The fine-tuning's controllers with the longest single rollouts, best first.
+    pub candidates: Vec<Candidate>,
+}
+
+impl Progress {
+    /// Checks that all lists have the lengths they have in another state of the same scene, as
+    /// in a saved one they may not.
+    ///
+    /// # Errors
+    /// [`Error::Misfit`] for the first that has not; `file` is named.
+    pub fn fits(&self, other: &Self, file: &str) -> Result<()> {
+        let expected = controller_sizes(&other.controller);
+        let mut pairs: Vec<_> = self.sizes().into_iter().zip(other.sizes()).collect();
+        for candidate in &self.candidates {
+            pairs.extend(
+                controller_sizes(&candidate.controller)
+                    .into_iter()
+                    .zip(expected),
+            );
+        }
+        if let Some(materials) = &self.materials {
+            pairs.push((("materials", materials.len()), ("materials", other.z.len())));
+        }
+        match pairs.into_iter().find(|(own, others)| own != others) {
+            None => Ok(()),
+            Some(((what, found), (_, expected))) => Err(Error::Misfit {
+                file: file.to_owned(),
+                what: format!("length of `{what}`"),
+                expected,
+                found,
+            }),
+        }
+    }
+
+    /// The lists whose lengths a scene sets.
+    fn sizes(&self) -> Vec<(&'static str, usize)> {
+        let mut sizes = vec![
+            ("z", self.z.len()),
+            ("adam.mean", self.adam.mean.len()),
+            ("adam.mean_square", self.adam.mean_square.len()),
+        ];
+        sizes.extend(controller_sizes(&self.controller));
+        for mma in &self.mma {
+            sizes.extend([
+                ("mma.previous", mma.previous.len()),
+                ("mma.before_previous", mma.before_previous.len()),
+                ("mma.low", mma.low.len()),
+                ("mma.upp", mma.upp.len()),
+            ]);
+        }
+        sizes
+    }
+}
+
+fn controller_sizes(controller: &Controller<f64>) -> [(&'static str, usize); 6] {
+    [
+        ("controller.inputs", controller.inputs),
+        ("controller.hidden", controller.hidden),
+        ("controller.w1", controller.w1.len()),
+        ("controller.b1", controller.b1.len()),
+        ("controller.w2", controller.w2.len()),
+        ("controller.b2", controller.b2.len()),
+    ]
+}
+
+/// A controller of the fine-tuning.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// The iteration after which it stood.
+    pub iteration: usize,
+    /// How far a full rollout got with it, m along the ground.
+    pub along: f64,
+    /// The controller.
+    pub controller: Controller<f64>,
+}
+
+/// One iteration, for the history. Lengths in metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Counted from 1.
+    pub iteration: usize,
+    /// What the iteration belongs to.
+    pub phase: Phase,
+    /// What it updated; the snap updates neither.
+    pub pass: Option<Pass>,
+    /// Displacement along the ground of a full rollout at the iteration's start; not every
+    /// iteration of the co-design has one.
+    pub displacement: Option<f64>,
+    /// Displacement along the ground after the horizon.
+    pub displacement_horizon: Option<f64>,
+    /// Steps that carried the gradient.
+    pub horizon: usize,
+    /// Share of solid edges.
+    #[serde(rename = "V")]
+    pub volume: f64,
+    /// Share of actuators.
+    #[serde(rename = "V_act")]
+    pub actuator_volume: f64,
+    /// `g_bin` and the three overlaps.
+    pub measures: [f64; 4],
+    /// By how much they exceed their thresholds.
+    pub violations: [f64; 4],
+    /// Multipliers after the iteration.
+    pub multipliers: [f64; 4],
+    /// Penalties after the iteration.
+    pub penalties: [f64; 4],
+    /// Norm of the displacement's gradient by the design, before any bound: performance and
+    /// stability projection.
+    pub design_gradient: [Option<f64>; 2],
+    /// Norm of the gradient by the controller, before any bound.
+    pub controller_gradient: Option<f64>,
+    /// How the subproblems of both design updates were solved.
+    pub mma: [Option<MmaDiagnostics>; 2],
+    /// Gradients skipped in this iteration because they were not finite.
+    pub skipped: usize,
+}
+
+/// How a subproblem of the design's optimiser was solved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MmaDiagnostics {
+    /// Newton steps of the dual.
+    pub newton_steps: usize,
+    /// Largest violation of the optimality conditions.
+    pub residual: f64,
+    /// Elastic variables of the four volume bounds: what could not be met.
+    pub elastic: Vec<f64>,
+}

@@ -1,0 +1,174 @@
+//! What changes over the iterations, as functions of the iteration (counted from 1).
+
+use serde::{Deserialize, Serialize};
+
+use crate::design::VolumeBounds;
+use crate::scene::{Pass, Scene, StartKind};
+
+/// What an iteration belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// Structure, material and controller move together.
+    CoDesign,
+    /// The same, and decided edges are drawn towards their material.
+    Attraction,
+    /// The iteration in which every edge gets one material.
+    Snap,
+    /// The controller alone moves.
+    FineTuning,
+}
+
+impl Phase {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CoDesign => "co_design",
+            Self::Attraction => "attraction",
+            Self::Snap => "snap",
+            Self::FineTuning => "fine_tuning",
+        }
+    }
+}
+
+/// The value at an iteration of a ramp from `ends[0]` at `over[0]` to `ends[1]` at `over[1]`.
+fn ramp(iteration: usize, ends: [f64; 2], over: [usize; 2]) -> f64 {
+    let [from, to] = over.map(|i| i as f64);
+    // A ramp of no length is a step.
+    let share = ((iteration as f64 - from) / (to - from).max(1.0)).clamp(0.0, 1.0);
+    ends[0] + share * (ends[1] - ends[0])
+}
+
+/// A scene's schedule at one iteration.
+pub(super) struct Moment<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) iteration: usize,
+}
+
+impl Moment<'_> {
+    pub(super) fn phase(&self) -> Phase {
+        let schedule = &self.scene.schedule;
+        if self.scene.start.kind == StartKind::Layout || self.iteration > schedule.snap_at {
+            Phase::FineTuning
+        } else if self.iteration == schedule.snap_at {
+            Phase::Snap
+        } else if self.iteration >= schedule.attraction_from {
+            Phase::Attraction
+        } else {
+            Phase::CoDesign
+        }
+    }
+
+    /// What the co-design updates.
+    pub(super) fn pass(&self) -> Pass {
+        let cycle = &self.scene.schedule.cycle;
+        cycle[(self.iteration - 1) % cycle.len()]
+    }
+
+    /// Steps that carry the gradient.
+    pub(super) fn horizon(&self) -> usize {
+        let schedule = &self.scene.schedule;
+        let ends = schedule.horizon.map(|steps| steps as f64);
+        ramp(self.iteration, ends, schedule.horizon_over).round() as usize
+    }
+
+    /// The volume bounds, widened as far as they are by now.
+    pub(super) fn volume_bounds(&self) -> VolumeBounds {
+        let volume = &self.scene.volume;
+        let slack = ramp(self.iteration, [0.0, volume.widening], volume.widening_over);
+        VolumeBounds::widened(volume, slack)
+    }
+
+    /// Thresholds of the binarisation measures, from the measures' own first values.
+    pub(super) fn thresholds(&self, first: &[f64; 4]) -> [f64; 4] {
+        let settings = &self.scene.binarisation;
+        first.map(|g| {
+            ramp(
+                self.iteration,
+                [g, settings.threshold.min(g)],
+                settings.threshold_over,
+            )
+        })
+    }
+
+    /// Confidence above which an edge is drawn, and by how much.
+    pub(super) fn attraction(&self) -> (f64, f64) {
+        let (schedule, settings) = (&self.scene.schedule, &self.scene.binarisation);
+        let over = [schedule.attraction_from, schedule.snap_at];
+        let at = |ends| ramp(self.iteration, ends, over);
+        (at(settings.confidence), at(settings.nudge))
+    }
+
+    /// Adam's learning rate.
+    pub(super) fn learning_rate(&self) -> f64 {
+        let (schedule, adam) = (&self.scene.schedule, &self.scene.adam);
+        if self.phase() != Phase::FineTuning {
+            return adam.rate;
+        }
+        let over = [schedule.snap_at + 1, schedule.iterations];
+        ramp(
+            self.iteration,
+            [adam.fine_rate, adam.fine_rate * adam.fine_decay],
+            over,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Moment, Phase};
+    use crate::scene::{Pass, Scene};
+
+    #[test]
+    fn the_paper_s_phases_and_ramps() {
+        let scene = Scene::default();
+        let at = |iteration| Moment {
+            scene: &scene,
+            iteration,
+        };
+        let phases = [1, 169, 170, 239, 240, 241, 300].map(|i| at(i).phase());
+        use Phase::{Attraction, CoDesign, FineTuning, Snap};
+        let expected = [
+            CoDesign, CoDesign, Attraction, Attraction, Snap, FineTuning, FineTuning,
+        ];
+        assert_eq!(phases, expected);
+        assert_eq!(
+            [1, 80, 115, 150, 300].map(|i| at(i).horizon()),
+            [2048, 2048, 3072, 4096, 4096]
+        );
+        let widened = [110, 130, 150].map(|i| at(i).volume_bounds().actuator[1]);
+        // Sums of decimal fractions, rounded at 1e-17.
+        assert!(
+            widened
+                .iter()
+                .zip([0.22, 0.235, 0.25])
+                .all(|(a, b)| (a - b).abs() < 1e-15)
+        );
+        assert_eq!(
+            at(20).thresholds(&[0.4, 0.2, 0.01, 0.3]),
+            [0.4, 0.2, 0.01, 0.3]
+        );
+        assert_eq!(
+            at(180).thresholds(&[0.4, 0.2, 0.01, 0.3]),
+            [0.03, 0.03, 0.01, 0.03]
+        );
+        assert_eq!(at(170).attraction(), (0.9, 0.002));
+        assert_eq!(
+            [at(1), at(300)].map(|m| m.learning_rate()),
+            [0.002, 0.002 * 0.1]
+        );
+    }
+
+    #[test]
+    fn design_and_controller_take_turns_three_to_two() {
+        let scene = Scene::default();
+        let passes = (1..=240).map(|iteration| {
+            Moment {
+                scene: &scene,
+                iteration,
+            }
+            .pass()
+        });
+        assert_eq!(passes.filter(|pass| *pass == Pass::Design).count(), 144);
+    }
+}

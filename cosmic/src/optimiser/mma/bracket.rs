@@ -1,0 +1,96 @@
+//! Where a falling function crosses zero: the Illinois variant of regula falsi.
+
+/// A length below the crossing and, once known, one above it, with the function's values.
+pub(super) struct Bracket {
+    below: (f64, f64),
+    above: Option<(f64, f64)>,
+    /// Which end moved last, and how many times in a row.
+    moved: (End, usize),
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    Below,
+    Above,
+}
+
+impl Bracket {
+    /// A bracket from 0, where the function is positive.
+    pub(super) fn starting_with(value: f64) -> Self {
+        Bracket {
+            below: (0.0, value),
+            above: None,
+            moved: (End::Above, 0),
+        }
+    }
+
+    /// Takes in the function's value somewhere inside.
+    pub(super) fn narrow(&mut self, at: f64, value: f64) {
+        let moves = if value > 0.0 { End::Below } else { End::Above };
+        let (last, times) = self.moved;
+        self.moved = (moves, if moves == last { times + 1 } else { 1 });
+        // An end that stays a second time counts half, or it would stay for ever.
+        let weight = if self.moved.1 > 1 { 0.5 } else { 1.0 };
+        match (moves, self.above) {
+            (End::Below, above) => {
+                self.below = (at, value);
+                self.above = above.map(|(end, value)| (end, weight * value));
+            }
+            (End::Above, None) => self.above = Some((at, value)),
+            (End::Above, Some(_)) => {
+                self.below.1 *= weight;
+                self.above = Some((at, value));
+            }
+        }
+    }
+
+    /// Where to look next: four times as far while no upper end is known; then at a kink that is
+    /// known to lie inside, of which each is tried once; then by the chord. The middle where a
+    /// chord that hugs one end has not moved the other: there is a kink that nobody knows.
+    pub(super) fn next_trial(&self, kinks: &mut Vec<f64>) -> f64 {
+        let (start, value) = self.below;
+        let Some((end, other)) = self.above else {
+            return 4.0 * start;
+        };
+        kinks.retain(|&kink| start < kink && kink < end);
+        let share = value / (value - other);
+        let hugs = !(0.01..=0.99).contains(&share);
+        let share = if hugs && self.moved.1 > 1 { 0.5 } else { share };
+        kinks.pop().unwrap_or(start + share * (end - start))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Bracket;
+    use crate::optimiser::mma::dual::MAX_TRIALS;
+
+    /// Flat at 1e-6 up to a kink at 7, then steep: what the elastic cost does to a slope.
+    fn kinked(at: f64) -> f64 {
+        1e-6 - 1e3 * (at - 7.0).max(0.0)
+    }
+
+    fn trials(mut kinks: Vec<f64>) -> usize {
+        let mut bracket = Bracket::starting_with(kinked(0.0));
+        let mut at = 1.0;
+        for trials in 1..=MAX_TRIALS {
+            let value = kinked(at);
+            if value.abs() < 1e-7 {
+                return trials;
+            }
+            bracket.narrow(at, value);
+            at = bracket.next_trial(&mut kinks);
+        }
+        panic!("no crossing found: stopped at {at}");
+    }
+
+    #[test]
+    fn a_known_kink_spares_the_search() {
+        let (blind, told) = (trials(vec![]), trials(vec![3.0, 7.0, 50.0]));
+        // 1, 4, 16, the kink at 7, and the chord beyond it, exact but for rounding.
+        assert!(
+            told <= 6 && blind > 2 * told,
+            "{told} trials, {blind} without kinks"
+        );
+    }
+}

@@ -1,0 +1,266 @@
+//! The method of moving asymptotes against recorded runs: one update at a time, and whole runs.
+
+mod problems;
+
+use cosmic::optimiser::{Linearisation, Mma, MmaParameters, MmaState, Update};
+use cosmic_tests::{Reference, own_reference_folder, reference_folder, references};
+use problems::Problem;
+use serde::Deserialize;
+use serde_json::Value;
+
+/// A recorded run; fields that no comparison needs are not read.
+#[derive(Deserialize)]
+struct Case {
+    name: String,
+    statement: String,
+    data: Value,
+    start: Vec<f64>,
+    xmin: Vec<f64>,
+    xmax: Vec<f64>,
+    parameters: Parameters,
+    iterations: usize,
+    #[serde(rename = "final")]
+    end: End,
+    trace: Vec<Iteration>,
+}
+
+#[derive(Deserialize)]
+struct Parameters {
+    asyinit: f64,
+    asyincr: f64,
+    asydecr: f64,
+    asymin: f64,
+    asymax: f64,
+    albefa: f64,
+    raa0: f64,
+    #[serde(rename = "move")]
+    move_limit: f64,
+    a: Vec<f64>,
+    c: Vec<f64>,
+    d: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+struct End {
+    f0: f64,
+}
+
+/// One iteration; long runs keep the vectors of the first iterations only.
+#[derive(Deserialize)]
+struct Iteration {
+    f0: f64,
+    f: Vec<f64>,
+    lam: Vec<f64>,
+    x: Option<Vec<f64>>,
+    low: Option<Vec<f64>>,
+    upp: Option<Vec<f64>>,
+    x_next_exact: Option<Vec<f64>>,
+    y_exact: Option<Vec<f64>>,
+    lam_exact: Option<Vec<f64>>,
+}
+
+/// Every case: those in the folder `mma` of the reference cases, else the project's own.
+fn cases() -> Vec<Case> {
+    let given = reference_folder().join("mma");
+    let folder = if given.is_dir() {
+        given
+    } else {
+        own_reference_folder().join("mma")
+    };
+    references(&folder).into_iter().map(case).collect()
+}
+
+fn case(reference: Reference) -> Case {
+    serde_json::from_str(&reference.text)
+        .unwrap_or_else(|error| panic!("{}: {error}", reference.name()))
+}
+
+/// The one value of a list whose entries are all alike.
+fn uniform(what: &str, list: &[f64]) -> f64 {
+    assert!(
+        list.iter().all(|&entry| entry == list[0]),
+        "{what} differs between constraints: {list:?}"
+    );
+    list[0]
+}
+
+impl Case {
+    fn problem(&self) -> Box<dyn Problem> {
+        problems::problem(&self.statement, self.data.clone())
+    }
+
+    fn method(&self) -> Mma {
+        let p = &self.parameters;
+        assert_eq!(uniform("a", &p.a), 0.0, "{}: a z", self.name);
+        let parameters = MmaParameters {
+            move_limit: p.move_limit,
+            asyinit: p.asyinit,
+            asyincr: p.asyincr,
+            asydecr: p.asydecr,
+            asymin: p.asymin,
+            asymax: p.asymax,
+            albefa: p.albefa,
+            raa0: p.raa0,
+            c: uniform("c", &p.c),
+            d: uniform("d", &p.d),
+        };
+        Mma::new(parameters, &self.xmin, &self.xmax).expect("usable settings")
+    }
+
+    /// The iterations whose vectors are kept.
+    fn kept(&self) -> impl Iterator<Item = (usize, &Iteration)> {
+        (self.trace.iter().enumerate()).filter(|(_, iteration)| iteration.x_next_exact.is_some())
+    }
+
+    /// The state before iteration `k`, from the record.
+    fn state(&self, k: usize) -> MmaState {
+        let point = |back: usize| self.trace[k.saturating_sub(back)].x.clone();
+        let before = &self.trace[k.saturating_sub(1)];
+        let kept = "an iteration is kept with those before it";
+        MmaState {
+            updates: k as u64,
+            previous: point(1).expect(kept),
+            before_previous: point(2).expect(kept),
+            low: before.low.clone().expect(kept),
+            upp: before.upp.clone().expect(kept),
+            multipliers: Vec::new(),
+        }
+    }
+
+    /// Asserts that two vectors of variables agree to `tolerance` of each variable's range.
+    fn assert_close(&self, what: &str, (found, expected): (&[f64], &[f64]), tolerance: f64) {
+        assert_eq!(found.len(), expected.len(), "{}: {what}", self.name);
+        for (j, (found, expected)) in found.iter().zip(expected).enumerate() {
+            let off = (found - expected).abs() / (self.xmax[j] - self.xmin[j]);
+            assert!(
+                off <= tolerance,
+                "{}: {what}[{j}] is {found}, recorded {expected}: off by {off:e} of the range",
+                self.name
+            );
+        }
+    }
+}
+
+fn update(mma: &mut Mma, state: &mut MmaState, problem: &dyn Problem, x: &[f64]) -> Update {
+    let (values, mut rows) = problem.linearise(x);
+    let objective_gradient = rows.remove(0);
+    let at = Linearisation {
+        point: x,
+        objective_gradient: &objective_gradient,
+        constraints: &values[1..],
+        jacobian: &rows,
+    };
+    mma.update(state, &at).expect("finite input")
+}
+
+/// Asserts that two numbers agree to `tolerance`, relative to the expected one or to 1.
+fn assert_near(what: &str, found: f64, expected: f64, tolerance: f64) {
+    let off = (found - expected).abs() / expected.abs().max(1.0);
+    assert!(
+        off <= tolerance,
+        "{what} is {found}, recorded {expected}: off by {off:e}"
+    );
+}
+
+fn kept(vector: &Option<Vec<f64>>) -> &[f64] {
+    vector
+        .as_deref()
+        .expect("the vectors of an iteration are kept together")
+}
+
+/// The functions are those of the file; without this a wrong problem could pass as a wrong method.
+#[test]
+fn problems_have_the_recorded_values() {
+    for case in cases() {
+        let problem = case.problem();
+        for (k, iteration) in case.kept() {
+            let (values, _) = problem.linearise(kept(&iteration.x));
+            let recorded = std::iter::once(&iteration.f0).chain(&iteration.f);
+            assert_eq!(values.len(), 1 + iteration.f.len(), "{}", case.name);
+            for (i, (&found, &expected)) in values.iter().zip(recorded).enumerate() {
+                // Sums of some hundred terms up to 1e3, in another order: 1e-16 * 1e3 * 10.
+                assert_near(&format!("{} {k}: f{i}", case.name), found, expected, 1e-12);
+            }
+        }
+    }
+}
+
+/// Asymptotes and new point of single updates from the recorded state, so that nothing adds up.
+#[test]
+fn each_update_is_the_recorded_one() {
+    for case in cases() {
+        let (problem, mut mma) = (case.problem(), case.method());
+        for (k, iteration) in case.kept() {
+            let mut state = case.state(k);
+            let update = update(&mut mma, &mut state, &*problem, kept(&iteration.x));
+            let at = |what: &str| format!("iteration {}: {what}", k + 1);
+            // The same few operations on the same numbers: rounding alone.
+            case.assert_close(&at("low"), (&state.low, kept(&iteration.low)), 1e-12);
+            case.assert_close(&at("upp"), (&state.upp, kept(&iteration.upp)), 1e-12);
+            // The record's own subproblem is solved to about 1e-13; conditioning costs the rest.
+            let points = (&update.point[..], kept(&iteration.x_next_exact));
+            case.assert_close(&at("x_next"), points, 1e-8);
+            compare_duals(&case.name, &update, iteration);
+        }
+    }
+}
+
+/// Elastic variables always; multipliers where they are unique.
+fn compare_duals(name: &str, update: &Update, iteration: &Iteration) {
+    let (elastic, exact) = (kept(&iteration.y_exact), kept(&iteration.lam_exact));
+    assert_eq!(update.elastic.len(), elastic.len(), "{name}");
+    for i in 0..elastic.len() {
+        let what = |what: &str| format!("{name}: {what}[{i}]");
+        // y = (lam - c) / d loses the ulps of c = 1000; 1e-10 leaves room for larger ones.
+        assert_near(&what("y"), update.elastic[i], elastic[i], 1e-10);
+        // Two solvers that stop at different places of a set of solutions disagree by far; where
+        // the record's two agree to its interior point's accuracy, the solution is a point.
+        let unique = (iteration.lam[i] - exact[i]).abs() <= 1e-5 * exact[i].abs().max(1.0);
+        if unique {
+            assert_near(&what("lam"), update.multipliers[i], exact[i], 1e-8);
+        }
+    }
+}
+
+/// From the start to the recorded number of iterations, every subproblem solved to rounding.
+#[test]
+fn whole_runs_end_where_the_recorded_ones_do() {
+    for case in cases() {
+        let (problem, mut mma) = (case.problem(), case.method());
+        let mut x = case.start.clone();
+        let mut state = mma.init(&x);
+        for _ in 0..case.iterations {
+            let update = update(&mut mma, &mut state, &*problem, &x);
+            // Constraints sum terms up to 1e3: some ulps of that.
+            assert!(update.residual <= 1e-10, "{}: {update:?}", case.name);
+            x = update.point;
+        }
+        let end = problem.linearise(&x).0[0];
+        let off = (end - case.end.f0).abs() / case.end.f0.abs();
+        assert!(
+            off <= case.run_tolerance(),
+            "{}: f0 ends at {end}, recorded {}: off by {off:e}",
+            case.name,
+            case.end.f0
+        );
+    }
+}
+
+impl Case {
+    /// How closely the end of a run can be compared. The record solves its subproblems to 1e-7
+    /// only, which moves points by up to 4e-2; a run that has settled forgets that, to 1e-5. One
+    /// that has not is compared to the distance that the record itself still covers in its last
+    /// ten iterations.
+    fn run_tolerance(&self) -> f64 {
+        let last = self
+            .trace
+            .iter()
+            .rev()
+            .take(10)
+            .map(|iteration| iteration.f0);
+        let (least, most) = last.fold((self.end.f0, self.end.f0), |(least, most), f0| {
+            (f64::min(least, f0), f64::max(most, f0))
+        });
+        ((most - least) / self.end.f0.abs()).max(1e-5)
+    }
+}

@@ -1,0 +1,248 @@
+//! Every optimiser on every problem: it converges, and a run that is saved, read back and resumed
+//! ends with the same bits.
+
+use autodiff::{Function, Real, VectorFunction, gradient, jacobian};
+use cosmic::objective::AugmentedLagrangian;
+use cosmic::optimiser::{Adam, AdamState, Linearisation, Mma, MmaParameters, MmaState};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// A function to minimise within a box, `f_0`, and what is wanted at most 0.
+trait Problem {
+    const NAME: &'static str;
+    const START: [f64; 2];
+    /// The box of both variables.
+    const BOX: (f64, f64);
+    const MINIMISER: [f64; 2];
+
+    fn objective<R: Real>(x: &[R]) -> R;
+    fn constraints<R: Real>(x: &[R]) -> Vec<R>;
+}
+
+/// A convex quadratic whose minimum lies outside the box, at a face.
+struct Quadratic;
+
+impl Problem for Quadratic {
+    const NAME: &'static str = "quadratic";
+    const START: [f64; 2] = [-1.5, -1.0];
+    const BOX: (f64, f64) = (-2.0, 2.0);
+    /// The first variable at its bound, the second where the remaining parabola is least.
+    const MINIMISER: [f64; 2] = [2.0, -0.5];
+
+    fn objective<R: Real>(x: &[R]) -> R {
+        let (first, second) = (x[0] - R::lit(5.0), x[1] + R::lit(0.5));
+        first * first + R::lit(2.0) * second * second
+    }
+    fn constraints<R: Real>(_: &[R]) -> Vec<R> {
+        vec![]
+    }
+}
+
+/// A bent valley, not convex.
+struct Rosenbrock;
+
+impl Problem for Rosenbrock {
+    const NAME: &'static str = "Rosenbrock";
+    const START: [f64; 2] = [-1.0, 0.5];
+    const BOX: (f64, f64) = (-2.0, 2.0);
+    const MINIMISER: [f64; 2] = [1.0, 1.0];
+
+    fn objective<R: Real>(x: &[R]) -> R {
+        let (across, along) = (x[1] - x[0] * x[0], R::one() - x[0]);
+        R::lit(5.0) * across * across + along * along
+    }
+    fn constraints<R: Real>(_: &[R]) -> Vec<R> {
+        vec![]
+    }
+}
+
+/// The point of a disc nearest to one outside it, from a start outside.
+struct Disc;
+
+impl Problem for Disc {
+    const NAME: &'static str = "disc";
+    const START: [f64; 2] = [1.8, 0.2];
+    const BOX: (f64, f64) = (-2.0, 2.0);
+    /// By symmetry on the diagonal, at distance 1.
+    const MINIMISER: [f64; 2] = [std::f64::consts::FRAC_1_SQRT_2; 2];
+
+    fn objective<R: Real>(x: &[R]) -> R {
+        let (first, second) = (x[0] - R::lit(1.5), x[1] - R::lit(1.5));
+        first * first + second * second
+    }
+    fn constraints<R: Real>(x: &[R]) -> Vec<R> {
+        vec![x[0] * x[0] + x[1] * x[1] - R::one()]
+    }
+}
+
+/// An optimiser as this table sees it.
+trait Optimiser {
+    const NAME: &'static str;
+    /// Updates that suffice for every problem, and how near to the minimiser they lead.
+    const UPDATES: usize;
+    const TOLERANCE: f64;
+    type State: Serialize + DeserializeOwned;
+
+    fn init<P: Problem>() -> Self::State;
+    fn update<P: Problem>(state: &mut Self::State, x: &mut [f64]);
+}
+
+struct Moving;
+
+impl Moving {
+    fn method<P: Problem>() -> Mma {
+        let parameters = MmaParameters {
+            move_limit: 0.2,
+            // Where a gradient vanishes, the models keep the slope's sign but not the function's
+            // curvature: the method hunts about the minimum at the asymptotes' least distance.
+            asymin: 1e-5,
+            ..MmaParameters::default()
+        };
+        Mma::new(parameters, &[P::BOX.0; 2], &[P::BOX.1; 2]).expect("usable settings")
+    }
+}
+
+impl Optimiser for Moving {
+    const NAME: &'static str = "moving asymptotes";
+    const UPDATES: usize = 1000;
+    /// Five times the asymptotes' least distance in this box of range 4.
+    const TOLERANCE: f64 = 2e-4;
+    type State = MmaState;
+
+    fn init<P: Problem>() -> MmaState {
+        Self::method::<P>().init(&P::START)
+    }
+    fn update<P: Problem>(state: &mut MmaState, x: &mut [f64]) {
+        let at = Linearisation {
+            point: x,
+            objective_gradient: &gradient(&Objective::<P>::NEW, x),
+            constraints: &P::constraints(x),
+            jacobian: &jacobian(&Objective::<P>::NEW, x),
+        };
+        let update = Self::method::<P>().update(state, &at);
+        x.copy_from_slice(&update.expect("finite input").point);
+    }
+}
+
+/// Adam, projected to the box, with the augmented Lagrangian for the constraints.
+struct Adaptive;
+
+impl Adaptive {
+    const ADAM: Adam = Adam {
+        beta1: 0.9,
+        beta2: 0.999,
+        epsilon: 1e-8,
+    };
+    const PENALTY: f64 = 0.3;
+    const PENALTY_GROWTH: f64 = 1.01;
+}
+
+impl Optimiser for Adaptive {
+    const NAME: &'static str = "Adam with an augmented Lagrangian";
+    const UPDATES: usize = 4000;
+    /// The step does not shrink below the rate by itself, and multipliers never fall back: both
+    /// leave a remainder that the decaying rate damps.
+    const TOLERANCE: f64 = 1e-3;
+    /// With the violations of the last update.
+    type State = (AdamState, AugmentedLagrangian, [f64; 4]);
+
+    fn init<P: Problem>() -> Self::State {
+        let lagrangian = AugmentedLagrangian::new(Self::PENALTY);
+        (
+            Self::ADAM.init(2),
+            lagrangian,
+            violations::<P, f64>(&P::START),
+        )
+    }
+    fn update<P: Problem>((adam, augmented, last): &mut Self::State, x: &mut [f64]) {
+        let slopes = gradient(&Augmented::<P>(augmented, Objective::NEW), x);
+        let done = adam.updates as f64 / Self::UPDATES as f64;
+        let rate = 0.02 * (1.0 - done);
+        (Self::ADAM.update(adam, x, &slopes, rate)).expect("a finite gradient");
+        x.iter_mut().for_each(|x| *x = x.clamp(P::BOX.0, P::BOX.1));
+        let violations = violations::<P, f64>(x);
+        augmented.update(&violations, last, Self::PENALTY_GROWTH);
+        *last = violations;
+    }
+}
+
+/// The violations of the constraints, and zero for those of four that a problem has not.
+fn violations<P: Problem, R: Real>(x: &[R]) -> [R; 4] {
+    let constraints = P::constraints(x);
+    [0, 1, 2, 3].map(|k| {
+        constraints
+            .get(k)
+            .map_or(R::zero(), |value| value.max(R::zero()))
+    })
+}
+
+/// A problem's functions as the drivers take them.
+struct Objective<P>(std::marker::PhantomData<P>);
+
+impl<P> Objective<P> {
+    const NEW: Self = Objective(std::marker::PhantomData);
+}
+
+impl<P: Problem> Function for Objective<P> {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        P::objective(x)
+    }
+}
+
+impl<P: Problem> VectorFunction for Objective<P> {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        P::constraints(x)
+    }
+}
+
+struct Augmented<'a, P>(&'a AugmentedLagrangian, Objective<P>);
+
+impl<P: Problem> Function for Augmented<'_, P> {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        self.0
+            .objective(Function::eval(&self.1, x), violations::<P, R>(x))
+    }
+}
+
+/// The end of a run that is saved to text and read back before the updates named.
+fn run<O: Optimiser, P: Problem>(interruptions: &[usize]) -> Vec<f64> {
+    let (mut state, mut x) = (O::init::<P>(), P::START.to_vec());
+    for update in 0..O::UPDATES {
+        if interruptions.contains(&update) {
+            let saved = serde_json::to_string(&(&state, &x)).expect("plain data");
+            (state, x) = serde_json::from_str(&saved).expect("what was written");
+        }
+        O::update::<P>(&mut state, &mut x);
+    }
+    x
+}
+
+fn check<O: Optimiser, P: Problem>() {
+    let end = run::<O, P>(&[]);
+    let off = (0..2).map(|j| (end[j] - P::MINIMISER[j]).abs());
+    let off = off.fold(0.0, f64::max);
+    assert!(
+        off <= O::TOLERANCE,
+        "{} on {}: ends at {end:?}, {off:e} from the minimiser",
+        O::NAME,
+        P::NAME
+    );
+    let resumed = run::<O, P>(&[0, 1, 2, O::UPDATES / 2]);
+    assert_eq!(end, resumed, "{} on {}: resumed", O::NAME, P::NAME);
+}
+
+fn check_all<O: Optimiser>() {
+    check::<O, Quadratic>();
+    check::<O, Rosenbrock>();
+    check::<O, Disc>();
+}
+
+#[test]
+fn moving_asymptotes_converge() {
+    check_all::<Moving>();
+}
+
+#[test]
+fn adam_converges() {
+    check_all::<Adaptive>();
+}
