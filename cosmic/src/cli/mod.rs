@@ -1,5 +1,6 @@
 //! The command line: one file a command, each a struct of arguments with a `run`.
 
+mod compare;
 mod completions;
 mod evaluate;
 mod explain;
@@ -8,6 +9,7 @@ mod interrupt;
 mod optimize;
 mod options;
 mod progress;
+mod report;
 mod resume;
 mod runs;
 mod scene;
@@ -35,6 +37,8 @@ enum Command {
     Evaluate(evaluate::Arguments),
     Gradcheck(gradcheck::Arguments),
     Explain(explain::Arguments),
+    Report(report::Arguments),
+    Compare(compare::Arguments),
     Scene(scene::Arguments),
     Completions(completions::Arguments),
 }
@@ -47,6 +51,8 @@ impl Command {
             Command::Evaluate(arguments) => arguments.run(),
             Command::Gradcheck(arguments) => arguments.run(),
             Command::Explain(arguments) => arguments.run(),
+            Command::Report(arguments) => arguments.run(),
+            Command::Compare(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
         }

@@ -170,7 +170,8 @@ pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> 
     serde_json::from_slice(&bytes).map_err(json)
 }
 
-fn malformed(path: &Path, (line, column): (usize, usize), message: &str) -> Error {
+/// A file that reads but is not what it should be, from `line` and `column` on.
+pub(crate) fn malformed(path: &Path, (line, column): (usize, usize), message: &str) -> Error {
     let file = path.display().to_string();
     let report = format!("error: {message}\n --> {file}:{line}:{column}");
     Error::Malformed {

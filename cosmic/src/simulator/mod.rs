@@ -8,7 +8,7 @@
 mod adjoints;
 mod divergence;
 #[cfg(test)]
-mod kernel_gradients;
+mod emission;
 mod kernels;
 mod robot;
 pub mod stability;
