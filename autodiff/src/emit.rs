@@ -216,6 +216,7 @@ impl Mul for Symbol {
 impl Div for Symbol {
     type Output = Self;
     /// As a product with the reciprocal, which an adjoint needs anyway.
+    #[allow(clippy::suspicious_arithmetic_impl)]
     fn div(self, other: Self) -> Self {
         self * other.recip()
     }

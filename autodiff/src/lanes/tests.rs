@@ -70,7 +70,7 @@ fn check<S: Real>(enter: impl FnOnce(All<S>) -> usize, bits: impl Fn(S) -> u64) 
     let mut wide: [Vec<S>; FUNCTIONS] = std::array::from_fn(|_| vec![S::zero(); x.len()]);
     let mut narrow = wide.clone();
     let lanes = enter(All(&x, &mut wide));
-    assert!(x.len() % lanes > 0, "no lane is partly filled");
+    assert!(!x.len().is_multiple_of(lanes), "no lane is partly filled");
     All(&x, &mut narrow).run::<S>();
     for k in 0..FUNCTIONS {
         for (place, (w, n)) in wide[k].iter().zip(&narrow[k]).enumerate() {

@@ -9,7 +9,7 @@ use crate::controller::{Moment, Weights, observation};
 use crate::error::Result;
 use crate::gradient::{ALL, DESIGN, Horizon, Inputs, Task};
 use crate::lattice::{Ground, State};
-use crate::objective::{Displacement, measures, violations};
+use crate::objective::{Displacement, measures};
 use crate::projection::{Body, Projection, mixture, one_hot};
 use crate::scene::HorizonMode;
 use crate::simulator::{Divergence, Span};
@@ -94,7 +94,7 @@ impl Case {
         Ok(Results {
             u0: self.first_activation(&ground),
             node_mass: body.mass,
-            displacement: along(&ground, &self.start) * -1.0 - l_disp,
+            displacement: -along(&ground, &self.start) - l_disp,
             l_disp,
             volume: measures.volume,
             actuator_volume: measures.actuator_volume,
@@ -179,8 +179,7 @@ impl Case {
     /// What the augmented Lagrangian adds to the loss, measured on a projection.
     fn penalties<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> R {
         let measures = measures(&self.mixture(projection, z), self.sharpness.delta);
-        let violations = violations(measures.constrained(), &self.thresholds);
-        self.lagrangian.objective(R::zero(), violations)
+        self.lagrangian.terms(&measures, &self.thresholds)
     }
 }
 

@@ -130,7 +130,7 @@ fn bar() -> ProgressBar {
 }
 
 /// A duration as minutes and seconds, with hours before them where there are any.
-pub(super) fn clock(seconds: f64) -> String {
+fn clock(seconds: f64) -> String {
     let seconds = seconds.round() as u64;
     let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
     match hours {

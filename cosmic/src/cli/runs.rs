@@ -1,7 +1,7 @@
 //! What `optimize` and `resume` share: threads, signals, progress, and the result in a few lines.
 
 use super::interrupt::Interrupt;
-use super::progress::{Progress, clock};
+use super::progress::Progress;
 use super::{Output, note, print};
 use crate::error::{Error, Result};
 use crate::record::summary::SUMMARY;
@@ -78,12 +78,12 @@ fn describe(folder: &Path, summary: &Summary) -> String {
          departures from the paper: {departures}\n"
     );
     text + &format!(
-        "displacement {} (10-90 %: {} to {}), V {:.4}, V_act {:.4}, time {}\n",
+        "displacement {} (10-90 %: {} to {}), V {:.4}, V_act {:.4}, time {:.1} s\n",
         metres(summary.displacement_p50),
         metres(summary.displacement_p10),
         metres(summary.displacement_p90),
         summary.volume,
         summary.actuator_volume,
-        clock(summary.seconds),
+        summary.seconds,
     )
 }

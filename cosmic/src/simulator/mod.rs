@@ -7,8 +7,11 @@
 #[rustfmt::skip]
 mod adjoints;
 mod divergence;
+#[cfg(test)]
+mod emission;
 mod kernels;
 mod robot;
+pub mod stability;
 mod trajectory;
 
 use std::sync::Arc;
