@@ -212,6 +212,30 @@ fn a_divergence_is_told_kept_and_seen_again() {
     assert!(states.contains_key(&kept["steps"].to_string()) && states.len() > 1);
 }
 
+/// The exact layout of a snapped design goes along.
+#[test]
+fn a_diverging_layout_is_seen_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[start]\nkind = \"layout\"\n[schedule]\nsnap_at = 0\n[physics]\ndt = 0.2\n";
+    fs::write(folder.path().join("wild.toml"), text).unwrap();
+    let first = evaluate(&folder, &["wild.toml"]);
+    assert_eq!(first.code, 3, "{}", first.error);
+    let last_line = |told: &Told| told.error.lines().last().unwrap().to_owned();
+    let again = evaluate(&folder, &["diverged.json"]);
+    assert_eq!((again.code, last_line(&again)), (3, last_line(&first)));
+    let shares = |told: &Told| {
+        let json: Value = serde_json::from_str(&told.out).unwrap();
+        json["results"]["z_projected"].clone()
+    };
+    assert_eq!(shares(&again), shares(&first));
+    assert!(
+        shares(&again)
+            .as_array()
+            .unwrap()
+            .contains(&json!([1.0, 0.0, 0.0]))
+    );
+}
+
 #[test]
 fn the_last_states_lie_beside_the_results() {
     let folder = folder();

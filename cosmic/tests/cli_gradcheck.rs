@@ -66,3 +66,16 @@ fn bad_input_is_refused() {
     let (code, error) = say(&["stability", "--directions", "0"]);
     assert!(code == 2 && error.contains("--directions"), "{error}");
 }
+
+#[test]
+fn a_divergence_is_not_called_a_wrong_gradient() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("wild.toml"), "[physics]\ndt = 0.2\n").unwrap();
+    let told = cosmic_in(folder.path(), &["gradcheck", "wild.toml"]);
+    assert_eq!((told.code, told.out.as_str()), (3, ""));
+    assert!(
+        told.error.starts_with("error: diverged in step "),
+        "{}",
+        told.error
+    );
+}

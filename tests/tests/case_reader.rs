@@ -167,3 +167,12 @@ fn an_edge_stands_once() {
         "{text}"
     );
 }
+
+#[test]
+fn a_rollout_has_an_end() {
+    let text = message(|json| json["steps"] = json!(1_000_000_000_000_u64));
+    assert!(
+        text.contains("`steps` is 1000000000000, where at most 10000000 belong"),
+        "{text}"
+    );
+}

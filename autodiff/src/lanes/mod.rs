@@ -121,6 +121,22 @@ pub(crate) fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
     work.run::<f32>()
 }
 
+/// Asks for memory that is soon to be read.
+#[inline(always)]
+pub(crate) fn prefetch<T>(ahead: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    for line in ahead.chunks((64 / size_of::<T>()).max(1)) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        #[allow(unsafe_code)] // `cosmic explain --measure`: a tenth of a gradient's time.
+        // SAFETY: a hint to the cache; it reads nothing that the program can see.
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast());
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = ahead;
+}
+
 /// The one door into code compiled for wider registers.
 #[cfg(target_arch = "x86_64")]
 mod enter {
