@@ -26,4 +26,4 @@ if command -v nm >/dev/null; then
 fi
 
 say 'tests'
-cargo test
+cargo test --no-fail-fast

@@ -9,6 +9,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::fused::Fused;
+use crate::lanes::prefetch;
 use crate::program::{Aligned, Program};
 use crate::real::Real;
 
@@ -240,6 +241,8 @@ impl<M: Model> Fused for Rollout<M> {
         let mut state_bar = vec![R::zero(); state_len];
         for step in (0..=self.steps).rev() {
             if step < self.steps {
+                // Memory is read backwards here, which the processor does not foresee.
+                prefetch(&history[step.saturating_sub(2) * row..][..row]);
                 let (state, kept) = history[step * row..][..row].split_at(state_len);
                 program.set_state(values, state);
                 program.set_kept(values, kept);

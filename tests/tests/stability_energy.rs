@@ -124,6 +124,43 @@ fn lattice(case: &StabilityCase) -> (Bare, State<f64>) {
     )
 }
 
+/// What is watched in a rollout, energies in parts of the first.
+struct Watched {
+    least: f64,
+    most: f64,
+    /// Means over windows of equal length.
+    means: Vec<f64>,
+    /// The largest component of the total momentum, N s.
+    momentum: f64,
+}
+
+impl Watched {
+    fn new((bare, start): (Bare, State<f64>), steps: usize, windows: usize) -> Self {
+        let at_start = energy(&bare, &start);
+        let mut watched = Self {
+            least: 1.0,
+            most: 1.0,
+            means: vec![0.0; windows],
+            momentum: 0.0,
+        };
+        let window = steps / windows;
+        let mut step = 0;
+        every_step(&bare, start, steps, |state| {
+            let share = energy(&bare, state) / at_start;
+            watched.least = watched.least.min(share);
+            watched.most = watched.most.max(share);
+            watched.means[step / window] += share / window as f64;
+            step += 1;
+            for k in 0..2 {
+                let moving = bare.body.mass.iter().zip(&state.v);
+                let sum: f64 = moving.map(|(m, v)| m * v[k]).sum();
+                watched.momentum = watched.momentum.max(sum.abs());
+            }
+        });
+        watched
+    }
+}
+
 #[test]
 fn lattices_keep_their_energy() {
     for case in stability_cases("window_means_over_E0") {
@@ -134,39 +171,23 @@ fn lattices_keep_their_energy() {
         assert!(error < 1e-12, "{at_start}");
         let expected = case.numbers("window_means_over_E0");
         let steps = case.number("steps") as usize;
-        let window = steps / expected.len();
-        let (mut least, mut most, mut means) = (1.0f64, 1.0f64, vec![0.0; expected.len()]);
-        let mut step = 0;
-        let mut momentum: f64 = 0.0;
-        every_step(&bare, start, steps, |state| {
-            let share = energy(&bare, state) / at_start;
-            (least, most) = (least.min(share), most.max(share));
-            means[step / window] += share / window as f64;
-            step += 1;
-            for k in 0..2 {
-                let sum: f64 = bare
-                    .body
-                    .mass
-                    .iter()
-                    .zip(&state.v)
-                    .map(|(m, v)| m * v[k])
-                    .sum();
-                momentum = momentum.max(sum.abs());
-            }
-        });
+        let watched = Watched::new((bare, start), steps, expected.len());
         // The file's bounds: small motions are nearly periodic, large ones chaotic, of which only
         // statistics repeat.
         let expect = &case.file["expect"];
         let small = case.number("amplitude_of_spacing") < 0.01;
         let size = if small { "small" } else { "large" };
         let spread = number(expect, &format!("window_mean_spread_{size}_amplitude"));
-        for (mean, expected) in means.iter().zip(&expected) {
+        for (mean, expected) in watched.means.iter().zip(&expected) {
             assert!(
                 (mean - expected).abs() <= spread * expected,
                 "{mean} for {expected}"
             );
         }
-        for (got, key) in [(least, "E_min_over_E0"), (most, "E_max_over_E0")] {
+        for (got, key) in [
+            (watched.least, "E_min_over_E0"),
+            (watched.most, "E_max_over_E0"),
+        ] {
             let expected = case.number(key);
             // Extremes of a million steps scatter more than means do.
             assert!(
@@ -174,6 +195,7 @@ fn lattices_keep_their_energy() {
                 "{key}: {got}"
             );
         }
+        let momentum = watched.momentum;
         assert!(
             momentum <= number(expect, "momentum_abs"),
             "momentum {momentum:e}"

@@ -25,6 +25,10 @@ use crate::scene::{
 };
 use raw::{FORMAT, RawCase, RawScene, VERSION};
 
+/// The longest rollout that a case may ask for: the clock is kept for every step of it, and a
+/// slip of the pen should not end in a lack of memory.
+const LONGEST: usize = 10_000_000;
+
 /// A case, its shapes checked against one another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
@@ -112,6 +116,12 @@ struct Shapes<'a> {
 impl Shapes<'_> {
     fn case(&self, raw: &RawCase) -> Result<Case> {
         self.format(raw)?;
+        if raw.steps > LONGEST {
+            return Err(Error::Usage(format!(
+                "{}: `steps` is {}, where at most {LONGEST} belong",
+                self.file, raw.steps
+            )));
+        }
         let scene = &raw.scene;
         let lattice = self.lattice(raw)?;
         let (nodes, edges) = (lattice.nodes(), lattice.edges.len());

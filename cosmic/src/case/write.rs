@@ -17,7 +17,8 @@ use crate::simulator::Divergence;
 struct File<'a> {
     format: &'static str,
     version: u32,
-    note: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    note: Option<String>,
     scene: RawScene,
     edges: &'a [[usize; 2]],
     l0: &'a [f64],
@@ -30,7 +31,8 @@ struct File<'a> {
     steps: usize,
     projection: Projection,
     al: RawLagrangian,
-    results: Results<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    results: Option<Results<'a>>,
 }
 
 #[derive(Serialize)]
@@ -39,17 +41,32 @@ struct Results<'a> {
 }
 
 impl Case {
+    /// All inputs as a file.
+    pub fn to_json(&self) -> String {
+        json(&self.file())
+    }
+
     /// This case cut off where it diverges, as a file that shows the same divergence again: all
     /// inputs, the last states as results, and numbers that are not finite as `null`.
     pub fn diverged_json(&self, divergence: &Divergence) -> String {
-        let last = divergence.last.steps.iter().copied();
-        let file = File {
+        let Divergence {
+            step, node, last, ..
+        } = divergence;
+        let note = format!("step {step} diverged at node {node}; the last states are in `results`");
+        let trajectory = last.steps.iter().copied().zip(&last.states).collect();
+        json(&File {
+            note: Some(note),
+            steps: step + 1,
+            results: Some(Results { trajectory }),
+            ..self.file()
+        })
+    }
+
+    fn file(&self) -> File<'_> {
+        File {
             format: FORMAT,
             version: VERSION,
-            note: format!(
-                "step {} diverged at node {}; `trajectory` holds the last states",
-                divergence.step, divergence.node
-            ),
+            note: None,
             scene: self.raw_scene(),
             edges: &self.lattice.edges,
             l0: &self.lattice.rest_length,
@@ -58,18 +75,15 @@ impl Case {
             z: &self.z,
             materials: self.frozen.as_deref(),
             controller: Weights::from(&self.controller),
-            steps: divergence.step + 1,
+            steps: self.physics.steps,
             projection: self.projection,
             al: RawLagrangian {
                 lambda: self.lagrangian.multiplier,
                 tau: self.lagrangian.penalty,
                 thresholds: self.thresholds,
             },
-            results: Results {
-                trajectory: last.zip(&divergence.last.states).collect(),
-            },
-        };
-        serde_json::to_string(&file).expect("plain numbers and string keys serialise")
+            results: None,
+        }
     }
 
     fn raw_scene(&self) -> RawScene {
@@ -108,4 +122,8 @@ impl Case {
             },
         }
     }
+}
+
+fn json(file: &File) -> String {
+    serde_json::to_string(file).expect("plain numbers and string keys serialise")
 }

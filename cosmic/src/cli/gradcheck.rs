@@ -27,7 +27,11 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let case = Source::find(&self.source)?.case()?;
+        let mut case = Source::find(&self.source)?.case()?;
+        case.physics.steps = self.steps.min(case.physics.steps);
+        if let Some(divergence) = case.divergence() {
+            return Err(Error::from(&divergence));
+        }
         let options = Options {
             directions: self.directions.into(),
             seed: self.seed,

@@ -3,6 +3,7 @@
 mod compare;
 mod completions;
 mod evaluate;
+mod explain;
 mod gradcheck;
 mod interrupt;
 mod optimize;
@@ -35,6 +36,7 @@ enum Command {
     Resume(resume::Arguments),
     Evaluate(evaluate::Arguments),
     Gradcheck(gradcheck::Arguments),
+    Explain(explain::Arguments),
     Report(report::Arguments),
     Compare(compare::Arguments),
     Scene(scene::Arguments),
@@ -48,6 +50,7 @@ impl Command {
             Command::Resume(arguments) => arguments.run(),
             Command::Evaluate(arguments) => arguments.run(),
             Command::Gradcheck(arguments) => arguments.run(),
+            Command::Explain(arguments) => arguments.run(),
             Command::Report(arguments) => arguments.run(),
             Command::Compare(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),

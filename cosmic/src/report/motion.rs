@@ -137,6 +137,15 @@ impl<'r> Motion<'r> {
         bounds(self.body.iter().map(|&node| state.x[node]))
     }
 
+    /// Whether a bar is within a lattice's width of the payload's body.
+    pub(super) fn is_near(&self, bar: &Bar, state: &State<f64>) -> bool {
+        let lattice = &self.run.scene.lattice;
+        let width = lattice.columns as f64 * lattice.spacing;
+        let [low, high] = self.corners(state);
+        let middle = 0.5 * (bar.from[0] + bar.to[0]);
+        (low[0] - width..high[0] + width).contains(&middle)
+    }
+
     /// The places of a state where anything is drawn.
     pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = [f64; 2]> {
         self.seen.iter().map(|&node| state.x[node])

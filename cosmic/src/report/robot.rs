@@ -137,7 +137,12 @@ impl Journey {
         view.draw_path(svg, &motion.path());
         for &index in &self.moments {
             let state = &motion.states()[index];
-            view.draw_robot(svg, (&motion.bars(state), state.x[0]));
+            let mut bars = motion.bars(state);
+            if index > 0 {
+                // What was left behind would lie across the first robots.
+                bars.retain(|bar| motion.is_near(bar, state));
+            }
+            view.draw_robot(svg, (&bars, state.x[0]));
             let [_, top] = motion.corners(state)[1];
             let [x, y] = view.place([motion.centre(state)[0], top]);
             let style = format!(r#"text-anchor="middle" fill="{MUTED}""#);

@@ -278,3 +278,25 @@ fn write_row(out: &mut fmt::Formatter<'_>, group: &Group) -> fmt::Result {
     }
     writeln!(out, "  {}", group.verdict)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Options, Verdict, check_gradients};
+    use crate::case::Case;
+    use crate::scene::Scene;
+
+    #[test]
+    fn wrong_groups_and_believed_controls_are_failures() {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+        scene.controller.hidden = 2;
+        let case = Case::of_scene(&scene, 0).unwrap();
+        let mut check = check_gradients(&case, 32, &Options::default());
+        assert_eq!((check.steps, check.total()), (32, 8));
+        assert!(check.failures().is_empty(), "{check}");
+        check.groups[2].verdict = Verdict::Wrong;
+        check.groups[5].verdict = Verdict::Kink;
+        check.control.as_mut().unwrap().verdict = Verdict::Smooth;
+        assert_eq!(check.failures(), ["b1", "the negative control"]);
+    }
+}
