@@ -1,6 +1,6 @@
 //! Running a recorded program, forward and in reverse.
 
-use super::{Aligned, Layout, Parameter, Program, WIDEST, copy_in, copy_out, joined};
+use super::{Aligned, Array, Layout, Parameter, Program, WIDEST, copy_in, copy_out, joined};
 use crate::real::Real;
 
 impl<R: Real> Program<R> {
