@@ -75,6 +75,7 @@
 //! A variable outside its recording, on another thread, mixed with another tape's, a wrong
 //! length: these are mistakes in the calling code and panic with a sentence that says so.
 
+pub mod batch;
 pub mod check;
 pub mod custom;
 pub mod drivers;
