@@ -18,21 +18,42 @@ const INPUTS: usize = CAMERA + 4;
 
 /// An instance, with memory for its results.
 pub struct Ba {
-    cameras: Vec<[f64; CAMERA]>,
-    points: Vec<[f64; 3]>,
-    weights: Vec<f64>,
-    features: Vec<[f64; 2]>,
+    scene: Scene,
     reprojection: Vec<[f64; 2]>,
     weight_error: Vec<f64>,
     jacobian: Csr,
 }
 
+/// What is given.
+struct Scene {
+    cameras: Vec<[f64; CAMERA]>,
+    points: Vec<[f64; 3]>,
+    weights: Vec<f64>,
+    features: Vec<[f64; 2]>,
+    /// Which camera and which point an observation is of.
+    seen: Vec<[usize; 2]>,
+}
+
 /// A sparse matrix, row after row.
 #[derive(Default)]
 struct Csr {
-    rows: Vec<usize>,
-    cols: Vec<usize>,
+    rows: Vec<u32>,
+    cols: Vec<u32>,
     vals: Vec<f64>,
+}
+
+impl Csr {
+    /// Makes room for the rows of so many observations: all reprojections, then all weights.
+    fn resize(&mut self, observations: usize) {
+        let reprojections = 2 * INPUTS * observations;
+        let len = reprojections + observations;
+        self.cols.resize(len, 0);
+        self.vals.resize(len, 0.0);
+        self.rows.clear();
+        let starts = (0..=reprojections).step_by(INPUTS);
+        let starts = starts.chain(reprojections + 1..=len);
+        self.rows.extend(starts.map(|start| start as u32));
+    }
 }
 
 /// The reprojection error of camera, point and weight. The feature is taken off the principal
@@ -70,32 +91,28 @@ impl Ba {
         let text = input::read(path)?;
         let mut tokens = Tokens::new(path, &text);
         let (cameras, points, observations) = (tokens.count()?, tokens.count()?, tokens.count()?);
-        let ba = Self {
+        let scene = Scene {
             cameras: vec![tokens.array()?; cameras],
             points: vec![tokens.array()?; points],
             weights: vec![tokens.next()?; observations],
             features: vec![tokens.array()?; observations],
+            seen: (0..observations).map(|i| [i % cameras, i % points]).collect(),
+        };
+        tokens.end()?;
+        Ok(Self {
+            scene,
             reprojection: vec![[0.0; 2]; observations],
             weight_error: vec![0.0; observations],
             jacobian: Csr::default(),
-        };
-        tokens.end()?;
-        Ok(ba)
+        })
     }
+}
 
-    /// Which camera and which point an observation is of.
-    #[inline(always)]
-    fn seen(&self, observation: usize) -> (usize, usize) {
-        (
-            observation % self.cameras.len(),
-            observation % self.points.len(),
-        )
-    }
-
+impl Scene {
     /// What a reprojection depends on.
     #[inline(always)]
     fn inputs(&self, observation: usize) -> [f64; INPUTS] {
-        let (camera, point) = self.seen(observation);
+        let [camera, point] = self.seen[observation];
         let mut inputs = [0.0; INPUTS];
         inputs[..CAMERA].copy_from_slice(&self.cameras[camera]);
         inputs[CAMERA..CAMERA + 3].copy_from_slice(&self.points[point]);
@@ -107,17 +124,18 @@ impl Ba {
 
     /// The columns of the variables that a reprojection depends on.
     #[inline(always)]
-    fn columns(&self, observation: usize) -> [usize; INPUTS] {
-        let (camera, point) = self.seen(observation);
+    fn columns(&self, observation: usize) -> [u32; INPUTS] {
+        let [camera, point] = self.seen[observation];
         let points = CAMERA * self.cameras.len();
         let weights = points + 3 * self.points.len();
         let mut columns = [0; INPUTS];
         for (i, column) in columns.iter_mut().enumerate() {
-            *column = match i {
+            let place = match i {
                 0..CAMERA => CAMERA * camera + i,
                 CAMERA..14 => points + 3 * point + i - CAMERA,
                 _ => weights + observation,
             };
+            *column = place as u32;
         }
         columns
     }
@@ -125,54 +143,58 @@ impl Ba {
 
 impl Problem for Ba {
     fn objective(&mut self) {
-        let count = self.weights.len();
-        let mut reprojection = std::mem::take(&mut self.reprojection);
+        let Self {
+            scene,
+            reprojection,
+            weight_error,
+            ..
+        } = self;
+        let count = scene.weights.len();
         let keep = |i, error| reprojection[i] = error;
-        batch::values(&Reprojection, count, |i| self.inputs(i), keep);
-        self.reprojection = reprojection;
-        let keep = |i, [error]: [f64; 1]| self.weight_error[i] = error;
-        batch::values(&WeightError, count, |i| [self.weights[i]], keep);
+        batch::values(&Reprojection, count, |i| scene.inputs(i), keep);
+        let keep = |i, [error]: [f64; 1]| weight_error[i] = error;
+        batch::values(&WeightError, count, |i| [scene.weights[i]], keep);
     }
 
     fn derivative(&mut self) {
-        let count = self.weights.len();
-        let mut reprojection = std::mem::take(&mut self.reprojection);
-        let Csr {
-            mut rows,
-            mut cols,
-            mut vals,
-        } = std::mem::take(&mut self.jacobian);
-        rows.clear();
-        rows.extend((0..=2 * count).map(|row| INPUTS * row));
-        rows.extend((1..=count).map(|row| 2 * INPUTS * count + row));
-        cols.clear();
-        vals.clear();
-        batch::jacobians(&Reprojection, count, |i| self.inputs(i), |i, local| {
-            let columns = self.columns(i);
+        let Self {
+            scene,
+            reprojection,
+            weight_error,
+            jacobian,
+        } = self;
+        let count = scene.weights.len();
+        jacobian.resize(count);
+        let (cols, weight_cols) = jacobian.cols.split_at_mut(2 * INPUTS * count);
+        let (vals, weight_vals) = jacobian.vals.split_at_mut(2 * INPUTS * count);
+        let rows = |i| 2 * INPUTS * i..2 * INPUTS * (i + 1);
+        batch::jacobians(&Reprojection, count, |i| scene.inputs(i), |i, local| {
+            let columns = scene.columns(i);
+            let (cols, vals) = (&mut cols[rows(i)], &mut vals[rows(i)]);
             for result in 0..2 {
                 reprojection[i][result] = local.value(result);
-                cols.extend_from_slice(&columns);
-                vals.extend_from_slice(&local.row(result));
+                cols[INPUTS * result..][..INPUTS].copy_from_slice(&columns);
+                vals[INPUTS * result..][..INPUTS].copy_from_slice(&local.row(result));
             }
         });
-        let weights = self.columns(0)[INPUTS - 1];
-        batch::jacobians(&WeightError, count, |i| [self.weights[i]], |i, local| {
-            self.weight_error[i] = local.value(0);
-            cols.push(weights + i);
-            vals.push(local.partial(0, 0));
+        batch::jacobians(&WeightError, count, |i| [scene.weights[i]], |i, local| {
+            weight_error[i] = local.value(0);
+            weight_cols[i] = scene.columns(i)[INPUTS - 1];
+            weight_vals[i] = local.partial(0, 0);
         });
-        self.reprojection = reprojection;
-        self.jacobian = Csr { rows, cols, vals };
     }
 
     fn answer(&self) -> Value {
-        let Csr { rows, cols, vals } = &self.jacobian;
+        let Self { scene, jacobian, .. } = self;
+        let Csr { rows, cols, vals } = jacobian;
+        let [cameras, points, observations] =
+            [scene.cameras.len(), scene.points.len(), scene.weights.len()];
         json!({
             "reproj_err": self.reprojection.concat(),
             "w_err": self.weight_error,
             "jacobian": {
-                "nrows": 3 * self.weights.len(),
-                "ncols": CAMERA * self.cameras.len() + 3 * self.points.len() + self.weights.len(),
+                "nrows": 3 * observations,
+                "ncols": CAMERA * cameras + 3 * points + observations,
                 "rows": rows,
                 "cols": cols,
                 "vals": vals,
