@@ -6,5 +6,9 @@
 //!   has its gradient by all parameters for a few times the cost of the sum.
 
 mod kernels;
+mod replay;
+mod sum;
+mod trace;
 
 pub use kernels::{LocalJacobian, jacobians, values};
+pub use sum::{Sum, Summand};

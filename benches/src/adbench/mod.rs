@@ -11,6 +11,7 @@
 //! | [`hand`] | forward mode: four directions serve all fingers, in lanes over vertices |
 
 pub mod ba;
+pub mod gmm;
 mod input;
 mod rotation;
 pub mod measure;
