@@ -13,6 +13,7 @@
 pub mod ba;
 pub mod gmm;
 mod input;
+pub mod lstm;
 mod rotation;
 pub mod measure;
 

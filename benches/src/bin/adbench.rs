@@ -26,4 +26,7 @@ fn main() {
     for n in ["gmm_test", "gmm_d2_K5", "gmm_d2_K200", "gmm_d10_K5", "gmm_d10_K25", "gmm_d20_K25"] {
         go(n, Box::new(gmm::Gmm::read(&dir.join(format!("gmm/{n}.txt"))).unwrap()));
     }
+    for n in ["lstm_l2_c1024", "lstm_l4_c1024"] {
+        go(n, Box::new(lstm::Lstm::read(&dir.join(format!("lstm/{n}.txt"))).unwrap()));
+    }
 }
