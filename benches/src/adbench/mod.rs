@@ -12,6 +12,7 @@
 
 pub mod ba;
 pub mod gmm;
+pub mod hand;
 mod input;
 pub mod lstm;
 mod rotation;

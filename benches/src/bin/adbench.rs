@@ -29,4 +29,7 @@ fn main() {
     for n in ["lstm_l2_c1024", "lstm_l4_c1024"] {
         go(n, Box::new(lstm::Lstm::read(&dir.join(format!("lstm/{n}.txt"))).unwrap()));
     }
+    for n in ["hand_test", "hand1_t26_c100", "hand_complicated_test", "hand_complicated1_t26_c100"] {
+        go(n, Box::new(hand::Hand::read(&dir.join(format!("hand/{n}.txt")), &dir.join("hand/model")).unwrap()));
+    }
 }
