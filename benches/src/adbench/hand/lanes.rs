@@ -61,7 +61,7 @@ impl Vectorized<f64> for PoseDerivatives<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<f64>>(mut self) {
-        self.palm::<L>();
+        self.still::<L>();
         for finger in 0..FINGERS {
             self.finger::<L>(finger);
         }
@@ -70,35 +70,44 @@ impl Vectorized<f64> for PoseDerivatives<'_> {
 }
 
 impl PoseDerivatives<'_> {
-    /// Begins the skin with what wrist and forearm, the first bone and the last, contribute. No
-    /// angle moves them.
+    /// Begins the skin with what the bones contribute that no angle moves: wrist, forearm and
+    /// the fingers' roots.
     #[inline(always)]
-    fn palm<L: Lane<f64>>(&mut self) {
-        let last = self.bones.len() - 1;
-        let bones = [splat::<L>(&self.bones[0].map(primal)), splat(&self.bones[last].map(primal))];
+    fn still<L: Lane<f64>>(&mut self) {
+        let mut still = [0; 2 + FINGERS];
+        still[1] = self.bones.len() - 1;
+        let mut bones = [Affine([[L::zero(); 4]; 3]); 2 + FINGERS];
+        for i in 0..2 + FINGERS {
+            if i >= 2 {
+                still[i] = 1 + JOINTS * (i - 2);
+            }
+            bones[i] = splat(&self.bones[still[i]].map(primal));
+        }
+        let mut weights = [L::zero(); 2 + FINGERS];
         for first in (0..self.model.len).step_by(L::N) {
-            let weights = [
-                L::load(&self.model.weights[0][first..]),
-                L::load(&self.model.weights[last][first..]),
-            ];
+            for i in 0..2 + FINGERS {
+                weights[i] = L::load(&self.model.weights[still[i]][first..]);
+            }
             let part = blend(&bones, &weights, load(&self.model.vertices, first));
             store(part, &mut self.skin.places, first);
         }
     }
 
-    /// Adds a finger's part to the skin. The derivatives by its angles come from that part alone.
+    /// Adds the part of a finger, its root left out. The derivatives by its angles come from that
+    /// part alone.
     #[inline(always)]
     fn finger<L: Lane<f64>>(&mut self, finger: usize) {
-        let bone = 1 + JOINTS * finger;
-        let mut bones = [Affine([[Dual::<L, JOINTS>::zero(); 4]; 3]); JOINTS];
-        for joint in 0..JOINTS {
+        const MOVING: usize = JOINTS - 1;
+        let bone = 2 + JOINTS * finger;
+        let mut bones = [Affine([[Dual::<L, JOINTS>::zero(); 4]; 3]); MOVING];
+        for joint in 0..MOVING {
             bones[joint] = lift(&self.bones[bone + joint]);
         }
         let global = splat::<L>(&self.global.map(primal)).map(Dual::constant);
         let column = GLOBAL + JOINTS * finger;
+        let mut weights = [Dual::zero(); MOVING];
         for first in (0..self.model.len).step_by(L::N) {
-            let mut weights = [Dual::zero(); JOINTS];
-            for joint in 0..JOINTS {
+            for joint in 0..MOVING {
                 weights[joint] = Dual::constant(L::load(&self.model.weights[bone + joint][first..]));
             }
             let vertex = constants(load(&self.model.vertices, first));
@@ -211,25 +220,37 @@ impl Vectorized<f64> for ResidualDerivatives<'_> {
 }
 
 /// The correspondences from one on, as many as there are lanes; past the last, that one again.
-struct Here<'a>(&'a [Target]);
+struct Here<'a> {
+    targets: &'a [Target],
+    /// The corners, each in all lanes.
+    corners: [[usize; WIDEST]; 3],
+}
 
 impl<'a> Here<'a> {
     #[inline(always)]
     fn new(targets: &'a [Target], first: usize) -> Self {
-        Self(&targets[first..])
+        let targets = &targets[first..];
+        let mut corners = [[0; WIDEST]; 3];
+        for lane in 0..WIDEST {
+            let target = &targets[lane.min(targets.len() - 1)];
+            for k in 0..3 {
+                corners[k][lane] = target.corners[k];
+            }
+        }
+        Self { targets, corners }
     }
 
     /// How many there are, repetitions left out.
     #[inline(always)]
     fn len<L: Lane<f64>>(&self) -> usize {
-        L::N.min(self.0.len())
+        L::N.min(self.targets.len())
     }
 
     #[inline(always)]
     fn gather<L: Lane<f64>>(&self, number: impl Fn(&Target) -> f64) -> L {
         let mut lanes = [0.0; WIDEST];
         for lane in 0..L::N {
-            lanes[lane] = number(&self.0[lane.min(self.0.len() - 1)]);
+            lanes[lane] = number(&self.targets[lane.min(self.targets.len() - 1)]);
         }
         L::load(&lanes)
     }
@@ -254,7 +275,11 @@ impl<'a> Here<'a> {
     /// A number of the skin's at a corner of the triangle.
     #[inline(always)]
     fn corner<L: Lane<f64>>(&self, k: usize, of_vertices: &[f64]) -> L {
-        self.gather(|target| of_vertices[target.corners[k]])
+        let mut lanes = [0.0; WIDEST];
+        for lane in 0..L::N {
+            lanes[lane] = of_vertices[self.corners[k][lane]];
+        }
+        L::load(&lanes)
     }
 }
 

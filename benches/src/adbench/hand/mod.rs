@@ -10,6 +10,7 @@ mod transform;
 
 use std::path::Path;
 
+use autodiff::lanes::{Lane, Vectorized};
 use autodiff::{Dual, Real};
 use serde_json::{Value, json};
 
@@ -103,9 +104,10 @@ impl Hand {
 impl Problem for Hand {
     fn objective(&mut self) {
         let (global_theta, angles) = self.theta.split_at(GLOBAL);
+        let model = &self.model;
         f64::vectorize(Pose {
-            model: &self.model,
-            bones: &pose(&self.model, angles),
+            model,
+            bones: &f64::vectorize(Bones { model, angles }),
             global: &global(global_theta),
             skin: &mut self.skin,
         });
@@ -120,9 +122,10 @@ impl Problem for Hand {
         let (global_theta, angles) = self.theta.split_at(GLOBAL);
         let global_theta: Vec<Dual<f64, GLOBAL>> = seeded(global_theta);
         let angles: Vec<Dual<f64, JOINTS>> = angles.chunks(JOINTS).flat_map(seeded).collect();
+        let (model, angles) = (&self.model, &angles);
         f64::vectorize(PoseDerivatives {
-            model: &self.model,
-            bones: &pose(&self.model, &angles),
+            model,
+            bones: &f64::vectorize(Bones { model, angles }),
             global: &global(&global_theta),
             skin: &mut self.skin,
         });
@@ -145,23 +148,36 @@ fn seeded<const N: usize>(numbers: &[f64]) -> Vec<Dual<f64, N>> {
     numbers.map(|(i, &x)| Dual::variable(x, i)).collect()
 }
 
-/// The transformations of all bones, given the angles of the fingers.
-fn pose<R: Real>(model: &Model, angles: &[R]) -> Vec<Affine<R>> {
-    let mut absolute: Vec<Affine<R>> = Vec::with_capacity(model.bones.len());
-    let mut transforms = Vec::with_capacity(model.bones.len());
-    for (i, bone) in model.bones.iter().enumerate() {
-        let relative = bone.relative.map(R::lit).after(&Affine::euler(euler(i, angles)));
-        let here = match bone.parent {
-            Some(parent) => absolute[parent].after(&relative),
-            None => relative,
-        };
-        transforms.push(here.after(&bone.inverse_rest.map(R::lit)));
-        absolute.push(here);
+/// The transformations of all bones, given the angles of the fingers. One bone hangs on another,
+/// so lanes have nothing to do here; what helps is the instruction set that they are entered with.
+struct Bones<'a, R> {
+    model: &'a Model,
+    angles: &'a [R],
+}
+
+impl<R: Real> Vectorized<f64> for Bones<'_, R> {
+    type Output = Vec<Affine<R>>;
+    #[inline(always)]
+    fn run<L: Lane<f64>>(self) -> Vec<Affine<R>> {
+        let bones = &self.model.bones;
+        let mut absolute: Vec<Affine<R>> = Vec::with_capacity(bones.len());
+        let mut transforms = Vec::with_capacity(bones.len());
+        for (i, bone) in bones.iter().enumerate() {
+            let local = Affine::euler(euler(i, self.angles));
+            let relative = bone.relative.map(R::lit).after(&local);
+            let here = match bone.parent {
+                Some(parent) => absolute[parent].after(&relative),
+                None => relative,
+            };
+            transforms.push(here.after(&bone.inverse_rest.map(R::lit)));
+            absolute.push(here);
+        }
+        transforms
     }
-    transforms
 }
 
 /// The angles of a bone about x, y and z.
+#[inline(always)]
 fn euler<R: Real>(bone: usize, angles: &[R]) -> [R; 3] {
     let zero = R::zero();
     let Some(joint) = bone.checked_sub(1).filter(|at| *at < JOINTS * FINGERS) else {
