@@ -153,21 +153,15 @@ impl Vectorized<f64> for Residuals<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<f64>>(self) {
-        let mut lanes = [0.0; WIDEST];
         for first in (0..self.targets.len()).step_by(L::N) {
             let here = Here::new(self.targets, first);
-            let mut corners = [[L::zero(); 3]; 3];
-            for k in 0..3 {
-                for i in 0..3 {
-                    corners[k][i] = here.corner(k, &self.skin.places[i]);
-                }
-            }
-            let gap = residual(here.point(), here.u(), corners);
             for i in 0..3 {
-                gap[i].store(&mut lanes);
-                for lane in 0..here.len::<L>() {
-                    self.residuals[3 * (first + lane) + i] = lanes[lane];
+                let mut corners = [L::zero(); 3];
+                for k in 0..3 {
+                    corners[k] = here.corner(k, &self.skin.places[i]);
                 }
+                let gap = residual(here.point(i), here.u(), corners);
+                here.scatter(gap, &mut self.residuals[3 * first + i..], 3);
             }
         }
     }
@@ -179,40 +173,33 @@ pub(super) struct ResidualDerivatives<'a> {
     pub(super) targets: &'a [Target],
     pub(super) skin: &'a Skin,
     pub(super) residuals: &'a mut [f64],
-    pub(super) jacobian: &'a mut [Vec<f64>],
+    pub(super) jacobian: &'a mut [f64],
 }
 
 impl Vectorized<f64> for ResidualDerivatives<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<f64>>(self) {
-        let mut lanes = [0.0; WIDEST];
+        let columns = self.jacobian.len() / self.residuals.len();
+        let skipped = DIRECTIONS - columns;
         for first in (0..self.targets.len()).step_by(L::N) {
             let here = Here::new(self.targets, first);
-            let mut corners = [[Dual::<L, DIRECTIONS>::zero(); 3]; 3];
-            for k in 0..3 {
-                for i in 0..3 {
-                    let corner = &mut corners[k][i];
-                    corner.value = here.corner(k, &self.skin.places[i]);
-                    for d in 0..THETA {
-                        corner.tangent[2 + d] = here.corner(k, &self.skin.derivatives[d][i]);
-                    }
-                }
-            }
             let [u1, u2] = here.u();
             let u = [Dual::variable(u1, 0), Dual::variable(u2, 1)];
-            let gap = residual(constants(here.point()), u, corners);
             for i in 0..3 {
-                gap[i].value.store(&mut lanes);
-                for lane in 0..here.len::<L>() {
-                    self.residuals[3 * (first + lane) + i] = lanes[lane];
-                }
-                let skipped = DIRECTIONS - self.jacobian[0].len();
-                for d in skipped..DIRECTIONS {
-                    gap[i].tangent[d].store(&mut lanes);
-                    for lane in 0..here.len::<L>() {
-                        self.jacobian[3 * (first + lane) + i][d - skipped] = lanes[lane];
+                let row = 3 * first + i;
+                let mut corners = [Dual::<L, DIRECTIONS>::zero(); 3];
+                for k in 0..3 {
+                    corners[k].value = here.corner(k, &self.skin.places[i]);
+                    for d in 0..THETA {
+                        corners[k].tangent[2 + d] = here.corner(k, &self.skin.derivatives[d][i]);
                     }
+                }
+                let gap = residual(Dual::constant(here.point(i)), u, corners);
+                here.scatter(gap.value, &mut self.residuals[row..], 3);
+                for d in skipped..DIRECTIONS {
+                    let column = row * columns + d - skipped;
+                    here.scatter(gap.tangent[d], &mut self.jacobian[column..], 3 * columns);
                 }
             }
         }
@@ -240,10 +227,14 @@ impl<'a> Here<'a> {
         Self { targets, corners }
     }
 
-    /// How many there are, repetitions left out.
+    /// Writes the lanes, repetitions left out, to every `stride`th place.
     #[inline(always)]
-    fn len<L: Lane<f64>>(&self) -> usize {
-        L::N.min(self.targets.len())
+    fn scatter<L: Lane<f64>>(&self, values: L, to: &mut [f64], stride: usize) {
+        let mut lanes = [0.0; WIDEST];
+        values.store(&mut lanes);
+        for lane in 0..L::N.min(self.targets.len()) {
+            to[lane * stride] = lanes[lane];
+        }
     }
 
     #[inline(always)]
@@ -256,12 +247,8 @@ impl<'a> Here<'a> {
     }
 
     #[inline(always)]
-    fn point<L: Lane<f64>>(&self) -> [L; 3] {
-        let mut point = [L::zero(); 3];
-        for i in 0..3 {
-            point[i] = self.gather(|target| target.point[i]);
-        }
-        point
+    fn point<L: Lane<f64>>(&self, coordinate: usize) -> L {
+        self.gather(|target| target.point[coordinate])
     }
 
     #[inline(always)]

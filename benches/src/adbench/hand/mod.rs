@@ -37,7 +37,8 @@ pub struct Hand {
     targets: Vec<Target>,
     skin: Skin,
     residuals: Vec<f64>,
-    jacobian: Vec<Vec<f64>>,
+    /// Row by row.
+    jacobian: Vec<f64>,
 }
 
 /// A measured point, and the point `u1 a + u2 b + (1 - u1 - u2) c` of the skin that is to meet it.
@@ -93,7 +94,7 @@ impl Hand {
                 derivatives: (0..THETA).map(|_| room()).collect(),
             },
             residuals: vec![0.0; 3 * count],
-            jacobian: vec![vec![0.0; columns]; 3 * count],
+            jacobian: vec![0.0; columns * 3 * count],
             model,
             theta,
             targets,
@@ -138,7 +139,9 @@ impl Problem for Hand {
     }
 
     fn answer(&self) -> Value {
-        json!({ "objective": self.residuals, "jacobian": self.jacobian })
+        let columns = self.jacobian.len() / self.residuals.len();
+        let rows: Vec<&[f64]> = self.jacobian.chunks(columns).collect();
+        json!({ "objective": self.residuals, "jacobian": rows })
     }
 }
 
@@ -226,14 +229,9 @@ fn blend<R: Real>(bones: &[Affine<R>], weights: &[R], vertex: [R; 3]) -> [R; 3] 
     sum
 }
 
-/// How far a point of the skin is from where it was measured.
+/// How far a point of the skin is from where it was measured, by one coordinate.
 #[inline(always)]
-fn residual<R: Real>(point: [R; 3], u: [R; 2], corners: [[R; 3]; 3]) -> [R; 3] {
-    let [a, b, c] = corners;
+fn residual<R: Real>(point: R, u: [R; 2], corners: [R; 3]) -> R {
     let last = R::one() - u[0] - u[1];
-    let mut gap = point;
-    for i in 0..3 {
-        gap[i] -= u[0] * a[i] + u[1] * b[i] + last * c[i];
-    }
-    gap
+    point - (u[0] * corners[0] + u[1] * corners[1] + last * corners[2])
 }
