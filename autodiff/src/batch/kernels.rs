@@ -138,8 +138,7 @@ struct Values<'a, K, F, G, const I: usize, const O: usize> {
     output: G,
 }
 
-impl<R, K, F, G, const I: usize, const O: usize> Vectorized<R>
-    for Values<'_, K, F, G, I, O>
+impl<R, K, F, G, const I: usize, const O: usize> Vectorized<R> for Values<'_, K, F, G, I, O>
 where
     R: Real,
     K: Kernel<I, O>,
@@ -151,7 +150,9 @@ where
     fn run<L: Lane<R>>(mut self) {
         let mut lanes = [[R::zero(); WIDEST]; O];
         for first in (0..self.count).step_by(L::N) {
-            let y = self.kernel.eval(gather::<R, L, I>(&self.input, first, self.count));
+            let y = self
+                .kernel
+                .eval(gather::<R, L, I>(&self.input, first, self.count));
             for o in 0..O {
                 y[o].store(&mut lanes[o]);
             }
@@ -173,8 +174,7 @@ struct Jacobians<'a, K, F, G, const I: usize, const O: usize> {
     output: G,
 }
 
-impl<R, K, F, G, const I: usize, const O: usize> Vectorized<R>
-    for Jacobians<'_, K, F, G, I, O>
+impl<R, K, F, G, const I: usize, const O: usize> Vectorized<R> for Jacobians<'_, K, F, G, I, O>
 where
     R: Real,
     K: Kernel<I, O>,

@@ -3,7 +3,6 @@
 //! Each number of the trace is a few registers wide, so that finding out what an operation is
 //! costs little beside doing it.
 
-
 use super::trace::{Binary, Logic, Op, Place, Trace, Unary};
 use crate::lanes::Lane;
 use crate::real::{Mask, Real};

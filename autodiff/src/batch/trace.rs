@@ -215,9 +215,7 @@ fn unfit() {
 fn run(slice: &[Traced]) -> Option<Place> {
     let first = slice.first()?.0;
     let mut places = slice.iter().enumerate();
-    places
-        .all(|(i, x)| x.0 == first.plus(i))
-        .then_some(first)
+    places.all(|(i, x)| x.0 == first.plus(i)).then_some(first)
 }
 
 /// A number of which only the origin is known.

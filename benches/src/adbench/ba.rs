@@ -63,7 +63,23 @@ struct Reprojection;
 impl Kernel<INPUTS, 2> for Reprojection {
     #[inline(always)]
     fn eval<R: Real>(&self, x: [R; INPUTS]) -> [R; 2] {
-        let [r0, r1, r2, c0, c1, c2, focal, u0, v0, k1, k2, x0, x1, x2, weight] = x;
+        let [
+            r0,
+            r1,
+            r2,
+            c0,
+            c1,
+            c2,
+            focal,
+            u0,
+            v0,
+            k1,
+            k2,
+            x0,
+            x1,
+            x2,
+            weight,
+        ] = x;
         let [p0, p1, p2] = rotation::rotate([r0, r1, r2], [x0 - c0, x1 - c1, x2 - c2]);
         let (p0, p1) = (p0 / p2, p1 / p2);
         let squared = p0 * p0 + p1 * p1;
@@ -96,7 +112,9 @@ impl Ba {
             points: vec![tokens.array()?; points],
             weights: vec![tokens.next()?; observations],
             features: vec![tokens.array()?; observations],
-            seen: (0..observations).map(|i| [i % cameras, i % points]).collect(),
+            seen: (0..observations)
+                .map(|i| [i % cameras, i % points])
+                .collect(),
         };
         tokens.end()?;
         Ok(Self {
@@ -168,24 +186,36 @@ impl Problem for Ba {
         let (cols, weight_cols) = jacobian.cols.split_at_mut(2 * INPUTS * count);
         let (vals, weight_vals) = jacobian.vals.split_at_mut(2 * INPUTS * count);
         let rows = |i| 2 * INPUTS * i..2 * INPUTS * (i + 1);
-        batch::jacobians(&Reprojection, count, |i| scene.inputs(i), |i, local| {
-            let columns = scene.columns(i);
-            let (cols, vals) = (&mut cols[rows(i)], &mut vals[rows(i)]);
-            for result in 0..2 {
-                reprojection[i][result] = local.value(result);
-                cols[INPUTS * result..][..INPUTS].copy_from_slice(&columns);
-                vals[INPUTS * result..][..INPUTS].copy_from_slice(&local.row(result));
-            }
-        });
-        batch::jacobians(&WeightError, count, |i| [scene.weights[i]], |i, local| {
-            weight_error[i] = local.value(0);
-            weight_cols[i] = scene.columns(i)[INPUTS - 1];
-            weight_vals[i] = local.partial(0, 0);
-        });
+        batch::jacobians(
+            &Reprojection,
+            count,
+            |i| scene.inputs(i),
+            |i, local| {
+                let columns = scene.columns(i);
+                let (cols, vals) = (&mut cols[rows(i)], &mut vals[rows(i)]);
+                for result in 0..2 {
+                    reprojection[i][result] = local.value(result);
+                    cols[INPUTS * result..][..INPUTS].copy_from_slice(&columns);
+                    vals[INPUTS * result..][..INPUTS].copy_from_slice(&local.row(result));
+                }
+            },
+        );
+        batch::jacobians(
+            &WeightError,
+            count,
+            |i| [scene.weights[i]],
+            |i, local| {
+                weight_error[i] = local.value(0);
+                weight_cols[i] = scene.columns(i)[INPUTS - 1];
+                weight_vals[i] = local.partial(0, 0);
+            },
+        );
     }
 
     fn answer(&self) -> Value {
-        let Self { scene, jacobian, .. } = self;
+        let Self {
+            scene, jacobian, ..
+        } = self;
         let Csr { rows, cols, vals } = jacobian;
         let [cameras, points, observations] =
             [scene.cameras.len(), scene.points.len(), scene.weights.len()];

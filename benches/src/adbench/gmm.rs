@@ -171,7 +171,11 @@ fn log_gamma(x: f64) -> f64 {
         large += 1.0;
     }
     let inverse_square = 1.0 / (large * large);
-    let series = SERIES.iter().rev().fold(0.0, |sum, c| sum * inverse_square + c) / large;
+    let series = SERIES
+        .iter()
+        .rev()
+        .fold(0.0, |sum, c| sum * inverse_square + c)
+        / large;
     (large - 0.5) * large.ln() - large + 0.5 * (2.0 * PI).ln() + series - product.ln()
 }
 
@@ -188,7 +192,9 @@ impl Gmm {
             dimension,
             components,
         };
-        let parameters = tokens.numbers(components * shape.packed())?;
+        let parameters = components.checked_mul(shape.packed());
+        let parameters = parameters.ok_or_else(|| tokens.error("is too large"))?;
+        let parameters = tokens.numbers(parameters)?;
         let data: Result<Vec<_>, _> = (0..points).map(|_| tokens.numbers(dimension)).collect();
         let mixture = Mixture {
             shape,
@@ -231,7 +237,10 @@ mod tests {
         for n in 1..30 {
             let error = log_gamma(f64::from(n)) - factorial.ln();
             // A few roundings of terms near n ln n.
-            assert!(error.abs() <= 1e-14 * factorial.ln().max(1.0), "{n}: {error:e}");
+            assert!(
+                error.abs() <= 1e-14 * factorial.ln().max(1.0),
+                "{n}: {error:e}"
+            );
             factorial *= f64::from(n);
         }
         let half = log_gamma(0.5) - 0.5 * std::f64::consts::PI.ln();

@@ -33,7 +33,7 @@ pub(super) fn read(path: &Path) -> Result<String, Error> {
     })
 }
 
-/// The tokens of a file, separated by any white space, or by another separator within a line.
+/// The tokens of a file, separated by any white space.
 pub(super) struct Tokens<'a> {
     path: &'a Path,
     rest: SplitAsciiWhitespace<'a>,
@@ -66,11 +66,16 @@ impl<'a> Tokens<'a> {
         number.map_err(|_| self.error(format!("'{token}', number {place}, is out of place")))
     }
 
-    /// The next token as a count of things, at least one.
+    /// The next token as a count of things: at least one, and no more than memory is likely to
+    /// hold.
     pub(super) fn count(&mut self) -> Result<usize, Error> {
+        const MOST: usize = 1 << 24;
         match self.next()? {
-            0 => Err(self.error(format!("number {} is a count and cannot be 0", self.taken))),
-            count => Ok(count),
+            count @ 1..=MOST => Ok(count),
+            count => Err(self.error(format!(
+                "number {}, {count}, is a count, which lies between 1 and {MOST}",
+                self.taken
+            ))),
         }
     }
 

@@ -6,8 +6,8 @@
 
 use std::path::Path;
 
-use autodiff::{Adjoint, Array, Function, Kernel, Model, Program, Real, Rollout};
 use autodiff::value_and_gradient;
+use autodiff::{Adjoint, Array, Function, Kernel, Model, Program, Real, Rollout};
 use serde_json::{Value, json};
 
 use super::Problem;

@@ -10,18 +10,20 @@
 //! | [`lstm`] | reverse mode: a rollout, a step for each character |
 //! | [`hand`] | forward mode: four directions serve all fingers, in lanes over vertices |
 
+pub mod answer;
 pub mod ba;
+mod case;
 pub mod gmm;
 pub mod hand;
 mod input;
 pub mod lstm;
-mod rotation;
 pub mod measure;
-
-use std::path::Path;
+mod rotation;
+pub mod table;
 
 use serde_json::Value;
 
+pub use case::{Case, cases, open};
 pub use input::Error;
 
 /// An instance of a problem, with memory for its results.
@@ -37,7 +39,7 @@ pub trait Problem {
     fn answer(&self) -> Value;
 }
 
-/// The four problems, by the names that their folders and commands have.
+/// The four problems.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Gaussian mixture model.

@@ -1,7 +1,7 @@
 //! The hand's work in SIMD lanes: over vertices, then over correspondences.
 
-use autodiff::lanes::{Lane, Vectorized};
 use autodiff::Dual;
+use autodiff::lanes::{Lane, Vectorized};
 use num_traits::Zero;
 
 use super::model::Model;
@@ -108,7 +108,8 @@ impl PoseDerivatives<'_> {
         let mut weights = [Dual::zero(); MOVING];
         for first in (0..self.model.len).step_by(L::N) {
             for joint in 0..MOVING {
-                weights[joint] = Dual::constant(L::load(&self.model.weights[bone + joint][first..]));
+                weights[joint] =
+                    Dual::constant(L::load(&self.model.weights[bone + joint][first..]));
             }
             let vertex = constants(load(&self.model.vertices, first));
             let part = blend(&bones, &weights, vertex);
@@ -119,7 +120,11 @@ impl PoseDerivatives<'_> {
             store(place, &mut self.skin.places, first);
             let moved = global.apply(part);
             for d in 0..JOINTS {
-                store(along(&moved, d), &mut self.skin.derivatives[column + d], first);
+                store(
+                    along(&moved, d),
+                    &mut self.skin.derivatives[column + d],
+                    first,
+                );
             }
         }
     }

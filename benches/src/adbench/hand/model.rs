@@ -104,8 +104,10 @@ fn affine(tokens: &mut Tokens) -> Result<Affine<f64>, Error> {
     Ok(Affine(matrix))
 }
 
-/// A vertex, and the bones that it is bound to with their weights.
-fn vertex(tokens: &mut Tokens) -> Result<([f64; 3], Vec<(usize, f64)>), Error> {
+/// A place, and the bones that it is bound to with their weights.
+type Vertex = ([f64; 3], Vec<(usize, f64)>);
+
+fn vertex(tokens: &mut Tokens) -> Result<Vertex, Error> {
     let place = tokens.array()?;
     tokens.array::<UNUSED>()?;
     let count: usize = tokens.next()?;

@@ -15,7 +15,11 @@ impl<R: Real> Affine<R> {
         let mut product = self.0;
         for row in 0..3 {
             for column in 0..4 {
-                let shift = if column < 3 { R::zero() } else { self.0[row][3] };
+                let shift = if column < 3 {
+                    R::zero()
+                } else {
+                    self.0[row][3]
+                };
                 let mut sum = shift;
                 for k in 0..3 {
                     sum += self.0[row][k] * first.0[k][column];
@@ -83,7 +87,9 @@ pub(super) fn splat<L: Lane<f64>>(matrix: &Affine<f64>) -> Affine<L> {
 
 /// In every lane the same, with its derivatives.
 #[inline(always)]
-pub(super) fn lift<L: Lane<f64>, const N: usize>(matrix: &Affine<Dual<f64, N>>) -> Affine<Dual<L, N>> {
+pub(super) fn lift<L: Lane<f64>, const N: usize>(
+    matrix: &Affine<Dual<f64, N>>,
+) -> Affine<Dual<L, N>> {
     let mut lifted = Affine([[Dual::zero(); 4]; 3]);
     for row in 0..3 {
         for column in 0..4 {
