@@ -47,7 +47,7 @@ pub trait Summand: Clone + Send + Sync + 'static {
 ///
 /// let points = Sum::new(Misfit, &[[0.0, 1.0], [1.0, 3.0], [2.0, 2.0]]);
 /// assert_eq!(points.run(&[1.0, 1.0]), 2.0);
-/// assert_eq!(gradient_of(|line| points.run(line), &[1.0, 1.0]), [0.0, 0.0]);
+/// assert_eq!(gradient_of(|line| points.run(line), &[1.0, 1.0]), [0.0, 2.0]);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Sum<S> {
