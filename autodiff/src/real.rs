@@ -186,6 +186,11 @@ pub trait Real:
     /// `partial * cotangent`, where an exactly zero cotangent (or tangent) gives zero even if the
     /// partial is infinite: what every chain rule of this crate multiplies with.
     fn chain(partial: Self, cotangent: Self) -> Self;
+    /// `term + chain(partial, cotangent)`; one rounding where the instruction set in use has it.
+    #[inline(always)]
+    fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
+        term + Self::chain(partial, cotangent)
+    }
 
     // Slices: one fused operation where the mode has one.
 
