@@ -3,7 +3,7 @@
 //!
 //! The libm of a system differs from the next one's, and has no lanes. These have the same bits
 //! everywhere: every product-and-sum is a true fused one, in hardware or not.
-//! Errors, measured against correctly rounded values by `tests/lanes.rs`: at most 2 ulp for
+//! Errors, measured against correctly rounded values by `tests/elementary.rs`: at most 2 ulp for
 //! `exp`, 4 for `tanh`, 2 for `sin` and `cos` away from their zeros.
 //!
 //! Range reduction and the split of constants follow J.-M. Muller, *Elementary Functions*, 3rd

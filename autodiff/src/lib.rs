@@ -80,6 +80,7 @@ pub mod check;
 pub mod custom;
 pub mod drivers;
 mod elementary;
+pub mod emit;
 pub mod forward;
 pub mod fused;
 pub mod kernel;

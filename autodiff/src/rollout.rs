@@ -9,7 +9,8 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::fused::Fused;
-use crate::program::Program;
+use crate::lanes::prefetch;
+use crate::program::{Aligned, Program};
 use crate::real::Real;
 
 /// A system that steps: its step is recorded as a program for any number type.
@@ -112,7 +113,7 @@ impl<M: Model> Rollout<M> {
 /// A program with the numbers it is running on.
 struct Sweep<R: Real> {
     program: Program<R>,
-    values: Vec<R>,
+    values: Aligned<R>,
     observed: Vec<R>,
 }
 
@@ -239,6 +240,8 @@ impl<M: Model> Fused for Rollout<M> {
         let mut state_bar = vec![R::zero(); state_len];
         for step in (0..=self.steps).rev() {
             if step < self.steps {
+                // Memory is read backwards here, which the processor does not foresee.
+                prefetch(&history[step.saturating_sub(2) * row..][..row]);
                 let (state, kept) = history[step * row..][..row].split_at(state_len);
                 program.set_state(values, state);
                 program.set_kept(values, kept);

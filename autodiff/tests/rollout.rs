@@ -82,9 +82,7 @@ impl Model for Net {
         let h = p.dense_tanh(w1, &[x, clock], b1);
         let u = p.dense(w2, &[h], b2);
         let u = p.gather(u, &self.graph.edge_of_slot());
-        let d = p.difference(&self.graph, x);
-        let [f] = p.map(Spring, [d, k, u]);
-        let f = p.incident_sum(&self.graph, f);
+        let [f] = p.map_edges(&self.graph, Spring, ([x], &[k, u]));
         let [x_next, v_next] = p.map(Move, [x, v, f, w]);
         p.advance(x, x_next);
         p.advance(v, v_next);

@@ -72,6 +72,12 @@ pub enum Error {
         /// Its velocity, m/s.
         velocity: [f64; 2],
     },
+    /// Results that are not all numbers although no simulated state diverged.
+    #[error("not finite: {}", names.join(", "))]
+    NotFinite {
+        /// The results, by their keys.
+        names: Vec<String>,
+    },
     /// A check that ran to its end and found something wrong.
     #[error("{failed} of {total} checks failed: {what}")]
     CheckFailed {
@@ -102,7 +108,7 @@ impl Error {
         match self {
             Error::CheckFailed { .. } => 1,
             Error::Malformed { .. } | Error::Misfit { .. } | Error::Usage(_) => 2,
-            Error::Diverged { .. } => 3,
+            Error::Diverged { .. } | Error::NotFinite { .. } => 3,
             Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
             Error::Interrupted { .. } => 75,
         }

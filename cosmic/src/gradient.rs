@@ -7,12 +7,12 @@ use autodiff::{CotangentBound, Real, Tape, Var};
 
 use crate::controller::Controller;
 use crate::lattice::{Ground, Lattice, State};
-use crate::objective::{AugmentedLagrangian, Loss, measures, violations};
+use crate::objective::Loss;
 use crate::projection::{Body, Projection, mixture};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
-use crate::simulator::{Simulator, Span, Trajectory};
+use crate::simulator::{Divergence, Simulator, Span, Trajectory};
 
 /// What a rollout depends on and may be differentiated by.
 #[derive(Clone, Debug, PartialEq)]
@@ -185,8 +185,19 @@ impl Task {
         self.simulator.rollout((&body, controller), start, span)
     }
 
+    /// Where the rollout of a mixture's robot diverges, if it does.
+    pub fn divergence(
+        &self,
+        mixture: &[[f64; 3]],
+        (controller, start): (&Controller<f64>, &State<f64>),
+    ) -> Option<Divergence> {
+        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        self.simulator
+            .divergence((&body, controller), start, self.physics.steps)
+    }
+
     /// The loss of a robot over a horizon. In the mode "tail" the steps before the horizon are
-    /// done in plain numbers, from `primal`'s robot.
+    /// done without derivatives.
     pub fn loss<R: Real>(
         &self,
         mixture: &[[R; 3]],
@@ -213,17 +224,5 @@ impl Task {
         }
         let trajectory = self.rollout(mixture, (controller, &start), &span);
         (loss.loss(&trajectory), trajectory)
-    }
-
-    /// What the augmented Lagrangian adds to the loss, measured on a projection.
-    pub fn augmentation<R: Real>(
-        &self,
-        projection: Projection,
-        z: &[[R; 3]],
-        (lagrangian, thresholds): (&AugmentedLagrangian, &[f64; 4]),
-    ) -> R {
-        let measures = measures(&self.mixture(projection, z), self.sharpness.delta);
-        let violations = violations(measures.constrained(), thresholds);
-        lagrangian.objective(R::zero(), violations)
     }
 }

@@ -17,7 +17,14 @@ pub mod optimiser;
 pub mod case;
 pub mod codesign;
 pub mod record;
+pub mod report;
+pub mod verify;
 #[cfg(feature = "cli")]
 pub mod cli;
 
 pub use error::{Error, Result};
+
+/// The code of the repository's README, compiled and run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;

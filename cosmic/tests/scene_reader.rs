@@ -305,7 +305,7 @@ fn departures_are_named_and_can_all_be_switched_off() {
         scene
             .departures()
             .iter()
-            .map(|departure| departure.option)
+            .map(|departure| departure.option.clone())
             .collect()
     };
     let mut scene = Scene::default();

@@ -1,5 +1,9 @@
 //! What the tests across both crates share: reading reference files and comparing with them.
 
+mod bare;
+
+pub use bare::Bare;
+
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
@@ -66,6 +70,82 @@ fn read(path: PathBuf) -> Reference {
     let json = serde_json::from_str(&text)
         .unwrap_or_else(|error| panic!("{} is not JSON: {error}", path.display()));
     Reference { path, text, json }
+}
+
+/// A stability case, and the file that it is of.
+#[derive(Clone, Debug)]
+pub struct StabilityCase {
+    /// The file's content, tolerances among it.
+    pub file: Value,
+    /// The case.
+    pub case: Value,
+}
+
+impl StabilityCase {
+    /// A number of the case.
+    ///
+    /// # Panics
+    /// Where the case has none of that name.
+    pub fn number(&self, key: &str) -> f64 {
+        number(&self.case, key)
+    }
+
+    /// A number of the file, such as a tolerance.
+    ///
+    /// # Panics
+    /// Where the file has none of that name.
+    pub fn of_file(&self, key: &str) -> f64 {
+        number(&self.file, key)
+    }
+
+    /// Numbers of the case, nested lists from first to last.
+    pub fn numbers(&self, key: &str) -> Vec<f64> {
+        numbers(&self.case[key])
+    }
+}
+
+/// A number of an object.
+///
+/// # Panics
+/// Where there is none of that name.
+pub fn number(object: &Value, key: &str) -> f64 {
+    object[key]
+        .as_f64()
+        .unwrap_or_else(|| panic!("no number `{key}` in {object}"))
+}
+
+/// Stability cases of one kind, told by a key that only this kind has, from whatever files.
+///
+/// # Panics
+/// Where there is none: a test that reads no case shows nothing.
+pub fn stability_cases(kind: &str) -> Vec<StabilityCase> {
+    stability_lists("cases", kind)
+}
+
+/// The same of another list of the files than their `cases`.
+///
+/// # Panics
+/// As [`stability_cases`].
+pub fn stability_lists(list: &str, kind: &str) -> Vec<StabilityCase> {
+    let folder = stability_folder();
+    let files = references(&folder).into_iter();
+    let cases: Vec<StabilityCase> = files
+        .flat_map(|file| {
+            let cases = file.json[list].as_array().cloned().unwrap_or_default();
+            let of_kind = cases.into_iter().filter(|case| case.get(kind).is_some());
+            let with_file = |case| StabilityCase {
+                file: file.json.clone(),
+                case,
+            };
+            of_kind.map(with_file).collect::<Vec<_>>()
+        })
+        .collect();
+    assert!(
+        !cases.is_empty(),
+        "no case with `{kind}` in {}",
+        folder.display()
+    );
+    cases
 }
 
 /// All numbers of a JSON value, nested lists from first to last.

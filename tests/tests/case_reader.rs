@@ -136,3 +136,43 @@ fn missing_files_are_another_error() {
     let error = Case::read(std::path::Path::new("no/such/case.json")).expect_err("no file");
     assert_eq!(error.exit_code(), 4);
 }
+
+#[test]
+fn what_is_written_reads_back_the_same() {
+    for reference in references(&own_reference_folder()) {
+        let mut case = Case::parse(&reference.name(), &reference.text)
+            .unwrap_or_else(|error| panic!("{error}"));
+        let again = Case::parse("written", &case.to_json());
+        case.listed_steps.clear();
+        assert_eq!(again.unwrap_or_else(|error| panic!("{error}")), case);
+    }
+}
+
+#[test]
+fn a_case_may_say_what_it_is() {
+    assert!(parse(|json| json["format"] = json!("cosmic-case")).is_ok());
+    let text = message(|json| json["format"] = json!("cosmic-design"));
+    assert!(
+        text.contains("\"cosmic-design\" version 1, not \"cosmic-case\" version 1"),
+        "{text}"
+    );
+    assert!(message(|json| json["version"] = json!(2)).contains("version 2"));
+}
+
+#[test]
+fn an_edge_stands_once() {
+    let text = message(|json| json["edges"][2] = json!([1, 0]));
+    assert!(
+        text.contains("`edges[2]` is [1, 0]") && text.contains("no earlier one"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_rollout_has_an_end() {
+    let text = message(|json| json["steps"] = json!(1_000_000_000_000_u64));
+    assert!(
+        text.contains("`steps` is 1000000000000, where at most 10000000 belong"),
+        "{text}"
+    );
+}

@@ -2,12 +2,14 @@
 //! finite differences, at the designs and weights of the reference cases.
 
 use autodiff::check::{Options, Verdict, check_gradient};
-use autodiff::{Function, Real, VectorFunction};
+use autodiff::{Function, Real, VectorFunction, jvp, vjp};
 use cosmic::case::Case;
 use cosmic::controller::{Controller, Folded, Moment, observation};
 use cosmic::lattice::{Ground, State};
-use cosmic::objective::{measures, violations};
+use cosmic::objective::{Displacement, Loss, measures, violations};
 use cosmic::projection::{Body, Projection, mixture};
+use cosmic::scene::{LossKind, LossSettings};
+use cosmic::simulator::Trajectory;
 use cosmic_tests::{own_reference_folder, references};
 
 /// A vector function made scalar by fixed weights of both signs.
@@ -39,6 +41,111 @@ fn cases() -> Vec<Case> {
 fn smooth<F: VectorFunction>(function: F, x: &[f64]) {
     let report = check_gradient(&Weighted(function), x, &Options::default());
     assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+}
+
+/// The mixture of a design.
+struct Mixtures<'a> {
+    case: &'a Case,
+    projection: Projection,
+}
+
+impl VectorFunction for Mixtures<'_> {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        mixture(self.projection, x.as_chunks().0, &self.case.sharpness).into_flattened()
+    }
+}
+
+#[test]
+fn performance_projections() {
+    for case in &cases() {
+        let projection = Projection::Performance;
+        smooth(Mixtures { case, projection }, case.z.as_flattened());
+    }
+}
+
+/// The value of the stability projection is sharper than its derivative, and differences see the
+/// value: here the two have one sharpness, and then reverse and forward mode with two.
+#[test]
+fn stability_projections() {
+    for mut case in cases() {
+        let projection = Projection::Stability;
+        let sharp = case.sharpness.beta_stability;
+        case.sharpness.beta_stability = case.sharpness.beta_straight_through;
+        let z = case.z.clone().into_flattened();
+        smooth(
+            Mixtures {
+                case: &case,
+                projection,
+            },
+            &z,
+        );
+        case.sharpness.beta_stability = sharp;
+        let function = Mixtures {
+            case: &case,
+            projection,
+        };
+        let direction: Vec<f64> = (0..z.len()).map(|i| (2.3 * i as f64).sin()).collect();
+        let cotangent: Vec<f64> = (0..z.len()).map(|i| (1.1 * i as f64).cos()).collect();
+        let (_, tangent) = jvp(&function, &z, &direction);
+        let (_, gradient) = vjp(&function, &z, &cotangent);
+        let (forward, reverse) = (dot(&cotangent, &tangent), dot(&gradient, &direction));
+        // Some hundred terms of order one, each rounded at 1e-16.
+        assert!((forward - reverse).abs() < 1e-12, "{forward} and {reverse}");
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The loss of a trajectory by the positions in it.
+struct Losses<'a> {
+    loss: &'a Displacement,
+    steps: usize,
+}
+
+impl VectorFunction for Losses<'_> {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let steps = self.loss.observed(self.steps);
+        let nodes = x.len() / (2 * steps.len());
+        let states = x.chunks_exact(2 * nodes).map(|x| State {
+            x: x.as_chunks().0.to_vec(),
+            v: vec![[R::zero(); 2]; nodes],
+        });
+        let trajectory = Trajectory {
+            states: states.collect(),
+            steps,
+        };
+        vec![self.loss.loss(&trajectory)]
+    }
+}
+
+#[test]
+fn losses() {
+    for kind in [LossKind::Final, LossKind::Mean] {
+        for incline_deg in [0.0, 15.0] {
+            let loss = Displacement {
+                ground: Ground {
+                    height: 0.1,
+                    incline_deg,
+                },
+                settings: LossSettings {
+                    kind,
+                    window: 24,
+                    every: 4,
+                },
+            };
+            let states = loss.observed(40).len();
+            let positions: Vec<f64> = (0..states * 6).map(|i| (i as f64).cos()).collect();
+            smooth(
+                Losses {
+                    loss: &loss,
+                    steps: 40,
+                },
+                &positions,
+            );
+        }
+    }
 }
 
 /// Masses, and strains and stiffnesses of the size of masses, of a design.

@@ -23,6 +23,32 @@ pub(crate) struct Bits<M>(M);
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wide<M>(M);
 
+/// A bit for each of the first `n` lanes.
+#[inline(always)]
+fn first_bits(n: usize) -> u16 {
+    !(u16::MAX << n)
+}
+
+/// All bits of the first `n` lanes.
+#[inline(always)]
+fn first_i64(n: usize) -> __m256i {
+    const ONES: [i64; 8] = [-1, -1, -1, -1, 0, 0, 0, 0];
+    let window: &[i64; 4] = ONES[4 - n..8 - n].try_into().expect("the length was taken");
+    // SAFETY: the reference covers the register.
+    unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
+}
+
+/// All bits of the first `n` lanes.
+#[inline(always)]
+fn first_i32(n: usize) -> __m256i {
+    const ONES: [i32; 16] = [-1, -1, -1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0, 0, 0];
+    let window: &[i32; 8] = ONES[8 - n..16 - n]
+        .try_into()
+        .expect("the length was taken");
+    // SAFETY: the reference covers the register.
+    unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
+}
+
 /// Defines a register as a lane type. The second list names what differs between instruction
 /// sets in more than a prefix; see the functions below.
 macro_rules! define_lanes {
@@ -30,8 +56,10 @@ macro_rules! define_lanes {
         $name:ident: [$scalar:ident; $n:literal] in $register:ident, mask $mask:ty,
         $splat:ident $load:ident $store:ident
         $add:ident $sub:ident $mul:ident $div:ident $fma:ident $sqrt:ident,
-        $lt:expr, $le:expr, $blend:expr, $where_nonzero:expr, $fma_where_nonzero:expr, $exp2:expr, $abs:expr,
-        $and:expr, $or:expr, $not:expr, $bits:expr
+        part $load_part:expr, $store_part:expr,
+        $lt:expr, $le:expr, $blend:expr,
+        $where_nonzero:expr, $fma_where_nonzero:expr, $exp2:expr, $abs:expr,
+        $and:expr, $or:expr, $not:expr, $bits:expr, $from_bits:expr
     ) => {
         #[doc = concat!(stringify!($n), " lanes of `", stringify!($scalar), "`.")]
         #[derive(Clone, Copy, Debug)]
@@ -166,6 +194,22 @@ macro_rules! define_lanes {
                     (&mut to[..$n]).try_into().expect("the length was taken");
                 // SAFETY: the reference covers all lanes.
                 unsafe { $store(to.as_mut_ptr(), self.0) }
+            }
+            #[inline(always)]
+            fn load_part(from: &[$scalar]) -> Self {
+                debug_assert!(from.len() < $n);
+                // SAFETY: no lane beyond the slice is touched.
+                Self(unsafe { $load_part(from.as_ptr(), from.len()) })
+            }
+            #[inline(always)]
+            fn store_part(self, to: &mut [$scalar]) {
+                debug_assert!(to.len() < $n);
+                // SAFETY: no lane beyond the slice is touched.
+                unsafe { $store_part(to.as_mut_ptr(), to.len(), self.0) }
+            }
+            #[inline(always)]
+            fn mask(bits: u16) -> $mask {
+                $from_bits(bits)
             }
         }
 
@@ -311,6 +355,8 @@ define_lanes!(
     F64x8: [f64; 8] in __m512d, mask Bits<__mmask8>,
     _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd
     _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_fmadd_pd _mm512_sqrt_pd,
+    part |from, n| _mm512_maskz_loadu_pd(first_bits(n) as __mmask8, from),
+    |to, n, a| _mm512_mask_storeu_pd(to, first_bits(n) as __mmask8, a),
     |a, b| Bits(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b)),
     |a, b| Bits(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b)),
     |mask: Bits<u8>, a, b| _mm512_mask_blend_pd(mask.0, b, a),
@@ -332,13 +378,16 @@ define_lanes!(
     |a: Self, b: Self| Bits(a.0 & b.0),
     |a: Self, b: Self| Bits(a.0 | b.0),
     |a: Self| Bits(!a.0),
-    |a: Self| a.0
+    |a: Self| a.0,
+    |bits| Bits(bits as __mmask8)
 );
 
 define_lanes!(
     F32x16: [f32; 16] in __m512, mask Bits<__mmask16>,
     _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps
     _mm512_add_ps _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_fmadd_ps _mm512_sqrt_ps,
+    part |from, n| _mm512_maskz_loadu_ps(first_bits(n) as __mmask16, from),
+    |to, n, a| _mm512_mask_storeu_ps(to, first_bits(n) as __mmask16, a),
     |a, b| Bits(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)),
     |a, b| Bits(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
     |mask: Bits<u16>, a, b| _mm512_mask_blend_ps(mask.0, b, a),
@@ -360,13 +409,16 @@ define_lanes!(
     |a: Self, b: Self| Bits(a.0 & b.0),
     |a: Self, b: Self| Bits(a.0 | b.0),
     |a: Self| Bits(!a.0),
-    |a: Self| a.0
+    |a: Self| a.0,
+    Bits
 );
 
 define_lanes!(
     F64x4: [f64; 4] in __m256d, mask Wide<__m256d>,
     _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd
     _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_fmadd_pd _mm256_sqrt_pd,
+    part |from, n| _mm256_maskload_pd(from, first_i64(n)),
+    |to, n, a| _mm256_maskstore_pd(to, first_i64(n), a),
     |a, b| Wide(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)),
     |a, b| Wide(_mm256_cmp_pd::<_CMP_LE_OQ>(a, b)),
     |mask: Wide<__m256d>, a, b| _mm256_blendv_pd(b, a, mask.0),
@@ -383,13 +435,20 @@ define_lanes!(
     |a: Self, b: Self| Wide(unsafe { _mm256_and_pd(a.0, b.0) }),
     |a: Self, b: Self| Wide(unsafe { _mm256_or_pd(a.0, b.0) }),
     |a: Self| Wide(unsafe { _mm256_xor_pd(a.0, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))) }),
-    |a: Self| unsafe { _mm256_movemask_pd(a.0) }
+    |a: Self| unsafe { _mm256_movemask_pd(a.0) },
+    |bits| unsafe {
+        let lane = _mm256_set_epi64x(8, 4, 2, 1);
+        let set = _mm256_and_si256(_mm256_set1_epi64x(i64::from(bits)), lane);
+        Wide(_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane)))
+    }
 );
 
 define_lanes!(
     F32x8: [f32; 8] in __m256, mask Wide<__m256>,
     _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps
     _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_fmadd_ps _mm256_sqrt_ps,
+    part |from, n| _mm256_maskload_ps(from, first_i32(n)),
+    |to, n, a| _mm256_maskstore_ps(to, first_i32(n), a),
     |a, b| Wide(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)),
     |a, b| Wide(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)),
     |mask: Wide<__m256>, a, b| _mm256_blendv_ps(b, a, mask.0),
@@ -406,5 +465,10 @@ define_lanes!(
     |a: Self, b: Self| Wide(unsafe { _mm256_and_ps(a.0, b.0) }),
     |a: Self, b: Self| Wide(unsafe { _mm256_or_ps(a.0, b.0) }),
     |a: Self| Wide(unsafe { _mm256_xor_ps(a.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }),
-    |a: Self| unsafe { _mm256_movemask_ps(a.0) }
+    |a: Self| unsafe { _mm256_movemask_ps(a.0) },
+    |bits| unsafe {
+        let lane = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
+        let set = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lane);
+        Wide(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)))
+    }
 );

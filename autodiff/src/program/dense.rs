@@ -4,7 +4,9 @@
 //! both are kept. The gradient of the weights is gathered over several steps and added as one
 //! matrix product: it then touches the gradient's memory once in [`BATCH`] steps.
 
-use super::{Array, Matrix, Operation, padded};
+use std::ops::Range;
+
+use super::{Aligned, Array, Matrix, Operation, copy_in, copy_out, joined, lanes};
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
 
@@ -15,7 +17,7 @@ const PANEL: usize = 4;
 
 /// A matrix in panels of [`PANEL`] lanes of rows; within a panel column after column.
 struct Panels<R> {
-    entries: Vec<R>,
+    entries: Aligned<R>,
     rows: usize,
     columns: usize,
 }
@@ -23,7 +25,7 @@ struct Panels<R> {
 impl<R: Real> Panels<R> {
     fn zero(rows: usize, columns: usize) -> Self {
         Self {
-            entries: vec![R::zero(); padded::<R>(rows) * columns],
+            entries: Aligned::zeros(rows.next_multiple_of(lanes::<R>()) * columns),
             rows,
             columns,
         }
@@ -31,7 +33,8 @@ impl<R: Real> Panels<R> {
 
     /// Calls `f(row, column, entry)` for every entry.
     fn each(&mut self, mut f: impl FnMut(usize, usize, &mut R)) {
-        let (height, lanes) = (padded::<R>(self.rows), PANEL * padded::<R>(1));
+        let lanes = lanes::<R>();
+        let (height, lanes) = (self.rows.next_multiple_of(lanes), PANEL * lanes);
         for first in (0..height).step_by(lanes) {
             let tall = lanes.min(height - first);
             let panel = &mut self.entries[first * self.columns..][..tall * self.columns];
@@ -49,6 +52,8 @@ impl<R: Real> Panels<R> {
 pub(super) struct Dense<R> {
     matrix: Matrix,
     inputs: Vec<Array>,
+    /// Where the inputs lie, neighbours joined. One range is read in place.
+    ranges: Vec<Range<usize>>,
     bias: Array,
     output: Array,
     tanh: bool,
@@ -60,23 +65,24 @@ pub(super) struct Dense<R> {
     weights_bar: Panels<R>,
     /// The last steps' inputs and output cotangents that `weights_bar` still lacks.
     batch: Batch<R>,
-    /// The inputs one after the other, and their cotangents.
+    /// Inputs of several ranges one after the other, or their cotangents.
     packed: Vec<R>,
-    packed_bar: Vec<R>,
-    y_bar: Vec<R>,
+    /// The cotangent of `W x`.
+    y_bar: Aligned<R>,
     active: Active,
 }
 
 /// Which cotangents are asked for.
 struct Active {
-    inputs: Vec<bool>,
+    inputs: bool,
     weights: bool,
     bias: bool,
 }
 
 struct Batch<R> {
     x: Vec<R>,
-    y_bar: Vec<R>,
+    /// In whole lanes.
+    y_bar: Aligned<R>,
     len: usize,
 }
 
@@ -88,13 +94,9 @@ impl<R: Real> Dense<R> {
         tanh: bool,
     ) -> Self {
         let Matrix { rows, columns, .. } = matrix;
-        let (tall, wide) = (padded::<R>(rows), padded::<R>(columns));
-        let active = Active {
-            inputs: vec![true; inputs.len()],
-            weights: true,
-            bias: true,
-        };
+        let tall = rows.next_multiple_of(lanes::<R>());
         Self {
+            ranges: joined(inputs.iter().copied()),
             matrix,
             inputs,
             bias,
@@ -105,44 +107,64 @@ impl<R: Real> Dense<R> {
             weights_bar: Panels::zero(rows, columns),
             batch: Batch {
                 x: vec![R::zero(); BATCH * columns],
-                y_bar: vec![R::zero(); BATCH * tall],
+                y_bar: Aligned::zeros(BATCH * tall),
                 len: 0,
             },
-            packed: vec![R::zero(); wide],
-            packed_bar: vec![R::zero(); wide],
-            y_bar: vec![R::zero(); tall],
-            active,
+            packed: Vec::with_capacity(columns),
+            y_bar: Aligned::zeros(tall),
+            active: Active {
+                inputs: true,
+                weights: true,
+                bias: true,
+            },
         }
     }
 
-    fn pack(&mut self, values: &[R]) {
-        let mut to = &mut self.packed[..];
-        for a in &self.inputs {
-            let (part, rest) = to.split_at_mut(a.len);
-            part.copy_from_slice(&values[a.start..][..a.len]);
-            to = rest;
+    /// The inputs in one slice: where they lie, or packed.
+    fn x<'a>(ranges: &[Range<usize>], packed: &'a mut Vec<R>, values: &'a [R]) -> &'a [R] {
+        if let [range] = ranges {
+            return &values[range.clone()];
         }
+        packed.clear();
+        copy_out(ranges, values, packed);
+        packed
     }
 
-    fn unpack_bar(&self, bars: &mut [R]) {
-        let mut from = &self.packed_bar[..];
-        for (a, &active) in self.inputs.iter().zip(&self.active.inputs) {
-            let (part, rest) = from.split_at(a.len);
-            if active {
-                for (bar, &p) in bars[a.start..].iter_mut().zip(part) {
-                    *bar += p;
-                }
-            }
-            from = rest;
+    /// Adds `W^T y_bar` to the cotangents of the inputs.
+    fn reverse_inputs(&mut self, bars: &mut [R]) {
+        let (matrix, x) = (&self.transposed, &self.y_bar[..self.matrix.rows]);
+        if let [range] = &self.ranges[..] {
+            let y = &mut bars[range.clone()];
+            return R::vectorize(Product {
+                matrix,
+                x,
+                start: None,
+                y,
+                tanh: false,
+            });
         }
+        self.packed.clear();
+        copy_out(&self.ranges, bars, &mut self.packed);
+        R::vectorize(Product {
+            matrix,
+            x,
+            start: None,
+            y: &mut self.packed,
+            tanh: false,
+        });
+        copy_in(&self.ranges, bars, &self.packed);
     }
 
     /// Notes this step's outer product; adds the batch up when it is full.
-    fn note_weights(&mut self) {
-        let Batch { x, y_bar, len } = &mut self.batch;
-        let (columns, tall) = (self.matrix.columns, self.y_bar.len());
-        x[*len * columns..][..columns].copy_from_slice(&self.packed[..columns]);
-        y_bar[*len * tall..][..tall].copy_from_slice(&self.y_bar);
+    fn reverse_weights(&mut self, values: &[R]) {
+        let x = Self::x(&self.ranges, &mut self.packed, values);
+        let Batch {
+            x: all_x,
+            y_bar: all_y_bar,
+            len,
+        } = &mut self.batch;
+        all_x[*len * x.len()..][..x.len()].copy_from_slice(x);
+        all_y_bar[*len * self.y_bar.len()..][..self.y_bar.len()].copy_from_slice(&self.y_bar);
         *len += 1;
         if *len == BATCH {
             self.flush();
@@ -182,51 +204,37 @@ impl<R: Real> Operation<R> for Dense<R> {
     }
 
     fn forward(&mut self, values: &mut [R]) {
-        self.pack(values);
-        let (bias, to) = (self.bias.start, self.output.start);
-        values.copy_within(bias..bias + self.output.len, to);
+        // The output was declared after everything it is computed from.
+        let (before, output) = values.split_at_mut(self.output.start);
         R::vectorize(Product {
             matrix: &self.weights,
-            x: &self.packed,
-            y: &mut values[to..],
+            x: Self::x(&self.ranges, &mut self.packed, before),
+            start: Some(&before[self.bias.range()]),
+            y: &mut output[..self.output.len],
             tanh: self.tanh,
         });
     }
 
     fn reverse(&mut self, values: &[R], bars: &mut [R]) {
-        let len = self.output.len;
-        self.y_bar[..len].copy_from_slice(&bars[self.output.start..][..len]);
-        if self.tanh {
-            let y = &values[self.output.start..][..len];
-            for (bar, &y) in self.y_bar.iter_mut().zip(y) {
-                *bar = R::chain((-y).fma(y, R::one()), *bar);
-            }
-        }
-        if self.active.bias {
-            for (bar, &y_bar) in bars[self.bias.start..].iter_mut().zip(&self.y_bar[..len]) {
-                *bar += y_bar;
-            }
-        }
+        let (before, output) = bars.split_at_mut(self.output.start);
+        R::vectorize(Incoming {
+            y: &values[self.output.range()],
+            bar: &output[..self.output.len],
+            tanh: self.tanh,
+            y_bar: &mut self.y_bar[..self.output.len],
+            bias_bar: self.active.bias.then(|| &mut before[self.bias.range()]),
+        });
         if self.active.weights {
-            self.pack(values);
-            self.note_weights();
+            self.reverse_weights(values);
         }
-        if self.active.inputs.contains(&true) {
-            self.packed_bar.fill(R::zero());
-            let (matrix, x, y) = (&self.transposed, &self.y_bar, &mut self.packed_bar);
-            R::vectorize(Product {
-                matrix,
-                x,
-                y,
-                tanh: false,
-            });
-            self.unpack_bar(bars);
+        if self.active.inputs {
+            self.reverse_inputs(bars);
         }
     }
 
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]) {
         self.active = Active {
-            inputs: self.inputs.iter().map(|a| arrays[a.id]).collect(),
+            inputs: self.inputs.iter().any(|a| arrays[a.id]),
             weights: parameters[self.matrix.parameter],
             bias: arrays[self.bias.id],
         };
@@ -246,11 +254,39 @@ impl<R: Real> Operation<R> for Dense<R> {
     }
 }
 
-/// `y += A x`, then `tanh` of it where asked. Every entry of `y` is summed in the same order at
-/// every lane width: the even columns, the odd ones, then both.
+/// The cotangent of `W x` from that of the output, added to the bias's.
+struct Incoming<'a, R> {
+    y: &'a [R],
+    bar: &'a [R],
+    tanh: bool,
+    y_bar: &'a mut [R],
+    bias_bar: Option<&'a mut [R]>,
+}
+
+impl<R: Real> Vectorized<R> for Incoming<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(mut self) {
+        for i in (0..self.y.len()).step_by(L::N) {
+            let (y, mut bar) = (L::load_up_to(&self.y[i..]), L::load_up_to(&self.bar[i..]));
+            if self.tanh {
+                bar = L::chain((-y).fma(y, L::one()), bar);
+            }
+            bar.store_up_to(&mut self.y_bar[i..]);
+            if let Some(bias_bar) = &mut self.bias_bar {
+                let to = &mut bias_bar[i..];
+                (L::load_up_to(to) + bar).store_up_to(to);
+            }
+        }
+    }
+}
+
+/// `y = start + A x`, or `y += A x` without a start; then `tanh` of it where asked. Every entry
+/// of `y` is summed in the same order at every lane width: the even columns, the odd ones, both.
 struct Product<'a, R> {
     matrix: &'a Panels<R>,
     x: &'a [R],
+    start: Option<&'a [R]>,
     y: &'a mut [R],
     tanh: bool,
 }
@@ -258,55 +294,53 @@ struct Product<'a, R> {
 impl<R: Real> Vectorized<R> for Product<'_, R> {
     type Output = ();
     #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let Panels {
-            entries,
-            rows,
-            columns,
-        } = self.matrix;
-        let height = rows.next_multiple_of(L::N);
-        let x = &self.x[..*columns];
+    fn run<L: Lane<R>>(mut self) {
+        let height = self.matrix.rows.next_multiple_of(L::N);
         for first in (0..height).step_by(PANEL * L::N) {
-            let panel = &entries[first * columns..];
-            let y = &mut self.y[first..];
             match (height - first) / L::N {
-                1 => panel_product::<R, L, 1>(panel, x, y, self.tanh),
-                2 => panel_product::<R, L, 2>(panel, x, y, self.tanh),
-                3 => panel_product::<R, L, 3>(panel, x, y, self.tanh),
-                _ => panel_product::<R, L, PANEL>(panel, x, y, self.tanh),
+                1 => self.panel::<L, 1>(first),
+                2 => self.panel::<L, 2>(first),
+                3 => self.panel::<L, 3>(first),
+                _ => self.panel::<L, PANEL>(first),
             }
         }
     }
 }
 
-#[inline(always)]
-fn panel_product<R: Real, L: Lane<R>, const W: usize>(
-    panel: &[R],
-    x: &[R],
-    y: &mut [R],
-    tanh: bool,
-) {
-    let mut even = [L::zero(); W];
-    let mut odd = [L::zero(); W];
-    let pairs = x.len() / 2;
-    let (body, last) = panel[..x.len() * W * L::N].split_at(pairs * 2 * W * L::N);
-    for (weights, x) in body.chunks_exact(2 * W * L::N).zip(x.chunks_exact(2)) {
-        let (x0, x1) = (L::splat(x[0]), L::splat(x[1]));
-        for w in 0..W {
-            even[w] = L::load(&weights[w * L::N..]).fma(x0, even[w]);
-            odd[w] = L::load(&weights[(W + w) * L::N..]).fma(x1, odd[w]);
+impl<R: Real> Product<'_, R> {
+    /// `W` lanes of rows.
+    #[inline(always)]
+    fn panel<L: Lane<R>, const W: usize>(&mut self, first: usize) {
+        let Panels {
+            entries, columns, ..
+        } = self.matrix;
+        let x = &self.x[..*columns];
+        let mut even = [L::zero(); W];
+        let mut odd = [L::zero(); W];
+        let panel = &entries[first * columns..][..columns * W * L::N];
+        let (body, last) = panel.split_at(columns / 2 * 2 * W * L::N);
+        for (weights, x) in body.chunks_exact(2 * W * L::N).zip(x.chunks_exact(2)) {
+            let (x0, x1) = (L::splat(x[0]), L::splat(x[1]));
+            for w in 0..W {
+                even[w] = L::load(&weights[w * L::N..]).fma(x0, even[w]);
+                odd[w] = L::load(&weights[(W + w) * L::N..]).fma(x1, odd[w]);
+            }
         }
-    }
-    if x.len() % 2 == 1 {
-        let x0 = L::splat(x[x.len() - 1]);
-        for w in 0..W {
-            even[w] = L::load(&last[w * L::N..]).fma(x0, even[w]);
+        if columns % 2 == 1 {
+            let x0 = L::splat(x[columns - 1]);
+            for w in 0..W {
+                even[w] = L::load(&last[w * L::N..]).fma(x0, even[w]);
+            }
         }
-    }
-    for w in 0..W {
-        let to = &mut y[w * L::N..];
-        let sum = L::load(to) + (even[w] + odd[w]);
-        (if tanh { sum.tanh() } else { sum }).store(to);
+        for w in 0..W {
+            let row = first + w * L::N;
+            let start = match self.start {
+                Some(start) => L::load_up_to(&start[row..]),
+                None => L::load_up_to(&self.y[row..]),
+            };
+            let sum = start + (even[w] + odd[w]);
+            (if self.tanh { sum.tanh() } else { sum }).store_up_to(&mut self.y[row..]);
+        }
     }
 }
 

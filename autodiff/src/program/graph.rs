@@ -1,14 +1,14 @@
-//! Differences along the edges of a graph, and sums over the edges of its nodes.
+//! Graphs whose edges are stored so that lanes can work on them.
 //!
 //! Edges are grouped by the offset of their node numbers. On a lattice there are four such
-//! groups, and then both operations load shifted, contiguous data in place of gathering: a
-//! group has a **slot** for every node that could be a tail. Slots without an edge are ghosts:
-//! they pass nothing on.
+//! groups, and the ends of neighbouring edges then lie side by side: work on edges loads shifted,
+//! contiguous data in place of gathering. A group has a **slot** for every node that could be a
+//! tail; slots without an edge are ghosts, which take no part.
 
 use std::sync::Arc;
 
-use super::{Array, Operation, WIDEST};
-use crate::lanes::{Lane, Vectorized};
+use super::WIDEST;
+use crate::lanes::Lane;
 use crate::real::Real;
 
 /// A directed graph, and the slot layout of arrays along its edges.
@@ -20,18 +20,44 @@ struct Layout {
     nodes: usize,
     groups: Vec<Group>,
     slots: usize,
+    /// The largest offset.
+    lead: usize,
     slot_of_edge: Vec<usize>,
-    /// Per slot, whether it holds an edge.
-    real: Vec<bool>,
 }
 
 /// Edges `(i, i + offset)`; the slot of tail `i` is `first_slot + i`.
-#[derive(Clone, Copy, Debug)]
-struct Group {
-    offset: usize,
-    first_slot: usize,
+#[derive(Debug)]
+pub(super) struct Group {
+    pub(super) offset: usize,
+    pub(super) first_slot: usize,
     /// Slots, in whole lanes.
-    len: usize,
+    pub(super) len: usize,
+    /// Whether a node is the tail of an edge (and so, whether its slot holds one); whether it is
+    /// the head of one.
+    pub(super) is_tail: Bits,
+    pub(super) is_head: Bits,
+}
+
+/// A truth value per place, in words of the widest lane.
+#[derive(Debug)]
+pub(super) struct Bits(Vec<u16>);
+
+impl Bits {
+    fn none(len: usize) -> Self {
+        Self(vec![0; len.div_ceil(WIDEST)])
+    }
+    fn set(&mut self, place: usize) {
+        self.0[place / WIDEST] |= 1 << (place % WIDEST);
+    }
+    fn get(&self, place: usize) -> bool {
+        self.0[place / WIDEST] >> (place % WIDEST) & 1 == 1
+    }
+    /// The value where the places from `first` on are true, else zero.
+    #[inline(always)]
+    pub(super) fn keep<R: Real, L: Lane<R>>(&self, first: usize, value: L) -> L {
+        let mask = L::mask(self.0[first / WIDEST] >> (first % WIDEST));
+        L::select(mask, value, L::zero())
+    }
 }
 
 impl Graph {
@@ -52,30 +78,34 @@ impl Graph {
         offsets.dedup();
         let mut slots = 0;
         let mut groups = Vec::new();
-        for offset in offsets {
+        for &offset in &offsets {
             let len = (nodes - offset).next_multiple_of(WIDEST);
+            let [is_tail, is_head] = [(); 2].map(|()| Bits::none(nodes));
             groups.push(Group {
                 offset,
                 first_slot: slots,
                 len,
+                is_tail,
+                is_head,
             });
             slots += len;
         }
-        let mut real = vec![false; slots];
-        let mut place = |[i, j]: &[usize; 2]| {
-            let group = groups.iter().find(|g| g.offset == j - i);
-            let slot = group.map_or(0, |g| g.first_slot) + i;
-            assert!(!real[slot], "edge [{i}, {j}] stands twice");
-            real[slot] = true;
-            slot
+        let place = |[i, j]: &[usize; 2]| {
+            let known = groups.iter_mut().find(|group| group.offset == j - i);
+            let group = known.expect("every offset has its group");
+            assert!(!group.is_tail.get(*i), "edge [{i}, {j}] stands twice");
+            group.is_tail.set(*i);
+            group.is_head.set(*j);
+            group.first_slot + i
         };
-        let slot_of_edge = edges.iter().map(&mut place).collect();
+        let slot_of_edge = edges.iter().map(place).collect();
+        let lead = offsets.last().copied().unwrap_or(0);
         Self(Arc::new(Layout {
             nodes,
             groups,
             slots,
+            lead,
             slot_of_edge,
-            real,
         }))
     }
 
@@ -117,193 +147,14 @@ impl Graph {
         slots
     }
 
-    /// One for edges, zero for ghosts.
-    fn ghosts_out<R: Real>(&self) -> Vec<R> {
-        self.0
-            .real
-            .iter()
-            .map(|&r| if r { R::one() } else { R::zero() })
-            .collect()
-    }
-}
-
-/// What both operations share. Lanes may reach past a group's last node: such slots are ghosts,
-/// and what they would give is replaced by zero.
-struct Incidence<R> {
-    graph: Graph,
-    real: Vec<R>,
-    nodes: Array,
-    slots: Array,
-    active: bool,
-}
-
-impl<R: Real> Incidence<R> {
-    fn new(graph: Graph, nodes: Array, slots: Array) -> Self {
-        let real = graph.ghosts_out();
-        Self {
-            graph,
-            real,
-            nodes,
-            slots,
-            active: true,
-        }
-    }
-
-    /// `slots = [or +=] sign * (head - tail)`.
+    /// How far before the first slot a lane may read.
     #[inline(always)]
-    fn spread<L: Lane<R>>(&self, arena: &mut [R], sign: f64, add: bool) {
-        for group in &self.graph.0.groups {
-            for i in (0..group.len).step_by(L::N) {
-                let tail = L::load(&arena[self.nodes.start + i..]);
-                let head = L::load(&arena[self.nodes.start + group.offset + i..]);
-                let to = self.slots.start + group.first_slot + i;
-                let value = self.real_only::<L>(group.first_slot + i, head - tail);
-                let value = if sign < 0.0 { -value } else { value };
-                let value = if add {
-                    L::load(&arena[to..]) + value
-                } else {
-                    value
-                };
-                value.store(&mut arena[to..]);
-            }
-        }
-    }
-
-    /// `nodes += sign * (slots as tail - slots as head)`.
-    #[inline(always)]
-    fn collect<L: Lane<R>>(&self, arena: &mut [R], sign: f64) {
-        for group in &self.graph.0.groups {
-            for (shift, sign) in [(0, sign), (group.offset, -sign)] {
-                for i in (0..group.len).step_by(L::N) {
-                    let from = L::load(&arena[self.slots.start + group.first_slot + i..]);
-                    let value = self.real_only::<L>(group.first_slot + i, from);
-                    let at = self.nodes.start + shift + i;
-                    let old = L::load(&arena[at..]);
-                    let new = if sign < 0.0 { old - value } else { old + value };
-                    new.store(&mut arena[at..]);
-                }
-            }
-        }
+    pub(super) fn lead(&self) -> usize {
+        self.0.lead
     }
 
     #[inline(always)]
-    fn real_only<L: Lane<R>>(&self, slot: usize, value: L) -> L {
-        let real = L::load(&self.real[slot..]);
-        L::select(L::lit(0.5).lt(real), value, L::zero())
-    }
-}
-
-/// Work on an arena in lanes.
-struct OnArena<'a, R, F> {
-    incidence: &'a Incidence<R>,
-    arena: &'a mut [R],
-    direction: F,
-}
-
-/// `spread` or `collect`, with its sign.
-#[derive(Clone, Copy)]
-enum Direction {
-    Spread { sign: f64, add: bool },
-    Collect { sign: f64 },
-}
-
-impl<R: Real> Vectorized<R> for OnArena<'_, R, Direction> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        match self.direction {
-            Direction::Spread { sign, add } => self.incidence.spread::<L>(self.arena, sign, add),
-            Direction::Collect { sign } => self.incidence.collect::<L>(self.arena, sign),
-        }
-    }
-}
-
-pub(super) struct Difference<R>(Incidence<R>);
-
-impl<R: Real> Difference<R> {
-    pub(super) fn new(graph: Graph, x: Array, output: Array) -> Self {
-        Self(Incidence::new(graph, x, output))
-    }
-}
-
-impl<R: Real> Operation<R> for Difference<R> {
-    fn inputs(&self) -> Vec<Array> {
-        vec![self.0.nodes]
-    }
-    fn outputs(&self) -> Vec<Array> {
-        vec![self.0.slots]
-    }
-    fn reverse_reads(&self) -> Vec<Array> {
-        Vec::new()
-    }
-    fn forward(&mut self, values: &mut [R]) {
-        let direction = Direction::Spread {
-            sign: 1.0,
-            add: false,
-        };
-        R::vectorize(OnArena {
-            incidence: &self.0,
-            arena: values,
-            direction,
-        });
-    }
-    fn reverse(&mut self, _values: &[R], bars: &mut [R]) {
-        if self.0.active {
-            let direction = Direction::Collect { sign: -1.0 };
-            R::vectorize(OnArena {
-                incidence: &self.0,
-                arena: bars,
-                direction,
-            });
-        }
-    }
-    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
-        self.0.active = arrays[self.0.nodes.id];
-    }
-}
-
-pub(super) struct IncidentSum<R>(Incidence<R>);
-
-impl<R: Real> IncidentSum<R> {
-    pub(super) fn new(graph: Graph, x: Array, output: Array) -> Self {
-        Self(Incidence::new(graph, output, x))
-    }
-}
-
-impl<R: Real> Operation<R> for IncidentSum<R> {
-    fn inputs(&self) -> Vec<Array> {
-        vec![self.0.slots]
-    }
-    fn outputs(&self) -> Vec<Array> {
-        vec![self.0.nodes]
-    }
-    fn reverse_reads(&self) -> Vec<Array> {
-        Vec::new()
-    }
-    fn forward(&mut self, values: &mut [R]) {
-        let nodes = self.0.nodes;
-        values[nodes.start..][..nodes.len].fill(R::zero());
-        let direction = Direction::Collect { sign: 1.0 };
-        R::vectorize(OnArena {
-            incidence: &self.0,
-            arena: values,
-            direction,
-        });
-    }
-    fn reverse(&mut self, _values: &[R], bars: &mut [R]) {
-        if self.0.active {
-            let direction = Direction::Spread {
-                sign: -1.0,
-                add: true,
-            };
-            R::vectorize(OnArena {
-                incidence: &self.0,
-                arena: bars,
-                direction,
-            });
-        }
-    }
-    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
-        self.0.active = arrays[self.0.slots.id];
+    pub(super) fn groups(&self) -> &[Group] {
+        &self.0.groups
     }
 }

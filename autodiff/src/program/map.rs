@@ -69,7 +69,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
             let x = load_all::<R, L, I>(self.values, inputs, i);
             let y = kernel.eval(x);
             for k in 0..O {
-                y[k].store(&mut self.values[outputs[k].start + i..]);
+                y[k].store_up_to(&mut self.values[outputs[k].from(i)]);
             }
         }
     }
@@ -99,15 +99,15 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
             let x_bar = kernel.vjp(x, y_bar);
             for k in 0..I {
                 if active[k] {
-                    let bar = &mut self.bars[inputs[k].start + i..];
-                    (L::load(bar) + x_bar[k]).store(bar);
+                    let bar = &mut self.bars[inputs[k].from(i)];
+                    (L::load_up_to(bar) + x_bar[k]).store_up_to(bar);
                 }
             }
         }
     }
 }
 
-/// A lane of each array.
+/// A lane of each array; at the end of the arrays a part of one.
 #[inline(always)]
 fn load_all<R: Real, L: Lane<R>, const N: usize>(
     arena: &[R],
@@ -116,7 +116,7 @@ fn load_all<R: Real, L: Lane<R>, const N: usize>(
 ) -> [L; N] {
     let mut lanes = [L::zero(); N];
     for k in 0..N {
-        lanes[k] = L::load(&arena[arrays[k].start + i..]);
+        lanes[k] = L::load_up_to(&arena[arrays[k].from(i)]);
     }
     lanes
 }

@@ -6,15 +6,20 @@
 //! precision or tape variables the same operations run on those numbers. There is no control
 //! flow inside a program: kernels select, and what a scene does not need is not recorded.
 
+mod aligned;
 mod dense;
+mod edges;
 mod gather;
 mod graph;
 mod map;
+
+use std::ops::Range;
 
 use crate::kernel::Adjoint;
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
 
+pub(crate) use aligned::Aligned;
 pub use graph::Graph;
 
 /// A handle to an array of a [`Program`].
@@ -30,6 +35,17 @@ impl Array {
     #[allow(clippy::len_without_is_empty)] // an empty array cannot be declared
     pub fn len(self) -> usize {
         self.len
+    }
+
+    /// Where it lies in the arena.
+    fn range(self) -> Range<usize> {
+        self.start..self.start + self.len
+    }
+
+    /// Where its entries from the `i`th on lie.
+    #[inline(always)]
+    fn from(self, i: usize) -> Range<usize> {
+        self.start + i..self.start + self.len
     }
 }
 
@@ -82,8 +98,32 @@ pub struct Program<R: Real> {
     operations: Vec<Box<dyn Operation<R>>>,
     /// Per operation: must it run again in the reverse sweep?
     rerun: Vec<bool>,
+    layout: Layout,
     arena_len: usize,
     parameters_end: usize,
+    /// How far past the arrays lanes may reach, beyond their own width.
+    margin: usize,
+}
+
+/// Where the arrays that are copied every step lie, neighbours joined.
+#[derive(Default)]
+struct Layout {
+    state: Vec<Range<usize>>,
+    next: Vec<Range<usize>>,
+    kept: Vec<Range<usize>>,
+    inputs: Vec<Range<usize>>,
+}
+
+/// The ranges of arrays, those joined that touch.
+fn joined(arrays: impl IntoIterator<Item = Array>) -> Vec<Range<usize>> {
+    let mut ranges: Vec<Range<usize>> = Vec::new();
+    for array in arrays {
+        match ranges.last_mut() {
+            Some(last) if last.end == array.start => last.end += array.len,
+            _ => ranges.push(array.range()),
+        }
+    }
+    ranges
 }
 
 struct LaneCount;
@@ -99,9 +139,9 @@ impl<R: Real> Vectorized<R> for LaneCount {
 /// The widest lane there may be: arrays that are read at an offset stay this far from the end.
 const WIDEST: usize = 16;
 
-/// `len` rounded up to whole lanes of this type on this machine.
-fn padded<R: Real>(len: usize) -> usize {
-    len.next_multiple_of(R::vectorize(LaneCount))
+/// Lanes of this type on this machine.
+fn lanes<R: Real>() -> usize {
+    R::vectorize(LaneCount)
 }
 
 impl<R: Real> Default for Program<R> {
@@ -115,8 +155,10 @@ impl<R: Real> Default for Program<R> {
             kept: Vec::new(),
             operations: Vec::new(),
             rerun: Vec::new(),
+            layout: Layout::default(),
             arena_len: 0,
             parameters_end: 0,
+            margin: 0,
         }
     }
 }
@@ -187,7 +229,7 @@ impl<R: Real> Program<R> {
             len,
         };
         self.arrays.push(array);
-        self.arena_len += padded::<R>(len);
+        self.arena_len += len;
         array
     }
 
@@ -238,30 +280,34 @@ impl<R: Real> Program<R> {
         output
     }
 
-    /// Per edge of the graph, the value at its head less the value at its tail, in the slot
-    /// layout of the [`Graph`].
-    pub fn difference(&mut self, graph: &Graph, x: Array) -> Array {
-        assert_eq!(
-            x.len,
-            graph.nodes(),
-            "difference: one value per node is needed"
-        );
-        let output = self.allocate(graph.slots());
-        self.push(graph::Difference::new(graph.clone(), x, output));
-        output
-    }
-
-    /// Per node, the sum over its edges: plus where it is the tail, minus where it is the head.
-    /// The negative transpose of [`difference`](Self::difference).
-    pub fn incident_sum(&mut self, graph: &Graph, x: Array) -> Array {
-        assert_eq!(
-            x.len,
-            graph.slots(),
-            "incident_sum: one value per slot is needed"
-        );
-        let output = self.allocate(graph.nodes());
-        self.push(graph::IncidentSum::new(graph.clone(), x, output));
-        output
+    /// Maps a kernel over the edges of a graph and sums its results up at their nodes.
+    ///
+    /// The kernel's inputs are, per edge, the differences of `ends` (the value at the head less
+    /// that at the tail, of arrays over the nodes) and then `per_edge` (arrays in the slot layout
+    /// of the [`Graph`]). Each result counts plus at the edge's tail and minus at its head: the
+    /// outputs are arrays over the nodes.
+    pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
+        &mut self,
+        graph: &Graph,
+        kernel: K,
+        (ends, per_edge): ([Array; C], &[Array]),
+    ) -> [Array; O]
+    where
+        K: Adjoint<I, O>,
+    {
+        let fits = ends.iter().all(|a| a.len == graph.nodes());
+        assert!(fits, "map_edges: an array of ends has one value per node");
+        let fits = per_edge.iter().all(|a| a.len == graph.slots());
+        assert!(fits, "map_edges: an array per edge has one value per slot");
+        self.margin = self.margin.max(graph.lead());
+        let outputs = [(); O].map(|()| self.allocate(graph.nodes()));
+        self.push(edges::EdgeMap::new(
+            kernel,
+            graph,
+            (ends, per_edge),
+            outputs,
+        ));
+        outputs
     }
 
     /// `x[index]` for every index, and zero where there is none.
@@ -296,12 +342,18 @@ impl<R: Real> Program<R> {
                 read.extend(operation.inputs());
             }
         }
+        self.layout = Layout {
+            state: joined(self.states.iter().copied()),
+            next: joined(self.next.iter().copied().flatten()),
+            kept: joined(self.kept.iter().copied()),
+            inputs: joined(self.inputs.iter().copied()),
+        };
         self
     }
 
     /// A zeroed arena for values or cotangents, with room for reads past the last array.
-    pub(crate) fn arena(&self) -> Vec<R> {
-        vec![R::zero(); self.arena_len + 2 * WIDEST]
+    pub(crate) fn arena(&self) -> Aligned<R> {
+        Aligned::zeros(self.arena_len + 2 * WIDEST + self.margin)
     }
 
     /// The number of scalars in a state.
@@ -337,7 +389,7 @@ impl<R: Real> Program<R> {
                 "parameter {at} of a program differs in length"
             );
             if let Parameter::Array(a) = declared {
-                values[a.start..][..a.len].copy_from_slice(given);
+                values[a.range()].copy_from_slice(given);
             }
         }
         for operation in &mut self.operations {
@@ -365,23 +417,23 @@ impl<R: Real> Program<R> {
     }
 
     pub(crate) fn set_state(&self, values: &mut [R], state: &[R]) {
-        copy_in(&self.states, values, state);
+        copy_in(&self.layout.state, values, state);
     }
 
     pub(crate) fn set_inputs(&self, values: &mut [R], inputs: &[R]) {
-        copy_in(&self.inputs, values, inputs);
+        copy_in(&self.layout.inputs, values, inputs);
     }
 
     pub(crate) fn set_kept(&self, values: &mut [R], kept: &[R]) {
-        copy_in(&self.kept, values, kept);
+        copy_in(&self.layout.kept, values, kept);
     }
 
     pub(crate) fn push_state(&self, values: &[R], to: &mut Vec<R>) {
-        copy_out(&self.states, values, to);
+        copy_out(&self.layout.state, values, to);
     }
 
     pub(crate) fn push_kept(&self, values: &[R], to: &mut Vec<R>) {
-        copy_out(&self.kept, values, to);
+        copy_out(&self.layout.kept, values, to);
     }
 
     /// Computes a step; the state becomes the next one.
@@ -389,8 +441,11 @@ impl<R: Real> Program<R> {
         for operation in &mut self.operations {
             operation.forward(values);
         }
+        if let ([state], [next]) = (&self.layout.state[..], &self.layout.next[..]) {
+            return values.copy_within(next.clone(), state.start);
+        }
         for (state, next) in self.states.iter().zip(self.next.iter().flatten()) {
-            values.copy_within(next.start..next.start + next.len, state.start);
+            values.copy_within(next.range(), state.start);
         }
     }
 
@@ -410,9 +465,9 @@ impl<R: Real> Program<R> {
         }
         bars[self.parameters_end..].fill(R::zero());
         let mut rest = &state_bar[..];
-        for next in self.next.iter().flatten() {
-            let (part, others) = rest.split_at(next.len);
-            for (bar, &given) in bars[next.start..].iter_mut().zip(part) {
+        for next in &self.layout.next {
+            let (part, others) = rest.split_at(next.len());
+            for (bar, &given) in bars[next.clone()].iter_mut().zip(part) {
                 *bar += given;
             }
             rest = others;
@@ -421,13 +476,13 @@ impl<R: Real> Program<R> {
             operation.reverse(values, bars);
         }
         state_bar.clear();
-        copy_out(&self.states, bars, state_bar);
+        copy_out(&self.layout.state, bars, state_bar);
     }
 
     /// The cotangents of all parameters after the last reverse step.
     pub(crate) fn parameter_bars(&mut self, bars: &[R]) -> Vec<Vec<R>> {
         let bar = |declared: &Parameter| match declared {
-            Parameter::Array(a) => bars[a.start..][..a.len].to_vec(),
+            Parameter::Array(a) => bars[a.range()].to_vec(),
             Parameter::Matrix(m) => vec![R::zero(); m.rows * m.columns],
         };
         let mut all: Vec<Vec<R>> = self.parameters.iter().map(bar).collect();
@@ -438,16 +493,16 @@ impl<R: Real> Program<R> {
     }
 }
 
-fn copy_in<R: Real>(arrays: &[Array], values: &mut [R], mut from: &[R]) {
-    for a in arrays {
-        let (part, rest) = from.split_at(a.len);
-        values[a.start..][..a.len].copy_from_slice(part);
+fn copy_in<R: Real>(ranges: &[Range<usize>], values: &mut [R], mut from: &[R]) {
+    for range in ranges {
+        let (part, rest) = from.split_at(range.len());
+        values[range.clone()].copy_from_slice(part);
         from = rest;
     }
 }
 
-fn copy_out<R: Real>(arrays: &[Array], values: &[R], to: &mut Vec<R>) {
-    for a in arrays {
-        to.extend_from_slice(&values[a.start..][..a.len]);
+fn copy_out<R: Real>(ranges: &[Range<usize>], values: &[R], to: &mut Vec<R>) {
+    for range in ranges {
+        to.extend_from_slice(&values[range.clone()]);
     }
 }

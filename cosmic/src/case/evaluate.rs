@@ -10,9 +10,9 @@ use crate::error::Result;
 use crate::gradient::{ALL, DESIGN, Horizon, Inputs, Task};
 use crate::lattice::{Ground, State};
 use crate::objective::{Displacement, measures};
-use crate::projection::{Body, Projection};
+use crate::projection::{Body, Projection, mixture, one_hot};
 use crate::scene::HorizonMode;
-use crate::simulator::Span;
+use crate::simulator::{Divergence, Span};
 
 impl Case {
     /// The case as a task.
@@ -35,9 +35,24 @@ impl Case {
         }
     }
 
+    /// The mixture of design vectors by a projection, or the frozen layout's.
+    pub fn mixture<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<[R; 3]> {
+        match &self.frozen {
+            Some(materials) => one_hot(materials),
+            None => mixture(projection, z, &self.sharpness),
+        }
+    }
+
+    /// Where the rollout diverges, if it does.
+    pub fn divergence(&self) -> Option<Divergence> {
+        let mixture = self.mixture(self.projection, &self.z);
+        let robot = (&self.controller, &self.start);
+        self.task().divergence(&mixture, robot)
+    }
+
     /// The loss of the final position, for any number type.
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
-        let mixture = task.mixture(self.projection, &inputs.z);
+        let mixture = self.mixture(self.projection, &inputs.z);
         let loss = Displacement::at_end(task.ground());
         let horizon = Horizon {
             steps: self.physics.steps,
@@ -60,15 +75,15 @@ impl Case {
     pub fn evaluate(&self, gradient: bool, record: &[usize]) -> Result<Results> {
         let task = self.task();
         let recorded = self.recorded_steps(record)?;
-        let mixture = task.mixture(self.projection, &self.z);
+        let mixture = self.mixture(self.projection, &self.z);
         let body = Body::new(&mixture, &self.lattice, &self.materials, &self.physics);
-        let trajectory = self.trajectory(&task, &recorded);
+        let trajectory = self.trajectory(&task, &mixture, &recorded);
         let ground = task.ground();
         let l_disp = -along(&ground, &trajectory[&self.physics.steps]);
         let measures = measures(&mixture, self.sharpness.delta);
-        let own_terms = self.augmentation(&task, self.projection, gradient);
+        let own_terms = self.augmentation(self.projection, gradient);
         let performance_terms = (self.projection == Projection::Stability)
-            .then(|| self.augmentation(&task, Projection::Performance, gradient));
+            .then(|| self.augmentation(Projection::Performance, gradient));
         let grad_l_disp = gradient.then(|| self.gradient(&task));
         let design_gradient = |terms: &Terms| {
             let total = grad_l_disp.as_ref()?.z.iter().zip(&terms.gradient);
@@ -79,7 +94,7 @@ impl Case {
         Ok(Results {
             u0: self.first_activation(&ground),
             node_mass: body.mass,
-            displacement: along(&ground, &self.start) * -1.0 - l_disp,
+            displacement: -along(&ground, &self.start) - l_disp,
             l_disp,
             volume: measures.volume,
             actuator_volume: measures.actuator_volume,
@@ -101,13 +116,17 @@ impl Case {
     }
 
     /// The states of the given steps and of the last.
-    fn trajectory(&self, task: &Task, recorded: &[usize]) -> BTreeMap<usize, State<f64>> {
+    fn trajectory(
+        &self,
+        task: &Task,
+        mixture: &[[f64; 3]],
+        recorded: &[usize],
+    ) -> BTreeMap<usize, State<f64>> {
         let mut observed = recorded.to_vec();
         observed.push(self.physics.steps);
         observed.dedup();
-        let mixture = task.mixture(self.projection, &self.z);
         let trajectory = task.rollout(
-            &mixture,
+            mixture,
             (&self.controller, &self.start),
             &Span::from_start(observed),
         );
@@ -141,21 +160,26 @@ impl Case {
         }
     }
 
-    fn augmentation(&self, task: &Task, projection: Projection, gradient: bool) -> Terms {
-        let penalties = (&self.lagrangian, &self.thresholds);
+    fn augmentation(&self, projection: Projection, gradient: bool) -> Terms {
         if !gradient {
-            let value = task.augmentation(projection, &self.z, penalties);
+            let value = self.penalties(projection, &self.z);
             return Terms {
                 value,
                 gradient: Vec::new(),
             };
         }
-        let terms = |inputs: &Inputs<_>| task.augmentation(projection, &inputs.z, penalties);
+        let terms = |inputs: &Inputs<_>| self.penalties(projection, &inputs.z);
         let (value, gradient) = self.inputs().differentiate(DESIGN, terms);
         Terms {
             value,
             gradient: gradient.as_chunks().0.to_vec(),
         }
+    }
+
+    /// What the augmented Lagrangian adds to the loss, measured on a projection.
+    fn penalties<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> R {
+        let measures = measures(&self.mixture(projection, z), self.sharpness.delta);
+        self.lagrangian.terms(&measures, &self.thresholds)
     }
 }
 

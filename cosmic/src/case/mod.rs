@@ -4,14 +4,18 @@
 //! weights. Nothing is generated and nothing assumed.
 
 mod evaluate;
+mod of_scene;
 mod raw;
 mod results;
+mod write;
 
 pub use results::{DesignGradient, Gradient, Results};
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use crate::controller::{Controller, observation_length};
+use crate::design::Material;
 use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
 use crate::objective::AugmentedLagrangian;
@@ -19,7 +23,11 @@ use crate::projection::Projection;
 use crate::scene::{
     ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
-use raw::{RawCase, RawScene};
+use raw::{FORMAT, RawCase, RawScene, VERSION};
+
+/// The longest rollout that a case may ask for: the clock is kept for every step of it, and a
+/// slip of the pen should not end in a lack of memory.
+const LONGEST: usize = 10_000_000;
 
 /// A case, its shapes checked against one another.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +48,8 @@ pub struct Case {
     pub start: State<f64>,
     /// Design vectors, one per edge.
     pub z: Vec<[f64; 3]>,
+    /// The layout, where it is frozen: the mixture is then exactly one-hot (D7), whatever `z` is.
+    pub frozen: Option<Vec<Material>>,
     /// The controller.
     pub controller: Controller<f64>,
     /// The projection that gives the rollout its materials, and the measures.
@@ -105,11 +115,21 @@ struct Shapes<'a> {
 
 impl Shapes<'_> {
     fn case(&self, raw: &RawCase) -> Result<Case> {
+        self.format(raw)?;
+        if raw.steps > LONGEST {
+            return Err(Error::Usage(format!(
+                "{}: `steps` is {}, where at most {LONGEST} belong",
+                self.file, raw.steps
+            )));
+        }
         let scene = &raw.scene;
         let lattice = self.lattice(raw)?;
         let (nodes, edges) = (lattice.nodes(), lattice.edges.len());
         self.fits("rows of `v0`", raw.v0.len(), nodes)?;
         self.fits("rows of `z`", raw.z.len(), edges)?;
+        if let Some(materials) = &raw.materials {
+            self.fits("length of `materials`", materials.len(), edges)?;
+        }
         let observation = ControllerSettings {
             hidden: raw.controller.b1.len(),
             clocks: scene.n_cpg,
@@ -142,6 +162,7 @@ impl Shapes<'_> {
                 v: self.rows("v0", &raw.v0)?,
             },
             z: self.rows("z", &raw.z)?,
+            frozen: raw.materials.clone(),
             controller: raw.controller.controller(inputs, edges, self.file)?,
             projection: raw.projection,
             lagrangian: AugmentedLagrangian {
@@ -155,6 +176,19 @@ impl Shapes<'_> {
         })
     }
 
+    /// A case need not say what it is; one that does must be of this format.
+    fn format(&self, raw: &RawCase) -> Result<()> {
+        let format = raw.format.as_deref().unwrap_or(FORMAT);
+        let version = raw.version.unwrap_or(VERSION);
+        if (format, version) == (FORMAT, VERSION) {
+            return Ok(());
+        }
+        Err(Error::Usage(format!(
+            "{}: the format is {format:?} version {version}, not {FORMAT:?} version {VERSION}",
+            self.file
+        )))
+    }
+
     fn lattice(&self, raw: &RawCase) -> Result<Lattice> {
         let RawScene { columns, rows, .. } = raw.scene;
         let nodes = columns.saturating_mul(rows);
@@ -162,14 +196,7 @@ impl Shapes<'_> {
         self.fits("rows of `x0`", raw.x0.len(), nodes)?;
         let edges = self.rows("edges", &raw.edges)?;
         self.fits("length of `l0`", raw.l0.len(), edges.len())?;
-        let wrong = |[i, j]: &[usize; 2]| *i == *j || *i.max(j) >= nodes;
-        if let Some(e) = edges.iter().position(wrong) {
-            let [i, j] = edges[e];
-            return Err(Error::Usage(format!(
-                "{}: `edges[{e}]` is [{i}, {j}], where two different nodes below {nodes} belong",
-                self.file
-            )));
-        }
+        self.edges(&edges, nodes)?;
         Ok(Lattice {
             positions: self.rows("x0", &raw.x0)?,
             edges,
@@ -177,6 +204,27 @@ impl Shapes<'_> {
             columns,
             rows,
         })
+    }
+
+    /// At least one edge; each joins two nodes that exist, in either direction, and no two join
+    /// the same ones.
+    fn edges(&self, edges: &[[usize; 2]], nodes: usize) -> Result<()> {
+        self.fits("number of `edges`", edges.len(), edges.len().max(1))?;
+        let mut seen = HashSet::new();
+        for (e, &[i, j]) in edges.iter().enumerate() {
+            let belongs = if i == j || i.max(j) >= nodes {
+                format!("two different nodes below {nodes} belong")
+            } else if !seen.insert([i.min(j), i.max(j)]) {
+                "an edge belongs that no earlier one is".to_owned()
+            } else {
+                continue;
+            };
+            return Err(Error::Usage(format!(
+                "{}: `edges[{e}]` is [{i}, {j}], where {belongs}",
+                self.file
+            )));
+        }
+        Ok(())
     }
 
     /// Rows of `N` numbers each.

@@ -2,22 +2,31 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
 use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
 
 use crate::controller::Weights;
+use crate::design::Material;
 use crate::projection::Projection;
 use crate::scene::Contact;
+
+/// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
+pub(super) const FORMAT: &str = "cosmic-case";
+/// As [`FORMAT`].
+pub(super) const VERSION: u32 = 1;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawCase {
+    pub(super) format: Option<String>,
+    pub(super) version: Option<u32>,
     pub(super) scene: RawScene,
     pub(super) edges: Vec<Vec<usize>>,
     pub(super) l0: Vec<f64>,
     pub(super) x0: Vec<Vec<f64>>,
     pub(super) v0: Vec<Vec<f64>>,
     pub(super) z: Vec<Vec<f64>>,
+    pub(super) materials: Option<Vec<Material>>,
     pub(super) controller: Weights,
     pub(super) steps: usize,
     pub(super) projection: Projection,
@@ -36,7 +45,7 @@ pub(super) struct RawCase {
     _note: Option<IgnoredAny>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawScene {
     pub(super) columns: usize,
@@ -73,7 +82,7 @@ fn one() -> f64 {
     1.0
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawLibrary {
     pub(super) k: [f64; 3],
@@ -81,7 +90,7 @@ pub(super) struct RawLibrary {
     pub(super) a_max: [f64; 3],
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawLagrangian {
     pub(super) lambda: [f64; 4],

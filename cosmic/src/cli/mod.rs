@@ -1,8 +1,19 @@
 //! The command line: one file a command, each a struct of arguments with a `run`.
 
+mod compare;
 mod completions;
+mod evaluate;
+mod explain;
+mod gradcheck;
+mod interrupt;
+mod optimize;
 mod options;
+mod progress;
+mod report;
+mod resume;
+mod runs;
 mod scene;
+mod source;
 
 pub use options::{Output, RunOptions};
 
@@ -21,6 +32,13 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Optimize(optimize::Arguments),
+    Resume(resume::Arguments),
+    Evaluate(evaluate::Arguments),
+    Gradcheck(gradcheck::Arguments),
+    Explain(explain::Arguments),
+    Report(report::Arguments),
+    Compare(compare::Arguments),
     Scene(scene::Arguments),
     Completions(completions::Arguments),
 }
@@ -28,6 +46,13 @@ enum Command {
 impl Command {
     fn run(&self) -> Result<()> {
         match self {
+            Command::Optimize(arguments) => arguments.run(),
+            Command::Resume(arguments) => arguments.run(),
+            Command::Evaluate(arguments) => arguments.run(),
+            Command::Gradcheck(arguments) => arguments.run(),
+            Command::Explain(arguments) => arguments.run(),
+            Command::Report(arguments) => arguments.run(),
+            Command::Compare(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
         }
@@ -79,6 +104,12 @@ fn print(text: &str) -> Result<()> {
         }),
         _ => Ok(()),
     }
+}
+
+/// A line on standard error.
+fn note(text: &str) {
+    // Nobody is left to tell if the terminal is gone.
+    let _ = writeln!(io::stderr(), "{text}");
 }
 
 /// Writes a value to standard output as indented JSON.

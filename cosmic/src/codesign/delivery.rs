@@ -7,9 +7,9 @@ use super::{CoDesign, Progress};
 use crate::controller::Controller;
 use crate::design::{self, Material};
 use crate::lattice::State;
-use crate::projection;
 use crate::random::{Purpose, stream, symmetric};
 use crate::scene::SelectionKind;
+use crate::simulator::{Span, Trajectory};
 
 /// Displacements along the ground over perturbed starts, in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,17 +23,21 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// The quantiles of a sample, linear between its members. One that diverged counts as not
-    /// having moved at all, below every other.
+    /// The quantiles of a sample, linear between its members. A rollout that diverged (NaN) is
+    /// below every other, and a quantile that leans on it is minus infinity.
     pub fn of(sample: &[f64]) -> Self {
-        let finite = |x: &f64| if x.is_finite() { *x } else { f64::MIN };
+        let fallen = f64::NEG_INFINITY;
+        let finite = |&x: &f64| if x.is_finite() { x } else { fallen };
         let mut sorted: Vec<f64> = sample.iter().map(finite).collect();
         sorted.sort_by(f64::total_cmp);
         let quantile = |q: f64| {
             let at = q * (sorted.len() - 1) as f64;
-            let (below, share) = (at.floor() as usize, at.fract());
-            let above = sorted[(below + 1).min(sorted.len() - 1)];
-            sorted[below] + share * (above - sorted[below])
+            let (below, share) = (sorted[at.floor() as usize], at.fract());
+            let above = sorted[at.ceil() as usize];
+            match below.is_finite() {
+                true => below + share * (above - below),
+                false => fallen,
+            }
         };
         Self {
             p10: quantile(0.1),
@@ -43,12 +47,15 @@ impl Spread {
     }
 }
 
-/// What an optimisation delivers.
+/// Steps from one state of a delivery's trajectory to the next.
+const KEEP_EVERY: usize = 16;
+
+/// What an optimisation delivers: the robot as it stands, and how far that robot gets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Delivery {
     /// Design vectors; one-hot after the snap.
     pub z: Vec<[f64; 3]>,
-    /// The material of every edge.
+    /// The material of every edge; before the snap the dominant one.
     pub materials: Vec<Material>,
     /// The controller.
     pub controller: Controller<f64>,
@@ -58,66 +65,78 @@ pub struct Delivery {
     pub displacement: [f64; 2],
     /// The same along the ground, m.
     pub along: f64,
-    /// Displacements along the ground from perturbed starts, other ones than those that chose.
+    /// Displacements along the ground from the perturbed starts by which it was chosen.
+    pub selection: Spread,
+    /// The same from other perturbed starts: the figures to quote.
     pub spread: Spread,
     /// Those of the last iterate, from the same starts.
     pub last: Spread,
-    /// Share of solid edges and share of actuators.
+    /// Share of solid material and share of actuators.
     pub volumes: [f64; 2],
+    /// Every 16th state of the unperturbed rollout, and the last.
+    pub trajectory: Trajectory<f64>,
 }
 
 impl CoDesign {
     /// Picks the controller to deliver and measures it in full rollouts.
     ///
-    /// Before the snap there is no layout yet: each edge is then given its dominant material, to
-    /// show what a snap would leave.
+    /// Before the snap the robot is the soft one that the mixtures stand for.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
-        let materials: Vec<Material> = match &progress.materials {
-            Some(materials) => materials.clone(),
-            None => progress.z.iter().map(design::dominant).collect(),
-        };
-        let mixture = projection::one_hot(&materials);
-        let last = (progress.iteration, &progress.controller);
-        let mut entrants = vec![last];
-        if self.scene.selection.kind == SelectionKind::Median {
-            entrants.extend(
-                progress
-                    .candidates
-                    .iter()
-                    .map(|c| (c.iteration, &c.controller)),
-            );
-        }
+        let mixture = self.mixture(progress);
+        let entrants = self.entrants(progress);
         let starts = self.perturbed_starts(progress.seed, Purpose::Selection);
         let controllers: Vec<_> = entrants.iter().map(|(_, controller)| *controller).collect();
-        let medians = self
-            .spreads(&mixture, &controllers, &starts)
-            .into_iter()
-            .map(|s| s.p50);
+        let selections = self.spreads(&mixture, &controllers, &starts);
         // The earliest of equals, and that is the last iterate.
-        let best = medians
-            .enumerate()
-            .fold((0, f64::NEG_INFINITY), |best, (k, median)| {
-                if median > best.1 { (k, median) } else { best }
-            });
-        let (iteration, controller) = entrants[best.0];
+        let better = |best: usize, k: usize| match selections[k].p50 > selections[best].p50 {
+            true => k,
+            false => best,
+        };
+        let best = (0..entrants.len()).fold(0, better);
+        let (iteration, controller) = entrants[best];
 
         let starts = self.perturbed_starts(progress.seed, Purpose::Judgement);
         let spreads = self.spreads(&mixture, &[controller, &progress.controller], &starts);
-        let moved = self.reach(&mixture, controller, &self.start);
-        let share = |is: fn(&Material) -> bool| {
-            materials.iter().filter(|m| is(m)).count() as f64 / materials.len() as f64
-        };
+        let trajectory = self.shown_rollout(&mixture, controller);
+        let moved = self.moved(&self.start, &trajectory);
+        let share =
+            |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
         Delivery {
             z: progress.z.clone(),
-            volumes: [share(|m| m.is_solid()), share(|m| *m == Material::Actuator)],
+            materials: match &progress.materials {
+                Some(materials) => materials.clone(),
+                None => progress.z.iter().map(design::dominant).collect(),
+            },
             controller: controller.clone(),
             iteration,
             displacement: self.loss.ground.vector_to_world(moved),
             along: moved[0],
+            selection: selections[best],
             spread: spreads[0],
             last: spreads[1],
-            materials,
+            volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
+            trajectory,
         }
+    }
+
+    /// The controllers that may be delivered, each with the iteration after which it stood; the
+    /// last iterate first.
+    fn entrants<'a>(&self, progress: &'a Progress) -> Vec<(usize, &'a Controller<f64>)> {
+        let mut entrants = vec![(progress.iteration, &progress.controller)];
+        if self.scene.selection.kind == SelectionKind::Median {
+            let candidates = progress.candidates.iter();
+            entrants.extend(candidates.map(|c| (c.iteration, &c.controller)));
+        }
+        entrants
+    }
+
+    /// The unperturbed rollout, with enough states to show it.
+    fn shown_rollout(&self, mixture: &[[f64; 3]], controller: &Controller<f64>) -> Trajectory<f64> {
+        let steps = self.scene.physics.steps;
+        let mut kept: Vec<usize> = (0..steps).step_by(KEEP_EVERY).collect();
+        kept.push(steps);
+        let robot = (controller, &self.start);
+        self.task.rollout(mixture, robot, &Span::from_start(kept))
     }
 
     /// Starts with every coordinate moved by as much as the scene says, up or down.
@@ -166,6 +185,11 @@ mod tests {
     #[test]
     fn a_diverged_rollout_counts_lowest() {
         let spread = Spread::of(&[2.0, f64::NAN, 3.0, f64::INFINITY]);
-        assert!(spread.p10 < 0.0 && spread.p90 < 3.0);
+        // Sorted: two that diverged, 2, 3. The median lies between the second and the third.
+        assert_eq!(
+            (spread.p10, spread.p50),
+            (f64::NEG_INFINITY, f64::NEG_INFINITY)
+        );
+        assert!((spread.p90 - 2.7).abs() < 1e-15);
     }
 }

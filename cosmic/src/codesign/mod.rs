@@ -2,7 +2,35 @@
 //!
 //! [`CoDesign::iterate`] is one iteration. It moves a [`Progress`], which is the whole state of
 //! an optimisation, and tells what it did in a [`Record`]; it draws no random numbers and knows
-//! no files. [`CoDesign::deliver`] picks and measures the result.
+//! no files. [`CoDesign::deliver`] picks and measures the result. [`optimise`] does all of it:
+//!
+//! ```
+//! use cosmic::codesign::optimise;
+//! use cosmic::scene::Scene;
+//!
+//! let scene = Scene::parse("tiny", "
+//!     [lattice]
+//!     columns = 3
+//!     rows = 2
+//!     [physics]
+//!     steps = 64
+//!     [schedule]
+//!     iterations = 8
+//!     attraction_from = 4
+//!     snap_at = 6
+//!     horizon = [32, 32]
+//!     [loss]
+//!     window = 16
+//! ")?;
+//! let mut design_gradients = Vec::new();
+//! let delivery = optimise(&scene, 0, |record| {
+//!     design_gradients.extend(record.design_gradient[0]);
+//! })?;
+//! assert_eq!(design_gradients.len(), 3); // The cycle begins d c d c d, and 6 is the snap.
+//! assert_eq!(delivery.materials.len(), 11);
+//! println!("{:.3} m", delivery.spread.p50);
+//! # Ok::<(), cosmic::Error>(())
+//! ```
 
 mod delivery;
 mod passes;
@@ -29,6 +57,21 @@ use schedule::Moment;
 /// Iterations of the co-design from one full rollout to the next. The fine-tuning, whose
 /// controllers are candidates for delivery, has one every iteration.
 const EVALUATE_EVERY: usize = 10;
+
+/// Optimises a scene from a seed, showing every iteration's record to `observe`. To stop on the
+/// way, to save and to go on later, drive a [`CoDesign`] by hand or have a
+/// [`Run`](crate::record::Run) do it in a folder.
+///
+/// # Errors
+/// As [`CoDesign::new`] and [`CoDesign::begin`].
+pub fn optimise(scene: &Scene, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
+    let mut codesign = CoDesign::new(scene)?;
+    let mut progress = codesign.begin(seed)?;
+    while !codesign.is_done(&progress) {
+        observe(&codesign.iterate(&mut progress));
+    }
+    Ok(codesign.deliver(&progress))
+}
 
 /// A scene, ready to be optimised.
 pub struct CoDesign {

@@ -1,6 +1,6 @@
 //! The two kinds of update: of the design by MMA, of the controller by Adam.
 
-use autodiff::Var;
+use autodiff::{Real, Var};
 
 use super::progress::{Candidate, MmaDiagnostics, Progress, Record};
 use super::schedule::{Moment, Phase};
@@ -9,7 +9,7 @@ use crate::controller::Controller;
 use crate::design::clamp;
 use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs};
 use crate::lattice::State;
-use crate::objective::measures;
+use crate::objective::{Measures, measures};
 use crate::optimiser::{Linearisation, MmaState, Update, bound_norm};
 use crate::projection::Projection;
 use crate::simulator::{Span, Trajectory};
@@ -59,10 +59,10 @@ impl CoDesign {
         record.displacement_horizon = Some(performance.displacement);
 
         let thresholds = moment.thresholds(&progress.first_measures);
-        let penalties = (&progress.lagrangian, &thresholds);
         let (_, terms) = inputs.differentiate(DESIGN, |inputs| {
-            self.task
-                .augmentation(Projection::Performance, &inputs.z, penalties)
+            progress
+                .lagrangian
+                .terms(&self.measured(&inputs.z), &thresholds)
         });
         let rows = self.volume_rows(&inputs, moment);
         let share = self.scene.schedule.stability_share;
@@ -170,9 +170,13 @@ impl CoDesign {
         self.moved(start, &trajectory)
     }
 
-    /// From the payload's start to its place in the last state, in the ground's frame.
-    fn moved(&self, start: &State<f64>, trajectory: &Trajectory<f64>) -> [f64; 2] {
+    /// From the payload's start to its place in the last state, in the ground's frame; NaN where
+    /// that state is absurd.
+    pub(super) fn moved(&self, start: &State<f64>, trajectory: &Trajectory<f64>) -> [f64; 2] {
         let last = trajectory.at(trajectory.last_step());
+        if last.is_absurd() {
+            return [f64::NAN; 2];
+        }
         let [from, to] = [start, last].map(|s| self.loss.ground.point_to_ground(s.x[0]));
         [to[0] - from[0], to[1] - from[1]]
     }
@@ -255,16 +259,18 @@ impl CoDesign {
         self.mma[k].update(memory, &at).ok()
     }
 
+    /// The measures of the performance projection (D10).
+    fn measured<R: Real>(&self, z: &[[R; 3]]) -> Measures<R> {
+        let mixture = self.task.mixture(Projection::Performance, z);
+        measures(&mixture, self.scene.projection.delta)
+    }
+
     /// The volume bounds and their derivatives by the design, on the performance projection.
     fn volume_rows(&self, inputs: &Inputs<f64>, moment: &Moment) -> VolumeRows {
         let scale = self.scene.mma.volume_row_scale;
         let bounds = moment.volume_bounds();
-        let delta = self.scene.projection.delta;
-        let volume = |pick: fn(&crate::objective::Measures<Var<f64>>) -> Var<f64>| {
-            inputs.differentiate(DESIGN, |inputs| {
-                let mixture = self.task.mixture(Projection::Performance, &inputs.z);
-                pick(&measures(&mixture, delta))
-            })
+        let volume = |pick: fn(&Measures<Var<f64>>) -> Var<f64>| {
+            inputs.differentiate(DESIGN, |inputs| pick(&self.measured(&inputs.z)))
         };
         let solid = volume(|m| m.volume);
         let actuator = volume(|m| m.actuator_volume);

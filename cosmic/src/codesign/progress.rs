@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::schedule::Phase;
 use crate::controller::Controller;
 use crate::design::Material;
+use crate::error::{Error, Result};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaState};
 use crate::scene::Pass;
@@ -38,6 +39,67 @@ pub struct Progress {
     pub skipped: usize,
     /// The fine-tuning's controllers with the longest single rollouts, best first.
     pub candidates: Vec<Candidate>,
+}
+
+impl Progress {
+    /// Checks that all lists have the lengths they have in another state of the same scene, as
+    /// in a saved one they may not.
+    ///
+    /// # Errors
+    /// [`Error::Misfit`] for the first that has not; `file` is named.
+    pub fn fits(&self, other: &Self, file: &str) -> Result<()> {
+        let expected = controller_sizes(&other.controller);
+        let mut pairs: Vec<_> = self.sizes().into_iter().zip(other.sizes()).collect();
+        for candidate in &self.candidates {
+            pairs.extend(
+                controller_sizes(&candidate.controller)
+                    .into_iter()
+                    .zip(expected),
+            );
+        }
+        if let Some(materials) = &self.materials {
+            pairs.push((("materials", materials.len()), ("materials", other.z.len())));
+        }
+        match pairs.into_iter().find(|(own, others)| own != others) {
+            None => Ok(()),
+            Some(((what, found), (_, expected))) => Err(Error::Misfit {
+                file: file.to_owned(),
+                what: format!("length of `{what}`"),
+                expected,
+                found,
+            }),
+        }
+    }
+
+    /// The lists whose lengths a scene sets.
+    fn sizes(&self) -> Vec<(&'static str, usize)> {
+        let mut sizes = vec![
+            ("z", self.z.len()),
+            ("adam.mean", self.adam.mean.len()),
+            ("adam.mean_square", self.adam.mean_square.len()),
+        ];
+        sizes.extend(controller_sizes(&self.controller));
+        for mma in &self.mma {
+            sizes.extend([
+                ("mma.previous", mma.previous.len()),
+                ("mma.before_previous", mma.before_previous.len()),
+                ("mma.low", mma.low.len()),
+                ("mma.upp", mma.upp.len()),
+            ]);
+        }
+        sizes
+    }
+}
+
+fn controller_sizes(controller: &Controller<f64>) -> [(&'static str, usize); 6] {
+    [
+        ("controller.inputs", controller.inputs),
+        ("controller.hidden", controller.hidden),
+        ("controller.w1", controller.w1.len()),
+        ("controller.b1", controller.b1.len()),
+        ("controller.w2", controller.w2.len()),
+        ("controller.b2", controller.b2.len()),
+    ]
 }
 
 /// A controller of the fine-tuning.

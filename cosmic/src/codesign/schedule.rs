@@ -19,12 +19,24 @@ pub enum Phase {
     FineTuning,
 }
 
+impl Phase {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CoDesign => "co_design",
+            Self::Attraction => "attraction",
+            Self::Snap => "snap",
+            Self::FineTuning => "fine_tuning",
+        }
+    }
+}
+
 /// The value at an iteration of a ramp from `ends[0]` at `over[0]` to `ends[1]` at `over[1]`.
 fn ramp(iteration: usize, ends: [f64; 2], over: [usize; 2]) -> f64 {
     let [from, to] = over.map(|i| i as f64);
     // A ramp of no length is a step.
     let share = ((iteration as f64 - from) / (to - from).max(1.0)).clamp(0.0, 1.0);
-    ends[0] + share * (ends[1] - ends[0])
+    (1.0 - share) * ends[0] + share * ends[1]
 }
 
 /// A scene's schedule at one iteration.

@@ -1,12 +1,12 @@
 //! What evolves in a rollout.
 
 use autodiff::Real;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Ground;
 
 /// Positions (m) and velocities (m/s) of the nodes, and nothing else.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State<R> {
     /// Positions, one per node.
     pub x: Vec<[R; 2]>,

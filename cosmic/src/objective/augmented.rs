@@ -3,6 +3,8 @@
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
+use super::Measures;
+
 /// By how much each measure exceeds its threshold; zero, with derivative zero, where it does not.
 pub fn violations<R: Real>(measures: [R; 4], thresholds: &[f64; 4]) -> [R; 4] {
     [0, 1, 2, 3].map(|k| (measures[k] - R::lit(thresholds[k])).max(R::zero()))
@@ -35,6 +37,11 @@ impl AugmentedLagrangian {
             let multiplier = R::lit(self.multiplier[k]);
             objective + v * (R::lit(0.5 * self.penalty[k]) * v - multiplier)
         })
+    }
+
+    /// What is added to the loss for measures above their thresholds.
+    pub fn terms<R: Real>(&self, measures: &Measures<R>, thresholds: &[f64; 4]) -> R {
+        self.objective(R::zero(), violations(measures.constrained(), thresholds))
     }
 
     /// Moves the multipliers by the violations of this iteration, with the penalties as they are;

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -47,10 +48,52 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     sync_folder(folder)
 }
 
+/// How the names of files begin that are not yet in their place.
+const TEMPORARY: &str = ".cosmic-";
+
+/// Whether a name is that of a file not yet in its place.
+fn is_temporary(name: &OsStr) -> bool {
+    name.to_string_lossy().starts_with(TEMPORARY)
+}
+
+/// Whether a folder holds anything but what a killed process was writing.
+///
+/// # Errors
+/// The system's, where the folder cannot be listed.
+pub fn is_used(folder: &Path) -> io::Result<bool> {
+    for entry in fs::read_dir(folder)? {
+        if !is_temporary(&entry?.file_name()) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Removes what killed processes were writing into a folder; no other process may be writing
+/// there.
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn sweep(folder: &Path) -> Result<()> {
+    let remove = || -> io::Result<()> {
+        for entry in fs::read_dir(folder)? {
+            let entry = entry?;
+            if is_temporary(&entry.file_name()) {
+                fs::remove_file(entry.path())?;
+            }
+        }
+        Ok(())
+    };
+    remove().map_err(|source| Error::Write {
+        path: folder.into(),
+        source,
+    })
+}
+
 /// A hidden file that vanishes unless it is persisted.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
-    builder.prefix(".cosmic-");
+    builder.prefix(TEMPORARY);
     // Temporary files are private by default; what is renamed into place should be an ordinary
     // file.
     #[cfg(unix)]
@@ -127,7 +170,8 @@ pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> 
     serde_json::from_slice(&bytes).map_err(json)
 }
 
-fn malformed(path: &Path, (line, column): (usize, usize), message: &str) -> Error {
+/// A file that reads but is not what it should be, from `line` and `column` on.
+pub(crate) fn malformed(path: &Path, (line, column): (usize, usize), message: &str) -> Error {
     let file = path.display().to_string();
     let report = format!("error: {message}\n --> {file}:{line}:{column}");
     Error::Malformed {

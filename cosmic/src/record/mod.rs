@@ -1,3 +1,20 @@
-//! What a run leaves on disk.
+//! What a run leaves on disk, and running in a folder.
+//!
+//! [`optimise`] begins a run and [`resume`] goes on with one. A run's folder holds at any moment
+//! what going on needs: killed anywhere and resumed, a run ends with the bytes it would have
+//! ended with, wall times aside.
 
+pub mod design_file;
 pub mod files;
+pub mod history;
+mod run;
+pub mod snapshot;
+mod starts;
+pub mod summary;
+pub mod trajectory_file;
+
+pub use design_file::DesignFile;
+pub use run::{DIVERGED, Observer, Run, optimise, resume};
+pub use snapshot::Plan;
+pub use summary::{Start, StopReason, Summary};
+pub use trajectory_file::TrajectoryFile;

@@ -1,15 +1,15 @@
 //! The options by which a scene departs from the paper on purpose.
 
 use super::{Layout, LossKind, Scene, SelectionKind, StartKind};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A named option that differs from what the paper does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Departure {
     /// The setting, as `section.key`.
-    pub option: &'static str,
+    pub option: String,
     /// What it does that the paper does not.
-    pub says: &'static str,
+    pub says: String,
 }
 
 impl Scene {
@@ -47,7 +47,10 @@ impl Scene {
         ];
         let in_force = known.into_iter().filter(|(differs, ..)| *differs);
         in_force
-            .map(|(_, option, says)| Departure { option, says })
+            .map(|(_, option, says)| Departure {
+                option: option.to_string(),
+                says: says.to_string(),
+            })
             .collect()
     }
 }

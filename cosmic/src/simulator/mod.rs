@@ -4,14 +4,21 @@
 //! number type. Internally all is in the ground's frame, where contact is a sign of one
 //! coordinate; states are given and returned in the world's.
 
+#[rustfmt::skip]
+mod adjoints;
+mod divergence;
+#[cfg(test)]
+mod emission;
 mod kernels;
 mod robot;
+pub mod stability;
 mod trajectory;
 
 use std::sync::Arc;
 
 use autodiff::{CotangentBound, Real, Rollout};
 
+pub use divergence::Divergence;
 pub use trajectory::Trajectory;
 
 use crate::controller::{Controller, Folded, clock};
@@ -100,6 +107,10 @@ impl Simulator {
         let folded = Folded::new(controller, &self.controller, &self.ground);
         let rest_length: Vec<R> = self.rest_length.iter().map(|&l| R::lit(l)).collect();
         let inverse_mass: Vec<R> = body.mass.iter().map(|m| m.recip()).collect();
+        let order = self.robot.edge_order();
+        let row = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
+        let w2: Vec<R> = order.iter().flat_map(row).copied().collect();
+        let b2: Vec<R> = order.iter().map(|&edge| folded.b2[edge]).collect();
         let parameters: [&[R]; 8] = [
             &graph.to_slots(&body.stiffness),
             &rest_length,
@@ -107,8 +118,8 @@ impl Simulator {
             &inverse_mass,
             &folded.w1,
             &folded.b1,
-            &folded.w2,
-            &folded.b2,
+            &w2,
+            &b2,
         ];
         let seen = rollout.run(&self.flatten(start), &parameters);
         let states = seen

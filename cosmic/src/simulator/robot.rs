@@ -9,7 +9,8 @@ use crate::scene::{Contact, ControllerSettings, PhysicsSettings};
 /// The robot as a [`Model`]. In the order of declaration
 ///
 /// - parameters: stiffness, rest length and strain per edge (in the graph's slots), 1 / mass per
-///   node, and the folded controller: `w1`, `b1`, `w2`, `b2`;
+///   node, and the folded controller: `w1`, `b1`, `w2`, `b2`, the latter two in
+///   [`edge_order`](Robot::edge_order);
 /// - state: x, y, x velocity, y velocity of all nodes in the ground's frame;
 /// - inputs: `sin(omega t)`, `cos(omega t)`.
 #[derive(Clone, Debug)]
@@ -29,10 +30,13 @@ impl Robot {
         controller: &ControllerSettings,
     ) -> Self {
         let dt = physics.dt;
+        // A spring does not know its direction, and the graph wants tails before heads.
+        let ascending = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
+        let edges: Vec<[usize; 2]> = lattice.edges.iter().map(ascending).collect();
         let gravity = Ground::from(physics).vector_to_ground([0.0, -physics.gravity * dt]);
         Self {
-            graph: Graph::new(lattice.nodes(), &lattice.edges),
-            edges: lattice.edges.len(),
+            graph: Graph::new(lattice.nodes(), &edges),
+            edges: edges.len(),
             hidden: controller.hidden,
             flight: Flight {
                 dt,
@@ -44,6 +48,21 @@ impl Robot {
                 Contact::Coulomb => Some(physics.friction),
             },
         }
+    }
+}
+
+impl Robot {
+    /// The edges in the order of their slots: that of the controller's outputs, so that they move
+    /// to their slots in runs.
+    pub(super) fn edge_order(&self) -> Vec<usize> {
+        self.graph.edge_of_slot().into_iter().flatten().collect()
+    }
+
+    /// For every slot with an edge, that edge's place in the order above.
+    fn places(&self) -> Vec<Option<usize>> {
+        let mut places = 0..;
+        let edges = self.graph.edge_of_slot().into_iter();
+        edges.map(|edge| edge.and_then(|_| places.next())).collect()
     }
 }
 
@@ -63,13 +82,12 @@ impl Model for Robot {
         // 1. The controller looks at the state.
         let hidden = p.dense_tanh(w1, &[x, y, vx, vy, clock], b1);
         let activation = p.dense_tanh(w2, &[hidden], b2);
-        let activation = p.gather(activation, &self.graph.edge_of_slot());
+        let activation = p.gather(activation, &self.places());
 
         // 2. Every edge pulls on its nodes.
-        let [dx, dy] = [x, y].map(|coordinate| p.difference(&self.graph, coordinate));
         let spring = Spring { dt: self.flight.dt };
-        let pulls = p.map(spring, [dx, dy, activation, stiffness, rest_length, strain]);
-        let [jx, jy] = pulls.map(|pull| p.incident_sum(&self.graph, pull));
+        let edge = [activation, stiffness, rest_length, strain];
+        let [jx, jy] = p.map_edges(&self.graph, spring, ([x, y], &edge));
         // 72 numbers, against the roots and quotients of 110 edges.
         p.keep(jx);
         p.keep(jy);

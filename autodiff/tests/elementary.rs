@@ -1,7 +1,6 @@
-//! The crate's own elementary functions against the system's, and lanes against scalars.
+//! The crate's own elementary functions against the system's.
 
 use autodiff::Real;
-use autodiff::lanes::{Lane, Vectorized};
 
 /// The distance of a float from a reference, in units of the reference's last place.
 fn ulps(a: f64, b: f64, epsilon: f64, least: f64) -> f64 {
@@ -82,56 +81,4 @@ fn extremes_give_limits_and_nan_is_passed_on() {
         assert!(f(f64::NAN).is_nan());
     }
     assert!(Real::sin(inf).is_nan());
-}
-
-/// `exp`, `tanh`, `sin`, `cos`, `sqrt`, a comparison and a select over a slice.
-struct All<'a>(&'a [f64], &'a mut [Vec<f64>; 6]);
-
-impl Vectorized<f64> for All<'_> {
-    type Output = usize;
-    #[inline(always)]
-    fn run<L: Lane<f64>>(self) -> usize {
-        for start in (0..self.0.len()).step_by(L::N) {
-            let x = L::load(&self.0[start..]);
-            let small = x.lt(L::lit(0.5)) & L::lit(-0.5).le(x);
-            let outputs = [
-                x.exp(),
-                x.tanh(),
-                x.sin(),
-                x.cos(),
-                x.abs().sqrt(),
-                L::select(small, x.signum(), x.max(L::lit(1.0))),
-            ];
-            for (to, y) in self.1.iter_mut().zip(outputs) {
-                y.store(&mut to[start..]);
-            }
-        }
-        L::N
-    }
-}
-
-#[test]
-fn lanes_have_the_bits_of_scalars() {
-    let mut x: Vec<f64> = arguments(750.0).collect();
-    x.extend([
-        f64::NAN,
-        0.0,
-        -0.0,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        1e-320,
-        0.5,
-        -0.5,
-    ]);
-    let mut wide: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; x.len()]);
-    let mut narrow = wide.clone();
-    let lanes = f64::vectorize(All(&x, &mut wide));
-    assert_eq!(All(&x, &mut narrow).run::<f64>(), 1);
-    println!("{lanes} lanes");
-    for (function, (w, n)) in wide.iter().zip(&narrow).enumerate() {
-        for (&x, (w, n)) in x.iter().zip(w.iter().zip(n)) {
-            let same = w.to_bits() == n.to_bits() || (w.is_nan() && n.is_nan());
-            assert!(same, "function {function} at {x}: {w} in lanes, {n} alone");
-        }
-    }
 }

@@ -1,0 +1,129 @@
+//! A case as a file.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::Case;
+use super::raw::{FORMAT, RawLagrangian, RawLibrary, RawScene, VERSION};
+use crate::controller::Weights;
+use crate::design::Material;
+use crate::lattice::State;
+use crate::projection::Projection;
+use crate::simulator::Divergence;
+
+/// The keys of a file that [`Case::parse`] reads back.
+#[derive(Serialize)]
+struct File<'a> {
+    format: &'static str,
+    version: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    note: Option<String>,
+    scene: RawScene,
+    edges: &'a [[usize; 2]],
+    l0: &'a [f64],
+    x0: &'a [[f64; 2]],
+    v0: &'a [[f64; 2]],
+    z: &'a [[f64; 3]],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    materials: Option<&'a [Material]>,
+    controller: Weights,
+    steps: usize,
+    projection: Projection,
+    al: RawLagrangian,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    results: Option<Results<'a>>,
+}
+
+#[derive(Serialize)]
+struct Results<'a> {
+    trajectory: BTreeMap<usize, &'a State<f64>>,
+}
+
+impl Case {
+    /// All inputs as a file.
+    pub fn to_json(&self) -> String {
+        json(&self.file())
+    }
+
+    /// This case cut off where it diverges, as a file that shows the same divergence again: all
+    /// inputs, the last states as results, and numbers that are not finite as `null`.
+    pub fn diverged_json(&self, divergence: &Divergence) -> String {
+        let Divergence {
+            step, node, last, ..
+        } = divergence;
+        let note = format!("step {step} diverged at node {node}; the last states are in `results`");
+        let trajectory = last.steps.iter().copied().zip(&last.states).collect();
+        json(&File {
+            note: Some(note),
+            steps: step + 1,
+            results: Some(Results { trajectory }),
+            ..self.file()
+        })
+    }
+
+    fn file(&self) -> File<'_> {
+        File {
+            format: FORMAT,
+            version: VERSION,
+            note: None,
+            scene: self.raw_scene(),
+            edges: &self.lattice.edges,
+            l0: &self.lattice.rest_length,
+            x0: &self.start.x,
+            v0: &self.start.v,
+            z: &self.z,
+            materials: self.frozen.as_deref(),
+            controller: Weights::from(&self.controller),
+            steps: self.physics.steps,
+            projection: self.projection,
+            al: RawLagrangian {
+                lambda: self.lagrangian.multiplier,
+                tau: self.lagrangian.penalty,
+                thresholds: self.thresholds,
+            },
+            results: None,
+        }
+    }
+
+    fn raw_scene(&self) -> RawScene {
+        let (layout, physics) = (&self.layout, &self.physics);
+        let (sharpness, observation) = (&self.sharpness, &self.observation);
+        RawScene {
+            columns: layout.columns,
+            rows: layout.rows,
+            spacing: layout.spacing,
+            origin_x: layout.origin_x,
+            drop: layout.drop,
+            ground_height: physics.ground_height,
+            alpha_deg: physics.incline_deg,
+            gravity: physics.gravity,
+            gamma: physics.damping,
+            m_eps: physics.node_mass,
+            payload_mass: physics.payload_mass,
+            dt: physics.dt,
+            contact: physics.contact,
+            mu: physics.friction,
+            omega: observation.omega,
+            n_cpg: observation.clocks,
+            goal: observation.goal,
+            goal_scale: observation.goal_scale,
+            goal_relative: observation.goal_relative,
+            offset_scale: observation.offset_scale,
+            velocity_scale: observation.velocity_scale,
+            beta: sharpness.beta,
+            beta_stab: sharpness.beta_stability,
+            beta_ste: sharpness.beta_straight_through,
+            delta: sharpness.delta,
+            library: RawLibrary {
+                k: self.materials.stiffness,
+                rho: self.materials.density,
+                a_max: self.materials.max_strain,
+            },
+        }
+    }
+}
+
+fn json(file: &File) -> String {
+    serde_json::to_string(file).expect("plain numbers and string keys serialise")
+}

@@ -1,0 +1,84 @@
+//! `cosmic evaluate`.
+
+use super::source::Source;
+use super::{note, print};
+use crate::case::{Case, Results};
+use crate::error::{Error, Result};
+use crate::lattice::State;
+use crate::record::files::write_atomic;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// The file in which a divergence is kept.
+const DIVERGED: &str = "diverged.json";
+
+/// Run one robot, and print what comes of it as JSON
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// A reference case, a run's design.json (with its scene.toml beside it), a scene file, or a
+    /// built-in scene
+    #[arg(value_name = "FILE")]
+    file: String,
+    /// Add the exact gradients
+    #[arg(long)]
+    gradient: bool,
+    /// Steps whose states are written; without it those that the file lists, else the first three
+    /// and the last
+    #[arg(long, value_name = "STEPS", value_delimiter = ',')]
+    record: Vec<usize>,
+    /// Write to this file in place of standard output
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        let case = Source::find(&self.file)?.case()?;
+        let results = case.evaluate(self.gradient, &self.record)?;
+        let text = results.to_json() + "\n";
+        match &self.out {
+            Some(path) => write_atomic(path, |file| file.write_all(text.as_bytes()))?,
+            None => print(&text)?,
+        }
+        self.judge(&case, &results)
+    }
+
+    /// Says what is wrong with results that are no numbers, or of a robot that flew apart.
+    fn judge(&self, case: &Case, results: &Results) -> Result<()> {
+        let names = results.not_finite();
+        let absurd = results.trajectory.values().any(State::is_absurd);
+        if names.is_empty() && !absurd {
+            return Ok(());
+        }
+        let Some(divergence) = case.divergence() else {
+            return if names.is_empty() {
+                Ok(())
+            } else {
+                Err(Error::NotFinite { names })
+            };
+        };
+        if !names.is_empty() {
+            note(&format!(
+                "not finite, written as null: {}",
+                names.join(", ")
+            ));
+        }
+        let text = case.diverged_json(&divergence) + "\n";
+        let path = self.beside(DIVERGED);
+        let name = path.display();
+        match write_atomic(&path, |file| file.write_all(text.as_bytes())) {
+            Ok(()) => note(&format!(
+                "the last states are in {name}; see it again with: cosmic evaluate {name}"
+            )),
+            // That it diverged is the graver news, and still to come.
+            Err(error) => note(&format!("the last states are lost: {error}")),
+        }
+        Err(Error::from(&divergence))
+    }
+
+    /// A file in the folder of the results, or in the current one.
+    fn beside(&self, name: &str) -> PathBuf {
+        let folder = self.out.as_deref().and_then(Path::parent);
+        folder.map_or_else(|| name.into(), |folder| folder.join(name))
+    }
+}

@@ -1,0 +1,228 @@
+//! `cosmic explain`.
+
+use super::source::Source;
+use super::{print, print_json};
+use crate::case::Case;
+use crate::error::Result;
+use crate::projection::Body;
+use crate::scene::{Contact, LossSettings, Scene};
+use crate::simulator::stability::{Vibration, step_limit};
+use crate::verify::{Speed, measure, peak_memory};
+use clap::Args;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+/// Say what a rollout consists of, its stable time step, and what a step costs here
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// A built-in scene, a scene file, a run's design.json or a reference case
+    #[arg(value_name = "SCENE", default_value = "stability")]
+    source: String,
+    /// Measure microseconds per step over 4096 steps: processor time of this thread, the least of
+    /// several repeats
+    #[arg(long)]
+    measure: bool,
+    /// Write JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        let source = Source::find(&self.source)?;
+        let case = source.case()?;
+        let rollout = RolloutFacts::new(&case);
+        // A scene has a loss of its own; for the rest it is the default scene's.
+        let loss = match &source {
+            Source::Scene(name) => Scene::load(name)?.loss,
+            Source::Design(_) | Source::Case(..) => LossSettings::default(),
+        };
+        let speed = self.measure.then(|| measure(&case, &loss));
+        if !self.json {
+            let speed = speed.map_or(String::new(), |speed| speed_text(&speed));
+            return print(&format!("{}\n{}{speed}", self.source, rollout.text()));
+        }
+        let mut value = json!({ "source": self.source, "rollout": rollout });
+        if let Some(speed) = speed {
+            value["measured"] = speed_json(&speed);
+        }
+        print_json(&value)
+    }
+}
+
+/// What there is to say of a rollout.
+#[derive(Serialize)]
+struct RolloutFacts {
+    columns: usize,
+    rows: usize,
+    nodes: usize,
+    edges: usize,
+    steps: usize,
+    dt: f64,
+    contact: Contact,
+    /// Coefficient of Coulomb friction, where that is the contact law.
+    friction: Option<f64>,
+    incline_deg: f64,
+    gravity: f64,
+    damping: f64,
+    /// Observation, hidden units and activations.
+    controller: [usize; 3],
+    /// Whether every edge has one material exactly.
+    layout: bool,
+    stable_dt: StableStep,
+}
+
+/// Time steps, s, below which the starting design at rest does not ring.
+#[derive(Serialize)]
+struct StableStep {
+    /// From the largest frequency itself.
+    exact: f64,
+    /// From a bound on it that is cheap and safe.
+    bound: f64,
+    /// Largest angular frequency, 1/s.
+    largest_frequency: f64,
+}
+
+impl RolloutFacts {
+    fn new(case: &Case) -> Self {
+        let Case {
+            lattice,
+            physics,
+            controller,
+            ..
+        } = case;
+        let mixture = case.mixture(case.projection, &case.z);
+        let body = Body::new(&mixture, lattice, &case.materials, physics);
+        let vibration = Vibration::new(lattice, &body, &case.start.x);
+        let largest_frequency = vibration.largest_frequency();
+        Self {
+            columns: lattice.columns,
+            rows: lattice.rows,
+            nodes: lattice.nodes(),
+            edges: lattice.edges.len(),
+            steps: physics.steps,
+            dt: physics.dt,
+            contact: physics.contact,
+            friction: (physics.contact == Contact::Coulomb).then_some(physics.friction),
+            incline_deg: physics.incline_deg,
+            gravity: physics.gravity,
+            damping: physics.damping,
+            controller: [controller.inputs, controller.hidden, controller.edges()],
+            layout: case.frozen.is_some(),
+            stable_dt: StableStep {
+                exact: step_limit(largest_frequency, physics.damping),
+                bound: step_limit(vibration.edge_bound(), physics.damping),
+                largest_frequency,
+            },
+        }
+    }
+
+    fn text(&self) -> String {
+        let design = match self.layout {
+            true => "a layout, one material per edge",
+            false => "a mixture of materials per edge",
+        };
+        let Self {
+            columns,
+            rows,
+            nodes,
+            edges,
+            steps,
+            dt,
+            ..
+        } = self;
+        let [inputs, hidden, outputs] = self.controller;
+        let lines = [
+            (
+                "lattice",
+                format!("{columns}x{rows}, {nodes} nodes, {edges} edges"),
+            ),
+            ("design", design.to_owned()),
+            (
+                "controller",
+                format!("{inputs} observed numbers, {hidden} hidden units, {outputs} activations"),
+            ),
+            (
+                "world",
+                format!(
+                    "gravity {} m/s2, damping {} 1/s",
+                    self.gravity, self.damping
+                ),
+            ),
+            ("ground", self.ground_text()),
+            ("contact", self.contact_text()),
+            (
+                "steps",
+                format!("{steps} of {dt} s, {} s in all", *steps as f64 * dt),
+            ),
+            ("stable step", self.stable_text()),
+        ];
+        lines
+            .iter()
+            .map(|(name, says)| format!("  {name:<12} {says}\n"))
+            .collect()
+    }
+
+    fn ground_text(&self) -> String {
+        match self.incline_deg {
+            0.0 => "flat".to_owned(),
+            angle => format!("inclined by {angle} degrees; all is computed in its frame"),
+        }
+    }
+
+    fn contact_text(&self) -> String {
+        match self.friction {
+            Some(friction) => format!("Coulomb friction, coefficient {friction}"),
+            None => "infinite friction: a node stops where it touches".to_owned(),
+        }
+    }
+
+    fn stable_text(&self) -> String {
+        let StableStep {
+            exact,
+            bound,
+            largest_frequency,
+        } = self.stable_dt;
+        format!(
+            "below {exact:.6} s ({bound:.6} s by the safe bound), largest frequency \
+             {largest_frequency:.2} 1/s; this step is {:.0} % of it",
+            100.0 * self.dt / exact
+        )
+    }
+}
+
+fn speed_text(speed: &Speed) -> String {
+    let row = |name: &str, time: f64| {
+        let ratio = time / speed.rollout;
+        format!("  {name:<31} {time:>8.3} us a step, {ratio:>5.2} rollouts\n")
+    };
+    let memory = peak_memory().map_or("unknown".to_owned(), |bytes| {
+        format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+    });
+    [
+        format!("measured over {} steps\n", speed.steps),
+        row("rollout", speed.rollout),
+        row("value and design gradient", speed.value_and_design_gradient),
+        row(
+            "value and controller gradient",
+            speed.value_and_controller_gradient,
+        ),
+        row("two bare matrix products", speed.two_matvecs),
+        format!("  peak memory of the process      {memory}\n"),
+    ]
+    .concat()
+}
+
+fn speed_json(speed: &Speed) -> Value {
+    json!({
+        "steps": speed.steps,
+        "rollout": speed.rollout,
+        "value_and_design_gradient": speed.value_and_design_gradient,
+        "value_and_controller_gradient": speed.value_and_controller_gradient,
+        "two_matvecs": speed.two_matvecs,
+        "design_ratio": speed.value_and_design_gradient / speed.rollout,
+        "controller_ratio": speed.value_and_controller_gradient / speed.rollout,
+        "rollout_per_two_matvecs": speed.rollout / speed.two_matvecs,
+        "peak_memory_bytes": peak_memory().map_or(json!("unknown"), |bytes| json!(bytes)),
+    })
+}

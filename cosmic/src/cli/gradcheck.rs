@@ -1,0 +1,56 @@
+//! `cosmic gradcheck`.
+
+use super::print;
+use super::source::Source;
+use crate::error::{Error, Result};
+use crate::verify::check_gradients;
+use autodiff::check::Options;
+use clap::Args;
+
+/// Check the program's own gradient against finite differences and forward mode
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// A built-in scene, a scene file, a run's design.json or a reference case
+    #[arg(value_name = "SCENE", default_value = "stability")]
+    source: String,
+    /// Steps of the rollout that is checked, at most; a robot's motion is chaotic, and over
+    /// thousands of steps no finite difference means anything
+    #[arg(long, value_name = "N", default_value_t = 256)]
+    steps: usize,
+    /// Random directions in each group of parameters
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..))]
+    directions: u16,
+    /// Seed of the random directions
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        let mut case = Source::find(&self.source)?.case()?;
+        case.physics.steps = self.steps.min(case.physics.steps);
+        if let Some(divergence) = case.divergence() {
+            return Err(Error::from(&divergence));
+        }
+        let options = Options {
+            directions: self.directions.into(),
+            seed: self.seed,
+            ..Options::default()
+        };
+        let check = check_gradients(&case, self.steps, &options);
+        let (name, steps) = (&self.source, check.steps);
+        print(&format!(
+            "gradient of {name} over {steps} steps (the motion is chaotic: over thousands of \
+             steps finite differences mean nothing)\n{check}\n"
+        ))?;
+        let failures = check.failures();
+        if failures.is_empty() {
+            return Ok(());
+        }
+        Err(Error::CheckFailed {
+            what: failures.join(", "),
+            failed: failures.len(),
+            total: check.total(),
+        })
+    }
+}

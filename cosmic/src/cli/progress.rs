@@ -1,0 +1,153 @@
+//! How a run shows itself: a bar in a terminal, a line now and then in a pipe.
+
+use super::Output;
+use super::interrupt::Interrupt;
+use crate::codesign::Record;
+use crate::record::{Observer, Run};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{self, IsTerminal, Write};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// Iterations from one line to the next where there is no bar.
+const LINE_EVERY: usize = 10;
+
+/// Where progress goes. Standard output is left to results.
+enum Voice {
+    Silent,
+    Bar(ProgressBar),
+    Lines,
+}
+
+/// Shows a run on standard error, and passes on the user's wish to stop.
+pub(super) struct Progress {
+    voice: Voice,
+    interrupt: Interrupt,
+    /// What the run is called.
+    title: String,
+    /// The last iteration.
+    last: usize,
+    /// Iterations that earlier processes had done, and since when this one counts.
+    begun: (usize, Instant),
+    /// The last displacement that was measured, m.
+    displacement: Option<f64>,
+    skipped: usize,
+}
+
+impl Progress {
+    pub(super) fn new(output: &Output, interrupt: Interrupt) -> Self {
+        let voice = match (output.quiet, io::stderr().is_terminal()) {
+            (true, _) => Voice::Silent,
+            (false, true) => Voice::Bar(bar()),
+            (false, false) => Voice::Lines,
+        };
+        Self {
+            voice,
+            interrupt,
+            title: String::new(),
+            last: 0,
+            begun: (0, Instant::now()),
+            displacement: None,
+            skipped: 0,
+        }
+    }
+
+    /// Phase, last displacement, volumes and the time left.
+    fn describe(&self, record: &Record) -> String {
+        let phase = record.phase.name().replace('_', " ");
+        let displacement = self
+            .displacement
+            .map_or("- m".to_string(), |x| format!("{x:.3} m"));
+        let (volume, actuators) = (record.volume, record.actuator_volume);
+        let (before, since) = self.begun;
+        let done = (record.iteration - before) as f64;
+        let left = (self.last - record.iteration) as f64;
+        let left = clock(since.elapsed().as_secs_f64() / done * left);
+        let skipped = match self.skipped {
+            0 => String::new(),
+            n => format!("  {n} gradients skipped"),
+        };
+        format!(
+            "{phase}  {displacement}  V {volume:.3}  V_act {actuators:.3}{skipped}  {left} left"
+        )
+    }
+}
+
+impl Observer for Progress {
+    fn begin(&mut self, run: &Run) {
+        let plan = run.plan();
+        self.title = format!("{} seed {}", plan.name, plan.seed);
+        self.last = plan.last_iteration();
+        self.begun = (run.progress().iteration, Instant::now());
+        self.displacement = None;
+        self.skipped = run.progress().skipped;
+        if let Voice::Bar(bar) = &self.voice {
+            bar.set_length(self.last as u64);
+            bar.set_position(self.begun.0 as u64);
+            bar.set_prefix(self.title.clone());
+        }
+    }
+
+    fn iteration(&mut self, record: &Record) -> ControlFlow<()> {
+        self.displacement = record.displacement.or(self.displacement);
+        self.skipped += record.skipped;
+        let iteration = record.iteration;
+        match &self.voice {
+            Voice::Silent => {}
+            Voice::Bar(bar) => {
+                bar.set_position(iteration as u64);
+                bar.set_message(self.describe(record));
+            }
+            Voice::Lines if iteration.is_multiple_of(LINE_EVERY) || iteration == self.last => {
+                let (title, last) = (&self.title, self.last);
+                let text = self.describe(record);
+                // A run goes on although nobody reads of it any more.
+                let _ = writeln!(io::stderr(), "{title}  {iteration}/{last}  {text}");
+            }
+            Voice::Lines => {}
+        }
+        match self.interrupt.is_asked() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+}
+
+impl Drop for Progress {
+    /// Leaves the terminal to the result.
+    fn drop(&mut self) {
+        if let Voice::Bar(bar) = &self.voice {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("{prefix} [{bar:24}] {pos}/{len}  {msg}")
+        .expect("the template is one")
+        .progress_chars("=> ");
+    ProgressBar::new(0).with_style(style)
+}
+
+/// A duration as minutes and seconds, with hours before them where there are any.
+fn clock(seconds: f64) -> String {
+    let seconds = seconds.round() as u64;
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    match hours {
+        0 => format!("{minutes}:{seconds:02}"),
+        _ => format!("{hours}:{minutes:02}:{seconds:02}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clock;
+
+    #[test]
+    fn durations_read_as_on_a_clock() {
+        assert_eq!(
+            [0.4, 59.6, 3599.0, 3600.0].map(clock),
+            ["0:00", "1:00", "59:59", "1:00:00"]
+        );
+    }
+}

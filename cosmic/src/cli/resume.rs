@@ -1,0 +1,29 @@
+//! `cosmic resume`.
+
+use super::{Output, runs};
+use crate::error::Result;
+use crate::record::resume;
+use clap::Args;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+/// Go on with a run from its last snapshot; a finished one is left as it is
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The run's folder
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// Threads; the results do not depend on their number
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        runs::carry_out(&self.run, self.threads, &self.output, |observer| {
+            resume(&self.run, observer)
+        })
+    }
+}

@@ -1,0 +1,89 @@
+//! What `optimize` and `resume` share: threads, signals, progress, and the result in a few lines.
+
+use super::interrupt::Interrupt;
+use super::progress::Progress;
+use super::{Output, note, print};
+use crate::error::{Error, Result};
+use crate::record::summary::SUMMARY;
+use crate::record::{DIVERGED, Observer, Summary};
+use rayon::ThreadPoolBuilder;
+use std::fs;
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+/// Does a run with so many threads, all cores' where not said, and shows what came of it.
+pub(super) fn carry_out(
+    folder: &Path,
+    threads: Option<NonZeroUsize>,
+    output: &Output,
+    work: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
+) -> Result<()> {
+    // Zero stands for the number of cores.
+    let threads = threads.map_or(0, NonZeroUsize::get);
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| Error::Usage(format!("cannot start {threads} threads: {error}")))?;
+    let mut progress = Progress::new(output, Interrupt::listen()?);
+    let done = pool.install(|| work(&mut progress));
+    drop(progress);
+    let diverged = folder.join(DIVERGED);
+    if matches!(done, Err(Error::Diverged { .. })) && diverged.exists() {
+        let name = diverged.display();
+        note(&format!(
+            "the last states are in {name}; see it again with: cosmic evaluate {name}"
+        ));
+    }
+    show(folder, &done?, output)
+}
+
+fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
+    if output.json {
+        let path = folder.join(SUMMARY);
+        let text = fs::read_to_string(&path).map_err(|source| Error::Read { path, source })?;
+        return print(&text);
+    }
+    match output.quiet {
+        true => Ok(()),
+        false => print(&describe(folder, summary)),
+    }
+}
+
+/// Where the result is, what it is, and in the last line displacement, volumes and time.
+fn describe(folder: &Path, summary: &Summary) -> String {
+    let metres = |x: Option<f64>| x.map_or("diverged".to_string(), |x| format!("{x:.3} m"));
+    let Summary {
+        scene,
+        seed,
+        iterations,
+        delivered_iteration,
+        flips,
+        skipped_gradients,
+        ..
+    } = summary;
+    let folder = folder.display();
+    let departures: Vec<_> = summary.departures.iter().map(|d| &d.option[..]).collect();
+    let departures = match departures.is_empty() {
+        true => "none".to_string(),
+        false => departures.join(", "),
+    };
+    let mut text = format!("run: {folder}\n");
+    for start in &summary.starts {
+        let displacement = metres(start.displacement_p50);
+        text += &format!("start {}: {displacement}\n", start.seed);
+    }
+    text += &format!(
+        "{scene}, seed {seed}: {iterations} iterations, controller of iteration \
+         {delivered_iteration}, {flips} flips, {skipped_gradients} gradients skipped\n\
+         departures from the paper: {departures}\n"
+    );
+    text + &format!(
+        "displacement {} (10-90 %: {} to {}), V {:.4}, V_act {:.4}, time {:.1} s\n",
+        metres(summary.displacement_p50),
+        metres(summary.displacement_p10),
+        metres(summary.displacement_p90),
+        summary.volume,
+        summary.actuator_volume,
+        summary.seconds,
+    )
+}

@@ -1,0 +1,121 @@
+//! `design.json`: a robot, and the start for another run.
+//!
+//! It holds no time and no machine: the same robot has the same bytes.
+
+use super::files::{Format, read_json, write_json};
+use crate::case::Case;
+use crate::controller::{Controller, Weights, observation_length};
+use crate::design::{Material, one_hot};
+use crate::error::{Error, Result};
+use crate::lattice::{Ground, Lattice};
+use crate::scene::Scene;
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What a design file says it is.
+pub const FORMAT: Format = Format {
+    name: "cosmic-design",
+    version: 1,
+};
+
+/// The contents of a design file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DesignFile {
+    /// Nodes `[i, j]` that each edge joins: by them a design is told from one for another lattice.
+    pub edges: Vec<[usize; 2]>,
+    /// Design vectors, one per edge.
+    pub z: Vec<[f64; 3]>,
+    /// One material per edge: the layout, or where `z` is not decided yet the nearest one.
+    pub materials: Vec<Material>,
+    /// The controller's weights.
+    pub controller: Weights,
+    /// Checked before the rest is read.
+    #[serde(rename = "format", skip_serializing)]
+    _format: IgnoredAny,
+    #[serde(rename = "version", skip_serializing)]
+    _version: IgnoredAny,
+}
+
+impl DesignFile {
+    /// A robot as a file.
+    pub fn new(
+        lattice: &Lattice,
+        (z, materials): (&[[f64; 3]], &[Material]),
+        controller: &Controller<f64>,
+    ) -> Self {
+        Self {
+            edges: lattice.edges.clone(),
+            z: z.to_vec(),
+            materials: materials.to_vec(),
+            controller: Weights::from(controller),
+            _format: IgnoredAny,
+            _version: IgnoredAny,
+        }
+    }
+
+    /// Reads a design; whether it fits a lattice is for [`robot`](Self::robot) to say.
+    ///
+    /// # Errors
+    /// Those of [`read_json`].
+    pub fn read(path: &Path) -> Result<Self> {
+        read_json(path, FORMAT)
+    }
+
+    /// Replaces the file by this design.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn write(&self, path: &Path) -> Result<()> {
+        write_json(path, FORMAT, self)
+    }
+
+    /// Whether the design vectors are those of the layout: after the snap, and nowhere else, the
+    /// layout's exact mixture holds (D7).
+    pub fn is_snapped(&self) -> bool {
+        self.z == one_hot(&self.materials)
+    }
+
+    /// The controller, once all is found to be of the scene's lattice; `file` is named where not.
+    ///
+    /// # Errors
+    /// [`Error::Misfit`] for another number of edges, nodes or hidden units, [`Error::Usage`] for
+    /// as many edges between other nodes.
+    pub fn robot(&self, scene: &Scene, file: &str) -> Result<Controller<f64>> {
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let edges = lattice.edges.len();
+        let fits = |what: &str, found: usize, expected: usize| match found == expected {
+            true => Ok(()),
+            false => Err(Error::Misfit {
+                file: file.to_owned(),
+                what: what.to_owned(),
+                expected,
+                found,
+            }),
+        };
+        fits("number of `edges`", self.edges.len(), edges)?;
+        if let Some(e) = (0..edges).find(|&e| self.edges[e] != lattice.edges[e]) {
+            return Err(Error::Usage(format!(
+                "{file}: `edges[{e}]` is {:?}, where the scene's lattice has {:?}",
+                self.edges[e], lattice.edges[e]
+            )));
+        }
+        fits("rows of `z`", self.z.len(), edges)?;
+        fits("length of `materials`", self.materials.len(), edges)?;
+        let hidden = self.controller.b1.len();
+        fits("length of `controller.b1`", hidden, scene.controller.hidden)?;
+        let inputs = observation_length(&scene.controller, lattice.nodes());
+        self.controller.controller(inputs, edges, file)
+    }
+
+    /// The design as a case in its scene.
+    ///
+    /// # Errors
+    /// As [`robot`](Self::robot).
+    pub fn case(&self, scene: &Scene, file: &str) -> Result<Case> {
+        let controller = self.robot(scene, file)?;
+        let frozen = self.is_snapped().then(|| self.materials.clone());
+        Ok(Case::of_robot(scene, (self.z.clone(), frozen), controller))
+    }
+}

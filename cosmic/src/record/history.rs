@@ -1,0 +1,298 @@
+//! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends.
+
+use super::files::Format;
+use crate::codesign::{MmaDiagnostics, Record};
+use crate::error::{Error, Result};
+use crate::scene::Pass;
+use serde::{Deserialize, Serialize};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// What every line of `history.jsonl` says it is.
+pub const FORMAT: Format = Format {
+    name: "cosmic-history",
+    version: 1,
+};
+
+/// The history as JSON lines.
+pub const LINES: &str = "history.jsonl";
+/// The history as a table.
+pub const TABLE: &str = "history.csv";
+
+/// A line of `history.jsonl`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// The name in [`FORMAT`].
+    pub format: String,
+    /// The version in [`FORMAT`].
+    pub version: u32,
+    /// The iteration.
+    #[serde(flatten)]
+    pub record: Record,
+    /// Wall time since the run began, interruptions left out, s.
+    pub seconds: f64,
+}
+
+/// Both files, open for more rows. While they are, no other process can open them so.
+#[derive(Debug)]
+pub(super) struct History {
+    lines: Appended,
+    table: Appended,
+}
+
+impl History {
+    /// Opens a run's history and cuts it back to so many rows; with none it begins anew.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where another process has it open, [`Error::Misfit`] where rows are
+    /// missing, [`Error::Write`] where it cannot be opened.
+    pub(super) fn open(folder: &Path, rows: usize) -> Result<Self> {
+        let mut history = Self {
+            lines: Appended::open(folder.join(LINES))?,
+            table: Appended::open(folder.join(TABLE))?,
+        };
+        // Not every file system has locks: without one, two processes are the user's affair.
+        if let Err(TryLockError::WouldBlock) = history.lines.file.try_lock() {
+            let folder = folder.display();
+            return Err(Error::Usage(format!(
+                "{folder}: another process is at work on this run"
+            )));
+        }
+        history.lines.cut(rows)?;
+        if rows > 0 {
+            // One more line: the header.
+            history.table.cut(rows + 1)?;
+        } else {
+            history.table.cut(0)?;
+            history.table.append(&header())?;
+        }
+        Ok(history)
+    }
+
+    /// Appends an iteration.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub(super) fn append(&mut self, record: &Record, seconds: f64) -> Result<()> {
+        let row = Row {
+            format: FORMAT.name.to_string(),
+            version: FORMAT.version,
+            record: record.clone(),
+            seconds,
+        };
+        self.table.append(&line(&row))?;
+        let text = serde_json::to_string(&row).expect("plain numbers and string keys serialise");
+        self.lines.append(&(text + "\n"))
+    }
+
+    /// Makes the rows last: a snapshot that is written after this has them all before it.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub(super) fn sync(&self) -> Result<()> {
+        [&self.lines, &self.table].into_iter().try_for_each(|file| {
+            file.file
+                .sync_data()
+                .map_err(|source| file.unwritable(source))
+        })
+    }
+}
+
+/// A text file that grows by lines.
+#[derive(Debug)]
+struct Appended {
+    path: PathBuf,
+    file: File,
+}
+
+impl Appended {
+    fn open(path: PathBuf) -> Result<Self> {
+        let mut options = OpenOptions::new();
+        let options = options.read(true).write(true).create(true).truncate(false);
+        match options.open(&path) {
+            Ok(file) => Ok(Self { path, file }),
+            Err(source) => Err(Error::Write { path, source }),
+        }
+    }
+
+    fn unwritable(&self, source: io::Error) -> Error {
+        Error::Write {
+            path: self.path.clone(),
+            source,
+        }
+    }
+
+    /// Drops what comes after so many lines.
+    fn cut(&mut self, lines: usize) -> Result<()> {
+        let mut bytes = Vec::new();
+        (self.file.seek(SeekFrom::Start(0)))
+            .and_then(|_| self.file.read_to_end(&mut bytes))
+            .map_err(|source| Error::Read {
+                path: self.path.clone(),
+                source,
+            })?;
+        let ends: Vec<usize> = (1..=bytes.len())
+            .filter(|&n| bytes[n - 1] == b'\n')
+            .collect();
+        let length = match lines {
+            0 => 0,
+            n if n <= ends.len() => ends[n - 1] as u64,
+            n => {
+                return Err(Error::Misfit {
+                    file: self.path.display().to_string(),
+                    what: "lines up to the snapshot".to_string(),
+                    expected: n,
+                    found: ends.len(),
+                });
+            }
+        };
+        (self.file.set_len(length))
+            .and_then(|()| self.file.seek(SeekFrom::Start(length)))
+            .map_err(|source| self.unwritable(source))?;
+        Ok(())
+    }
+
+    /// One write a line: a killed process leaves no more than its last line unfinished.
+    fn append(&mut self, line: &str) -> Result<()> {
+        (self.file.write_all(line.as_bytes())).map_err(|source| self.unwritable(source))
+    }
+}
+
+/// The names of the table's columns.
+fn header() -> String {
+    let measures = ["g_bin", "g_01", "g_02", "g_12"];
+    let of_measures = |what: &str| measures.map(|measure| format!("{what}_{measure}"));
+    let projections = ["performance", "stability"];
+    let bounds = ["V_most", "V_least", "V_act_most", "V_act_least"];
+    let of_mma = |projection: &str| {
+        let mut names = vec![
+            format!("mma_{projection}_newton_steps"),
+            format!("mma_{projection}_residual"),
+        ];
+        names.extend(bounds.map(|bound| format!("mma_{projection}_elastic_{bound}")));
+        names
+    };
+    let mut names: Vec<String> = [
+        "iteration",
+        "phase",
+        "pass",
+        "displacement",
+        "displacement_horizon",
+        "horizon",
+        "V",
+        "V_act",
+    ]
+    .map(String::from)
+    .into();
+    names.extend(measures.map(String::from));
+    names.extend(
+        ["violation", "multiplier", "penalty"]
+            .iter()
+            .flat_map(|what| of_measures(what)),
+    );
+    names.extend(projections.map(|projection| format!("design_gradient_{projection}")));
+    names.push("controller_gradient".to_string());
+    names.extend(projections.iter().flat_map(|projection| of_mma(projection)));
+    names.extend(["skipped", "seconds"].map(String::from));
+    names.join(",") + "\n"
+}
+
+/// A row of the table, in the header's order; what an iteration does not have is left empty.
+fn line(row: &Row) -> String {
+    let r = &row.record;
+    let pass = r.pass.map_or("", |pass| match pass {
+        Pass::Design => "design",
+        Pass::Controller => "controller",
+    });
+    let mut cells = vec![r.iteration.to_string(), r.phase.name().into(), pass.into()];
+    cells.extend([r.displacement, r.displacement_horizon].map(perhaps));
+    cells.push(r.horizon.to_string());
+    cells.extend([r.volume, r.actuator_volume].map(number));
+    let lists = [r.measures, r.violations, r.multipliers, r.penalties];
+    cells.extend(lists.as_flattened().iter().map(|&x| number(x)));
+    cells.extend(r.design_gradient.map(perhaps));
+    cells.push(perhaps(r.controller_gradient));
+    cells.extend(r.mma.iter().flat_map(|mma| solved(mma.as_ref())));
+    cells.extend([r.skipped.to_string(), number(row.seconds)]);
+    cells.join(",") + "\n"
+}
+
+/// The six cells on a subproblem.
+fn solved(mma: Option<&MmaDiagnostics>) -> Vec<String> {
+    let Some(mma) = mma else {
+        return vec![String::new(); 6];
+    };
+    let mut cells = vec![mma.newton_steps.to_string(), number(mma.residual)];
+    cells.extend(mma.elastic.iter().map(|&x| number(x)));
+    cells
+}
+
+/// The shortest decimal that reads back to the same bits.
+fn number(x: f64) -> String {
+    format!("{x:?}")
+}
+
+fn perhaps(x: Option<f64>) -> String {
+    x.map_or(String::new(), number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{History, LINES, Row, TABLE};
+    use crate::codesign::{Record, optimise};
+    use crate::scene::Scene;
+    use std::fs;
+
+    fn records() -> Vec<Record> {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+        scene.physics.steps = 8;
+        scene.schedule.iterations = 4;
+        scene.schedule.snap_at = 3;
+        scene.schedule.horizon = [8, 8];
+        let mut records = Vec::new();
+        optimise(&scene, 0, |record| records.push(record.clone())).unwrap();
+        records
+    }
+
+    #[test]
+    fn rows_read_back_and_the_table_has_a_cell_under_every_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let records = records();
+        let mut history = History::open(folder.path(), 0).unwrap();
+        records
+            .iter()
+            .for_each(|record| history.append(record, 0.25).unwrap());
+        let lines = fs::read_to_string(folder.path().join(LINES)).unwrap();
+        let read: Vec<Row> = lines
+            .lines()
+            .map(|l| serde_json::from_str(l).unwrap())
+            .collect();
+        assert!(read.iter().map(|row| &row.record).eq(&records));
+        let table = fs::read_to_string(folder.path().join(TABLE)).unwrap();
+        let cells: Vec<usize> = table.lines().map(|line| line.split(',').count()).collect();
+        assert_eq!(cells, [cells[0]; 5]);
+        assert!(table.starts_with("iteration,phase,pass,displacement,"));
+        assert!(table.lines().nth(3).unwrap().starts_with("3,snap,,,"));
+    }
+
+    #[test]
+    fn cut_back_it_has_the_bytes_it_had() {
+        let folder = tempfile::tempdir().unwrap();
+        let read = || [LINES, TABLE].map(|name| fs::read(folder.path().join(name)).unwrap());
+        let records = records();
+        let mut history = History::open(folder.path(), 0).unwrap();
+        records[..2]
+            .iter()
+            .for_each(|record| history.append(record, 1.0).unwrap());
+        let before = read();
+        history.append(&records[2], 2.0).unwrap();
+        let other = History::open(folder.path(), 2).unwrap_err();
+        assert!(other.to_string().contains("another process"), "{other}");
+        drop(history);
+        assert_eq!(History::open(folder.path(), 9).unwrap_err().exit_code(), 2);
+        drop(History::open(folder.path(), 2).unwrap());
+        assert_eq!(read(), before);
+    }
+}

@@ -1,0 +1,260 @@
+//! A run in its folder: iterations recorded, snapshots on the way, the result at the end.
+
+use super::files::{is_used, sweep, write_atomic, write_json};
+use super::history::History;
+use super::snapshot::Snapshot;
+use super::summary::SUMMARY;
+use super::trajectory_file::TRAJECTORY;
+use super::{DesignFile, Plan, Summary, TrajectoryFile, starts, summary, trajectory_file};
+use crate::codesign::{CoDesign, Delivery, Progress, Record};
+use crate::error::{Error, Result};
+use crate::lattice::State;
+use crate::scene::Scene;
+use std::borrow::Cow;
+use std::fs;
+use std::io::ErrorKind;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The scene's place in a run's folder.
+const SCENE: &str = "scene.toml";
+/// The design's place in a run's folder.
+pub(super) const DESIGN: &str = "design.json";
+/// Where the last states of a diverged result are kept.
+pub const DIVERGED: &str = "diverged.json";
+
+/// The most iterations from one snapshot to the next.
+const SNAPSHOT_EVERY: usize = 10;
+/// The longest time from one snapshot to the next, as far as the last iteration foretells.
+const SNAPSHOT_WITHIN: Duration = Duration::from_secs(1);
+
+/// Whoever watches a run, and may end it early.
+pub trait Observer {
+    /// A run begins, or goes on after the iterations that it has.
+    fn begin(&mut self, run: &Run);
+
+    /// An iteration is done. `Break` interrupts the run: it is saved, and can be resumed.
+    fn iteration(&mut self, record: &Record) -> ControlFlow<()>;
+}
+
+/// Carries out a plan in a new or empty folder.
+///
+/// # Errors
+/// [`Error::Usage`] for a folder that holds something, and for a plan that cannot be carried out;
+/// [`Error::Write`] where files cannot be written; [`Error::Interrupted`] where the observer
+/// asked for it; [`Error::Diverged`] where the delivered design does, its last states kept.
+pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
+    refuse_used(folder)?;
+    if plan.starts.get() == 1 {
+        return Run::create(folder, plan)?.finish(observer);
+    }
+    starts::create(folder, plan)?;
+    starts::search(folder, plan, observer)
+}
+
+/// Goes on with the run of a folder. Nothing is done for one that is finished.
+///
+/// # Errors
+/// [`Error::Read`] where there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a
+/// snapshot that is no good, otherwise as [`optimise`].
+pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary> {
+    if folder.join(SUMMARY).exists() {
+        return Summary::read(folder);
+    }
+    let snapshot = Snapshot::read(folder)?;
+    if snapshot.progress.is_none() {
+        return starts::search(folder, &snapshot.plan, observer);
+    }
+    Run::open(folder, snapshot)?.finish(observer)
+}
+
+/// A run that is not finished, alone at work in its folder.
+pub struct Run {
+    folder: PathBuf,
+    plan: Plan,
+    codesign: CoDesign,
+    progress: Progress,
+    history: History,
+    /// Wall time spent by earlier processes, s.
+    before: f64,
+    since: Instant,
+}
+
+impl Run {
+    /// Begins a run of one start.
+    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self> {
+        let codesign = CoDesign::new(&plan.scene)?;
+        let progress = codesign.begin(plan.seed)?;
+        create_folder(folder)?;
+        // The snapshot first: it alone lets a killed run be resumed.
+        let snapshot = Snapshot {
+            plan: Cow::Borrowed(plan),
+            seconds: 0.0,
+            progress: Some(Cow::Borrowed(&progress)),
+        };
+        snapshot.write(folder)?;
+        Self::at_work(folder, (plan.clone(), 0.0), codesign, progress)
+    }
+
+    /// Goes on from a snapshot.
+    fn open(folder: &Path, snapshot: Snapshot) -> Result<Self> {
+        let plan = snapshot.plan.into_owned();
+        let codesign = CoDesign::new(&plan.scene)?;
+        let begun = codesign.begin(plan.seed)?;
+        let progress = snapshot.progress.map_or(begun.clone(), Cow::into_owned);
+        let file = folder.join(super::snapshot::SNAPSHOT);
+        progress.fits(&begun, &file.display().to_string())?;
+        Self::at_work(folder, (plan, snapshot.seconds), codesign, progress)
+    }
+
+    fn at_work(
+        folder: &Path,
+        (plan, before): (Plan, f64),
+        codesign: CoDesign,
+        progress: Progress,
+    ) -> Result<Self> {
+        let history = History::open(folder, progress.iteration)?;
+        sweep(folder)?;
+        keep_scene(folder, &plan.scene)?;
+        Ok(Self {
+            folder: folder.to_owned(),
+            plan,
+            codesign,
+            progress,
+            history,
+            before,
+            since: Instant::now(),
+        })
+    }
+
+    /// What is to be done.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// How far it is.
+    pub fn progress(&self) -> &Progress {
+        &self.progress
+    }
+
+    /// Wall time so far, interruptions left out, s.
+    pub fn seconds(&self) -> f64 {
+        self.before + self.since.elapsed().as_secs_f64()
+    }
+
+    /// Does what is left to do.
+    pub(super) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
+        observer.begin(&self);
+        self.advance(observer)?;
+        self.deliver()
+    }
+
+    fn advance(&mut self, observer: &mut dyn Observer) -> Result<()> {
+        let mut saved = Instant::now();
+        while self.progress.iteration < self.plan.last_iteration() {
+            let began = Instant::now();
+            let record = self.codesign.iterate(&mut self.progress);
+            self.history.append(&record, self.seconds())?;
+            let interrupted = observer.iteration(&record).is_break();
+            let next_ends = saved.elapsed() + began.elapsed();
+            let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);
+            if interrupted || due || next_ends > SNAPSHOT_WITHIN {
+                self.save()?;
+                saved = Instant::now();
+            }
+            if interrupted {
+                return Err(Error::Interrupted {
+                    run: self.folder.clone(),
+                    iteration: record.iteration,
+                });
+            }
+        }
+        self.save()
+    }
+
+    fn save(&self) -> Result<()> {
+        self.history.sync()?;
+        let snapshot = Snapshot {
+            plan: Cow::Borrowed(&self.plan),
+            seconds: self.seconds(),
+            progress: Some(Cow::Borrowed(&self.progress)),
+        };
+        snapshot.write(&self.folder)
+    }
+
+    fn deliver(&self) -> Result<Summary> {
+        let delivery = self.codesign.deliver(&self.progress);
+        let lattice = &self.codesign.task().lattice;
+        let robot = (&delivery.z[..], &delivery.materials[..]);
+        let design = DesignFile::new(lattice, robot, &delivery.controller);
+        design.write(&self.folder.join(DESIGN))?;
+        self.refuse_divergence(&design, &delivery)?;
+        let moves = TrajectoryFile::new(&delivery.trajectory, self.plan.scene.physics.dt);
+        write_json(
+            &self.folder.join(TRAJECTORY),
+            trajectory_file::FORMAT,
+            &moves,
+        )?;
+        let summary = Summary::new(&self.plan, &self.progress, &delivery, self.seconds());
+        write_json(&self.folder.join(SUMMARY), summary::FORMAT, &summary)?;
+        Ok(summary)
+    }
+
+    /// Keeps the last states of a design that flies apart, and says where it does.
+    fn refuse_divergence(&self, design: &DesignFile, delivery: &Delivery) -> Result<()> {
+        if !delivery.trajectory.states.iter().any(State::is_absurd) {
+            return Ok(());
+        }
+        let case = design.case(&self.plan.scene, DESIGN)?;
+        let Some(divergence) = case.divergence() else {
+            return Ok(());
+        };
+        let text = case.diverged_json(&divergence) + "\n";
+        write_atomic(&self.folder.join(DIVERGED), |file| {
+            file.write_all(text.as_bytes())
+        })?;
+        Err(Error::from(&divergence))
+    }
+}
+
+/// A run never mixes its files with others.
+fn refuse_used(folder: &Path) -> Result<()> {
+    match is_used(folder) {
+        Ok(false) => Ok(()),
+        Ok(true) => Err(Error::Usage(format!(
+            "{}: the folder is not empty; go on with it by `cosmic resume`, or name another by \
+             --out",
+            folder.display()
+        ))),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(source) => Err(Error::Write {
+            path: folder.into(),
+            source,
+        }),
+    }
+}
+
+pub(super) fn create_folder(folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder).map_err(|source| Error::Write {
+        path: folder.into(),
+        source,
+    })
+}
+
+/// Writes the scene for those who read the folder. It is not read to go on: one that says
+/// something else by now would mislead, and is refused.
+pub(super) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> {
+    let path = folder.join(SCENE);
+    if !path.exists() {
+        return write_atomic(&path, |file| file.write_all(scene.to_toml().as_bytes()));
+    }
+    match Scene::read(&path)? == *scene {
+        true => Ok(()),
+        false => Err(Error::Usage(format!(
+            "{}: not the scene that the run began with, which is in its snapshot; remove the \
+             file to get it back",
+            path.display()
+        ))),
+    }
+}

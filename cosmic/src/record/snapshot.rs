@@ -1,0 +1,84 @@
+//! `snapshot.json`: what a run is to do and how far it is, complete enough to go on from.
+
+use super::files::{Format, read_json, write_json};
+use crate::codesign::Progress;
+use crate::error::Result;
+use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+/// What a snapshot says it is.
+pub const FORMAT: Format = Format {
+    name: "cosmic-snapshot",
+    version: 1,
+};
+
+/// The snapshot's place in a run's folder.
+pub const SNAPSHOT: &str = "snapshot.json";
+
+/// What a run is to do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// What the scene is called.
+    pub name: String,
+    /// The scene; in the file as TOML.
+    #[serde(with = "toml")]
+    pub scene: Scene,
+    /// The seed, or the first of several.
+    pub seed: u64,
+    /// How many seeds are tried.
+    pub starts: NonZeroUsize,
+    /// Stop after so many iterations, although the scene has more.
+    pub iterations: Option<NonZeroUsize>,
+}
+
+impl Plan {
+    /// The last iteration.
+    pub fn last_iteration(&self) -> usize {
+        let all = self.scene.schedule.iterations;
+        self.iterations.map_or(all, |limit| limit.get().min(all))
+    }
+}
+
+/// A scene as a text in JSON.
+mod toml {
+    use super::Scene;
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(scene: &Scene, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(&scene.to_toml())
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Scene, D::Error> {
+        let text = String::deserialize(from)?;
+        Scene::parse("scene", &text).map_err(D::Error::custom)
+    }
+}
+
+/// A run's plan and state.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Snapshot<'a> {
+    pub(super) plan: Cow<'a, Plan>,
+    /// Wall time so far, interruptions left out, s.
+    pub(super) seconds: f64,
+    /// Absent where several starts are tried: each of them has a snapshot of its own.
+    pub(super) progress: Option<Cow<'a, Progress>>,
+}
+
+impl Snapshot<'_> {
+    /// Replaces a folder's snapshot.
+    pub(super) fn write(&self, folder: &Path) -> Result<()> {
+        write_json(&folder.join(SNAPSHOT), FORMAT, self)
+    }
+
+    /// A folder's snapshot.
+    ///
+    /// # Errors
+    /// Those of [`read_json`].
+    pub(super) fn read(folder: &Path) -> Result<Snapshot<'static>> {
+        read_json(&folder.join(SNAPSHOT), FORMAT)
+    }
+}

@@ -1,0 +1,129 @@
+//! `summary.json`: what came of a run, written last.
+
+use super::files::{Format, read_json};
+use crate::codesign::{Delivery, Progress};
+use crate::error::Result;
+use crate::scene::Departure;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+use super::Plan;
+
+/// What a summary says it is.
+pub const FORMAT: Format = Format {
+    name: "cosmic-summary",
+    version: 1,
+};
+
+/// The summary's place in a run's folder: where it is, the run is finished.
+pub const SUMMARY: &str = "summary.json";
+
+/// The result of a run. Displacements are the payload's, in metres; `None` where a rollout
+/// diverged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// What the scene is called.
+    pub scene: String,
+    /// The seed.
+    pub seed: u64,
+    /// Of one unperturbed rollout of the delivered design, x and y of the world.
+    pub displacement: [f64; 2],
+    /// The same along the ground.
+    pub displacement_along: f64,
+    /// Along the ground from perturbed starts: the 10 % quantile.
+    pub displacement_p10: Option<f64>,
+    /// Their median: the figure to quote.
+    pub displacement_p50: Option<f64>,
+    /// Their 90 % quantile.
+    pub displacement_p90: Option<f64>,
+    /// The median of the last iterate from the same starts.
+    pub displacement_last_p50: Option<f64>,
+    /// The median over the other starts by which the delivered design was chosen.
+    pub displacement_selection_p50: Option<f64>,
+    /// Share of solid edges.
+    #[serde(rename = "V")]
+    pub volume: f64,
+    /// Share of actuators.
+    #[serde(rename = "V_act")]
+    pub actuator_volume: f64,
+    /// Edges that the snap gave another material than their largest entry's.
+    pub flips: usize,
+    /// Gradients that were not finite and therefore skipped.
+    pub skipped_gradients: usize,
+    /// Iterations done.
+    pub iterations: usize,
+    /// The iteration after which the delivered controller stood.
+    pub delivered_iteration: usize,
+    /// Why the run ended.
+    pub stop_reason: StopReason,
+    /// Named options in force that differ from the paper.
+    pub departures: Vec<Departure>,
+    /// Version of the program.
+    pub cosmic_version: String,
+    /// Wall time, interruptions left out, s.
+    pub seconds: f64,
+    /// What came of every seed, where several were tried; the summary is that of the best.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub starts: Vec<Start>,
+}
+
+/// Why a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StopReason {
+    /// All iterations of the scene are done.
+    Finished,
+    /// As many iterations as were asked for are done; the scene has more.
+    IterationLimit,
+}
+
+/// One of several starts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Start {
+    /// Its seed, and the name of its folder.
+    pub seed: u64,
+    /// The median by which the best start was chosen; `None` where it diverged.
+    pub displacement_selection_p50: Option<f64>,
+    /// The median over other starts.
+    pub displacement_p50: Option<f64>,
+}
+
+impl Summary {
+    pub(super) fn new(plan: &Plan, progress: &Progress, delivery: &Delivery, seconds: f64) -> Self {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let all = progress.iteration >= plan.scene.schedule.iterations;
+        Self {
+            scene: plan.name.clone(),
+            seed: progress.seed,
+            displacement: delivery.displacement,
+            displacement_along: delivery.along,
+            displacement_p10: finite(delivery.spread.p10),
+            displacement_p50: finite(delivery.spread.p50),
+            displacement_p90: finite(delivery.spread.p90),
+            displacement_last_p50: finite(delivery.last.p50),
+            displacement_selection_p50: finite(delivery.selection.p50),
+            volume: delivery.volumes[0],
+            actuator_volume: delivery.volumes[1],
+            flips: progress.flips,
+            skipped_gradients: progress.skipped,
+            iterations: progress.iteration,
+            delivered_iteration: delivery.iteration,
+            stop_reason: match all {
+                true => StopReason::Finished,
+                false => StopReason::IterationLimit,
+            },
+            departures: plan.scene.departures(),
+            cosmic_version: env!("CARGO_PKG_VERSION").to_string(),
+            seconds,
+            starts: Vec::new(),
+        }
+    }
+
+    /// The summary of a finished run.
+    ///
+    /// # Errors
+    /// Those of [`read_json`].
+    pub fn read(folder: &Path) -> Result<Self> {
+        read_json(&folder.join(SUMMARY), FORMAT)
+    }
+}

@@ -1,0 +1,50 @@
+//! Reports on finished runs: pictures, an animation, one page of HTML, and tables of several runs.
+//!
+//! A report reads what a run left in its folder and simulates nothing.
+
+mod animation;
+mod compare;
+mod convergence;
+mod layout;
+mod motion;
+mod page;
+mod plot;
+mod results;
+mod robot;
+mod svg;
+
+pub use compare::Comparison;
+pub use results::Results;
+
+use std::path::PathBuf;
+
+use crate::error::Result;
+use crate::record::files::write_atomic;
+use motion::Motion;
+
+/// Writes `report.html`, `robot.svg`, `convergence.svg` and `gait.gif` into a run's folder and
+/// says which files these are. The page holds all of its pictures and fetches nothing.
+///
+/// # Errors
+/// [`Error::Write`](crate::Error::Write).
+pub fn write(run: &Results) -> Result<Vec<PathBuf>> {
+    let motion = Motion::new(run);
+    let robot = robot::draw(&motion);
+    let convergence = convergence::draw(run);
+    let page = page::render(&motion, [&robot, &convergence]);
+    let texts = [
+        ("report.html", &page),
+        ("robot.svg", &robot),
+        ("convergence.svg", &convergence),
+    ];
+    let mut written = Vec::new();
+    for (name, text) in texts {
+        let path = run.folder.join(name);
+        write_atomic(&path, |file| file.write_all(text.as_bytes()))?;
+        written.push(path);
+    }
+    let path = run.folder.join("gait.gif");
+    write_atomic(&path, |file| animation::write(&motion, file))?;
+    written.push(path);
+    Ok(written)
+}

@@ -1,0 +1,75 @@
+"use strict";
+// Said in the document, where a test can see it.
+addEventListener("error", event => { document.body.dataset.error = event.message; });
+// Plays the rollout on the canvas. Positions are tenths of millimetres: x0, y0, x1, y1, … a frame.
+const data = JSON.parse(document.getElementById("motion").textContent);
+const canvas = document.getElementById("stage");
+const slider = document.getElementById("time");
+const button = document.getElementById("play");
+const speed = document.getElementById("speed");
+const clock = document.getElementById("clock");
+const pen = canvas.getContext("2d");
+const scale = canvas.width / data.width;
+let now = 0, playing = true, last = null;
+
+slider.max = data.duration;
+
+function line(points, colour, width) {
+  pen.strokeStyle = colour;
+  pen.lineWidth = width;
+  pen.beginPath();
+  for (const [x, y] of points) pen.lineTo(x, y);
+  pen.stroke();
+}
+
+function draw() {
+  const index = Math.min(data.frames.length - 1, Math.round(now / data.step));
+  const frame = data.frames[index];
+  const [cameraX, cameraY] = data.camera[index];
+  const place = (x, y) => [canvas.width / 2 + (x - cameraX) * scale, canvas.height * 0.8 - (y - cameraY) * scale];
+  const node = (frame, i) => place(frame[2 * i] / 1e4, frame[2 * i + 1] / 1e4);
+  const ground = x => data.ground[0] + data.ground[1] * x;
+  pen.clearRect(0, 0, canvas.width, canvas.height);
+  pen.lineCap = pen.lineJoin = "round";
+  pen.fillStyle = "#656d76";
+  pen.textAlign = "center";
+  pen.font = "20px system-ui, sans-serif";
+  const half = data.width / 2;
+  for (let k = Math.ceil((cameraX - half) * 10); k <= (cameraX + half) * 10; k++) {
+    const [x, y] = place(k / 10, ground(k / 10));
+    line([[x, y], [x, y + (k % 5 ? 8 : 16)]], "#9aa3ad", 1.5);
+    if (k % 5 === 0) pen.fillText(`${k / 10} m`.replace("-", "\u2212"), x, y + 40);
+  }
+  line([cameraX - half, cameraX + half].map(x => place(x, ground(x))), "#1f2328", 2.5);
+  line(data.frames.slice(0, index + 1).map(f => node(f, 0)), data.payload, 2);
+  for (const [i, j, rest] of data.edges) {
+    const length = Math.hypot(frame[2 * i] - frame[2 * j], frame[2 * i + 1] - frame[2 * j + 1]) / 1e4;
+    const share = Math.max(-1, Math.min(1, (length / rest - 1) / data.limit));
+    const middle = (data.ramp.length - 1) / 2;
+    const colour = rest > 0 ? data.ramp[Math.round(middle * (1 + share))] : data.skeleton;
+    line([node(frame, i), node(frame, j)], colour, rest > 0 ? 7 : 5);
+  }
+  pen.fillStyle = data.payload;
+  pen.beginPath();
+  pen.arc(...node(frame, 0), 10, 0, 2 * Math.PI);
+  pen.fill();
+  slider.value = now;
+  clock.textContent = `${now.toFixed(1)} s`;
+}
+
+function tick(stamp) {
+  if (playing && last !== null) now += (stamp - last) / 1000 * Number(speed.value);
+  if (now > data.duration) now = 0;
+  last = stamp;
+  draw();
+  requestAnimationFrame(tick);
+}
+
+button.onclick = () => {
+  playing = !playing;
+  button.textContent = playing ? "Pause" : "Play";
+};
+slider.oninput = () => { now = Number(slider.value); };
+draw();
+document.body.dataset.ready = "true";
+requestAnimationFrame(tick);

@@ -1,0 +1,247 @@
+//! The page of a run: one file of HTML that fetches nothing.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use super::layout;
+use super::motion::{Motion, PAYLOAD, SKELETON, hex};
+use super::results::Results;
+use super::svg::escape;
+use crate::design::Material;
+use crate::record::Summary;
+
+/// A number of a summary as tables show it.
+pub(super) struct Figure {
+    /// Heading of a column.
+    pub(super) short: &'static str,
+    /// What it is.
+    pub(super) says: &'static str,
+    /// The number itself.
+    pub(super) of: fn(&Summary) -> String,
+}
+
+const fn figure(short: &'static str, says: &'static str, of: fn(&Summary) -> String) -> Figure {
+    Figure { short, says, of }
+}
+
+/// The numbers that are worth comparing.
+pub(super) const FIGURES: [Figure; 9] = [
+    figure(
+        "p50, m",
+        "displacement: median over perturbed starts",
+        |s| metres(s.displacement_p50),
+    ),
+    figure(
+        "p10, m",
+        "displacement: 10 % quantile over perturbed starts",
+        |s| metres(s.displacement_p10),
+    ),
+    figure(
+        "p90, m",
+        "displacement: 90 % quantile over perturbed starts",
+        |s| metres(s.displacement_p90),
+    ),
+    figure(
+        "last p50, m",
+        "displacement of the last iterate: median over perturbed starts",
+        |s| metres(s.displacement_last_p50),
+    ),
+    figure(
+        "single, m",
+        "displacement of one unperturbed rollout",
+        |s| metres(s.displacement_along),
+    ),
+    figure("V", "share of solid edges", |s| format!("{:.3}", s.volume)),
+    figure("V_act", "share of actuators", |s| {
+        format!("{:.3}", s.actuator_volume)
+    }),
+    figure("seed", "seed of the random generator", |s| {
+        s.seed.to_string()
+    }),
+    figure("time, s", "duration of the optimisation", |s| {
+        format!("{:.1}", s.seconds)
+    }),
+];
+
+/// A displacement; none where the rollouts that it stands for diverged.
+fn metres(value: impl Into<Option<f64>>) -> String {
+    let text = |v: f64| format!("{v:.3}").replace('-', "\u{2212}");
+    value.into().map_or("diverged".to_owned(), text)
+}
+
+/// A whole page of HTML.
+pub(super) fn wrap(title: &str, body: &str) -> String {
+    let (title, style) = (escape(title), include_str!("page.css"));
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
+    )
+}
+
+/// The page of a run with its pictures of the robot and of the convergence.
+pub(super) fn render(motion: &Motion, [robot, convergence]: [&str; 2]) -> String {
+    let run = motion.run;
+    let title = escape(&run.title());
+    let mut body = format!("<h1>{title}</h1>\n");
+    let _ = writeln!(
+        body,
+        "<p class=\"muted\">{} nodes, {} edges; {} iterations in {:.1} s; controller of iteration {}</p>",
+        run.lattice.nodes(),
+        run.lattice.edges.len(),
+        run.summary.iterations,
+        run.summary.seconds,
+        run.summary.delivered_iteration,
+    );
+    body += &figures(&run.summary);
+    body += &player(motion);
+    let _ = writeln!(body, "<h2>Gait</h2>\n{robot}");
+    let pair = [layout::draw_layout(run), layout::draw_ternary(run)].concat();
+    let _ = writeln!(body, "<h2>Design</h2>\n<div class=\"pair\">{pair}</div>");
+    let _ = writeln!(body, "<h2>Convergence</h2>\n{convergence}");
+    body += &summary(run);
+    let _ = writeln!(
+        body,
+        "<h2>Scene</h2>\n<details><summary>scene.toml, complete</summary><pre>{}</pre></details>",
+        escape(&run.scene.to_toml())
+    );
+    let _ = writeln!(body, "<script>\n{}</script>", include_str!("page.js"));
+    wrap(&run.title(), &body)
+}
+
+/// The four numbers to see first.
+fn figures(summary: &Summary) -> String {
+    let spread = format!(
+        "{} \u{2013} {}",
+        metres(summary.displacement_p10),
+        metres(summary.displacement_p90)
+    );
+    let cells = [
+        (
+            metres(summary.displacement_p50) + " m",
+            "displacement, median",
+        ),
+        (spread + " m", "10 % to 90 % of perturbed starts"),
+        (
+            format!("{:.1} %", 100.0 * summary.volume),
+            "of the edges are solid",
+        ),
+        (
+            format!("{:.1} %", 100.0 * summary.actuator_volume),
+            "are actuators",
+        ),
+    ];
+    let cell = |(number, says)| format!("<div><b>{number}</b><span>{says}</span></div>");
+    let cells = cells.map(cell).concat();
+    format!("<div class=\"figures\">{cells}</div>\n")
+}
+
+/// Every number, and the options that depart from the paper.
+fn summary(run: &Results) -> String {
+    let mut html = String::from("<h2>Summary</h2>\n<table><tbody>");
+    let [x, y] = run.summary.displacement.map(metres);
+    let world = (
+        "displacement of one unperturbed rollout, x and y of the world",
+        format!("{x} m, {y} m"),
+    );
+    let unit = |f: &Figure| {
+        if f.short.ends_with(", m") {
+            " m"
+        } else if f.short.ends_with(", s") {
+            " s"
+        } else {
+            ""
+        }
+    };
+    let rows = FIGURES
+        .iter()
+        .map(|f| (f.says, (f.of)(&run.summary) + unit(f)));
+    for (says, number) in rows.chain([world]) {
+        let _ = write!(
+            html,
+            "<tr><td>{says}</td><td class=\"number\">{number}</td></tr>"
+        );
+    }
+    html += "</tbody></table>\n<h2>Departures from the paper</h2>\n";
+    let departures = &run.summary.departures;
+    if departures.is_empty() {
+        return html + "<p>None.</p>\n";
+    }
+    html += "<table><tbody>";
+    for departure in departures {
+        let _ = write!(
+            html,
+            "<tr><td><code>{}</code></td><td>{}</td></tr>",
+            escape(&departure.option),
+            escape(&departure.says)
+        );
+    }
+    html + "</tbody></table>\n"
+}
+
+/// The canvas, its controls, and the motion as data.
+fn player(motion: &Motion) -> String {
+    // Nothing in it can end the script element early: numbers and colours alone.
+    let data = motion_data(motion);
+    format!(
+        "<h2>Motion</h2>\n<div class=\"player\"><canvas id=\"stage\" width=\"1920\" height=\"800\"></canvas>\n\
+         <div class=\"controls\"><button id=\"play\">Pause</button>\n\
+         <input id=\"time\" type=\"range\" min=\"0\" step=\"any\" value=\"0\" aria-label=\"time\">\n\
+         <output id=\"clock\">0.0 s</output>\n\
+         <label>speed <select id=\"speed\"><option value=\"0.25\">\u{bc}</option>\
+         <option value=\"0.5\">\u{bd}</option><option value=\"1\" selected>1</option>\
+         <option value=\"2\">2</option><option value=\"4\">4</option></select></label></div></div>\n\
+         <script type=\"application/json\" id=\"motion\">{data}</script>\n"
+    )
+}
+
+/// What the player draws: 25 frames a second, tenths of millimetres.
+fn motion_data(motion: &Motion) -> Value {
+    const STEP: f64 = 0.04;
+    let run = motion.run;
+    let frames = (motion.duration() / STEP) as usize;
+    let indices: Vec<usize> = (0..=frames)
+        .map(|k| motion.index_at(STEP * k as f64))
+        .collect();
+    let tenths = |v: &f64| (v * 1e4).round() as i64;
+    let frame = |&i: &usize| -> Vec<i64> {
+        motion.states()[i]
+            .x
+            .as_flattened()
+            .iter()
+            .map(tenths)
+            .collect()
+    };
+    let camera = |&i: &usize| {
+        let x = motion.camera(i)[0];
+        [x, motion.ground_height(x)].map(|v| (v * 1e4).round() / 1e4)
+    };
+    // Skeleton edges have no rest length here: their colour does not depend on it.
+    let edges = run
+        .design
+        .edges
+        .iter()
+        .enumerate()
+        .filter_map(|(e, [i, j])| match run.design.materials[e] {
+            Material::Void => None,
+            Material::Skeleton => Some(json!([i, j, 0])),
+            Material::Actuator => Some(json!([i, j, run.lattice.rest_length[e]])),
+        });
+    let ramp = (-16..=16).map(|k| hex(motion.colour(f64::from(k) / 16.0 * motion.limit())));
+    let side = run.lattice.columns.max(run.lattice.rows) as f64 * run.scene.lattice.spacing;
+    let floor = motion.ground_height(0.0);
+    json!({
+        "step": STEP,
+        "duration": motion.duration(),
+        "width": 4.0 * side,
+        "ground": [floor, motion.ground_height(1.0) - floor],
+        "limit": motion.limit(),
+        "ramp": ramp.collect::<Vec<_>>(),
+        "skeleton": hex(SKELETON),
+        "payload": hex(PAYLOAD),
+        "edges": edges.collect::<Vec<_>>(),
+        "camera": indices.iter().map(camera).collect::<Vec<_>>(),
+        "frames": indices.iter().map(frame).collect::<Vec<_>>(),
+    })
+}

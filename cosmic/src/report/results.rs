@@ -1,0 +1,103 @@
+//! A run's folder as its report needs it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::codesign::Record;
+use crate::error::{Error, Result};
+use crate::lattice::{Ground, Lattice};
+use crate::record::files::{malformed, read_json};
+use crate::record::{DesignFile, Summary, TrajectoryFile, history, trajectory_file};
+use crate::scene::Scene;
+
+/// What a finished run left behind, read and found to fit together.
+pub struct Results {
+    /// The run's folder.
+    pub folder: PathBuf,
+    /// The complete scene.
+    pub scene: Scene,
+    /// The scene's lattice.
+    pub lattice: Lattice,
+    /// The delivered design, one entry per edge of the lattice.
+    pub design: DesignFile,
+    /// What was reached.
+    pub summary: Summary,
+    /// The iterations from first to last.
+    pub history: Vec<Record>,
+    /// The delivered design's rollout; at least one state.
+    pub trajectory: TrajectoryFile,
+}
+
+impl Results {
+    /// Reads a finished run.
+    ///
+    /// # Errors
+    /// [`Error::Read`] where a file is missing, [`Error::Malformed`] where one is cut off or not
+    /// what it should be, [`Error::Misfit`] or [`Error::Usage`] where two do not belong together.
+    pub fn read(folder: &Path) -> Result<Self> {
+        // Written last: without it there is nothing to report on yet.
+        let summary = Summary::read(folder)?;
+        let scene = Scene::read(&folder.join("scene.toml"))?;
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let path = folder.join("design.json");
+        let design = DesignFile::read(&path)?;
+        design.robot(&scene, &path.display().to_string())?;
+        Ok(Self {
+            history: read_history(&folder.join(history::LINES))?,
+            trajectory: read_trajectory(&folder.join(trajectory_file::TRAJECTORY), &lattice)?,
+            folder: folder.to_owned(),
+            scene,
+            lattice,
+            design,
+            summary,
+        })
+    }
+
+    /// What a reader calls the run.
+    pub fn title(&self) -> String {
+        format!("{}, seed {}", self.summary.scene, self.summary.seed)
+    }
+}
+
+fn read_trajectory(path: &Path, lattice: &Lattice) -> Result<TrajectoryFile> {
+    let file: TrajectoryFile = read_json(path, trajectory_file::FORMAT)?;
+    let fits = |what: &str, found: usize, expected: usize| match found == expected {
+        true => Ok(()),
+        false => Err(Error::Misfit {
+            file: path.display().to_string(),
+            what: what.to_owned(),
+            expected,
+            found,
+        }),
+    };
+    fits(
+        "number of `states`",
+        file.states.len(),
+        file.steps.len().max(1),
+    )?;
+    if !file.steps.is_sorted_by(|a, b| a < b) || file.dt <= 0.0 {
+        let path = path.display();
+        return Err(Error::Usage(format!(
+            "{path}: `steps` must ascend, and `dt` be above zero"
+        )));
+    }
+    for state in &file.states {
+        fits("positions of a state", state.x.len(), lattice.nodes())?;
+    }
+    Ok(file)
+}
+
+fn read_history(path: &Path) -> Result<Vec<Record>> {
+    let text = fs::read_to_string(path).map_err(|source| Error::Read {
+        path: path.into(),
+        source,
+    })?;
+    let record = |(index, line): (usize, &str)| {
+        let row: serde_json::Result<history::Row> = serde_json::from_str(line);
+        let at = |error: serde_json::Error| {
+            malformed(path, (index + 1, error.column().max(1)), &error.to_string())
+        };
+        row.map(|row| row.record).map_err(at)
+    };
+    text.lines().enumerate().map(record).collect()
+}

@@ -1,0 +1,279 @@
+//! Pictures of the robot: its journey, one cycle of its gait, its layout.
+
+use std::f64::consts::TAU;
+
+use super::motion::{Bar, Motion, PAYLOAD, SKELETON, bounds, hex};
+use super::svg::{INK, MUTED, Svg};
+
+const WIDTH: f64 = 960.0;
+const MARGIN: f64 = 24.0;
+
+/// A window on the world: the lower left corner in metres, its place in the drawing, its scale.
+struct View {
+    corner: [f64; 2],
+    /// Left and bottom edge, pixels.
+    origin: [f64; 2],
+    /// Pixels per metre.
+    scale: f64,
+}
+
+impl View {
+    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [
+            self.origin[0] + (x - self.corner[0]) * self.scale,
+            self.origin[1] - (y - self.corner[1]) * self.scale,
+        ]
+    }
+
+    /// The ground from one place along to another.
+    fn draw_ground(&self, svg: &mut Svg, motion: &Motion, across: [f64; 2]) {
+        let ends = across.map(|x| self.place([x, motion.ground_height(x)]));
+        svg.line(
+            ends[0],
+            ends[1],
+            &format!(r#"stroke="{INK}" stroke-width="1.5""#),
+        );
+        let [[x1, y1], [x2, y2]] = ends;
+        let below =
+            format!(r#"fill="none" stroke="{MUTED}" stroke-opacity="0.18" stroke-width="7""#);
+        svg.line([x1, y1 + 4.2], [x2, y2 + 4.2], &below);
+    }
+
+    fn draw_robot(&self, svg: &mut Svg, (bars, payload): (&[Bar], [f64; 2])) {
+        // Bars thin out with the picture, down to what still shows.
+        let thickness = (self.scale / 100.0).clamp(1.2, 3.2);
+        svg.group(r#"stroke-linecap="round""#, |svg| {
+            for bar in bars {
+                let width = if bar.actuator {
+                    1.35 * thickness
+                } else {
+                    thickness
+                };
+                let style = format!(r#"stroke="{}" stroke-width="{width:.1}""#, hex(bar.colour));
+                svg.line(self.place(bar.from), self.place(bar.to), &style);
+            }
+        });
+        draw_payload(svg, self.place(payload), 1.8 * thickness);
+    }
+
+    fn draw_path(&self, svg: &mut Svg, path: &[[f64; 2]]) {
+        // More points than pixels show nothing more.
+        let every = path.len().div_ceil(1000).max(1);
+        let mut points: Vec<[f64; 2]> =
+            path.iter().step_by(every).map(|&p| self.place(p)).collect();
+        points.extend(path.last().map(|&p| self.place(p)));
+        let style = format!(
+            r#"stroke="{}" stroke-width="1.4" stroke-linejoin="round""#,
+            hex(PAYLOAD)
+        );
+        svg.polyline(&points, &style);
+    }
+}
+
+fn draw_payload(svg: &mut Svg, place: [f64; 2], radius: f64) {
+    let style = format!(
+        r##"fill="{}" stroke="#fff" stroke-width="1.2""##,
+        hex(PAYLOAD)
+    );
+    svg.circle(place, radius + 1.0, &style);
+}
+
+/// The journey above, one cycle of the gait below.
+pub(super) fn draw(motion: &Motion) -> String {
+    let (journey, gait) = (Journey::new(motion), Gait::new(motion));
+    let gait_top = journey.bottom + 46.0;
+    let mut svg = Svg::new([WIDTH, gait_top + gait.panel[1] + 44.0]);
+    let title = format!("{:.1} s of walking", motion.duration());
+    svg.text([MARGIN, 26.0], &title, r#"font-weight="600""#);
+    draw_legend(&mut svg, motion);
+    journey.draw(&mut svg, motion);
+    gait.draw(&mut svg, (motion, gait_top));
+    svg.finish("The robot at several moments, coloured by strain, and the path of its payload")
+}
+
+/// The whole rollout in one picture of the world.
+struct Journey {
+    view: View,
+    /// States that are shown.
+    moments: Vec<usize>,
+    /// Least and largest x of the ground line.
+    across: [f64; 2],
+    bottom: f64,
+}
+
+impl Journey {
+    fn new(motion: &Motion) -> Self {
+        let moments = moments(motion);
+        let shown = moments
+            .iter()
+            .flat_map(|&i| motion.places(&motion.states()[i]));
+        let [low, high] = bounds(shown.chain(motion.path()));
+        let across = [low[0] - 0.1, high[0] + 0.1];
+        let ground = across.map(|x| motion.ground_height(x));
+        let (floor, roof) = (
+            low[1].min(ground[0]).min(ground[1]),
+            high[1].max(ground[0]).max(ground[1]),
+        );
+        // As large as the page is wide, unless that would make it higher than a screen.
+        let scale = ((WIDTH - 2.0 * MARGIN) / (across[1] - across[0])).min(420.0 / (roof - floor));
+        let bottom = 64.0 + scale * (roof - floor);
+        let slack = WIDTH - scale * (across[1] - across[0]);
+        let view = View {
+            corner: [across[0], floor],
+            origin: [0.5 * slack, bottom],
+            scale,
+        };
+        Self {
+            view,
+            moments,
+            across,
+            bottom: bottom + 12.0,
+        }
+    }
+
+    fn draw(&self, svg: &mut Svg, motion: &Motion) {
+        let view = &self.view;
+        view.draw_ground(svg, motion, self.across);
+        view.draw_path(svg, &motion.path());
+        for &index in &self.moments {
+            let state = &motion.states()[index];
+            let mut bars = motion.bars(state);
+            if index > 0 {
+                // What was left behind would lie across the first robots.
+                bars.retain(|bar| motion.is_near(bar, state));
+            }
+            view.draw_robot(svg, (&bars, state.x[0]));
+            let [_, top] = motion.corners(state)[1];
+            let [x, y] = view.place([motion.centre(state)[0], top]);
+            let style = format!(r#"text-anchor="middle" fill="{MUTED}""#);
+            svg.text(
+                [x, y - 8.0],
+                &format!("{:.1} s", motion.time(index)),
+                &style,
+            );
+        }
+    }
+}
+
+/// The first state, the last, and as many between as stand side by side along the way.
+fn moments(motion: &Motion) -> Vec<usize> {
+    let reached = |index: usize| motion.centre(&motion.states()[index])[0];
+    let last = motion.states().len() - 1;
+    let [start, end] = [0, last].map(reached);
+    let [wide, _] = motion.extent(&motion.states()[last]);
+    let width = 1.15 * wide.max(motion.run.scene.lattice.spacing);
+    let gaps = ((end - start).abs() / width) as usize;
+    if gaps == 0 {
+        // They would cover one another.
+        return vec![last];
+    }
+    let nearest = |goal: f64| {
+        let off = |i: &usize| (reached(*i) - goal).abs();
+        (0..last)
+            .min_by(|a, b| off(a).total_cmp(&off(b)))
+            .unwrap_or(0)
+    };
+    let between = (1..gaps.min(7)).map(|k| start + (end - start) * k as f64 / gaps.min(7) as f64);
+    let mut moments = vec![0];
+    moments.extend(between.map(nearest));
+    moments.push(last);
+    moments
+}
+
+/// Six moments of the last whole period of the clock, each in a panel of its own.
+struct Gait {
+    period: f64,
+    moments: [usize; 6],
+    /// Pixels per metre, the same for all panels.
+    scale: f64,
+    /// Width and height of a panel, pixels.
+    panel: [f64; 2],
+    /// How far the ground rises or falls within half a panel, pixels.
+    rise: f64,
+}
+
+impl Gait {
+    fn new(motion: &Motion) -> Self {
+        let period = TAU / motion.run.scene.controller.omega;
+        let start = (motion.duration() - period).max(0.0);
+        let moments =
+            [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
+        let extents = moments.map(|index| motion.extent(&motion.states()[index]));
+        let most = |k: usize| extents.iter().map(|e| e[k]).fold(0.05, f64::max);
+        let width = (WIDTH - 2.0 * MARGIN) / 6.0;
+        let scale = ((width - 18.0) / most(0)).min(220.0 / most(1));
+        let slope = motion.ground_height(1.0) - motion.ground_height(0.0);
+        let rise = 0.5 * width * slope.abs();
+        Self {
+            period,
+            moments,
+            scale,
+            panel: [width, scale * most(1) + 2.0 * rise + 16.0],
+            rise,
+        }
+    }
+
+    fn draw(&self, svg: &mut Svg, (motion, top): (&Motion, f64)) {
+        let title = format!("One period of the clock, {:.2} s, at the end", self.period);
+        svg.text([MARGIN, top], &title, r#"font-weight="600""#);
+        let [width, height] = self.panel;
+        for (panel, index) in self.moments.into_iter().enumerate() {
+            let left = MARGIN + width * panel as f64;
+            self.draw_panel(svg, (motion, index), [left, top + height - self.rise]);
+            let style = format!(r#"text-anchor="middle" fill="{MUTED}""#);
+            let place = [left + 0.5 * width, top + height + 28.0];
+            svg.text(place, &format!("{:.2} s", motion.time(index)), &style);
+        }
+    }
+
+    /// The robot, and the payload's path since the period began, as far as the panel shows it.
+    fn draw_panel(&self, svg: &mut Svg, (motion, index): (&Motion, usize), origin: [f64; 2]) {
+        let state = &motion.states()[index];
+        let middle = motion.centre(state)[0];
+        let half = 0.5 * (self.panel[0] - 6.0) / self.scale;
+        let left = middle - 0.5 * self.panel[0] / self.scale;
+        let view = View {
+            corner: [left, motion.ground_height(middle)],
+            origin,
+            scale: self.scale,
+        };
+        view.draw_ground(svg, motion, [middle - half, middle + half]);
+        let inside = |p: &[f64; 2]| (p[0] - middle).abs() < half;
+        let mut path = motion.path();
+        path.truncate(index + 1);
+        path.drain(..self.moments[0]);
+        path.retain(inside);
+        view.draw_path(svg, &path);
+        let mut bars = motion.bars(state);
+        bars.retain(|bar| inside(&bar.from) && inside(&bar.to));
+        view.draw_robot(svg, (&bars, state.x[0]));
+    }
+}
+
+/// What the colours mean, from the right end of the first line.
+fn draw_legend(svg: &mut Svg, motion: &Motion) {
+    let (left, y) = (WIDTH - 430.0, 22.0);
+    let end = r#"stroke-width="4" stroke-linecap="round""#;
+    svg.line(
+        [left, y],
+        [left + 18.0, y],
+        &format!(r#"stroke="{}" {end}"#, hex(SKELETON)),
+    );
+    svg.text([left + 26.0, y + 4.0], "skeleton", "");
+    draw_payload(svg, [left + 98.0, y], 4.0);
+    svg.text([left + 108.0, y + 4.0], "payload", "");
+    svg.text([left + 168.0, y + 4.0], "actuator", "");
+    let percent = 100.0 * motion.limit();
+    let ramp = [left + 272.0, left + 352.0];
+    svg.text(
+        [ramp[0] - 6.0, y + 4.0],
+        &format!("\u{2212}{percent:.0} %"),
+        r#"text-anchor="end""#,
+    );
+    for k in 0..20 {
+        let colour = hex(motion.colour((f64::from(k) / 9.5 - 1.0) * motion.limit()));
+        let x = ramp[0] + 4.0 * f64::from(k);
+        svg.rect([x, y - 4.0], [4.2, 8.0], &format!(r#"fill="{colour}""#));
+    }
+    svg.text([ramp[1] + 8.0, y + 4.0], &format!("+{percent:.0} %"), "");
+}

@@ -1,0 +1,104 @@
+//! Drawings as SVG text. Coordinates are pixels, y downwards; attributes are written as they
+//! stand in the file.
+
+use std::fmt::Write;
+
+/// Colour of text and axes.
+pub(super) const INK: &str = "#1f2328";
+/// Colour of secondary text.
+pub(super) const MUTED: &str = "#656d76";
+/// Colour of rulings.
+pub(super) const RULE: &str = "#d8dee4";
+
+/// A drawing under construction.
+pub(super) struct Svg {
+    size: [f64; 2],
+    body: String,
+}
+
+impl Svg {
+    pub(super) fn new(size: [f64; 2]) -> Self {
+        let body = String::new();
+        Self { size, body }
+    }
+
+    /// An element without content.
+    fn element(&mut self, name: &str, attributes: std::fmt::Arguments, style: &str) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.body, "<{name} {attributes} {style}/>");
+    }
+
+    pub(super) fn line(&mut self, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2], style: &str) {
+        let ends = format_args!(r#"x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}""#);
+        self.element("line", ends, style);
+    }
+
+    pub(super) fn rect(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], style: &str) {
+        let place =
+            format_args!(r#"x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}""#);
+        self.element("rect", place, style);
+    }
+
+    pub(super) fn circle(&mut self, [x, y]: [f64; 2], radius: f64, style: &str) {
+        let place = format_args!(r#"cx="{x:.1}" cy="{y:.1}" r="{radius:.1}""#);
+        self.element("circle", place, style);
+    }
+
+    /// A line through points. One point shows as a dot where the style has round caps.
+    pub(super) fn polyline(&mut self, points: &[[f64; 2]], style: &str) {
+        let text: Vec<String> = points
+            .iter()
+            .map(|[x, y]| format!("{x:.1},{y:.1}"))
+            .collect();
+        let points = text.join(" ");
+        self.element(
+            "polyline",
+            format_args!(r#"points="{points}" fill="none""#),
+            style,
+        );
+    }
+
+    /// A line of text; its anchor (`start`, `middle`, `end`) is part of the style.
+    pub(super) fn text(&mut self, [x, y]: [f64; 2], text: &str, style: &str) {
+        let text = escape(text);
+        let _ = writeln!(
+            self.body,
+            r#"<text x="{x:.1}" y="{y:.1}" {style}>{text}</text>"#
+        );
+    }
+
+    /// What `draw` draws, with attributes of its own.
+    pub(super) fn group(&mut self, attributes: &str, draw: impl FnOnce(&mut Self)) {
+        let _ = writeln!(self.body, "<g {attributes}>");
+        draw(self);
+        self.body.push_str("</g>\n");
+    }
+
+    /// The finished file.
+    pub(super) fn finish(self, title: &str) -> String {
+        let ([width, height], title) = (self.size, escape(title));
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
+             width=\"{width:.0}\" height=\"{height:.0}\" role=\"img\" \
+             font-family=\"system-ui, 'Segoe UI', Helvetica, Arial, sans-serif\" font-size=\"12\" \
+             fill=\"{INK}\">\n<title>{title}</title>\n\
+             <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"#fff\"/>\n{}</svg>\n",
+            self.body
+        )
+    }
+}
+
+/// Text that is safe between and inside the tags of HTML and SVG.
+pub(super) fn escape(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            _ => safe.push(c),
+        }
+    }
+    safe
+}

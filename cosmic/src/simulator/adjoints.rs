@@ -1,0 +1,212 @@
+//! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
+//! a kernel: `EMIT=1 cargo test -p cosmic --lib adjoints_are_fresh`.
+
+use autodiff::{Adjoint, Real};
+
+use super::kernels::{Sliding, Spring, Sticking};
+
+impl Adjoint<6, 2> for Spring {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+        let [x0, x1, x2, x3, x4, x5] = x;
+        let [y0, y1] = y_bar;
+        let t9 = R::lit(1e-12);
+        let t10 = x1.fma(x1, t9);
+        let t11 = R::lit(1.0);
+        let t12 = x0.fma(x0, t10);
+        let t13 = t12.sqrt();
+        let t14 = R::lit(0.5);
+        let t15 = t13.recip();
+        let t16 = t14 * t15;
+        let t17 = x5.fma(x2, t11);
+        let t19 = (-x4).fma(t17, t13);
+        let t21 = x3 * t19;
+        let t22 = R::lit(self.dt);
+        let t23 = t21 * t22;
+        let t24 = t15 * t23;
+        let t25 = t15 * t24;
+        let t26 = -t25;
+        let t29 = x1 * y1;
+        let t32 = x0.fma(y0, t29);
+        let t34 = t15 * t32;
+        let t36 = t22 * t34;
+        let t37 = t19 * t36;
+        let t38 = x3 * t36;
+        let t39 = t26.fma(t32, t38);
+        let t40 = -t38;
+        let t41 = t17 * t40;
+        let t42 = x4 * t40;
+        let t43 = x2 * t42;
+        let t44 = x5 * t42;
+        let t45 = t16 * t39;
+        let t46 = x0 * t45;
+        let t47 = y0.fma(t24, t46);
+        let t48 = t47 + t46;
+        let t49 = x1 * t45;
+        let t50 = y1.fma(t24, t49);
+        let t51 = t50 + t49;
+        [t48, t51, t44, t37, t41, t43]
+    }
+}
+
+impl Adjoint<7, 4> for Sticking {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+        let [_, x1, x2, x3, x4, x5, x6] = x;
+        let [y0, y1, y2, y3] = y_bar;
+        let t11 = R::lit(0.0);
+        let t12 = R::lit(self.0.gravity[0]);
+        let t13 = x4.fma(x6, t12);
+        let t15 = R::lit(self.0.decay);
+        let t16 = t15.fma(x2, t13);
+        let t17 = R::lit(self.0.gravity[1]);
+        let t18 = x5.fma(x6, t17);
+        let t19 = t15.fma(x3, t18);
+        let t20 = R::lit(self.0.dt);
+        let t21 = t20.fma(t19, x1);
+        let t22 = t21.lt(t11);
+        let t23 = t19.lt(t11);
+        let t24 = t22 & t23;
+        let t25 = R::lit(-1.0);
+        let t27 = R::select(t24, t19, t25);
+        let t30 = -x1;
+        let t31 = t27.recip();
+        let t32 = t30 * t31;
+        let t33 = t31 * t32;
+        let t34 = -t33;
+        let t35 = t32.le(t11);
+        let t37 = R::select(t35, t11, t32);
+        let t40 = t20.le(t37);
+        let t50 = R::select(t24, t11, y3);
+        let t51 = R::select(t24, t11, y2);
+        let t52 = y1 * t19;
+        let t53 = y1 * t20;
+        let t54 = R::chain(t32, y1);
+        let t55 = R::select(t35, t11, t54);
+        let t56 = R::select(t40, t53, t55);
+        let t57 = R::select(t24, t56, t53);
+        let t58 = t50 + t57;
+        let t60 = y0.fma(t16, t52);
+        let t61 = y0 * t20;
+        let t62 = R::chain(t32, y0);
+        let t63 = R::select(t35, t11, t62);
+        let t64 = R::select(t40, t61, t63);
+        let t65 = R::select(t24, t64, t61);
+        let t66 = t51 + t65;
+        let t67 = R::select(t24, t60, t11);
+        let t68 = R::select(t40, t11, t67);
+        let t69 = R::select(t35, t11, t68);
+        let t70 = R::chain(t31, t69);
+        let t71 = R::chain(t34, t69);
+        let t72 = -t70;
+        let t73 = y1 + t72;
+        let t74 = R::select(t24, t71, t11);
+        let t75 = t58 + t74;
+        let t76 = t15 * t75;
+        let t77 = x6 * t75;
+        let t78 = x5 * t75;
+        let t79 = t15 * t66;
+        let t80 = x6 * t66;
+        let t82 = x4.fma(t66, t78);
+        [y0, t73, t79, t76, t80, t77, t82]
+    }
+}
+
+impl Adjoint<7, 4> for Sliding {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+        let [_, x1, x2, x3, x4, x5, x6] = x;
+        let [y0, y1, y2, y3] = y_bar;
+        let t11 = R::lit(0.0);
+        let t12 = R::lit(self.flight.gravity[0]);
+        let t13 = x4.fma(x6, t12);
+        let t14 = R::lit(1.0);
+        let t15 = R::lit(self.flight.decay);
+        let t16 = t15.fma(x2, t13);
+        let t17 = R::lit(self.flight.gravity[1]);
+        let t18 = x5.fma(x6, t17);
+        let t19 = t15.fma(x3, t18);
+        let t20 = R::lit(self.flight.dt);
+        let t21 = t20.fma(t19, x1);
+        let t22 = t21.lt(t11);
+        let t23 = t19.lt(t11);
+        let t24 = t22 & t23;
+        let t25 = R::lit(-1.0);
+        let t27 = R::select(t24, t19, t25);
+        let t30 = -x1;
+        let t31 = t27.recip();
+        let t32 = t30 * t31;
+        let t33 = t31 * t32;
+        let t34 = -t33;
+        let t35 = t32.le(t11);
+        let t37 = R::select(t35, t11, t32);
+        let t40 = t20.le(t37);
+        let t42 = R::select(t40, t20, t37);
+        let t45 = R::select(t24, t42, t20);
+        let t46 = t16.abs();
+        let t47 = t16.lt(t11);
+        let t48 = R::select(t47, t25, t11);
+        let t49 = t11.lt(t16);
+        let t50 = R::select(t49, t14, t48);
+        let t51 = R::lit(self.friction);
+        let t52 = t19.abs();
+        let t54 = t11.lt(t19);
+        let t57 = (-t51).fma(t52, t46);
+        let t58 = t57.le(t11);
+        let t60 = R::select(t58, t11, t57);
+        let t63 = t50 * t60;
+        let t64 = t20 - t45;
+        let t72 = R::select(t24, t11, y3);
+        let t73 = R::select(t24, y2, t11);
+        let t74 = R::select(t24, t11, y2);
+        let t75 = y1 * t19;
+        let t76 = y1 * t20;
+        let t77 = R::chain(t32, y1);
+        let t78 = R::select(t35, t11, t77);
+        let t79 = R::select(t40, t76, t78);
+        let t80 = R::select(t24, t79, t76);
+        let t81 = t72 + t80;
+        let t82 = R::select(t24, y0, t11);
+        let t83 = t63 * t82;
+        let t84 = R::chain(t64, t82);
+        let t85 = t73 + t84;
+        let t87 = y0.fma(t16, t75);
+        let t88 = y0 * t20;
+        let t89 = R::chain(t32, y0);
+        let t90 = R::select(t35, t11, t89);
+        let t91 = R::select(t40, t88, t90);
+        let t92 = R::select(t24, t91, t88);
+        let t93 = t74 + t92;
+        let t94 = -t83;
+        let t95 = t87 + t94;
+        let t96 = -t85;
+        let t97 = R::select(t47, t96, t11);
+        let t98 = R::select(t49, t85, t97);
+        let t99 = R::select(t58, t11, t98);
+        let t100 = -t99;
+        let t101 = t51 * t100;
+        let t102 = -t101;
+        let t103 = R::select(t23, t102, t11);
+        let t104 = R::select(t54, t101, t103);
+        let t105 = t81 + t104;
+        let t106 = R::select(t47, t100, t11);
+        let t107 = R::select(t49, t99, t106);
+        let t108 = t93 + t107;
+        let t109 = R::select(t24, t95, t11);
+        let t110 = R::select(t40, t11, t109);
+        let t111 = R::select(t35, t11, t110);
+        let t112 = R::chain(t31, t111);
+        let t113 = R::chain(t34, t111);
+        let t114 = -t112;
+        let t115 = y1 + t114;
+        let t116 = R::select(t24, t113, t11);
+        let t117 = t105 + t116;
+        let t118 = t15 * t117;
+        let t119 = x6 * t117;
+        let t120 = x5 * t117;
+        let t121 = t15 * t108;
+        let t122 = x6 * t108;
+        let t124 = x4.fma(t108, t120);
+        [y0, t115, t121, t118, t122, t119, t124]
+    }
+}

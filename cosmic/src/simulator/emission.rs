@@ -1,0 +1,61 @@
+//! Writes `adjoints.rs`, and tests that it is up to date.
+
+use std::path::Path;
+
+use autodiff::emit::adjoint;
+
+use super::kernels::{Flight, Sliding, Spring, Sticking};
+
+const HEADER: &str = "\
+//! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
+//! a kernel: `EMIT=1 cargo test -p cosmic --lib adjoints_are_fresh`.
+
+use autodiff::{Adjoint, Real};
+
+use super::kernels::{Sliding, Spring, Sticking};
+";
+
+fn flight(values: &[f64]) -> Flight {
+    Flight {
+        dt: values[0],
+        decay: values[1],
+        gravity: [values[2], values[3]],
+    }
+}
+
+fn emitted() -> String {
+    let sticking = ["dt", "decay", "gravity[0]", "gravity[1]"].map(|f| format!("self.0.{f}"));
+    let sticking = sticking.each_ref().map(String::as_str);
+    let sliding = [
+        "flight.dt",
+        "flight.decay",
+        "flight.gravity[0]",
+        "flight.gravity[1]",
+    ];
+    let sliding = [&sliding[..], &["friction"]].concat();
+    let sliding: Vec<String> = sliding.iter().map(|f| format!("self.{f}")).collect();
+    let sliding: Vec<&str> = sliding.iter().map(String::as_str).collect();
+    let parts = [
+        adjoint("Spring", &["self.dt"], |v| Spring { dt: v[0] }),
+        adjoint("Sticking", &sticking, |v| Sticking(flight(v))),
+        adjoint("Sliding", &sliding, |v| Sliding {
+            flight: flight(v),
+            friction: v[4],
+        }),
+    ];
+    [HEADER, &parts.join("\n")].join("\n")
+}
+
+#[test]
+fn adjoints_are_fresh() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/simulator/adjoints.rs");
+    let emitted = emitted();
+    if std::env::var_os("EMIT").is_some() {
+        std::fs::write(&path, &emitted).expect("the source folder can be written");
+    }
+    let checked_in = std::fs::read_to_string(&path).expect("the adjoints are checked in");
+    assert!(
+        checked_in == emitted,
+        "the kernels have changed: see the head of {path:?}"
+    );
+}

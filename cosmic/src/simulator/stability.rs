@@ -1,0 +1,177 @@
+//! The largest time step with which a robot's vibrations stay bounded.
+//!
+//! A step maps a free oscillation of angular frequency `omega` to one that does not grow exactly
+//! for `dt omega < sqrt(2 (1 + exp(-damping dt)))`. The frequencies of a lattice at rest are the
+//! roots of the eigenvalues of `M^-1 K`, where an edge of direction `n`, length `l` and target
+//! length `l0` adds `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull
+//! across a stretched edge, is negative for a compressed one.
+
+use crate::lattice::Lattice;
+use crate::projection::Body;
+
+/// A symmetric 2x2 matrix: `xx`, `xy`, `yy`.
+type Symmetric = [f64; 3];
+
+/// Iterations after which the power iteration gives up on the last digits.
+const ITERATIONS: usize = 20_000;
+
+/// A robot linearised about a state in which it pulls on its nodes as the springs there do.
+#[derive(Clone, Debug)]
+pub struct Vibration<'a> {
+    lattice: &'a Lattice,
+    body: &'a Body<f64>,
+    /// Per edge, the stiffness along it (`k n n^T`).
+    along: Vec<Symmetric>,
+    /// Per edge, the stiffness across it (`k (1 - l0 / l) (I - n n^T)`), of either sign.
+    across: Vec<Symmetric>,
+}
+
+impl<'a> Vibration<'a> {
+    /// A body whose nodes are at these positions (m, either frame), its actuators idle.
+    pub fn new(lattice: &'a Lattice, body: &'a Body<f64>, positions: &[[f64; 2]]) -> Self {
+        let edge = |(e, &[i, j]): (usize, &[usize; 2])| {
+            let [dx, dy] = [0, 1].map(|k| positions[j][k] - positions[i][k]);
+            // As the spring is softened (D4): coincident nodes have a direction of length zero.
+            let length = (dx * dx + dy * dy + 1e-12).sqrt();
+            let (nx, ny, k) = (dx / length, dy / length, body.stiffness[e]);
+            let pull = k * (1.0 - lattice.rest_length[e] / length);
+            let along = [k * nx * nx, k * nx * ny, k * ny * ny];
+            let across = [
+                pull * (1.0 - nx * nx),
+                -pull * nx * ny,
+                pull * (1.0 - ny * ny),
+            ];
+            (along, across)
+        };
+        let (along, across) = lattice.edges.iter().enumerate().map(edge).unzip();
+        Self {
+            lattice,
+            body,
+            along,
+            across,
+        }
+    }
+
+    /// A bound on the largest angular frequency, 1/s, from the nodes that an edge joins:
+    /// `omega^2 <= max over edges (mu_i + mu_j)`, where `mu_i` is the largest frequency squared
+    /// of node `i` alone among fixed neighbours, compressed edges counted without their push.
+    pub fn edge_bound(&self) -> f64 {
+        self.over_edges(&self.node_frequencies(1.0))
+    }
+
+    /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`.
+    pub fn node_bound(&self) -> f64 {
+        let mu = self.node_frequencies(1.0);
+        (2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt()
+    }
+
+    /// The largest angular frequency, 1/s, by power iteration. The matrix is shifted until its
+    /// spectrum is positive: without that a much compressed edge, whose eigenvalue is negative
+    /// and large, could be what is found.
+    pub fn largest_frequency(&self) -> f64 {
+        // Compressed edges alone: minus their part is bounded as the rest is.
+        let shift = self.over_edges(&self.node_frequencies(-1.0)).powi(2);
+        let root: Vec<f64> = self.body.mass.iter().map(|m| m.sqrt().recip()).collect();
+        // Any start does that is not orthogonal to the vector sought; two irrational turns a
+        // node are in no symmetric lattice's favour.
+        let mut vector: Vec<[f64; 2]> = (0..root.len())
+            .map(|i| [(1.1 + 2.3 * i as f64).sin(), (0.7 + 3.1 * i as f64).cos()])
+            .collect();
+        let mut largest = 0.0;
+        for _ in 0..ITERATIONS {
+            let size = dot(&vector, &vector).sqrt();
+            vector
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(|v| *v /= size);
+            let image = self.shifted_product(&vector, &root, shift);
+            let quotient = dot(&vector, &image);
+            let settled = (quotient - largest).abs() <= f64::EPSILON * quotient;
+            (largest, vector) = (quotient, image);
+            if settled {
+                break;
+            }
+        }
+        (largest - shift).max(0.0).sqrt()
+    }
+
+    /// `(M^-1/2 K M^-1/2 + shift) v`.
+    fn shifted_product(&self, v: &[[f64; 2]], root: &[f64], shift: f64) -> Vec<[f64; 2]> {
+        let mut product: Vec<[f64; 2]> = v.iter().map(|v| v.map(|c| shift * c)).collect();
+        let parts = self.along.iter().zip(&self.across);
+        for (&[i, j], (along, across)) in self.lattice.edges.iter().zip(parts) {
+            let [xx, xy, yy] = [0, 1, 2].map(|k| along[k] + across[k]);
+            let [dx, dy] = [0, 1].map(|k| root[j] * v[j][k] - root[i] * v[i][k]);
+            let pull = [xx * dx + xy * dy, xy * dx + yy * dy];
+            for k in 0..2 {
+                product[i][k] -= root[i] * pull[k];
+                product[j][k] += root[j] * pull[k];
+            }
+        }
+        product
+    }
+
+    /// Per node the largest eigenvalue of its own edges' stiffness, over its mass. With the sign
+    /// 1 they are all edges along and the stretched ones across; with -1 the compressed ones
+    /// across, their sign turned.
+    fn node_frequencies(&self, sign: f64) -> Vec<f64> {
+        let mut sums = vec![[0.0; 3]; self.lattice.nodes()];
+        let parts = self.along.iter().zip(&self.across);
+        for (&[i, j], (along, across)) in self.lattice.edges.iter().zip(parts) {
+            let counts = (across[0] + across[2]) * sign > 0.0;
+            for k in 0..3 {
+                let across = if counts { sign * across[k] } else { 0.0 };
+                let along = if sign > 0.0 { along[k] } else { 0.0 };
+                sums[i][k] += along + across;
+                sums[j][k] += along + across;
+            }
+        }
+        let nodes = sums.iter().zip(&self.body.mass);
+        nodes
+            .map(|(sum, mass)| largest_eigenvalue(*sum) / mass)
+            .collect()
+    }
+
+    fn over_edges(&self, mu: &[f64]) -> f64 {
+        let edges = self.lattice.edges.iter();
+        edges
+            .map(|&[i, j]| mu[i] + mu[j])
+            .fold(0.0, f64::max)
+            .sqrt()
+    }
+}
+
+fn largest_eigenvalue([xx, xy, yy]: Symmetric) -> f64 {
+    0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy)
+}
+
+fn dot(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs.map(|(a, b)| a * b).sum()
+}
+
+/// The `dt omega` from which on an oscillation grows: 2 without damping, towards `sqrt(2)` with
+/// much of it.
+pub fn phase_limit(damping: f64, dt: f64) -> f64 {
+    (2.0 * (1.0 + (-damping * dt).exp())).sqrt()
+}
+
+/// The smallest time step, s, with which an oscillation of this angular frequency (1/s) grows;
+/// infinite where nothing oscillates.
+pub fn step_limit(frequency: f64, damping: f64) -> f64 {
+    if frequency == 0.0 {
+        return f64::INFINITY;
+    }
+    // `dt omega` grows with dt and the limit falls: they meet once, between sqrt(2) and 2.
+    let (mut below, mut above) = (1.0 / frequency, 2.0 / frequency);
+    // Each halving is a binary digit.
+    for _ in 0..f64::MANTISSA_DIGITS {
+        let middle = 0.5 * (below + above);
+        if middle * frequency < phase_limit(damping, middle) {
+            below = middle;
+        } else {
+            above = middle;
+        }
+    }
+    above
+}

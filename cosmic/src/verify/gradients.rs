@@ -1,0 +1,302 @@
+//! The gradient of a robot's displacement against finite differences and forward mode.
+
+use std::fmt;
+
+use autodiff::check::{Claim, Direction, Options, Report, Verdict, check_directions};
+use autodiff::{Dual, Real};
+
+use crate::case::Case;
+use crate::gradient::{ALL, BLOCKS, Horizon, Inputs, Task};
+use crate::lattice::Ground;
+use crate::objective::Displacement;
+use crate::projection::{Projection, mixture};
+use crate::scene::{HorizonMode, ProjectionSettings};
+
+/// By how much the negative control's gradient is wrong: one part in a hundred.
+const WRONG_BY: f64 = 0.01;
+
+/// How far a robot that stands on the ground is lifted where its positions are checked, m.
+const LIFT: f64 = 1e-3;
+
+/// What was found for one group of parameters.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// Its name, one of [`BLOCKS`].
+    pub name: &'static str,
+    /// How many numbers.
+    pub numbers: usize,
+    /// Length of the gradient by them.
+    pub norm: f64,
+    /// Slopes along random directions.
+    pub report: Report,
+    /// Whether the slopes are those of a robot lifted off the ground; see [`check_gradients`].
+    pub lifted: bool,
+    /// The report's verdict, and no better than a kink for a robot that had to be lifted.
+    pub verdict: Verdict,
+}
+
+/// A gradient that is wrong on purpose: a check that does not find it checks nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct NegativeControl {
+    /// The group whose gradient was made wrong.
+    pub group: &'static str,
+    /// What the check said of it.
+    pub verdict: Verdict,
+}
+
+/// The check of every group, and of the check itself.
+#[derive(Clone, Debug)]
+pub struct GradientCheck {
+    /// Steps of the rollout.
+    pub steps: usize,
+    /// One per block of [`BLOCKS`].
+    pub groups: Vec<Group>,
+    /// `None` where no group has a smooth gradient other than zero to make wrong.
+    pub control: Option<NegativeControl>,
+}
+
+impl GradientCheck {
+    /// What failed: groups whose gradient is wrong, and a negative control that was believed.
+    pub fn failures(&self) -> Vec<String> {
+        let wrong = |group: &&Group| group.verdict == Verdict::Wrong;
+        let groups = self.groups.iter().filter(wrong).map(|g| g.name.to_owned());
+        let believed = self.control.iter().filter(|c| c.verdict != Verdict::Wrong);
+        let control = believed.map(|_| "the negative control".to_owned());
+        groups.chain(control).collect()
+    }
+
+    /// How many checks were made.
+    pub fn total(&self) -> usize {
+        self.groups.len() + usize::from(self.control.is_some())
+    }
+}
+
+/// Checks the gradient of `-(s . x_0(T))` of a case, cut to so many steps, by every block of its
+/// inputs. Steps are to be few: a robot's motion is chaotic, and over thousands of steps no
+/// finite difference means anything.
+///
+/// A node that stands exactly on the ground line sits on a kink of the positions, with one
+/// derivative upwards and one downwards; several such nodes take sides one by one, which no
+/// difference along a line shows. There the positions are checked 1 mm higher.
+pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> GradientCheck {
+    let mut case = case.clone();
+    case.physics.steps = steps.min(case.physics.steps);
+    let here = Subject::new(&case);
+    let lifted = stands(&case).then(|| lifted(&case));
+    let above = lifted.as_ref().map(Subject::new);
+    let mut groups = Vec::new();
+    let mut control = None;
+    for (block, name) in BLOCKS.into_iter().enumerate() {
+        let above = above.as_ref().filter(|_| name == "x0");
+        let subject = above.unwrap_or(&here);
+        let gradient = &subject.gradient[block];
+        let report = subject.check(block, gradient, options);
+        let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+        if control.is_none() && report.verdict == Verdict::Smooth && norm > 0.0 {
+            let wrong: Vec<f64> = gradient.iter().map(|g| g * (1.0 + WRONG_BY)).collect();
+            let verdict = subject.check(block, &wrong, options).verdict;
+            control = Some(NegativeControl {
+                group: name,
+                verdict,
+            });
+        }
+        let at_least = above.map_or(Verdict::Smooth, |_| Verdict::Kink);
+        groups.push(Group {
+            name,
+            numbers: gradient.len(),
+            norm,
+            verdict: report.verdict.max(at_least),
+            report,
+            lifted: above.is_some(),
+        });
+    }
+    GradientCheck {
+        steps: case.physics.steps,
+        groups,
+        control,
+    }
+}
+
+/// Whether a node starts on the ground line, to the rounding of an incline's frame.
+fn stands(case: &Case) -> bool {
+    let state = case.start.to_ground(&Ground::from(&case.physics));
+    state.x.iter().any(|x| x[1].abs() < 1e-12)
+}
+
+fn lifted(case: &Case) -> Case {
+    let mut case = case.clone();
+    let [nx, ny] = Ground::from(&case.physics).normal();
+    for x in &mut case.start.x {
+        *x = [x[0] + LIFT * nx, x[1] + LIFT * ny];
+    }
+    case
+}
+
+/// A case as a function of its inputs.
+struct Subject<'a> {
+    case: &'a Case,
+    task: Task,
+    inputs: Inputs<f64>,
+    /// The gradient that is checked, block by block.
+    gradient: Vec<Vec<f64>>,
+}
+
+impl<'a> Subject<'a> {
+    fn new(case: &'a Case) -> Self {
+        let mut subject = Self {
+            case,
+            task: case.task(),
+            inputs: case.inputs(),
+            gradient: Vec::new(),
+        };
+        let loss = |inputs: &Inputs<_>| subject.loss(inputs);
+        let (_, gradient) = subject.inputs.differentiate(ALL, loss);
+        let mut by_block = case.inputs();
+        by_block.set(ALL, &gradient);
+        subject.gradient = by_block.blocks().map(<[f64]>::to_vec).to_vec();
+        subject
+    }
+
+    fn check(&self, block: usize, gradient: &[f64], options: &Options) -> Report {
+        let chosen: [bool; 7] = std::array::from_fn(|k| k == block);
+        let x = self.inputs.blocks()[block];
+        let value = |x: &[f64]| {
+            let mut inputs = self.inputs.clone();
+            inputs.set(chosen, x);
+            self.moved_loss(&inputs)
+        };
+        let forward = |direction: &[f64]| {
+            let dual = |(&value, &slope): (&f64, &f64)| Dual {
+                value,
+                tangent: [slope],
+            };
+            let moving: Vec<Dual<f64, 1>> = x.iter().zip(direction).map(dual).collect();
+            let mut inputs = self.inputs.lift();
+            inputs.set(chosen, &moving);
+            self.loss(&inputs).tangent[0]
+        };
+        let claim = Claim {
+            x,
+            gradient,
+            forward: Some(&forward),
+        };
+        check_directions(value, &claim, options)
+    }
+
+    /// The function whose gradient is checked.
+    fn loss<R: Real>(&self, inputs: &Inputs<R>) -> R {
+        self.loss_of(&self.case.mixture(self.case.projection, &inputs.z), inputs)
+    }
+
+    /// The function that differences are taken of. The derivative of the stability projection is
+    /// that of a softer one, so differences see the soft one's change on top of the sharp value.
+    fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
+        if self.case.projection == Projection::Performance || self.case.frozen.is_some() {
+            return self.loss(inputs);
+        }
+        let sharpness = &self.case.sharpness;
+        let softer = ProjectionSettings {
+            beta_stability: sharpness.beta_straight_through,
+            ..sharpness.clone()
+        };
+        let soft = |z: &[[f64; 3]]| mixture(Projection::Stability, z, &softer);
+        let mut moved = self.case.mixture(Projection::Stability, &self.inputs.z);
+        let change = soft(&inputs.z).into_iter().zip(soft(&self.inputs.z));
+        for (share, (there, here)) in moved.iter_mut().zip(change) {
+            for k in 0..3 {
+                share[k] += there[k] - here[k];
+            }
+        }
+        self.loss_of(&moved, inputs)
+    }
+
+    fn loss_of<R: Real>(&self, mixture: &[[R; 3]], inputs: &Inputs<R>) -> R {
+        let horizon = Horizon {
+            steps: self.case.physics.steps,
+            mode: HorizonMode::Head,
+            cotangent_bound: None,
+        };
+        let loss = Displacement::at_end(self.task.ground());
+        let robot = (&inputs.controller, &inputs.start);
+        self.task.loss(mixture, robot, (&loss, &horizon)).0
+    }
+}
+
+/// A table, one row a group: the direction with the worst verdict and error.
+impl fmt::Display for GradientCheck {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            out,
+            "{:<6}{:>8}{:>13}{:>18}{:>18}{:>18}{:>10}{:>10}  verdict",
+            "group", "numbers", "|gradient|", "reverse", "forward", "differences", "step", "error"
+        )?;
+        for group in &self.groups {
+            write_row(out, group)?;
+        }
+        if self.groups.iter().any(|group| group.lifted) {
+            writeln!(
+                out,
+                "x0: nodes stand exactly on the ground, a kink; the slopes are those {LIFT} m above"
+            )?;
+        }
+        match &self.control {
+            Some(NegativeControl { group, verdict }) => write!(
+                out,
+                "negative control: the gradient by {group}, made wrong by {} %, is called {verdict}",
+                100.0 * WRONG_BY
+            ),
+            None => write!(
+                out,
+                "negative control: none, no group is smooth and not zero"
+            ),
+        }
+    }
+}
+
+fn write_row(out: &mut fmt::Formatter<'_>, group: &Group) -> fmt::Result {
+    let Group {
+        name,
+        numbers,
+        norm,
+        report,
+        ..
+    } = group;
+    write!(out, "{name:<6}{numbers:>8}{norm:>13.4e}")?;
+    let rank = |row: &&Direction| (row.verdict, row.error);
+    let mut directions = report.directions.iter();
+    let first = directions.next();
+    // An error that is NaN is not less than any other.
+    let worse = |a, b| if rank(&b) < rank(&a) { a } else { b };
+    let worst = first.map(|first| directions.fold(first, worse));
+    if let Some(row) = worst {
+        let forward = row.forward.unwrap_or(f64::NAN);
+        write!(
+            out,
+            "{:>18.9e}{forward:>18.9e}{:>18.9e}{:>10.1e}{:>10.1e}",
+            row.gradient, row.central, row.step, row.error
+        )?;
+    }
+    writeln!(out, "  {}", group.verdict)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Options, Verdict, check_gradients};
+    use crate::case::Case;
+    use crate::scene::Scene;
+
+    #[test]
+    fn wrong_groups_and_believed_controls_are_failures() {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+        scene.controller.hidden = 2;
+        let case = Case::of_scene(&scene, 0).unwrap();
+        let mut check = check_gradients(&case, 32, &Options::default());
+        assert_eq!((check.steps, check.total()), (32, 8));
+        assert!(check.failures().is_empty(), "{check}");
+        check.groups[2].verdict = Verdict::Wrong;
+        check.groups[5].verdict = Verdict::Kink;
+        check.control.as_mut().unwrap().verdict = Verdict::Smooth;
+        assert_eq!(check.failures(), ["b1", "the negative control"]);
+    }
+}

@@ -1,0 +1,193 @@
+//! What a step costs on this machine, in processor time of one thread.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use autodiff::{Model, Program, Real, Rollout};
+use cpu_time::ThreadTime;
+
+use crate::case::Case;
+use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
+use crate::objective::{Displacement, Loss};
+use crate::scene::{HorizonMode, LossSettings};
+use crate::simulator::Span;
+
+/// Steps of a measured rollout, where the case has as many.
+pub const MEASURED_STEPS: usize = 4096;
+/// Times that each measurement is taken; the least counts, as the one least disturbed.
+const REPEATS: usize = 25;
+
+/// Microseconds per step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Speed {
+    /// Steps of the measured rollouts.
+    pub steps: usize,
+    /// A plain rollout in f64, with its loss.
+    pub rollout: f64,
+    /// The loss and its gradient by the design vectors.
+    pub value_and_design_gradient: f64,
+    /// The loss and its gradient by the controller's weights.
+    pub value_and_controller_gradient: f64,
+    /// The yardstick: nothing but the controller's two matrices times vectors.
+    pub two_matvecs: f64,
+}
+
+/// Measures a case with a loss. What is done at once, the plan of the rollout and its sine table,
+/// is left out.
+pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
+    let steps = MEASURED_STEPS.min(case.physics.steps).max(1);
+    let subject = Subject {
+        case,
+        task: case.task(),
+        inputs: case.inputs(),
+        loss: Displacement {
+            ground: case.task().ground(),
+            settings: loss.clone(),
+        },
+        horizon: Horizon {
+            steps,
+            mode: HorizonMode::Head,
+            cotangent_bound: None,
+        },
+    };
+    let matvecs = TwoMatvecs::new(case);
+    let mut least = [Duration::MAX; 4];
+    for _ in 0..REPEATS {
+        // In turns: what disturbs the machine disturbs all of them.
+        let times = [
+            timed(|| subject.rollout()),
+            timed(|| subject.gradient(DESIGN)),
+            timed(|| subject.gradient(CONTROLLER)),
+            timed(|| matvecs.run(steps)),
+        ];
+        for (least, time) in least.iter_mut().zip(times) {
+            *least = time.min(*least);
+        }
+    }
+    let [rollout, design, controller, two_matvecs] =
+        least.map(|time| time.as_secs_f64() * 1e6 / steps as f64);
+    Speed {
+        steps,
+        rollout,
+        value_and_design_gradient: design,
+        value_and_controller_gradient: controller,
+        two_matvecs,
+    }
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> Duration {
+    let start = ThreadTime::now();
+    black_box(work());
+    start.elapsed()
+}
+
+/// The most memory that this process has held so far, in bytes, where the system says.
+pub fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+/// What is measured.
+struct Subject<'a> {
+    case: &'a Case,
+    task: Task,
+    inputs: Inputs<f64>,
+    loss: Displacement,
+    horizon: Horizon,
+}
+
+impl Subject<'_> {
+    fn rollout(&self) -> f64 {
+        let mixture = self.case.mixture(self.case.projection, &self.inputs.z);
+        let span = Span::from_start(self.loss.observed(self.horizon.steps));
+        let robot = (&self.inputs.controller, &self.inputs.start);
+        self.loss.loss(&self.task.rollout(&mixture, robot, &span))
+    }
+
+    fn gradient(&self, blocks: [bool; 7]) -> (f64, Vec<f64>) {
+        self.inputs.differentiate(blocks, |inputs| {
+            let mixture = self.case.mixture(self.case.projection, &inputs.z);
+            let robot = (&inputs.controller, &inputs.start);
+            self.task
+                .loss(&mixture, robot, (&self.loss, &self.horizon))
+                .0
+        })
+    }
+}
+
+/// `W2 (W1 x)`, of the shapes that a controller runs with: all positions and velocities to
+/// hidden units to edges.
+#[derive(Clone, Copy)]
+struct TwoMatvecs {
+    inputs: usize,
+    hidden: usize,
+    edges: usize,
+}
+
+impl TwoMatvecs {
+    fn new(case: &Case) -> Self {
+        Self {
+            inputs: 4 * case.lattice.nodes(),
+            hidden: case.controller.hidden,
+            edges: case.lattice.edges.len(),
+        }
+    }
+
+    fn run(self, steps: usize) -> Vec<f64> {
+        let Self {
+            inputs,
+            hidden,
+            edges,
+        } = self;
+        let rollout = Rollout {
+            model: self,
+            steps,
+            inputs: [].into(),
+            observed: vec![steps],
+            cotangent_bound: None,
+        };
+        let numbers = |count: usize| vec![0.1; count];
+        let parameters = [hidden * inputs, hidden, edges * hidden, edges].map(numbers);
+        rollout.run(&numbers(inputs), &parameters.each_ref().map(Vec::as_slice))
+    }
+}
+
+impl Model for TwoMatvecs {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (w1, b1) = (p.matrix(self.hidden, self.inputs), p.parameter(self.hidden));
+        let (w2, b2) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
+        let x = p.state(self.inputs);
+        let hidden = p.dense(w1, &[x], b1);
+        p.dense(w2, &[hidden], b2);
+        p.advance(x, x);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{measure, peak_memory};
+    use crate::case::Case;
+    use crate::scene::Scene;
+
+    #[test]
+    fn every_figure_is_a_time() {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+        scene.physics.steps = 64;
+        let case = Case::of_scene(&scene, 0).unwrap();
+        let speed = measure(&case, &scene.loss);
+        assert_eq!(speed.steps, 64);
+        let least = speed.rollout.min(speed.two_matvecs);
+        assert!(least > 0.0 && speed.value_and_design_gradient > speed.rollout);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn memory_is_known_on_linux() {
+        assert!(peak_memory().unwrap() > 1 << 16);
+    }
+}

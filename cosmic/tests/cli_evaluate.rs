@@ -1,0 +1,411 @@
+//! `cosmic evaluate` as a user meets it: what it takes, what it writes, and what it refuses.
+
+use cosmic::case::Case;
+use cosmic::design::Material;
+use cosmic::record::DesignFile;
+use cosmic::scene::Scene;
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+mod program;
+use program::{Told, cosmic_in};
+
+/// A folder with a small robot in it: `scene.toml`, `design.json` and the same as `case.json`.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = small_scene();
+    fs::write(folder.path().join("scene.toml"), scene.to_toml()).unwrap();
+    let case = Case::of_scene(&scene, 7).unwrap();
+    design(&case)
+        .write(&folder.path().join("design.json"))
+        .unwrap();
+    fs::write(folder.path().join("case.json"), case.to_json()).unwrap();
+    folder
+}
+
+fn small_scene() -> Scene {
+    let text = "[lattice]\ncolumns = 3\nrows = 2\ndrop = 0.003\n\
+                [physics]\nsteps = 2048\n[schedule]\nhorizon = [2048, 2048]\n[controller]\nhidden = 4\n";
+    Scene::parse("small", text).unwrap()
+}
+
+fn design(case: &Case) -> DesignFile {
+    let materials = vec![Material::Void; case.z.len()];
+    DesignFile::new(&case.lattice, (&case.z, &materials), &case.controller)
+}
+
+/// Changes a JSON file.
+fn edit(path: &Path, change: impl FnOnce(&mut Value)) {
+    let mut json = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
+    change(&mut json);
+    fs::write(path, json.to_string()).unwrap();
+}
+
+fn evaluate(folder: &TempDir, arguments: &[&str]) -> Told {
+    cosmic_in(folder.path(), &[&["evaluate"], arguments].concat())
+}
+
+/// The `results` of a run that must succeed.
+fn results(told: &Told) -> Value {
+    assert_eq!(told.code, 0, "{}", told.error);
+    let json: Value = serde_json::from_str(&told.out).unwrap();
+    json["results"].clone()
+}
+
+#[test]
+fn a_case_a_design_and_a_scene_are_run_alike() {
+    let folder = folder();
+    let by_case = evaluate(&folder, &["case.json", "--gradient"]);
+    let by_design = evaluate(&folder, &["design.json", "--gradient"]);
+    let mut case = results(&by_case);
+    let mut design = results(&by_design);
+    // A scene has its own thresholds, and multipliers of zero: as the case here.
+    assert_eq!(case, design);
+    let keys: Vec<_> = case["trajectory"]
+        .as_object()
+        .unwrap()
+        .keys()
+        .cloned()
+        .collect();
+    assert_eq!(keys, ["0", "1", "2", "2048", "3"]);
+    for results in [&mut case, &mut design] {
+        assert!(results["grad_l_disp"]["x0"].is_array());
+        assert!(results.get("augmented_performance_constraints").is_none());
+    }
+    // The controller of a scene is that of seed 0, not this one.
+    let scene = results(&evaluate(&folder, &["scene.toml", "--record", "5,1"]));
+    assert_eq!(scene["node_mass"], case["node_mass"]);
+    assert_ne!(scene["u0"], case["u0"]);
+    let keys: Vec<_> = scene["trajectory"]
+        .as_object()
+        .unwrap()
+        .keys()
+        .cloned()
+        .collect();
+    assert_eq!(keys, ["1", "5"]);
+    assert!(scene.get("grad_l_disp").is_none());
+}
+
+#[test]
+fn results_go_to_a_file_where_asked() {
+    let folder = folder();
+    let printed = evaluate(&folder, &["case.json"]);
+    let told = evaluate(&folder, &["case.json", "--out", "results.json"]);
+    assert_eq!((told.code, told.out.as_str()), (0, ""), "{}", told.error);
+    let written = fs::read_to_string(folder.path().join("results.json")).unwrap();
+    assert_eq!(written, printed.out);
+}
+
+#[test]
+fn built_in_scenes_are_run_from_their_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let layout = results(&evaluate(&folder, &["baseline_tall", "--record", "0"]));
+    let shares = layout["z_projected"].as_array().unwrap();
+    assert!(
+        shares
+            .iter()
+            .flat_map(|row| row.as_array().unwrap())
+            .all(|s| s == 0.0 || s == 1.0)
+    );
+    let soft = results(&evaluate(&folder, &["stability", "--record", "0"]));
+    assert!(soft["z_projected"][0][0].as_f64().unwrap() < 0.5);
+}
+
+/// A snapped design runs with its exact layout: a void edge is void, and not the two parts in a
+/// thousand million that the softmax leaves.
+#[test]
+fn a_snapped_design_is_exact() {
+    let folder = folder();
+    let path = folder.path().join("design.json");
+    edit(&path, |json| {
+        let materials: Vec<u64> = (0..json["z"].as_array().unwrap().len() as u64)
+            .map(|e| e % 3)
+            .collect();
+        let one_hot = |m: &u64| json!([u8::from(*m == 0), u8::from(*m == 1), u8::from(*m == 2)]);
+        json["z"] = materials.iter().map(one_hot).collect();
+        json["materials"] = json!(materials);
+    });
+    let design = results(&evaluate(&folder, &["design.json", "--record", "0"]));
+    assert_eq!(design["z_projected"][2], json!([0.0, 0.0, 1.0]));
+    assert_eq!(design["g_bin"], 0.0);
+}
+
+#[test]
+fn edges_run_in_either_direction() {
+    let folder = folder();
+    let forward = results(&evaluate(&folder, &["case.json"]));
+    edit(&folder.path().join("case.json"), |json| {
+        json["edges"][3].as_array_mut().unwrap().reverse();
+    });
+    assert_eq!(results(&evaluate(&folder, &["case.json"])), forward);
+    edit(&folder.path().join("case.json"), |json| {
+        json["edges"][5] = json["edges"][3].clone()
+    });
+    let told = evaluate(&folder, &["case.json"]);
+    assert_eq!(told.code, 2);
+    assert!(told.error.contains("`edges[5]` is ["), "{}", told.error);
+    assert!(
+        told.error.contains("that no earlier one is"),
+        "{}",
+        told.error
+    );
+}
+
+/// Lattices of one row and of one column are cases too.
+#[test]
+fn slim_lattices() {
+    let shape = |columns: usize, rows: usize| {
+        let mut scene = small_scene();
+        (scene.lattice.columns, scene.lattice.rows) = (columns, rows);
+        scene.physics.steps = 16;
+        let folder = tempfile::tempdir().unwrap();
+        let json = Case::of_scene(&scene, 0).unwrap().to_json();
+        fs::write(folder.path().join("case.json"), json).unwrap();
+        evaluate(&folder, &["case.json", "--gradient"])
+    };
+    for (columns, rows) in [(5, 1), (1, 4), (2, 1)] {
+        let results = results(&shape(columns, rows));
+        assert_eq!(
+            results["node_mass"].as_array().unwrap().len(),
+            columns * rows
+        );
+    }
+}
+
+#[test]
+fn a_divergence_is_told_kept_and_seen_again() {
+    let folder = folder();
+    edit(&folder.path().join("case.json"), |json| {
+        json["scene"]["dt"] = json!(0.5)
+    });
+    let told = evaluate(&folder, &["case.json", "--gradient"]);
+    assert_eq!(told.code, 3, "{}", told.error);
+    let news = told.error.lines().last().unwrap();
+    assert!(news.starts_with("error: diverged in step "), "{news}");
+    assert!(
+        news.contains(": node ") && news.contains(" m, velocity ["),
+        "{news}"
+    );
+    assert!(
+        told.error.contains("cosmic evaluate diverged.json"),
+        "{}",
+        told.error
+    );
+    assert!(
+        told.error.contains("not finite, written as null: "),
+        "{}",
+        told.error
+    );
+    assert!(told.error.contains("trajectory.2048.x"), "{}", told.error);
+    let json: Value = serde_json::from_str(&told.out).unwrap();
+    assert!(json["results"]["l_disp"].is_null());
+
+    let again = evaluate(&folder, &["diverged.json"]);
+    assert_eq!((again.code, again.error.lines().last().unwrap()), (3, news));
+    let kept: Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("diverged.json")).unwrap())
+            .unwrap();
+    assert_eq!(kept["format"], "cosmic-case");
+    let states = kept["results"]["trajectory"].as_object().unwrap();
+    assert!(states.contains_key(&kept["steps"].to_string()) && states.len() > 1);
+}
+
+/// The exact layout of a snapped design goes along.
+#[test]
+fn a_diverging_layout_is_seen_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[start]\nkind = \"layout\"\n[schedule]\nsnap_at = 0\n[physics]\ndt = 0.2\n";
+    fs::write(folder.path().join("wild.toml"), text).unwrap();
+    let first = evaluate(&folder, &["wild.toml"]);
+    assert_eq!(first.code, 3, "{}", first.error);
+    let last_line = |told: &Told| told.error.lines().last().unwrap().to_owned();
+    let again = evaluate(&folder, &["diverged.json"]);
+    assert_eq!((again.code, last_line(&again)), (3, last_line(&first)));
+    let shares = |told: &Told| {
+        let json: Value = serde_json::from_str(&told.out).unwrap();
+        json["results"]["z_projected"].clone()
+    };
+    assert_eq!(shares(&again), shares(&first));
+    assert!(
+        shares(&again)
+            .as_array()
+            .unwrap()
+            .contains(&json!([1.0, 0.0, 0.0]))
+    );
+}
+
+#[test]
+fn the_last_states_lie_beside_the_results() {
+    let folder = folder();
+    edit(&folder.path().join("case.json"), |json| {
+        json["scene"]["dt"] = json!(0.5)
+    });
+    fs::create_dir(folder.path().join("sub")).unwrap();
+    let told = evaluate(&folder, &["case.json", "--out", "sub/results.json"]);
+    assert_eq!(told.code, 3, "{}", told.error);
+    assert!(folder.path().join("sub/diverged.json").exists());
+    assert!(folder.path().join("sub/results.json").exists());
+    assert!(!folder.path().join("diverged.json").exists());
+}
+
+/// Evaluates after a change of the case or the design, and looks for words in the complaint.
+fn refuses(file: &str, words: &[&str], change: impl FnOnce(&mut Value)) {
+    let folder = folder();
+    edit(&folder.path().join(file), change);
+    let told = evaluate(&folder, &[file]);
+    assert_eq!((told.code, told.out.as_str()), (2, ""), "{}", told.error);
+    for word in words.iter().chain(&[file]) {
+        assert!(told.error.contains(word), "no {word:?} in: {}", told.error);
+    }
+}
+
+#[test]
+fn wrong_cases_are_refused() {
+    refuses("case.json", &["unknown field `colour`"], |json| {
+        json["colour"] = json!(1)
+    });
+    refuses("case.json", &["invalid type: string"], |json| {
+        json["scene"]["dt"] = json!("fast")
+    });
+    refuses("case.json", &["invalid type: null"], |json| {
+        json["x0"][1][0] = Value::Null
+    });
+    refuses("case.json", &["missing field `al`"], |json| {
+        json.as_object_mut().unwrap().remove("al");
+    });
+    refuses("case.json", &["rows of `z`: 1, where 11 belong"], |json| {
+        json["z"] = json!([[0, 0, 0]])
+    });
+    refuses(
+        "case.json",
+        &["the format is \"cosmic-summary\" version 1"],
+        |json| {
+            json["format"] = json!("cosmic-summary");
+        },
+    );
+    refuses(
+        "case.json",
+        &["number of `edges`: 0, where 1 belong"],
+        |json| {
+            for key in ["edges", "l0", "z"] {
+                json[key] = json!([]);
+            }
+        },
+    );
+}
+
+#[test]
+fn wrong_designs_are_refused() {
+    let design = "design.json";
+    refuses(design, &["3 is no material"], |json| {
+        json["materials"][0] = json!(3)
+    });
+    refuses(design, &["invalid type: null, expected f64"], |json| {
+        json["z"][0][1] = Value::Null
+    });
+    refuses(design, &["unknown field `colour`"], |json| {
+        json["colour"] = json!(1)
+    });
+    refuses(design, &["version 9"], |json| json["version"] = json!(9));
+    refuses(
+        design,
+        &["`edges[1]` is [0, 2], where the scene's lattice has [0, 3]"],
+        |json| {
+            json["edges"][1] = json!([0, 2]);
+        },
+    );
+    refuses(
+        design,
+        &["length of `materials`: 1, where 11 belong"],
+        |json| json["materials"] = json!([0]),
+    );
+    refuses(
+        design,
+        &["length of `controller.b1`: 1, where 4 belong"],
+        |json| {
+            json["controller"]["b1"] = json!([0.0]);
+        },
+    );
+}
+
+#[test]
+fn a_design_for_another_lattice_is_refused() {
+    let folder = folder();
+    let scene = small_scene()
+        .to_toml()
+        .replace("columns = 3", "columns = 4");
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let told = evaluate(&folder, &["design.json"]);
+    assert_eq!(told.code, 2);
+    assert_eq!(
+        told.error,
+        "error: design.json: number of `edges`: 11, where 16 belong\n"
+    );
+}
+
+/// NaN is not JSON; a half-written file ends in the middle.
+#[test]
+fn files_that_are_no_json_are_refused_with_their_place() {
+    for file in ["design.json", "case.json"] {
+        let folder = folder();
+        let path = folder.path().join(file);
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, &text[..text.len() / 2]).unwrap();
+        let told = evaluate(&folder, &[file]);
+        assert_eq!(told.code, 2);
+        assert!(
+            told.error.contains(&format!("{file}:1:{}", text.len() / 2)),
+            "{}",
+            told.error
+        );
+        assert!(told.error.contains("EOF while parsing"), "{}", told.error);
+
+        fs::write(&path, text.replacen("\"b1\":[0.0", "\"b1\":[NaN", 1)).unwrap();
+        let told = evaluate(&folder, &[file]);
+        assert!(
+            told.code == 2 && told.error.contains("expected value"),
+            "{}",
+            told.error
+        );
+    }
+}
+
+#[test]
+fn missing_and_unwritable_files_exit_with_4() {
+    let folder = folder();
+    let missing = |name: &str| {
+        let told = evaluate(&folder, &[name]);
+        assert_eq!(told.code, 4, "{}", told.error);
+        told.error
+    };
+    assert!(missing("no/such.json").contains("cannot read no/such.json"));
+    assert!(missing("stabilty").contains("did you mean `stability`?"));
+    assert!(missing(".").contains("cannot read ."));
+    let told = evaluate(
+        &folder,
+        &["case.json", "--out", "no/such/folder/results.json"],
+    );
+    assert_eq!(told.code, 4);
+    assert!(
+        told.error
+            .contains("cannot write no/such/folder/results.json"),
+        "{}",
+        told.error
+    );
+    fs::remove_file(folder.path().join("scene.toml")).unwrap();
+    assert!(missing("design.json").contains("cannot read scene.toml"));
+}
+
+#[test]
+fn steps_that_there_are_not_are_refused() {
+    let folder = folder();
+    let told = evaluate(&folder, &["case.json", "--record", "1,2049"]);
+    assert_eq!(told.code, 2);
+    assert!(
+        told.error
+            .contains("step 2049 is asked for, and the rollout has 2048 steps")
+    );
+    assert_eq!(evaluate(&folder, &["case.json", "--record", "-1"]).code, 2);
+}

@@ -1,0 +1,75 @@
+//! `cosmic explain` as a user meets it.
+
+use serde_json::Value;
+use std::fs;
+
+mod program;
+use program::cosmic_in;
+
+#[test]
+fn a_rollout_is_stated_with_its_stable_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = cosmic_in(folder.path(), &["explain"]);
+    assert_eq!(told.code, 0, "{}", told.error);
+    assert!(told.out.starts_with("stability\n"), "{}", told.out);
+    for words in [
+        "36 nodes, 110 edges",
+        "8192 of 0.002 s",
+        "infinite friction",
+        "stable step",
+    ] {
+        assert!(told.out.contains(words), "no {words:?} in {}", told.out);
+    }
+    let told = cosmic_in(folder.path(), &["explain", "coulomb", "--json"]);
+    let json: Value = serde_json::from_str(&told.out).unwrap();
+    let rollout = &json["rollout"];
+    assert_eq!(
+        (&rollout["contact"], rollout["friction"].as_f64()),
+        (&"coulomb".into(), Some(2.5))
+    );
+    let limit = |key: &str| rollout["stable_dt"][key].as_f64().unwrap();
+    // The scenes are stable with room to spare, and a bound is on the safe side.
+    assert!(limit("bound") > 0.002 && limit("bound") <= limit("exact"));
+    assert!(json.get("measured").is_none());
+}
+
+#[test]
+fn a_step_is_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[lattice]\ncolumns = 3\nrows = 2\n[controller]\nhidden = 4\n";
+    fs::write(folder.path().join("small.toml"), text).unwrap();
+    let told = cosmic_in(
+        folder.path(),
+        &["explain", "small.toml", "--measure", "--json"],
+    );
+    assert_eq!(told.code, 0, "{}", told.error);
+    let json: Value = serde_json::from_str(&told.out).unwrap();
+    let measured = &json["measured"];
+    assert_eq!(measured["steps"], 4096);
+    let gradients = ["value_and_design_gradient", "value_and_controller_gradient"];
+    for key in ["rollout", "two_matvecs"].iter().chain(&gradients) {
+        assert!(measured[*key].as_f64().unwrap() > 0.0, "{key}");
+    }
+    for key in gradients {
+        assert!(
+            measured[key].as_f64() > measured["rollout"].as_f64(),
+            "{key}"
+        );
+    }
+    assert_eq!(
+        measured["peak_memory_bytes"].is_u64(),
+        cfg!(target_os = "linux")
+    );
+}
+
+#[test]
+fn bad_input_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = cosmic_in(folder.path(), &["explain", "stabilty"]);
+    assert!(
+        told.code == 4 && told.error.contains("did you mean `stability`?"),
+        "{told:?}"
+    );
+    let told = cosmic_in(folder.path(), &["explain", "stability", "--frob"]);
+    assert!(told.code == 2 && told.error.contains("--frob"), "{told:?}");
+}

@@ -1,0 +1,358 @@
+//! `cosmic optimize` as a user meets it: the run's folder, what it says, exit codes.
+
+mod common;
+
+use common::{Bench, scene};
+use cosmic::record::{DesignFile, Summary, TrajectoryFile};
+use serde_json::Value;
+use std::fs;
+
+/// The small scene: 24 iterations on rollouts of 64 steps.
+fn tiny() -> Bench {
+    Bench::new(24, 64)
+}
+
+#[test]
+fn a_run_leaves_every_file_with_its_format_in_front() {
+    let bench = tiny();
+    bench.run("a", &[]);
+    let mut names: Vec<_> = bench.results("a").into_keys().collect();
+    names.push("snapshot.json".to_string());
+    names.sort();
+    let expected = [
+        "design.json",
+        "history.csv",
+        "history.jsonl",
+        "scene.toml",
+        "snapshot.json",
+        "summary.json",
+        "trajectory.json",
+    ];
+    assert_eq!(names, expected);
+    for name in names.iter().filter(|name| name.contains(".json")) {
+        let text = fs::read_to_string(bench.path("a").join(name)).unwrap();
+        let kind = name.split('.').next().unwrap();
+        let stamp = format!("{{\"format\":\"cosmic-{kind}\",\"version\":1,");
+        assert!(text.lines().all(|line| line.starts_with(&stamp)), "{name}");
+    }
+    let shown = bench.cosmic(&["scene", "show", &bench.scene]).out;
+    assert_eq!(
+        fs::read_to_string(bench.path("a/scene.toml")).unwrap(),
+        shown
+    );
+}
+
+#[test]
+fn the_history_has_a_row_an_iteration() {
+    let bench = tiny();
+    bench.run("a", &[]);
+    let lines = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
+    let rows: Vec<Value> = lines
+        .lines()
+        .map(|l| serde_json::from_str(l).unwrap())
+        .collect();
+    assert!((1..=24).eq(rows.iter().map(|row| row["iteration"].as_u64().unwrap())));
+    let phases: Vec<_> = rows
+        .iter()
+        .map(|row| row["phase"].as_str().unwrap())
+        .collect();
+    assert_eq!(phases[..12], ["co_design"; 12]);
+    assert_eq!(phases[12..18], ["attraction"; 6]);
+    assert_eq!(
+        phases[18..],
+        [
+            "snap",
+            "fine_tuning",
+            "fine_tuning",
+            "fine_tuning",
+            "fine_tuning",
+            "fine_tuning"
+        ]
+    );
+    let seconds: Vec<_> = rows
+        .iter()
+        .map(|row| row["seconds"].as_f64().unwrap())
+        .collect();
+    assert!(seconds.is_sorted() && seconds[0] > 0.0);
+    let table = fs::read_to_string(bench.path("a/history.csv")).unwrap();
+    assert_eq!(table.lines().count(), 25);
+    let column = |name: &str| {
+        table
+            .lines()
+            .next()
+            .unwrap()
+            .split(',')
+            .position(|n| n == name)
+    };
+    for (row, line) in rows.iter().zip(table.lines().skip(1)) {
+        let cells: Vec<_> = line.split(',').collect();
+        for name in ["V", "V_act", "horizon", "skipped", "seconds"] {
+            let cell: f64 = cells[column(name).unwrap()].parse().unwrap();
+            assert_eq!(row[name].as_f64().unwrap(), cell);
+        }
+    }
+}
+
+#[test]
+fn the_summary_has_the_promised_keys_and_fits_the_other_files() {
+    let bench = tiny();
+    bench.run("a", &["--seed", "7"]);
+    let summary = bench.json("a/summary.json");
+    let numbers = [
+        "displacement_along",
+        "displacement_p10",
+        "displacement_p50",
+        "displacement_p90",
+        "displacement_last_p50",
+        "V",
+        "V_act",
+        "seed",
+        "seconds",
+    ];
+    for key in numbers {
+        assert!(summary[key].is_number(), "{key}");
+    }
+    assert_eq!(summary["seed"], 7);
+    assert_eq!(summary["cosmic_version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(summary["stop_reason"], "finished");
+    let departures: Vec<_> = summary["departures"].as_array().unwrap().iter().collect();
+    assert_eq!(departures[0]["option"], "loss.kind");
+
+    let Summary {
+        displacement,
+        volume,
+        actuator_volume,
+        ..
+    } = Summary::read(&bench.path("a")).unwrap();
+    let design = DesignFile::read(&bench.path("a/design.json")).unwrap();
+    assert!(design.is_snapped());
+    assert_eq!(design.edges.len(), 20);
+    let share = |least: u8| {
+        let solid = |m: &&_| u8::from(**m) >= least;
+        design.materials.iter().filter(solid).count() as f64 / 20.0
+    };
+    assert_eq!([volume, actuator_volume], [share(1), share(2)]);
+    // 0.47 to 0.53 and 0.17 to 0.25, to the rounding of the bounds.
+    assert!((0.47..=0.53).contains(&volume) && (0.17..=0.25 + 1e-12).contains(&actuator_volume));
+
+    let text = fs::read_to_string(bench.path("a/trajectory.json")).unwrap();
+    let trajectory: TrajectoryFile = serde_json::from_str(&text).unwrap();
+    assert_eq!(trajectory.steps, [0, 16, 32, 48, 64]);
+    let moved = |k: usize| trajectory.states[4].x[0][k] - trajectory.states[0].x[0][k];
+    // Displacements are measured in the ground's frame, 0.1 m off: two roundings of 0.5.
+    assert!((0..2).all(|k| (moved(k) - displacement[k]).abs() < 4.0 * f64::EPSILON));
+    let evaluated = bench.cosmic(&["evaluate", "a/design.json"]).out;
+    let evaluated: Value = serde_json::from_str(&evaluated).unwrap();
+    assert_eq!(
+        evaluated["results"]["displacement"],
+        summary["displacement_along"]
+    );
+}
+
+#[test]
+fn a_seed_has_its_bytes_with_any_number_of_threads() {
+    let bench = tiny();
+    bench.run("a", &["--threads", "1"]);
+    for threads in ["1", "2", "5"] {
+        bench.run(threads, &["--threads", threads]);
+        assert_eq!(bench.results("a"), bench.results(threads));
+    }
+    bench.run("other", &["--seed", "1"]);
+    assert_ne!(
+        bench.results("a")["design.json"],
+        bench.results("other")["design.json"]
+    );
+}
+
+#[test]
+fn it_says_how_it_goes_and_what_came_of_it() {
+    let bench = tiny();
+    let said = bench.cosmic(&["optimize", &bench.scene, "--seed", "3"]);
+    assert_eq!(said.code, 0);
+    assert!(said.out.starts_with("run: runs/tiny-3\n"), "{}", said.out);
+    let last = said.out.lines().last().unwrap();
+    for what in ["displacement ", " m (", " V 0.", " V_act 0.", " time "] {
+        assert!(last.contains(what), "{last}");
+    }
+    let lines: Vec<_> = said.error.lines().collect();
+    assert_eq!(lines.len(), 3, "{}", said.error);
+    assert!(lines[0].starts_with("tiny seed 3  10/24  co design  "));
+    assert!(lines[2].contains("24/24  fine tuning") && lines[2].ends_with("0:00 left"));
+
+    let quiet = bench.run("quiet", &["--quiet"]);
+    assert!(quiet.out.is_empty() && quiet.error.is_empty());
+    let json = bench.run("json", &["--json", "--quiet"]);
+    assert_eq!(
+        json.out,
+        fs::read_to_string(bench.path("json/summary.json")).unwrap()
+    );
+}
+
+#[test]
+fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
+    let bench = tiny();
+    bench.run("whole", &[]);
+    bench.run("part", &["--iterations", "15"]);
+    let summary = bench.json("part/summary.json");
+    assert_eq!(summary["iterations"], 15);
+    assert_eq!(summary["stop_reason"], "iteration_limit");
+    let [whole, part] = ["whole", "part"].map(|run| bench.results(run));
+    assert!(whole["history.jsonl"].starts_with(&part["history.jsonl"]));
+    // What is delivered is the soft robot that stands then: the design file says the same.
+    let evaluated: Value =
+        serde_json::from_str(&bench.cosmic(&["evaluate", "part/design.json"]).out).unwrap();
+    assert_eq!(
+        evaluated["results"]["displacement"],
+        summary["displacement_along"]
+    );
+    let volume = evaluated["results"]["V"].as_f64().unwrap();
+    // Means over 20 edges in two orders.
+    assert!((volume - summary["V"].as_f64().unwrap()).abs() < 1e-15);
+
+    bench.run("more", &["--iterations", "1000"]);
+    assert_eq!(bench.results("more"), whole);
+}
+
+#[test]
+fn of_several_starts_the_best_is_kept() {
+    let bench = tiny();
+    bench.run("all", &["--starts", "3", "--seed", "2"]);
+    let summary = bench.json("all/summary.json");
+    let starts = summary["starts"].as_array().unwrap();
+    assert!((2..5).eq(starts.iter().map(|start| start["seed"].as_u64().unwrap())));
+    let median = |start: &Value| start["displacement_selection_p50"].as_f64().unwrap();
+    let best = starts
+        .iter()
+        .max_by(|a, b| median(a).total_cmp(&median(b)))
+        .unwrap();
+    assert_eq!(summary["seed"], best["seed"]);
+    assert_eq!(summary["displacement_p50"], best["displacement_p50"]);
+    // Chosen by other starts than those it is judged by.
+    assert_ne!(best["displacement_p50"], best["displacement_selection_p50"]);
+    let seed = best["seed"].to_string();
+    bench.run("alone", &["--seed", &seed]);
+    let [all, alone] = ["all", "alone"].map(|run| bench.results(run));
+    for (name, bytes) in alone {
+        assert_eq!(all[&format!("starts/{seed}/{name}")], bytes, "{name}");
+        assert!(all[&name] == bytes || name == "summary.json");
+    }
+    let too_many = bench.optimize("no", &["--starts", "2", "--seed", &u64::MAX.to_string()]);
+    assert_eq!(too_many.code, 2);
+}
+
+#[test]
+fn folders_that_will_not_do_are_refused() {
+    let bench = tiny();
+    fs::create_dir(bench.path("empty")).unwrap();
+    // A run killed in its very first write leaves no more than this.
+    fs::write(bench.path("empty/.cosmic-half"), "{").unwrap();
+    bench.run("empty", &[]);
+    let before = bench.results("empty");
+    assert!(!before.contains_key(".cosmic-half"));
+    let said = bench.optimize("empty", &[]);
+    assert_eq!(said.code, 2);
+    assert!(
+        said.error.contains("empty: the folder is not empty"),
+        "{}",
+        said.error
+    );
+    assert_eq!(bench.results("empty"), before);
+    // Root may write anywhere; no one can make a folder under a file.
+    for out in ["tiny.toml", "tiny.toml/run"] {
+        let said = bench.optimize(out, &[]);
+        assert_eq!(said.code, 4);
+        assert!(
+            said.error.contains(&format!("cannot write {out}: ")),
+            "{}",
+            said.error
+        );
+    }
+    assert_eq!(bench.cosmic(&["optimize", "no_such_scene"]).code, 4);
+    fs::write(bench.path("bad.toml"), "[physics]\ndt = \"fast\"\n").unwrap();
+    let said = bench.cosmic(&["optimize", "bad.toml"]);
+    assert!(
+        said.code == 2 && said.error.contains("bad.toml:2:6"),
+        "{}",
+        said.error
+    );
+    assert!(!bench.path("runs").exists());
+    for wrong in [
+        ["--starts", "0"],
+        ["--iterations", "0"],
+        ["--threads", "0"],
+        ["--seed", "-1"],
+    ] {
+        assert_eq!(bench.optimize("x", &wrong).code, 2);
+    }
+}
+
+/// A controller that answers the slightest velocity: the robot moves, and the derivative of its
+/// motion grows beyond all numbers.
+#[test]
+fn gradients_that_are_not_finite_are_counted_and_skipped() {
+    let chaos = "[controller]\nvelocity_scale = 1000.0\noffset_scale = 100.0\n\
+                 [gradient]\ncotangent_bound = \"off\"\n";
+    let bench = Bench::with(&(scene(24, 8192, "damping = 1.0") + chaos));
+    let said = bench.run("a", &[]);
+    let summary = bench.json("a/summary.json");
+    let skipped = summary["skipped_gradients"].as_u64().unwrap();
+    let lines = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
+    let rows: Vec<Value> = lines
+        .lines()
+        .map(|l| serde_json::from_str(l).unwrap())
+        .collect();
+    assert_eq!(rows.len(), 24);
+    assert_eq!(
+        skipped,
+        rows.iter()
+            .map(|row| row["skipped"].as_u64().unwrap())
+            .sum::<u64>()
+    );
+    assert!(skipped > 0 && summary["displacement_p50"].is_number());
+    assert!(
+        said.error.contains(&format!("{skipped} gradients skipped")),
+        "{}",
+        said.error
+    );
+    let table = fs::read_to_string(bench.path("a/history.csv")).unwrap();
+    assert!(table.contains("NaN") || table.contains("inf"));
+}
+
+#[test]
+fn a_robot_that_flies_apart_is_told_with_its_last_states() {
+    // Explicit steps of 10 ms are unstable for such springs.
+    let text =
+        scene(24, 256, "dt = 0.01\ndamping = 0.0") + "[materials]\nstiffness = [1e-7, 4e3, 30.0]\n";
+    let bench = Bench::with(&text);
+    let said = bench.optimize("a", &[]);
+    assert_eq!(said.code, 3, "{said:?}");
+    for what in [
+        "diverged in step ",
+        "node ",
+        "velocity [",
+        "a/diverged.json",
+    ] {
+        assert!(said.error.contains(what), "{}", said.error);
+    }
+    let history = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
+    assert_eq!(history.lines().count(), 24);
+    let again = bench.cosmic(&["evaluate", "a/diverged.json"]);
+    let step = |text: &str| {
+        text.split("in step ")
+            .nth(1)
+            .unwrap()
+            .split(':')
+            .next()
+            .unwrap()
+            .to_string()
+    };
+    assert_eq!((again.code, step(&again.error)), (3, step(&said.error)));
+    assert!(!bench.path("a/summary.json").exists());
+    assert_eq!(bench.cosmic(&["resume", "a"]).code, 3);
+    // Nothing comes of several such starts either.
+    let said = bench.optimize("b", &["--starts", "2"]);
+    assert!(
+        said.code == 3 && said.error.contains("b/diverged.json"),
+        "{said:?}"
+    );
+}

@@ -1,0 +1,236 @@
+//! `cosmic report` and `cosmic compare` as a user meets them: files, page, messages, exit codes.
+
+use assert_cmd::Command;
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+use tempfile::TempDir;
+
+/// A run of seconds: small, slow to walk, with every phase.
+const SCENE: &str = "
+[lattice]
+columns = 3
+rows = 3
+[physics]
+steps = 512
+incline_deg = 10.0
+[schedule]
+iterations = 12
+attraction_from = 6
+snap_at = 8
+horizon = [64, 128]
+horizon_over = [2, 5]
+[loss]
+window = 64
+";
+
+/// Standard output, standard error and exit code of `cosmic` with those arguments.
+fn cosmic(arguments: &[&str]) -> (String, String, i32) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cosmic"));
+    let output = command.args(arguments).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (
+        text(output.stdout),
+        text(output.stderr),
+        output.status.code().unwrap(),
+    )
+}
+
+/// A finished run in `run` of a new folder.
+fn finished() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    let [scene, run] = ["tiny.toml", "run"].map(|name| path(&folder, name));
+    fs::write(&scene, SCENE).unwrap();
+    let (_, says, code) = cosmic(&["optimize", &scene, "--out", &run, "--quiet"]);
+    assert_eq!((code, says.as_str()), (0, ""));
+    folder
+}
+
+fn path(folder: &TempDir, name: &str) -> String {
+    folder.path().join(name).to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_report_is_a_page_two_pictures_and_an_animation() {
+    let folder = finished();
+    let run = path(&folder, "run");
+    let (out, _, code) = cosmic(&["report", &run]);
+    assert_eq!(code, 0);
+    let names = ["report.html", "robot.svg", "convergence.svg", "gait.gif"];
+    let written = names.map(|name| path(&folder, &format!("run/{name}")));
+    assert!(out.lines().eq(written.iter().map(String::as_str)));
+
+    let page = fs::read_to_string(&written[0]).unwrap();
+    assert!(page.contains("tiny, seed 0") && page.contains("gradient.cotangent_bound"));
+    // The page fetches nothing: no element of it refers to another file.
+    for reference in ["src=", "href=", "url(", "@import", "fetch("] {
+        assert!(!page.contains(reference), "the page has {reference}");
+    }
+    let animation = fs::File::open(&written[3]).unwrap();
+    let mut animation = gif::DecodeOptions::new().read_info(animation).unwrap();
+    let mut frames = 0;
+    while let Some(frame) = animation.read_next_frame().unwrap() {
+        let mut colours = frame.buffer.to_vec();
+        colours.sort_unstable();
+        colours.dedup();
+        // Sky, ground and robot at least.
+        assert!((frame.width, frame.height) == (480, 240) && colours.len() > 3);
+        frames += 1;
+    }
+    // 1.024 s, ten frames a second, both ends included.
+    assert_eq!(frames, 11);
+}
+
+#[test]
+fn what_is_missing_or_cut_off_is_named() {
+    let folder = finished();
+    let run = path(&folder, "run");
+    let files = [
+        "summary.json",
+        "scene.toml",
+        "design.json",
+        "history.jsonl",
+        "trajectory.json",
+    ];
+    for name in files {
+        let file = path(&folder, &format!("run/{name}"));
+        let whole = fs::read(&file).unwrap();
+        fs::remove_file(&file).unwrap();
+        let (_, says, code) = cosmic(&["report", &run]);
+        assert!(
+            code == 4 && says.contains(name),
+            "{name} missing: {code}, {says}"
+        );
+        // Not on a line's end, where a list of lines would be whole.
+        fs::write(&file, &whole[..whole.len() / 2 + 1]).unwrap();
+        let (_, says, code) = cosmic(&["report", &run]);
+        assert!(
+            code == 2 && says.contains(name),
+            "{name} cut off: {code}, {says}"
+        );
+        fs::write(&file, whole).unwrap();
+    }
+    assert!(!Path::new(&path(&folder, "run/report.html")).exists());
+    assert_eq!(
+        cosmic(&["report", &run, "--quiet"]),
+        (String::new(), String::new(), 0)
+    );
+}
+
+#[test]
+fn files_of_another_run_do_not_fit() {
+    let folder = finished();
+    let run = path(&folder, "run");
+    let scene = path(&folder, "run/scene.toml");
+    let text = fs::read_to_string(&scene).unwrap();
+    fs::write(&scene, text.replace("columns = 3", "columns = 4")).unwrap();
+    let (_, says, code) = cosmic(&["report", &run]);
+    assert!(
+        code == 2 && says.contains("design.json") && says.contains("20, where 29"),
+        "{says}"
+    );
+    fs::write(&scene, text).unwrap();
+
+    let trajectory = path(&folder, "run/trajectory.json");
+    let text = fs::read_to_string(&trajectory).unwrap();
+    fs::write(
+        &trajectory,
+        text.replace("\"steps\":[0,16,", "\"steps\":[16,0,"),
+    )
+    .unwrap();
+    let (_, says, code) = cosmic(&["report", &run]);
+    assert!(code == 2 && says.contains("`steps` must ascend"), "{says}");
+}
+
+#[test]
+fn a_page_that_cannot_be_written_is_exit_4() {
+    let folder = finished();
+    // A folder in the file's place stops root as well.
+    fs::create_dir_all(folder.path().join("run/report.html/in the way")).unwrap();
+    let (_, says, code) = cosmic(&["report", &path(&folder, "run")]);
+    assert!(
+        code == 4 && says.contains("cannot write") && says.contains("report.html"),
+        "{says}"
+    );
+}
+
+#[test]
+fn compare_has_a_row_for_every_run() {
+    let folder = finished();
+    let run = path(&folder, "run");
+    let page = path(&folder, "compare.html");
+    let (out, _, code) = cosmic(&["compare", &run, &run, "--out", &page]);
+    let rows: Vec<&str> = out.lines().collect();
+    assert!(code == 0 && rows.len() == 3 && rows[1] == rows[2] && rows[1].starts_with("run "));
+    let text = fs::read_to_string(path(&folder, "run/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let median = format!("{:.3}", summary["displacement_p50"].as_f64().unwrap());
+    assert!(rows[1].replace('\u{2212}', "-").contains(&median));
+    let html = fs::read_to_string(page).unwrap();
+    assert_eq!(html.matches("<tr>").count(), 3);
+
+    let (_, says, code) = cosmic(&["compare", &run, &path(&folder, "none")]);
+    assert!(code == 4 && says.contains("none"), "{says}");
+    assert_eq!(cosmic(&["compare"]).2, 2);
+}
+
+/// A browser of the Chromium family, where there is one.
+fn browser() -> Option<&'static str> {
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok();
+    names.into_iter().find(runs)
+}
+
+/// The document that a browser makes of a file, scripts run for a second of its own time.
+fn document(browser: &str, file: &str) -> String {
+    let profile = TempDir::new().unwrap();
+    let output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+        ])
+        .args([
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-sync",
+        ])
+        .args([
+            "--disable-component-update",
+            "--virtual-time-budget=1000",
+            "--dump-dom",
+        ])
+        .arg(format!("--user-data-dir={}", profile.path().display()))
+        .arg(format!("file://{file}"))
+        .timeout(Duration::from_secs(120))
+        .output()
+        .unwrap();
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn a_browser_draws_the_page_without_errors() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: no chromium here");
+        return;
+    };
+    let folder = finished();
+    assert_eq!(cosmic(&["report", &path(&folder, "run")]).2, 0);
+    let page = document(browser, &path(&folder, "run/report.html"));
+    // The script sets `ready` at its end, and `error` should anything be thrown, then or later.
+    assert!(
+        page.contains("data-ready=\"true\""),
+        "the script did not end"
+    );
+    assert!(!page.contains("data-error"), "the script failed");
+    assert_eq!(page.matches("</svg>").count(), 4);
+    for name in ["robot.svg", "convergence.svg"] {
+        let picture = document(browser, &path(&folder, &format!("run/{name}")));
+        // XML that is not well formed is replaced by a `parsererror`.
+        assert!(
+            picture.contains("</svg>") && !picture.contains("parsererror"),
+            "{name}"
+        );
+    }
+}

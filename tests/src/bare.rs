@@ -1,0 +1,92 @@
+//! Robots without a design: stiffness and masses given directly, the controller silent.
+
+use autodiff::Real;
+use cosmic::controller::{Controller, observation_length};
+use cosmic::lattice::{Lattice, State};
+use cosmic::projection::Body;
+use cosmic::scene::{ControllerSettings, PhysicsSettings};
+use cosmic::simulator::{Simulator, Span, Trajectory};
+
+/// Nodes, springs between them, and a world.
+#[derive(Clone, Debug)]
+pub struct Bare {
+    /// Edges and rest lengths; its positions are not looked at.
+    pub lattice: Lattice,
+    /// Stiffness per edge and mass per node; strains are zero.
+    pub body: Body<f64>,
+    /// Time step, forces and ground. The number of steps is that of the rollout.
+    pub physics: PhysicsSettings,
+}
+
+impl Bare {
+    /// Springs `(edge, rest length, stiffness)` between nodes of these masses, in a world without
+    /// gravity or damping whose ground is a metre below zero.
+    pub fn new(springs: &[([usize; 2], f64, f64)], masses: &[f64]) -> Self {
+        let lattice = Lattice {
+            positions: vec![[0.0; 2]; masses.len()],
+            edges: springs.iter().map(|spring| spring.0).collect(),
+            rest_length: springs.iter().map(|spring| spring.1).collect(),
+            columns: masses.len(),
+            rows: 1,
+        };
+        let body = Body {
+            stiffness: springs.iter().map(|spring| spring.2).collect(),
+            strain: vec![0.0; springs.len()],
+            mass: masses.to_vec(),
+        };
+        let physics = PhysicsSettings {
+            gravity: 0.0,
+            damping: 0.0,
+            ground_height: -1.0,
+            ..PhysicsSettings::default()
+        };
+        Self {
+            lattice,
+            body,
+            physics,
+        }
+    }
+
+    /// A node that nothing holds, and another like it that keeps it company: a spring without
+    /// stiffness joins them.
+    pub fn free_node(physics: PhysicsSettings) -> Self {
+        let bare = Self::new(&[([0, 1], 1.0, 0.0)], &[0.01, 0.01]);
+        Self { physics, ..bare }
+    }
+
+    /// Steps from a state to the states observed.
+    pub fn run<R: Real>(&self, start: &State<R>, observed: Vec<usize>) -> Trajectory<R> {
+        let settings = ControllerSettings {
+            hidden: 1,
+            clocks: 0,
+            ..ControllerSettings::default()
+        };
+        let physics = PhysicsSettings {
+            steps: observed.last().copied().unwrap_or(0),
+            ..self.physics.clone()
+        };
+        let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
+        let inputs = observation_length(&settings, nodes);
+        let silent = Controller {
+            hidden: 1,
+            inputs,
+            w1: vec![R::zero(); inputs],
+            b1: vec![R::zero()],
+            w2: vec![R::zero(); edges],
+            b2: vec![R::zero(); edges],
+        };
+        let lift = |numbers: &[f64]| numbers.iter().map(|&x| R::lit(x)).collect();
+        let body = Body {
+            stiffness: lift(&self.body.stiffness),
+            strain: lift(&self.body.strain),
+            mass: lift(&self.body.mass),
+        };
+        let simulator = Simulator::new(&self.lattice, &physics, &settings);
+        simulator.rollout((&body, &silent), start, &Span::from_start(observed))
+    }
+
+    /// The last of so many steps.
+    pub fn run_to_end<R: Real>(&self, start: &State<R>, steps: usize) -> State<R> {
+        self.run(start, vec![steps]).states.remove(0)
+    }
+}

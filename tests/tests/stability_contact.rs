@@ -1,0 +1,290 @@
+//! Single nodes: flight, the ground met at the edges of a step, friction on an incline, and the
+//! derivative of where a bounce ends.
+
+use autodiff::{Dual, Real, gradient_of};
+use cosmic::lattice::{Ground, State};
+use cosmic::scene::{Contact, PhysicsSettings};
+use cosmic::simulator::Trajectory;
+use cosmic_tests::{Bare, StabilityCase, number, stability_cases, stability_lists};
+use serde_json::Value;
+
+/// Far enough below for nothing to get there, near enough for heights to be rounded finely.
+const FAR_BELOW: f64 = -8.0;
+
+/// The world of a case: what it does not state is flat ground far below.
+fn world(case: &Value) -> PhysicsSettings {
+    let or = |key: &str, otherwise: f64| case[key].as_f64().unwrap_or(otherwise);
+    PhysicsSettings {
+        dt: number(case, "dt"),
+        gravity: number(case, "gravity"),
+        damping: or("gamma", 0.0),
+        ground_height: or("ground_height", FAR_BELOW),
+        incline_deg: or("alpha_deg", 0.0),
+        contact: match case["contact"].as_str() {
+            Some("coulomb") => Contact::Coulomb,
+            _ => Contact::Infinite,
+        },
+        friction: or("mu", 0.0),
+        ..PhysicsSettings::default()
+    }
+}
+
+/// The free node of a world and its companion, both in the same state.
+fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
+    State {
+        x: vec![x; 2],
+        v: vec![v; 2],
+    }
+}
+
+/// The node's own numbers `[x, y, vx, vy]`.
+fn node<R: Real>(state: &State<R>) -> [R; 4] {
+    [state.x[0][0], state.x[0][1], state.v[0][0], state.v[0][1]]
+}
+
+fn relative(got: f64, expected: f64) -> f64 {
+    (got - expected).abs() / expected.abs()
+}
+
+#[test]
+fn free_flight() {
+    for case in stability_cases("terminal_velocity_discrete") {
+        let bare = Bare::free_node(world(&case.case));
+        let start = alone(
+            [0.0, case.number("y0")],
+            [case.number("vx"), case.number("vy")],
+        );
+        let end = bare.run_to_end(&start, case.number("steps") as usize);
+        let tolerance = case.of_file("tolerance_rel");
+        let [x, y, vx, vy] = node(&end);
+        let v = case.numbers("v");
+        let pairs = [
+            (x, case.number("x")),
+            (y, case.number("y")),
+            (vx, v[0]),
+            (vy, v[1]),
+        ];
+        for (got, expected) in pairs {
+            // A velocity that damping took away is compared in the size of what it was.
+            let error = (got - expected).abs() / expected.abs().max(1e-3);
+            assert!(error <= tolerance, "{got} for {expected}: {}", case.case);
+        }
+        // The error against the parabola: first order in dt, and of that sign.
+        let continuous = case.numbers("continuous");
+        for (k, got) in [x, y].into_iter().enumerate() {
+            let expected = case.numbers("error")[k];
+            assert!((got - continuous[k] - expected).abs() <= tolerance * y.abs());
+        }
+    }
+}
+
+#[test]
+fn terminal_velocity() {
+    let cases = stability_cases("terminal_velocity_discrete").into_iter();
+    let damped: Vec<_> = cases.filter(|case| case.number("gamma") > 0.0).collect();
+    assert!(!damped.is_empty(), "no case of a damped flight");
+    for case in damped {
+        let mut physics = world(&case.case);
+        // It falls for hundreds of metres; its height is not looked at.
+        physics.ground_height = -1e4;
+        // After 40 decay times exp(-40) = 4e-18 is left of the start.
+        let steps = (40.0 / (physics.damping * physics.dt)).ceil() as usize;
+        let end = Bare::free_node(physics).run_to_end(&alone([0.0; 2], [0.0; 2]), steps);
+        let expected = case.number("terminal_velocity_discrete");
+        let error = relative(end.v[0][1], expected);
+        assert!(
+            error <= case.of_file("tolerance_rel"),
+            "{} for {expected}",
+            end.v[0][1]
+        );
+    }
+}
+
+/// A contact case, run step by step.
+struct Landing {
+    physics: PhysicsSettings,
+    seen: Trajectory<f64>,
+}
+
+impl Landing {
+    fn new(case: &StabilityCase) -> Self {
+        let physics = world(&case.case);
+        let pair = |key: &str| case.numbers(key).try_into().expect("two numbers");
+        let steps = case.number("steps") as usize;
+        let start = alone(pair("x0"), pair("v0"));
+        let seen = Bare::free_node(physics.clone()).run(&start, (0..=steps).collect());
+        Self { physics, seen }
+    }
+
+    /// The time of impact of a step, from 1, where the node touches in it: it loses the speed
+    /// towards the ground that it had, and moved with it until then.
+    fn time_of_impact(&self, step: usize) -> Option<f64> {
+        let ground = Ground::from(&self.physics);
+        let [before, after] = [step - 1, step].map(|s| self.seen.at(s).to_ground(&ground));
+        let [_, pull] = ground.vector_to_ground([0.0, -self.physics.gravity]);
+        let decay = (-self.physics.damping * self.physics.dt).exp();
+        let towards = decay * before.v[0][1] + pull * self.physics.dt;
+        // Speeds are of order one and turned by the incline, which rounds them.
+        let touches = towards < -1e-14 && after.v[0][1].abs() < 1e-14;
+        touches.then(|| (after.x[0][1] - before.x[0][1]) / towards)
+    }
+}
+
+#[test]
+fn a_node_meets_the_ground() {
+    for case in stability_cases("first_touches_step_tau") {
+        let name = &case.case["name"];
+        let landing = Landing::new(&case);
+        let tolerance = case.of_file("tolerance_abs");
+        let rows = case.numbers("states_step_x_y_vx_vy");
+        for [step, expected @ ..] in rows.as_chunks::<5>().0 {
+            let got = node(landing.seen.at(*step as usize));
+            let error = |k: usize| (got[k] - expected[k]).abs();
+            let close = (0..4).all(|k| error(k) <= tolerance);
+            assert!(close, "{name}, step {step}: {got:?} for {expected:?}");
+        }
+        let touches: Vec<(usize, f64)> = (1..=landing.seen.last_step())
+            .filter_map(|step| Some((step, landing.time_of_impact(step)?)))
+            .collect();
+        let listed = case.numbers("first_touches_step_tau");
+        for (k, [step, time]) in listed.as_chunks::<2>().0.iter().enumerate() {
+            let (got_step, got_time) = touches[k];
+            assert_eq!(got_step, *step as usize, "{name}: touch {k}");
+            // A height is rounded at 1e-16 and fallen through at some 0.02 m/s at least.
+            assert!(
+                (got_time - time).abs() < 1e-13,
+                "{name}: {got_time} for {time}"
+            );
+        }
+    }
+}
+
+/// A node that stops at the beginning of a step does not change by a bit.
+#[test]
+fn a_resting_node_keeps_its_bits() {
+    let mut resting = 0;
+    for case in stability_cases("first_touches_step_tau") {
+        let landing = Landing::new(&case);
+        let listed = case.numbers("first_touches_step_tau");
+        let at_once = listed[..2] == [1.0, 0.0];
+        if at_once && case.case["contact"] == "infinite" && landing.physics.incline_deg == 0.0 {
+            resting += 1;
+            let start = landing.seen.at(0).x[0];
+            assert!(landing.seen.states.iter().all(|state| state.x[0] == start));
+        }
+    }
+    assert!(resting > 0, "no case of a node that stops at once");
+}
+
+#[test]
+fn friction_on_an_incline_has_the_classical_threshold() {
+    for case in stability_cases("slid_down") {
+        let mut physics = world(&case.case);
+        physics.contact = Contact::Coulomb;
+        physics.ground_height = 0.0;
+        let ground = Ground::from(&physics);
+        let run = |steps| {
+            let bare = Bare::free_node(physics.clone());
+            bare.run_to_end(&alone([0.0; 2], [0.0; 2]), steps)
+                .to_ground(&ground)
+        };
+        let end = run(case.number("steps") as usize);
+        let tolerance = case.of_file("tolerance_abs");
+        let (slid, speed) = (-end.x[0][0], -end.v[0][0]);
+        assert!(
+            (slid - case.number("slid_down")).abs() <= tolerance,
+            "{slid}: {}",
+            case.case
+        );
+        assert!(
+            (speed - case.number("speed")).abs() <= tolerance,
+            "{speed}: {}",
+            case.case
+        );
+        assert_eq!(case.case["slides"], slid != 0.0);
+        if let Some(terminal) = case.case["terminal_speed"].as_f64() {
+            // As in `terminal_velocity`.
+            let steps = (40.0 / (physics.damping * physics.dt)).ceil() as usize;
+            assert!((-run(steps).v[0][0] - terminal).abs() <= tolerance);
+        }
+    }
+}
+
+#[test]
+fn friction_brakes_to_a_stop() {
+    for case in stability_lists("braking", "stops_at_step") {
+        let mut physics = world(&case.case);
+        physics.contact = Contact::Coulomb;
+        physics.ground_height = 0.0;
+        let start = alone([0.0; 2], [case.number("v0"), 0.0]);
+        let stop = case.number("stops_at_step") as usize;
+        let seen = Bare::free_node(physics).run(&start, vec![stop - 1, stop, stop + 9]);
+        assert!(seen.at(stop - 1).v[0][0] > 0.0 && seen.at(stop).v[0][0] == 0.0);
+        let distance = seen.at(stop + 9).x[0][0];
+        let error = (distance - case.number("distance")).abs();
+        assert!(
+            error <= case.of_file("tolerance_abs"),
+            "{distance}: {}",
+            case.case
+        );
+    }
+}
+
+/// Where a node ends that is dropped from a height while it moves sideways.
+fn thrown<R: Real>(case: &StabilityCase, row: &Value, contact: Contact, height: R) -> R {
+    let mut physics = world(&case.case_with_step(row));
+    physics.ground_height = 0.0;
+    physics.contact = contact;
+    let steps = (case.number("T") / physics.dt).round() as usize;
+    let start = alone([R::zero(), height], [R::lit(case.number("vx")), R::zero()]);
+    Bare::free_node(physics).run_to_end(&start, steps).x[0][0]
+}
+
+/// A case whose time steps are listed apart.
+trait Discrete {
+    /// The case with the time step of a row.
+    fn case_with_step(&self, row: &Value) -> Value;
+}
+
+impl Discrete for StabilityCase {
+    fn case_with_step(&self, row: &Value) -> Value {
+        let mut case = self.case.clone();
+        case["dt"] = row["dt"].clone();
+        case
+    }
+}
+
+#[test]
+fn the_end_of_a_bounce_by_the_drop_height() {
+    for case in stability_cases("exact_dx_dH_infinite") {
+        let tolerance = case.of_file("tolerance_rel");
+        let height = case.number("H");
+        let rows = case.case["discrete"]
+            .as_array()
+            .expect("a row per time step");
+        assert!(!rows.is_empty());
+        for row in rows {
+            let laws = [
+                (Contact::Infinite, "x_infinite", "dx_dH_infinite"),
+                (
+                    Contact::Coulomb,
+                    "x_coulomb",
+                    "dx_dH_coulomb_of_discrete_map",
+                ),
+            ];
+            for (contact, place, slope) in laws {
+                let dual: Dual<f64, 1> = Dual::variable(height, 0);
+                let forward = thrown(&case, row, contact, dual);
+                let reverse = gradient_of(|h| thrown(&case, row, contact, h[0]), &[height]);
+                let close = |got, key| relative(got, number(row, key)) <= tolerance;
+                assert!(close(forward.value, place), "{} in {row}", forward.value);
+                assert!(
+                    close(forward.tangent[0], slope),
+                    "{} in {row}",
+                    forward.tangent[0]
+                );
+                assert!(close(reverse[0], slope), "{} in {row}", reverse[0]);
+            }
+        }
+    }
+}

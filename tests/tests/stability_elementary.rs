@@ -1,0 +1,140 @@
+//! `tanh` and the force of one edge at the extremes: values and derivatives.
+
+use autodiff::{Dual, Real, gradient_of};
+use cosmic::lattice::State;
+use cosmic_tests::{Bare, StabilityCase, number, numbers, stability_cases};
+
+#[test]
+fn tanh_and_its_derivative() {
+    for case in stability_cases("dtanh") {
+        let a = case.number("a");
+        let tolerance = case.of_file("tolerance_abs");
+        let forward: Dual<f64, 1> = Dual::variable(a, 0).tanh();
+        let reverse = gradient_of(|a| a[0].tanh(), &[a])[0];
+        let expected = case.number("tanh");
+        assert!(
+            (forward.value - expected).abs() <= tolerance,
+            "tanh {a} = {}",
+            forward.value
+        );
+        for slope in [forward.tangent[0], reverse] {
+            let error = (slope - case.number("dtanh")).abs();
+            assert!(slope >= 0.0 && error <= tolerance, "tanh' {a} = {slope}");
+        }
+    }
+}
+
+/// What an edge does in one step to the node at its tail, by the vector `d` to its head.
+struct Pull {
+    bare: Bare,
+    d: [f64; 2],
+    /// What turns a velocity into the force that gave it: mass over time.
+    per_kick: f64,
+}
+
+impl Pull {
+    fn new(case: &StabilityCase) -> Self {
+        let kick = &case.case["kick_v_of_mass"];
+        let (mass, dt) = (number(kick, "m"), number(kick, "dt"));
+        let mut bare = Bare::new(&[([0, 1], case.number("l0"), case.number("k"))], &[mass; 2]);
+        bare.physics.dt = dt;
+        // Vectors of 1e-7 m are exact only beside the origin, and heights are above the ground.
+        bare.physics.ground_height = 0.0;
+        let d = case.numbers("d").try_into().expect("a vector");
+        Self {
+            bare,
+            d,
+            per_kick: mass / dt,
+        }
+    }
+
+    /// The velocity that the tail is given. The head's is the opposite; the ground stops the one
+    /// that goes down, all of it, and neither where the edge is level.
+    fn kick<R: Real>(&self, d: [R; 2]) -> [R; 2] {
+        let start = State {
+            x: vec![[R::zero(); 2], d],
+            v: vec![[R::zero(); 2]; 2],
+        };
+        let v = self.bare.run_to_end(&start, 1).v;
+        let moving = if self.d[1] == 0.0 { 2.0 } else { 1.0 };
+        [0, 1].map(|k| (v[0][k] - v[1][k]) / R::lit(moving))
+    }
+
+    /// The tangent of the force by forward and by reverse mode.
+    fn tangents(&self) -> [[[f64; 2]; 2]; 2] {
+        let dual = [0, 1].map(|k| Dual::<f64, 2>::variable(self.d[k], k));
+        let forward = self.kick(dual).map(|v| v.tangent);
+        let reverse = [0, 1].map(|k| {
+            let row = gradient_of(|d| self.kick([d[0], d[1]])[k], &self.d);
+            [row[0], row[1]]
+        });
+        [forward, reverse].map(|tangent| tangent.map(|row| row.map(|t| t * self.per_kick)))
+    }
+}
+
+#[test]
+fn forces_and_kicks() {
+    for case in stability_cases("tangent_dF_dd") {
+        let pull = Pull::new(&case);
+        let kick = pull.kick(pull.d);
+        let expected = numbers(&case.case["kick_v_of_mass"]["v"]);
+        let force = case.numbers("force_on_i");
+        // The file's tolerance; near the rest length the difference of the two loses digits.
+        let tolerance = case.of_file("tolerance_rel");
+        let lost = 1e-13 * case.number("k") * case.number("l0");
+        let bound = tolerance * force[0].hypot(force[1]) + lost;
+        for k in 0..2 {
+            let got = kick[k] * pull.per_kick;
+            assert!((got - force[k]).abs() <= bound, "{got}: {}", case.case);
+            assert!(
+                (got - expected[k] * pull.per_kick).abs() <= bound,
+                "{got}: {}",
+                case.case
+            );
+        }
+    }
+}
+
+#[test]
+fn tangents_of_forces() {
+    for case in stability_cases("tangent_dF_dd") {
+        let expected = case.numbers("tangent_dF_dd");
+        let size = expected.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
+        let bound = case.of_file("tolerance_rel") * size;
+        for mode in Pull::new(&case).tangents() {
+            for (got, expected) in mode.as_flattened().iter().zip(&expected) {
+                assert!(
+                    (got - expected).abs() <= bound,
+                    "{got} for {expected}: {}",
+                    case.case
+                );
+            }
+        }
+    }
+}
+
+/// What one step makes of a small displacement across the edge: the two nodes' kicks by it, for
+/// the time of the step.
+#[test]
+fn transverse_amplification() {
+    for case in stability_cases("tangent_dF_dd") {
+        let pull = Pull::new(&case);
+        let length = pull.d[0].hypot(pull.d[1]);
+        let across = match length {
+            0.0 => [0.0, 1.0],
+            _ => [-pull.d[1] / length, pull.d[0] / length],
+        };
+        let dt = pull.bare.physics.dt;
+        for tangent in pull.tangents() {
+            let by_across = tangent.map(|row| row[0] * across[0] + row[1] * across[1]);
+            let force = by_across[0] * across[0] + by_across[1] * across[1];
+            let got = 1.0 - 2.0 * dt * force / pull.per_kick;
+            let expected = case.number("transverse_amplification_per_step");
+            let error = (got - expected).abs() / expected.abs();
+            assert!(
+                error <= case.of_file("tolerance_rel"),
+                "{got} for {expected}"
+            );
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! Dropped lattices come to rest on the ground, or slide, over a hundred thousand steps.
+
+use cosmic::design::Material;
+use cosmic::lattice::{Ground, Lattice, State};
+use cosmic::projection::{Body, one_hot};
+use cosmic::scene::{Contact, MaterialSettings, PhysicsSettings};
+use cosmic::simulator::Trajectory;
+use cosmic_tests::{Bare, StabilityCase, relative_error, stability_cases};
+use serde_json::{Value, from_value};
+
+/// A lattice of one material an edge, every actuator idle.
+struct Dropped {
+    bare: Bare,
+    start: State<f64>,
+}
+
+impl Dropped {
+    fn new(case: &StabilityCase) -> Self {
+        let physics = physics(case);
+        let positions: Vec<[f64; 2]> = case.numbers("x0").as_chunks().0.to_vec();
+        let edges: Vec<[usize; 2]> = from_value(case.case["edges"].clone()).expect("pairs");
+        let length = |&[i, j]: &[usize; 2]| {
+            let (a, b) = (positions[i], positions[j]);
+            (b[0] - a[0]).hypot(b[1] - a[1])
+        };
+        let lattice = Lattice {
+            rest_length: edges.iter().map(length).collect(),
+            positions,
+            edges,
+            columns: case.number("columns") as usize,
+            rows: case.number("rows") as usize,
+        };
+        let states: Vec<Material> = from_value(case.case["state"].clone()).expect("materials");
+        let mixture = one_hot(&states);
+        let mut body = Body::new(&mixture, &lattice, &MaterialSettings::default(), &physics);
+        // A dozen roundings of sums.
+        assert!(relative_error(&body.mass, &case.numbers("node_mass")) < 1e-14);
+        body.strain.fill(0.0);
+        let start = lattice.state_at_rest();
+        Self {
+            bare: Bare {
+                lattice,
+                body,
+                physics,
+            },
+            start,
+        }
+    }
+}
+
+fn physics(case: &StabilityCase) -> PhysicsSettings {
+    PhysicsSettings {
+        dt: case.number("dt"),
+        gravity: case.number("gravity"),
+        damping: case.number("gamma"),
+        node_mass: case.number("m_eps"),
+        payload_mass: case.number("payload_mass"),
+        ground_height: case.number("ground_height"),
+        incline_deg: case.number("alpha_deg"),
+        contact: match &case.case["contact"] {
+            Value::String(name) if name == "coulomb" => Contact::Coulomb,
+            _ => Contact::Infinite,
+        },
+        friction: case.number("mu"),
+        ..PhysicsSettings::default()
+    }
+}
+
+/// Whether friction holds the lattice for good.
+fn rests(physics: &PhysicsSettings) -> bool {
+    let slope = physics.incline_deg.to_radians().tan();
+    physics.contact == Contact::Infinite || physics.friction > slope
+}
+
+/// The touch-down step by step, and then every hundredth step.
+fn observed() -> Vec<usize> {
+    (0..20_000).chain((20_000..=100_000).step_by(100)).collect()
+}
+
+fn largest_difference(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
+}
+
+#[test]
+fn lattices_come_to_rest() {
+    for case in stability_cases("x_100000") {
+        let Dropped { bare, start } = Dropped::new(&case);
+        let seen = bare.run(&start, observed());
+        let rests = rests(&bare.physics);
+        for step in [20_000, 100_000] {
+            let expected = case.numbers(&format!("x_{step}"));
+            let expected = expected.as_chunks().0;
+            let path = largest_difference(expected, &start.x);
+            let bound = if rests {
+                case.of_file("tolerance_abs_resting")
+            } else {
+                1e-6 * path
+            };
+            let error = largest_difference(&seen.at(step).x, expected);
+            assert!(
+                error <= bound,
+                "step {step}: {error:e}, allowed are {bound:e}"
+            );
+        }
+        if rests {
+            let moved = largest_difference(&seen.at(20_000).x, &seen.at(100_000).x);
+            assert!(moved < 1e-8, "it creeps: {moved:e}");
+            check_speeds(seen.at(100_000), &Ground::from(&bare.physics));
+        }
+        check_heights(&seen, &bare.physics);
+    }
+}
+
+/// Contacts stand still, the rest nearly so; the file's bounds.
+fn check_speeds(state: &State<f64>, ground: &Ground) {
+    let heights = state.to_ground(ground).x;
+    let mut contacts = 0;
+    for (x, v) in heights.iter().zip(&state.v) {
+        let speed = v[0].hypot(v[1]);
+        // A node on the ground stands on the line to rounding.
+        if x[1] < 1e-12 {
+            contacts += 1;
+            assert_eq!(speed, 0.0);
+        }
+        assert!(speed < 1e-11, "{speed:e}");
+    }
+    assert!(contacts > 0, "nothing is on the ground");
+}
+
+/// Nothing sinks into the ground.
+fn check_heights(seen: &Trajectory<f64>, physics: &PhysicsSettings) {
+    let ground = Ground::from(physics);
+    for (state, step) in seen.states.iter().zip(&seen.steps) {
+        let size = state
+            .x
+            .as_flattened()
+            .iter()
+            .fold(1.0, |m: f64, x| m.max(x.abs()));
+        let points = state.to_ground(&ground).x;
+        let lowest = points.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
+        // The file's bound, and what turning coordinates of a hundred metres rounds away.
+        assert!(lowest >= -1e-12 * size, "step {step}: {lowest:e}");
+    }
+}
