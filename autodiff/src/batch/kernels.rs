@@ -110,16 +110,16 @@ impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
     }
 }
 
-/// The inputs of `L::N` points from `first` on; past the last point, that one again.
+/// The inputs of `L::N` points, given the first and the last there is; past that, it again.
+/// `rows` is working memory.
 #[inline(always)]
 fn gather<R: Real, L: Lane<R>, const I: usize>(
     input: &impl Fn(usize) -> [R; I],
-    first: usize,
-    count: usize,
+    [first, last]: [usize; 2],
+    rows: &mut [[R; WIDEST]; I],
 ) -> [L; I] {
-    let mut rows = [[R::zero(); WIDEST]; I];
     for lane in 0..L::N {
-        let point = input((first + lane).min(count - 1));
+        let point = input((first + lane).min(last));
         for i in 0..I {
             rows[i][lane] = point[i];
         }
@@ -148,11 +148,13 @@ where
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
-        let mut lanes = [[R::zero(); WIDEST]; O];
+        let (mut rows, mut lanes) = ([[R::zero(); WIDEST]; I], [[R::zero(); WIDEST]; O]);
         for first in (0..self.count).step_by(L::N) {
-            let y = self
-                .kernel
-                .eval(gather::<R, L, I>(&self.input, first, self.count));
+            let y = self.kernel.eval(gather::<R, L, I>(
+                &self.input,
+                [first, self.count - 1],
+                &mut rows,
+            ));
             for o in 0..O {
                 y[o].store(&mut lanes[o]);
             }
@@ -184,10 +186,10 @@ where
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
-        let mut values = [[R::zero(); WIDEST]; O];
+        let (mut rows, mut values) = ([[R::zero(); WIDEST]; I], [[R::zero(); WIDEST]; O]);
         let mut lanes = [[[R::zero(); WIDEST]; I]; O];
         for first in (0..self.count).step_by(L::N) {
-            let x = gather::<R, L, I>(&self.input, first, self.count);
+            let x = gather::<R, L, I>(&self.input, [first, self.count - 1], &mut rows);
             let mut seeded = [Dual::<L, I>::zero(); I];
             for i in 0..I {
                 seeded[i] = Dual::variable(x[i], i);

@@ -196,7 +196,10 @@ impl Problem for Ba {
                 for result in 0..2 {
                     reprojection[i][result] = local.value(result);
                     cols[INPUTS * result..][..INPUTS].copy_from_slice(&columns);
-                    vals[INPUTS * result..][..INPUTS].copy_from_slice(&local.row(result));
+                    let row = &mut vals[INPUTS * result..][..INPUTS];
+                    for (input, partial) in row.iter_mut().enumerate() {
+                        *partial = local.partial(result, input);
+                    }
                 }
             },
         );
