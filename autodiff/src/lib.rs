@@ -41,6 +41,8 @@
 //! | Hessian times a vector | [`hessian_vector`] | twice a gradient |
 //! | all of a Hessian | [`hessian`] | that for every few arguments |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
+//! | gradient of a sum over data | [`batch::Sum`] | a few, in lanes over the data |
+//! | Jacobian of many small functions | [`batch::jacobians`] | those of one function, in lanes |
 //!
 //! Three tiers of reverse mode stand behind this, and mix freely:
 //!

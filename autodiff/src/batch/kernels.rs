@@ -80,8 +80,8 @@ pub fn jacobians<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 /// Values and partials of a kernel at one point.
 #[derive(Clone, Copy, Debug)]
 pub struct LocalJacobian<'a, R, const I: usize, const O: usize> {
-    /// Per result: the value in each lane, then each partial in each lane.
-    lanes: &'a [[[R; WIDEST]; I]; O],
+    /// Per result and input: the partial in each lane.
+    partials: &'a [[[R; WIDEST]; I]; O],
     values: &'a [[R; WIDEST]; O],
     lane: usize,
 }
@@ -96,7 +96,7 @@ impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
     /// The derivative of a result by an input.
     #[inline(always)]
     pub fn partial(&self, result: usize, input: usize) -> R {
-        self.lanes[result][input][self.lane]
+        self.partials[result][input][self.lane]
     }
 
     /// The derivatives of a result by all inputs.
@@ -187,7 +187,7 @@ where
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
         let (mut rows, mut values) = ([[R::zero(); WIDEST]; I], [[R::zero(); WIDEST]; O]);
-        let mut lanes = [[[R::zero(); WIDEST]; I]; O];
+        let mut partials = [[[R::zero(); WIDEST]; I]; O];
         for first in (0..self.count).step_by(L::N) {
             let x = gather::<R, L, I>(&self.input, [first, self.count - 1], &mut rows);
             let mut seeded = [Dual::<L, I>::zero(); I];
@@ -198,12 +198,12 @@ where
             for o in 0..O {
                 y[o].value.store(&mut values[o]);
                 for i in 0..I {
-                    y[o].tangent[i].store(&mut lanes[o][i]);
+                    y[o].tangent[i].store(&mut partials[o][i]);
                 }
             }
             for lane in 0..L::N.min(self.count - first) {
                 let jacobian = LocalJacobian {
-                    lanes: &lanes,
+                    partials: &partials,
                     values: &values,
                     lane,
                 };
