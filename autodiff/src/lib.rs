@@ -128,7 +128,7 @@ pub use kernel::{Adjoint, Kernel};
 pub use program::{Array, Graph, Matrix, Program};
 pub use real::{Mask, Real};
 pub use reverse::{Tape, Var};
-pub use rollout::{CotangentBound, Model, Rollout};
+pub use rollout::{CotangentBound, Memory, Model, Rollout};
 pub use sparse::sparse_jacobian;
 pub use wide::Wide;
 

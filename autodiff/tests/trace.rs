@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use autodiff::trace::{NonFinite, Traced, first_non_finite};
 use autodiff::{
-    Adjoint, Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, value_and_gradient,
+    Adjoint, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient,
+    value_and_gradient,
 };
 
 fn origin(function: &impl Function, x: &[f64]) -> Option<NonFinite> {
@@ -184,6 +185,7 @@ fn a_rollout_says_in_which_step() {
         inputs: Arc::new([]),
         observed: vec![9],
         cotangent_bound: None,
+        memory: Memory::All,
     };
     let mut x: f64 = 1.0;
     let mut step = 0;

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use autodiff::{
-    Adjoint, Dual, Function, Graph, Kernel, Model, Program, Real, Rollout, Wide, gradient, hessian,
+    Adjoint, Dual, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout, Wide, gradient,
+    hessian,
 };
 
 /// One line of a table.
@@ -267,6 +268,7 @@ impl Energy {
             inputs,
             observed: vec![steps],
             cotangent_bound: None,
+            memory: Memory::All,
         })
     }
     fn shapes(&self) -> [usize; 3] {

@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use autodiff::value_and_gradient;
-use autodiff::{Adjoint, Array, Function, Kernel, Model, Program, Real, Rollout};
+use autodiff::{Adjoint, Array, Function, Kernel, Memory, Model, Program, Real, Rollout};
 use serde_json::{Value, json};
 
 use super::Problem;
@@ -207,6 +207,7 @@ impl Lstm {
             inputs: inputs.collect(),
             observed: vec![characters - 1],
             cotangent_bound: None,
+            memory: Memory::All,
         };
         Ok(Self {
             loss: Loss { rollout, start },
