@@ -42,6 +42,8 @@
 //! | Hessian times a vector | [`hessian_vector`] | twice a gradient |
 //! | all of a Hessian | [`hessian`] | that for every few arguments |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
+//! | gradient of a sum over data | [`batch::Sum`] | a few, in lanes over the data |
+//! | Jacobian of many small functions | [`batch::jacobians`] | those of one function, in lanes |
 //!
 //! Three tiers of reverse mode stand behind this, and mix freely:
 //!
@@ -93,6 +95,7 @@
 //! A variable outside its recording, on another thread, mixed with another tape's, a wrong
 //! length: these are mistakes in the calling code and panic with a sentence that says so.
 
+pub mod batch;
 pub mod check;
 pub mod custom;
 pub mod drivers;

@@ -8,6 +8,9 @@ mod x86;
 
 use crate::real::{Mask, Real};
 
+/// The most lanes that any type has.
+pub(crate) const WIDEST: usize = 16;
+
 /// A number type that holds `N` scalars of type `S`, one a lane.
 pub trait Lane<S>: Real {
     /// How many scalars.

@@ -94,13 +94,15 @@ impl<R: Real> Arena<R> {
                 let end = self.linear.get(entry + 1).copied();
                 let terms = self.linear[entry]..end.unwrap_or(self.terms.len());
                 for &(partial, parent) in &self.terms[terms] {
-                    bars[parent as usize] += R::chain(partial, bar);
+                    let parent = &mut bars[parent as usize];
+                    *parent = R::chain_add(partial, bar, *parent);
                 }
                 continue;
             }
             for side in 0..2 {
                 if parents[side] != NONE {
-                    bars[parents[side] as usize] += R::chain(partials[side], bar);
+                    let parent = &mut bars[parents[side] as usize];
+                    *parent = R::chain_add(partials[side], bar, *parent);
                 }
             }
         }
