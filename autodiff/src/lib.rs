@@ -57,6 +57,8 @@
 //! [`trace`] where a NaN came from, [`Wide`] what rounding does: it runs the same source in 31
 //! digits.
 //!
+//! Code that asks for num-traits' `Float` takes any number of this crate as an [`Element`].
+//!
 //! The folder `examples` has a program of at most 60 lines for each: a derivative, fitting an ODE,
 //! a contact law with its gradient checked, optimal control of a pendulum, a Hessian, a custom
 //! rule, and a Cholesky factorisation in nalgebra.
@@ -85,7 +87,7 @@
 //!
 //! None is on by default.
 //!
-//! - `nalgebra`: every number as an element of nalgebra's matrices, module `nalgebra`;
+//! - `nalgebra`: [`Element`] in nalgebra's matrices, module `nalgebra`;
 //! - `rayon`: Jacobians, Hessians and batches of gradients on several cores, module `parallel`.
 //!
 //! # Misuse
@@ -97,6 +99,7 @@ pub mod batch;
 pub mod check;
 pub mod custom;
 pub mod drivers;
+pub mod element;
 mod elementary;
 pub mod emit;
 pub mod forward;
@@ -122,6 +125,7 @@ pub use drivers::{
     Function, VectorFunction, gradient, gradient_of, hessian, hessian_vector, jacobian, jvp,
     value_and_gradient, vjp,
 };
+pub use element::Element;
 pub use forward::Dual;
 pub use fused::Fused;
 pub use kernel::{Adjoint, Kernel};

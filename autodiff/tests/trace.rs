@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use autodiff::custom::{Rule, apply};
 use autodiff::trace::{NonFinite, Traced, first_non_finite};
 use autodiff::{
     Adjoint, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient,
@@ -156,7 +157,44 @@ fn tracing_nests_and_follows_derivatives_inside() {
     assert_eq!(found.expect("a slope of sqrt").number, 1);
 }
 
-/// A number that halves until its root is taken below zero.
+/// The magnitude by a root, whose slope at 0 is infinite; its own rule gives another.
+struct Magnitude {
+    slope_at_zero: f64,
+}
+
+impl Rule for Magnitude {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        (x[0] * x[0]).sqrt()
+    }
+    fn partials<R: Real>(&self, x: &[R], _: R) -> Vec<R> {
+        let zero = x[0].abs().le(R::zero());
+        vec![R::select(zero, R::lit(self.slope_at_zero), x[0].signum())]
+    }
+}
+
+#[test]
+fn a_custom_rule_is_judged_by_its_own_partials() {
+    let of =
+        |slope_at_zero, x| first_non_finite(&[x], |x| vec![apply(Magnitude { slope_at_zero }, x)]);
+    assert_eq!(of(0.0, 0.0), None);
+    assert_eq!(of(f64::NAN, 2.0), None);
+    // Where both are unsound the line inside is named.
+    assert_eq!(of(f64::NAN, 0.0).expect("a kink").operation, "sqrt");
+    struct Smooth;
+    impl Rule for Smooth {
+        fn value<R: Real>(&self, x: &[R]) -> R {
+            x[0]
+        }
+        fn partials<R: Real>(&self, x: &[R], _: R) -> Vec<R> {
+            vec![x[0].recip()]
+        }
+    }
+    let found = first_non_finite(&[0.0], |x| vec![apply(Smooth, x)]).expect("1 / 0");
+    assert_eq!(found.operation, "fused function");
+    assert_eq!(found.place.file(), file!());
+}
+
+/// A number that falls until the root of less than zero is taken.
 #[derive(Clone)]
 struct Falling;
 

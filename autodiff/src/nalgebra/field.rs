@@ -5,9 +5,7 @@ use approx::{AbsDiffEq, RelativeEq, UlpsEq};
 use num_traits::{One, Zero};
 use simba::scalar::SubsetOf;
 
-use super::Element;
-use super::functions;
-use super::number::decided;
+use crate::element::{Element, decided, functions};
 use crate::lu::unit_roundoff;
 use crate::real::Real;
 
@@ -227,10 +225,10 @@ impl<R: Real> ComplexField for Element<R> {
         Self(functions::atanh(self.0))
     }
     fn sinc(self) -> Self {
-        Self(functions::cardinal(self.0.sin(), self.0))
+        Self(cardinal(self.0.sin(), self.0))
     }
     fn sinhc(self) -> Self {
-        Self(functions::cardinal(functions::sinh(self.0), self.0))
+        Self(cardinal(functions::sinh(self.0), self.0))
     }
     fn log(self, base: Self) -> Self {
         self.ln() / base.ln()
@@ -285,15 +283,10 @@ impl<R: Real> RealField for Element<R> {
         !self.is_sign_negative()
     }
     fn is_sign_negative(&self) -> bool {
-        let infinite = self.0.detach().recip();
-        *self < Self::zero() || *self == Self::zero() && Self(infinite) < Self::zero()
+        decided::<R>(functions::sign_bit(self.0))
     }
     fn copysign(self, sign: Self) -> Self {
-        if self.is_sign_negative() == sign.is_sign_negative() {
-            self
-        } else {
-            -self
-        }
+        num_traits::Float::copysign(self, sign)
     }
     fn max(self, other: Self) -> Self {
         Self(self.0.max(other.0))
@@ -307,13 +300,11 @@ impl<R: Real> RealField for Element<R> {
     fn atan2(self, other: Self) -> Self {
         Self(self.0.atan2(other.0))
     }
-    /// Depends on the type inside, which does not tell.
     fn min_value() -> Option<Self> {
-        None
+        Some(<Self as num_traits::Float>::min_value())
     }
-    /// Depends on the type inside, which does not tell.
     fn max_value() -> Option<Self> {
-        None
+        Some(<Self as num_traits::Float>::max_value())
     }
     fn pi() -> Self {
         Self(functions::pi())
@@ -360,4 +351,9 @@ impl<R: Real> RealField for Element<R> {
     fn ln_10() -> Self {
         Self::lit(10.0).ln()
     }
+}
+
+/// `value / x`, and 1 at 0: of odd functions of slope 1 there, whose quotient is flat.
+fn cardinal<R: Real>(value: R, x: R) -> R {
+    R::select(x.abs().le(R::zero()), R::one(), value / x)
 }

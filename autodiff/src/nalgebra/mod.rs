@@ -1,8 +1,7 @@
 //! Differentiation through nalgebra (feature `nalgebra`).
 //!
 //! [`Element`] makes any [`Real`] an element of `SVector`, `DMatrix` and the rest, factorisations
-//! included: it implements `RealField`. A wrapper rather than an implementation for each type, so
-//! that code which is generic over `R: Real` can use nalgebra too, and every driver can run it.
+//! included: it implements `RealField`.
 //!
 //! ```
 //! use ::nalgebra::{Matrix2, Vector2};
@@ -29,46 +28,18 @@
 //!
 //! # What to know
 //!
-//! - Decisions of an algorithm (pivots, convergence) look at primals; where lanes disagree about
-//!   one it panics. The derivative is that of the branch taken.
+//! - What holds for an [`Element`] anywhere, see [`element`](crate::element).
+//! - Decisions of an algorithm (pivots, convergence) look at primals.
 //! - Iterative factorisations (SVD, eigenvalues) are differentiated through their iterations, and
 //!   stop when the primal has converged; degenerate singular values have no derivative.
-//! - An element does not convert to a float: `try_convert` returns `None` and the unchecked
-//!   conversions panic, where a cast would lose the derivative silently. Take `.0` and its primal.
-//!   For the same reason there is no `ToPrimitive`, and so no `num_traits::Float`; `Num`,
-//!   `NumAssign`, `Signed` and `FromPrimitive` are there.
-//! - Rounding functions are constants between their steps: `floor(x)` has derivative 0, `x % m`
-//!   that of `x`.
+//! - `try_convert` to a float returns `None` and the unchecked conversions panic.
 
 mod field;
-mod functions;
-mod number;
 
 use ::nalgebra::DVector;
 
+pub use crate::element::Element;
 use crate::real::Real;
-
-/// A [`Real`] as an element of nalgebra's matrices. See the [module](self).
-#[derive(Clone, Copy, Debug)]
-pub struct Element<R>(
-    /// The number itself.
-    pub R,
-);
-
-impl<R: Real> Element<R> {
-    /// A constant.
-    #[inline]
-    pub fn lit(value: f64) -> Self {
-        Self(R::lit(value))
-    }
-}
-
-impl<R: Real> From<R> for Element<R> {
-    #[inline]
-    fn from(number: R) -> Self {
-        Self(number)
-    }
-}
 
 /// A slice of numbers as a vector.
 pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {

@@ -6,6 +6,7 @@ use std::panic::Location;
 use num_traits::{One, Zero};
 
 use super::{CLEAN, Origin, RUNNING, count, note};
+use crate::fused::Fused;
 use crate::real::{Mask, Real};
 use crate::rule;
 
@@ -79,6 +80,25 @@ impl<R: Real> Traced<R> {
             origin: note(operation, Location::caller(), numbers),
         }
     }
+}
+
+fn clean<R>(numbers: &[Traced<R>]) -> bool {
+    numbers.iter().all(|x| x.origin == CLEAN)
+}
+
+/// Whether the values of a function, and the cotangents of those inputs that are active, are
+/// finite.
+fn soundly_differentiated<R: Real>(function: &impl Fused, inputs: &[&[Traced<R>]]) -> bool {
+    let values = |slice: &&[Traced<R>]| slice.iter().map(|x| x.value).collect();
+    let values: Vec<Vec<R>> = inputs.iter().map(values).collect();
+    let values: Vec<&[R]> = values.iter().map(Vec::as_slice).collect();
+    let wanted = |slice: &&[Traced<R>]| slice.iter().any(|x| x.active);
+    let wanted: Vec<bool> = inputs.iter().map(wanted).collect();
+    let (y, mut saved) = function.record(&values);
+    let x_bar = function.reverse(&mut saved, &vec![R::one(); y.len()], &wanted);
+    let wanted_bars = x_bar.iter().zip(&wanted).filter(|(_, wanted)| **wanted);
+    let mut numbers = wanted_bars.flat_map(|(bars, _)| bars).chain(&y);
+    numbers.all(|x| x.finite().all())
 }
 
 fn listed<R: Real>(numbers: impl Iterator<Item = R>) -> String {
@@ -220,6 +240,26 @@ impl<R: Real> Real for Traced<R> {
             sum += term;
         }
         sum
+    }
+    /// Traced through as written, and held against the function's own derivative: where that is
+    /// sound nothing inside is blamed, where it alone is not the function as a whole is.
+    #[track_caller]
+    fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
+        let mut outputs = function.eval(inputs);
+        if inputs.iter().any(|slice| !clean(slice)) {
+            return outputs;
+        }
+        let sound = soundly_differentiated(&function, inputs);
+        let blamed = if sound {
+            CLEAN
+        } else if clean(&outputs) {
+            let numbers = "its derivative is not finite".into();
+            note("fused function", Location::caller(), numbers)
+        } else {
+            return outputs;
+        };
+        outputs.iter_mut().for_each(|y| y.origin = blamed);
+        outputs
     }
     fn mark_step(step: usize) {
         RUNNING.with_borrow_mut(|trace| {

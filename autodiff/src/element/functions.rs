@@ -5,12 +5,19 @@
 
 use crate::real::{Mask, Real};
 
-pub(super) fn pi<R: Real>() -> R {
+pub(crate) fn pi<R: Real>() -> R {
     R::zero().atan2(-R::one())
 }
 
+/// Whether the number is negative, or the negative zero.
+pub(crate) fn sign_bit<R: Real>(x: R) -> R::Mask {
+    let zero = R::zero();
+    let at_zero = x.le(zero) & zero.le(x);
+    x.lt(zero) | (at_zero & x.detach().recip().lt(zero))
+}
+
 /// Without its fraction, as a constant. Bit by bit, from the highest down: exact in any type.
-pub(super) fn truncated<R: Real>(x: R) -> R {
+pub(crate) fn truncated<R: Real>(x: R) -> R {
     let (size, two, mut bit) = (x.abs().detach(), R::lit(2.0), R::one());
     let finite = size.finite();
     while (bit.le(size) & finite & bit.finite()).any() {
@@ -27,13 +34,13 @@ pub(super) fn truncated<R: Real>(x: R) -> R {
     R::select(x.lt(R::zero()), -whole, whole)
 }
 
-pub(super) fn floor<R: Real>(x: R) -> R {
+pub(crate) fn floor<R: Real>(x: R) -> R {
     let whole = truncated(x);
     R::select(x.lt(whole), whole - R::one(), whole)
 }
 
 /// Halves away from zero.
-pub(super) fn round<R: Real>(x: R) -> R {
+pub(crate) fn round<R: Real>(x: R) -> R {
     let (whole, zero, one) = (truncated(x), R::zero(), R::one());
     let far = R::lit(0.5).le((x - whole).abs());
     let away = R::select(x.lt(zero), -one, one);
@@ -41,29 +48,29 @@ pub(super) fn round<R: Real>(x: R) -> R {
 }
 
 /// Cubic root of either sign.
-pub(super) fn cbrt<R: Real>(x: R) -> R {
+pub(crate) fn cbrt<R: Real>(x: R) -> R {
     let negative = x.lt(R::zero());
     let root = R::select(negative, -x, x).powf(R::lit(3.0).recip());
     R::select(negative, -root, root)
 }
 
-pub(super) fn asin<R: Real>(x: R) -> R {
+pub(crate) fn asin<R: Real>(x: R) -> R {
     x.atan2(((R::one() - x) * (R::one() + x)).sqrt())
 }
 
-pub(super) fn acos<R: Real>(x: R) -> R {
+pub(crate) fn acos<R: Real>(x: R) -> R {
     ((R::one() - x) * (R::one() + x)).sqrt().atan2(x)
 }
 
 /// `2 t / (1 - t)` with `t = tanh(x/2)`, where nothing cancels for small `x`.
-pub(super) fn exp_m1<R: Real>(x: R) -> R {
+pub(crate) fn exp_m1<R: Real>(x: R) -> R {
     let one = R::one();
     let t = (x * R::lit(0.5)).tanh();
     R::select(x.abs().lt(one), (t + t) / (one - t), x.exp() - one)
 }
 
 /// W. Kahan's: `u = 1 + x` is rounded, and `x / (u - 1)` makes up for it.
-pub(super) fn ln_1p<R: Real>(x: R) -> R {
+pub(crate) fn ln_1p<R: Real>(x: R) -> R {
     let one = R::one();
     let u = one + x;
     let stands_for = u - one;
@@ -73,32 +80,27 @@ pub(super) fn ln_1p<R: Real>(x: R) -> R {
     R::select(unmoved, x, corrected)
 }
 
-pub(super) fn sinh<R: Real>(x: R) -> R {
+pub(crate) fn sinh<R: Real>(x: R) -> R {
     R::lit(0.5) * (exp_m1(x) - exp_m1(-x))
 }
 
-pub(super) fn cosh<R: Real>(x: R) -> R {
+pub(crate) fn cosh<R: Real>(x: R) -> R {
     R::lit(0.5) * (x.exp() + (-x).exp())
 }
 
 /// `ln(x + sqrt(x^2 + 1))`, of the magnitude, where nothing cancels.
-pub(super) fn asinh<R: Real>(x: R) -> R {
+pub(crate) fn asinh<R: Real>(x: R) -> R {
     let (one, negative) = (R::one(), x.lt(R::zero()));
     let size = R::select(negative, -x, x);
     let value = ln_1p(size + size * size / (one + (size * size + one).sqrt()));
     R::select(negative, -value, value)
 }
 
-pub(super) fn acosh<R: Real>(x: R) -> R {
+pub(crate) fn acosh<R: Real>(x: R) -> R {
     let above = x - R::one();
     ln_1p(above + (above * (x + R::one())).sqrt())
 }
 
-pub(super) fn atanh<R: Real>(x: R) -> R {
+pub(crate) fn atanh<R: Real>(x: R) -> R {
     R::lit(0.5) * (ln_1p(x) - ln_1p(-x))
-}
-
-/// `value / x`, and 1 at 0: of odd functions of slope 1 there, whose quotient is flat.
-pub(super) fn cardinal<R: Real>(value: R, x: R) -> R {
-    R::select(x.abs().le(R::zero()), R::one(), value / x)
 }

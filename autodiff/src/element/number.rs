@@ -14,10 +14,9 @@ use crate::real::Real;
 use crate::rule;
 
 /// The truth of a comparison that an algorithm branches on.
-pub(super) fn decided<R: Real>(mask: R::Mask) -> bool {
-    rule::uniform(mask).unwrap_or_else(|| {
-        panic!("lanes disagree about a branch of an nalgebra algorithm: run them one by one")
-    })
+pub(crate) fn decided<R: Real>(mask: R::Mask) -> bool {
+    rule::uniform(mask)
+        .unwrap_or_else(|| panic!("lanes disagree about a branch: evaluate them one by one"))
 }
 
 impl<R: Real> Add for Element<R> {
