@@ -1,10 +1,10 @@
 //! Writes the adjoint of a [`Kernel`] as straight-line Rust.
 //!
-//! The kernel is run once on the reverse tape over [`Symbol`]s, numbers that note how they were
+//! The kernel is run once on the reverse tape over symbols, numbers that note how they were
 //! made: the pullback then *is* the formula of the adjoint. What is printed is checked in beside
 //! the kernel, and a test compares it with what [`adjoint`] prints today.
 //!
-//! A product with a cotangent goes through [`Real::chain`] only where the partial may be
+//! A product with a cotangent goes through [`Real::chain`](crate::Real::chain) only where the partial may be
 //! infinite: where it comes from a quotient, root or logarithm of something that is not a sum of
 //! squares and positive constants.
 
