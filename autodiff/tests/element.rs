@@ -3,6 +3,7 @@
 
 use std::num::FpCategory;
 
+use autodiff::lanes::{Lane, Vectorized};
 use autodiff::{Dual, Element, Function, Real, Wide, gradient, hessian};
 use num_traits::{Float, NumCast, Signed, ToPrimitive};
 
@@ -297,4 +298,25 @@ fn no_primitive_number_comes_out() {
     assert!(std::panic::catch_unwind(|| moving.integer_decode()).is_err());
     let constant: Element<Dual<f64, 1>> = NumCast::from(7_u8).expect("a small number");
     assert_eq!((constant.0.value, constant.0.tangent), (7.0, [0.0]));
+}
+
+#[test]
+fn lanes_pass_until_they_disagree_about_a_branch() {
+    struct InLanes([f64; 16]);
+    impl Vectorized<f64> for InLanes {
+        type Output = ();
+        #[inline(always)]
+        fn run<L: Lane<f64>>(self) {
+            let x = Element(L::load(&self.0));
+            let mut rounded = vec![0.0; L::N];
+            x.round().0.store(&mut rounded);
+            for (rounded, x) in rounded.iter().zip(self.0) {
+                assert_eq!(*rounded, x.round());
+            }
+            assert!(x > Element::lit(-9.0));
+            let torn = std::panic::AssertUnwindSafe(|| x > Element::lit(0.0));
+            assert_eq!(std::panic::catch_unwind(torn).is_err(), L::N > 1);
+        }
+    }
+    f64::vectorize(InLanes(std::array::from_fn(|i| 0.75 * (i as f64 - 1.0))));
 }

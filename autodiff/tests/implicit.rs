@@ -4,6 +4,7 @@
 mod common;
 
 use autodiff::implicit::{Residual, Singular, root};
+use autodiff::lanes::{Lane, Vectorized};
 use autodiff::{
     Dual, Function, Real, Tape, Var, VectorFunction, Wide, gradient, hessian, jacobian, vjp,
 };
@@ -145,4 +146,49 @@ fn a_singular_root_is_an_error() {
     let error: Singular = root(Double, &[1.0, 1.0], &[1.0]).expect_err("a double root");
     assert_eq!(error.unknown, 1);
     assert!(error.to_string().contains("unknown 1 depends"), "{error}");
+}
+
+/// `p x0 + x1 = 1, x0 - p x1 = p`: rows are exchanged where `p` is below 1.
+#[derive(Clone)]
+struct Turned;
+
+impl Residual for Turned {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        vec![p[0] * x[0] + x[1] - R::one(), x[0] - p[0] * x[1] - p[0]]
+    }
+}
+
+fn turned_slope<R: Real>(p: R) -> R {
+    // By Cramer's rule.
+    let determinant = p * p + R::one();
+    let x = [(p + p) / determinant, (R::one() - p * p) / determinant];
+    let moving = [Dual::<R, 1>::variable(p, 0)];
+    let x = root(Turned, &x.map(Dual::constant), &moving).expect("a regular matrix");
+    x[0].tangent[0] + x[1].tangent[0] * p
+}
+
+#[test]
+fn lanes_may_disagree_about_pivots() {
+    struct InLanes([f64; 16]);
+    impl Vectorized<f64> for InLanes {
+        type Output = Vec<f64>;
+        #[inline(always)]
+        fn run<L: Lane<f64>>(self) -> Vec<f64> {
+            let mut slopes = vec![0.0; L::N];
+            turned_slope(L::load(&self.0)).store(&mut slopes);
+            slopes
+        }
+    }
+    let p: [f64; 16] = std::array::from_fn(|i| 0.1 + 0.35 * ((7 * i) % 16) as f64);
+    for (lane, &p) in f64::vectorize(InLanes(p)).iter().zip(&p) {
+        // The same operations, but for fused ones.
+        assert_close(&[*lane], &[turned_slope(p)], ROUNDING);
+        // The slope of x0 plus p times that of x1, by differences.
+        let x = |p: f64| [2.0 * p / (p * p + 1.0), (1.0 - p * p) / (p * p + 1.0)];
+        let h = f64::EPSILON.cbrt();
+        let [above, below] = [x(p + h), x(p - h)];
+        let slope = |i: usize| (above[i] - below[i]) / (2.0 * h);
+        // Truncation h^2 and rounding eps / h, 4e-11 each, times derivatives of order 10.
+        assert_close(&[*lane], &[slope(0) + p * slope(1)], 1e-8);
+    }
 }
