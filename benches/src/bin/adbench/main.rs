@@ -24,13 +24,7 @@ enum Command {
     /// A language model: value and gradient.
     Lstm(Instance),
     /// Hand tracking, simple or complicated: residuals and Jacobian.
-    Hand {
-        #[command(flatten)]
-        instance: Instance,
-        /// The folder of the hand's model [default: `model` beside the file].
-        #[arg(long)]
-        model: Option<PathBuf>,
-    },
+    Hand(Instance),
     /// Checks and times all cases of a folder, and writes the table.
     Table(Table),
 }
@@ -42,6 +36,10 @@ struct Instance {
     /// Where the answer goes, as JSON.
     #[arg(long)]
     out: PathBuf,
+    /// The folder of the hand's model, which the other problems have no use for [default: `model`
+    /// beside the file].
+    #[arg(long)]
+    model: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -62,10 +60,10 @@ struct Table {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
-        Command::Gmm(instance) => answer(Kind::Gmm, &instance, None),
-        Command::Ba(instance) => answer(Kind::Ba, &instance, None),
-        Command::Lstm(instance) => answer(Kind::Lstm, &instance, None),
-        Command::Hand { instance, model } => answer(Kind::Hand, &instance, model.as_deref()),
+        Command::Gmm(instance) => answer(Kind::Gmm, &instance),
+        Command::Ba(instance) => answer(Kind::Ba, &instance),
+        Command::Lstm(instance) => answer(Kind::Lstm, &instance),
+        Command::Hand(instance) => answer(Kind::Hand, &instance),
         Command::Table(options) => write_table(&options),
     };
     match result {
@@ -79,8 +77,8 @@ fn main() -> ExitCode {
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-fn answer(kind: Kind, instance: &Instance, model: Option<&Path>) -> Outcome {
-    let mut problem = open(kind, &instance.file, model)?;
+fn answer(kind: Kind, instance: &Instance) -> Outcome {
+    let mut problem = open(kind, &instance.file, instance.model.as_deref())?;
     problem.derivative();
     problem.objective();
     write(&instance.out, &problem.answer().to_string())
