@@ -17,7 +17,7 @@ mod run;
 use std::ops::Range;
 
 use crate::kernel::Adjoint;
-use crate::lanes::{Lane, Vectorized};
+use crate::lanes::{Lane, Vectorized, WIDEST};
 use crate::real::Real;
 
 pub(crate) use aligned::Aligned;
@@ -136,9 +136,6 @@ impl<R: Real> Vectorized<R> for LaneCount {
         L::N
     }
 }
-
-/// The widest lane there may be: arrays that are read at an offset stay this far from the end.
-const WIDEST: usize = 16;
 
 /// Lanes of this type on this machine.
 fn lanes<R: Real>() -> usize {
