@@ -57,7 +57,7 @@ pub(super) fn enter<R: Real, T>(
 ///
 /// # Panics
 /// If that recording is not current on this thread.
-#[inline]
+#[inline(always)]
 pub(super) unsafe fn with<R: Real, T>(
     generation: u32,
     action: impl FnOnce(&mut Arena<R>) -> T,

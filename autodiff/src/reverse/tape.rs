@@ -43,7 +43,7 @@ impl<R: Real> Arena<R> {
     }
 
     /// Appends an entry and returns its index. Runs no code but this crate's.
-    #[inline]
+    #[inline(always)]
     pub(super) fn push(&mut self, entry: Entry<R>) -> u32 {
         let index = index(self.entries.len());
         self.entries.push(entry);
@@ -78,37 +78,49 @@ impl<R: Real> Arena<R> {
 
     /// Carries the cotangents of all entries back to the inputs, which come first.
     fn sweep(&mut self, bars: &mut [R], inputs: usize) {
+        assert_eq!(self.entries.len(), bars.len());
         for i in (inputs..self.entries.len()).rev() {
             let Entry { partials, parents } = self.entries[i];
-            if parents[0] == FUSED {
-                // The outputs' entries follow this one: their cotangents are complete by now.
-                self.fused[parents[1] as usize].reverse(i, bars);
+            if parents[0] >= FUSED {
+                self.sweep_many(i, bars);
                 continue;
             }
-            let bar = bars[i];
+            // Parents come before their entry.
+            let (before, after) = bars.split_at_mut(i);
+            let bar = after[0];
             if bar.is_zero() {
                 continue;
             }
-            if parents[0] == LINEAR {
-                let entry = parents[1] as usize;
-                let end = self.linear.get(entry + 1).copied();
-                let terms = self.linear[entry]..end.unwrap_or(self.terms.len());
+            before[parents[0] as usize] += R::chain(partials[0], bar);
+            if parents[1] != NONE {
+                before[parents[1] as usize] += R::chain(partials[1], bar);
+            }
+        }
+    }
+
+    /// The sweep over an entry of many parents or outputs, and over what has no parents.
+    #[inline(never)]
+    fn sweep_many(&mut self, i: usize, bars: &mut [R]) {
+        let [kind, place] = self.entries[i].parents;
+        let place = place as usize;
+        match kind {
+            // The outputs' entries follow this one: their cotangents are complete by now.
+            FUSED => self.fused[place].reverse(i, bars),
+            LINEAR if !bars[i].is_zero() => {
+                let bar = bars[i];
+                let end = self.linear.get(place + 1).copied();
+                let terms = self.linear[place]..end.unwrap_or(self.terms.len());
                 for &(partial, parent) in &self.terms[terms] {
                     bars[parent as usize] += R::chain(partial, bar);
                 }
-                continue;
             }
-            for side in 0..2 {
-                if parents[side] != NONE {
-                    bars[parents[side] as usize] += R::chain(partials[side], bar);
-                }
-            }
+            _ => {}
         }
     }
 }
 
 /// A place in an arena as the 32 bits that a variable has for it.
-#[inline]
+#[inline(always)]
 fn index(place: usize) -> u32 {
     if place >= FUSED as usize {
         full();
