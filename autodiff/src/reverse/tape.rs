@@ -1,8 +1,6 @@
 //! The record of a computation, and the reverse sweep over it.
 
-use std::sync::atomic::{AtomicU32, Ordering};
-
-use super::current;
+use super::current::{self, CONSTANT};
 use super::fused::FusedEntry;
 use super::var::Var;
 use crate::real::Real;
@@ -13,9 +11,6 @@ pub(super) const NONE: u32 = u32::MAX;
 const LINEAR: u32 = u32::MAX - 1;
 /// In `Entry::parents[0]`: the first output of `Arena::fused[parents[1]]`.
 const FUSED: u32 = u32::MAX - 2;
-
-/// The generation of constants; no recording has it.
-pub(super) const CONSTANT: u32 = 0;
 
 /// One recorded operation of at most two variables: 24 bytes for f64.
 #[derive(Clone, Copy)]
@@ -40,6 +35,16 @@ impl<R: Real> Arena<R> {
         self.terms.clear();
         self.linear.clear();
         self.fused.clear();
+    }
+
+    /// Appends the entries of inputs to an empty arena.
+    fn push_inputs(&mut self, count: usize) {
+        index(count);
+        let entry = Entry {
+            partials: [R::zero(), R::zero()],
+            parents: [NONE, NONE],
+        };
+        self.entries.resize(count, entry);
     }
 
     /// Appends an entry and returns its index. Runs no code but this crate's.
@@ -78,23 +83,24 @@ impl<R: Real> Arena<R> {
 
     /// Carries the cotangents of all entries back to the inputs, which come first.
     fn sweep(&mut self, bars: &mut [R], inputs: usize) {
-        assert_eq!(self.entries.len(), bars.len());
         for i in (inputs..self.entries.len()).rev() {
-            let Entry { partials, parents } = self.entries[i];
-            if parents[0] >= FUSED {
-                self.sweep_many(i, bars);
-                continue;
-            }
-            // Parents come before their entry.
-            let (before, after) = bars.split_at_mut(i);
-            let bar = after[0];
-            if bar.is_zero() {
-                continue;
-            }
-            before[parents[0] as usize] += R::chain(partials[0], bar);
-            if parents[1] != NONE {
-                before[parents[1] as usize] += R::chain(partials[1], bar);
-            }
+            self.sweep_entry(i, bars);
+        }
+    }
+
+    #[inline(always)]
+    fn sweep_entry(&mut self, i: usize, bars: &mut [R]) {
+        let Entry { partials, parents } = self.entries[i];
+        if parents[0] >= FUSED {
+            return self.sweep_many(i, bars);
+        }
+        let bar = bars[i];
+        if bar.is_zero() {
+            return;
+        }
+        bars[parents[0] as usize] += R::chain(partials[0], bar);
+        if parents[1] != NONE {
+            bars[parents[1] as usize] += R::chain(partials[1], bar);
         }
     }
 
@@ -136,17 +142,6 @@ fn full() -> ! {
     )
 }
 
-/// A number that no other recording of this process has had in its last four billion.
-fn next_generation() -> u32 {
-    static NEXT: AtomicU32 = AtomicU32::new(CONSTANT + 1);
-    loop {
-        let generation = NEXT.fetch_add(1, Ordering::Relaxed);
-        if generation != CONSTANT {
-            return generation;
-        }
-    }
-}
-
 /// A record of one computation at a time, to be swept in reverse.
 ///
 /// A tape is an ordinary value: keep it and record again to reuse its memory, send it to another
@@ -163,6 +158,8 @@ fn next_generation() -> u32 {
 /// ```
 pub struct Tape<R> {
     arena: Arena<R>,
+    /// What generations call `R`.
+    name: u32,
     generation: u32,
     inputs: Vec<Var<R>>,
     bars: Vec<R>,
@@ -179,6 +176,7 @@ impl<R: Real> Tape<R> {
         };
         Tape {
             arena,
+            name: current::name_of::<R>(),
             generation: CONSTANT,
             inputs: Vec::new(),
             bars: Vec::new(),
@@ -191,20 +189,15 @@ impl<R: Real> Tape<R> {
     /// recording, and nothing else.
     pub fn record<T>(&mut self, inputs: &[R], function: impl FnOnce(&[Var<R>]) -> T) -> T {
         self.arena.clear();
-        self.generation = next_generation();
-        let (generation, zero) = (self.generation, R::zero());
+        self.generation = current::next_generation(self.name);
+        let generation = self.generation;
+        self.arena.push_inputs(inputs.len());
         let mut variables = std::mem::take(&mut self.inputs);
         variables.clear();
-        variables.extend(inputs.iter().map(|&value| {
-            let index = self.arena.push(Entry {
-                partials: [zero, zero],
-                parents: [NONE, NONE],
-            });
-            Var {
-                value,
-                index,
-                generation,
-            }
+        variables.extend((0..).zip(inputs).map(|(index, &value)| Var {
+            value,
+            index,
+            generation,
         }));
         let result = current::enter(&mut self.arena, generation, || function(&variables));
         self.inputs = variables;

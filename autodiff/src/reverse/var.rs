@@ -7,8 +7,9 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{FromPrimitive, One, Zero};
 
-use super::tape::{CONSTANT, Entry, NONE};
-use super::{current, fused};
+use super::current::{self, CONSTANT};
+use super::fused;
+use super::tape::{Entry, NONE};
 use crate::fused::Fused;
 use crate::real::Real;
 use crate::rule;
@@ -20,8 +21,8 @@ use crate::rule;
 /// zero.
 ///
 /// # Panics
-/// Every operation on a variable panics where its tape is not recording, and where two variables
-/// of different tapes meet.
+/// Every operation that records panics where the variable's tape is not recording, and where two
+/// variables of different tapes meet. Adding a constant records nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Var<R> {
     pub(super) value: R,
@@ -69,30 +70,30 @@ impl<R: Real> Var<R> {
     /// A function of one number, given its value and partial.
     #[inline(always)]
     fn apply(self, (value, partial): (R, R)) -> Self {
-        if self.is_constant() {
-            return Self::constant(value);
-        }
         let entry = Entry {
             partials: [partial, partial],
             parents: [self.index, NONE],
         };
-        Self::push(value, entry, self.generation)
+        Self::record(value, entry, self.generation)
     }
 
     /// A function of two numbers, given its value and partials.
     #[inline(always)]
     fn apply2(self, other: Self, (value, partials): (R, [R; 2])) -> Self {
+        if self.generation == other.generation {
+            let entry = Entry {
+                partials,
+                parents: [self.index, other.index],
+            };
+            return Self::record(value, entry, self.generation);
+        }
         if other.is_constant() {
             return self.apply((value, partials[0]));
         }
         if self.is_constant() {
             return other.apply((value, partials[1]));
         }
-        let entry = Entry {
-            partials,
-            parents: [self.index, other.index],
-        };
-        Self::push(value, entry, Self::common(self.generation, &other))
+        mixed()
     }
 
     /// Whether both stand for the same entry, whatever constants have made of their values.
@@ -118,7 +119,10 @@ impl<R: Real> Var<R> {
     }
 
     #[inline(always)]
-    fn push(value: R, entry: Entry<R>, generation: u32) -> Self {
+    fn record(value: R, entry: Entry<R>, generation: u32) -> Self {
+        if generation == CONSTANT {
+            return Self::constant(value);
+        }
         // SAFETY: appending a `Copy` entry runs no foreign code.
         #[allow(unsafe_code)]
         let index = unsafe { current::with(generation, |arena| arena.push(entry)) };

@@ -16,14 +16,17 @@ pub(crate) trait Number:
     fn primal(self) -> f64;
     fn sqrt(self) -> Self;
     /// `self * factor`.
+    #[inline(always)]
     fn scale(self, factor: f64) -> Self {
         self * self.like(factor)
     }
     /// `self + term`.
+    #[inline(always)]
     fn shift(self, term: f64) -> Self {
         self + self.like(term)
     }
     /// `self * factor + term`.
+    #[inline(always)]
     fn fma(self, factor: Self, term: Self) -> Self {
         self * factor + term
     }
@@ -59,7 +62,13 @@ pub(crate) struct Lattice {
 impl Lattice {
     pub(crate) fn new() -> Self {
         let edges = cosmic::lattice::edges(SIDE, SIDE);
-        let length = |&[i, j]: &[usize; 2]| if j - i == 1 || j - i == SIDE { 0.1 } else { 0.02f64.sqrt() };
+        let length = |&[i, j]: &[usize; 2]| {
+            if j - i == 1 || j - i == SIDE {
+                0.1
+            } else {
+                0.02f64.sqrt()
+            }
+        };
         Self {
             rest_length: edges.iter().map(length).collect(),
             inverse_mass: (0..NODES).map(|i| 60.0 + 0.5 * i as f64).collect(),
