@@ -37,8 +37,7 @@ fn select<T>(mask: bool, if_true: T, if_false: T) -> T {
     if mask { if_true } else { if_false }
 }
 
-/// Numbers by which a step is differentiated: positions, velocities, stiffness.
-pub(crate) const INPUTS: usize = 4 * NODES + EDGES;
+/// Nodes in a row, and rows.
 const SIDE: usize = 6;
 pub(crate) const NODES: usize = SIDE * SIDE;
 pub(crate) const EDGES: usize = 110;
@@ -77,7 +76,7 @@ impl Lattice {
     }
 
     /// The sum of all positions and velocities after a step from `[x, y, vx, vy]`, node by node,
-    /// with springs of this stiffness. The ground is at height 0 and holds what touches it.
+    /// and then the stiffness of every edge. The ground is at height 0 and holds what touches it.
     pub(crate) fn step<T: Number>(&self, inputs: &[T]) -> T {
         let (state, stiffness) = inputs.split_at(4 * NODES);
         let (state, _) = state.as_chunks::<4>();
