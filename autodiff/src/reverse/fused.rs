@@ -2,8 +2,8 @@
 
 use smallvec::SmallVec;
 
-use super::current;
-use super::tape::{CONSTANT, NONE};
+use super::current::{self, CONSTANT};
+use super::tape::NONE;
 use super::var::Var;
 use crate::fused::Fused;
 use crate::real::Real;

@@ -1,8 +1,6 @@
 //! The record of a computation, and the reverse sweep over it.
 
-use std::sync::atomic::{AtomicU32, Ordering};
-
-use super::current;
+use super::current::{self, CONSTANT};
 use super::fused::FusedEntry;
 use super::var::Var;
 use crate::real::Real;
@@ -13,9 +11,6 @@ pub(super) const NONE: u32 = u32::MAX;
 const LINEAR: u32 = u32::MAX - 1;
 /// In `Entry::parents[0]`: the first output of `Arena::fused[parents[1]]`.
 const FUSED: u32 = u32::MAX - 2;
-
-/// The generation of constants; no recording has it.
-pub(super) const CONSTANT: u32 = 0;
 
 /// One recorded operation of at most two variables: 24 bytes for f64.
 #[derive(Clone, Copy)]
@@ -42,8 +37,18 @@ impl<R: Real> Arena<R> {
         self.fused.clear();
     }
 
+    /// Appends the entries of inputs to an empty arena.
+    fn push_inputs(&mut self, count: usize) {
+        index(count);
+        let entry = Entry {
+            partials: [R::zero(), R::zero()],
+            parents: [NONE, NONE],
+        };
+        self.entries.resize(count, entry);
+    }
+
     /// Appends an entry and returns its index. Runs no code but this crate's.
-    #[inline]
+    #[inline(always)]
     pub(super) fn push(&mut self, entry: Entry<R>) -> u32 {
         let index = index(self.entries.len());
         self.entries.push(entry);
@@ -79,38 +84,51 @@ impl<R: Real> Arena<R> {
     /// Carries the cotangents of all entries back to the inputs, which come first.
     fn sweep(&mut self, bars: &mut [R], inputs: usize) {
         for i in (inputs..self.entries.len()).rev() {
-            let Entry { partials, parents } = self.entries[i];
-            if parents[0] == FUSED {
-                // The outputs' entries follow this one: their cotangents are complete by now.
-                self.fused[parents[1] as usize].reverse(i, bars);
-                continue;
-            }
-            let bar = bars[i];
-            if bar.is_zero() {
-                continue;
-            }
-            if parents[0] == LINEAR {
-                let entry = parents[1] as usize;
-                let end = self.linear.get(entry + 1).copied();
-                let terms = self.linear[entry]..end.unwrap_or(self.terms.len());
+            self.sweep_entry(i, bars);
+        }
+    }
+
+    #[inline(always)]
+    fn sweep_entry(&mut self, i: usize, bars: &mut [R]) {
+        let Entry { partials, parents } = self.entries[i];
+        if parents[0] >= FUSED {
+            return self.sweep_many(i, bars);
+        }
+        let bar = bars[i];
+        if bar.is_zero() {
+            return;
+        }
+        let [first, second] = parents.map(|parent| parent as usize);
+        bars[first] = R::chain_add(partials[0], bar, bars[first]);
+        if parents[1] != NONE {
+            bars[second] = R::chain_add(partials[1], bar, bars[second]);
+        }
+    }
+
+    /// The sweep over an entry of many parents or outputs, and over what has no parents.
+    #[inline(never)]
+    fn sweep_many(&mut self, i: usize, bars: &mut [R]) {
+        let [kind, place] = self.entries[i].parents;
+        let place = place as usize;
+        match kind {
+            // The outputs' entries follow this one: their cotangents are complete by now.
+            FUSED => self.fused[place].reverse(i, bars),
+            LINEAR if !bars[i].is_zero() => {
+                let bar = bars[i];
+                let end = self.linear.get(place + 1).copied();
+                let terms = self.linear[place]..end.unwrap_or(self.terms.len());
                 for &(partial, parent) in &self.terms[terms] {
                     let parent = &mut bars[parent as usize];
                     *parent = R::chain_add(partial, bar, *parent);
                 }
-                continue;
             }
-            for side in 0..2 {
-                if parents[side] != NONE {
-                    let parent = &mut bars[parents[side] as usize];
-                    *parent = R::chain_add(partials[side], bar, *parent);
-                }
-            }
+            _ => {}
         }
     }
 }
 
 /// A place in an arena as the 32 bits that a variable has for it.
-#[inline]
+#[inline(always)]
 fn index(place: usize) -> u32 {
     if place >= FUSED as usize {
         full();
@@ -124,17 +142,6 @@ fn full() -> ! {
         "the tape is full: one recording holds at most {FUSED} entries; \
          record shorter pieces and join them, as a rollout does"
     )
-}
-
-/// A number that no other recording of this process has had in its last four billion.
-fn next_generation() -> u32 {
-    static NEXT: AtomicU32 = AtomicU32::new(CONSTANT + 1);
-    loop {
-        let generation = NEXT.fetch_add(1, Ordering::Relaxed);
-        if generation != CONSTANT {
-            return generation;
-        }
-    }
 }
 
 /// A record of one computation at a time, to be swept in reverse.
@@ -153,6 +160,8 @@ fn next_generation() -> u32 {
 /// ```
 pub struct Tape<R> {
     arena: Arena<R>,
+    /// What generations call `R`.
+    name: u32,
     generation: u32,
     inputs: Vec<Var<R>>,
     bars: Vec<R>,
@@ -169,6 +178,7 @@ impl<R: Real> Tape<R> {
         };
         Tape {
             arena,
+            name: current::name_of::<R>(),
             generation: CONSTANT,
             inputs: Vec::new(),
             bars: Vec::new(),
@@ -181,20 +191,15 @@ impl<R: Real> Tape<R> {
     /// recording, and nothing else.
     pub fn record<T>(&mut self, inputs: &[R], function: impl FnOnce(&[Var<R>]) -> T) -> T {
         self.arena.clear();
-        self.generation = next_generation();
-        let (generation, zero) = (self.generation, R::zero());
+        self.generation = current::next_generation(self.name);
+        let generation = self.generation;
+        self.arena.push_inputs(inputs.len());
         let mut variables = std::mem::take(&mut self.inputs);
         variables.clear();
-        variables.extend(inputs.iter().map(|&value| {
-            let index = self.arena.push(Entry {
-                partials: [zero, zero],
-                parents: [NONE, NONE],
-            });
-            Var {
-                value,
-                index,
-                generation,
-            }
+        variables.extend((0..).zip(inputs).map(|(index, &value)| Var {
+            value,
+            index,
+            generation,
         }));
         let result = current::enter(&mut self.arena, generation, || function(&variables));
         self.inputs = variables;

@@ -7,8 +7,9 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{FromPrimitive, One, Zero};
 
-use super::tape::{CONSTANT, Entry, NONE};
-use super::{current, fused};
+use super::current::{self, CONSTANT};
+use super::fused;
+use super::tape::{Entry, NONE};
 use crate::fused::Fused;
 use crate::real::Real;
 use crate::rule;
@@ -20,8 +21,8 @@ use crate::rule;
 /// zero.
 ///
 /// # Panics
-/// Every operation on a variable panics where its tape is not recording, and where two variables
-/// of different tapes meet.
+/// Every operation that records panics where the variable's tape is not recording, and where two
+/// variables of different tapes meet. Adding a constant records nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Var<R> {
     pub(super) value: R,
@@ -33,7 +34,7 @@ pub struct Var<R> {
 
 impl<R: Real> Var<R> {
     /// A number without history.
-    #[inline]
+    #[inline(always)]
     pub fn constant(value: R) -> Self {
         Var {
             value,
@@ -43,19 +44,19 @@ impl<R: Real> Var<R> {
     }
 
     /// The primal.
-    #[inline]
+    #[inline(always)]
     pub fn value(self) -> R {
         self.value
     }
 
     /// Whether the number has no history.
-    #[inline]
+    #[inline(always)]
     pub fn is_constant(&self) -> bool {
         self.generation == CONSTANT
     }
 
     /// The generation of what was computed from numbers of generation `so_far` and this one.
-    #[inline]
+    #[inline(always)]
     pub(super) fn common(so_far: u32, &Var { generation, .. }: &Self) -> u32 {
         if so_far == CONSTANT || so_far == generation {
             generation
@@ -67,34 +68,61 @@ impl<R: Real> Var<R> {
     }
 
     /// A function of one number, given its value and partial.
-    #[inline]
+    #[inline(always)]
     fn apply(self, (value, partial): (R, R)) -> Self {
-        if self.is_constant() {
-            return Self::constant(value);
-        }
         let entry = Entry {
             partials: [partial, partial],
             parents: [self.index, NONE],
         };
-        Self::push(value, entry, self.generation)
+        Self::record(value, entry, self.generation)
     }
 
     /// A function of two numbers, given its value and partials.
-    #[inline]
+    #[inline(always)]
     fn apply2(self, other: Self, (value, partials): (R, [R; 2])) -> Self {
-        let generation = Self::common(self.generation, &other);
+        if self.generation == other.generation {
+            let entry = Entry {
+                partials,
+                parents: [self.index, other.index],
+            };
+            return Self::record(value, entry, self.generation);
+        }
+        if other.is_constant() {
+            return self.apply((value, partials[0]));
+        }
+        if self.is_constant() {
+            return other.apply((value, partials[1]));
+        }
+        mixed()
+    }
+
+    /// Whether both stand for the same entry, whatever constants have made of their values.
+    #[inline(always)]
+    fn is(self, other: Self) -> bool {
+        (self.index, self.generation) == (other.index, other.generation)
+    }
+
+    /// The number moved by a constant: another value at the same entry, nothing recorded.
+    #[inline(always)]
+    fn moved_to(self, value: R) -> Self {
+        Var { value, ..self }
+    }
+
+    /// The product with a variable, given its value.
+    #[inline(always)]
+    fn product(self, factor: Self, value: R) -> Self {
+        if self.is(factor) {
+            // A square, or what constants have moved apart: one parent.
+            return self.apply((value, self.value + factor.value));
+        }
+        self.apply2(factor, (value, [factor.value, self.value]))
+    }
+
+    #[inline(always)]
+    fn record(value: R, entry: Entry<R>, generation: u32) -> Self {
         if generation == CONSTANT {
             return Self::constant(value);
         }
-        let entry = Entry {
-            partials,
-            parents: [self.index, other.index],
-        };
-        Self::push(value, entry, generation)
-    }
-
-    #[inline]
-    fn push(value: R, entry: Entry<R>, generation: u32) -> Self {
         // SAFETY: appending a `Copy` entry runs no foreign code.
         #[allow(unsafe_code)]
         let index = unsafe { current::with(generation, |arena| arena.push(entry)) };
@@ -106,7 +134,7 @@ impl<R: Real> Var<R> {
     }
 
     /// A value with many terms; an item of `terms` with index `NONE` is a constant's.
-    #[inline]
+    #[inline(always)]
     fn push_linear(value: R, terms: impl Iterator<Item = (R, u32)>, generation: u32) -> Self {
         if generation == CONSTANT {
             return Self::constant(value);
@@ -163,7 +191,7 @@ impl<R: Real> Real for Var<R> {
             }
         }
     }
-    #[inline]
+    #[inline(always)]
     fn fma(self, factor: Self, term: Self) -> Self {
         let (value, one) = (self.value.fma(factor.value, term.value), R::one());
         if factor.is_constant() {
@@ -172,10 +200,13 @@ impl<R: Real> Real for Var<R> {
         if self.is_constant() {
             return factor.apply2(term, (value, [self.value, one]));
         }
-        let product = self.apply2(factor, (value, [factor.value, self.value]));
         if term.is_constant() {
-            return product;
+            return self.product(factor, value);
         }
+        if self.is(factor) {
+            return self.apply2(term, (value, [self.value + factor.value, one]));
+        }
+        let product = self.product(factor, value);
         product.apply2(term, (value, [one, one]))
     }
     #[inline]
@@ -280,33 +311,42 @@ impl<R: Real> Real for Var<R> {
 
 impl<R: Real> Add for Var<R> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
-        let one = R::one();
-        self.apply2(other, (self.value + other.value, [one, one]))
+        let (value, one) = (self.value + other.value, R::one());
+        if other.is_constant() {
+            return self.moved_to(value);
+        }
+        if self.is_constant() {
+            return other.moved_to(value);
+        }
+        self.apply2(other, (value, [one, one]))
     }
 }
 
 impl<R: Real> Sub for Var<R> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        let one = R::one();
-        self.apply2(other, (self.value - other.value, [one, -one]))
+        let (value, one) = (self.value - other.value, R::one());
+        if other.is_constant() {
+            return self.moved_to(value);
+        }
+        self.apply2(other, (value, [one, -one]))
     }
 }
 
 impl<R: Real> Mul for Var<R> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        self.apply2(other, rule::mul(self.value, other.value))
+        self.product(other, self.value * other.value)
     }
 }
 
 impl<R: Real> Div for Var<R> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
         self.apply2(other, rule::div(self.value, other.value))
     }
@@ -314,7 +354,7 @@ impl<R: Real> Div for Var<R> {
 
 impl<R: Real> Neg for Var<R> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         self.apply((-self.value, -R::one()))
     }

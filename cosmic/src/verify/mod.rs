@@ -5,4 +5,4 @@ mod gradients;
 mod speed;
 
 pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients};
-pub use speed::{MEASURED_STEPS, Speed, measure, peak_memory};
+pub use speed::{MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure, peak_memory};

@@ -35,21 +35,8 @@ pub struct Speed {
 /// Measures a case with a loss. What is done at once, the plan of the rollout and its sine table,
 /// is left out.
 pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
-    let steps = MEASURED_STEPS.min(case.physics.steps).max(1);
-    let subject = Subject {
-        case,
-        task: case.task(),
-        inputs: case.inputs(),
-        loss: Displacement {
-            ground: case.task().ground(),
-            settings: loss.clone(),
-        },
-        horizon: Horizon {
-            steps,
-            mode: HorizonMode::Head,
-            cotangent_bound: None,
-        },
-    };
+    let subject = Subject::new(case, loss);
+    let steps = subject.steps();
     let matvecs = TwoMatvecs::new(case);
     let mut least = [Duration::MAX; 4];
     for _ in 0..REPEATS {
@@ -91,8 +78,8 @@ pub fn peak_memory() -> Option<u64> {
     Some(kibibytes * 1024)
 }
 
-/// What is measured.
-struct Subject<'a> {
+/// What is measured: the rollout of a case, and its gradients.
+pub struct Subject<'a> {
     case: &'a Case,
     task: Task,
     inputs: Inputs<f64>,
@@ -100,15 +87,42 @@ struct Subject<'a> {
     horizon: Horizon,
 }
 
-impl Subject<'_> {
-    fn rollout(&self) -> f64 {
+impl<'a> Subject<'a> {
+    /// Plans rollouts of a case: [`MEASURED_STEPS`] steps, or as many as it has.
+    pub fn new(case: &'a Case, loss: &LossSettings) -> Self {
+        let task = case.task();
+        Self {
+            case,
+            inputs: case.inputs(),
+            loss: Displacement {
+                ground: task.ground(),
+                settings: loss.clone(),
+            },
+            horizon: Horizon {
+                steps: MEASURED_STEPS.min(case.physics.steps).max(1),
+                mode: HorizonMode::Head,
+                cotangent_bound: None,
+            },
+            task,
+        }
+    }
+
+    /// Steps of a rollout.
+    pub fn steps(&self) -> usize {
+        self.horizon.steps
+    }
+
+    /// A plain rollout: its loss.
+    pub fn rollout(&self) -> f64 {
         let mixture = self.case.mixture(self.case.projection, &self.inputs.z);
         let span = Span::from_start(self.loss.observed(self.horizon.steps));
         let robot = (&self.inputs.controller, &self.inputs.start);
         self.loss.loss(&self.task.rollout(&mixture, robot, &span))
     }
 
-    fn gradient(&self, blocks: [bool; 7]) -> (f64, Vec<f64>) {
+    /// The loss and its gradient by some blocks of the inputs, such as
+    /// [`DESIGN`] or [`CONTROLLER`].
+    pub fn gradient(&self, blocks: [bool; 7]) -> (f64, Vec<f64>) {
         self.inputs.differentiate(blocks, |inputs| {
             let mixture = self.case.mixture(self.case.projection, &inputs.z);
             let robot = (&inputs.controller, &inputs.start);
@@ -121,15 +135,16 @@ impl Subject<'_> {
 
 /// `W2 (W1 x)`, of the shapes that a controller runs with: all positions and velocities to
 /// hidden units to edges.
-#[derive(Clone, Copy)]
-struct TwoMatvecs {
+#[derive(Clone, Copy, Debug)]
+pub struct TwoMatvecs {
     inputs: usize,
     hidden: usize,
     edges: usize,
 }
 
 impl TwoMatvecs {
-    fn new(case: &Case) -> Self {
+    /// Of the shapes of a case.
+    pub fn new(case: &Case) -> Self {
         Self {
             inputs: 4 * case.lattice.nodes(),
             hidden: case.controller.hidden,
@@ -137,7 +152,8 @@ impl TwoMatvecs {
         }
     }
 
-    fn run(self, steps: usize) -> Vec<f64> {
+    /// Computes them so many times; returns the vector that was put in.
+    pub fn run(self, steps: usize) -> Vec<f64> {
         let Self {
             inputs,
             hidden,

@@ -1,0 +1,105 @@
+//! Adjoints of the kernels, emitted from recordings of them by `autodiff::emit`.
+
+use autodiff::{Adjoint, Real};
+
+use crate::kernels::{Flight, Spring};
+
+impl Adjoint<4, 2> for Spring {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 2]) -> [R; 4] {
+        let [x0, x1, x2, x3] = x;
+        let [y0, y1] = y_bar;
+        let t7 = R::lit(1e-12);
+        let t8 = x1.fma(x1, t7);
+        let t10 = x1 + x1;
+        let t11 = x0.fma(x0, t8);
+        let t12 = x0 + x0;
+        let t13 = t11.sqrt();
+        let t14 = R::lit(0.5);
+        let t15 = t13.recip();
+        let t16 = t14 * t15;
+        let t17 = t13 - x3;
+        let t19 = x2 * t17;
+        let t20 = R::lit(0.002);
+        let t21 = t19 * t20;
+        let t22 = t15 * t21;
+        let t23 = t15 * t22;
+        let t24 = -t23;
+        let t27 = x1 * y1;
+        let t28 = y1 * t22;
+        let t30 = x0.fma(y0, t27);
+        let t31 = y0 * t22;
+        let t32 = t15 * t30;
+        let t34 = t20 * t32;
+        let t35 = t17 * t34;
+        let t36 = x2 * t34;
+        let t37 = t24.fma(t30, t36);
+        let t38 = -t36;
+        let t39 = t16 * t37;
+        let t41 = t12.fma(t39, t31);
+        let t43 = t10.fma(t39, t28);
+        [t41, t43, t35, t38]
+    }
+}
+
+impl Adjoint<7, 4> for Flight {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+        let [_, x1, x2, x3, x4, x5, x6] = x;
+        let [y0, y1, y2, y3] = y_bar;
+        let t11 = R::lit(0.0);
+        let t12 = R::lit(0.002);
+        let t13 = R::lit(0.9607894391523232);
+        let t14 = x2 * t13;
+        let t15 = x4.fma(x6, t14);
+        let t18 = R::lit(-0.0096);
+        let t19 = x3.fma(t13, t18);
+        let t20 = x5.fma(x6, t19);
+        let t21 = t12.fma(t20, x1);
+        let t22 = t21.lt(t11);
+        let t23 = t20.lt(t11);
+        let t24 = t22 & t23;
+        let t25 = -x1;
+        let t26 = R::lit(-1.0);
+        let t28 = R::select(t24, t20, t26);
+        let t31 = t28.recip();
+        let t32 = t25 * t31;
+        let t33 = t31 * t32;
+        let t34 = -t33;
+        let t35 = t32.le(t11);
+        let t37 = R::select(t35, t11, t32);
+        let t40 = t12.le(t37);
+        let t50 = R::select(t24, t11, y3);
+        let t51 = R::select(t24, t11, y2);
+        let t52 = y1 * t20;
+        let t53 = y1 * t12;
+        let t54 = R::chain(t32, y1);
+        let t55 = R::select(t35, t11, t54);
+        let t56 = R::select(t40, t53, t55);
+        let t57 = R::select(t24, t56, t53);
+        let t58 = t50 + t57;
+        let t60 = y0.fma(t15, t52);
+        let t61 = y0 * t12;
+        let t62 = R::chain(t32, y0);
+        let t63 = R::select(t35, t11, t62);
+        let t64 = R::select(t40, t61, t63);
+        let t65 = R::select(t24, t64, t61);
+        let t66 = t51 + t65;
+        let t67 = R::select(t24, t60, t11);
+        let t68 = R::select(t40, t11, t67);
+        let t69 = R::select(t35, t11, t68);
+        let t70 = R::chain(t31, t69);
+        let t71 = R::chain(t34, t69);
+        let t72 = R::select(t24, t71, t11);
+        let t73 = t58 + t72;
+        let t74 = -t70;
+        let t75 = y1 + t74;
+        let t76 = x6 * t73;
+        let t77 = x5 * t73;
+        let t78 = t13 * t73;
+        let t79 = x6 * t66;
+        let t81 = x4.fma(t66, t77);
+        let t82 = t13 * t66;
+        [y0, t75, t82, t78, t79, t76, t81]
+    }
+}

@@ -1,0 +1,105 @@
+//! The same step as kernels mapped over arrays: what `autodiff` offers beside its tape.
+
+use autodiff::{Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
+
+use crate::rivals::Gradient;
+use crate::step::{DECAY, DT, EDGES, GRAVITY, Lattice, NODES, SOFTENING};
+
+/// The impulse of an edge on its tail, from `[dx, dy, stiffness, rest length]`.
+pub(crate) struct Spring;
+
+impl Kernel<4, 2> for Spring {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [dx, dy, stiffness, rest_length]: [R; 4]) -> [R; 2] {
+        let length = dx.fma(dx, dy.fma(dy, R::lit(SOFTENING))).sqrt();
+        let per_length = stiffness * (length - rest_length) * R::lit(DT) / length;
+        [per_length * dx, per_length * dy]
+    }
+}
+
+/// A node's next `[x, y, vx, vy]`, from these, its impulse and its inverse mass.
+pub(crate) struct Flight;
+
+impl Kernel<7, 4> for Flight {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
+        let (zero, dt, decay) = (R::zero(), R::lit(DT), R::lit(DECAY));
+        let vx = jx.fma(inverse_mass, decay * vx);
+        let vy = jy.fma(inverse_mass, decay * vy + R::lit(GRAVITY));
+        let touches = dt.fma(vy, y).lt(zero) & vy.lt(zero);
+        let time = -y / R::select(touches, vy, -R::one());
+        let moving = R::select(touches, time.clamp(zero, dt), dt);
+        let after = |v: R| R::select(touches, zero, v);
+        [moving.fma(vx, x), moving.fma(vy, y), after(vx), after(vy)]
+    }
+}
+
+#[derive(Clone)]
+struct Step(Graph);
+
+impl Model for Step {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let [stiffness, rest_length] = [(); 2].map(|()| p.parameter(self.0.slots()));
+        let inverse_mass = p.parameter(NODES);
+        let [x, y, vx, vy] = [(); 4].map(|()| p.state(NODES));
+        let [jx, jy] = p.map_edges(&self.0, Spring, ([x, y], &[stiffness, rest_length]));
+        p.keep(jx);
+        p.keep(jy);
+        let next = p.map(Flight, [x, y, vx, vy, jx, jy, inverse_mass]);
+        for (state, next) in [x, y, vx, vy].into_iter().zip(next) {
+            p.advance(state, next);
+        }
+    }
+}
+
+/// A rollout of so many steps: the sum of its last state.
+struct Steps {
+    rollout: Rollout<Step>,
+    rest_length: Vec<f64>,
+    inverse_mass: Vec<f64>,
+}
+
+impl Steps {
+    fn new(lattice: &Lattice, steps: usize) -> Self {
+        let graph = Graph::new(NODES, &lattice.edges);
+        Self {
+            rest_length: graph.to_slots(&lattice.rest_length),
+            inverse_mass: lattice.inverse_mass.clone(),
+            rollout: Rollout {
+                model: Step(graph),
+                steps,
+                inputs: [].into(),
+                observed: vec![steps],
+                cotangent_bound: None,
+                memory: Memory::All,
+            },
+        }
+    }
+
+    /// Inputs as for [`Lattice::step`].
+    fn sum<R: Real>(&self, inputs: &[R]) -> R {
+        let (state, stiffness) = inputs.split_at(4 * NODES);
+        let part = |k: usize| (0..NODES).map(move |i| state[4 * i + k]);
+        let start: Vec<R> = (0..4).flat_map(part).collect();
+        let lift = |numbers: &[f64]| numbers.iter().map(|&x| R::lit(x)).collect::<Vec<R>>();
+        let stiffness = self.rollout.model.0.to_slots(&stiffness[..EDGES]);
+        let (rest_length, inverse_mass) = (lift(&self.rest_length), lift(&self.inverse_mass));
+        let parameters: [&[R]; 3] = [&stiffness, &rest_length, &inverse_mass];
+        R::sum(&self.rollout.run(&start, &parameters))
+    }
+}
+
+/// Value alone: a plain rollout.
+pub(crate) fn value(lattice: &Lattice, steps: usize) -> Gradient {
+    let rollout = Steps::new(lattice, steps);
+    Box::new(move |_, inputs| (rollout.sum(inputs), Vec::new()))
+}
+
+pub(crate) fn gradient(lattice: &Lattice, steps: usize) -> Gradient {
+    let rollout = Steps::new(lattice, steps);
+    let mut tape = Tape::new();
+    Box::new(move |_, inputs| {
+        let sum: Var<f64> = tape.record(inputs, |inputs| rollout.sum(inputs));
+        (sum.value(), tape.pullback(&[sum], &[1.0]).to_vec())
+    })
+}

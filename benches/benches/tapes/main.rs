@@ -1,0 +1,174 @@
+//! What a scalar tape costs: the gradient of one step of springs, on our tape, on those of other
+//! crates and through our kernels. Answers are compared before anything is timed.
+//!
+//! - `cargo bench -p benches --bench tapes --features rivals,xad-rs --ignore-rust-version`
+//! - the same with `-- --table` writes `docs/speed.md`, with the rollout's figures.
+
+mod document;
+#[rustfmt::skip]
+mod adjoints;
+mod kernels;
+mod rivals;
+mod step;
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use rivals::Gradient;
+use step::{EDGES, Lattice, NODES};
+
+/// Steps of the rollouts that kernels are timed in.
+const STEPS: usize = 256;
+/// Times that each measurement is taken, in turns; the least counts.
+const ROUNDS: usize = 400;
+/// How long one measurement lasts, s: long against the clock's tick, short against a time slice.
+const SPAN: f64 = 2e-4;
+
+/// A row of the table.
+pub(crate) struct Row {
+    pub(crate) name: &'static str,
+    /// Microseconds a step, or why there are none.
+    pub(crate) time: Result<f64, &'static str>,
+}
+
+struct Subject {
+    name: &'static str,
+    steps: usize,
+    run: Gradient,
+}
+
+fn main() {
+    let lattice = Lattice::new();
+    let inputs = inputs();
+    compare(&lattice, &inputs);
+    let mut rows = time(&mut subjects(&lattice), &lattice, &inputs);
+    rows.extend(absent());
+    let table = document::tapes(&rows);
+    println!("{table}");
+    if std::env::args().any(|argument| argument == "--table") {
+        let path = document::write(&table).expect("the documentation's folder can be written");
+        println!("written: {path}");
+    }
+}
+
+/// Positions, velocities (a few of them into the ground) and stiffness.
+fn inputs() -> Vec<f64> {
+    let wobble = |i: usize| ((i * 7919) % 97) as f64 / 97.0 - 0.5;
+    let node = |i: usize| {
+        let (row, column, w) = ((i / 6) as f64, (i % 6) as f64, wobble(i));
+        let (x, y) = (0.1 * column + 0.01 * w, 0.1 * row + 3e-4 + 2e-4 * w);
+        [x, y, 0.3 * w, -0.4 + 0.2 * w]
+    };
+    let stiffness = (0..EDGES).map(|e| 100.0 + e as f64);
+    (0..NODES).flat_map(node).chain(stiffness).collect()
+}
+
+/// The tapes in this build.
+fn tapes() -> Vec<(&'static str, Gradient)> {
+    vec![
+        ("`Tape` of this crate", rivals::ours()),
+        #[cfg(feature = "xad-rs")]
+        ("xad-rs 1.0", rivals::xad::gradient()),
+        #[cfg(feature = "rivals")]
+        ("reverse 0.2", rivals::reverse::gradient()),
+        #[cfg(feature = "rivals")]
+        ("ad_trait 0.3", rivals::ad_trait::gradient()),
+        #[cfg(feature = "rivals")]
+        ("echidna 0.15", rivals::echidna::gradient()),
+    ]
+}
+
+/// What this build leaves out.
+fn absent() -> Vec<Row> {
+    let mut rows = Vec::new();
+    let mut leave_out = |name, why| {
+        rows.push(Row {
+            name,
+            time: Err(why),
+        })
+    };
+    if cfg!(not(feature = "xad-rs")) {
+        leave_out(
+            "xad-rs",
+            "not built: `--features xad-rs`, and Rust 1.98 or `--ignore-rust-version`",
+        );
+    }
+    if cfg!(not(feature = "rivals")) {
+        leave_out(
+            "reverse, ad_trait, echidna",
+            "not built: `--features rivals`",
+        );
+    }
+    rows
+}
+
+fn subjects(lattice: &Lattice) -> Vec<Subject> {
+    let plain: Gradient = Box::new(|lattice, inputs| (lattice.step(inputs), Vec::new()));
+    let one = |(name, run)| Subject {
+        name,
+        steps: 1,
+        run,
+    };
+    let many = |(name, run)| Subject {
+        name,
+        steps: STEPS,
+        run,
+    };
+    let mut subjects = vec![one(("primal, scalar f64", plain))];
+    subjects.extend(tapes().into_iter().map(one));
+    subjects.push(many((
+        "primal, kernels in lanes",
+        kernels::value(lattice, STEPS),
+    )));
+    subjects.push(many((
+        "kernels of this crate",
+        kernels::gradient(lattice, STEPS),
+    )));
+    subjects
+}
+
+/// Every tape must agree with ours, and ours with the kernels' adjoints.
+fn compare(lattice: &Lattice, inputs: &[f64]) {
+    let (value, gradient) = rivals::ours()(lattice, inputs);
+    let kernels = ("kernels", kernels::gradient(lattice, 1));
+    for (name, mut other) in tapes().into_iter().chain([kernels]) {
+        let (its_value, its_gradient) = other(lattice, inputs);
+        assert_eq!(gradient.len(), its_gradient.len(), "{name}");
+        // Sums of about 100 terms in another order: 100 roundings of the largest, at most.
+        let scale = gradient.iter().fold(1.0, |most: f64, g| most.max(g.abs()));
+        let differ = |a: f64, b: f64| (a - b).abs() > 1e-13 * scale.max(a.abs());
+        assert!(
+            !differ(value, its_value),
+            "{name}: {its_value}, not {value}"
+        );
+        for (k, (&ours, &its)) in gradient.iter().zip(&its_gradient).enumerate() {
+            assert!(
+                !differ(ours, its),
+                "{name}: component {k} is {its}, not {ours}"
+            );
+        }
+    }
+}
+
+/// Microseconds a step, the least of many rounds.
+fn time(subjects: &mut [Subject], lattice: &Lattice, inputs: &[f64]) -> Vec<Row> {
+    let mut least = vec![f64::INFINITY; subjects.len()];
+    for round in 0..=ROUNDS {
+        for (subject, least) in subjects.iter_mut().zip(&mut least) {
+            let repeats = (SPAN / *least) as usize;
+            let start = Instant::now();
+            for _ in 0..repeats.max(1) {
+                black_box((subject.run)(lattice, black_box(inputs)));
+            }
+            let taken = start.elapsed().as_secs_f64() / repeats.max(1) as f64;
+            // The first round finds out how many repeats there may be.
+            *least = if round == 0 { taken } else { least.min(taken) };
+        }
+    }
+    let rows = subjects.iter().zip(least);
+    rows.map(|(subject, seconds)| Row {
+        name: subject.name,
+        time: Ok(seconds * 1e6 / subject.steps as f64),
+    })
+    .collect()
+}

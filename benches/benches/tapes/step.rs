@@ -1,0 +1,124 @@
+//! The work that all tapes are given: one step of a 6x6 lattice of springs, in scalar code.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// What the step asks of a number: the common ground of the tapes compared.
+pub(crate) trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// A constant. Some tapes cannot make one without a variable to take the tape from.
+    fn like(self, value: f64) -> Self;
+    fn primal(self) -> f64;
+    fn sqrt(self) -> Self;
+    /// `self * factor`.
+    #[inline(always)]
+    fn scale(self, factor: f64) -> Self {
+        self * self.like(factor)
+    }
+    /// `self + term`.
+    #[inline(always)]
+    fn shift(self, term: f64) -> Self {
+        self + self.like(term)
+    }
+    /// `self * factor + term`.
+    #[inline(always)]
+    fn fma(self, factor: Self, term: Self) -> Self {
+        self * factor + term
+    }
+}
+
+/// Both operands are computed, as in code that lanes could run.
+fn select<T>(mask: bool, if_true: T, if_false: T) -> T {
+    if mask { if_true } else { if_false }
+}
+
+/// Nodes in a row, and rows.
+const SIDE: usize = 6;
+pub(crate) const NODES: usize = SIDE * SIDE;
+pub(crate) const EDGES: usize = 110;
+
+/// Length of a step, s.
+pub(crate) const DT: f64 = 0.002;
+/// What damping leaves of a velocity in a step.
+pub(crate) const DECAY: f64 = 0.960_789_439_152_323_2;
+/// Velocity that gravity adds in a step, m/s.
+pub(crate) const GRAVITY: f64 = -0.0096;
+/// Softens the length of an edge, m^2.
+pub(crate) const SOFTENING: f64 = 1e-12;
+
+/// What a step does not change and is not differentiated by.
+pub(crate) struct Lattice {
+    pub(crate) edges: Vec<[usize; 2]>,
+    pub(crate) rest_length: Vec<f64>,
+    pub(crate) inverse_mass: Vec<f64>,
+}
+
+impl Lattice {
+    pub(crate) fn new() -> Self {
+        let edges = cosmic::lattice::edges(SIDE, SIDE);
+        let length = |&[i, j]: &[usize; 2]| {
+            if j - i == 1 || j - i == SIDE {
+                0.1
+            } else {
+                0.02f64.sqrt()
+            }
+        };
+        Self {
+            rest_length: edges.iter().map(length).collect(),
+            inverse_mass: (0..NODES).map(|i| 60.0 + 0.5 * i as f64).collect(),
+            edges,
+        }
+    }
+
+    /// The sum of all positions and velocities after a step from `[x, y, vx, vy]`, node by node,
+    /// and then the stiffness of every edge. The ground is at height 0 and holds what touches it.
+    pub(crate) fn step<T: Number>(&self, inputs: &[T]) -> T {
+        let (state, stiffness) = inputs.split_at(4 * NODES);
+        let (state, _) = state.as_chunks::<4>();
+        let zero = inputs[0].like(0.0);
+        let mut impulse = [[zero; 2]; NODES];
+        for (e, &[i, j]) in self.edges.iter().enumerate() {
+            let ([xi, yi, ..], [xj, yj, ..]) = (state[i], state[j]);
+            let (dx, dy) = (xj - xi, yj - yi);
+            let length = dx.fma(dx, dy.fma(dy, dx.like(SOFTENING))).sqrt();
+            let stretch = length.shift(-self.rest_length[e]);
+            let per_length = (stiffness[e] * stretch).scale(DT) / length;
+            let [jx, jy] = [per_length * dx, per_length * dy];
+            impulse[i] = [impulse[i][0] + jx, impulse[i][1] + jy];
+            impulse[j] = [impulse[j][0] - jx, impulse[j][1] - jy];
+        }
+        let mut sums = [zero; 4];
+        for i in 0..NODES {
+            let next = fly(state[i], impulse[i], self.inverse_mass[i]);
+            for (sum, next) in sums.iter_mut().zip(next) {
+                *sum = *sum + next;
+            }
+        }
+        (sums[0] + sums[1]) + (sums[2] + sums[3])
+    }
+}
+
+/// A node moves until it meets the ground, and stops there.
+fn fly<T: Number>([x, y, vx, vy]: [T; 4], [jx, jy]: [T; 2], inverse_mass: f64) -> [T; 4] {
+    let decayed = [vx.scale(DECAY), vy.scale(DECAY).shift(GRAVITY)];
+    let mass = |j: T| j.like(inverse_mass);
+    let [vx, vy] = [jx.fma(mass(jx), decayed[0]), jy.fma(mass(jy), decayed[1])];
+    let (height, falling) = (y.primal(), vy.primal());
+    let touches = DT * falling + height < 0.0 && falling < 0.0;
+    let (zero, dt) = (vy.like(0.0), vy.like(DT));
+    let time = -y / select(touches, vy, vy.like(-1.0));
+    let time = select(time.primal() <= 0.0, zero, time);
+    let time = select(time.primal() >= DT, dt, time);
+    let moving = select(touches, time, dt);
+    [
+        moving.fma(vx, x),
+        moving.fma(vy, y),
+        select(touches, zero, vx),
+        select(touches, zero, vy),
+    ]
+}
