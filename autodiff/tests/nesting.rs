@@ -155,3 +155,36 @@ fn a_tape_may_be_swept_again_and_recorded_again() {
         assert_eq!(tape.pullback(&y[..1], &[1.0]), [3.0, scale]);
     }
 }
+
+/// What constants move, and squares, take a shorter way onto the tape.
+struct Moved;
+
+impl Function for Moved {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let (half, three) = (R::lit(0.5), R::lit(3.0));
+        let square = (x[0] + half) * (x[0] - three) * (three - x[0]);
+        let joined = x[0].fma(x[0] + half, x[1]) + x[1].fma(x[1], three);
+        square * joined * (half + x[1]) + x[0] * x[0]
+    }
+}
+
+#[test]
+fn numbers_moved_by_constants_keep_their_derivative() {
+    let x = [0.75, -1.25];
+    let expected = forward_gradient::<f64>(&Moved, &x);
+    // The argument's halves and quarters: every product is exact.
+    assert_gradient(&Moved, &x, &expected);
+    let rows = [0, 1].map(|i| {
+        let point: Vec<Dual<f64, 1>> = x
+            .iter()
+            .enumerate()
+            .map(|(j, &value)| Dual {
+                value,
+                tangent: [if i == j { 1.0 } else { 0.0 }],
+            })
+            .collect();
+        let row = forward_gradient(&Moved, &point);
+        row.iter().map(|g| g.tangent[0]).collect::<Vec<_>>()
+    });
+    assert_eq!(hessian(&Moved, &x), rows);
+}

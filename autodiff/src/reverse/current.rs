@@ -3,7 +3,10 @@
 //! A variable is `Copy + 'static` and so cannot hold its tape. It finds it through a stack of
 //! frames, one per running [`enter`], innermost first. Rust has no generic thread-local, so the
 //! frames are type-erased; a generation says both which recording it is and of which type.
-#![allow(unsafe_code)] // `cargo bench --bench tapes`: a RefCell and a Box<dyn Any> cost a third.
+//!
+//! `cargo bench -p benches --bench tapes` is what pays for the unsafe code: a RefCell around a
+//! Box<dyn Any> would cost each operation its push again.
+#![allow(unsafe_code)]
 
 use std::any::TypeId;
 use std::cell::Cell;
@@ -138,4 +141,25 @@ fn further_out(generation: u32) -> *mut () {
         "a variable was used where its tape is not recording: on another thread, outside the \
          closure of `Tape::record`, or after its tape recorded again"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CONSTANT, COUNT_BITS, name_of, next_generation};
+    use crate::forward::Dual;
+
+    #[test]
+    fn a_generation_names_its_number_type() {
+        let (f64_name, f32_name) = (name_of::<f64>(), name_of::<f32>());
+        assert_ne!(f64_name, f32_name);
+        assert_ne!(f64_name, name_of::<Dual<f64, 1>>());
+        assert_eq!(f64_name, name_of::<f64>());
+        let generations = [f64_name, f64_name, f32_name].map(next_generation);
+        assert_ne!(generations[0], generations[1]);
+        assert!(generations.iter().all(|&g| g != CONSTANT));
+        assert_eq!(
+            generations.map(|g| g >> COUNT_BITS),
+            [f64_name, f64_name, f32_name]
+        );
+    }
 }

@@ -7,9 +7,9 @@ use crate::real::Real;
 
 /// In `Entry::parents`: no parent.
 pub(super) const NONE: u32 = u32::MAX;
-/// In `Entry::parents[0]`: an entry of many parents; `parents[1]` counts within `Arena::linear`.
+/// In `Entry::parents[0]`: an entry of many parents; `parents[1]` counts within `Many::linear`.
 const LINEAR: u32 = u32::MAX - 1;
-/// In `Entry::parents[0]`: the first output of `Arena::fused[parents[1]]`.
+/// In `Entry::parents[0]`: the first output of `Many::fused[parents[1]]`.
 const FUSED: u32 = u32::MAX - 2;
 
 /// One recorded operation of at most two variables: 24 bytes for f64.
@@ -22,6 +22,11 @@ pub(super) struct Entry<R> {
 /// Everything that one recording holds.
 pub(super) struct Arena<R> {
     entries: Vec<Entry<R>>,
+    many: Many<R>,
+}
+
+/// What does not fit into an entry.
+struct Many<R> {
     /// The terms `(partial, parent)` of all linear entries, one entry after the other …
     terms: Vec<(R, u32)>,
     /// … and where each entry's terms begin.
@@ -32,9 +37,9 @@ pub(super) struct Arena<R> {
 impl<R: Real> Arena<R> {
     fn clear(&mut self) {
         self.entries.clear();
-        self.terms.clear();
-        self.linear.clear();
-        self.fused.clear();
+        self.many.terms.clear();
+        self.many.linear.clear();
+        self.many.fused.clear();
     }
 
     /// Appends the entries of inputs to an empty arena.
@@ -57,9 +62,9 @@ impl<R: Real> Arena<R> {
 
     /// Appends an entry with any number of terms `(partial, parent)`.
     pub(super) fn push_linear(&mut self, terms: impl Iterator<Item = (R, u32)>, zero: R) -> u32 {
-        let entry = index(self.linear.len());
-        self.linear.push(self.terms.len());
-        self.terms.extend(terms);
+        let entry = index(self.many.linear.len());
+        self.many.linear.push(self.many.terms.len());
+        self.many.terms.extend(terms);
         self.push(Entry {
             partials: [zero, zero],
             parents: [LINEAR, entry],
@@ -68,8 +73,8 @@ impl<R: Real> Arena<R> {
 
     /// Appends a fused entry and one entry for each of its outputs; returns the first's index.
     pub(super) fn push_fused(&mut self, fused: FusedEntry<R>, zero: R) -> u32 {
-        let (first, outputs) = (index(self.fused.len()), fused.outputs);
-        self.fused.push(fused);
+        let (first, outputs) = (index(self.many.fused.len()), fused.outputs);
+        self.many.fused.push(fused);
         let entry = |parents| Entry {
             partials: [zero, zero],
             parents,
@@ -83,32 +88,32 @@ impl<R: Real> Arena<R> {
 
     /// Carries the cotangents of all entries back to the inputs, which come first.
     fn sweep(&mut self, bars: &mut [R], inputs: usize) {
-        for i in (inputs..self.entries.len()).rev() {
-            self.sweep_entry(i, bars);
+        // Slices of one length, not vectors behind `self`: nothing is loaded again in the loop.
+        let (entries, many) = (self.entries.as_slice(), &mut self.many);
+        let bars = &mut bars[..entries.len()];
+        for i in (inputs..entries.len()).rev() {
+            let Entry { partials, parents } = entries[i];
+            if parents[0] >= FUSED {
+                many.sweep(parents, i, bars);
+                continue;
+            }
+            let bar = bars[i];
+            if bar.is_zero() {
+                continue;
+            }
+            let [first, second] = parents.map(|parent| parent as usize);
+            bars[first] = R::chain_add(partials[0], bar, bars[first]);
+            if parents[1] != NONE {
+                bars[second] = R::chain_add(partials[1], bar, bars[second]);
+            }
         }
     }
+}
 
-    #[inline(always)]
-    fn sweep_entry(&mut self, i: usize, bars: &mut [R]) {
-        let Entry { partials, parents } = self.entries[i];
-        if parents[0] >= FUSED {
-            return self.sweep_many(i, bars);
-        }
-        let bar = bars[i];
-        if bar.is_zero() {
-            return;
-        }
-        let [first, second] = parents.map(|parent| parent as usize);
-        bars[first] = R::chain_add(partials[0], bar, bars[first]);
-        if parents[1] != NONE {
-            bars[second] = R::chain_add(partials[1], bar, bars[second]);
-        }
-    }
-
-    /// The sweep over an entry of many parents or outputs, and over what has no parents.
+impl<R: Real> Many<R> {
+    /// The sweep over the entry at place `i`, which has many parents or outputs, or no parents.
     #[inline(never)]
-    fn sweep_many(&mut self, i: usize, bars: &mut [R]) {
-        let [kind, place] = self.entries[i].parents;
+    fn sweep(&mut self, [kind, place]: [u32; 2], i: usize, bars: &mut [R]) {
         let place = place as usize;
         match kind {
             // The outputs' entries follow this one: their cotangents are complete by now.
@@ -172,9 +177,11 @@ impl<R: Real> Tape<R> {
     pub fn new() -> Self {
         let arena = Arena {
             entries: Vec::new(),
-            terms: Vec::new(),
-            linear: Vec::new(),
-            fused: Vec::new(),
+            many: Many {
+                terms: Vec::new(),
+                linear: Vec::new(),
+                fused: Vec::new(),
+            },
         };
         Tape {
             arena,

@@ -67,6 +67,9 @@ impl<R: Real> Var<R> {
         }
     }
 
+    // Always inlined, up to the operators: a variable that goes through memory to a function and
+    // is read back in another width waits for the store, longer than the rest of an operation.
+
     /// A function of one number, given its value and partial.
     #[inline(always)]
     fn apply(self, (value, partial): (R, R)) -> Self {
@@ -118,6 +121,7 @@ impl<R: Real> Var<R> {
         self.apply2(factor, (value, [factor.value, self.value]))
     }
 
+    /// Appends an entry of a value; of constants, none.
     #[inline(always)]
     fn record(value: R, entry: Entry<R>, generation: u32) -> Self {
         if generation == CONSTANT {

@@ -20,9 +20,10 @@ use step::{EDGES, Lattice, NODES};
 /// Steps of the rollouts that kernels are timed in.
 const STEPS: usize = 256;
 /// Times that each measurement is taken, in turns; the least counts.
-const ROUNDS: usize = 400;
-/// How long one measurement lasts, s: long against the clock's tick, short against a time slice.
-const SPAN: f64 = 2e-4;
+const ROUNDS: usize = 300;
+/// How long one measurement lasts, s: long against the warming up of caches and branch predictors
+/// after its predecessor, short against a time slice.
+const SPAN: f64 = 2e-3;
 
 /// A row of the table.
 pub(crate) struct Row {
