@@ -48,7 +48,7 @@
 //! Three tiers of reverse mode stand behind this, and mix freely:
 //!
 //! - [`Tape`] and [`Var`] record scalar code of any shape, entry by entry;
-//! - [`Real::dot`], [`Real::sum`] and every [`Fused`] function are one entry each;
+//! - [`Real::dot`], [`Real::sum`], [`fused::dense`] and every [`Fused`] function are one entry each;
 //! - a [`Program`] records one step over arrays, with [`Kernel`]s mapped over them, and runs it
 //!   many times forward and back in lanes.
 //!
