@@ -68,16 +68,19 @@ fn rollouts() -> String {
             two_matvecs,
             ..
         } = measure(&case, &scene.loss);
-        let figures = [rollout, design, controller, two_matvecs];
-        let _ = write!(table, "| {name}");
-        for figure in figures {
-            let _ = write!(table, " | {figure:.3}");
+        // A frozen layout does not depend on the design vectors.
+        let design = case.frozen.is_none().then_some(design);
+        let figures = [Some(rollout), design, Some(controller), Some(two_matvecs)];
+        for (name, unit, digits) in [(name, 1.0, 3), ("… in mat-vecs", two_matvecs, 2)] {
+            let _ = write!(table, "| {name}");
+            for figure in figures {
+                let _ = match figure {
+                    Some(figure) => write!(table, " | {:.digits$}", figure / unit),
+                    None => write!(table, " | none: frozen"),
+                };
+            }
+            table += " |\n";
         }
-        let _ = write!(table, " |\n| … in mat-vecs");
-        for figure in figures {
-            let _ = write!(table, " | {:.2}", figure / two_matvecs);
-        }
-        table += " |\n";
     }
     table
 }
