@@ -90,3 +90,46 @@ fn imports_name_one_module_each() {
         }
     }
 }
+
+/// Lines of the crate's code that hold any of the words, as `file: line`.
+fn lines_with(words: &[&str]) -> Vec<String> {
+    let code = |text: &str| {
+        text.split("#[cfg(test)]")
+            .next()
+            .unwrap_or_default()
+            .to_owned()
+    };
+    let in_file = |path: PathBuf| {
+        let text = code(&fs::read_to_string(&path).expect("a source file can be read"));
+        let holds = |line: &&str| words.iter().any(|word| line.contains(word));
+        let named = |line: &str| format!("{}: {}", path.display(), line.trim());
+        text.lines().filter(holds).map(named).collect::<Vec<_>>()
+    };
+    floors()
+        .iter()
+        .flat_map(|module| files(module))
+        .flat_map(in_file)
+        .collect()
+}
+
+/// Derivatives come from the engine: the crate states one straight-through and no other rule, and
+/// the only adjoints of kernels are those emitted from recordings.
+#[test]
+fn nothing_is_differentiated_by_hand() {
+    let rules = lines_with(&[
+        "Fused for",
+        "Rule for",
+        "custom::apply",
+        ".straight_through(",
+    ]);
+    assert!(
+        matches!(&rules[..], [one] if one.contains("projection.rs") && one.contains("soft")),
+        "{rules:#?}"
+    );
+    let adjoints = lines_with(&["Adjoint<", "fn vjp"]);
+    assert!(!adjoints.is_empty(), "the kernels have adjoints");
+    assert!(
+        adjoints.iter().all(|line| line.contains("adjoints.rs")),
+        "{adjoints:#?}"
+    );
+}
