@@ -5,7 +5,7 @@
 //! frames are type-erased; a generation says both which recording it is and of which type.
 //!
 //! `cargo bench -p benches --bench tapes` is what pays for the unsafe code: a RefCell around a
-//! Box<dyn Any> would cost each operation its push again.
+//! `Box<dyn Any>` would cost each operation its push again.
 #![allow(unsafe_code)]
 
 use std::any::TypeId;
