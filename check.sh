@@ -27,3 +27,4 @@ fi
 
 say 'tests'
 cargo test --no-fail-fast
+cargo test -p benches --no-fail-fast

@@ -65,6 +65,7 @@ pub trait Rule: Send + 'static {
 /// }
 /// assert_eq!(gradient_of(|x| apply(LogSumExp, x), &[900.0, -900.0]), [1.0, 0.0]);
 /// ```
+#[track_caller]
 pub fn apply<R: Real>(rule: impl Rule, x: &[R]) -> R {
     R::fused(Single(rule), &[x])[0]
 }

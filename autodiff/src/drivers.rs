@@ -25,7 +25,7 @@ pub trait VectorFunction {
 
 /// How many columns the forward passes of [`jacobian`] and [`hessian`] carry at once: enough to
 /// share the primal's work, few enough to stay in registers.
-const CHUNK: usize = 4;
+pub(crate) const CHUNK: usize = 4;
 
 /// The gradient, by one reverse sweep.
 ///
@@ -146,7 +146,9 @@ pub fn vjp<R: Real>(function: &impl VectorFunction, x: &[R], y_bar: &[R]) -> (Ve
 pub fn jacobian<R: Real>(function: &impl VectorFunction, x: &[R]) -> Vec<Vec<R>> {
     let values = function.eval(x).len();
     if values >= x.len() {
-        return jacobian_forward(function, x, values);
+        let passes = (0..x.len()).step_by(CHUNK);
+        let passes = passes.map(|first| function.eval(&seeded(x, first)));
+        return joined_columns(passes, x.len(), values);
     }
     let mut tape = Tape::new();
     let y = tape.record(x, |x| function.eval(x));
@@ -154,15 +156,15 @@ pub fn jacobian<R: Real>(function: &impl VectorFunction, x: &[R]) -> Vec<Vec<R>>
     (0..values).map(row).collect()
 }
 
-fn jacobian_forward<R: Real>(
-    function: &impl VectorFunction,
-    x: &[R],
+/// The rows of a Jacobian from its columns, [`CHUNK`] of them a pass.
+pub(crate) fn joined_columns<R: Real>(
+    passes: impl IntoIterator<Item = Vec<Dual<R, CHUNK>>>,
+    columns: usize,
     values: usize,
 ) -> Vec<Vec<R>> {
-    let mut rows = vec![Vec::with_capacity(x.len()); values];
-    for first in (0..x.len()).step_by(CHUNK) {
-        let width = CHUNK.min(x.len() - first);
-        let y = function.eval(&seeded(x, first));
+    let mut rows = vec![Vec::with_capacity(columns); values];
+    for (pass, y) in passes.into_iter().enumerate() {
+        let width = CHUNK.min(columns - pass * CHUNK);
         for (row, y) in rows.iter_mut().zip(y) {
             row.extend_from_slice(&y.tangent[..width]);
         }
@@ -215,13 +217,21 @@ pub fn hessian_vector<R: Real>(
 /// assert_eq!(hessian(&Cubic, &[1.0, 2.0]), [[4.0, 2.0], [2.0, 0.0]]);
 /// ```
 pub fn hessian<R: Real>(function: &impl Function, x: &[R]) -> Vec<Vec<R>> {
-    let mut rows = Vec::with_capacity(x.len());
-    for first in (0..x.len()).step_by(CHUNK) {
-        let gradient = gradient(function, &seeded(x, first));
-        let row = |i: usize| gradient.iter().map(|g| g.tangent[i]).collect();
-        rows.extend((0..CHUNK.min(x.len() - first)).map(row));
-    }
-    rows
+    let passes = (0..x.len()).step_by(CHUNK);
+    passes
+        .flat_map(|first| hessian_rows(function, x, first))
+        .collect()
+}
+
+/// The rows of the Hessian from `first` on, as many as one pass computes.
+pub(crate) fn hessian_rows<R: Real>(
+    function: &impl Function,
+    x: &[R],
+    first: usize,
+) -> Vec<Vec<R>> {
+    let gradient = gradient(function, &seeded(x, first));
+    let row = |i: usize| gradient.iter().map(|g| g.tangent[i]).collect();
+    (0..CHUNK.min(x.len() - first)).map(row).collect()
 }
 
 /// `x` moving along a direction.
@@ -240,7 +250,7 @@ pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
 }
 
 /// `x`, whose arguments from place `first` on are variables.
-fn seeded<R: Real>(x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
+pub(crate) fn seeded<R: Real>(x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
     let seed = |(i, &value)| {
         if (first..first + CHUNK).contains(&i) {
             Dual::variable(value, i - first)

@@ -127,7 +127,8 @@ pub(crate) fn sin_cos<P: Primitive>(x: P) -> (P, P) {
     let square = r * r;
     let mut sin = P::constant(0.0);
     let mut cos = P::constant(0.0);
-    for k in (1..=P::SIN_TERMS).rev() {
+    // An inclusive range would not be unrolled.
+    for k in (1..P::SIN_TERMS + 1).rev() {
         let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
         sin = sin.mul_add(square, P::constant(sign * INVERSE_FACTORIAL[2 * k + 1]));
         cos = cos.mul_add(square, P::constant(sign * INVERSE_FACTORIAL[2 * k]));

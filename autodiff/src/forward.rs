@@ -69,7 +69,8 @@ impl<R: Real, const N: usize> Dual<R, N> {
     fn apply2(self, other: Self, (value, [by_self, by_other]): (R, [R; 2])) -> Self {
         let mut tangent = self.tangent;
         for i in 0..N {
-            tangent[i] = R::chain(by_self, self.tangent[i]) + R::chain(by_other, other.tangent[i]);
+            let by_self = R::chain(by_self, self.tangent[i]);
+            tangent[i] = R::chain_add(by_other, other.tangent[i], by_self);
         }
         Dual { value, tangent }
     }
@@ -108,11 +109,12 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
     #[inline(always)]
     fn fma(self, factor: Self, term: Self) -> Self {
         let value = self.value.fma(factor.value, term.value);
-        let mut fused = self.apply2(factor, (value, [factor.value, self.value]));
+        let mut tangent = term.tangent;
         for i in 0..N {
-            fused.tangent[i] += term.tangent[i];
+            let by_self = R::chain_add(factor.value, self.tangent[i], term.tangent[i]);
+            tangent[i] = R::chain_add(self.value, factor.tangent[i], by_self);
         }
-        fused
+        Dual { value, tangent }
     }
     #[inline(always)]
     fn recip(self) -> Self {
@@ -190,11 +192,23 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
     fn chain(partial: Self, cotangent: Self) -> Self {
         let mut tangent = cotangent.tangent;
         for i in 0..N {
-            tangent[i] = R::chain(partial.value, cotangent.tangent[i])
-                + R::chain(partial.tangent[i], cotangent.value);
+            let by_partial = R::chain(partial.tangent[i], cotangent.value);
+            tangent[i] = R::chain_add(partial.value, cotangent.tangent[i], by_partial);
         }
         Dual {
             value: R::chain(partial.value, cotangent.value),
+            tangent,
+        }
+    }
+    #[inline(always)]
+    fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
+        let mut tangent = term.tangent;
+        for i in 0..N {
+            let by_partial = R::chain_add(partial.tangent[i], cotangent.value, term.tangent[i]);
+            tangent[i] = R::chain_add(partial.value, cotangent.tangent[i], by_partial);
+        }
+        Dual {
+            value: R::chain_add(partial.value, cotangent.value, term.value),
             tangent,
         }
     }

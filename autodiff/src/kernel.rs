@@ -29,7 +29,7 @@ pub trait Adjoint<const I: usize, const O: usize>: Kernel<I, O> {
         let mut x_bar = [R::zero(); I];
         for o in 0..O {
             for i in 0..I {
-                x_bar[i] += R::chain(y[o].tangent[i], y_bar[o]);
+                x_bar[i] = R::chain_add(y[o].tangent[i], y_bar[o], x_bar[i]);
             }
         }
         x_bar

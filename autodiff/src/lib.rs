@@ -38,19 +38,30 @@
 //! | gradient of one scalar by many arguments | [`gradient`], [`value_and_gradient`] | a few for arrays, tens for scalars on the tape; whatever the number of arguments |
 //! | cotangents of several values at once | [`vjp`] | likewise |
 //! | all of a Jacobian | [`jacobian`] | forward by arguments or reverse by values, whichever are fewer |
+//! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour: 3 for a tridiagonal one of any size |
 //! | Hessian times a vector | [`hessian_vector`] | twice a gradient |
 //! | all of a Hessian | [`hessian`] | that for every few arguments |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
+//! | gradient of a sum over data | [`batch::Sum`] | a few, in lanes over the data |
+//! | Jacobian of many small functions | [`batch::jacobians`] | those of one function, in lanes |
 //!
 //! Three tiers of reverse mode stand behind this, and mix freely:
 //!
 //! - [`Tape`] and [`Var`] record scalar code of any shape, entry by entry;
-//! - [`Real::dot`], [`Real::sum`] and every [`Fused`] function are one entry each;
+//! - [`Real::dot`], [`Real::sum`], [`fused::dense`] and every [`Fused`] function are one entry each;
 //! - a [`Program`] records one step over arrays, with [`Kernel`]s mapped over them, and runs it
 //!   many times forward and back in lanes.
 //!
-//! [`custom`] is for a derivative that is known better than the code shows, [`check`] tells
-//! whether a gradient is right.
+//! [`custom`] is for a derivative that is known better than the code shows, [`implicit`] for the
+//! solution of equations, whatever solver found it. [`check`] tells whether a gradient is right,
+//! [`trace`] where a NaN came from, [`Wide`] what rounding does: it runs the same source in 31
+//! digits.
+//!
+//! Code that asks for num-traits' `Float` takes any number of this crate as an [`Element`].
+//!
+//! The folder `examples` has a program of at most 60 lines for each: a derivative, fitting an ODE,
+//! a contact law with its gradient checked, optimal control of a pendulum, a Hessian, a custom
+//! rule, and a Cholesky factorisation in nalgebra.
 //!
 //! # Pitfalls
 //!
@@ -62,45 +73,68 @@
 //!   [`select`](Real::select)s. The side not taken passes no derivative, not even an infinite one.
 //! - **`sqrt` of zero** has an infinite derivative, which turns into NaN at the next exact zero.
 //!   Keep lengths away from it, `sqrt(d.d + eps)`, or use [`Real::hypot`], which is flat there.
+//!   [`trace::first_non_finite`] finds the line.
 //! - **Aliasing.** Variables are values: `let y = x` is the same variable, not a copy that is
 //!   differentiated separately. To hold a quantity fixed, [`detach`](Real::detach) it.
 //! - **Rewriting for exactness.** Derivatives are exact for the code as written, with its
 //!   constants, iteration counts and stopping rules, which is not always the function meant.
-//!   A solver stopped early has the derivative of a solver stopped early.
+//!   A solver stopped early has the derivative of a solver stopped early; [`implicit::root`] has
+//!   that of the solution.
 //! - **Method names.** On plain `f64` the inherent `max`, `clamp`, `signum`, … hide the trait's,
 //!   which differ at ties, NaN and zero. Generic code gets the trait's.
+//!
+//! # Features
+//!
+//! None is on by default.
+//!
+//! - `nalgebra`: [`Element`] in nalgebra's matrices, module `nalgebra`;
+//! - `rayon`: Jacobians, Hessians and batches of gradients on several cores, module `parallel`.
 //!
 //! # Misuse
 //!
 //! A variable outside its recording, on another thread, mixed with another tape's, a wrong
 //! length: these are mistakes in the calling code and panic with a sentence that says so.
 
+pub mod batch;
 pub mod check;
 pub mod custom;
 pub mod drivers;
+pub mod element;
 mod elementary;
 pub mod emit;
 pub mod forward;
 pub mod fused;
+pub mod implicit;
 pub mod kernel;
 pub mod lanes;
+mod lu;
+#[cfg(feature = "nalgebra")]
+pub mod nalgebra;
+#[cfg(feature = "rayon")]
+pub mod parallel;
 pub mod program;
 pub mod real;
 pub mod reverse;
 pub mod rollout;
 mod rule;
+pub mod sparse;
+pub mod trace;
+pub mod wide;
 
 pub use drivers::{
     Function, VectorFunction, gradient, gradient_of, hessian, hessian_vector, jacobian, jvp,
     value_and_gradient, vjp,
 };
+pub use element::Element;
 pub use forward::Dual;
 pub use fused::Fused;
 pub use kernel::{Adjoint, Kernel};
 pub use program::{Array, Graph, Matrix, Program};
 pub use real::{Mask, Real};
 pub use reverse::{Tape, Var};
-pub use rollout::{CotangentBound, Model, Rollout};
+pub use rollout::{CotangentBound, Memory, Model, Rollout};
+pub use sparse::sparse_jacobian;
+pub use wide::Wide;
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

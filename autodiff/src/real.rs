@@ -186,24 +186,42 @@ pub trait Real:
     /// `partial * cotangent`, where an exactly zero cotangent (or tangent) gives zero even if the
     /// partial is infinite: what every chain rule of this crate multiplies with.
     fn chain(partial: Self, cotangent: Self) -> Self;
+    /// `term + chain(partial, cotangent)`; one rounding where the instruction set in use has it.
+    #[inline(always)]
+    fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
+        term + Self::chain(partial, cotangent)
+    }
 
     // Slices: one fused operation where the mode has one.
 
+    // The defaults are loops, not closures: lanes keep their instruction set in them.
+
     /// `sum of a_i b_i`, from first to last.
+    #[inline(always)]
     fn dot(a: &[Self], b: &[Self]) -> Self {
         assert_eq!(a.len(), b.len(), "dot: the slices differ in length");
-        a.iter()
-            .zip(b)
-            .fold(Self::zero(), |sum, (&x, &y)| x.fma(y, sum))
+        let mut sum = Self::zero();
+        for i in 0..a.len() {
+            sum = a[i].fma(b[i], sum);
+        }
+        sum
     }
     /// The sum of a slice, from first to last.
+    #[inline(always)]
     fn sum(terms: &[Self]) -> Self {
-        terms.iter().fold(Self::zero(), |sum, &x| sum + x)
+        let mut sum = Self::zero();
+        for &term in terms {
+            sum += term;
+        }
+        sum
     }
     /// Evaluates a [`Fused`] function; on the reverse tape it becomes one entry.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         function.eval(inputs)
     }
+    /// A rollout says which step is next; numbers that [`trace`](crate::trace) note it.
+    #[inline(always)]
+    fn mark_step(_step: usize) {}
     /// Runs `work` with the widest lanes that this machine has for this type. Most types have
     /// none: their lane is the number itself.
     #[inline(always)]

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use autodiff::custom::{Rule, apply};
+use autodiff::fused::dense;
 use autodiff::{Function, Fused, Real, Tape, Var, gradient_of, hessian};
 use common::{assert_gradient, gradients};
 
@@ -265,4 +266,41 @@ fn a_rule_meets_zero_cotangents_as_functions_do() {
         }
     }
     assert_gradient(&Dropped, &[0.0, 1.0], &[0.0, 1.0]);
+}
+
+/// Two layers of a network on `x`, with weights that depend on it too; fused or written out.
+struct Layers {
+    fused: bool,
+}
+
+impl Layers {
+    fn layer<R: Real>(&self, weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
+        if self.fused {
+            return dense(weights, x, biases);
+        }
+        let row = |(row, &bias): (&[R], &R)| {
+            row.iter()
+                .zip(x)
+                .fold(R::zero(), |sum, (&w, &x)| sum + w * x)
+                + bias
+        };
+        weights.chunks_exact(x.len()).zip(biases).map(row).collect()
+    }
+}
+
+impl Function for Layers {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let constants: Vec<R> = (0..8).map(|k| R::lit(0.3 * f64::from(k) - 1.0)).collect();
+        let hidden = self.layer(&constants, x, &[x[0], R::lit(0.2)]);
+        let hidden: Vec<R> = hidden.into_iter().map(R::tanh).collect();
+        let out = self.layer(&[x[1], x[2], x[1], R::one()], &hidden, &[R::zero(), x[3]]);
+        out[0] * out[1]
+    }
+}
+
+#[test]
+fn a_dense_layer_is_what_it_stands_for() {
+    let (fused, plain) = (Layers { fused: true }, Layers { fused: false });
+    assert_same_derivatives(&fused, &plain, &POINT);
+    assert_eq!(dense::<f64>(&[], &[], &[2.0, 3.0]), [2.0, 3.0]);
 }

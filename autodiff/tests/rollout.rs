@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use autodiff::{
-    Adjoint, CotangentBound, Dual, Function, Graph, Kernel, Model, Program, Real, Rollout, Var,
-    value_and_gradient,
+    Adjoint, CotangentBound, Dual, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout,
+    Var, value_and_gradient,
 };
 
 /// Springs between neighbours of a 4 x 3 grid, driven by a small network that senses the nodes.
@@ -106,6 +106,7 @@ impl Loss {
                 inputs,
                 observed,
                 cotangent_bound: None,
+                memory: Memory::All,
             },
         }
     }
@@ -255,4 +256,30 @@ fn cotangent_bound_holds_back_and_is_off_by_default() {
         (norm - 0.5).abs() < 1e-12,
         "the start's cotangent has norm {norm}"
     );
+}
+
+#[test]
+fn any_memory_gives_the_same_bits() {
+    // 61 steps in stretches of various lengths; no power of two, and no multiple of a batch.
+    let mut loss = Loss::new(61);
+    let x = loss.point();
+    let all = value_and_gradient(&loss, &x);
+    for states in [12, 13, 20, 57, 200, 100_000] {
+        loss.rollout.memory = Memory::States(states);
+        assert!(value_and_gradient(&loss, &x) == all, "{states} states");
+    }
+}
+
+/// A tape can be pulled back more than once, from whatever its rollout has kept.
+#[test]
+fn a_second_pullback_has_the_same_bits() {
+    let mut loss = Loss::new(40);
+    let x = loss.point();
+    for memory in [Memory::All, Memory::States(12)] {
+        loss.rollout.memory = memory;
+        let mut tape = autodiff::Tape::new();
+        let value = tape.record(&x, |x: &[Var<f64>]| loss.eval(x));
+        let first = tape.pullback(&[value], &[1.0]).to_vec();
+        assert_eq!(first, tape.pullback(&[value], &[1.0]));
+    }
 }

@@ -1,1 +1,3 @@
-//! placeholder
+//! Benchmarks across both crates.
+
+pub mod adbench;

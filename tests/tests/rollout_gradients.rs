@@ -147,9 +147,10 @@ fn the_tail_of_a_rollout() {
         let robot = (&inputs.controller, &inputs.start);
         task.loss(&mixture, robot, (&at_end(), &horizon)).0
     });
-    // The whole value, with a part of the gradient.
+    // The whole value, with a part of the gradient. Where head and tail meet, the state goes
+    // through the world's frame: a rounding of 1e-17, which 40 steps multiply by a hundred at most.
     let whole = case.displacement_loss(&task, &inputs);
-    assert_eq!(value, whole);
+    assert!((value - whole).abs() < 1e-14, "{value} {whole}");
     let (_, all) = inputs.differentiate(DESIGN, |inputs| case.displacement_loss(&task, inputs));
     assert_ne!(tail, all);
     assert!(tail.iter().any(|g| *g != 0.0));

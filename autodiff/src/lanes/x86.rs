@@ -57,7 +57,8 @@ macro_rules! define_lanes {
         $splat:ident $load:ident $store:ident
         $add:ident $sub:ident $mul:ident $div:ident $fma:ident $sqrt:ident,
         part $load_part:expr, $store_part:expr,
-        $lt:expr, $le:expr, $blend:expr, $exp2:expr, $abs:expr,
+        $lt:expr, $le:expr, $blend:expr,
+        $where_nonzero:expr, $fma_where_nonzero:expr, $exp2:expr, $abs:expr,
         $and:expr, $or:expr, $not:expr, $bits:expr, $from_bits:expr
     ) => {
         #[doc = concat!(stringify!($n), " lanes of `", stringify!($scalar), "`.")]
@@ -339,9 +340,12 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn chain(partial: Self, cotangent: Self) -> Self {
-                let zero = Self::lit(0.0);
-                let is_zero = cotangent.le(zero) & zero.le(cotangent);
-                Self::select(is_zero, zero, partial * cotangent)
+                let product = partial * cotangent;
+                Self(unsafe { $where_nonzero(cotangent.0, product.0) })
+            }
+            #[inline(always)]
+            fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
+                Self(unsafe { $fma_where_nonzero(partial.0, cotangent.0, term.0) })
             }
         }
     };
@@ -356,6 +360,16 @@ define_lanes!(
     |a, b| Bits(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b)),
     |a, b| Bits(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b)),
     |mask: Bits<u8>, a, b| _mm512_mask_blend_pd(mask.0, b, a),
+    |a, b| {
+        // A test of the bits below the sign: unlike a comparison, constants fold in it.
+        let bits = _mm512_set1_epi64(i64::MAX);
+        _mm512_maskz_mov_pd(_mm512_test_epi64_mask(_mm512_castpd_si512(a), bits), b)
+    },
+    |partial, cotangent, term| {
+        let bits = _mm512_set1_epi64(i64::MAX);
+        let mask = _mm512_test_epi64_mask(_mm512_castpd_si512(cotangent), bits);
+        _mm512_mask3_fmadd_pd(partial, cotangent, term, mask)
+    },
     |shifted| {
         let biased = _mm512_add_epi64(_mm512_castpd_si512(shifted), _mm512_set1_epi64(1023));
         _mm512_castsi512_pd(_mm512_slli_epi64::<52>(biased))
@@ -377,6 +391,16 @@ define_lanes!(
     |a, b| Bits(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)),
     |a, b| Bits(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
     |mask: Bits<u16>, a, b| _mm512_mask_blend_ps(mask.0, b, a),
+    |a, b| {
+        // A test of the bits below the sign: unlike a comparison, constants fold in it.
+        let bits = _mm512_set1_epi32(i32::MAX);
+        _mm512_maskz_mov_ps(_mm512_test_epi32_mask(_mm512_castps_si512(a), bits), b)
+    },
+    |partial, cotangent, term| {
+        let bits = _mm512_set1_epi32(i32::MAX);
+        let mask = _mm512_test_epi32_mask(_mm512_castps_si512(cotangent), bits);
+        _mm512_mask3_fmadd_ps(partial, cotangent, term, mask)
+    },
     |shifted| {
         let biased = _mm512_add_epi32(_mm512_castps_si512(shifted), _mm512_set1_epi32(127));
         _mm512_castsi512_ps(_mm512_slli_epi32::<23>(biased))
@@ -398,6 +422,11 @@ define_lanes!(
     |a, b| Wide(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)),
     |a, b| Wide(_mm256_cmp_pd::<_CMP_LE_OQ>(a, b)),
     |mask: Wide<__m256d>, a, b| _mm256_blendv_pd(b, a, mask.0),
+    |a, b| _mm256_and_pd(_mm256_cmp_pd::<_CMP_NEQ_UQ>(a, _mm256_setzero_pd()), b),
+    |partial, cotangent, term| {
+        let mask = _mm256_cmp_pd::<_CMP_NEQ_UQ>(cotangent, _mm256_setzero_pd());
+        _mm256_blendv_pd(term, _mm256_fmadd_pd(partial, cotangent, term), mask)
+    },
     |shifted| {
         let biased = _mm256_add_epi64(_mm256_castpd_si256(shifted), _mm256_set1_epi64x(1023));
         _mm256_castsi256_pd(_mm256_slli_epi64::<52>(biased))
@@ -423,6 +452,11 @@ define_lanes!(
     |a, b| Wide(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)),
     |a, b| Wide(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)),
     |mask: Wide<__m256>, a, b| _mm256_blendv_ps(b, a, mask.0),
+    |a, b| _mm256_and_ps(_mm256_cmp_ps::<_CMP_NEQ_UQ>(a, _mm256_setzero_ps()), b),
+    |partial, cotangent, term| {
+        let mask = _mm256_cmp_ps::<_CMP_NEQ_UQ>(cotangent, _mm256_setzero_ps());
+        _mm256_blendv_ps(term, _mm256_fmadd_ps(partial, cotangent, term), mask)
+    },
     |shifted| {
         let biased = _mm256_add_epi32(_mm256_castps_si256(shifted), _mm256_set1_epi32(127));
         _mm256_castsi256_ps(_mm256_slli_epi32::<23>(biased))

@@ -1,16 +1,20 @@
 //! A kernel mapped over the edges of a graph, its results summed up at their nodes.
+#![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
 
 use super::graph::{Graph, Group};
-use super::{Aligned, Array, Operation, WIDEST};
+use super::{Aligned, Array, Operation, WIDEST, lanes};
 use crate::kernel::Adjoint;
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
 
 /// The kernel's inputs are the `C` differences head less tail, then what is given per edge; its
 /// `O` results count plus at the tail and minus at the head.
+///
+/// Lanes reach past a group's edges, and past the nodes: what they read there is masked.
 pub(super) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
     kernel: K,
     graph: Graph,
+    masks: Vec<Masks>,
     /// Per node.
     ends: [Array; C],
     /// Per slot.
@@ -21,6 +25,26 @@ pub(super) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> 
     scratch: Vec<Aligned<R>>,
     ends_active: bool,
     per_edge_active: Vec<bool>,
+}
+
+/// For a group of edges, a word of bits per lane: which slots hold edges; which nodes are tails,
+/// and which are heads.
+struct Masks {
+    slots: Vec<u16>,
+    nodes: Vec<[u16; 2]>,
+}
+
+impl Masks {
+    fn new(group: &Group, lanes: usize) -> Self {
+        let [mut slots, heads] = [&group.is_tail, &group.is_head].map(|bits| bits.by_lanes(lanes));
+        let nodes = slots
+            .iter()
+            .zip(heads)
+            .map(|(&tail, head)| [tail, head])
+            .collect();
+        slots.truncate(group.len / lanes);
+        Self { slots, nodes }
+    }
 }
 
 impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C, I, O> {
@@ -38,6 +62,11 @@ impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C
         let room = graph.lead() + graph.slots() + graph.nodes() + WIDEST;
         Self {
             kernel,
+            masks: graph
+                .groups()
+                .iter()
+                .map(|g| Masks::new(g, lanes::<R>()))
+                .collect(),
             graph: graph.clone(),
             ends,
             per_edge_active: vec![true; per_edge.len()],
@@ -47,28 +76,52 @@ impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C
             ends_active: true,
         }
     }
+}
 
-    /// The kernel's inputs for a lane of edges. Lanes reach past a group's edges, and past the
-    /// nodes: what they read there is passed on to nothing.
+/// What the edges of one group read: one slice each, all as long as the group.
+struct Sources<'a, R, const C: usize, const I: usize> {
+    tails: [&'a [R]; C],
+    heads: [&'a [R]; C],
+    /// The last `I - C` of these are used.
+    per_edge: [&'a [R]; I],
+}
+
+impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     #[inline(always)]
-    fn inputs<L: Lane<R>>(&self, values: &[R], group: &Group, i: usize) -> [L; I] {
+    fn new(arena: &'a [R], ends: &[Array; C], per_edge: &[Array], group: &Group) -> Self {
+        let nothing = &arena[..0];
+        let mut sources = Self {
+            tails: [nothing; C],
+            heads: [nothing; C],
+            per_edge: [nothing; I],
+        };
+        for c in 0..C {
+            sources.tails[c] = &arena[ends[c].start..][..group.len];
+            sources.heads[c] = &arena[ends[c].start + group.offset..][..group.len];
+        }
+        for k in C..I {
+            sources.per_edge[k] = &arena[per_edge[k - C].start + group.first_slot..][..group.len];
+        }
+        sources
+    }
+
+    /// The kernel's inputs for the lane of edges from `i` on.
+    ///
+    /// # Safety
+    /// The group has `i + N` slots.
+    #[inline(always)]
+    unsafe fn load<L: Lane<R>>(&self, i: usize, edges: L::Mask) -> [L; I] {
         let mut x = [L::zero(); I];
         for c in 0..C {
-            x[c] = group
-                .is_tail
-                .keep::<R, L>(i, stretch(values, self.ends[c], group.offset + i, i));
+            // SAFETY, here and below: every slice is as long as the group.
+            let stretch = unsafe { L::load_at(self.heads[c], i) - L::load_at(self.tails[c], i) };
+            x[c] = L::select(edges, stretch, L::zero());
         }
-        for (k, array) in self.per_edge.iter().enumerate() {
-            x[C + k] = L::load(&values[array.start + group.first_slot + i..]);
+        for k in C..I {
+            x[k] = unsafe { L::load_at(self.per_edge[k], i) };
         }
         x
     }
-}
-
-/// Values of nodes from `head` on less those from `tail` on.
-#[inline(always)]
-fn stretch<R: Real, L: Lane<R>>(arena: &[R], nodes: Array, head: usize, tail: usize) -> L {
-    L::load(&arena[nodes.start + head..]) - L::load(&arena[nodes.start + tail..])
 }
 
 impl<R, K, const C: usize, const I: usize, const O: usize> Operation<R> for EdgeMap<R, K, C, I, O>
@@ -116,23 +169,34 @@ where
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let Self { map, values } = self;
-        let graph = map.graph.clone();
-        for group in graph.groups() {
-            for i in (0..group.len).step_by(L::N) {
-                let y = map.kernel.eval(map.inputs::<L>(values, group, i));
-                for o in 0..O {
-                    let slot = graph.lead() + group.first_slot + i;
-                    y[o].store(&mut map.scratch[o][slot..]);
+        let lead = map.graph.lead();
+        for (group, masks) in map.graph.groups().iter().zip(&map.masks) {
+            let sources = Sources::<R, C, I>::new(values, &map.ends, &map.per_edge, group);
+            let mut results: [&mut [R]; O] = std::array::from_fn(|_| Default::default());
+            for (result, scratch) in results.iter_mut().zip(&mut map.scratch) {
+                *result = &mut scratch[lead + group.first_slot..][..group.len];
+            }
+            assert_eq!(
+                masks.slots.len() * L::N,
+                group.len,
+                "masks of another width"
+            );
+            let mut i = 0;
+            for &bits in &masks.slots {
+                // SAFETY: a group has as many lanes as masks; the slices are as long as it.
+                unsafe {
+                    let y = map.kernel.eval(sources.load::<L>(i, L::mask(bits)));
+                    for o in 0..O {
+                        y[o].store_at(results[o], i);
+                    }
                 }
+                i += L::N;
             }
         }
         for o in 0..O {
-            collect_all::<R, L>(
-                &graph,
-                &map.scratch[o],
-                &mut values[map.sums[o].range()],
-                Sum::Set,
-            );
+            let nodes = &mut values[map.sums[o].range()];
+            let edges = (&map.graph, &map.masks[..], &map.scratch[o][..]);
+            collect_all::<R, L>(edges, nodes, Sum::Set);
         }
     }
 }
@@ -153,32 +217,54 @@ where
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let Self { map, values, bars } = self;
-        let graph = map.graph.clone();
-        for group in graph.groups() {
-            for i in (0..group.len).step_by(L::N) {
-                let x = map.inputs::<L>(values, group, i);
-                let mut y_bar = [L::zero(); O];
-                for o in 0..O {
-                    let tail_less_head = -stretch::<R, L>(bars, map.sums[o], group.offset + i, i);
-                    y_bar[o] = group.is_tail.keep::<R, L>(i, tail_less_head);
-                }
-                let x_bar = map.kernel.vjp(x, y_bar);
+        let lead = map.graph.lead();
+        for (group, masks) in map.graph.groups().iter().zip(&map.masks) {
+            let sources = Sources::<R, C, I>::new(values, &map.ends, &map.per_edge, group);
+            assert_eq!(
+                masks.slots.len() * L::N,
+                group.len,
+                "masks of another width"
+            );
+            let in_bars = |a: &Array, first: usize| a.start + first + group.len <= bars.len();
+            assert!(
+                map.sums.iter().all(|a| in_bars(a, group.offset)),
+                "sums outside their arena"
+            );
+            let slots_fit = map.per_edge.iter().all(|a| in_bars(a, group.first_slot));
+            assert!(slots_fit, "slots outside their arena");
+            let mut i = 0;
+            for &bits in &masks.slots {
+                let edges = L::mask(bits);
                 let slot = group.first_slot + i;
-                for c in 0..C {
-                    x_bar[c].store(&mut map.scratch[c][graph.lead() + slot..]);
-                }
-                for (k, array) in map.per_edge.iter().enumerate() {
-                    if map.per_edge_active[k] {
-                        let bar = &mut bars[array.start + slot..];
-                        (L::load(bar) + x_bar[C + k]).store(bar);
+                // SAFETY: a group has as many lanes as masks; what is read and written was
+                // checked to hold the whole group.
+                unsafe {
+                    let mut y_bar = [L::zero(); O];
+                    for o in 0..O {
+                        let tail = map.sums[o].start + i;
+                        let head = L::load_at(bars, tail + group.offset);
+                        let tail_less_head = L::load_at(bars, tail) - head;
+                        y_bar[o] = L::select(edges, tail_less_head, L::zero());
+                    }
+                    let x_bar = map.kernel.vjp(sources.load::<L>(i, edges), y_bar);
+                    for c in 0..C {
+                        x_bar[c].store(&mut map.scratch[c][lead + slot..]);
+                    }
+                    for k in C..I {
+                        if map.per_edge_active[k - C] {
+                            let place = map.per_edge[k - C].start + slot;
+                            (L::load_at(bars, place) + x_bar[k]).store_at(bars, place);
+                        }
                     }
                 }
+                i += L::N;
             }
         }
         if map.ends_active {
             for c in 0..C {
-                let bars = &mut bars[map.ends[c].range()];
-                collect_all::<R, L>(&graph, &map.scratch[c], bars, Sum::Subtract);
+                let nodes = &mut bars[map.ends[c].range()];
+                let edges = (&map.graph, &map.masks[..], &map.scratch[c][..]);
+                collect_all::<R, L>(edges, nodes, Sum::Subtract);
             }
         }
     }
@@ -192,42 +278,57 @@ enum Sum {
     Subtract,
 }
 
+/// A graph, its masks, and values per slot.
+type Edges<'a, R> = (&'a Graph, &'a [Masks], &'a [R]);
+
 /// Per node the sum over its edges, plus where it is the tail and minus where it is the head.
 #[inline(always)]
-fn collect_all<R: Real, L: Lane<R>>(graph: &Graph, slots: &[R], nodes: &mut [R], mut sum: Sum) {
-    for groups in graph.groups().chunks(4) {
-        match groups.len() {
-            1 => collect::<R, L, 1>((graph.lead(), groups), slots, nodes, sum),
-            2 => collect::<R, L, 2>((graph.lead(), groups), slots, nodes, sum),
-            3 => collect::<R, L, 3>((graph.lead(), groups), slots, nodes, sum),
-            _ => collect::<R, L, 4>((graph.lead(), groups), slots, nodes, sum),
+fn collect_all<R: Real, L: Lane<R>>(edges: Edges<R>, nodes: &mut [R], mut sum: Sum) {
+    let groups = edges.0.groups().len();
+    let mut first = 0;
+    while first < groups {
+        match groups - first {
+            1 => collect::<R, L, 1>(edges, first, nodes, sum),
+            2 => collect::<R, L, 2>(edges, first, nodes, sum),
+            3 => collect::<R, L, 3>(edges, first, nodes, sum),
+            _ => collect::<R, L, 4>(edges, first, nodes, sum),
         }
+        first += 4;
         if let Sum::Set = sum {
             sum = Sum::Add;
         }
     }
 }
 
-/// The same for `G` groups: the four of a lattice are summed up in a register.
+/// The same for `G` groups from the `first` on: the four of a lattice are summed up in a
+/// register.
 #[inline(always)]
 fn collect<R: Real, L: Lane<R>, const G: usize>(
-    (lead, groups): (usize, &[Group]),
-    slots: &[R],
+    (graph, masks, slots): Edges<R>,
+    first: usize,
     nodes: &mut [R],
     sum: Sum,
 ) {
     let whole = nodes.len().next_multiple_of(L::N);
     let (mut as_tail, mut as_head) = ([slots; G], [slots; G]);
+    let mut bits: [&[[u16; 2]]; G] = [&[]; G];
     for g in 0..G {
-        let first = lead + groups[g].first_slot;
-        as_tail[g] = &slots[first..][..whole];
-        as_head[g] = &slots[first - groups[g].offset..][..whole];
+        let group = &graph.groups()[first + g];
+        let place = graph.lead() + group.first_slot;
+        as_tail[g] = &slots[place..][..whole];
+        as_head[g] = &slots[place - group.offset..][..whole];
+        bits[g] = &masks[first + g].nodes[..whole / L::N];
     }
-    for i in (0..nodes.len()).step_by(L::N) {
+    for k in 0..whole / L::N {
+        let i = k * L::N;
         let mut total = L::zero();
         for g in 0..G {
-            total += groups[g].is_tail.keep::<R, L>(i, L::load(&as_tail[g][i..]));
-            total -= groups[g].is_head.keep::<R, L>(i, L::load(&as_head[g][i..]));
+            let [tail, head] = [L::mask(bits[g][k][0]), L::mask(bits[g][k][1])];
+            // SAFETY: the slices hold all whole lanes.
+            let (as_tail, as_head) =
+                unsafe { (L::load_at(as_tail[g], i), L::load_at(as_head[g], i)) };
+            total += L::select(tail, as_tail, L::zero());
+            total -= L::select(head, as_head, L::zero());
         }
         let to = &mut nodes[i..];
         let result = match sum {

@@ -8,7 +8,6 @@
 use std::sync::Arc;
 
 use super::WIDEST;
-use crate::lanes::Lane;
 use crate::real::Real;
 
 /// A directed graph, and the slot layout of arrays along its edges.
@@ -52,11 +51,13 @@ impl Bits {
     fn get(&self, place: usize) -> bool {
         self.0[place / WIDEST] >> (place % WIDEST) & 1 == 1
     }
-    /// The value where the places from `first` on are true, else zero.
-    #[inline(always)]
-    pub(super) fn keep<R: Real, L: Lane<R>>(&self, first: usize, value: L) -> L {
-        let mask = L::mask(self.0[first / WIDEST] >> (first % WIDEST));
-        L::select(mask, value, L::zero())
+    /// The truth values lane by lane, one bit each.
+    pub(super) fn by_lanes(&self, lanes: usize) -> Vec<u16> {
+        let words = self
+            .0
+            .iter()
+            .flat_map(|&word| (0..WIDEST).step_by(lanes).map(move |k| word >> k));
+        words.collect()
     }
 }
 

@@ -1,4 +1,5 @@
 //! A kernel mapped over arrays.
+#![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
 
 use super::{Array, Operation};
 use crate::kernel::Adjoint;
@@ -48,9 +49,70 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for
     }
 }
 
+/// Panics unless the arrays lie in the arena and are as long as the first.
+fn check(arena: usize, arrays: &[Array], len: usize) {
+    let fits = |a: &Array| a.len == len && a.range().end <= arena;
+    assert!(arrays.iter().all(fits), "an array lies outside its arena");
+}
+
+/// A lane of an array from its `i`th entry on: a `WHOLE` one, or what is left.
+///
+/// # Safety
+/// The array lies in the arena and, for a whole lane, has `i + N` entries.
+#[inline(always)]
+unsafe fn load<R: Real, L: Lane<R>, const WHOLE: bool>(arena: &[R], a: Array, i: usize) -> L {
+    // SAFETY: the caller's promise.
+    if WHOLE {
+        unsafe { L::load_at(arena, a.start + i) }
+    } else {
+        L::load_up_to(&arena[a.from(i)])
+    }
+}
+
+/// The counterpart of [`load`].
+///
+/// # Safety
+/// As there.
+#[inline(always)]
+unsafe fn store<R: Real, L: Lane<R>, const WHOLE: bool>(
+    arena: &mut [R],
+    (a, i): (Array, usize),
+    value: L,
+) {
+    // SAFETY: the caller's promise.
+    if WHOLE {
+        unsafe { value.store_at(arena, a.start + i) }
+    } else {
+        value.store_up_to(&mut arena[a.from(i)]);
+    }
+}
+
 struct Forward<'a, K, R, const I: usize, const O: usize> {
     map: &'a Map<K, I, O>,
     values: &'a mut [R],
+}
+
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Forward<'_, K, R, I, O> {
+    /// # Safety
+    /// As for [`load`], for all arrays of the map.
+    #[inline(always)]
+    unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize) {
+        let Map {
+            kernel,
+            inputs,
+            outputs,
+            ..
+        } = self.map;
+        let mut x = [L::zero(); I];
+        for k in 0..I {
+            // SAFETY: the caller's promise, here and below.
+            x[k] = unsafe { load::<R, L, WHOLE>(self.values, inputs[k], i) };
+        }
+        let y = kernel.eval(x);
+        for k in 0..O {
+            unsafe { store::<R, L, WHOLE>(self.values, (outputs[k], i), y[k]) };
+        }
+    }
 }
 
 impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
@@ -58,18 +120,19 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
 {
     type Output = ();
     #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let Map {
-            kernel,
-            inputs,
-            outputs,
-            ..
-        } = self.map;
-        for i in (0..inputs[0].len).step_by(L::N) {
-            let x = load_all::<R, L, I>(self.values, inputs, i);
-            let y = kernel.eval(x);
-            for k in 0..O {
-                y[k].store_up_to(&mut self.values[outputs[k].from(i)]);
+    fn run<L: Lane<R>>(mut self) {
+        let len = self.map.inputs[0].len;
+        check(self.values.len(), &self.map.inputs, len);
+        check(self.values.len(), &self.map.outputs, len);
+        let mut i = 0;
+        // SAFETY: the arrays were checked, and whole lanes end within them.
+        unsafe {
+            while i + L::N <= len {
+                self.lane::<L, true>(i);
+                i += L::N;
+            }
+            if i < len {
+                self.lane::<L, false>(i);
             }
         }
     }
@@ -81,42 +144,58 @@ struct Reverse<'a, K, R, const I: usize, const O: usize> {
     bars: &'a mut [R],
 }
 
-impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for Reverse<'_, K, R, I, O>
-{
-    type Output = ();
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Reverse<'_, K, R, I, O> {
+    /// # Safety
+    /// As for [`load`], for all arrays of the map.
     #[inline(always)]
-    fn run<L: Lane<R>>(self) {
+    unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize) {
         let Map {
             kernel,
             inputs,
             outputs,
             active,
         } = self.map;
-        for i in (0..inputs[0].len).step_by(L::N) {
-            let x = load_all::<R, L, I>(self.values, inputs, i);
-            let y_bar = load_all::<R, L, O>(self.bars, outputs, i);
-            let x_bar = kernel.vjp(x, y_bar);
-            for k in 0..I {
-                if active[k] {
-                    let bar = &mut self.bars[inputs[k].from(i)];
-                    (L::load_up_to(bar) + x_bar[k]).store_up_to(bar);
+        let (mut x, mut y_bar) = ([L::zero(); I], [L::zero(); O]);
+        for k in 0..I {
+            // SAFETY: the caller's promise, here and below.
+            x[k] = unsafe { load::<R, L, WHOLE>(self.values, inputs[k], i) };
+        }
+        for k in 0..O {
+            y_bar[k] = unsafe { load::<R, L, WHOLE>(self.bars, outputs[k], i) };
+        }
+        let x_bar = kernel.vjp(x, y_bar);
+        for k in 0..I {
+            if active[k] {
+                unsafe {
+                    let bar: L = load::<R, L, WHOLE>(self.bars, inputs[k], i);
+                    store::<R, L, WHOLE>(self.bars, (inputs[k], i), bar + x_bar[k]);
                 }
             }
         }
     }
 }
 
-/// A lane of each array; at the end of the arrays a part of one.
-#[inline(always)]
-fn load_all<R: Real, L: Lane<R>, const N: usize>(
-    arena: &[R],
-    arrays: &[Array; N],
-    i: usize,
-) -> [L; N] {
-    let mut lanes = [L::zero(); N];
-    for k in 0..N {
-        lanes[k] = L::load_up_to(&arena[arrays[k].from(i)]);
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
+    for Reverse<'_, K, R, I, O>
+{
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(mut self) {
+        let len = self.map.inputs[0].len;
+        for arena in [self.values.len(), self.bars.len()] {
+            check(arena, &self.map.inputs, len);
+            check(arena, &self.map.outputs, len);
+        }
+        let mut i = 0;
+        // SAFETY: the arrays were checked, and whole lanes end within them.
+        unsafe {
+            while i + L::N <= len {
+                self.lane::<L, true>(i);
+                i += L::N;
+            }
+            if i < len {
+                self.lane::<L, false>(i);
+            }
+        }
     }
-    lanes
 }

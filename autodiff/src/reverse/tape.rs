@@ -98,9 +98,10 @@ impl<R: Real> Arena<R> {
             if bar.is_zero() {
                 continue;
             }
-            bars[parents[0] as usize] += R::chain(partials[0], bar);
+            let [first, second] = parents.map(|parent| parent as usize);
+            bars[first] = R::chain_add(partials[0], bar, bars[first]);
             if parents[1] != NONE {
-                bars[parents[1] as usize] += R::chain(partials[1], bar);
+                bars[second] = R::chain_add(partials[1], bar, bars[second]);
             }
         }
     }
@@ -119,7 +120,8 @@ impl<R: Real> Many<R> {
                 let end = self.linear.get(place + 1).copied();
                 let terms = self.linear[place]..end.unwrap_or(self.terms.len());
                 for &(partial, parent) in &self.terms[terms] {
-                    bars[parent as usize] += R::chain(partial, bar);
+                    let parent = &mut bars[parent as usize];
+                    *parent = R::chain_add(partial, bar, *parent);
                 }
             }
             _ => {}

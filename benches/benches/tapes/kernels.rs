@@ -1,6 +1,6 @@
 //! The same step as kernels mapped over arrays: what `autodiff` offers beside its tape.
 
-use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
+use autodiff::{Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
 
 use crate::rivals::Gradient;
 use crate::step::{DECAY, DT, EDGES, GRAVITY, Lattice, NODES, SOFTENING};
@@ -71,6 +71,7 @@ impl Steps {
                 inputs: [].into(),
                 observed: vec![steps],
                 cotangent_bound: None,
+                memory: Memory::All,
             },
         }
     }

@@ -9,6 +9,7 @@ pub use sensing::{Moment, clock, observation, observation_length};
 pub use weights::Weights;
 
 use autodiff::Real;
+use autodiff::fused::dense;
 use serde::{Deserialize, Serialize};
 
 use crate::lattice::Lattice;
@@ -89,10 +90,9 @@ impl<R: Copy> Controller<R> {
 
 /// `tanh(W input + b)`, `W` row by row.
 fn layer<R: Real>(weights: &[R], biases: &[R], input: &[R]) -> Vec<R> {
-    weights
-        .chunks_exact(input.len())
-        .zip(biases)
-        .map(|(row, &bias)| (R::dot(row, input) + bias).tanh())
+    dense(weights, input, biases)
+        .into_iter()
+        .map(R::tanh)
         .collect()
 }
 

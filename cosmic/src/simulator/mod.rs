@@ -16,7 +16,7 @@ mod trajectory;
 
 use std::sync::Arc;
 
-use autodiff::{CotangentBound, Real, Rollout};
+use autodiff::{CotangentBound, Memory, Real, Rollout};
 
 pub use divergence::Divergence;
 pub use trajectory::Trajectory;
@@ -103,6 +103,7 @@ impl Simulator {
             inputs: self.clock[2 * span.first..].into(),
             observed: span.observed.clone(),
             cotangent_bound: span.cotangent_bound,
+            memory: Memory::All,
         };
         let folded = Folded::new(controller, &self.controller, &self.ground);
         let rest_length: Vec<R> = self.rest_length.iter().map(|&l| R::lit(l)).collect();

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use autodiff::{Model, Program, Real, Rollout};
+use autodiff::{Memory, Model, Program, Real, Rollout};
 use cpu_time::ThreadTime;
 
 use crate::case::Case;
@@ -165,6 +165,7 @@ impl TwoMatvecs {
             inputs: [].into(),
             observed: vec![steps],
             cotangent_bound: None,
+            memory: Memory::All,
         };
         let numbers = |count: usize| vec![0.1; count];
         let parameters = [hidden * inputs, hidden, edges * hidden, edges].map(numbers);

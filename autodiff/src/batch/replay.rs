@@ -1,0 +1,380 @@
+//! Replaying a [`Trace`] forward and back, a block of points at a time.
+//!
+//! Each number of the trace is a few registers wide, so that finding out what an operation is
+//! costs little beside doing it.
+
+use super::trace::{Binary, Logic, Op, Place, Trace, Unary};
+use crate::lanes::Lane;
+use crate::real::{Mask, Real};
+use crate::rule;
+
+/// Registers to a number.
+pub(super) const WIDE: usize = 4;
+
+/// A number of the trace for `WIDE * L::N` points.
+type Block<L> = [L; WIDE];
+
+/// A trace with the numbers it is replayed on.
+pub(super) struct Replay<'a, R, L> {
+    trace: &'a Trace,
+    /// Shared arguments and constants, the same for all points ...
+    shared: Vec<R>,
+    /// ... and their cotangents, one part to each lane.
+    shared_bars: Vec<L>,
+    values: Vec<Block<L>>,
+    bars: Vec<Block<L>>,
+    /// Partials of functions of one number, from the forward to the reverse sweep.
+    partials: Vec<Block<L>>,
+}
+
+impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
+    #[inline(always)]
+    pub(super) fn new(trace: &'a Trace, arguments: &[R]) -> Self {
+        let mut shared = arguments.to_vec();
+        for &constant in &trace.constants {
+            shared.push(R::lit(constant));
+        }
+        let (zero, own) = ([L::zero(); WIDE], trace.arguments[1] + trace.ops.len());
+        Self {
+            trace,
+            shared_bars: vec![L::zero(); shared.len()],
+            shared,
+            values: vec![zero; own],
+            bars: vec![zero; own],
+            partials: vec![zero; trace.kept],
+        }
+    }
+
+    /// The own arguments of the next block.
+    #[inline(always)]
+    pub(super) fn arguments(&mut self) -> &mut [Block<L>] {
+        &mut self.values[..self.trace.arguments[1]]
+    }
+
+    /// The cotangents of the shared arguments, all points together.
+    #[inline(always)]
+    pub(super) fn shared_bars(&self) -> Vec<R> {
+        let mut lanes = [R::zero(); crate::lanes::WIDEST];
+        let mut totals = Vec::with_capacity(self.trace.arguments[0]);
+        for bar in &self.shared_bars[..self.trace.arguments[0]] {
+            bar.store(&mut lanes);
+            totals.push(R::sum(&lanes[..L::N]));
+        }
+        totals
+    }
+
+    #[inline(always)]
+    fn get(&self, place: Place) -> Block<L> {
+        if place.is_shared() {
+            [L::splat(self.shared[place.at()]); WIDE]
+        } else {
+            self.values[place.at()]
+        }
+    }
+
+    /// Adds to the cotangent of a place.
+    #[inline(always)]
+    fn add(&mut self, place: Place, part: Block<L>) {
+        if place.is_shared() {
+            let bar = &mut self.shared_bars[place.at()];
+            for w in 0..WIDE {
+                *bar += part[w];
+            }
+        } else {
+            let bar = &mut self.bars[place.at()];
+            for w in 0..WIDE {
+                bar[w] += part[w];
+            }
+        }
+    }
+
+    /// Computes all operations and returns the result.
+    #[inline(always)]
+    pub(super) fn forward(&mut self, result: Place) -> Block<L> {
+        let trace = self.trace;
+        let mut y = [L::zero(); WIDE];
+        for (i, op) in trace.ops.iter().enumerate() {
+            match *op {
+                Op::Unary { f, x, keep } => {
+                    let x = self.get(x);
+                    let partials = &mut self.partials[keep as usize];
+                    for w in 0..WIDE {
+                        (y[w], partials[w]) = unary(f, x[w]);
+                    }
+                }
+                Op::Binary { f, x: [a, b] } => y = forward_binary(f, self.get(a), self.get(b)),
+                Op::Fma { x: [a, b, c] } => {
+                    let (a, b, c) = (self.get(a), self.get(b), self.get(c));
+                    for w in 0..WIDE {
+                        y[w] = a[w].fma(b[w], c[w]);
+                    }
+                }
+                Op::Logic { f, x: [a, b] } => {
+                    let (a, b) = (self.get(a), self.get(b));
+                    for w in 0..WIDE {
+                        y[w] = logic(f, a[w], b[w]);
+                    }
+                }
+                Op::Select { mask, x: [a, b] } => {
+                    let (mask, a, b) = (self.get(mask), self.get(a), self.get(b));
+                    for w in 0..WIDE {
+                        y[w] = L::select(holds(mask[w]), a[w], b[w]);
+                    }
+                }
+                Op::StraightThrough { x: [x, _] } | Op::Detach { x } => y = self.get(x),
+                Op::Dot { x: [a, b], len } => y = self.forward_dot(a, b, len as usize),
+                Op::Sum { x, len } => y = self.forward_sum(x, len as usize),
+            }
+            self.values[trace.arguments[1] + i] = y;
+        }
+        self.get(result)
+    }
+
+    #[inline(always)]
+    fn forward_dot(&self, a: Place, b: Place, len: usize) -> Block<L> {
+        let mut y = [L::zero(); WIDE];
+        if a.is_shared() && !b.is_shared() {
+            let (a, b) = (&self.shared[a.at()..][..len], &self.values[b.at()..][..len]);
+            for j in 0..len {
+                let factor = L::splat(a[j]);
+                for w in 0..WIDE {
+                    y[w] = b[j][w].fma(factor, y[w]);
+                }
+            }
+            return y;
+        }
+        for j in 0..len {
+            let (a, b) = (self.get(a.plus(j)), self.get(b.plus(j)));
+            for w in 0..WIDE {
+                y[w] = a[w].fma(b[w], y[w]);
+            }
+        }
+        y
+    }
+
+    #[inline(always)]
+    fn forward_sum(&self, x: Place, len: usize) -> Block<L> {
+        let mut y = [L::zero(); WIDE];
+        for j in 0..len {
+            let x = self.get(x.plus(j));
+            for w in 0..WIDE {
+                y[w] += x[w];
+            }
+        }
+        y
+    }
+
+    /// Carries the cotangent of the result back. Cotangents of own places are zero before and
+    /// after.
+    #[inline(always)]
+    pub(super) fn reverse(&mut self, result: Place, bar: Block<L>) {
+        let trace = self.trace;
+        self.add(result, bar);
+        for (i, op) in trace.ops.iter().enumerate().rev() {
+            let place = trace.arguments[1] + i;
+            let bar = self.bars[place];
+            if is_zero(bar) {
+                continue;
+            }
+            self.bars[place] = [L::zero(); WIDE];
+            match *op {
+                Op::Unary { x, keep, .. } => {
+                    let partial = self.partials[keep as usize];
+                    self.add(x, chain(partial, bar));
+                }
+                Op::Binary { f, x: [a, b] } => {
+                    let parts = reverse_binary(f, [self.get(a), self.get(b)], bar);
+                    self.add(a, parts[0]);
+                    self.add(b, parts[1]);
+                }
+                Op::Fma { x: [a, b, c] } => {
+                    let parts = [chain(self.get(b), bar), chain(self.get(a), bar)];
+                    self.add(a, parts[0]);
+                    self.add(b, parts[1]);
+                    self.add(c, bar);
+                }
+                Op::Select { mask, x: [a, b] } => {
+                    let (mask, mut parts) = (self.get(mask), [bar; 2]);
+                    for w in 0..WIDE {
+                        let [by_a, by_b] = rule::select(holds(mask[w]));
+                        parts[0][w] = L::chain(by_a, bar[w]);
+                        parts[1][w] = L::chain(by_b, bar[w]);
+                    }
+                    self.add(a, parts[0]);
+                    self.add(b, parts[1]);
+                }
+                Op::StraightThrough { x: [_, x] } => self.add(x, bar),
+                Op::Detach { .. } | Op::Logic { .. } => {}
+                Op::Dot { x, len } => self.reverse_dot(x, len as usize, bar),
+                Op::Sum { x, len } => {
+                    for j in 0..len as usize {
+                        self.add(x.plus(j), bar);
+                    }
+                }
+            }
+        }
+        for bar in &mut self.bars[..trace.arguments[1]] {
+            *bar = [L::zero(); WIDE];
+        }
+    }
+
+    #[inline(always)]
+    fn reverse_dot(&mut self, [a, b]: [Place; 2], len: usize, bar: Block<L>) {
+        if !a.is_shared() || b.is_shared() || has_zero(bar) {
+            for j in 0..len {
+                let (a, b) = (a.plus(j), b.plus(j));
+                let parts = [chain(self.get(b), bar), chain(self.get(a), bar)];
+                self.add(a, parts[0]);
+                self.add(b, parts[1]);
+            }
+            return;
+        }
+        let (at_a, at_b) = (a.at(), b.at());
+        let (a, a_bar) = (
+            &self.shared[at_a..][..len],
+            &mut self.shared_bars[at_a..][..len],
+        );
+        let (b, b_bar) = (&self.values[at_b..][..len], &mut self.bars[at_b..][..len]);
+        for j in 0..len {
+            let factor = L::splat(a[j]);
+            for w in 0..WIDE {
+                a_bar[j] = bar[w].fma(b[j][w], a_bar[j]);
+                b_bar[j][w] = bar[w].fma(factor, b_bar[j][w]);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn chain<L: Real>(partial: Block<L>, bar: Block<L>) -> Block<L> {
+    let mut part = bar;
+    for w in 0..WIDE {
+        part[w] = L::chain(partial[w], bar[w]);
+    }
+    part
+}
+
+#[inline(always)]
+fn is_zero<L: Real>(block: Block<L>) -> bool {
+    for w in 0..WIDE {
+        if !block[w].is_zero() {
+            return false;
+        }
+    }
+    true
+}
+
+/// Whether any lane's primal is zero.
+#[inline(always)]
+fn has_zero<L: Real>(block: Block<L>) -> bool {
+    let zero = L::zero();
+    let mut found = L::Mask::splat(false);
+    for w in 0..WIDE {
+        found = found | (block[w].le(zero) & zero.le(block[w]));
+    }
+    found.any()
+}
+
+/// A mask from the number that stands for it.
+#[inline(always)]
+fn holds<L: Real>(mask: L) -> L::Mask {
+    L::lit(0.5).lt(mask)
+}
+
+#[inline(always)]
+fn logic<L: Real>(f: Logic, a: L, b: L) -> L {
+    let mask = match f {
+        Logic::Less => a.lt(b),
+        Logic::LessOrEqual => a.le(b),
+        Logic::And => holds(a) & holds(b),
+        Logic::Or => holds(a) | holds(b),
+        Logic::Not => !holds(a),
+    };
+    L::select(mask, L::one(), L::zero())
+}
+
+/// The value and the partial.
+#[inline(always)]
+fn unary<L: Real>(f: Unary, x: L) -> (L, L) {
+    match f {
+        Unary::Neg => (-x, -L::one()),
+        Unary::Recip => rule::recip(x),
+        Unary::Sqrt => rule::sqrt(x),
+        Unary::Rsqrt => rule::rsqrt(x),
+        Unary::Exp => rule::exp(x),
+        Unary::Ln => rule::ln(x),
+        Unary::Sin => rule::sin(x),
+        Unary::Cos => rule::cos(x),
+        Unary::Tan => rule::tan(x),
+        Unary::Tanh => rule::tanh(x),
+        Unary::Abs => rule::abs(x),
+        Unary::Powi(exponent) => rule::powi(x, exponent),
+    }
+}
+
+/// The value and the partials.
+#[inline(always)]
+fn binary<L: Real>(f: Binary, a: L, b: L) -> (L, [L; 2]) {
+    let one = L::one();
+    match f {
+        Binary::Add => (a + b, [one, one]),
+        Binary::Sub => (a - b, [one, -one]),
+        Binary::Mul => rule::mul(a, b),
+        Binary::Div => rule::div(a, b),
+        Binary::Atan2 => rule::atan2(a, b),
+        Binary::Powf => rule::powf(a, b),
+        Binary::Hypot => rule::hypot(a, b),
+        Binary::Chain => (L::chain(a, b), [b, a]),
+    }
+}
+
+/// The frequent ones have a loop of their own, which asks once what is to be done.
+#[inline(always)]
+fn forward_binary<L: Real>(f: Binary, a: Block<L>, b: Block<L>) -> Block<L> {
+    let mut y = a;
+    match f {
+        Binary::Add => {
+            for w in 0..WIDE {
+                y[w] = a[w] + b[w];
+            }
+        }
+        Binary::Sub => {
+            for w in 0..WIDE {
+                y[w] = a[w] - b[w];
+            }
+        }
+        Binary::Mul => {
+            for w in 0..WIDE {
+                y[w] = a[w] * b[w];
+            }
+        }
+        _ => {
+            for w in 0..WIDE {
+                y[w] = binary(f, a[w], b[w]).0;
+            }
+        }
+    }
+    y
+}
+
+#[inline(always)]
+fn reverse_binary<L: Real>(f: Binary, [a, b]: [Block<L>; 2], bar: Block<L>) -> [Block<L>; 2] {
+    let mut parts = [bar; 2];
+    match f {
+        Binary::Add => {}
+        Binary::Sub => {
+            for w in 0..WIDE {
+                parts[1][w] = -bar[w];
+            }
+        }
+        Binary::Mul => parts = [chain(b, bar), chain(a, bar)],
+        _ => {
+            for w in 0..WIDE {
+                let [by_a, by_b] = binary(f, a[w], b[w]).1;
+                parts[0][w] = L::chain(by_a, bar[w]);
+                parts[1][w] = L::chain(by_b, bar[w]);
+            }
+        }
+    }
+    parts
+}

@@ -1,0 +1,230 @@
+//! A sum over data, and its gradient by the parameters that all data share.
+
+use std::sync::Arc;
+
+use num_traits::Zero;
+
+use super::replay::{Replay, WIDE};
+use super::trace::{Trace, trace};
+use crate::fused::Fused;
+use crate::lanes::{Lane, Vectorized, WIDEST};
+use crate::real::Real;
+use crate::reverse::{Tape, Var};
+
+/// A function of parameters that all data share and of one datum: a term of a [`Sum`].
+pub trait Summand: Clone + Send + Sync + 'static {
+    /// How many numbers of working memory [`eval`](Self::eval) is given.
+    fn scratch(&self) -> usize {
+        0
+    }
+
+    /// The function. `scratch` holds whatever was left there. Implementations are
+    /// `#[inline(always)]`, to be as fast in lanes as they can be.
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R;
+}
+
+/// The sum of a [`Summand`] over data.
+///
+/// Plain numbers are evaluated in lanes, one datum a lane. On the reverse tape the whole sum is
+/// one entry: the summand is recorded once, for no datum in particular, and replayed forward and
+/// back over blocks of data in lanes. A summand that calls fused functions cannot be recorded so;
+/// it goes over an ordinary tape, datum by datum.
+///
+/// ```
+/// use autodiff::batch::{Sum, Summand};
+/// use autodiff::{Real, gradient_of};
+///
+/// /// The squared distance of a line from a point.
+/// #[derive(Clone)]
+/// struct Misfit;
+/// impl Summand for Misfit {
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, line: &[R], point: &[R], _: &mut [R]) -> R {
+///         let gap = line[0] + line[1] * point[0] - point[1];
+///         gap * gap
+///     }
+/// }
+///
+/// let points = Sum::new(Misfit, &[[0.0, 1.0], [1.0, 3.0], [2.0, 2.0]]);
+/// assert_eq!(points.run(&[1.0, 1.0]), 2.0);
+/// assert_eq!(gradient_of(|line| points.run(line), &[1.0, 1.0]), [0.0, 2.0]);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Sum<S> {
+    summand: S,
+    count: usize,
+    /// Per number of a datum that number of all data, the last repeated to fill whole blocks.
+    columns: Arc<[Vec<f64>]>,
+}
+
+impl<S: Summand> Sum<S> {
+    /// A sum over data, all of one length.
+    ///
+    /// # Panics
+    /// If the data differ in length.
+    pub fn new(summand: S, data: &[impl AsRef<[f64]>]) -> Self {
+        let width = data.first().map_or(0, |datum| datum.as_ref().len());
+        let mut columns = vec![Vec::with_capacity(data.len() + WIDE * WIDEST); width];
+        for datum in data {
+            let datum = datum.as_ref();
+            assert_eq!(datum.len(), width, "the data of a sum differ in length");
+            for (column, &number) in columns.iter_mut().zip(datum) {
+                column.push(number);
+            }
+        }
+        for column in &mut columns {
+            let last = column[data.len() - 1];
+            column.resize(data.len().next_multiple_of(WIDE * WIDEST), last);
+        }
+        Self {
+            summand,
+            count: data.len(),
+            columns: columns.into(),
+        }
+    }
+
+    /// The sum, given the shared parameters.
+    pub fn run<R: Real>(&self, shared: &[R]) -> R {
+        R::fused(self.clone(), &[shared])[0]
+    }
+
+    /// The sum and its gradient, over an ordinary tape.
+    fn tape<R: Real>(&self, shared: &[R]) -> (R, Vec<R>) {
+        let mut tape = Tape::new();
+        let mut total = R::zero();
+        let mut gradient = vec![R::zero(); shared.len()];
+        for i in 0..self.count {
+            let term = tape.record(shared, |shared| {
+                let number = |column: &Vec<f64>| Var::lit(column[i]);
+                let datum: Vec<Var<R>> = self.columns.iter().map(number).collect();
+                let mut scratch = vec![Var::zero(); self.summand.scratch()];
+                self.summand.eval(shared, &datum, &mut scratch)
+            });
+            total += term.value();
+            let bars = tape.pullback(&[term], &[R::one()]);
+            for (sum, &bar) in gradient.iter_mut().zip(bars) {
+                *sum += bar;
+            }
+        }
+        (total, gradient)
+    }
+}
+
+/// A register of a column, from the datum `first` on.
+#[inline(always)]
+fn load<R: Real, L: Lane<R>>(column: &[f64], first: usize) -> L {
+    let mut lanes = [R::zero(); WIDEST];
+    for lane in 0..L::N {
+        lanes[lane] = R::lit(column[first + lane]);
+    }
+    L::load(&lanes)
+}
+
+impl<S: Summand> Fused for Sum<S> {
+    type Saved<R: Real> = Vec<R>;
+
+    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
+        vec![R::vectorize(Value {
+            sum: self,
+            shared: inputs[0],
+        })]
+    }
+
+    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Vec<R>) {
+        let shared = inputs[0];
+        let recorded = trace([shared.len(), self.columns.len()], |shared, datum| {
+            let mut scratch = vec![Zero::zero(); self.summand.scratch()];
+            self.summand.eval(shared, datum, &mut scratch)
+        });
+        let (value, gradient) = match &recorded {
+            Some(trace) => R::vectorize(ValueAndGradient {
+                sum: self,
+                trace,
+                shared,
+            }),
+            None => self.tape(shared),
+        };
+        (vec![value], gradient)
+    }
+
+    fn reverse<R: Real>(&self, gradient: &mut Vec<R>, y_bar: &[R], _: &[bool]) -> Vec<Vec<R>> {
+        let chain = |&partial| R::chain(partial, y_bar[0]);
+        vec![gradient.iter().map(chain).collect()]
+    }
+}
+
+struct Value<'a, S, R> {
+    sum: &'a Sum<S>,
+    shared: &'a [R],
+}
+
+impl<R: Real, S: Summand> Vectorized<R> for Value<'_, S, R> {
+    type Output = R;
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) -> R {
+        let Sum {
+            summand,
+            count,
+            columns,
+        } = self.sum;
+        let mut shared = Vec::with_capacity(self.shared.len());
+        for &number in self.shared {
+            shared.push(L::splat(number));
+        }
+        let mut datum = vec![L::zero(); columns.len()];
+        let mut scratch = vec![L::zero(); summand.scratch()];
+        let (mut total, mut terms) = (R::zero(), [R::zero(); WIDEST]);
+        for first in (0..*count).step_by(L::N) {
+            for (number, column) in datum.iter_mut().zip(&columns[..]) {
+                *number = load(column, first);
+            }
+            summand
+                .eval(&shared, &datum, &mut scratch)
+                .store(&mut terms);
+            for &term in &terms[..L::N.min(count - first)] {
+                total += term;
+            }
+        }
+        total
+    }
+}
+
+struct ValueAndGradient<'a, S, R> {
+    sum: &'a Sum<S>,
+    trace: &'a Trace,
+    shared: &'a [R],
+}
+
+impl<R: Real, S: Summand> Vectorized<R> for ValueAndGradient<'_, S, R> {
+    type Output = (R, Vec<R>);
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) -> (R, Vec<R>) {
+        let Sum { count, columns, .. } = self.sum;
+        let mut replay = Replay::<R, L>::new(self.trace, self.shared);
+        let mut total = R::zero();
+        for first in (0..*count).step_by(WIDE * L::N) {
+            for (number, column) in replay.arguments().iter_mut().zip(&columns[..]) {
+                for w in 0..WIDE {
+                    number[w] = load(column, first + w * L::N);
+                }
+            }
+            let terms = replay.forward(self.trace.result);
+            let mut bars = terms;
+            for w in 0..WIDE {
+                // Past the last datum there are copies of it, which count for nothing.
+                let counted = count.saturating_sub(first + w * L::N).min(L::N);
+                let mut lanes = [R::zero(); WIDEST];
+                terms[w].store(&mut lanes);
+                for lane in 0..counted {
+                    total += lanes[lane];
+                }
+                for (lane, bar) in lanes.iter_mut().enumerate() {
+                    *bar = if lane < counted { R::one() } else { R::zero() };
+                }
+                bars[w] = L::load(&lanes);
+            }
+            replay.reverse(self.trace.result, bars);
+        }
+        (total, replay.shared_bars())
+    }
+}

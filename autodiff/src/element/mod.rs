@@ -1,0 +1,67 @@
+//! Numbers of this crate in other people's generic code.
+//!
+//! [`Element`] wraps any [`Real`] and implements num-traits' `Float`, `Num`, `NumAssign`, `Signed`
+//! and `FromPrimitive`, and with the feature `nalgebra` that crate's `RealField`. A wrapper rather
+//! than an implementation for each type: so code that is generic over `R: Real` can call what asks
+//! for a `Float`, and every driver can run it.
+//!
+//! ```
+//! use autodiff::{Element, Function, Real, hessian};
+//! use num_traits::Float;
+//!
+//! /// Written by someone who has never heard of derivatives.
+//! fn logistic<T: Float>(x: T) -> T {
+//!     T::one() / (T::one() + (-x).exp())
+//! }
+//!
+//! struct Logistic;
+//! impl Function for Logistic {
+//!     fn eval<R: Real>(&self, x: &[R]) -> R {
+//!         logistic(Element(x[0])).0
+//!     }
+//! }
+//! assert_eq!(hessian(&Logistic, &[0.0]), [[0.0]]); // its point of inflection
+//! ```
+//!
+//! # What to know
+//!
+//! - Decisions (`<`, `is_nan`, pivots) look at primals; where lanes disagree about one it panics.
+//!   The derivative is that of the branch taken.
+//! - An element does not convert to a primitive number: `ToPrimitive` returns `None` and
+//!   `integer_decode` panics, where a cast would lose the derivative silently. Take `.0` and its
+//!   primal. Constants convert to elements by `T::from`.
+//! - Rounding functions are constants between their steps: `floor(x)` has derivative 0, `x % m`
+//!   that of `x`.
+//! - `max`, `min` and `clamp` have the conventions of the table in [`real`](crate::real): a NaN
+//!   is passed on, not ignored.
+
+mod float;
+pub(crate) mod functions;
+mod number;
+
+use crate::real::Real;
+
+#[cfg(feature = "nalgebra")]
+pub(crate) use number::decided;
+
+/// A [`Real`] with the traits that other crates ask for. See the [module](self).
+#[derive(Clone, Copy, Debug)]
+pub struct Element<R>(
+    /// The number itself.
+    pub R,
+);
+
+impl<R: Real> Element<R> {
+    /// A constant.
+    #[inline]
+    pub fn lit(value: f64) -> Self {
+        Self(R::lit(value))
+    }
+}
+
+impl<R: Real> From<R> for Element<R> {
+    #[inline]
+    fn from(number: R) -> Self {
+        Self(number)
+    }
+}

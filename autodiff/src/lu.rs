@@ -1,0 +1,141 @@
+//! LU factors of a small dense matrix over any [`Real`].
+
+use crate::real::{Mask, Real};
+
+/// The factors of a square matrix, its rows exchanged by partial pivoting.
+///
+/// Rows are exchanged by `select`, so lanes may disagree about them and duals follow primals.
+pub(crate) struct Lu<R: Real> {
+    /// `U`, and below its diagonal `L` without its diagonal of ones.
+    rows: Vec<Vec<R>>,
+    /// `(k, i, whether rows k and i were exchanged)`, in this order.
+    exchanges: Vec<(usize, usize, R::Mask)>,
+}
+
+impl<R: Real> Lu<R> {
+    /// Factors a matrix given by rows; the error is the first column that depends on those before
+    /// it, to within rounding.
+    pub(crate) fn new(mut rows: Vec<Vec<R>>) -> Result<Self, usize> {
+        let n = rows.len();
+        let largest = rows.concat().iter().fold(R::zero(), |m, x| m.max(x.abs()));
+        let negligible = largest.detach() * unit_roundoff() * R::lit(n as f64);
+        let mut exchanges = Vec::with_capacity(n * n / 2);
+        for k in 0..n {
+            for i in k + 1..n {
+                let mask = rows[k][k].abs().lt(rows[i][k].abs());
+                exchange(&mut rows, (k, i), mask);
+                exchanges.push((k, i, mask));
+            }
+            // NaN is not a pivot either.
+            if !negligible.lt(rows[k][k].abs()).all() {
+                return Err(k);
+            }
+            for i in k + 1..n {
+                let factor = rows[i][k] / rows[k][k];
+                rows[i][k] = factor;
+                for j in k + 1..n {
+                    let eliminated = factor * rows[k][j];
+                    rows[i][j] -= eliminated;
+                }
+            }
+        }
+        Ok(Self { rows, exchanges })
+    }
+
+    /// Solves `A x = b` in place.
+    pub(crate) fn solve(&self, b: &mut [R]) {
+        for &(k, i, mask) in &self.exchanges {
+            swap(b, (k, i), mask);
+        }
+        let n = b.len();
+        for i in 0..n {
+            b[i] -= R::dot(&self.rows[i][..i], &b[..i]);
+        }
+        for i in (0..n).rev() {
+            b[i] -= R::dot(&self.rows[i][i + 1..], &b[i + 1..]);
+            b[i] /= self.rows[i][i];
+        }
+    }
+
+    /// Solves `A^T x = b` in place.
+    pub(crate) fn solve_transposed(&self, b: &mut [R]) {
+        let n = b.len();
+        for i in 0..n {
+            b[i] /= self.rows[i][i];
+            for j in i + 1..n {
+                let known = self.rows[i][j] * b[i];
+                b[j] -= known;
+            }
+        }
+        for i in (0..n).rev() {
+            for j in 0..i {
+                let known = self.rows[i][j] * b[i];
+                b[j] -= known;
+            }
+        }
+        for &(k, i, mask) in self.exchanges.iter().rev() {
+            swap(b, (k, i), mask);
+        }
+    }
+}
+
+fn exchange<R: Real>(rows: &mut [Vec<R>], (k, i): (usize, usize), mask: R::Mask) {
+    let (above, below) = rows.split_at_mut(i);
+    for (a, b) in above[k].iter_mut().zip(&mut below[0]) {
+        (*a, *b) = (R::select(mask, *b, *a), R::select(mask, *a, *b));
+    }
+}
+
+fn swap<R: Real>(b: &mut [R], (k, i): (usize, usize), mask: R::Mask) {
+    (b[k], b[i]) = (R::select(mask, b[i], b[k]), R::select(mask, b[k], b[i]));
+}
+
+/// The distance from 1 to the next number of this type, or nearly: what is left of `3 (4/3 - 1) - 1`.
+pub(crate) fn unit_roundoff<R: Real>() -> R {
+    let third = R::lit(4.0) / R::lit(3.0) - R::one();
+    (R::lit(3.0) * third - R::one()).abs().detach()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wide::Wide;
+
+    #[test]
+    fn both_solves_undo_the_product() {
+        let n = 6;
+        let entry = |i: usize, j: usize| Wide::from((((i * i + 1) * (7 * j + 3)) as f64).sin());
+        let a: Vec<Vec<Wide>> = (0..n)
+            .map(|i| (0..n).map(|j| entry(i, j)).collect())
+            .collect();
+        let x: Vec<Wide> = (0..n).map(|i| Wide::from(1.0 + i as f64)).collect();
+        let transposed: Vec<Vec<Wide>> = (0..n)
+            .map(|j| a.iter().map(|row| row[j]).collect())
+            .collect();
+        let product = |a: &[Vec<Wide>]| a.iter().map(|row| Wide::dot(row, &x)).collect();
+        let (mut b, mut b_transposed): (Vec<_>, Vec<_>) = (product(&a), product(&transposed));
+        let lu = Lu::new(a).expect("a matrix of full rank");
+        lu.solve(&mut b);
+        lu.solve_transposed(&mut b_transposed);
+        for (i, x) in x.into_iter().enumerate() {
+            // The rounding of 1e-32 times a condition of at most 1e4.
+            assert!((b[i] - x).to_f64().abs() < 1e-27, "{i}");
+            assert!((b_transposed[i] - x).to_f64().abs() < 1e-27, "{i}");
+        }
+    }
+
+    #[test]
+    fn dependent_columns_are_named() {
+        let rows = |last: f64| {
+            vec![
+                vec![0.0, 0.1, 0.1],
+                vec![0.3, 0.1, 0.4],
+                vec![0.3, 0.2, last],
+            ]
+        };
+        assert_eq!(Lu::new(rows(0.5)).err(), Some(2));
+        assert!(Lu::new(rows(0.6)).is_ok());
+        assert_eq!(Lu::new(vec![vec![f64::NAN]]).err(), Some(0));
+        assert_eq!(Lu::new(vec![vec![0.0]]).err(), Some(0));
+    }
+}

@@ -1,0 +1,47 @@
+//! Differentiation through nalgebra (feature `nalgebra`).
+//!
+//! [`Element`] makes any [`Real`] an element of `SVector`, `DMatrix` and the rest, factorisations
+//! included: it implements `RealField`.
+//!
+//! ```
+//! use ::nalgebra::{Matrix2, Vector2};
+//! use autodiff::nalgebra::Element;
+//! use autodiff::{Function, Real, gradient};
+//!
+//! /// The energy of a load on springs: half the load times what it does, `K^-1 load`.
+//! struct Compliance;
+//! impl Function for Compliance {
+//!     fn eval<R: Real>(&self, x: &[R]) -> R {
+//!         let [a, b, load] = [0, 1, 2].map(|i| Element(x[i]));
+//!         let stiffness = Matrix2::new(a + b, -b, -b, b);
+//!         let force = Vector2::new(Element::lit(0.0), load);
+//!         let factors = stiffness.cholesky().expect("springs that pull");
+//!         (force.dot(&factors.solve(&force)) * Element::lit(0.5)).0
+//!     }
+//! }
+//!
+//! // Springs in a row: load^2 / 2 (1/a + 1/b).
+//! let by = gradient(&Compliance, &[2.0, 4.0, 3.0]);
+//! let expected = [-9.0 / 8.0, -9.0 / 32.0, 2.25];
+//! assert!(by.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14));
+//! ```
+//!
+//! # What to know
+//!
+//! - What holds for an [`Element`] anywhere, see [`element`](crate::element).
+//! - Decisions of an algorithm (pivots, convergence) look at primals.
+//! - Iterative factorisations (SVD, eigenvalues) are differentiated through their iterations, and
+//!   stop when the primal has converged; degenerate singular values have no derivative.
+//! - `try_convert` to a float returns `None` and the unchecked conversions panic.
+
+mod field;
+
+use ::nalgebra::DVector;
+
+pub use crate::element::Element;
+use crate::real::Real;
+
+/// A slice of numbers as a vector.
+pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
+    DVector::from_iterator(numbers.len(), numbers.iter().copied().map(Element))
+}

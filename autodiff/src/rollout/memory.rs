@@ -1,0 +1,141 @@
+//! Which states are kept, and where the reverse sweep has to run forward again.
+//!
+//! With fewer snapshots than steps, a stretch is halved where the binomial rule says: A. Griewank,
+//! "Achieving logarithmic growth of temporal and spatial complexity in reverse automatic
+//! differentiation", Optimization Methods and Software 1 (1992). With `s` snapshots, no step is
+//! run more than `t` times again as long as there are at most `(s + t)! / (s! t!)` stretches.
+
+use std::ops::Range;
+
+/// What the forward run of a rollout keeps for the reverse sweep. The gradient has the same bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Memory {
+    /// Every step: the fastest.
+    #[default]
+    All,
+    /// At most as many numbers as so many states have; the sweep then runs parts of the rollout
+    /// again. Ten states do for any number of steps, if a step keeps no more than three states'
+    /// worth of numbers beside its own.
+    States(usize),
+}
+
+/// How a reverse sweep goes about it.
+#[derive(Debug)]
+pub(super) struct Plan {
+    /// Steps whose rows are kept at once.
+    pub(super) leaf: usize,
+    /// Snapshots that may be held at once, the start's included.
+    snapshots: usize,
+}
+
+impl Plan {
+    /// For so many steps, from the lengths of a state and of a row.
+    pub(super) fn new(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
+        let budget = match memory {
+            Memory::States(states) if states * state < steps * row + state => states * state,
+            _ => {
+                return Self {
+                    leaf: steps,
+                    snapshots: 1,
+                };
+            }
+        };
+        let leaf = (budget / 2 / row).max(1);
+        let snapshots = budget.saturating_sub(leaf * row) / state;
+        assert!(
+            snapshots >= 2,
+            "a memory of {} states holds no two beside the record of a step: {row} numbers",
+            budget / state
+        );
+        Self { leaf, snapshots }
+    }
+
+    /// Where a stretch gets its next snapshot, if it is too long for its rows to be kept and
+    /// another of the snapshots is free.
+    pub(super) fn split(&self, steps: Range<usize>, held: usize) -> Option<usize> {
+        let stretches = steps.len().div_ceil(self.leaf);
+        let free = self.snapshots.saturating_sub(held);
+        if stretches <= 1 || free == 0 {
+            return None;
+        }
+        // The least number of repetitions that does, with the snapshot below and the free ones.
+        let repeats = (1..)
+            .find(|&t| binomial(free + 1, t) >= stretches)
+            .unwrap_or(1);
+        let upper = binomial(free, repeats).min(stretches - 1);
+        Some(steps.start + (stretches - upper) * self.leaf)
+    }
+
+    /// The first of the last steps whose rows are kept.
+    pub(super) fn leaf_start(&self, steps: Range<usize>) -> usize {
+        steps.end.saturating_sub(self.leaf).max(steps.start)
+    }
+}
+
+/// `(s + t)! / (s! t!)`, or the largest number there is.
+fn binomial(s: usize, t: usize) -> usize {
+    (1..=t)
+        .try_fold(1_usize, |product, k| Some(product.checked_mul(s + k)? / k))
+        .unwrap_or(usize::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Memory, Plan};
+
+    /// Runs the schedule of the sweep on step numbers alone: the steps done forward, and the most
+    /// numbers held.
+    fn simulate(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> (usize, usize) {
+        let plan = Plan::new(memory, steps, [state, row]);
+        let (mut stack, mut end, mut done, mut most) = (vec![0], steps, steps, 0);
+        while plan.leaf < steps && end > 0 {
+            let top = *stack.last().expect("the start is below all");
+            let to = plan.split(top..end, stack.len());
+            // The first descent happens while the rollout runs forward anyway.
+            done += if end == steps {
+                0
+            } else {
+                to.unwrap_or(end) - top
+            };
+            match to {
+                Some(middle) => {
+                    assert!(top < middle && middle < end);
+                    stack.push(middle);
+                }
+                None => {
+                    done += if end == steps { end - top } else { 0 };
+                    end = plan.leaf_start(top..end);
+                    stack.retain(|&step| step < end);
+                }
+            }
+            most = most.max(stack.len() * state + plan.leaf * row);
+        }
+        (done, most)
+    }
+
+    #[test]
+    fn budgets_are_kept_at_the_price_they_must_cost() {
+        for states in [10, 11, 16, 40, 300] {
+            let (done, most) = simulate(Memory::States(states), 4096, [144, 358]);
+            println!(
+                "{states} states: {:.2} rollouts forward",
+                done as f64 / 4096.0
+            );
+            assert!(most <= states * 144, "{most} numbers for {states} states");
+            // The binomial bound for 10 states: two steps' rows and five snapshots, 2048
+            // stretches; 12 repetitions do.
+            assert!(done <= 13 * 4096, "{done} steps for {states} states");
+        }
+        assert_eq!(simulate(Memory::All, 4096, [144, 358]), (4096, 0));
+        assert_eq!(
+            simulate(Memory::States(11_000), 4096, [144, 358]),
+            (4096, 0)
+        );
+    }
+
+    #[test]
+    #[should_panic(expected = "a memory of 3 states holds no two")]
+    fn too_small_a_budget_is_told() {
+        Plan::new(Memory::States(3), 100, [10, 25]);
+    }
+}

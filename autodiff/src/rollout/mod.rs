@@ -1,0 +1,156 @@
+//! Rollouts: stepping a [`Program`] many times, and the reverse sweep through all of it.
+//!
+//! The forward run keeps every state (and the few arrays that a program marks as kept); the
+//! reverse sweep goes back one step at a time and computes the rest of that step again, so that
+//! the record of a step never leaves the cache. Memory: `steps * (state + kept)` numbers, or what
+//! a [`Memory`] budget allows.
+
+mod memory;
+mod sweep;
+
+use std::sync::Arc;
+
+pub use memory::Memory;
+pub use sweep::Recorded;
+
+use crate::fused::Fused;
+use crate::program::Program;
+use crate::real::Real;
+use sweep::Sweep;
+
+/// A system that steps: its step is recorded as a program for any number type.
+pub trait Model: Clone + Send + Sync + 'static {
+    /// Declares parameters, states and inputs, records one step and advances every state.
+    fn record<R: Real>(&self, program: &mut Program<R>);
+}
+
+/// A bound on the norm of the state's cotangent in the reverse sweep: where it is exceeded, the
+/// cotangent is scaled back. The result is then no longer the exact gradient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CotangentBound {
+    /// The largest Euclidean norm.
+    pub norm: f64,
+    /// It is looked at every so many steps.
+    pub every: usize,
+}
+
+/// `steps` steps of a model.
+#[derive(Clone, Debug)]
+pub struct Rollout<M> {
+    /// What is stepped.
+    pub model: M,
+    /// How many steps.
+    pub steps: usize,
+    /// The inputs of the steps, one step after the other: `steps * inputs` numbers at least.
+    pub inputs: Arc<[f64]>,
+    /// After how many steps the state is wanted, ascending; 0 is the start.
+    pub observed: Vec<usize>,
+    /// `None`, the default of all drivers, gives the exact gradient.
+    pub cotangent_bound: Option<CotangentBound>,
+    /// What the forward run keeps for the reverse sweep.
+    pub memory: Memory,
+}
+
+impl<M: Model> Rollout<M> {
+    /// The observed states one after the other, from the parts of the start's state and the
+    /// parameters in the order of the model's declarations.
+    ///
+    /// On the tape the whole rollout is one entry.
+    ///
+    /// # Panics
+    /// If lengths differ from the model's declarations or an observed step is out of range.
+    pub fn run<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
+        assert!(
+            self.observed.is_sorted(),
+            "the observed steps of a rollout ascend"
+        );
+        let last = self.observed.last().copied().unwrap_or(0);
+        assert!(
+            last <= self.steps,
+            "step {last} of {} is observed",
+            self.steps
+        );
+        let inputs: Vec<&[R]> = std::iter::once(start)
+            .chain(parameters.iter().copied())
+            .collect();
+        R::fused(self.clone(), &inputs)
+    }
+
+    /// Appends the state as often as this step is observed.
+    fn observe<R: Real>(&self, step: usize, sweep: &Sweep<R>, seen: &mut Vec<R>) {
+        let from = self.observed.partition_point(|&at| at < step);
+        for _ in self.observed[from..].iter().take_while(|&&at| at == step) {
+            sweep.push_state(seen);
+        }
+    }
+
+    /// Scales the state's cotangent back where the bound asks for it.
+    fn bound<R: Real>(&self, step: usize, state_bar: &mut [R]) {
+        let Some(CotangentBound { norm, every }) = self.cotangent_bound else {
+            return;
+        };
+        if !step.is_multiple_of(every) {
+            return;
+        }
+        let squared = R::dot(state_bar, state_bar).detach();
+        let limit = R::lit(norm);
+        let exceeds = (limit * limit).lt(squared);
+        let factor = R::select(exceeds, limit * squared.rsqrt(), R::one());
+        for bar in state_bar {
+            *bar *= factor;
+        }
+    }
+}
+
+impl<M: Model> Fused for Rollout<M> {
+    type Saved<R: Real> = Recorded<R>;
+
+    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
+        let mut sweep = Sweep::new(self, inputs);
+        let mut seen = Vec::new();
+        for step in 0..=self.steps {
+            self.observe(step, &sweep, &mut seen);
+            if step < self.steps {
+                sweep.step(step, None);
+            }
+        }
+        seen
+    }
+
+    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Recorded<R>) {
+        let mut recorded = Recorded::new(self, inputs);
+        let mut seen = Vec::new();
+        for step in 0..=self.steps {
+            self.observe(step, recorded.sweep(), &mut seen);
+            if step < self.steps {
+                recorded.step(step);
+            }
+        }
+        (seen, recorded)
+    }
+
+    fn reverse<R: Real>(
+        &self,
+        saved: &mut Recorded<R>,
+        y_bar: &[R],
+        wanted: &[bool],
+    ) -> Vec<Vec<R>> {
+        let state_len = saved.sweep().state_len();
+        let mut seeds = self
+            .observed
+            .iter()
+            .zip(y_bar.chunks_exact(state_len))
+            .rev()
+            .peekable();
+        let mut state_bar = vec![R::zero(); state_len];
+        let parameter_bars = saved.reverse(&wanted[1..], &mut state_bar, |step, state_bar| {
+            while let Some((_, seed)) = seeds.next_if(|(at, _)| **at == step) {
+                for (bar, &s) in state_bar.iter_mut().zip(seed) {
+                    *bar += s;
+                }
+            }
+            self.bound(step, state_bar);
+        });
+        std::iter::once(state_bar).chain(parameter_bars).collect()
+    }
+}

@@ -1,0 +1,334 @@
+//! Double-double: a [`Real`] of some 31 digits, to measure rounding errors against.
+//!
+//! A program written over `R: Real` runs on [`Wide`] unchanged. Its result there less its result
+//! in f64 is the rounding error of the program, whatever the program is. Inside
+//! [`Dual`](crate::Dual), [`Var`](crate::Var) or a [`Rollout`](crate::Rollout) it measures
+//! derivatives likewise. Some thirty times slower than f64: an instrument, not a number to
+//! compute with.
+//!
+//! ```
+//! use autodiff::{Function, Real, Wide};
+//!
+//! struct Tenths;
+//! impl Function for Tenths {
+//!     fn eval<R: Real>(&self, x: &[R]) -> R {
+//!         (0..1000).fold(R::zero(), |sum, _| sum + x[0])
+//!     }
+//! }
+//!
+//! let error = Wide::from(Tenths.eval(&[0.1])) - Tenths.eval(&[Wide::from(0.1)]);
+//! // A thousand additions, of which each may round by half an ulp of 100: 1000 * 7e-15.
+//! assert!(1e-12 < error.abs().to_f64() && error.abs().to_f64() < 7e-12);
+//! ```
+//!
+//! # Accuracy
+//!
+//! Relative errors, checked against 50-digit values by `tests/wide.rs`: 1e-31 for `+ - * /` and
+//! `sqrt`, 1e-30 for `exp`, `ln`, `tanh`, `atan2`, and for `sin` and `cos` away from their zeros
+//! (at a zero the error is absolute, 1e-32 times the angle). `powi(n)` adds 1e-31 per `n`,
+//! `powf(y)` 1e-31 per unit of `y ln x`. All that within 1e-280 and 1e300 in size: the second
+//! float of a smaller number underflows.
+//!
+//! `sin` and `cos` beyond 2^50 radians are NaN rather than wrong. Infinities, NaN and the
+//! conventions of the table in [`real`](crate::real) are as in f64.
+//!
+//! Literals are f64: `R::lit(0.1)` is the same number in both runs, as it must be where rounding
+//! is to be told from the choice of constants.
+
+mod elementary;
+mod exact;
+
+use std::cmp::Ordering;
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use num_traits::{FromPrimitive, One, Zero};
+
+use crate::real::Real;
+use exact::{two_product, two_sum};
+
+/// The unevaluated sum of two floats; see the [module](self).
+///
+/// The first is the whole rounded to f64, so the pair is unique and compares part by part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wide {
+    high: f64,
+    low: f64,
+}
+
+impl Wide {
+    /// The sum of two floats, exactly.
+    #[inline]
+    pub fn new(a: f64, b: f64) -> Self {
+        let (high, low) = two_sum(a, b);
+        Self::normal(high, low)
+    }
+
+    /// The number rounded to f64, and what is left.
+    #[inline]
+    pub fn parts(self) -> [f64; 2] {
+        [self.high, self.low]
+    }
+
+    /// The number rounded to f64.
+    #[inline]
+    pub fn to_f64(self) -> f64 {
+        self.high
+    }
+
+    /// `high + low`, where `low` is small beside `high`. What is left of an infinity is nothing,
+    /// and a zero keeps its sign.
+    #[inline]
+    fn normal(high: f64, low: f64) -> Self {
+        if low == 0.0 || !high.is_finite() {
+            return Self { high, low: 0.0 };
+        }
+        let sum = high + low;
+        if sum.is_infinite() {
+            return Self {
+                high: sum,
+                low: 0.0,
+            };
+        }
+        Self {
+            high: sum,
+            low: low - (sum - high),
+        }
+    }
+
+    /// `self * 2^exponent`, exactly but for over- and underflow.
+    #[inline]
+    fn scaled(self, exponent: i32) -> Self {
+        // Two factors: 2^exponent itself may lie outside the range.
+        let half = exponent / 2;
+        let [a, b] = [half, exponent - half].map(|n| 2.0_f64.powi(n));
+        Self::normal(self.high * a * b, self.low * a * b)
+    }
+}
+
+/// Exactly.
+impl From<f64> for Wide {
+    #[inline]
+    fn from(value: f64) -> Self {
+        Self {
+            high: value,
+            low: 0.0,
+        }
+    }
+}
+
+/// Rounded.
+impl From<Wide> for f64 {
+    #[inline]
+    fn from(value: Wide) -> Self {
+        value.high
+    }
+}
+
+/// Hida, Li and Bailey's accurate sum: the bound of 3 * 2^-106 holds under cancellation too.
+impl Add for Wide {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        let (high, low) = two_sum(self.high, other.high);
+        let (next, last) = two_sum(self.low, other.low);
+        let sum = Self::normal(high, low + next);
+        Self::normal(sum.high, sum.low + last)
+    }
+}
+
+impl Sub for Wide {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl Mul for Wide {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        let (high, low) = two_product(self.high, other.high);
+        let cross = self.low.mul_add(other.high, self.low * other.low);
+        Self::normal(high, low + self.high.mul_add(other.low, cross))
+    }
+}
+
+/// Long division, three floats deep.
+impl Div for Wide {
+    type Output = Self;
+    #[inline]
+    fn div(self, other: Self) -> Self {
+        let first = self.high / other.high;
+        if first == 0.0 || !first.is_finite() {
+            return Self::from(first);
+        }
+        let rest = self - other * Self::from(first);
+        let second = rest.high / other.high;
+        let rest = rest - other * Self::from(second);
+        Self::normal(first, second) + Self::from(rest.high / other.high)
+    }
+}
+
+impl Neg for Wide {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self {
+            high: -self.high,
+            low: -self.low,
+        }
+    }
+}
+
+impl AddAssign for Wide {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Wide {
+    #[inline]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl MulAssign for Wide {
+    #[inline]
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl DivAssign for Wide {
+    #[inline]
+    fn div_assign(&mut self, other: Self) {
+        *self = *self / other;
+    }
+}
+
+impl Zero for Wide {
+    #[inline]
+    fn zero() -> Self {
+        Self::from(0.0)
+    }
+    #[inline]
+    fn is_zero(&self) -> bool {
+        self.high == 0.0
+    }
+}
+
+impl One for Wide {
+    #[inline]
+    fn one() -> Self {
+        Self::from(1.0)
+    }
+}
+
+impl Sum for Wide {
+    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+        terms.fold(Self::zero(), |sum, term| sum + term)
+    }
+}
+
+impl PartialOrd for Wide {
+    #[inline]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        match self.high.partial_cmp(&other.high) {
+            Some(Ordering::Equal) => self.low.partial_cmp(&other.low),
+            order => order,
+        }
+    }
+}
+
+impl FromPrimitive for Wide {
+    fn from_i64(value: i64) -> Option<Self> {
+        Self::from_i128(value.into())
+    }
+    fn from_u64(value: u64) -> Option<Self> {
+        Self::from_i128(value.into())
+    }
+    /// Exactly, for all integers of 64 bits.
+    fn from_i128(value: i128) -> Option<Self> {
+        let high = value as f64;
+        Some(Self::new(high, (value - high as i128) as f64))
+    }
+    fn from_f64(value: f64) -> Option<Self> {
+        Some(Self::from(value))
+    }
+}
+
+impl Real for Wide {
+    type Mask = bool;
+
+    #[inline]
+    fn lit(value: f64) -> Self {
+        Self::from(value)
+    }
+    #[inline]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline]
+    fn select(mask: bool, if_true: Self, if_false: Self) -> Self {
+        if mask { if_true } else { if_false }
+    }
+    fn sqrt(self) -> Self {
+        elementary::sqrt(self)
+    }
+    fn exp(self) -> Self {
+        elementary::exp(self)
+    }
+    fn ln(self) -> Self {
+        elementary::ln(self)
+    }
+    fn sin(self) -> Self {
+        elementary::sin_cos(self).0
+    }
+    fn cos(self) -> Self {
+        elementary::sin_cos(self).1
+    }
+    fn tanh(self) -> Self {
+        elementary::tanh(self)
+    }
+    fn atan2(self, x: Self) -> Self {
+        elementary::atan2(self, x)
+    }
+    fn powi(self, exponent: i32) -> Self {
+        elementary::powi(self, exponent)
+    }
+    fn powf(self, exponent: Self) -> Self {
+        elementary::powf(self, exponent)
+    }
+    #[inline]
+    fn abs(self) -> Self {
+        if self.high.is_sign_negative() {
+            -self
+        } else {
+            self
+        }
+    }
+    #[inline]
+    fn detach(self) -> Self {
+        self
+    }
+    #[inline]
+    fn straight_through(self, _soft: Self) -> Self {
+        self
+    }
+    #[inline]
+    fn chain(partial: Self, cotangent: Self) -> Self {
+        if cotangent.is_zero() {
+            cotangent
+        } else {
+            partial * cotangent
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! One function at many points: every mode against another.
+
+use autodiff::batch::{self, Sum, Summand};
+use autodiff::custom::{Rule, apply};
+use autodiff::{Function, Kernel, Mask, Real, VectorFunction, gradient, hessian, jvp};
+
+/// Every operation that a trace records, kinks and selections included.
+#[derive(Clone)]
+struct Everything;
+
+impl Summand for Everything {
+    fn scratch(&self) -> usize {
+        6
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
+        let [a, b, c] = [shared[0], shared[1], shared[2]];
+        let [x, y] = [datum[0], datum[1]];
+        scratch[0] = (a * x + b).sin() - (b - y).cos() * (R::lit(0.3) * x).tan();
+        scratch[1] = (a - x).tanh() + (-(b * b)).exp() / (R::lit(2.0) + y * y);
+        scratch[2] = (c * c + y * y).sqrt() * (R::one() + x * x).rsqrt() + c.recip();
+        scratch[3] = a.hypot(y).ln() + (b + x).atan2(c) + c.powf(a) + x.powi(2) * b.powi(3);
+        scratch[4] = (a * y).abs() + (b * x).max(c * y).min(R::lit(3.0)) - y.signum() * a;
+        scratch[5] = a.straight_through(b * x) * b.detach() + R::chain(b, x.fma(c, a));
+        let (inside, outside) = (x.lt(y) & !c.le(x), a.le(x) | R::Mask::splat(false));
+        scratch[0] += R::select(inside, a * b, c * x) * R::select(outside, y, b);
+        // Runs of places: shared and own, own and own, own and shared, none.
+        let dots = R::dot(shared, &scratch[1..4]) + R::dot(&scratch[2..], &scratch[2..]);
+        let dots = dots + R::dot(datum, &shared[..2]) + R::dot(&[b, x], &[y, a]);
+        dots + R::sum(datum) * R::sum(&[a, y, c]) + R::sum(scratch)
+    }
+}
+
+struct Total<S>(Sum<S>);
+
+impl<S: Summand> Function for Total<S> {
+    fn eval<R: Real>(&self, shared: &[R]) -> R {
+        self.0.run(shared)
+    }
+}
+
+impl<S: Summand> VectorFunction for Total<S> {
+    fn eval<R: Real>(&self, shared: &[R]) -> Vec<R> {
+        vec![self.0.run(shared)]
+    }
+}
+
+/// So many data, spread over both sides of every switch.
+fn data(count: usize) -> Vec<[f64; 2]> {
+    let number = |i: usize, step: f64| (step * (i as f64 + 1.0)).fract() * 3.0 - 1.4;
+    (0..count)
+        .map(|i| [number(i, 0.618_033_988), number(i, 0.414_213_562)])
+        .collect()
+}
+
+const AT: [f64; 3] = [0.7, -0.4, 1.2];
+
+/// The gradient by forward mode, one direction at a time.
+fn by_duals<S: Summand>(total: &Total<S>, at: &[f64]) -> Vec<f64> {
+    let derivative = |i: usize| {
+        let mut direction = vec![0.0; at.len()];
+        direction[i] = 1.0;
+        jvp(total, at, &direction).1[0]
+    };
+    (0..at.len()).map(derivative).collect()
+}
+
+fn assert_close(got: &[f64], expected: &[f64], what: &str) {
+    assert_eq!(got.len(), expected.len());
+    let size = expected.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    for (g, e) in got.iter().zip(expected) {
+        // The same terms in another order, some hundreds of them.
+        assert!(
+            (g - e).abs() <= 1e-13 * size,
+            "{what}: {got:?} and {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn replayed_gradients_are_those_of_forward_mode() {
+    // Fewer data than lanes, whole blocks, and what is left over of one.
+    for count in [1, 7, 8, 32, 33, 100] {
+        let total = Total(Sum::new(Everything, &data(count)));
+        let expected = by_duals(&total, &AT);
+        assert_close(&gradient(&total, &AT), &expected, &format!("{count} data"));
+    }
+}
+
+#[test]
+fn the_sum_is_that_of_its_terms() {
+    let data = data(45);
+    let terms = data.iter().map(|datum| {
+        let mut scratch = [0.0; 6];
+        Everything.eval(&AT, datum, &mut scratch)
+    });
+    let expected: f64 = terms.sum();
+    let total = Total(Sum::new(Everything, &data));
+    assert_close(&[Function::eval(&total, &AT)], &[expected], "value");
+    let (value, _) = autodiff::value_and_gradient(&total, &AT);
+    assert_close(&[value], &[expected], "recorded value");
+}
+
+#[test]
+fn no_data_sum_to_zero() {
+    let total = Total(Sum::new(Everything, &data(0)));
+    assert_eq!(Function::eval(&total, &AT), 0.0);
+}
+
+/// The Hessian replays on duals.
+#[test]
+fn sums_nest() {
+    let total = Total(Sum::new(Everything, &data(20)));
+    let second = hessian(&total, &AT);
+    for (i, row) in second.iter().enumerate() {
+        let step = 1e-5;
+        let moved = |by: f64| {
+            let mut at = AT;
+            at[i] += by;
+            gradient(&total, &at)
+        };
+        let pairs = moved(step).into_iter().zip(moved(-step));
+        let differences: Vec<f64> = pairs.map(|(up, down)| (up - down) / (2.0 * step)).collect();
+        for (h, d) in row.iter().zip(&differences) {
+            // Central differences of a gradient near 100: 1e-14 / 1e-5 of rounding, 1e-10 of curvature.
+            assert!(
+                (h - d).abs() <= 1e-6 * (1.0 + d.abs()),
+                "{row:?}, {differences:?}"
+            );
+        }
+    }
+}
+
+/// Rounds to zero or one, with the derivative of another function.
+struct Softened;
+
+impl Rule for Softened {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        R::select(x[0].lt(R::lit(0.5)), R::zero(), R::one())
+    }
+    fn partials<R: Real>(&self, x: &[R], _value: R) -> Vec<R> {
+        vec![x[0].cos()]
+    }
+}
+
+/// Asks what no trace can answer: the derivative of a rule.
+#[derive(Clone)]
+struct WithRule;
+
+impl Summand for WithRule {
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+        apply(Softened, &[shared[0] * datum[0]]) * shared[1]
+    }
+}
+
+#[test]
+fn a_custom_rule_inside_keeps_its_derivative() {
+    let total = Total(Sum::new(WithRule, &data(40)));
+    let at = [0.9, 1.7];
+    assert_close(&gradient(&total, &at), &by_duals(&total, &at), "rule");
+    // The rule's own derivative is zero almost everywhere: it is not what came out.
+    assert!(gradient(&total, &at)[0].abs() > 1.0);
+}
+
+/// Infinite partials at data that do not count.
+#[derive(Clone)]
+struct Guarded;
+
+impl Summand for Guarded {
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+        let root = (shared[0] * datum[0]).sqrt();
+        let used = R::lit(0.5).lt(datum[0]);
+        R::select(used, R::dot(&[root], &[root * shared[0]]), R::zero())
+    }
+}
+
+#[test]
+fn a_term_that_is_not_selected_passes_no_infinity() {
+    let data: Vec<[f64; 1]> = (0..50).map(|i| [f64::from(i % 3)]).collect();
+    let total = Total(Sum::new(Guarded, &data));
+    assert_close(
+        &gradient(&total, &[2.0]),
+        &by_duals(&total, &[2.0]),
+        "guarded",
+    );
+}
+
+#[test]
+fn f32_has_lanes_too() {
+    let total = Total(Sum::new(Everything, &data(100)));
+    let single = gradient(&total, &AT.map(|x| x as f32));
+    for (s, d) in single.iter().zip(gradient(&total, &AT)) {
+        // A hundred terms of single precision, whose partials are as large as the sum.
+        assert!(
+            (f64::from(*s) - d).abs() <= 1e-4 * d.abs().max(100.0),
+            "{s} and {d}"
+        );
+    }
+}
+
+#[test]
+#[should_panic(expected = "differ in length")]
+fn data_of_different_lengths_are_refused() {
+    Sum::new(Everything, &[vec![1.0, 2.0], vec![1.0]]);
+}
+
+/// Two results of three inputs.
+struct Couple;
+
+impl Kernel<3, 2> for Couple {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; 2] {
+        [x * y.sin() + z, (x - z).exp() * y]
+    }
+}
+
+impl VectorFunction for Couple {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        Kernel::eval(self, [x[0], x[1], x[2]]).to_vec()
+    }
+}
+
+#[test]
+fn local_jacobians_are_the_jacobians() {
+    for count in [0, 1, 8, 13] {
+        let points: Vec<[f64; 3]> = data(count).iter().map(|&[x, y]| [x, y, x * y]).collect();
+        let mut values = Vec::new();
+        batch::values(&Couple, count, |i| points[i], |i, y| values.push((i, y)));
+        assert_eq!(values.len(), count);
+        let mut rows = 0;
+        batch::jacobians(
+            &Couple,
+            count,
+            |i| points[i],
+            |i, local| {
+                assert_eq!(i, rows, "the points come in order");
+                rows += 1;
+                let expected = autodiff::jacobian(&Couple, &points[i]);
+                for result in 0..2 {
+                    assert_close(&local.row(result), &expected[result], "row");
+                    assert_eq!(values[i].1[result], local.value(result));
+                }
+            },
+        );
+        assert_eq!(rows, count);
+    }
+}

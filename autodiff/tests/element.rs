@@ -1,0 +1,322 @@
+//! The functions of num-traits' `Float` and simba's `ComplexField` on elements, against the system's
+//! and differences in 31 digits.
+
+use std::num::FpCategory;
+
+use autodiff::lanes::{Lane, Vectorized};
+use autodiff::{Dual, Element, Function, Real, Wide, gradient, hessian};
+use num_traits::{Float, NumCast, Signed, ToPrimitive};
+
+type Number = Element<Dual<Wide, 1>>;
+
+/// Both traits have methods of the same names: this is the only place that sees both.
+mod table {
+    use ::nalgebra::ComplexField;
+    use num_traits::Float;
+
+    use super::Number;
+
+    /// A name, the function as num-traits and as simba call it, the system's.
+    pub(crate) type Row = (&'static str, [fn(Number) -> Number; 2], fn(f64) -> f64);
+
+    /// Functions that `Real` lacks, and their domains.
+    pub(crate) fn functions() -> Vec<(Row, [f64; 2])> {
+        vec![
+            (
+                ("abs", [Float::abs, ComplexField::abs], f64::abs),
+                [-9.0, 9.0],
+            ),
+            (
+                ("recip", [Float::recip, ComplexField::recip], f64::recip),
+                [0.1, 9.0],
+            ),
+            (
+                ("sqrt", [Float::sqrt, ComplexField::sqrt], f64::sqrt),
+                [0.0, 9.0],
+            ),
+            (("ln", [Float::ln, ComplexField::ln], f64::ln), [0.0, 9.0]),
+            (
+                ("exp", [Float::exp, ComplexField::exp], f64::exp),
+                [-9.0, 9.0],
+            ),
+            (
+                ("tanh", [Float::tanh, ComplexField::tanh], f64::tanh),
+                [-9.0, 9.0],
+            ),
+            (
+                ("tan", [Float::tan, ComplexField::tan], f64::tan),
+                [-1.5, 1.5],
+            ),
+            (
+                ("cos", [Float::cos, ComplexField::cos], f64::cos),
+                [-9.0, 9.0],
+            ),
+            (
+                ("sin", [Float::sin, ComplexField::sin], f64::sin),
+                [-9.0, 9.0],
+            ),
+            (
+                ("asin", [Float::asin, ComplexField::asin], f64::asin),
+                [-1.0, 1.0],
+            ),
+            (
+                ("acos", [Float::acos, ComplexField::acos], f64::acos),
+                [-1.0, 1.0],
+            ),
+            (
+                ("atan", [Float::atan, ComplexField::atan], f64::atan),
+                [-5.0, 5.0],
+            ),
+            (
+                ("sinh", [Float::sinh, ComplexField::sinh], f64::sinh),
+                [-5.0, 5.0],
+            ),
+            (
+                ("cosh", [Float::cosh, ComplexField::cosh], f64::cosh),
+                [-5.0, 5.0],
+            ),
+            (
+                ("asinh", [Float::asinh, ComplexField::asinh], f64::asinh),
+                [-9.0, 9.0],
+            ),
+            (
+                ("acosh", [Float::acosh, ComplexField::acosh], f64::acosh),
+                [1.0, 9.0],
+            ),
+            (
+                ("atanh", [Float::atanh, ComplexField::atanh], f64::atanh),
+                [-1.0, 1.0],
+            ),
+            (
+                ("exp_m1", [Float::exp_m1, ComplexField::exp_m1], f64::exp_m1),
+                [-5.0, 5.0],
+            ),
+            (
+                ("ln_1p", [Float::ln_1p, ComplexField::ln_1p], f64::ln_1p),
+                [-1.0, 9.0],
+            ),
+            (
+                ("exp2", [Float::exp2, ComplexField::exp2], f64::exp2),
+                [-5.0, 5.0],
+            ),
+            (
+                ("log2", [Float::log2, ComplexField::log2], f64::log2),
+                [0.0, 9.0],
+            ),
+            (
+                ("log10", [Float::log10, ComplexField::log10], f64::log10),
+                [0.0, 9.0],
+            ),
+            (
+                ("cbrt", [Float::cbrt, ComplexField::cbrt], f64::cbrt),
+                [-9.0, 9.0],
+            ),
+            (
+                ("floor", [Float::floor, ComplexField::floor], f64::floor),
+                [-9.0, 9.0],
+            ),
+            (
+                ("ceil", [Float::ceil, ComplexField::ceil], f64::ceil),
+                [-9.0, 9.0],
+            ),
+            (
+                ("round", [Float::round, ComplexField::round], f64::round),
+                [-9.0, 9.0],
+            ),
+            (
+                ("trunc", [Float::trunc, ComplexField::trunc], f64::trunc),
+                [-9.0, 9.0],
+            ),
+            (
+                ("fract", [Float::fract, ComplexField::fract], f64::fract),
+                [-9.0, 9.0],
+            ),
+        ]
+    }
+}
+
+#[test]
+fn elementary_functions_have_the_system_s_values_and_their_own_slopes() {
+    for ((name, [ours, in_nalgebra], system), [least, most]) in table::functions() {
+        for k in (1..40).map(|k| k as f64) {
+            let x = least + (most - least) * k / 40.0 + 1e-3 / k;
+            let of = |x: Wide| ours(Element(Dual::variable(x, 0))).0;
+            let value = of(Wide::from(x)).value.to_f64();
+            let other = in_nalgebra(Element(Dual::variable(Wide::from(x), 0))).0;
+            assert_eq!(
+                (of(Wide::from(x)).value, of(Wide::from(x)).tangent),
+                (other.value, other.tangent)
+            );
+            // Ours is exact to f64; the system's is good to an ulp or two.
+            let error = (value - system(x)).abs();
+            assert!(
+                error <= 4.0 * f64::EPSILON * value.abs(),
+                "{name}({x}): {value}"
+            );
+            // In 31 digits a difference over 1e-13 has 17 good ones.
+            let h = Wide::from(1e-13);
+            let [above, below] = [h, -h].map(|h| of(Wide::from(x) + h).value);
+            let slope = ((above - below) / (h + h)).to_f64();
+            let ours = of(Wide::from(x)).tangent[0].to_f64();
+            let error = (ours - slope).abs();
+            assert!(
+                error <= 1e-13 * (1.0 + slope.abs()),
+                "{name}'({x}): {ours}, {slope}"
+            );
+        }
+    }
+}
+
+#[test]
+fn small_arguments_lose_no_digits() {
+    type Double = Element<Dual<f64, 1>>;
+    let near_x: [fn(Double) -> Double; 6] = [
+        Float::sinh,
+        Float::asinh,
+        Float::atanh,
+        Float::exp_m1,
+        Float::ln_1p,
+        Float::asin,
+    ];
+    for function in near_x {
+        for x in [1e-9, -1e-12, 0.0, 1e-300] {
+            let y = function(Element(Dual::variable(x, 0))).0;
+            // The next term of each series is x^2 / 2.
+            assert!((y.value - x).abs() <= x.abs() * (x.abs() + 4.0 * f64::EPSILON));
+            assert!((y.tangent[0] - 1.0).abs() <= 1.01 * x.abs() + 8.0 * f64::EPSILON);
+        }
+    }
+}
+
+#[test]
+fn rounding_is_exact_at_every_size() {
+    for x in [
+        0.0,
+        0.5,
+        -0.5,
+        1.5,
+        -2.5,
+        1e15 + 0.5,
+        3e18,
+        -7e300,
+        f64::INFINITY,
+    ] {
+        let element = Element(x);
+        assert_eq!(element.floor().0, x.floor());
+        assert_eq!(element.ceil().0, x.ceil());
+        assert_eq!(element.round().0, x.round());
+        assert_eq!(element.trunc().0, x.trunc());
+    }
+    assert!(Element(f64::NAN).floor().is_nan());
+    assert_eq!((Element(7.5) % Element(-2.0)).0, 7.5 % -2.0);
+}
+
+/// Newton's method for a cubic root, by someone who knows floats alone.
+fn cubic_root<T: Float>(x: T) -> T {
+    let three = T::from(3.0).expect("a small number");
+    let mut root = x.max(T::one());
+    while (root * root * root - x).abs() > T::epsilon() * T::from(8.0).expect("likewise") * x {
+        root = root - (root * root * root - x) / (three * root * root);
+    }
+    root
+}
+
+#[test]
+fn generic_float_code_is_differentiated() {
+    struct Root;
+    impl Function for Root {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            cubic_root(Element(x[0])).0
+        }
+    }
+    // Newton's last update is exact in its first derivative: by the rounding that is left. Its
+    // second derivative is that of one quadratic step.
+    let x: f64 = 8.0;
+    assert!(f64::abs(Root.eval(&[x]) - 2.0) < 1e-14);
+    assert!(f64::abs(gradient(&Root, &[x])[0] - 1.0 / 12.0) < 1e-12);
+    assert!(f64::abs(hessian(&Root, &[x])[0][0] + 1.0 / 144.0) < 1e-8);
+    let root = Root.eval(&[Wide::from(x)]) - Wide::from(2.0);
+    assert!(f64::abs(root.to_f64()) < 1e-30);
+}
+
+#[test]
+fn classes_and_signs_are_those_of_f64() {
+    let special = [
+        0.0,
+        -0.0,
+        1.0,
+        -2.5,
+        5e-324,
+        f64::MAX,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+    ];
+    for x in special {
+        let element = Element(x);
+        assert_eq!(element.classify(), x.classify(), "{x}");
+        assert_eq!(element.is_sign_negative(), x.is_sign_negative(), "{x}");
+        assert_eq!(element.is_finite(), x.is_finite());
+        assert_eq!(element.is_infinite(), x.is_infinite());
+        assert_eq!(element.is_normal(), x.is_normal());
+        assert_eq!(
+            (element.is_positive(), element.is_negative()),
+            (x > 0.0, x < 0.0)
+        );
+        assert_eq!(
+            Float::copysign(Element(3.0), element).0,
+            3.0_f64.copysign(x)
+        );
+    }
+    assert_eq!(Element(f64::NAN).classify(), FpCategory::Nan);
+    assert!(Element(f64::NAN).is_nan() && Element(f64::NAN) != Element(f64::NAN));
+}
+
+#[test]
+fn ranges_are_those_of_the_type_inside() {
+    fn ranges<T: Float>() -> [T; 4] {
+        [
+            T::max_value(),
+            T::min_value(),
+            T::min_positive_value(),
+            T::epsilon(),
+        ]
+    }
+    assert_eq!(ranges::<Element<f64>>().map(|x| x.0), ranges::<f64>());
+    assert_eq!(ranges::<Element<f32>>().map(|x| x.0), ranges::<f32>());
+    assert_eq!(Element(90.0).to_radians().0, std::f64::consts::FRAC_PI_2);
+    assert_eq!(Element(std::f64::consts::PI).to_degrees().0, 180.0);
+}
+
+#[test]
+fn no_primitive_number_comes_out() {
+    let moving = Element(Dual::<f64, 1>::variable(2.0, 0));
+    assert_eq!(
+        (moving.to_f64(), moving.to_i64(), moving.to_u32()),
+        (None, None, None)
+    );
+    assert_eq!(<f64 as NumCast>::from(moving), None);
+    assert!(std::panic::catch_unwind(|| moving.integer_decode()).is_err());
+    let constant: Element<Dual<f64, 1>> = NumCast::from(7_u8).expect("a small number");
+    assert_eq!((constant.0.value, constant.0.tangent), (7.0, [0.0]));
+}
+
+#[test]
+fn lanes_pass_until_they_disagree_about_a_branch() {
+    struct InLanes([f64; 16]);
+    impl Vectorized<f64> for InLanes {
+        type Output = ();
+        #[inline(always)]
+        fn run<L: Lane<f64>>(self) {
+            let x = Element(L::load(&self.0));
+            let mut rounded = vec![0.0; L::N];
+            x.round().0.store(&mut rounded);
+            for (rounded, x) in rounded.iter().zip(self.0) {
+                assert_eq!(*rounded, x.round());
+            }
+            assert!(x > Element::lit(-9.0));
+            let torn = std::panic::AssertUnwindSafe(|| x > Element::lit(0.0));
+            assert_eq!(std::panic::catch_unwind(torn).is_err(), L::N > 1);
+        }
+    }
+    f64::vectorize(InLanes(std::array::from_fn(|i| 0.75 * (i as f64 - 1.0))));
+}

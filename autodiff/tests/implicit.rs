@@ -1,0 +1,194 @@
+//! Roots differentiated through their equations, against the iterations and differences.
+
+#[allow(dead_code)] // the gradients are judged here, with a tolerance
+mod common;
+
+use autodiff::implicit::{Residual, Singular, root};
+use autodiff::lanes::{Lane, Vectorized};
+use autodiff::{
+    Dual, Function, Real, Tape, Var, VectorFunction, Wide, gradient, hessian, jacobian, vjp,
+};
+use common::gradients;
+
+/// Three coupled equations that lean on their diagonal, with two parameters.
+#[derive(Clone)]
+struct Coupled;
+
+impl Residual for Coupled {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        vec![
+            R::lit(4.0) * x[0] + (x[1] * p[0]).sin() - p[1],
+            // The largest entries of the Jacobian lie off the diagonal: rows must be exchanged.
+            x[2] * R::lit(5.0) + x[0] * x[0] - p[0] * p[1],
+            x[1] * R::lit(3.0) + x[1].powi(3) + x[2] * p[1] - p[0].exp(),
+        ]
+    }
+}
+
+/// The root, solved by a contraction in the numbers of `p` themselves.
+fn iterated<R: Real>(p: &[R]) -> Vec<R> {
+    let mut x = vec![R::zero(); 3];
+    for _ in 0..200 {
+        let f = Coupled.eval(&x, p);
+        x[0] -= R::lit(0.25) * f[0];
+        x[2] -= R::lit(0.2) * f[1];
+        x[1] -= R::lit(0.125) * f[2];
+    }
+    x
+}
+
+/// By the equations, or through all iterations.
+#[derive(Clone, Copy)]
+struct Solution {
+    implicit: bool,
+}
+
+impl VectorFunction for Solution {
+    fn eval<R: Real>(&self, p: &[R]) -> Vec<R> {
+        if !self.implicit {
+            return iterated(p);
+        }
+        let held: Vec<R> = p.iter().map(|p| p.detach()).collect();
+        root(Coupled, &iterated(&held), p).expect("a regular root")
+    }
+}
+
+/// A scalar of the root and the parameters.
+impl Function for Solution {
+    fn eval<R: Real>(&self, p: &[R]) -> R {
+        let x = VectorFunction::eval(self, p);
+        (x[0] * x[1]).exp() + x[2] * p[0]
+    }
+}
+
+const POINT: [f64; 2] = [0.6, 1.1];
+const IMPLICIT: Solution = Solution { implicit: true };
+const UNROLLED: Solution = Solution { implicit: false };
+
+fn assert_close<R: Real + Into<f64>>(a: &[R], b: &[R], tolerance: f64) {
+    assert_eq!(a.len(), b.len());
+    for (&a, &b) in a.iter().zip(b) {
+        let error = (a - b).into().abs();
+        assert!(error <= tolerance, "{a:?} and {b:?}");
+    }
+}
+
+/// Rounding of some fifty operations on numbers of order one.
+const ROUNDING: f64 = 1e-14;
+
+#[test]
+fn jacobians_are_those_of_the_iterations() {
+    let unrolled = jacobian(&UNROLLED, &POINT).concat();
+    assert_close(&jacobian(&IMPLICIT, &POINT).concat(), &unrolled, ROUNDING);
+    let weights = [0.3, -1.0, 2.0];
+    let (_, p_bar) = vjp(&IMPLICIT, &POINT, &weights);
+    assert_close(&p_bar, &vjp(&UNROLLED, &POINT, &weights).1, ROUNDING);
+}
+
+#[test]
+fn gradients_agree_with_differences_in_every_mode_and_nesting() {
+    let h = f64::EPSILON.cbrt();
+    let difference = |i: usize| {
+        let at = |h: f64| {
+            let mut p = POINT;
+            p[i] += h;
+            Function::eval(&UNROLLED, &p)
+        };
+        (at(h) - at(-h)) / (2.0 * h)
+    };
+    for (_, gradient) in gradients(&IMPLICIT, &POINT) {
+        // Truncation h^2 and rounding eps / h, 4e-11 each.
+        assert_close(&gradient, &[difference(0), difference(1)], 1e-9);
+    }
+}
+
+#[test]
+fn second_and_third_derivatives_need_nothing_more() {
+    let unrolled = hessian(&UNROLLED, &POINT).concat();
+    assert_close(&hessian(&IMPLICIT, &POINT).concat(), &unrolled, ROUNDING);
+
+    let third = |solution: &Solution| {
+        let p = POINT.map(|p| Dual::<f64, 1>::variable(p, 0));
+        let rows = hessian(solution, &p).concat();
+        rows.iter().map(|h| h.tangent[0]).collect::<Vec<f64>>()
+    };
+    assert_close(&third(&IMPLICIT), &third(&UNROLLED), 10.0 * ROUNDING);
+}
+
+#[test]
+fn wide_numbers_give_wide_derivatives() {
+    let p = POINT.map(Wide::from);
+    // Rounding of double-doubles, as above.
+    assert_close(&gradient(&IMPLICIT, &p), &gradient(&UNROLLED, &p), 1e-29);
+}
+
+#[test]
+fn the_tape_takes_the_root_as_one_entry() {
+    let mut tape = Tape::new();
+    let x = tape.record(&POINT, |p| VectorFunction::eval(&IMPLICIT, p));
+    assert_eq!(tape.len(), 5, "two parameters, three unknowns");
+    let values: Vec<f64> = x.iter().map(|x| x.value()).collect();
+    assert_eq!(values, iterated(&POINT));
+    // Parameters that are constants pass nothing and record nothing.
+    let constant = [Var::constant(1.0); 2];
+    assert!(VectorFunction::eval(&IMPLICIT, &constant)[0].is_constant());
+}
+
+#[test]
+fn a_singular_root_is_an_error() {
+    #[derive(Clone)]
+    struct Double;
+    impl Residual for Double {
+        fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+            vec![x[0] - p[0], (x[1] - x[0]) * (x[1] - p[0])]
+        }
+    }
+    let error: Singular = root(Double, &[1.0, 1.0], &[1.0]).expect_err("a double root");
+    assert_eq!(error.unknown, 1);
+    assert!(error.to_string().contains("unknown 1 depends"), "{error}");
+}
+
+/// `p x0 + x1 = 1, x0 - p x1 = p`: rows are exchanged where `p` is below 1.
+#[derive(Clone)]
+struct Turned;
+
+impl Residual for Turned {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        vec![p[0] * x[0] + x[1] - R::one(), x[0] - p[0] * x[1] - p[0]]
+    }
+}
+
+fn turned_slope<R: Real>(p: R) -> R {
+    // By Cramer's rule.
+    let determinant = p * p + R::one();
+    let x = [(p + p) / determinant, (R::one() - p * p) / determinant];
+    let moving = [Dual::<R, 1>::variable(p, 0)];
+    let x = root(Turned, &x.map(Dual::constant), &moving).expect("a regular matrix");
+    x[0].tangent[0] + x[1].tangent[0] * p
+}
+
+#[test]
+fn lanes_may_disagree_about_pivots() {
+    struct InLanes([f64; 16]);
+    impl Vectorized<f64> for InLanes {
+        type Output = Vec<f64>;
+        #[inline(always)]
+        fn run<L: Lane<f64>>(self) -> Vec<f64> {
+            let mut slopes = vec![0.0; L::N];
+            turned_slope(L::load(&self.0)).store(&mut slopes);
+            slopes
+        }
+    }
+    let p: [f64; 16] = std::array::from_fn(|i| 0.1 + 0.35 * ((7 * i) % 16) as f64);
+    for (lane, &p) in f64::vectorize(InLanes(p)).iter().zip(&p) {
+        // The same operations, but for fused ones.
+        assert_close(&[*lane], &[turned_slope(p)], ROUNDING);
+        // The slope of x0 plus p times that of x1, by differences.
+        let x = |p: f64| [2.0 * p / (p * p + 1.0), (1.0 - p * p) / (p * p + 1.0)];
+        let h = f64::EPSILON.cbrt();
+        let [above, below] = [x(p + h), x(p - h)];
+        let slope = |i: usize| (above[i] - below[i]) / (2.0 * h);
+        // Truncation h^2 and rounding eps / h, 4e-11 each, times derivatives of order 10.
+        assert_close(&[*lane], &[slope(0) + p * slope(1)], 1e-8);
+    }
+}

@@ -1,0 +1,220 @@
+//! nalgebra's algorithms on elements: against f64, differences, and the equations they solve.
+
+use ::nalgebra::{ComplexField, DMatrix, RealField, SMatrix, SVector, convert, try_convert};
+use autodiff::implicit::{Residual, root};
+use autodiff::nalgebra::{Element, vector};
+use autodiff::{Dual, Function, Real, VectorFunction, Wide, gradient, jacobian, jvp};
+
+const SIZE: usize = 4;
+
+/// A symmetric matrix, positive definite for small `p`, and a load.
+fn system<R: Real>(p: &[R]) -> (DMatrix<Element<R>>, Vec<R>) {
+    let entry = |i: usize, j: usize| {
+        let diagonal = if i == j { 4.0 } else { 0.0 };
+        Element((p[(i + j) % 3] * R::lit(1.0 + (i * j) as f64)).sin() + R::lit(diagonal))
+    };
+    let load = (0..SIZE).map(|i| (p[i % 3] + R::lit(i as f64)).cos());
+    (DMatrix::from_fn(SIZE, SIZE, entry), load.collect())
+}
+
+/// Which factorisation solves it.
+#[derive(Clone, Copy)]
+enum Factors {
+    Cholesky,
+    Lu,
+    Qr,
+    Eigen,
+    Svd,
+}
+
+use Factors::*;
+
+fn solved<R: Real>(factors: Factors, p: &[R]) -> Option<Vec<R>> {
+    let (matrix, load) = system(p);
+    let load = vector(&load);
+    let x = match factors {
+        Cholesky => matrix.cholesky()?.solve(&load),
+        Lu => matrix.lu().solve(&load)?,
+        Qr => matrix.qr().solve(&load)?,
+        Eigen => {
+            let eigen = matrix.symmetric_eigen();
+            let by_mode = eigen.eigenvectors.tr_mul(&load);
+            &eigen.eigenvectors * by_mode.component_div(&eigen.eigenvalues)
+        }
+        Svd => matrix
+            .svd(true, true)
+            .solve(&load, Element::lit(0.0))
+            .ok()?,
+    };
+    Some(x.iter().map(|x| x.0).collect())
+}
+
+impl VectorFunction for Factors {
+    fn eval<R: Real>(&self, p: &[R]) -> Vec<R> {
+        solved(*self, p).expect("a positive definite matrix")
+    }
+}
+
+const POINT: [f64; 3] = [0.3, -0.5, 0.2];
+
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+    differences.fold(0.0, f64::max)
+}
+
+/// The same solution by the implicit function theorem.
+struct ByEquations;
+
+#[derive(Clone)]
+struct Balance;
+
+impl Residual for Balance {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        let (matrix, load) = system(p);
+        let row = |i: usize| {
+            let row: Vec<R> = matrix.row(i).iter().map(|entry| entry.0).collect();
+            R::dot(&row, x) - load[i]
+        };
+        (0..SIZE).map(row).collect()
+    }
+}
+
+impl VectorFunction for ByEquations {
+    fn eval<R: Real>(&self, p: &[R]) -> Vec<R> {
+        let held: Vec<R> = p.iter().map(|p| p.detach()).collect();
+        let x = VectorFunction::eval(&Cholesky, &held);
+        root(Balance, &x, p).expect("a regular matrix")
+    }
+}
+
+#[test]
+fn factorisations_differentiate_like_the_equations_they_solve() {
+    let by_equations = jacobian(&ByEquations, &POINT).concat();
+    for factors in [Cholesky, Lu, Qr, Eigen, Svd] {
+        // A hundred operations on a matrix of condition below 10.
+        let forward = jacobian(&factors, &POINT).concat();
+        assert!(largest_difference(&forward, &by_equations) < 1e-13);
+        // The first value by reverse mode.
+        let reverse = gradient(&First(factors), &POINT);
+        assert!(largest_difference(&reverse, &by_equations[..3]) < 1e-13);
+    }
+}
+
+struct First(Factors);
+
+impl Function for First {
+    fn eval<R: Real>(&self, p: &[R]) -> R {
+        VectorFunction::eval(&self.0, p)[0]
+    }
+}
+
+#[test]
+fn a_cholesky_solve_agrees_with_differences_of_the_plain_one() {
+    let plain = |p: &[f64]| {
+        let (matrix, load) = system(p);
+        let matrix = matrix
+            .map(|entry| entry.0)
+            .cholesky()
+            .expect("positive definite");
+        matrix
+            .solve(&vector(&load).map(|load| load.0))
+            .as_slice()
+            .to_vec()
+    };
+    // Both round a few dozen operations.
+    assert!(largest_difference(&VectorFunction::eval(&Cholesky, &POINT), &plain(&POINT)) < 1e-14);
+    let h = f64::EPSILON.cbrt();
+    for j in 0..3 {
+        let at = |h: f64| {
+            let mut p = POINT;
+            p[j] += h;
+            plain(&p)
+        };
+        let pairs = at(h).into_iter().zip(at(-h));
+        let slopes: Vec<f64> = pairs.map(|(a, b)| (a - b) / (2.0 * h)).collect();
+        let mut direction = [0.0; 3];
+        direction[j] = 1.0;
+        // Truncation h^2 times third derivatives of some 10, rounding eps / h.
+        assert!(largest_difference(&jvp(&Cholesky, &POINT, &direction).1, &slopes) < 1e-8);
+    }
+}
+
+#[test]
+fn what_has_no_solution_is_refused_in_every_number() {
+    let saddle = |a: Element<Dual<f64, 1>>| {
+        let b = Element::lit(2.0);
+        DMatrix::from_row_slice(2, 2, &[a, b, b, a])
+    };
+    let [soft, stiff] = [1.0, 3.0].map(|a| Element(Dual::variable(a, 0)));
+    assert!(saddle(soft).cholesky().is_none());
+    assert!(saddle(stiff).cholesky().is_some());
+    let zero = DMatrix::from_element(1, 1, Element(Dual::<f64, 1>::variable(0.0, 0)));
+    assert!(zero.cholesky().is_none());
+}
+
+#[test]
+fn cardinal_functions_are_flat_at_zero() {
+    let zero = Element(Dual::<f64, 1>::variable(0.0, 0));
+    for value in [ComplexField::sinc(zero).0, ComplexField::sinhc(zero).0] {
+        assert_eq!((value.value, value.tangent), (1.0, [0.0]));
+    }
+    assert_eq!(ComplexField::sinc(Element(0.5)).0, Real::sin(0.5) / 0.5);
+    // The system's, to an ulp or two.
+    let error = ComplexField::sinhc(Element(0.5)).0 - 0.5_f64.sinh() / 0.5;
+    assert!(error.abs() < 4.0 * f64::EPSILON);
+}
+
+#[test]
+fn static_matrices_work_in_every_number() {
+    fn determinant<R: Real>(x: R) -> R {
+        let matrix = SMatrix::<Element<R>, 3, 3>::from_fn(|i, j| {
+            Element((x * R::lit((i + 2 * j) as f64)).cos())
+        });
+        (matrix.determinant() + SVector::<Element<R>, 2>::repeat(Element(x)).norm()).0
+    }
+    let double = determinant(0.7);
+    // A dozen operations of f64.
+    assert!((determinant(Wide::from(0.7)).to_f64() - double).abs() < 1e-15);
+    assert!((f64::from(determinant(0.7_f32)) - double).abs() < 1e-6);
+    let dual = determinant(Dual::<f64, 1>::variable(0.7, 0));
+    let slope = gradient(&Determinant, &[0.7])[0];
+    assert!((dual.tangent[0] - slope).abs() < 1e-14);
+
+    struct Determinant;
+    impl Function for Determinant {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            determinant(x[0])
+        }
+    }
+}
+
+#[test]
+fn constants_are_as_precise_as_the_type() {
+    let pi: Element<Wide> = RealField::pi();
+    assert!(pi.0.sin().to_f64().abs() < 1e-31);
+    assert_eq!(<Element<f64> as RealField>::pi().0, std::f64::consts::PI);
+    let e: Element<Wide> = RealField::e();
+    assert!((e.0.ln() - Wide::from(1.0)).to_f64().abs() < 1e-31);
+}
+
+#[test]
+fn comparisons_and_signs_look_at_primals() {
+    let [small, large] = [1.0, 2.0].map(|x| Element(Dual::<f64, 1>::variable(x, 0)));
+    assert!(small < large && small == Element::lit(1.0) && small != large);
+    assert!(Element(f64::NAN) != Element(f64::NAN));
+    assert!(RealField::is_sign_negative(&Element(-0.0)));
+    assert_eq!(RealField::copysign(Element(3.0), Element(-0.0)).0, -3.0);
+    approx::assert_relative_eq!(Element(1.0), Element(1.0 + f64::EPSILON));
+    approx::assert_ulps_ne!(Element(1.0), Element(1.0 + 1e-9));
+}
+
+#[test]
+fn nothing_turns_into_a_float_silently() {
+    let moving = Element(Dual::<f64, 1>::variable(2.0, 0));
+    assert_eq!(try_convert::<_, f64>(moving), None);
+    let constant: Element<Dual<f64, 1>> = convert(2.5_f64);
+    assert_eq!((constant.0.value, constant.0.tangent), (2.5, [0.0]));
+    let caught = std::panic::catch_unwind(|| ::nalgebra::convert_unchecked::<_, f64>(moving));
+    assert!(caught.is_err());
+}

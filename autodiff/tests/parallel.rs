@@ -1,0 +1,103 @@
+//! The drivers on several threads against the serial ones, to the bit.
+
+use autodiff::sparse::{Pattern, sparse_jacobian};
+use autodiff::{
+    Dual, Function, Real, VectorFunction, gradient_of, hessian, jacobian, parallel,
+    value_and_gradient,
+};
+
+/// So many values of all arguments.
+struct Waves {
+    values: usize,
+}
+
+impl VectorFunction for Waves {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let term = |(j, &x): (usize, &R), i: usize| (x * R::lit((1 + i * j) as f64)).sin();
+        let value = |i| {
+            x.iter()
+                .enumerate()
+                .map(|x| term(x, i))
+                .fold(R::one(), |a, b| a + b)
+        };
+        (0..self.values).map(value).collect()
+    }
+}
+
+impl Function for Waves {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let y = VectorFunction::eval(self, x);
+        R::dot(&y, &y).sqrt()
+    }
+}
+
+fn point(len: usize) -> Vec<f64> {
+    (0..len).map(|i| ((i * i) as f64 * 0.37).sin()).collect()
+}
+
+/// Runs in pools of several sizes.
+fn in_pools(check: impl Fn() + Sync) {
+    for threads in [1, 2, 5] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().expect("a pool of threads").install(&check);
+    }
+}
+
+#[test]
+fn every_driver_gives_the_serial_bits_with_any_number_of_threads() {
+    in_pools(|| {
+        for (values, arguments) in [(30, 7), (7, 30), (1, 1), (0, 3)] {
+            let (function, x) = (Waves { values }, point(arguments));
+            assert_eq!(parallel::jacobian(&function, &x), jacobian(&function, &x));
+            if values > 0 {
+                assert_eq!(parallel::hessian(&function, &x), hessian(&function, &x));
+            }
+        }
+        let function = Waves { values: 4 };
+        let points: Vec<Vec<f64>> = (1..40).map(point).collect();
+        let serial: Vec<_> = points
+            .iter()
+            .map(|x| value_and_gradient(&function, x))
+            .collect();
+        assert_eq!(parallel::values_and_gradients(&function, &points), serial);
+    });
+}
+
+#[test]
+fn sparse_jacobians_too() {
+    struct Pairs;
+    impl VectorFunction for Pairs {
+        fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+            let spread = |i: usize| (i.saturating_sub(4)..(i + 5).min(x.len())).map(|j| x[j]);
+            (0..x.len())
+                .map(|i| spread(i).fold(x[i], |a, b| (a * b).sin() + a))
+                .collect()
+        }
+    }
+    let (pattern, x) = (Pattern::banded(50, 4, 4), point(50));
+    let serial = sparse_jacobian(&Pairs, &x, &pattern);
+    in_pools(|| assert_eq!(parallel::sparse_jacobian(&Pairs, &x, &pattern), serial));
+}
+
+#[test]
+fn nested_duals_go_through_and_an_outer_tape_is_refused() {
+    let (function, x) = (Waves { values: 12 }, point(9));
+    let moving: Vec<_> = x.iter().map(|&x| Dual::<f64, 1>::variable(x, 0)).collect();
+    let tangents = |rows: Vec<Vec<Dual<f64, 1>>>| -> Vec<[f64; 1]> {
+        rows.concat().iter().map(|entry| entry.tangent).collect()
+    };
+    let serial = tangents(jacobian(&function, &moving));
+    assert_eq!(tangents(parallel::jacobian(&function, &moving)), serial);
+
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(2)
+        .build()
+        .expect("a pool");
+    let outer = || {
+        gradient_of(
+            |x| pool.install(|| parallel::hessian(&function, x)[0][0]),
+            &x,
+        )
+    };
+    assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(outer)).is_err());
+}

@@ -1,0 +1,159 @@
+//! Compressed Jacobians against dense ones, and the number of directions they take.
+
+use autodiff::sparse::{Pattern, sparse_jacobian};
+use autodiff::{Dual, Real, VectorFunction, gradient_of, jacobian};
+
+/// Every value by a few arguments, the same ones as the pattern's row.
+struct Local<'a>(&'a Pattern);
+
+impl VectorFunction for Local<'_> {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let value = |i: usize| {
+            let terms = self.0.row(i).iter().enumerate();
+            let terms = terms.map(|(k, &j)| (x[j] * R::lit(1.0 + k as f64)).sin());
+            terms.fold(R::lit(1.5), |product, term| product * (term + R::lit(2.0)))
+        };
+        (0..self.0.rows()).map(value).collect()
+    }
+}
+
+fn point(len: usize) -> Vec<f64> {
+    (0..len).map(|i| (1.0 + i as f64).sqrt().sin()).collect()
+}
+
+/// Observations of points by cameras: each row by one camera's numbers and one point's.
+fn observations(cameras: usize, points: usize) -> Pattern {
+    let mut rows = Vec::new();
+    for camera in 0..cameras {
+        for point in (camera % 2..points).step_by(2) {
+            let own = 6 * camera..6 * camera + 6;
+            let seen = 6 * cameras + 3 * point..6 * cameras + 3 * point + 3;
+            rows.extend([
+                own.clone().chain(seen.clone()).collect(),
+                own.chain(seen).collect(),
+            ]);
+        }
+    }
+    Pattern::new(6 * cameras + 3 * points, &rows)
+}
+
+fn patterns() -> Vec<(Pattern, usize)> {
+    // Pseudo-random rows have no known number of colours but an upper bound.
+    let scattered = |i: usize| {
+        let mut row: Vec<usize> = (0..4).map(|k| (i * i * 7 + k * k * 5 + k) % 23).collect();
+        row.sort_unstable();
+        row.dedup();
+        row
+    };
+    vec![
+        (Pattern::banded(50, 1, 1), 3),
+        (Pattern::banded(40, 2, 3), 6),
+        (Pattern::banded(3, 5, 5), 3),
+        (Pattern::banded(9, 0, 0), 1),
+        (Pattern::blocks(&[[2, 3], [4, 1], [1, 5], [3, 3]]), 5),
+        (observations(4, 10), 9),
+        (
+            Pattern::new(23, &(0..30).map(scattered).collect::<Vec<_>>()),
+            23,
+        ),
+        (Pattern::new(4, &[vec![], vec![1, 3], vec![]]), 2),
+        (Pattern::new(0, &[]), 0),
+    ]
+}
+
+#[test]
+fn compressed_and_dense_jacobians_are_equal_to_the_bit() {
+    for (pattern, _) in patterns() {
+        let (function, x) = (Local(&pattern), point(pattern.columns()));
+        let dense = if x.is_empty() {
+            Vec::new()
+        } else {
+            // Forward by columns, one at a time: the same operations on the same numbers.
+            dense_by_columns(&function, &x)
+        };
+        let entries = sparse_jacobian(&function, &x, &pattern);
+        assert_eq!(pattern.to_dense(&entries), dense);
+    }
+}
+
+fn dense_by_columns(function: &impl VectorFunction, x: &[f64]) -> Vec<Vec<f64>> {
+    let column = |j: usize| {
+        let mut x: Vec<Dual<f64, 1>> = x.iter().copied().map(Dual::constant).collect();
+        x[j].tangent[0] = 1.0;
+        function.eval(&x)
+    };
+    let columns: Vec<_> = (0..x.len()).map(column).collect();
+    let row = |i: usize| columns.iter().map(|column| column[i].tangent[0]).collect();
+    (0..columns[0].len()).map(row).collect()
+}
+
+#[test]
+fn rows_are_gradients_by_reverse_mode() {
+    let pattern = Pattern::banded(12, 2, 1);
+    let (function, x) = (Local(&pattern), point(12));
+    let dense = pattern.to_dense(&sparse_jacobian(&function, &x, &pattern));
+    for (i, row) in dense.iter().enumerate() {
+        let gradient = gradient_of(|x| function.eval(x)[i], &x);
+        for (a, b) in row.iter().zip(gradient) {
+            // Four factors, multiplied in two orders.
+            assert!((a - b).abs() <= 8.0 * f64::EPSILON * b.abs(), "{a} and {b}");
+        }
+    }
+}
+
+#[test]
+fn few_colors_serve_and_no_two_columns_of_a_row_share_one() {
+    for (pattern, colors) in patterns() {
+        assert!(
+            pattern.colors() <= colors,
+            "{} of {colors}",
+            pattern.colors()
+        );
+        let longest = (0..pattern.rows()).map(|i| pattern.row(i).len()).max();
+        assert!(pattern.colors() >= longest.unwrap_or(0));
+    }
+    // Where the best is known it is reached.
+    for (pattern, colors) in &patterns()[..6] {
+        assert_eq!(pattern.colors(), *colors);
+    }
+}
+
+#[test]
+fn a_pattern_is_found_by_probing() {
+    for (pattern, _) in patterns() {
+        let (function, x) = (Local(&pattern), point(pattern.columns()));
+        if !x.is_empty() {
+            assert_eq!(Pattern::probed(&function, &x), pattern);
+        }
+    }
+}
+
+#[test]
+#[should_panic(expected = "value 3 depends on an argument that its row of the pattern leaves out")]
+fn an_entry_outside_the_pattern_is_noticed() {
+    let (wide, narrow) = (
+        Pattern::banded(4, 1, 1),
+        Pattern::new(4, &[vec![0, 1], vec![0, 1, 2], vec![1, 2, 3], vec![3]]),
+    );
+    sparse_jacobian(&Local(&wide), &point(4), &narrow);
+}
+
+#[test]
+#[should_panic(expected = "row 1 of a pattern")]
+fn a_row_out_of_order_is_refused() {
+    Pattern::new(3, &[vec![0, 1], vec![2, 1]]);
+}
+
+#[test]
+fn nested_numbers_pass_through() {
+    let pattern = Pattern::banded(5, 1, 1);
+    let function = Local(&pattern);
+    let x: Vec<Dual<f64, 1>> = point(5).into_iter().map(|x| Dual::variable(x, 0)).collect();
+    let second = sparse_jacobian(&function, &x, &pattern);
+    let dense = jacobian(&function, &x).concat();
+    let dense: Vec<_> = dense.iter().filter(|entry| entry.value != 0.0).collect();
+    assert_eq!(second.len(), dense.len());
+    for (a, b) in second.iter().zip(dense) {
+        assert_eq!((a.value, a.tangent), (b.value, b.tangent));
+    }
+}

@@ -1,0 +1,241 @@
+//! Origins of infinities and NaN, against what the modes themselves return.
+
+use std::sync::Arc;
+
+use autodiff::custom::{Rule, apply};
+use autodiff::trace::{NonFinite, Traced, first_non_finite};
+use autodiff::{
+    Adjoint, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient,
+    value_and_gradient,
+};
+
+fn origin(function: &impl Function, x: &[f64]) -> Option<NonFinite> {
+    first_non_finite(x, |x| vec![function.eval(x)])
+}
+
+struct Chain;
+
+const LINE_OF_LN: u32 = line!() + 6;
+
+impl Function for Chain {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let grown = x[0] * x[0] + x[1];
+        // Below zero: no logarithm.
+        let lost = (grown - R::lit(5.0)).ln();
+        let mut y = lost.sin() + x[0];
+        y *= R::lit(2.0);
+        y
+    }
+}
+
+#[test]
+fn the_first_of_many_nans_is_named() {
+    let found = origin(&Chain, &[1.0, 2.0]).expect("a NaN");
+    let by: Vec<f64> = gradient(&Chain, &[1.0, 2.0]);
+    assert!(by[0].is_nan());
+    assert_eq!((found.operation, found.number, found.step), ("ln", 4, None));
+    assert_eq!(
+        (found.place.file(), found.place.line()),
+        (file!(), LINE_OF_LN)
+    );
+    assert_eq!(found.numbers, "of -2.0: value NaN, partial NaN");
+    let text = found.to_string();
+    assert!(text.starts_with("operation 4, ln, at "), "{text}");
+    assert_eq!(origin(&Chain, &[3.0, 2.0]), None);
+}
+
+#[test]
+fn an_argument_is_named_by_its_place() {
+    let found = origin(&Chain, &[3.0, f64::NAN]).expect("a NaN");
+    assert_eq!((found.operation, found.number), ("argument", 0));
+    assert_eq!(found.numbers, "x[1] is NaN");
+    assert_eq!(found.place.file(), file!());
+}
+
+/// The argument's root, or where that has no slope a line.
+struct Guarded {
+    from: f64,
+}
+
+impl Function for Guarded {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        R::select(x[0].lt(R::lit(self.from)), x[0], x[0].sqrt()) + x[0].min(R::lit(f64::INFINITY))
+    }
+}
+
+#[test]
+fn what_is_left_aside_is_not_blamed() {
+    let guarded = Guarded { from: 1e-9 };
+    assert_eq!(origin(&guarded, &[0.0]), None);
+    assert_eq!(gradient(&guarded, &[0.0]), [2.0]);
+    let bare = Guarded { from: -1.0 };
+    let found = origin(&bare, &[0.0]).expect("an infinite partial");
+    assert_eq!(found.operation, "sqrt");
+    assert_eq!(gradient(&bare, &[0.0]), [f64::INFINITY]);
+}
+
+/// One operation of each kind where it has no finite derivative or value.
+struct Kink(usize);
+
+const KINKS: [(&str, f64); 12] = [
+    ("sqrt", 0.0),
+    ("rsqrt", 0.0),
+    ("recip", 0.0),
+    ("ln", 0.0),
+    ("exp", 1000.0),
+    ("powi", 0.0),
+    ("powf", 0.0),
+    ("quotient", 0.0),
+    ("product", 1e200),
+    ("sum", 1e308),
+    ("multiply-add", 1e200),
+    ("difference", 1.7e308),
+];
+
+impl Function for Kink {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let x = x[0];
+        match KINKS[self.0].0 {
+            "sqrt" => x.sqrt(),
+            "rsqrt" => x.rsqrt(),
+            "recip" => x.recip(),
+            "ln" => x.ln(),
+            "exp" => x.exp(),
+            "powi" => x.powi(-2),
+            "powf" => x.powf(R::lit(0.5)),
+            "quotient" => R::one() / x,
+            "product" => x * x,
+            "sum" => x + x,
+            "multiply-add" => R::dot(&[x, x], &[x, x]),
+            _ => x - R::lit(-1e308),
+        }
+    }
+}
+
+#[test]
+fn every_operation_is_judged_by_value_and_partial() {
+    for (i, (operation, x)) in KINKS.into_iter().enumerate() {
+        let found = origin(&Kink(i), &[x]).expect(operation);
+        assert_eq!((found.operation, found.number), (operation, 1));
+        assert_eq!(found.place.file(), file!());
+        let (value, gradient) = value_and_gradient(&Kink(i), &[x]);
+        assert!(
+            !value.is_finite() || !gradient[0].is_finite(),
+            "{operation}"
+        );
+        // At an argument between those, all is well.
+        assert_eq!(origin(&Kink(i), &[0.7]), None, "{operation}");
+    }
+}
+
+#[test]
+fn constants_and_detached_numbers_have_no_partials() {
+    let of = |function: fn(Traced<f64>) -> Traced<f64>| {
+        first_non_finite(&[0.0], |x| vec![function(x[0])])
+    };
+    assert_eq!(of(|x| x + Traced::lit(0.0).sqrt()), None);
+    assert_eq!(of(|x| x + x.sqrt().detach()), None);
+    assert_eq!(of(|x| x.signum().straight_through(x)), None);
+    assert_eq!(
+        of(|x| x.straight_through(x.sqrt()))
+            .expect("soft")
+            .operation,
+        "sqrt"
+    );
+    let lost = of(|x| x + x.ln().detach()).expect("an infinite value");
+    assert_eq!(lost.operation, "ln");
+}
+
+#[test]
+fn tracing_nests_and_follows_derivatives_inside() {
+    let x = Dual::<f64, 1>::variable(0.0, 0);
+    let found = first_non_finite(&[x], |x| {
+        let inner = first_non_finite(&[1.0], |y| vec![y[0].ln().ln()]);
+        assert_eq!(inner.expect("ln of 0").number, 2);
+        vec![x[0].sqrt()]
+    });
+    assert_eq!(found.expect("a slope of sqrt").number, 1);
+}
+
+/// The magnitude by a root, whose slope at 0 is infinite; its own rule gives another.
+struct Magnitude {
+    slope_at_zero: f64,
+}
+
+impl Rule for Magnitude {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        (x[0] * x[0]).sqrt()
+    }
+    fn partials<R: Real>(&self, x: &[R], _: R) -> Vec<R> {
+        let zero = x[0].abs().le(R::zero());
+        vec![R::select(zero, R::lit(self.slope_at_zero), x[0].signum())]
+    }
+}
+
+#[test]
+fn a_custom_rule_is_judged_by_its_own_partials() {
+    let of =
+        |slope_at_zero, x| first_non_finite(&[x], |x| vec![apply(Magnitude { slope_at_zero }, x)]);
+    assert_eq!(of(0.0, 0.0), None);
+    assert_eq!(of(f64::NAN, 2.0), None);
+    // Where both are unsound the line inside is named.
+    assert_eq!(of(f64::NAN, 0.0).expect("a kink").operation, "sqrt");
+    struct Smooth;
+    impl Rule for Smooth {
+        fn value<R: Real>(&self, x: &[R]) -> R {
+            x[0]
+        }
+        fn partials<R: Real>(&self, x: &[R], _: R) -> Vec<R> {
+            vec![x[0].recip()]
+        }
+    }
+    let found = first_non_finite(&[0.0], |x| vec![apply(Smooth, x)]).expect("1 / 0");
+    assert_eq!(found.operation, "fused function");
+    assert_eq!(found.place.file(), file!());
+}
+
+/// A number that falls until the root of less than zero is taken.
+#[derive(Clone)]
+struct Falling;
+
+#[derive(Clone, Copy)]
+struct Fall;
+impl Kernel<1, 1> for Fall {
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [x.sqrt() - R::lit(0.5)]
+    }
+}
+impl Adjoint<1, 1> for Fall {}
+
+impl Model for Falling {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let x = p.state(1);
+        let [next] = p.map(Fall, [x]);
+        p.advance(x, next);
+    }
+}
+
+#[test]
+fn a_rollout_says_in_which_step() {
+    let rollout = Rollout {
+        model: Falling,
+        steps: 9,
+        inputs: Arc::new([]),
+        observed: vec![9],
+        cotangent_bound: None,
+        memory: Memory::All,
+    };
+    let mut x: f64 = 1.0;
+    let mut step = 0;
+    while x >= 0.0 {
+        x = x.sqrt() - 0.5;
+        step += 1;
+    }
+    let found = first_non_finite(&[1.0], |x| rollout.run(x, &[])).expect("a root of less than 0");
+    assert_eq!((found.operation, found.step), ("sqrt", Some(step)));
+    assert!(
+        found.to_string().contains(&format!("in step {step}: of -")),
+        "{found}"
+    );
+    assert_eq!(found.place.file(), file!());
+}

@@ -1,0 +1,314 @@
+//! Double-double arithmetic against 60-digit values, and as the inner number of every mode.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use autodiff::{
+    Adjoint, Dual, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout, Wide, gradient,
+    hessian,
+};
+
+/// One line of a table.
+struct Case {
+    function: String,
+    a: Wide,
+    b: Wide,
+    /// The true value as a sum of floats.
+    value: [f64; 3],
+}
+
+fn cases() -> Vec<Case> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/wide");
+    let files = std::fs::read_dir(folder).expect("the folder of tables");
+    let paths = files.map(|file| file.expect("a folder entry").path());
+    let tables = paths.filter(|path| path.extension().is_some_and(|e| e == "txt"));
+    let read = |path| std::fs::read_to_string(path).expect("a readable table");
+    let text: String = tables.map(read).collect();
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    lines.map(case).collect()
+}
+
+fn case(line: &str) -> Case {
+    let mut words = line.split_whitespace();
+    let function = words.next().expect("a name").to_owned();
+    let numbers: Vec<f64> = words
+        .take(7)
+        .map(|word| word.parse().expect("a float"))
+        .collect();
+    let [a, a_low, b, b_low, ref value @ ..] = numbers[..] else {
+        panic!("a line of too few numbers: {line}");
+    };
+    Case {
+        function,
+        a: Wide::new(a, a_low),
+        b: Wide::new(b, b_low),
+        value: value.try_into().expect("three floats"),
+    }
+}
+
+impl Case {
+    fn computed(&self) -> Wide {
+        let (a, b) = (self.a, self.b);
+        match self.function.as_str() {
+            "add" => a + b,
+            "mul" => a * b,
+            "div" => a / b,
+            "sqrt" => a.sqrt(),
+            "exp" => a.exp(),
+            "ln" => a.ln(),
+            "sin" => a.sin(),
+            "cos" => a.cos(),
+            "tan" => a.tan(),
+            "tanh" => a.tanh(),
+            "atan2" => a.atan2(b),
+            "powi" => a.powi(b.to_f64() as i32),
+            "powf" => a.powf(b),
+            other => panic!("no function is called {other}"),
+        }
+    }
+
+    fn relative_error(&self) -> f64 {
+        let [high, low] = self.computed().parts();
+        let value = self.value;
+        // Exact but for the last operation: the parts agree in all but their last bits.
+        ((high - value[0]) + (low - value[1]) - value[2]).abs() / value[0].abs()
+    }
+
+    /// As the module's documentation says.
+    fn allowed(&self) -> f64 {
+        match self.function.as_str() {
+            "add" | "mul" | "div" | "sqrt" => 1e-31,
+            "powi" => 1e-31 * (1.0 + self.b.to_f64().abs()),
+            "powf" => 1e-30 + 1e-31 * (self.b * self.a.ln()).to_f64().abs(),
+            _ => 1e-30,
+        }
+    }
+}
+
+#[test]
+fn relative_errors_are_as_documented() {
+    let cases = cases();
+    assert!(cases.len() >= 200, "{} cases are too few", cases.len());
+    for case in &cases {
+        let error = case.relative_error();
+        let (function, [high, low]) = (&case.function, case.a.parts());
+        assert!(
+            error <= case.allowed(),
+            "{function}({high:e} + {low:e}, {:?}): {error:e}",
+            case.b
+        );
+    }
+}
+
+#[test]
+fn infinities_zeros_and_nan_are_those_of_f64() {
+    let special = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
+    ];
+    let same = |wide: Wide, float: f64, what: &str| {
+        let [high, low] = wide.parts();
+        let equal = high == float || high.is_nan() && float.is_nan();
+        // The second float of a finite value is below the first one's rounding; else it is zero.
+        assert!(
+            equal && (low == 0.0 || low.abs() <= high.abs() * f64::EPSILON),
+            "{what}: {wide:?}, f64 {float}"
+        );
+    };
+    for a in special {
+        let x = Wide::from(a);
+        let signs = (x.abs().to_f64().to_bits(), (-x).to_f64().to_bits());
+        assert_eq!(signs, (a.abs().to_bits(), (-a).to_bits()));
+        same(x.sqrt(), a.sqrt(), "sqrt");
+        same(x.exp(), a.exp(), "exp");
+        same(x.ln(), a.ln(), "ln");
+        same(x.tanh(), Real::tanh(a), "tanh");
+        same(x.recip(), a.recip(), "recip");
+        same(x.signum(), Real::signum(a), "signum");
+        for b in special {
+            let y = Wide::from(b);
+            same(x + y, a + b, "sum");
+            same(x * y, a * b, "product");
+            same(x / y, a / b, "quotient");
+            same(x.atan2(y), a.atan2(b), "atan2");
+            assert_eq!(
+                (x.lt(y), x.le(y), x.finite()),
+                (a < b, a <= b, a.is_finite())
+            );
+            // Powers of negative numbers, which f64 has for integers, are NaN here.
+            if a >= 0.0 {
+                same(x.powf(y), a.powf(b), "powf");
+            }
+        }
+    }
+    assert!(Wide::from(1e300).sin().to_f64().is_nan());
+    assert_eq!(Wide::from(800.0).exp().parts(), [f64::INFINITY, 0.0]);
+    assert_eq!(Wide::from(-800.0).exp().parts(), [0.0, 0.0]);
+}
+
+/// Every elementary function, on a scale on which no term dominates.
+struct Mixed;
+
+impl Function for Mixed {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let wave = (x[0] * x[1]).sin() + x[2].exp() / x[0].cos();
+        wave * x[1].tanh() + x[2].powf(x[1]) + x[0].hypot(x[2]).ln() + x[0].atan2(x[2]).powi(3)
+    }
+}
+
+fn wide(x: &[f64]) -> Vec<Wide> {
+    x.iter().copied().map(Wide::from).collect()
+}
+
+/// The largest difference, relative to the largest entry.
+fn difference(a: &[Wide], b: &[Wide]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let largest = |m: f64, x: Wide| m.max(x.to_f64().abs());
+    let scale = b.iter().copied().fold(0.0, largest);
+    let differences = a.iter().zip(b).map(|(&a, &b)| a - b);
+    differences.fold(0.0, largest) / scale
+}
+
+#[test]
+fn derivatives_are_as_precise_as_the_number_inside() {
+    let x = [0.7, 1.3, 2.1];
+    let exact = gradient(&Mixed, &wide(&x));
+    let forward: Vec<Wide> = (0..3)
+        .map(|i| {
+            let seed = |j| Dual::<Wide, 1>::constant(Wide::from(x[j]));
+            let mut dual = [seed(0), seed(1), seed(2)];
+            dual[i].tangent[0] = Wide::from(1.0);
+            Mixed.eval(&dual).tangent[0]
+        })
+        .collect();
+    // Some twenty operations of 1e-31 to 1e-30 each, in two orders.
+    assert!(difference(&forward, &exact) < 1e-29);
+
+    // Truncation h^2 / 6 times a third derivative of some 10, rounding 1e-31 / h.
+    let h = 1e-10;
+    for i in 0..3 {
+        let at = |step: f64| {
+            let mut moved = wide(&x);
+            moved[i] += Wide::from(step);
+            Mixed.eval(&moved)
+        };
+        let slope = (at(h) - at(-h)) / Wide::from(2.0 * h);
+        assert!(
+            (slope - exact[i]).to_f64().abs() < 1e-18,
+            "{i}: {slope:?}, {:?}",
+            exact[i]
+        );
+    }
+
+    // Twenty operations of f64: 20 * 1e-16 times a condition of order one.
+    assert!(difference(&wide(&gradient(&Mixed, &x)), &exact) < 1e-14);
+    let rows = hessian(&Mixed, &wide(&x)).concat();
+    assert!(difference(&wide(&hessian(&Mixed, &x).concat()), &rows) < 1e-13);
+    // The two halves of a Hessian are computed apart.
+    let transposed: Vec<Wide> = (0..9).map(|k| rows[k % 3 * 3 + k / 3]).collect();
+    assert!(difference(&transposed, &rows) < 1e-29);
+}
+
+/// Masses on a line between springs, driven through a small network.
+#[derive(Clone)]
+struct Chain(Graph);
+
+const MASSES: usize = 5;
+
+#[derive(Clone, Copy)]
+struct Spring;
+impl Kernel<2, 1> for Spring {
+    fn eval<R: Real>(&self, [stretch, rest]: [R; 2]) -> [R; 1] {
+        let length = (stretch * stretch + R::lit(1e-3)).sqrt();
+        [(length - rest) * stretch / length]
+    }
+}
+impl Adjoint<2, 1> for Spring {}
+
+#[derive(Clone, Copy)]
+struct Advance;
+impl Kernel<4, 2> for Advance {
+    fn eval<R: Real>(&self, [x, v, f, push]: [R; 4]) -> [R; 2] {
+        let v = R::lit(0.99) * v + R::lit(0.05) * (f + push);
+        [x + R::lit(0.05) * v, v]
+    }
+}
+impl Adjoint<4, 2> for Advance {}
+
+impl Model for Chain {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let rest = p.parameter(self.0.slots());
+        let (weights, bias) = (p.matrix(MASSES, MASSES + 1), p.parameter(MASSES));
+        let (x, v) = (p.state(MASSES), p.state(MASSES));
+        let clock = p.input(1);
+        let push = p.dense_tanh(weights, &[x, clock], bias);
+        let [f] = p.map_edges(&self.0, Spring, ([x], &[rest]));
+        let [x_next, v_next] = p.map(Advance, [x, v, f, push]);
+        p.advance(x, x_next);
+        p.advance(v, v_next);
+    }
+}
+
+/// The sum of squares of the last state, by start and parameters.
+struct Energy(Rollout<Chain>);
+
+impl Energy {
+    fn new() -> Self {
+        let edges: Vec<[usize; 2]> = (1..MASSES).map(|i| [i - 1, i]).collect();
+        let steps = 50;
+        let inputs: Arc<[f64]> = (0..steps).map(|n| (0.3 * n as f64).sin()).collect();
+        Self(Rollout {
+            model: Chain(Graph::new(MASSES, &edges)),
+            steps,
+            inputs,
+            observed: vec![steps],
+            cotangent_bound: None,
+            memory: Memory::All,
+        })
+    }
+    fn shapes(&self) -> [usize; 3] {
+        [self.0.model.0.slots(), MASSES * (MASSES + 1), MASSES]
+    }
+    fn point(&self) -> Vec<f64> {
+        let len = 2 * MASSES + self.shapes().iter().sum::<usize>();
+        // Irregular numbers of order one.
+        (0..len).map(|i| ((i * i) as f64 * 0.7).sin()).collect()
+    }
+}
+
+impl Function for Energy {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let (start, rest) = x.split_at(2 * MASSES);
+        let [slots, entries, _] = self.shapes();
+        let (lengths, rest) = rest.split_at(slots);
+        let (weights, bias) = rest.split_at(entries);
+        let end = self.0.run(start, &[lengths, weights, bias]);
+        R::dot(&end, &end)
+    }
+}
+
+#[test]
+fn a_rollout_and_its_reverse_sweep_run_in_wide_numbers() {
+    let energy = Energy::new();
+    let x = energy.point();
+    let exact = energy.eval(&wide(&x));
+    // 50 steps of some 20 rounded operations a number, which the network's feedback may grow.
+    assert!(difference(&[Wide::from(energy.eval(&x))], &[exact]) < 1e-13);
+    let slopes = gradient(&energy, &wide(&x));
+    assert!(difference(&wide(&gradient(&energy, &x)), &slopes) < 1e-12);
+
+    // The same sweep against forward mode, in digits that f64 does not have.
+    let dual = |(i, &x)| Dual::<Wide, 1> {
+        value: Wide::from(x),
+        tangent: [Wide::from((i as f64).cos())],
+    };
+    let along: Vec<_> = x.iter().enumerate().map(dual).collect();
+    let tangents: Vec<Wide> = along.iter().map(|x| x.tangent[0]).collect();
+    let slope = energy.eval(&along).tangent[0];
+    assert!(difference(&[Wide::dot(&slopes, &tangents)], &[slope]) < 1e-28);
+}

@@ -1,0 +1,237 @@
+//! Hand tracking: how far a posed hand's skin is from measured points.
+//!
+//! A bone moves with the four angles of its own finger alone. So four directions serve all
+//! fingers at once (column compression), and a vertex, to which every bone contributes, has the
+//! sum of the palm's and five fingers' parts, each with four directions of its own.
+
+mod lanes;
+mod model;
+mod transform;
+
+use std::path::Path;
+
+use autodiff::lanes::{Lane, Vectorized};
+use autodiff::{Dual, Real};
+use serde_json::{Value, json};
+
+use self::lanes::{Pose, PoseDerivatives, ResidualDerivatives, Residuals, Skin};
+use self::model::Model;
+use self::transform::Affine;
+use super::input::{self, Error, Tokens};
+use super::{Problem, rotation};
+
+/// Pose parameters: global rotation and translation, then four angles per finger.
+const THETA: usize = 26;
+/// The global ones.
+const GLOBAL: usize = 6;
+const FINGERS: usize = 5;
+/// Angles of a finger, and bones of it.
+const JOINTS: usize = 4;
+/// Below this length a rotation vector turns nothing.
+const NO_ROTATION: f64 = 1e-4;
+
+/// An instance, with memory for its results.
+pub struct Hand {
+    model: Model,
+    theta: [f64; THETA],
+    targets: Vec<Target>,
+    skin: Skin,
+    residuals: Vec<f64>,
+    /// Row by row.
+    jacobian: Vec<f64>,
+}
+
+/// A measured point, and the point `u1 a + u2 b + (1 - u1 - u2) c` of the skin that is to meet it.
+struct Target {
+    point: [f64; 3],
+    corners: [usize; 3],
+    u: [f64; 2],
+}
+
+impl Hand {
+    /// Reads an instance and the model in `model`, a folder. The form is complicated where
+    /// the file holds a `u1 u2` for each correspondence.
+    ///
+    /// # Errors
+    /// If a file cannot be read or is not in the format.
+    pub fn read(path: &Path, model: &Path) -> Result<Self, Error> {
+        let model = Model::read(model)?;
+        let text = input::read(path)?;
+        let numbers = text.split_ascii_whitespace().count();
+        let mut tokens = Tokens::new(path, &text);
+        let (count, theta): (usize, usize) = (tokens.count()?, tokens.next()?);
+        if theta != THETA {
+            return Err(tokens.error(format!("a hand has {THETA} parameters, not {theta}")));
+        }
+        let barycentric = numbers == 2 + 6 * count + THETA;
+        let mut targets = Vec::new();
+        for _ in 0..count {
+            let index: usize = tokens.next()?;
+            let corners = if barycentric {
+                model.triangles.get(index).copied()
+            } else {
+                (index < model.len).then_some([index; 3])
+            };
+            let missing = || tokens.error(format!("the model has no vertex or triangle {index}"));
+            targets.push(Target {
+                corners: corners.ok_or_else(missing)?,
+                point: tokens.array()?,
+                u: [1.0, 0.0],
+            });
+        }
+        if barycentric {
+            for target in &mut targets {
+                target.u = tokens.array()?;
+            }
+        }
+        let theta = tokens.array()?;
+        tokens.end()?;
+        let room = || [(); 3].map(|()| vec![0.0; model.vertices[0].len()]);
+        let columns = if barycentric { 2 + THETA } else { THETA };
+        Ok(Self {
+            skin: Skin {
+                places: room(),
+                derivatives: (0..THETA).map(|_| room()).collect(),
+            },
+            residuals: vec![0.0; 3 * count],
+            jacobian: vec![0.0; columns * 3 * count],
+            model,
+            theta,
+            targets,
+        })
+    }
+}
+
+impl Problem for Hand {
+    fn objective(&mut self) {
+        let (global_theta, angles) = self.theta.split_at(GLOBAL);
+        let model = &self.model;
+        f64::vectorize(Pose {
+            model,
+            bones: &f64::vectorize(Bones { model, angles }),
+            global: &global(global_theta),
+            skin: &mut self.skin,
+        });
+        f64::vectorize(Residuals {
+            targets: &self.targets,
+            skin: &self.skin,
+            residuals: &mut self.residuals,
+        });
+    }
+
+    fn derivative(&mut self) {
+        let (global_theta, angles) = self.theta.split_at(GLOBAL);
+        let global_theta: Vec<Dual<f64, GLOBAL>> = seeded(global_theta);
+        let angles: Vec<Dual<f64, JOINTS>> = angles.chunks(JOINTS).flat_map(seeded).collect();
+        let (model, angles) = (&self.model, &angles);
+        f64::vectorize(PoseDerivatives {
+            model,
+            bones: &f64::vectorize(Bones { model, angles }),
+            global: &global(&global_theta),
+            skin: &mut self.skin,
+        });
+        f64::vectorize(ResidualDerivatives {
+            targets: &self.targets,
+            skin: &self.skin,
+            residuals: &mut self.residuals,
+            jacobian: &mut self.jacobian,
+        });
+    }
+
+    fn answer(&self) -> Value {
+        let columns = self.jacobian.len() / self.residuals.len();
+        let rows: Vec<&[f64]> = self.jacobian.chunks(columns).collect();
+        json!({ "objective": self.residuals, "jacobian": rows })
+    }
+}
+
+/// Numbers that are variables, each along a direction of its own.
+fn seeded<const N: usize>(numbers: &[f64]) -> Vec<Dual<f64, N>> {
+    let numbers = numbers.iter().enumerate();
+    numbers.map(|(i, &x)| Dual::variable(x, i)).collect()
+}
+
+/// The transformations of all bones, given the angles of the fingers. One bone hangs on another,
+/// so lanes have nothing to do here; what helps is the instruction set that they are entered with.
+struct Bones<'a, R> {
+    model: &'a Model,
+    angles: &'a [R],
+}
+
+impl<R: Real> Vectorized<f64> for Bones<'_, R> {
+    type Output = Vec<Affine<R>>;
+    #[inline(always)]
+    fn run<L: Lane<f64>>(self) -> Vec<Affine<R>> {
+        let bones = &self.model.bones;
+        let mut absolute: Vec<Affine<R>> = Vec::with_capacity(bones.len());
+        let mut transforms = Vec::with_capacity(bones.len());
+        for (i, bone) in bones.iter().enumerate() {
+            let local = Affine::euler(euler(i, self.angles));
+            let relative = bone.relative.map(R::lit).after(&local);
+            let here = match bone.parent {
+                Some(parent) => absolute[parent].after(&relative),
+                None => relative,
+            };
+            transforms.push(here.after(&bone.inverse_rest.map(R::lit)));
+            absolute.push(here);
+        }
+        transforms
+    }
+}
+
+/// The angles of a bone about x, y and z.
+#[inline(always)]
+fn euler<R: Real>(bone: usize, angles: &[R]) -> [R; 3] {
+    let zero = R::zero();
+    let Some(joint) = bone.checked_sub(1).filter(|at| *at < JOINTS * FINGERS) else {
+        return [zero; 3];
+    };
+    let angles = &angles[joint / JOINTS * JOINTS..][..JOINTS];
+    match joint % JOINTS {
+        1 => [angles[0], zero, angles[1]],
+        2 => [angles[2], zero, zero],
+        3 => [angles[3], zero, zero],
+        _ => [zero; 3],
+    }
+}
+
+/// The rotation matrix and the translation of the whole hand.
+fn global<R: Real>(theta: &[R]) -> Affine<R> {
+    let r = [theta[0], theta[1], theta[2]];
+    let small = (r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
+        .sqrt()
+        .lt(R::lit(NO_ROTATION));
+    let mut matrix = [[R::zero(); 4]; 3];
+    for column in 0..3 {
+        let mut unit = [R::zero(); 3];
+        unit[column] = R::one();
+        let turned = rotation::rotate(r, unit);
+        for row in 0..3 {
+            matrix[row][column] = R::select(small, unit[row], turned[row]);
+        }
+    }
+    for row in 0..3 {
+        matrix[row][3] = theta[3 + row];
+    }
+    Affine(matrix)
+}
+
+/// What bones contribute to a vertex.
+#[inline(always)]
+fn blend<R: Real>(bones: &[Affine<R>], weights: &[R], vertex: [R; 3]) -> [R; 3] {
+    let mut sum = [R::zero(); 3];
+    for (bone, &weight) in bones.iter().zip(weights) {
+        let moved = bone.apply(vertex);
+        for i in 0..3 {
+            sum[i] = weight.fma(moved[i], sum[i]);
+        }
+    }
+    sum
+}
+
+/// How far a point of the skin is from where it was measured, by one coordinate.
+#[inline(always)]
+fn residual<R: Real>(point: R, u: [R; 2], corners: [R; 3]) -> R {
+    let last = R::one() - u[0] - u[1];
+    point - (u[0] * corners[0] + u[1] * corners[1] + last * corners[2])
+}

@@ -1,0 +1,233 @@
+//! The loss of a small language model: layers of LSTM cells without matrices, stepped through a
+//! sequence of characters.
+//!
+//! A character is a step of a rollout: the state is every layer's hidden and cell values and the
+//! loss so far, the parameters are the weights.
+
+use std::path::Path;
+
+use autodiff::value_and_gradient;
+use autodiff::{Adjoint, Array, Function, Kernel, Memory, Model, Program, Real, Rollout};
+use serde_json::{Value, json};
+
+use super::Problem;
+use super::input::{self, Error, Tokens};
+
+/// Vectors of weights and biases in a layer.
+const PER_LAYER: usize = 8;
+
+/// An instance, with memory for its results.
+pub struct Lstm {
+    loss: Loss,
+    /// The layers' weights, then those of input and output, in the order of the file.
+    parameters: Vec<f64>,
+    value: f64,
+    gradient: Vec<f64>,
+}
+
+/// The objective as a function of the parameters.
+struct Loss {
+    rollout: Rollout<Cells>,
+    start: Vec<f64>,
+}
+
+/// One character of the sequence.
+#[derive(Clone, Debug)]
+struct Cells {
+    layers: usize,
+    bits: usize,
+}
+
+/// `1 / (1 + exp(-(x w + b)))`.
+struct Gate;
+/// `tanh(x w + b)`.
+struct Change;
+/// The new cell value, from the old, forget gate, input gate and change.
+struct Cell;
+/// The new hidden value, from output gate and new cell value.
+struct Hidden;
+/// A product of two.
+struct Product;
+/// `y = x w + b`: its exponential, and its product with the next character.
+struct Prediction;
+/// The loss so far, and that of a character: `sum_j x_j y_j`, `2 + sum_j exp y_j`, `sum_j x_j`.
+struct Add;
+
+impl Kernel<3, 1> for Gate {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, weight, bias]: [R; 3]) -> [R; 1] {
+        let z = x.fma(weight, bias);
+        [(R::one() + (-z).exp()).recip()]
+    }
+}
+
+impl Kernel<3, 1> for Change {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, weight, bias]: [R; 3]) -> [R; 1] {
+        [x.fma(weight, bias).tanh()]
+    }
+}
+
+impl Kernel<4, 1> for Cell {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [cell, forget, input, change]: [R; 4]) -> [R; 1] {
+        [cell.fma(forget, input * change)]
+    }
+}
+
+impl Kernel<2, 1> for Hidden {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [output, cell]: [R; 2]) -> [R; 1] {
+        [output * cell.tanh()]
+    }
+}
+
+impl Kernel<2, 1> for Product {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+        [a * b]
+    }
+}
+
+impl Kernel<4, 2> for Prediction {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, weight, bias, next]: [R; 4]) -> [R; 2] {
+        let y = x.fma(weight, bias);
+        [y.exp(), y * next]
+    }
+}
+
+impl Kernel<4, 1> for Add {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [loss, matched, normaliser, ones]: [R; 4]) -> [R; 1] {
+        [loss + matched - ones * normaliser.ln()]
+    }
+}
+
+impl Adjoint<3, 1> for Gate {}
+impl Adjoint<3, 1> for Change {}
+impl Adjoint<4, 1> for Cell {}
+impl Adjoint<2, 1> for Hidden {}
+impl Adjoint<2, 1> for Product {}
+impl Adjoint<4, 2> for Prediction {}
+impl Adjoint<4, 1> for Add {}
+
+impl Model for Cells {
+    /// Parameters: the vectors of the file in order; a row of ones, a two and a zero, to sum with.
+    /// State: per layer hidden and cell values, then the loss. Inputs: the character, the next
+    /// one, and how many ones are in that.
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let weights: Vec<Array> = (0..PER_LAYER * self.layers + 3)
+            .map(|_| program.parameter(self.bits))
+            .collect();
+        let ones = program.matrix(1, self.bits);
+        let (two, zero) = (program.parameter(1), program.parameter(1));
+        let states: Vec<Array> = (0..2 * self.layers)
+            .map(|_| program.state(self.bits))
+            .collect();
+        let loss = program.state(1);
+        let character = program.input(self.bits);
+        let next = program.input(self.bits);
+        let count = program.input(1);
+
+        let (layers, ends) = weights.split_at(PER_LAYER * self.layers);
+        let [mut x] = program.map(Product, [character, ends[0]]);
+        for (weights, state) in layers.chunks(PER_LAYER).zip(states.chunks(2)) {
+            x = layer(program, x, [weights, state]);
+        }
+        let [exponential, matched] = program.map(Prediction, [x, ends[1], ends[2], next]);
+        let normaliser = program.dense(ones, &[exponential], two);
+        let matched = program.dense(ones, &[matched], zero);
+        let [total] = program.map(Add, [loss, matched, normaliser, count]);
+        program.advance(loss, total);
+    }
+}
+
+/// Steps a layer and returns its new hidden values.
+fn layer<R: Real>(program: &mut Program<R>, x: Array, [weights, state]: [&[Array]; 2]) -> Array {
+    let (hidden, cell) = (state[0], state[1]);
+    let [forget] = program.map(Gate, [x, weights[0], weights[4]]);
+    let [input] = program.map(Gate, [hidden, weights[1], weights[5]]);
+    let [output] = program.map(Gate, [x, weights[2], weights[6]]);
+    let [change] = program.map(Change, [hidden, weights[3], weights[7]]);
+    let [new_cell] = program.map(Cell, [cell, forget, input, change]);
+    let [new_hidden] = program.map(Hidden, [output, new_cell]);
+    // An exponential costs more to compute again than a vector costs to keep.
+    for kept in [forget, input, output, change, new_cell, new_hidden] {
+        program.keep(kept);
+    }
+    program.advance(cell, new_cell);
+    program.advance(hidden, new_hidden);
+    new_hidden
+}
+
+impl Function for Loss {
+    fn eval<R: Real>(&self, parameters: &[R]) -> R {
+        let Cells { bits, .. } = self.rollout.model;
+        let constants = |values: &[f64]| values.iter().map(|&v| R::lit(v)).collect::<Vec<R>>();
+        let (ones, two, zero) = (
+            constants(&vec![1.0; bits]),
+            constants(&[2.0]),
+            constants(&[0.0]),
+        );
+        let mut all: Vec<&[R]> = parameters.chunks(bits).collect();
+        all.extend([&ones[..], &two, &zero]);
+        let end = self.rollout.run(&constants(&self.start), &all);
+        let terms = (self.rollout.steps * bits) as f64;
+        -end[end.len() - 1] / R::lit(terms)
+    }
+}
+
+impl Lstm {
+    /// Reads an instance.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is not in the format.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = input::read(path)?;
+        let mut tokens = Tokens::new(path, &text);
+        let (layers, characters, bits) = (tokens.count()?, tokens.count()?, tokens.count()?);
+        if characters < 2 {
+            return Err(tokens.error("a sequence of one character has no loss"));
+        }
+        let parameters = tokens.numbers((PER_LAYER * layers + 3) * bits)?;
+        let mut start = tokens.numbers(2 * layers * bits)?;
+        start.push(0.0);
+        let sequence: Result<Vec<_>, _> = (0..characters).map(|_| tokens.numbers(bits)).collect();
+        let sequence = sequence?;
+        tokens.end()?;
+        let steps = sequence.windows(2);
+        let inputs = steps.flat_map(|pair| {
+            let count = pair[1].iter().sum();
+            [&pair[0][..], &pair[1], &[count]].concat()
+        });
+        let rollout = Rollout {
+            model: Cells { layers, bits },
+            steps: characters - 1,
+            inputs: inputs.collect(),
+            observed: vec![characters - 1],
+            cotangent_bound: None,
+            memory: Memory::All,
+        };
+        Ok(Self {
+            loss: Loss { rollout, start },
+            parameters,
+            value: 0.0,
+            gradient: Vec::new(),
+        })
+    }
+}
+
+impl Problem for Lstm {
+    fn objective(&mut self) {
+        self.value = self.loss.eval(&self.parameters);
+    }
+
+    fn derivative(&mut self) {
+        (self.value, self.gradient) = value_and_gradient(&self.loss, &self.parameters);
+    }
+
+    fn answer(&self) -> Value {
+        json!({ "objective": self.value, "gradient": self.gradient })
+    }
+}

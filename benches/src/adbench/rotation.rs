@@ -1,0 +1,39 @@
+//! Rotation by a vector: its direction the axis, its length the angle (Rodrigues).
+
+use autodiff::Real;
+
+/// `v` turned by the rotation vector `r`. Where `r` is exactly zero it is `v + r x v`, which has
+/// the right derivative there.
+#[inline(always)]
+pub(super) fn rotate<R: Real>(r: [R; 3], v: [R; 3]) -> [R; 3] {
+    let squared = dot(r, r);
+    let at_zero = squared.le(R::zero());
+    // Any other number in place of the zero: what follows is then not selected.
+    let angle = R::select(at_zero, R::one(), squared).sqrt();
+    let inverse = angle.recip();
+    let axis = [r[0] * inverse, r[1] * inverse, r[2] * inverse];
+    let (sin, cos) = (angle.sin(), angle.cos());
+    let across = cross(axis, v);
+    let along = dot(axis, v) * (R::one() - cos);
+    let near_zero = cross(r, v);
+    let mut turned = v;
+    for i in 0..3 {
+        let exact = v[i] * cos + across[i] * sin + axis[i] * along;
+        turned[i] = R::select(at_zero, v[i] + near_zero[i], exact);
+    }
+    turned
+}
+
+#[inline(always)]
+fn dot<R: Real>(a: [R; 3], b: [R; 3]) -> R {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn cross<R: Real>(a: [R; 3], b: [R; 3]) -> [R; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}

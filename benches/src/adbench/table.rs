@@ -1,0 +1,132 @@
+//! The table of times, as Markdown.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use autodiff::lanes;
+
+use super::measure::{Effort, seconds};
+use super::{Case, Error, Problem, answer, open};
+
+/// Times that others published or measured, in milliseconds: hand-written C++ derivatives.
+const ANCHORS: [(&str, f64, f64); 4] = [
+    ("ba1_n49_m7776_p31843", 0.67, 3.92),
+    ("gmm_d10_K25", 1.36, 2.47),
+    ("hand_complicated1_t26_c100", 0.08, 0.39),
+    ("lstm_l2_c1024", 1.16, 7.39),
+];
+
+/// Why a table could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TableError {
+    /// A case cannot be read.
+    #[error(transparent)]
+    Input(#[from] Error),
+    /// A wrong answer is not worth timing.
+    #[error("{name}: '{field}' is off by {error:e}, allowed are {tolerance:e}")]
+    Wrong {
+        /// The case.
+        name: String,
+        /// The field that is furthest off.
+        field: String,
+        /// By how much.
+        error: f64,
+        /// What is allowed.
+        tolerance: f64,
+    },
+}
+
+/// Measured times of a case, in seconds.
+#[derive(Clone, Debug)]
+struct Row {
+    name: String,
+    objective: f64,
+    derivative: f64,
+    error: f64,
+}
+
+/// Checks and measures all cases, and returns the page.
+///
+/// # Errors
+/// If a case cannot be read or its answer is wrong.
+pub fn page(cases: &[Case], effort: Effort) -> Result<String, TableError> {
+    let mut page = heading(effort);
+    for case in cases {
+        let row = measure(case, effort)?;
+        let (objective, derivative) = (row.objective * 1e3, row.derivative * 1e3);
+        let anchor = ANCHORS.iter().find(|(name, ..)| *name == row.name);
+        let anchor = anchor.map_or("| |".to_owned(), |(_, objective, derivative)| {
+            format!("{objective} | {derivative} |")
+        });
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            page,
+            "| {} | {objective:.4} | {derivative:.4} | {:.2} | {:.0e} | {anchor}",
+            row.name,
+            derivative / objective,
+            row.error,
+        );
+    }
+    Ok(page)
+}
+
+fn measure(case: &Case, effort: Effort) -> Result<Row, TableError> {
+    let mut problem: Box<dyn Problem> = open(case.kind, &case.file, None)?;
+    problem.derivative();
+    problem.objective();
+    let comparison = answer::compare(&problem.answer(), &case.reference);
+    if !comparison.is_close() {
+        return Err(TableError::Wrong {
+            name: case.name.clone(),
+            field: comparison.field,
+            error: comparison.error,
+            tolerance: comparison.tolerance,
+        });
+    }
+    Ok(Row {
+        name: case.name.clone(),
+        objective: seconds(effort, || problem.objective()),
+        derivative: seconds(effort, || problem.derivative()),
+        error: comparison.error,
+    })
+}
+
+fn heading(effort: Effort) -> String {
+    format!(
+        "\
+# ADBench
+
+Times of the four objectives of ADBench (arXiv:1807.10129) on `autodiff`, in milliseconds.
+Written by `cargo run --release -p benches --bin adbench -- table`.
+
+Machine: {}, {:?} registers, one thread. Each time is the smallest of ten samples of at least
+{} s, as ADBench measures. The machine is shared and its timers are noisy: a row may be a third
+off, and its two times need not have been taken under equal load.
+
+- *objective*: the generic source as plain `f64`, in SIMD lanes. A slower objective would make
+  the ratio look better; the times decide.
+- *derivative*: objective and gradient or Jacobian, everything recorded and computed afresh.
+- *error*: the largest `max |a - b| / max |b|` of any field against the reference answers; a case
+  out of tolerance is not timed.
+- *C++*: hand-written derivatives in C++, times taken elsewhere, for a sense of scale.
+
+| case | objective | derivative | ratio | error | C++ objective | C++ derivative |
+| --- | --- | --- | --- | --- | --- | --- |
+",
+        processor(),
+        lanes::level(),
+        effort.least.as_secs_f64(),
+    )
+}
+
+/// The processor's name, where the system tells it.
+fn processor() -> String {
+    let text = std::fs::read_to_string(Path::new("/proc/cpuinfo")).unwrap_or_default();
+    let name = text
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"));
+    let name = name.and_then(|rest| rest.split_once(':'));
+    name.map_or("unknown processor", |(_, name)| name.trim())
+        .to_owned()
+}
