@@ -4,7 +4,7 @@
 //! frames, one per running [`enter`], innermost first. Rust has no generic thread-local, so the
 //! frames are type-erased; a generation says both which recording it is and of which type.
 //!
-//! `cargo bench -p benches --bench tapes` is what pays for the unsafe code: a `RefCell` around a
+//! `cargo bench -p benches --bench tapes` is what pays for the unsafe code: a RefCell around a
 //! `Box<dyn Any>` would cost each operation its push again.
 #![allow(unsafe_code)]
 

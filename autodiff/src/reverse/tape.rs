@@ -35,21 +35,18 @@ struct Many<R> {
 }
 
 impl<R: Real> Arena<R> {
-    fn clear(&mut self) {
-        self.entries.clear();
-        self.many.terms.clear();
-        self.many.linear.clear();
-        self.many.fused.clear();
-    }
-
-    /// Appends the entries of inputs to an empty arena.
-    fn push_inputs(&mut self, count: usize) {
-        index(count);
+    /// Forgets everything and makes room for inputs, which come first.
+    fn restart(&mut self, inputs: usize) {
         let entry = Entry {
             partials: [R::zero(), R::zero()],
             parents: [NONE, NONE],
         };
-        self.entries.resize(count, entry);
+        // An input's entry is a place and is never read: what stood there may stay.
+        self.entries.truncate(inputs);
+        self.entries.resize(index(inputs) as usize, entry);
+        self.many.terms.clear();
+        self.many.linear.clear();
+        self.many.fused.clear();
     }
 
     /// Appends an entry and returns its index. Runs no code but this crate's.
@@ -197,10 +194,9 @@ impl<R: Real> Tape<R> {
     /// The variables that `function` returns serve [`pullback`](Tape::pullback) until the next
     /// recording, and nothing else.
     pub fn record<T>(&mut self, inputs: &[R], function: impl FnOnce(&[Var<R>]) -> T) -> T {
-        self.arena.clear();
+        self.arena.restart(inputs.len());
         self.generation = current::next_generation(self.name);
         let generation = self.generation;
-        self.arena.push_inputs(inputs.len());
         let mut variables = std::mem::take(&mut self.inputs);
         variables.clear();
         variables.extend((0..).zip(inputs).map(|(index, &value)| Var {

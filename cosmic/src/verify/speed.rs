@@ -121,10 +121,13 @@ impl<'a> Subject<'a> {
     }
 
     /// The loss and its gradient by some blocks of the inputs, such as
-    /// [`DESIGN`] or [`CONTROLLER`].
+    /// [`DESIGN`] or [`CONTROLLER`]. The design vectors of a frozen layout are its mixture.
     pub fn gradient(&self, blocks: [bool; 7]) -> (f64, Vec<f64>) {
         self.inputs.differentiate(blocks, |inputs| {
-            let mixture = self.case.mixture(self.case.projection, &inputs.z);
+            let mixture = match self.case.frozen {
+                Some(_) => inputs.z.clone(),
+                None => self.case.mixture(self.case.projection, &inputs.z),
+            };
             let robot = (&inputs.controller, &inputs.start);
             self.task
                 .loss(&mixture, robot, (&self.loss, &self.horizon))
