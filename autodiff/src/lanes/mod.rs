@@ -30,7 +30,7 @@ pub trait Lane<S>: Real {
     ///
     /// # Safety
     /// The slice holds at least `at + N` scalars.
-    #[allow(unsafe_code)] // `cosmic explain --measure`: checks cost a sixth of a gradient.
+    #[allow(unsafe_code)] // Checks were a seventh of a gradient's instructions (callgrind).
     #[inline(always)]
     unsafe fn load_at(from: &[S], at: usize) -> Self {
         debug_assert!(at + Self::N <= from.len());
@@ -165,7 +165,8 @@ pub(crate) fn prefetch<T>(ahead: &[T]) {
 /// The one door into code compiled for wider registers.
 #[cfg(target_arch = "x86_64")]
 mod enter {
-    #![allow(unsafe_code)] // `cargo bench --bench rollout`: what makes the lanes' speed safe.
+    // `cargo bench -p benches --bench tapes` shows what it is for.
+    #![allow(unsafe_code)]
 
     use super::x86::{F32x8, F32x16, F64x4, F64x8};
     use super::{Level, Vectorized, level};

@@ -2,7 +2,8 @@
 //!
 //! The types are private to the crate and named only inside [`enter`](super::enter)'s closures,
 //! that is after the processor has been asked for the instructions they use.
-#![allow(unsafe_code)] // `cargo bench --bench rollout`: 3 to 6 times the scalar speed.
+// `cargo bench -p benches --bench tapes`: kernels in lanes against the scalar step.
+#![allow(unsafe_code)]
 
 use std::arch::x86_64::*;
 use std::ops::{

@@ -76,14 +76,6 @@ impl<M: Model> Rollout<M> {
         R::fused(self.clone(), &inputs)
     }
 
-    /// Appends the state as often as this step is observed.
-    fn observe<R: Real>(&self, step: usize, sweep: &Sweep<R>, seen: &mut Vec<R>) {
-        let from = self.observed.partition_point(|&at| at < step);
-        for _ in self.observed[from..].iter().take_while(|&&at| at == step) {
-            sweep.push_state(seen);
-        }
-    }
-
     /// Scales the state's cotangent back where the bound asks for it.
     fn bound<R: Real>(&self, step: usize, state_bar: &mut [R]) {
         let Some(CotangentBound { norm, every }) = self.cotangent_bound else {
@@ -107,9 +99,11 @@ impl<M: Model> Fused for Rollout<M> {
 
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         let mut sweep = Sweep::new(self, inputs);
-        let mut seen = Vec::new();
+        let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
-            self.observe(step, &sweep, &mut seen);
+            while observed.next_if_eq(&&step).is_some() {
+                sweep.push_state(&mut seen);
+            }
             if step < self.steps {
                 sweep.step(step, None);
             }
@@ -119,9 +113,11 @@ impl<M: Model> Fused for Rollout<M> {
 
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Recorded<R>) {
         let mut recorded = Recorded::new(self, inputs);
-        let mut seen = Vec::new();
+        let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
-            self.observe(step, recorded.sweep(), &mut seen);
+            while observed.next_if_eq(&&step).is_some() {
+                recorded.sweep().push_state(&mut seen);
+            }
             if step < self.steps {
                 recorded.step(step);
             }

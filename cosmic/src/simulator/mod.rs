@@ -97,10 +97,15 @@ impl Simulator {
         span: &Span,
     ) -> Trajectory<R> {
         let graph = &self.robot.graph;
+        // The whole clock is shared; a later part of it is copied.
+        let clock = match span.first {
+            0 => Arc::clone(&self.clock),
+            first => self.clock[2 * first..].into(),
+        };
         let rollout = Rollout {
             model: self.robot.clone(),
             steps: span.observed.last().copied().unwrap_or(0),
-            inputs: self.clock[2 * span.first..].into(),
+            inputs: clock,
             observed: span.observed.clone(),
             cotangent_bound: span.cotangent_bound,
             memory: Memory::All,
