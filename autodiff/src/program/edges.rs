@@ -2,7 +2,8 @@
 #![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
 
 use super::graph::{Graph, Group};
-use super::{Aligned, Array, Operation, WIDEST, lanes};
+use super::row::Frame;
+use super::{Aligned, Array, Bars, Operation, WIDEST, lanes};
 use crate::kernel::Adjoint;
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
@@ -88,19 +89,22 @@ struct Sources<'a, R, const C: usize, const I: usize> {
 
 impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     #[inline(always)]
-    fn new(arena: &'a [R], ends: &[Array; C], per_edge: &[Array], group: &Group) -> Self {
-        let nothing = &arena[..0];
+    fn new(values: Frame<'a, R>, ends: &[Array; C], per_edge: &[Array], group: &Group) -> Self {
+        let nothing = &values.row[..0];
         let mut sources = Self {
             tails: [nothing; C],
             heads: [nothing; C],
             per_edge: [nothing; I],
         };
         for c in 0..C {
-            sources.tails[c] = &arena[ends[c].start..][..group.len];
-            sources.heads[c] = &arena[ends[c].start + group.offset..][..group.len];
+            let part = values.part(ends[c]);
+            sources.tails[c] = &part[ends[c].start..][..group.len];
+            sources.heads[c] = &part[ends[c].start + group.offset..][..group.len];
         }
         for k in C..I {
-            sources.per_edge[k] = &arena[per_edge[k - C].start + group.first_slot..][..group.len];
+            let array = per_edge[k - C];
+            sources.per_edge[k] =
+                &values.part(array)[array.start + group.first_slot..][..group.len];
         }
         sources
     }
@@ -129,19 +133,17 @@ where
     R: Real,
     K: Adjoint<I, O>,
 {
-    fn inputs(&self) -> Vec<Array> {
-        [&self.ends[..], &self.per_edge].concat()
-    }
     fn outputs(&self) -> Vec<Array> {
         self.sums.to_vec()
     }
-    fn reverse_reads(&self) -> Vec<Array> {
-        [&self.ends[..], &self.per_edge].concat()
+    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
+        R::vectorize(Forward {
+            map: self,
+            parameters,
+            row,
+        });
     }
-    fn forward(&mut self, values: &mut [R]) {
-        R::vectorize(Forward { map: self, values });
-    }
-    fn reverse(&mut self, values: &[R], bars: &mut [R]) {
+    fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>) {
         R::vectorize(Reverse {
             map: self,
             values,
@@ -156,7 +158,8 @@ where
 
 struct Forward<'a, R, K, const C: usize, const I: usize, const O: usize> {
     map: &'a mut EdgeMap<R, K, C, I, O>,
-    values: &'a mut [R],
+    parameters: &'a [R],
+    row: &'a mut [R],
 }
 
 impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
@@ -168,7 +171,12 @@ where
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let Self { map, values } = self;
+        let Self {
+            map,
+            parameters,
+            row,
+        } = self;
+        let values = Frame { parameters, row };
         let lead = map.graph.lead();
         for (group, masks) in map.graph.groups().iter().zip(&map.masks) {
             let sources = Sources::<R, C, I>::new(values, &map.ends, &map.per_edge, group);
@@ -194,7 +202,7 @@ where
             }
         }
         for o in 0..O {
-            let nodes = &mut values[map.sums[o].range()];
+            let nodes = &mut row[map.sums[o].range()];
             let edges = (&map.graph, &map.masks[..], &map.scratch[o][..]);
             collect_all::<R, L>(edges, nodes, Sum::Set);
         }
@@ -203,8 +211,8 @@ where
 
 struct Reverse<'a, R, K, const C: usize, const I: usize, const O: usize> {
     map: &'a mut EdgeMap<R, K, C, I, O>,
-    values: &'a [R],
-    bars: &'a mut [R],
+    values: Frame<'a, R>,
+    bars: &'a mut Bars<R>,
 }
 
 impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
@@ -225,7 +233,8 @@ where
                 group.len,
                 "masks of another width"
             );
-            let in_bars = |a: &Array, first: usize| a.start + first + group.len <= bars.len();
+            let in_bars =
+                |a: &Array, first: usize| a.start + first + group.len <= bars.part(*a).len();
             assert!(
                 map.sums.iter().all(|a| in_bars(a, group.offset)),
                 "sums outside their arena"
@@ -242,8 +251,8 @@ where
                     let mut y_bar = [L::zero(); O];
                     for o in 0..O {
                         let tail = map.sums[o].start + i;
-                        let head = L::load_at(bars, tail + group.offset);
-                        let tail_less_head = L::load_at(bars, tail) - head;
+                        let head = L::load_at(&bars.row, tail + group.offset);
+                        let tail_less_head = L::load_at(&bars.row, tail) - head;
                         y_bar[o] = L::select(edges, tail_less_head, L::zero());
                     }
                     let x_bar = map.kernel.vjp(sources.load::<L>(i, edges), y_bar);
@@ -252,8 +261,9 @@ where
                     }
                     for k in C..I {
                         if map.per_edge_active[k - C] {
-                            let place = map.per_edge[k - C].start + slot;
-                            (L::load_at(bars, place) + x_bar[k]).store_at(bars, place);
+                            let array = map.per_edge[k - C];
+                            let (part, place) = (bars.part_mut(array), array.start + slot);
+                            (L::load_at(part, place) + x_bar[k]).store_at(part, place);
                         }
                     }
                 }
@@ -262,7 +272,7 @@ where
         }
         if map.ends_active {
             for c in 0..C {
-                let nodes = &mut bars[map.ends[c].range()];
+                let nodes = &mut bars.part_mut(map.ends[c])[map.ends[c].range()];
                 let edges = (&map.graph, &map.masks[..], &map.scratch[c][..]);
                 collect_all::<R, L>(edges, nodes, Sum::Subtract);
             }

@@ -81,16 +81,12 @@ impl Model for Robot {
 
         // 1. The controller looks at the state.
         let hidden = p.dense_tanh(w1, &[x, y, vx, vy, clock], b1);
-        let activation = p.dense_tanh(w2, &[hidden], b2);
-        let activation = p.gather(activation, &self.places());
+        let activation = p.dense_tanh_spread((w2, b2), &[hidden], &self.places());
 
         // 2. Every edge pulls on its nodes.
         let spring = Spring { dt: self.flight.dt };
         let edge = [activation, stiffness, rest_length, strain];
         let [jx, jy] = p.map_edges(&self.graph, spring, ([x, y], &edge));
-        // 72 numbers, against the roots and quotients of 110 edges.
-        p.keep(jx);
-        p.keep(jy);
 
         // 3. Every node moves, until it meets the ground.
         let node = [x, y, vx, vy, jx, jy, inverse_mass];
