@@ -80,7 +80,9 @@ impl Model for Net {
         let (x, v) = (p.state(NODES), p.state(NODES));
         let clock = p.input(1);
         let h = p.dense_tanh(w1, &[x, clock], b1);
-        let u = p.dense_tanh_spread((w2, b2), &[h], &self.graph.edge_of_slot());
+        let edge_of_slot = self.graph.edge_of_slot();
+        let places: Vec<bool> = edge_of_slot.iter().map(Option::is_some).collect();
+        let u = p.dense_tanh_spread((w2, b2), &[h], &places);
         let [f] = p.map_edges(&self.graph, Spring, ([x], &[k, u]));
         let [x_next, v_next] = p.map(Move, [x, v, f, w]);
         p.advance(x, x_next);

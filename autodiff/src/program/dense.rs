@@ -3,8 +3,8 @@
 //! `W x` streams the weights once, and so does `W^T y_bar`; each wants them in another order, so
 //! both are kept.
 
-use super::row::{Frame, joined};
 use super::panels::{BATCH, Batch, OuterProducts, Panels, Product};
+use super::row::{Frame, joined};
 use super::{Aligned, Array, Bars, Matrix, Operation, lanes};
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
@@ -32,17 +32,12 @@ pub(super) struct Dense<R> {
     active: Active,
 }
 
-/// Rows of the matrix that lie side by side in the output.
-struct Run {
-    row: usize,
-    to: usize,
-    len: usize,
-}
-
 /// An output in which the rows are set out among zeros.
 struct Spread<R> {
-    runs: Vec<Run>,
-    /// The rows' values, and their cotangents.
+    /// For each lane of the output, which of its places have a row.
+    bits: Vec<u16>,
+    /// The rows' values, and the cotangents of what `tanh` is taken of, at the rows' places in
+    /// the output. With room for a lane past the last.
     y: Aligned<R>,
     bar: Aligned<R>,
 }
@@ -55,21 +50,19 @@ struct Active {
 }
 
 impl<R: Real> Spread<R> {
-    /// `None` where the rows stand in their order.
-    fn new(rows: &[Option<usize>], of: usize) -> Option<Self> {
-        if rows.iter().copied().eq((0..of).map(Some)) {
-            return None;
-        }
-        let mut runs: Vec<Run> = Vec::new();
-        for (to, row) in rows.iter().enumerate() {
-            let &Some(row) = row else { continue };
-            match runs.last_mut() {
-                Some(run) if run.row + run.len == row && run.to + run.len == to => run.len += 1,
-                _ => runs.push(Run { row, to, len: 1 }),
-            }
-        }
-        let [y, bar] = [(); 2].map(|()| Aligned::zeros(of.next_multiple_of(lanes::<R>())));
-        Some(Self { runs, y, bar })
+    /// `None` where there are no gaps.
+    fn new(places: &[bool]) -> Option<Self> {
+        let bits = |places: &[bool]| {
+            let set = places.iter().rev();
+            set.fold(0, |bits, &row| bits << 1 | u16::from(row))
+        };
+        let lanes = lanes::<R>();
+        let rows = places.iter().filter(|row| **row).count();
+        (rows < places.len()).then(|| Self {
+            bits: places.chunks(lanes).map(bits).collect(),
+            y: Aligned::zeros(rows + 2 * lanes),
+            bar: Aligned::zeros(places.len() + lanes),
+        })
     }
 }
 
@@ -77,7 +70,7 @@ impl<R: Real> Dense<R> {
     pub(super) fn new(
         (matrix, bias): (Matrix, Array),
         x: &[Array],
-        (output, rows): (Array, &[Option<usize>]),
+        (output, places): (Array, &[bool]),
         tanh: bool,
     ) -> Self {
         let columns = matrix.columns;
@@ -85,7 +78,7 @@ impl<R: Real> Dense<R> {
         Self {
             inputs: joined(x),
             inputs_active: x.iter().map(|a| a.id).collect(),
-            spread: Spread::new(rows, matrix.rows),
+            spread: Spread::new(places),
             matrix,
             bias,
             output,
@@ -95,7 +88,7 @@ impl<R: Real> Dense<R> {
             weights_bar: Panels::zero(matrix.rows, columns),
             batch: Batch {
                 x: vec![R::zero(); BATCH * columns],
-                y_bar: Aligned::zeros(BATCH * tall),
+                y_bar: Aligned::zeros(BATCH * tall + lanes::<R>()),
                 len: 0,
             },
             packed: Vec::with_capacity(columns),
@@ -124,7 +117,7 @@ impl<R: Real> Dense<R> {
             tanh: false,
         };
         if let &[input] = &self.inputs[..] {
-            product.y = &mut bars.part_mut(input)[input.range()];
+            product.y = bars.get_mut(input);
             return R::vectorize(product);
         }
         self.packed.clear();
@@ -137,7 +130,7 @@ impl<R: Real> Dense<R> {
         let mut packed = &self.packed[..];
         for &input in &self.inputs {
             let (here, rest) = packed.split_at(input.len);
-            bars.part_mut(input)[input.range()].copy_from_slice(here);
+            bars.get_mut(input).copy_from_slice(here);
             packed = rest;
         }
     }
@@ -205,40 +198,49 @@ impl<R: Real> Operation<R> for Dense<R> {
                 product.y = output;
                 R::vectorize(product);
             }
-            Some(Spread { runs, y, .. }) => {
+            Some(Spread { bits, y, .. }) => {
                 product.y = &mut y[..self.matrix.rows];
                 R::vectorize(product);
-                output.fill(R::zero());
-                R::vectorize(SetOut { runs, y, output });
+                R::vectorize(SetOut { bits, y, output });
             }
         }
     }
 
     fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>) {
-        let (y, bar) = (values.get(self.output), &bars.row[self.output.range()]);
-        let (y, bar) = match &mut self.spread {
-            None => (y, bar),
-            Some(spread) => {
-                R::vectorize(PickUp {
+        let tall = self.tall();
+        let y_bar = &mut self.batch.y_bar[self.batch.len * tall..];
+        let (y, bar, tanh) = (
+            values.get(self.output),
+            &bars.row[self.output.range()],
+            self.tanh,
+        );
+        match &mut self.spread {
+            None => R::vectorize(Incoming {
+                y,
+                bar,
+                tanh,
+                y_bar: &mut y_bar[..self.matrix.rows],
+            }),
+            Some(Spread { bits, bar: all, .. }) => {
+                R::vectorize(Incoming {
                     y,
                     bar,
-                    spread: &mut *spread,
+                    tanh,
+                    y_bar: &mut all[..y.len()],
                 });
-                let rows = self.matrix.rows;
-                (&spread.y[..rows], &spread.bar[..rows])
+                R::vectorize(PickUp {
+                    bits,
+                    from: all,
+                    to: y_bar,
+                });
             }
-        };
-        let tall = self.matrix.rows.next_multiple_of(lanes::<R>());
-        let y_bar = &mut self.batch.y_bar[self.batch.len * tall..][..self.matrix.rows];
-        R::vectorize(Incoming {
-            y,
-            bar,
-            tanh: self.tanh,
-            y_bar,
-        });
+        }
+        let y_bar = &y_bar[..self.matrix.rows];
         if self.active.bias {
-            let to = &mut bars.part_mut(self.bias)[self.bias.range()];
-            R::vectorize(AddTo { to, bar: y_bar });
+            R::vectorize(AddTo {
+                to: bars.get_mut(self.bias),
+                bar: y_bar,
+            });
         }
         if self.active.inputs {
             self.reverse_inputs(bars);
@@ -272,7 +274,7 @@ impl<R: Real> Operation<R> for Dense<R> {
 
 /// Writes rows to their places in the output.
 struct SetOut<'a, R> {
-    runs: &'a [Run],
+    bits: &'a [u16],
     y: &'a [R],
     output: &'a mut [R],
 }
@@ -281,35 +283,32 @@ impl<R: Real> Vectorized<R> for SetOut<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        for &Run { row, to, len } in self.runs {
-            for i in (0..len).step_by(L::N) {
-                L::load_up_to(&self.y[row + i..row + len])
-                    .store_up_to(&mut self.output[to + i..to + len]);
-            }
+        let mut row = 0;
+        for (lane, &bits) in self.bits.iter().enumerate() {
+            let rows = L::load(&self.y[row..]).expand(bits);
+            rows.store_up_to(&mut self.output[lane * L::N..]);
+            row += bits.count_ones() as usize;
         }
     }
 }
 
-/// Reads rows and their cotangents from their places in the output.
+/// Collects rows from their places in the output. Every lane is written whole; the next one
+/// begins where its rows end.
 struct PickUp<'a, R> {
-    y: &'a [R],
-    bar: &'a [R],
-    spread: &'a mut Spread<R>,
+    bits: &'a [u16],
+    from: &'a [R],
+    to: &'a mut [R],
 }
 
 impl<R: Real> Vectorized<R> for PickUp<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let Spread { runs, y, bar } = self.spread;
-        bar.fill(R::zero());
-        for &Run { row, to, len } in &*runs {
-            for i in (0..len).step_by(L::N) {
-                L::load_up_to(&self.y[to + i..to + len]).store_up_to(&mut y[row + i..row + len]);
-                let bar = &mut bar[row + i..row + len];
-                (L::load_up_to(bar) + L::load_up_to(&self.bar[to + i..to + len]))
-                    .store_up_to(bar);
-            }
+        let mut row = 0;
+        for (lane, &bits) in self.bits.iter().enumerate() {
+            let rows = L::load(&self.from[lane * L::N..]).compress(bits);
+            rows.store(&mut self.to[row..]);
+            row += bits.count_ones() as usize;
         }
     }
 }
@@ -351,4 +350,3 @@ impl<R: Real> Vectorized<R> for AddTo<'_, R> {
         }
     }
 }
-

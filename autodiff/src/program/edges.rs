@@ -209,14 +209,14 @@ where
     }
 }
 
-struct Reverse<'a, R, K, const C: usize, const I: usize, const O: usize> {
+struct Reverse<'a, 'b, R, K, const C: usize, const I: usize, const O: usize> {
     map: &'a mut EdgeMap<R, K, C, I, O>,
     values: Frame<'a, R>,
-    bars: &'a mut Bars<R>,
+    bars: &'a mut Bars<'b, R>,
 }
 
 impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
-    for Reverse<'_, R, K, C, I, O>
+    for Reverse<'_, '_, R, K, C, I, O>
 where
     R: Real,
     K: Adjoint<I, O>,
@@ -225,45 +225,52 @@ where
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let Self { map, values, bars } = self;
-        let lead = map.graph.lead();
         for (group, masks) in map.graph.groups().iter().zip(&map.masks) {
             let sources = Sources::<R, C, I>::new(values, &map.ends, &map.per_edge, group);
+            let place = map.graph.lead() + group.first_slot;
+            let mut ends_bar: [&mut [R]; C] = std::array::from_fn(|_| Default::default());
+            for (bar, scratch) in ends_bar.iter_mut().zip(&mut map.scratch) {
+                *bar = &mut scratch[place..][..group.len];
+            }
+            let mut sums = [0; O];
+            for o in 0..O {
+                sums[o] = map.sums[o].start;
+                let reach = sums[o] + group.offset + group.len;
+                assert!(reach <= bars.row.len(), "sums outside their row");
+            }
+            let mut wanted = [None; I];
+            for k in C..I {
+                let (array, active) = (map.per_edge[k - C], map.per_edge_active[k - C]);
+                let first = array.start + group.first_slot;
+                let fits = first + group.len <= bars.part(array).len();
+                assert!(fits, "slots outside their part");
+                wanted[k] = active.then_some((array, first));
+            }
             assert_eq!(
                 masks.slots.len() * L::N,
                 group.len,
                 "masks of another width"
             );
-            let in_bars =
-                |a: &Array, first: usize| a.start + first + group.len <= bars.part(*a).len();
-            assert!(
-                map.sums.iter().all(|a| in_bars(a, group.offset)),
-                "sums outside their arena"
-            );
-            let slots_fit = map.per_edge.iter().all(|a| in_bars(a, group.first_slot));
-            assert!(slots_fit, "slots outside their arena");
             let mut i = 0;
             for &bits in &masks.slots {
                 let edges = L::mask(bits);
-                let slot = group.first_slot + i;
                 // SAFETY: a group has as many lanes as masks; what is read and written was
                 // checked to hold the whole group.
                 unsafe {
                     let mut y_bar = [L::zero(); O];
                     for o in 0..O {
-                        let tail = map.sums[o].start + i;
-                        let head = L::load_at(&bars.row, tail + group.offset);
-                        let tail_less_head = L::load_at(&bars.row, tail) - head;
+                        let head = L::load_at(bars.row, sums[o] + i + group.offset);
+                        let tail_less_head = L::load_at(bars.row, sums[o] + i) - head;
                         y_bar[o] = L::select(edges, tail_less_head, L::zero());
                     }
                     let x_bar = map.kernel.vjp(sources.load::<L>(i, edges), y_bar);
                     for c in 0..C {
-                        x_bar[c].store(&mut map.scratch[c][lead + slot..]);
+                        x_bar[c].store_at(ends_bar[c], i);
                     }
                     for k in C..I {
-                        if map.per_edge_active[k - C] {
-                            let array = map.per_edge[k - C];
-                            let (part, place) = (bars.part_mut(array), array.start + slot);
-                            (L::load_at(part, place) + x_bar[k]).store_at(part, place);
+                        if let Some((array, first)) = wanted[k] {
+                            let part = bars.part_mut(array);
+                            (L::load_at(part, first + i) + x_bar[k]).store_at(part, first + i);
                         }
                     }
                 }
@@ -272,7 +279,7 @@ where
         }
         if map.ends_active {
             for c in 0..C {
-                let nodes = &mut bars.part_mut(map.ends[c])[map.ends[c].range()];
+                let nodes = bars.get_mut(map.ends[c]);
                 let edges = (&map.graph, &map.masks[..], &map.scratch[c][..]);
                 collect_all::<R, L>(edges, nodes, Sum::Subtract);
             }

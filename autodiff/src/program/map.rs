@@ -170,14 +170,14 @@ fn check<R: Real>([parameters, row]: [&[R]; 2], arrays: &[Array], len: usize) {
     }
 }
 
-struct Reverse<'a, K, R, const I: usize, const O: usize> {
+struct Reverse<'a, 'b, K, R, const I: usize, const O: usize> {
     map: &'a Map<K, I, O>,
     values: Frame<'a, R>,
-    bars: &'a mut Bars<R>,
+    bars: &'a mut Bars<'b, R>,
 }
 
 impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
-    for Reverse<'_, K, R, I, O>
+    for Reverse<'_, '_, K, R, I, O>
 {
     #[inline(always)]
     unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize) {
@@ -193,7 +193,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
             x[k] = unsafe { load::<R, L, WHOLE>(self.values.part(inputs[k]), inputs[k], i) };
         }
         for k in 0..O {
-            y_bar[k] = unsafe { load::<R, L, WHOLE>(&self.bars.row, outputs[k], i) };
+            y_bar[k] = unsafe { load::<R, L, WHOLE>(self.bars.row, outputs[k], i) };
         }
         let x_bar = kernel.vjp(x, y_bar);
         for k in 0..I {
@@ -209,7 +209,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
 }
 
 impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for Reverse<'_, K, R, I, O>
+    for Reverse<'_, '_, K, R, I, O>
 {
     type Output = ();
     #[inline(always)]
@@ -220,9 +220,9 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
         let len = inputs[0].len;
         let Frame { parameters, row } = self.values;
         check([parameters, row], inputs, len);
-        let (parameters, row) = (&self.bars.parameters, &self.bars.row);
-        check([parameters, row], inputs, len);
-        check([parameters, row], outputs, len);
+        let bars = [&*self.bars.parameters, &*self.bars.row];
+        check(bars, inputs, len);
+        check(bars, outputs, len);
         // SAFETY: the arrays were checked.
         unsafe { self.lanes::<L>(len) }
     }

@@ -27,8 +27,7 @@ use crate::real::Real;
 
 pub(crate) use aligned::Aligned;
 pub use graph::Graph;
-pub(crate) use row::Bars;
-use row::{Frame, Layout};
+use row::{Bars, Frame, Layout};
 
 /// A handle to an array of a [`Program`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -227,32 +226,30 @@ impl<R: Real> Program<R> {
 
     /// `matrix * (x_0, x_1, ...) + bias`.
     pub fn dense(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
-        let rows: Vec<_> = (0..matrix.rows).map(Some).collect();
-        self.dense_layer((matrix, bias), x, &rows, false)
+        self.dense_layer((matrix, bias), x, &vec![true; matrix.rows], false)
     }
 
     /// `tanh(matrix * (x_0, x_1, ...) + bias)`.
     pub fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
-        let rows: Vec<_> = (0..matrix.rows).map(Some).collect();
-        self.dense_layer((matrix, bias), x, &rows, true)
+        self.dense_layer((matrix, bias), x, &vec![true; matrix.rows], true)
     }
 
-    /// The entries of `tanh(matrix * (x_0, x_1, ...) + bias)` set out among zeros: the output has
-    /// one for each of `rows`, which names the row of the matrix, or none for a zero.
+    /// The entries of `tanh(matrix * (x_0, x_1, ...) + bias)` set out among zeros: in their order
+    /// at the places that are true.
     pub fn dense_tanh_spread(
         &mut self,
         (matrix, bias): (Matrix, Array),
         x: &[Array],
-        rows: &[Option<usize>],
+        places: &[bool],
     ) -> Array {
-        self.dense_layer((matrix, bias), x, rows, true)
+        self.dense_layer((matrix, bias), x, places, true)
     }
 
     fn dense_layer(
         &mut self,
         (matrix, bias): (Matrix, Array),
         x: &[Array],
-        rows: &[Option<usize>],
+        places: &[bool],
         tanh: bool,
     ) -> Array {
         let columns: usize = x.iter().map(|a| a.len).sum();
@@ -261,12 +258,10 @@ impl<R: Real> Program<R> {
             "dense: inputs and matrix columns differ"
         );
         assert_eq!(bias.len, matrix.rows, "dense: bias and matrix rows differ");
-        assert!(
-            rows.iter().flatten().all(|&row| row < matrix.rows),
-            "dense: a row is out of range"
-        );
-        let [output] = self.outputs(rows.len());
-        let layer = dense::Dense::new((matrix, bias), x, (output, rows), tanh);
+        let rows = places.iter().filter(|row| **row).count();
+        assert_eq!(rows, matrix.rows, "dense: places and matrix rows differ");
+        let [output] = self.outputs(places.len());
+        let layer = dense::Dense::new((matrix, bias), x, (output, places), tanh);
         self.operations.push(Box::new(layer));
         output
     }

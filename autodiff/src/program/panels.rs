@@ -85,7 +85,12 @@ impl<R: Real> Vectorized<R> for Product<'_, R> {
         let tall = self.matrix.tall;
         let panels = height.div_ceil(tall);
         for panel in 0..panels {
-            let first = tall * if self.matrix.back { panels - 1 - panel } else { panel };
+            let first = tall
+                * if self.matrix.back {
+                    panels - 1 - panel
+                } else {
+                    panel
+                };
             match tall.min(height - first) {
                 1 => self.panel::<L, 1>(first * L::N),
                 2 => self.panel::<L, 2>(first * L::N),

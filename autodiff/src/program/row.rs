@@ -1,7 +1,6 @@
 //! Where the numbers of a step lie.
 
-use super::{Aligned, Array};
-use crate::real::Real;
+use super::Array;
 
 /// The values of a step: those of the parameters, which no step changes, and its row.
 #[derive(Clone, Copy)]
@@ -27,27 +26,31 @@ impl<'a, R> Frame<'a, R> {
 }
 
 /// The cotangents ("bars") in a reverse sweep, laid out as the values are.
-pub(crate) struct Bars<R> {
-    pub(super) parameters: Aligned<R>,
-    pub(super) row: Aligned<R>,
+pub(super) struct Bars<'a, R> {
+    pub(super) parameters: &'a mut [R],
+    pub(super) row: &'a mut [R],
 }
 
-impl<R: Real> Bars<R> {
+impl<R> Bars<'_, R> {
     #[inline(always)]
     pub(super) fn part(&self, array: Array) -> &[R] {
         if array.parameter {
-            &self.parameters
+            self.parameters
         } else {
-            &self.row
+            self.row
         }
     }
     #[inline(always)]
     pub(super) fn part_mut(&mut self, array: Array) -> &mut [R] {
         if array.parameter {
-            &mut self.parameters
+            self.parameters
         } else {
-            &mut self.row
+            self.row
         }
+    }
+    #[inline(always)]
+    pub(super) fn get_mut(&mut self, array: Array) -> &mut [R] {
+        &mut self.part_mut(array)[array.range()]
     }
 }
 
@@ -89,9 +92,7 @@ pub(super) fn joined(arrays: &[Array]) -> Vec<Array> {
     let mut stretches: Vec<Array> = Vec::new();
     for &array in arrays {
         match stretches.last_mut() {
-            Some(last)
-                if last.parameter == array.parameter && last.range().end == array.start =>
-            {
+            Some(last) if last.parameter == array.parameter && last.range().end == array.start => {
                 last.len += array.len;
             }
             _ => stretches.push(array),

@@ -17,12 +17,9 @@ impl<R: Real> Program<R> {
         Aligned::zeros(self.ends[0] + self.beyond())
     }
 
-    /// Zeros for all cotangents.
-    pub(crate) fn bars(&self) -> Bars<R> {
-        Bars {
-            parameters: self.parameters(),
-            row: Aligned::zeros(self.row_len()),
-        }
+    /// Zeros for all cotangents: of the parameters, and of a row.
+    pub(crate) fn bars(&self) -> [Aligned<R>; 2] {
+        [self.parameters(), Aligned::zeros(self.row_len())]
     }
 
     fn beyond(&self) -> usize {
@@ -139,15 +136,18 @@ impl<R: Real> Program<R> {
     pub(crate) fn reverse_step(
         &mut self,
         (parameters, row): (&[R], &[R]),
-        bars: &mut Bars<R>,
+        [parameter_bars, row_bars]: &mut [Aligned<R>; 2],
         state_bar: &mut Vec<R>,
     ) {
-        let end = self.ends[1];
-        bars.row[..end].fill(R::zero());
+        let bars = &mut Bars {
+            parameters: &mut parameter_bars[..],
+            row: &mut row_bars[..],
+        };
+        bars.row[..self.ends[1]].fill(R::zero());
         let mut rest = &state_bar[..];
-        for next in self.next.iter().flatten() {
+        for &next in self.next.iter().flatten() {
             let (part, others) = rest.split_at(next.len);
-            for (bar, &given) in bars.row[next.range()].iter_mut().zip(part) {
+            for (bar, &given) in bars.get_mut(next).iter_mut().zip(part) {
                 *bar += given;
             }
             rest = others;
@@ -156,13 +156,13 @@ impl<R: Real> Program<R> {
             operation.reverse(Frame { parameters, row }, bars);
         }
         state_bar.clear();
-        self.push_state(&bars.row, state_bar);
+        self.push_state(bars.row, state_bar);
     }
 
     /// The cotangents of all parameters after the last reverse step.
-    pub(crate) fn parameter_bars(&mut self, bars: &Bars<R>) -> Vec<Vec<R>> {
+    pub(crate) fn parameter_bars(&mut self, bars: &[R]) -> Vec<Vec<R>> {
         let bar = |declared: &Parameter| match declared {
-            Parameter::Array(a) => bars.parameters[a.range()].to_vec(),
+            Parameter::Array(a) => bars[a.range()].to_vec(),
             Parameter::Matrix(m) => vec![R::zero(); m.rows * m.columns],
         };
         let mut all: Vec<Vec<R>> = self.parameters.iter().map(bar).collect();

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::memory::Plan;
 use super::{Model, Rollout};
 use crate::lanes::prefetch;
-use crate::program::{Aligned, Bars, Program};
+use crate::program::{Aligned, Program};
 use crate::real::Real;
 
 /// A program with its parameters.
@@ -143,8 +143,7 @@ impl<R: Real> Recorded<R> {
     /// Does a step from the state in one of the rows.
     fn step_to_row(&mut self, step: usize, row: usize) {
         let (stride, len) = (self.sweep.program.stride(), self.sweep.program.row_len());
-        self.sweep
-            .step(step, &mut self.rows[row * stride..][..len]);
+        self.sweep.step(step, &mut self.rows[row * stride..][..len]);
     }
 
     /// The state of the one row.
@@ -191,7 +190,7 @@ impl<R: Real> Recorded<R> {
                 stack.pop();
             }
         }
-        self.sweep.program.parameter_bars(&bars)
+        self.sweep.program.parameter_bars(&bars[0])
     }
 
     /// Steps on from a snapshot, within the one row.
@@ -205,7 +204,7 @@ impl<R: Real> Recorded<R> {
     fn reverse_rows(
         &mut self,
         steps: Range<usize>,
-        (bars, state_bar): (&mut Bars<R>, &mut Vec<R>),
+        (bars, state_bar): (&mut [Aligned<R>; 2], &mut Vec<R>),
         at: &mut impl FnMut(usize, &mut Vec<R>),
     ) {
         let Sweep {

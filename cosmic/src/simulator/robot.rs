@@ -58,11 +58,10 @@ impl Robot {
         self.graph.edge_of_slot().into_iter().flatten().collect()
     }
 
-    /// For every slot with an edge, that edge's place in the order above.
-    fn places(&self) -> Vec<Option<usize>> {
-        let mut places = 0..;
+    /// Which slots have an edge.
+    fn places(&self) -> Vec<bool> {
         let edges = self.graph.edge_of_slot().into_iter();
-        edges.map(|edge| edge.and_then(|_| places.next())).collect()
+        edges.map(|edge| edge.is_some()).collect()
     }
 }
 
