@@ -13,6 +13,7 @@
 mod aligned;
 mod dense;
 mod edges;
+mod gather;
 mod graph;
 mod map;
 mod panels;
@@ -295,5 +296,17 @@ impl<R: Real> Program<R> {
         let map = edges::EdgeMap::new(kernel, graph, (ends, per_edge), outputs);
         self.operations.push(Box::new(map));
         outputs
+    }
+
+    /// `x[index]` for every index, and zero where there is none.
+    pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
+        assert!(
+            indices.iter().flatten().all(|&i| i < x.len),
+            "gather: an index is out of range"
+        );
+        let [output] = self.outputs(indices.len());
+        self.operations
+            .push(Box::new(gather::Gather::new(x, indices, output)));
+        output
     }
 }

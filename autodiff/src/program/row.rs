@@ -61,6 +61,8 @@ pub(super) struct Layout {
     pub(super) stride: usize,
     /// From the start of a row to the end of all that its step touches.
     pub(super) reach: usize,
+    /// The state's parts, neighbours joined.
+    pub(super) state: Vec<Array>,
     /// Parts of the new state that are not yet where the next row wants them: from where, and the
     /// part's place there.
     pub(super) moves: Vec<(Array, Array)>,
@@ -82,6 +84,7 @@ impl Layout {
         Self {
             stride,
             reach: stride + end,
+            state: joined(states),
             moves,
         }
     }

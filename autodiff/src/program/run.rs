@@ -88,7 +88,7 @@ impl<R: Real> Program<R> {
 
     /// Writes a state into a row.
     pub(crate) fn set_state(&self, row: &mut [R], mut state: &[R]) {
-        for part in &self.states {
+        for part in &self.layout.state {
             let (here, rest) = state.split_at(part.len);
             row[part.range()].copy_from_slice(here);
             state = rest;
@@ -97,7 +97,7 @@ impl<R: Real> Program<R> {
 
     /// Appends the state of a row.
     pub(crate) fn push_state(&self, row: &[R], to: &mut Vec<R>) {
-        for part in &self.states {
+        for part in &self.layout.state {
             to.extend_from_slice(&row[part.range()]);
         }
     }
@@ -131,6 +131,12 @@ impl<R: Real> Program<R> {
         row.copy_within(stride..reach, 0);
     }
 
+    /// Where a part of the state begins among all.
+    fn place_in_state(&self, part: Array) -> usize {
+        let before = self.states.iter().take_while(|state| **state != part);
+        before.map(|state| state.len).sum()
+    }
+
     /// The reverse of a step, from its row. `state_bar` goes from the cotangent of the next state
     /// to that of this one, and the bars of parameters grow by this step's part.
     pub(crate) fn reverse_step(
@@ -143,14 +149,22 @@ impl<R: Real> Program<R> {
             parameters: &mut parameter_bars[..],
             row: &mut row_bars[..],
         };
-        bars.row[..self.ends[1]].fill(R::zero());
-        let mut rest = &state_bar[..];
-        for &next in self.next.iter().flatten() {
-            let (part, others) = rest.split_at(next.len);
-            for (bar, &given) in bars.get_mut(next).iter_mut().zip(part) {
+        let Layout { stride, state, .. } = &self.layout;
+        bars.row[..self.ends[1].min(*stride)].fill(R::zero());
+        if self.layout.moves.is_empty() {
+            // The new state begins the next row.
+            let mut given = &state_bar[..];
+            for part in state {
+                let (here, rest) = given.split_at(part.len);
+                bars.row[stride + part.start..][..part.len].copy_from_slice(here);
+                given = rest;
+            }
+        }
+        for (from, to) in &self.layout.moves {
+            let given = &state_bar[self.place_in_state(*to)..][..to.len];
+            for (bar, &given) in bars.get_mut(*from).iter_mut().zip(given) {
                 *bar += given;
             }
-            rest = others;
         }
         for operation in self.operations.iter_mut().rev() {
             operation.reverse(Frame { parameters, row }, bars);
