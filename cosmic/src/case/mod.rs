@@ -22,6 +22,7 @@ use crate::objective::AugmentedLagrangian;
 use crate::projection::Projection;
 use crate::scene::{
     ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
+    UnstableStep,
 };
 use raw::{FORMAT, RawCase, RawScene, VERSION};
 
@@ -271,6 +272,8 @@ fn physics(scene: &RawScene, steps: usize) -> PhysicsSettings {
         incline_deg: scene.alpha_deg,
         contact: scene.contact,
         friction: scene.mu,
+        // A case is evaluated, and that never refuses.
+        unstable_step: UnstableStep::Warn,
     }
 }
 

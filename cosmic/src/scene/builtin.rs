@@ -2,7 +2,7 @@
 
 use super::Scene;
 use super::diagnostic::not_text;
-use super::read::suggest;
+use super::read::{pointed, suggest};
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -105,6 +105,16 @@ impl Scene {
         let text = std::str::from_utf8(&bytes).map_err(|_| not_text(&file, &bytes))?;
         Scene::parse(&file, text)
     }
+}
+
+/// The error for a setting of a scene, by name or file, that turned out wrong after reading, shown
+/// with `[message, remedy]` where the scene sets it; `None` where it does not.
+pub fn fault(name: &str, key: &str, says: [&str; 2]) -> Option<Error> {
+    if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
+        return pointed((name, builtin.text), key, says);
+    }
+    let bytes = first_bytes(Path::new(name)).ok()?;
+    pointed((name, std::str::from_utf8(&bytes).ok()?), key, says)
 }
 
 /// A file's bytes, one more than allowed at most: not every path ends, `/dev/zero` does not.

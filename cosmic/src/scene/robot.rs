@@ -53,6 +53,8 @@ pub struct PhysicsSettings {
     pub contact: Contact,
     /// Coefficient of friction, read for Coulomb contact alone (paper: 2.5).
     pub friction: f64,
+    /// What an optimisation does about a time step with which the robot's vibrations grow.
+    pub unstable_step: UnstableStep,
 }
 
 impl Default for PhysicsSettings {
@@ -68,8 +70,24 @@ impl Default for PhysicsSettings {
             incline_deg: 0.0,
             contact: Contact::Infinite,
             friction: 2.5,
+            unstable_step: UnstableStep::Error,
         }
     }
+}
+
+/// What becomes of a run whose time step is beyond the stable one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UnstableStep {
+    /// It is refused.
+    Error,
+    /// It goes on, and a warning is given.
+    Warn,
+}
+
+impl Named for UnstableStep {
+    const ALL: &'static [(&'static str, Self)] =
+        &[("error", UnstableStep::Error), ("warn", UnstableStep::Warn)];
 }
 
 /// What a node's velocity becomes when it meets the ground.

@@ -98,6 +98,9 @@ const PHYSICS: &[Field] = &[
     field("friction", within(0.0, 1e3), |s| {
         Number(&mut s.physics.friction)
     }),
+    field("unstable_step", NONE, |s| {
+        Choice(&mut s.physics.unstable_step)
+    }),
 ];
 
 const MATERIALS: &[Field] = &[

@@ -6,19 +6,23 @@
 
 #[rustfmt::skip]
 mod adjoints;
+mod blame;
 mod divergence;
 #[cfg(test)]
 mod emission;
 mod kernels;
 mod robot;
 pub mod stability;
+mod step_check;
 mod trajectory;
 
 use std::sync::Arc;
 
 use autodiff::{CotangentBound, Memory, Real, Rollout};
 
-pub use divergence::Divergence;
+pub use blame::Term;
+pub use divergence::{Divergence, Guarded};
+pub use step_check::{Grade, StepCheck, StepLimit};
 pub use trajectory::Trajectory;
 
 use crate::controller::{Controller, Folded, clock};
@@ -54,6 +58,7 @@ impl Span {
 /// A lattice in its surroundings, ready to run bodies and controllers.
 #[derive(Clone, Debug)]
 pub struct Simulator {
+    lattice: Lattice,
     robot: Robot,
     ground: Ground,
     controller: ControllerSettings,
@@ -77,6 +82,7 @@ impl Simulator {
             .flat_map(|step| clock(controller, time(step)))
             .collect();
         Self {
+            lattice: lattice.clone(),
             rest_length: robot.graph.to_slots(&lattice.rest_length),
             robot,
             ground: Ground::from(physics),
@@ -92,19 +98,35 @@ impl Simulator {
     /// steps.
     pub fn rollout<R: Real>(
         &self,
-        (body, controller): (&Body<R>, &Controller<R>),
+        robot: (&Body<R>, &Controller<R>),
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
+        let seen = self.run(&self.robot, robot, (&self.flatten(start), span));
+        let states = seen.chunks_exact(4 * self.robot.graph.nodes());
+        Trajectory {
+            steps: span.observed.clone(),
+            states: states.map(|s| self.unflatten(s)).collect(),
+        }
+    }
+
+    /// The observed states of a model of the robot as flat arrays, from such an array.
+    fn run<R: Real>(
+        &self,
+        model: &Robot,
+        (body, controller): (&Body<R>, &Controller<R>),
+        (start, span): (&[R], &Span),
+    ) -> Vec<R> {
         let graph = &self.robot.graph;
+        let steps = span.observed.last().copied().unwrap_or(0);
         // The whole clock is shared; a later part of it is copied.
         let clock = match span.first {
             0 => Arc::clone(&self.clock),
-            first => self.clock[2 * first..].into(),
+            first => self.clock[2 * first..2 * (first + steps)].into(),
         };
         let rollout = Rollout {
-            model: self.robot.clone(),
-            steps: span.observed.last().copied().unwrap_or(0),
+            model: model.clone(),
+            steps,
             inputs: clock,
             observed: span.observed.clone(),
             cotangent_bound: span.cotangent_bound,
@@ -127,15 +149,7 @@ impl Simulator {
             &w2,
             &b2,
         ];
-        let seen = rollout.run(&self.flatten(start), &parameters);
-        let states = seen
-            .chunks_exact(4 * graph.nodes())
-            .map(|s| self.unflatten(s))
-            .collect();
-        Trajectory {
-            steps: span.observed.clone(),
-            states,
-        }
+        rollout.run(start, &parameters)
     }
 
     /// A state of the world's frame as the robot's arrays.

@@ -2,7 +2,7 @@
 
 use autodiff::{Graph, Model, Program, Real};
 
-use super::kernels::{Flight, Sliding, Spring, Sticking};
+use super::kernels::{Flight, Sliding, Spring, Sticking, Trapped};
 use crate::lattice::{Ground, Lattice};
 use crate::scene::{Contact, ControllerSettings, PhysicsSettings};
 
@@ -18,9 +18,11 @@ pub(super) struct Robot {
     pub(super) graph: Graph,
     edges: usize,
     hidden: usize,
-    flight: Flight,
+    pub(super) flight: Flight,
     /// `None` where nodes stick to the ground.
     friction: Option<f64>,
+    /// Whether every node's step has a [trap](Trapped).
+    trapped: bool,
 }
 
 impl Robot {
@@ -47,11 +49,20 @@ impl Robot {
                 Contact::Infinite => None,
                 Contact::Coulomb => Some(physics.friction),
             },
+            trapped: false,
         }
     }
 }
 
 impl Robot {
+    /// The same robot, its nodes' steps with traps.
+    pub(super) fn trapped(&self) -> Self {
+        Self {
+            trapped: true,
+            ..self.clone()
+        }
+    }
+
     /// The edges in the order of their slots: that of the controller's outputs, so that they move
     /// to their slots in runs.
     pub(super) fn edge_order(&self) -> Vec<usize> {
@@ -94,15 +105,16 @@ impl Model for Robot {
 
         // 3. Every node moves, until it meets the ground.
         let node = [x, y, vx, vy, jx, jy, inverse_mass];
-        let next = match self.friction {
-            None => p.map(Sticking(self.flight), node),
-            Some(friction) => p.map(
-                Sliding {
-                    flight: self.flight,
-                    friction,
-                },
-                node,
-            ),
+        let sticking = Sticking(self.flight);
+        let sliding = self.friction.map(|friction| Sliding {
+            flight: self.flight,
+            friction,
+        });
+        let next = match (sliding, self.trapped) {
+            (None, false) => p.map(sticking, node),
+            (None, true) => p.map(Trapped(sticking), node),
+            (Some(sliding), false) => p.map(sliding, node),
+            (Some(sliding), true) => p.map(Trapped(sliding), node),
         };
         for (state, next) in [x, y, vx, vy].into_iter().zip(next) {
             p.advance(state, next);

@@ -59,6 +59,16 @@ impl<'a> Vibration<'a> {
         self.over_edges(&self.node_frequencies(1.0))
     }
 
+    /// Where the [bound](Vibration::edge_bound) comes from: of the two nodes of its edge the one
+    /// that would swing faster alone.
+    pub fn bounding_node(&self) -> usize {
+        let mu = self.node_frequencies(1.0);
+        let sum = |&&[i, j]: &&[usize; 2]| mu[i] + mu[j];
+        let edges = self.lattice.edges.iter();
+        let ends = edges.max_by(|a, b| sum(a).total_cmp(&sum(b)));
+        ends.map_or(0, |&[i, j]| if mu[j] > mu[i] { j } else { i })
+    }
+
     /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`.
     pub fn node_bound(&self) -> f64 {
         let mu = self.node_frequencies(1.0);
@@ -69,6 +79,12 @@ impl<'a> Vibration<'a> {
     /// spectrum is positive: without that a much compressed edge, whose eigenvalue is negative
     /// and large, could be what is found.
     pub fn largest_frequency(&self) -> f64 {
+        self.fastest().0
+    }
+
+    /// The [largest angular frequency](Vibration::largest_frequency), 1/s, and the node that
+    /// moves most in that vibration.
+    pub fn fastest(&self) -> (f64, usize) {
         // Compressed edges alone: minus their part is bounded as the rest is.
         let shift = self.over_edges(&self.node_frequencies(-1.0)).powi(2);
         let root: Vec<f64> = self.body.mass.iter().map(|m| m.sqrt().recip()).collect();
@@ -92,7 +108,9 @@ impl<'a> Vibration<'a> {
                 break;
             }
         }
-        (largest - shift).max(0.0).sqrt()
+        let swing = |i: &usize| root[*i] * vector[*i][0].hypot(vector[*i][1]);
+        let node = (0..root.len()).max_by(|a, b| swing(a).total_cmp(&swing(b)));
+        ((largest - shift).max(0.0).sqrt(), node.unwrap_or(0))
     }
 
     /// `(M^-1/2 K M^-1/2 + shift) v`.
