@@ -20,6 +20,7 @@ use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
 use crate::objective::AugmentedLagrangian;
 use crate::projection::Projection;
+use crate::reading::read_whole;
 use crate::scene::{
     ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
     UnstableStep,
@@ -69,11 +70,9 @@ impl Case {
     /// # Errors
     /// Where the file cannot be read, or as [`parse`](Case::parse).
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
-            path: path.to_owned(),
-            source,
-        })?;
-        Self::parse(&path.display().to_string(), &text)
+        let bytes = read_whole(path)?;
+        // What is no text is no JSON either, and the parser says where.
+        Self::parse(&path.display().to_string(), &String::from_utf8_lossy(&bytes))
     }
 
     /// Reads a case from text; `file` names it in messages.

@@ -2,7 +2,7 @@
 
 use super::files::{is_used, sweep, write_atomic, write_json};
 use super::history::History;
-use super::snapshot::Snapshot;
+use super::snapshot::{SNAPSHOT, Snapshot};
 use super::summary::SUMMARY;
 use super::trajectory_file::TRAJECTORY;
 use super::{DesignFile, Plan, Summary, TrajectoryFile, starts, summary, trajectory_file};
@@ -108,13 +108,9 @@ impl Run {
 
     /// Goes on from a snapshot.
     fn open(folder: &Path, snapshot: Snapshot) -> Result<Self> {
-        let plan = snapshot.plan.into_owned();
-        let codesign = CoDesign::new(&plan.scene)?;
-        let begun = codesign.begin(plan.seed)?;
-        let progress = snapshot.progress.map_or(begun.clone(), Cow::into_owned);
-        let file = folder.join(super::snapshot::SNAPSHOT);
-        progress.fits(&begun, &file.display().to_string())?;
-        Self::at_work(folder, (plan, snapshot.seconds), codesign, progress)
+        let seconds = snapshot.seconds;
+        let (plan, codesign, progress) = snapshot.unpack(&folder.join(SNAPSHOT))?;
+        Self::at_work(folder, (plan, seconds), codesign, progress)
     }
 
     fn at_work(

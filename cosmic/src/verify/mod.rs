@@ -3,6 +3,7 @@
 
 mod gradients;
 mod speed;
+pub mod stability;
 
 pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients};
 pub use speed::{MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure, peak_memory};
