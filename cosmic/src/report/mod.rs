@@ -11,6 +11,7 @@ mod page;
 mod plot;
 mod results;
 mod robot;
+pub mod sheet;
 mod svg;
 
 pub use compare::Comparison;

@@ -30,7 +30,9 @@ pub use optimisation::{
     AdamSettings, GradientSettings, HorizonMode, LossKind, LossSettings, MmaSettings, Pass,
     ScheduleSettings, SelectionKind, SelectionSettings,
 };
-pub use robot::{Contact, ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings};
+pub use robot::{
+    Contact, ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,
+};
 
 use serde::Serialize;
 

@@ -10,6 +10,7 @@ mod divergence;
 #[cfg(test)]
 mod emission;
 mod kernels;
+mod mechanics;
 mod robot;
 pub mod stability;
 mod trajectory;

@@ -2,9 +2,9 @@
 
 use autodiff::{Graph, Model, Program, Real};
 
-use super::kernels::{Flight, Sliding, Spring, Sticking};
-use crate::lattice::{Ground, Lattice};
-use crate::scene::{Contact, ControllerSettings, PhysicsSettings};
+use super::mechanics::Mechanics;
+use crate::lattice::Lattice;
+use crate::scene::{ControllerSettings, PhysicsSettings};
 
 /// The robot as a [`Model`]. In the order of declaration
 ///
@@ -18,9 +18,7 @@ pub(super) struct Robot {
     pub(super) graph: Graph,
     edges: usize,
     hidden: usize,
-    flight: Flight,
-    /// `None` where nodes stick to the ground.
-    friction: Option<f64>,
+    mechanics: Mechanics,
 }
 
 impl Robot {
@@ -29,24 +27,14 @@ impl Robot {
         physics: &PhysicsSettings,
         controller: &ControllerSettings,
     ) -> Self {
-        let dt = physics.dt;
         // A spring does not know its direction, and the graph wants tails before heads.
         let ascending = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
         let edges: Vec<[usize; 2]> = lattice.edges.iter().map(ascending).collect();
-        let gravity = Ground::from(physics).vector_to_ground([0.0, -physics.gravity * dt]);
         Self {
             graph: Graph::new(lattice.nodes(), &edges),
             edges: edges.len(),
             hidden: controller.hidden,
-            flight: Flight {
-                dt,
-                decay: (-physics.damping * dt).exp(),
-                gravity,
-            },
-            friction: match physics.contact {
-                Contact::Infinite => None,
-                Contact::Coulomb => Some(physics.friction),
-            },
+            mechanics: Mechanics::new(physics),
         }
     }
 }
@@ -84,27 +72,13 @@ impl Model for Robot {
         let activation = p.dense_tanh(w2, &[hidden], b2);
         let activation = p.gather(activation, &self.places());
 
-        // 2. Every edge pulls on its nodes.
-        let spring = Spring { dt: self.flight.dt };
+        // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
         let edge = [activation, stiffness, rest_length, strain];
-        let [jx, jy] = p.map_edges(&self.graph, spring, ([x, y], &edge));
-        // 72 numbers, against the roots and quotients of 110 edges.
-        p.keep(jx);
-        p.keep(jy);
-
-        // 3. Every node moves, until it meets the ground.
-        let node = [x, y, vx, vy, jx, jy, inverse_mass];
-        let next = match self.friction {
-            None => p.map(Sticking(self.flight), node),
-            Some(friction) => p.map(
-                Sliding {
-                    flight: self.flight,
-                    friction,
-                },
-                node,
-            ),
-        };
-        for (state, next) in [x, y, vx, vy].into_iter().zip(next) {
+        let state = [x, y, vx, vy];
+        let next = self
+            .mechanics
+            .record((&mut *p, &self.graph), state, (&edge, inverse_mass));
+        for (state, next) in state.into_iter().zip(next) {
             p.advance(state, next);
         }
     }
