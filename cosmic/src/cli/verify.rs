@@ -5,7 +5,7 @@ use super::{note, print, print_json};
 use crate::case::Case;
 use crate::error::Result;
 use crate::report::sheet::{Section, Sheet};
-use crate::verify::stable_steps;
+use crate::verify::{Accuracy, stable_steps};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -15,6 +15,9 @@ pub(super) struct Arguments {
     /// A built-in scene, a scene file, a run's design.json or a reference case
     #[arg(value_name = "SCENE", default_value = "stability")]
     source: String,
+    /// Trajectories: error against run time, by integrator, time step and precision
+    #[arg(long)]
+    accuracy: bool,
     /// Stability: the time step beside those that the design bears
     #[arg(long)]
     stability: bool,
@@ -52,7 +55,10 @@ impl Arguments {
 
     /// The parts asked for, or all of them.
     fn parts(&self) -> Vec<Part> {
-        let parts: [(bool, Part); 1] = [(self.stability, stable_steps)];
+        let parts: [(bool, Part); 2] = [
+            (self.accuracy, |case| Accuracy::of(case).section()),
+            (self.stability, stable_steps),
+        ];
         let all = !parts.iter().any(|(asked, _)| *asked);
         let wanted = parts.into_iter().filter(|(asked, _)| all || *asked);
         wanted.map(|(_, part)| part).collect()

@@ -1,6 +1,6 @@
 //! A case as something that is run over and over, in any precision.
 
-use autodiff::Real;
+use autodiff::{Real, Wide};
 
 use crate::case::Case;
 use crate::gradient::Task;
@@ -44,6 +44,46 @@ impl<'a> Probe<'a> {
             v: start.v.clone(),
         };
         (0..count).map(|_| moved_start()).collect()
+    }
+}
+
+/// A number type whose trajectories are compared in f64.
+pub(super) trait Precise: Real {
+    /// The nearest f64.
+    fn to_f64(self) -> f64;
+}
+
+impl Precise for f32 {
+    fn to_f64(self) -> f64 {
+        self.into()
+    }
+}
+
+impl Precise for f64 {
+    fn to_f64(self) -> f64 {
+        self
+    }
+}
+
+impl Precise for Wide {
+    fn to_f64(self) -> f64 {
+        // The inherent method, not this one.
+        Wide::to_f64(self)
+    }
+}
+
+/// A trajectory rounded to f64.
+pub(super) fn narrow<R: Precise>(trajectory: &Trajectory<R>) -> Trajectory<f64> {
+    let narrow = |state: &State<R>| {
+        let points = |points: &[[R; 2]]| points.iter().map(|p| p.map(R::to_f64)).collect();
+        State {
+            x: points(&state.x),
+            v: points(&state.v),
+        }
+    };
+    Trajectory {
+        steps: trajectory.steps.clone(),
+        states: trajectory.states.iter().map(narrow).collect(),
     }
 }
 
