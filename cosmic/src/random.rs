@@ -13,7 +13,7 @@ pub enum Purpose {
     Selection = 1,
     /// Perturbed starts by which results are judged: never those that chose them.
     Judgement = 2,
-    /// Starts that a verification moves, and lattices that it makes up.
+    /// Perturbed starts and directions of a verification, and lattices that it makes up.
     Verification = 3,
 }
 

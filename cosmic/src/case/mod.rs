@@ -263,6 +263,8 @@ fn physics(scene: &RawScene, steps: usize) -> PhysicsSettings {
     PhysicsSettings {
         dt: scene.dt,
         steps,
+        integrator: scene.integrator,
+        substeps: scene.substeps,
         gravity: scene.gravity,
         damping: scene.gamma,
         node_mass: scene.m_eps,

@@ -109,6 +109,8 @@ impl Case {
             m_eps: physics.node_mass,
             payload_mass: physics.payload_mass,
             dt: physics.dt,
+            integrator: physics.integrator,
+            substeps: physics.substeps,
             contact: physics.contact,
             mu: physics.friction,
             omega: observation.omega,

@@ -31,7 +31,8 @@ pub use optimisation::{
     ScheduleSettings, SelectionKind, SelectionSettings,
 };
 pub use robot::{
-    Contact, ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, UnstableStep,
+    Contact, ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,
+    UnstableStep,
 };
 
 use serde::Serialize;

@@ -5,7 +5,6 @@ use std::fmt;
 use autodiff::Kernel;
 
 use super::Simulator;
-use super::kernels::Spring;
 use crate::controller::{Controller, Moment, observation};
 use crate::lattice::State;
 use crate::projection::Body;
@@ -44,8 +43,8 @@ impl fmt::Display for Term {
 }
 
 impl Simulator {
-    /// The term that gave a node most of its velocity in the step from a state on, and first of
-    /// all one that is no number. (The ground only ever takes velocity away.)
+    /// The term that gave a node most of its velocity in the (first mechanical) step from a state
+    /// on, and first of all one that is no number. (The ground only ever takes velocity away.)
     pub(super) fn blame(
         &self,
         (body, controller): (&Body<f64>, &Controller<f64>),
@@ -53,7 +52,7 @@ impl Simulator {
         before: &State<f64>,
     ) -> Term {
         let moment = Moment {
-            time: step as f64 * self.dt(),
+            time: step as f64 * self.dt,
             state: before,
             ground: &self.ground,
         };
@@ -68,8 +67,9 @@ impl Simulator {
             let pushed = self.impulse(body, (edge, activation[edge]), before);
             (Term::Spring { edge, nodes }, pushed / body.mass[node])
         };
-        let gravity = self.robot.flight.gravity;
-        let decayed = before.v[node].map(|v| v * self.robot.flight.decay);
+        let flight = &self.robot.mechanics.flight;
+        let gravity = flight.gravity;
+        let decayed = before.v[node].map(|v| v * flight.decay);
         let mut terms: Vec<(Term, f64)> = edges.iter().map(spring).collect();
         terms.push((Term::Gravity, gravity[0].hypot(gravity[1])));
         terms.push((Term::Motion, decayed[0].hypot(decayed[1])));
@@ -82,14 +82,9 @@ impl Simulator {
     fn impulse(&self, body: &Body<f64>, (edge, u): (usize, f64), state: &State<f64>) -> f64 {
         let [i, j] = self.lattice.edges[edge];
         let [dx, dy] = [0, 1].map(|k| state.x[j][k] - state.x[i][k]);
-        let spring = Spring { dt: self.dt() };
         let (k, strain) = (body.stiffness[edge], body.strain[edge]);
-        let [x, y] = spring.eval([dx, dy, u, k, self.lattice.rest_length[edge], strain]);
+        let [x, y] = self.robot.mechanics.spring.eval([dx, dy, u, k, self.lattice.rest_length[edge], strain]);
         // Of either sign: a NaN with its sign bit set would rank below every number.
         x.hypot(y).abs()
-    }
-
-    fn dt(&self) -> f64 {
-        self.robot.flight.dt
     }
 }

@@ -11,6 +11,7 @@ mod divergence;
 #[cfg(test)]
 mod emission;
 mod kernels;
+mod mechanics;
 mod robot;
 pub mod stability;
 mod step_check;
@@ -60,6 +61,8 @@ impl Span {
 pub struct Simulator {
     lattice: Lattice,
     robot: Robot,
+    /// Length of a step, s.
+    dt: f64,
     ground: Ground,
     controller: ControllerSettings,
     /// Rest lengths in the slots of the robot's graph.
@@ -83,6 +86,7 @@ impl Simulator {
             .collect();
         Self {
             lattice: lattice.clone(),
+            dt: physics.dt,
             rest_length: robot.graph.to_slots(&lattice.rest_length),
             robot,
             ground: Ground::from(physics),

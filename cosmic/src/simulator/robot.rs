@@ -2,9 +2,9 @@
 
 use autodiff::{Graph, Model, Program, Real};
 
-use super::kernels::{Flight, Sliding, Spring, Sticking, Trapped};
-use crate::lattice::{Ground, Lattice};
-use crate::scene::{Contact, ControllerSettings, PhysicsSettings};
+use super::mechanics::Mechanics;
+use crate::lattice::Lattice;
+use crate::scene::{ControllerSettings, PhysicsSettings};
 
 /// The robot as a [`Model`]. In the order of declaration
 ///
@@ -18,11 +18,7 @@ pub(super) struct Robot {
     pub(super) graph: Graph,
     edges: usize,
     hidden: usize,
-    pub(super) flight: Flight,
-    /// `None` where nodes stick to the ground.
-    friction: Option<f64>,
-    /// Whether every node's step has a [trap](Trapped).
-    trapped: bool,
+    pub(super) mechanics: Mechanics,
 }
 
 impl Robot {
@@ -31,25 +27,14 @@ impl Robot {
         physics: &PhysicsSettings,
         controller: &ControllerSettings,
     ) -> Self {
-        let dt = physics.dt;
         // A spring does not know its direction, and the graph wants tails before heads.
         let ascending = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
         let edges: Vec<[usize; 2]> = lattice.edges.iter().map(ascending).collect();
-        let gravity = Ground::from(physics).vector_to_ground([0.0, -physics.gravity * dt]);
         Self {
             graph: Graph::new(lattice.nodes(), &edges),
             edges: edges.len(),
             hidden: controller.hidden,
-            flight: Flight {
-                dt,
-                decay: (-physics.damping * dt).exp(),
-                gravity,
-            },
-            friction: match physics.contact {
-                Contact::Infinite => None,
-                Contact::Coulomb => Some(physics.friction),
-            },
-            trapped: false,
+            mechanics: Mechanics::new(physics),
         }
     }
 }
@@ -57,10 +42,9 @@ impl Robot {
 impl Robot {
     /// The same robot, its nodes' steps with traps.
     pub(super) fn trapped(&self) -> Self {
-        Self {
-            trapped: true,
-            ..self.clone()
-        }
+        let mut robot = self.clone();
+        robot.mechanics.trapped = true;
+        robot
     }
 
     /// The edges in the order of their slots: that of the controller's outputs, so that they move
@@ -95,28 +79,13 @@ impl Model for Robot {
         let activation = p.dense_tanh(w2, &[hidden], b2);
         let activation = p.gather(activation, &self.places());
 
-        // 2. Every edge pulls on its nodes.
-        let spring = Spring { dt: self.flight.dt };
+        // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
         let edge = [activation, stiffness, rest_length, strain];
-        let [jx, jy] = p.map_edges(&self.graph, spring, ([x, y], &edge));
-        // 72 numbers, against the roots and quotients of 110 edges.
-        p.keep(jx);
-        p.keep(jy);
-
-        // 3. Every node moves, until it meets the ground.
-        let node = [x, y, vx, vy, jx, jy, inverse_mass];
-        let sticking = Sticking(self.flight);
-        let sliding = self.friction.map(|friction| Sliding {
-            flight: self.flight,
-            friction,
-        });
-        let next = match (sliding, self.trapped) {
-            (None, false) => p.map(sticking, node),
-            (None, true) => p.map(Trapped(sticking), node),
-            (Some(sliding), false) => p.map(sliding, node),
-            (Some(sliding), true) => p.map(Trapped(sliding), node),
-        };
-        for (state, next) in [x, y, vx, vy].into_iter().zip(next) {
+        let state = [x, y, vx, vy];
+        let next = self
+            .mechanics
+            .record((&mut *p, &self.graph), state, (&edge, inverse_mass));
+        for (state, next) in state.into_iter().zip(next) {
             p.advance(state, next);
         }
     }

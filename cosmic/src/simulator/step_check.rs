@@ -5,9 +5,12 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::stability::{Vibration, step_limit};
+use super::stability::{Vibration, stable_step};
 use crate::error::{Error, Result};
 use crate::scene::{PhysicsSettings, UnstableStep};
+
+/// More substeps than this are not advised: a scene has no more.
+const SUBSTEPS: f64 = 64.0;
 
 /// The time step from which on a vibration grows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,8 +24,8 @@ pub struct StepLimit {
 }
 
 impl StepLimit {
-    fn new((frequency, node): (f64, usize), damping: f64) -> Self {
-        let dt = step_limit(frequency, damping);
+    fn new((frequency, node): (f64, usize), physics: &PhysicsSettings) -> Self {
+        let dt = stable_step(physics, frequency);
         Self {
             frequency,
             dt: dt.is_finite().then_some(dt),
@@ -53,6 +56,8 @@ pub enum Grade {
 pub struct StepCheck {
     /// The time step, s.
     pub dt: f64,
+    /// Mechanical steps in it.
+    pub substeps: usize,
     /// From the bound on the frequencies.
     pub bound: StepLimit,
     /// From the largest frequency itself; looked for only where `dt` is beyond the bound.
@@ -63,12 +68,13 @@ impl StepCheck {
     /// Checks the time step of a scene or case.
     pub fn new(vibration: &Vibration, physics: &PhysicsSettings) -> Self {
         let bound = (vibration.edge_bound(), vibration.bounding_node());
-        let bound = StepLimit::new(bound, physics.damping);
+        let bound = StepLimit::new(bound, physics);
         let beyond = bound.share(physics.dt) >= 1.0;
         Self {
             dt: physics.dt,
             bound,
-            exact: beyond.then(|| StepLimit::new(vibration.fastest(), physics.damping)),
+            exact: beyond.then(|| StepLimit::new(vibration.fastest(), physics)),
+            substeps: physics.substeps,
         }
     }
 
@@ -111,7 +117,13 @@ impl StepCheck {
     /// What makes the step safe.
     fn remedy(&self) -> String {
         let dt = self.bound.dt.map_or(self.dt, two_digits);
-        format!("set physics.dt to {dt} or less")
+        // The limit is in proportion to their number.
+        let substeps = (self.bound.share(self.dt) * self.substeps as f64).floor() + 1.0;
+        let less = format!("set physics.dt to {dt} or less");
+        match substeps <= SUBSTEPS {
+            true => format!("{less}, or physics.substeps to {substeps} or more"),
+            false => less,
+        }
     }
 }
 

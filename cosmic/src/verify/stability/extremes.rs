@@ -4,8 +4,8 @@ use super::trial::{Trial, World};
 use crate::case::Case;
 use crate::design::Material;
 use crate::projection::Body;
-use crate::scene::{Contact, Scene, StartKind};
-use crate::simulator::stability::{Vibration, step_limit};
+use crate::scene::{Contact, Integrator, Scene, StartKind};
+use crate::simulator::stability::{Vibration, stable_step};
 
 /// Steps of a trial: a vibration a twentieth beyond its limit grows a thousandfold in a dozen.
 const STEPS: usize = 512;
@@ -32,8 +32,8 @@ pub(super) fn of_scene(scene: &Scene) -> Vec<Trial> {
 /// Everything that does not hang on a scene.
 pub(super) fn all() -> Vec<Trial> {
     let groups = [
-        stiffnesses, masses, ratios, dampings, time_steps, frictions, layouts, controllers,
-        coincidences, lattices,
+        stiffnesses, masses, ratios, dampings, integrators, time_steps, frictions, layouts,
+        controllers, coincidences, lattices,
     ];
     groups.into_iter().flat_map(|group| group()).collect()
 }
@@ -55,7 +55,7 @@ fn limit(case: &Case) -> f64 {
     let mixture = case.mixture(case.projection, &case.z);
     let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
     let vibration = Vibration::new(&case.lattice, &body, &case.lattice.positions);
-    step_limit(vibration.largest_frequency(), case.physics.damping)
+    stable_step(&case.physics, vibration.largest_frequency())
 }
 
 /// A robot with time steps under and over its limit.
@@ -131,6 +131,21 @@ fn dampings() -> Vec<Trial> {
         around(("damping", &format!("{damping} 1/s")), &case, World::Free)
     };
     [1.0, 20.0, 1e4].into_iter().flat_map(of).collect()
+}
+
+fn integrators() -> Vec<Trial> {
+    let of = |(what, integrator, substeps): (&str, Integrator, usize)| {
+        let case = robot(|scene| {
+            (scene.physics.integrator, scene.physics.substeps) = (integrator, substeps);
+        });
+        around(("integrator", what), &case, World::Free)
+    };
+    let known = [
+        ("symplectic Euler, 8 substeps", Integrator::SymplecticEuler, 8),
+        ("leapfrog", Integrator::Leapfrog, 1),
+        ("leapfrog, 8 substeps", Integrator::Leapfrog, 8),
+    ];
+    known.into_iter().flat_map(of).collect()
 }
 
 /// On the ground, with gravity and a controller.

@@ -4,7 +4,7 @@ use crate::case::Case;
 use crate::lattice::State;
 use crate::projection::Body;
 use crate::random::{Purpose, stream, symmetric};
-use crate::simulator::stability::{Vibration, step_limit};
+use crate::simulator::stability::{Vibration, stable_step};
 use crate::simulator::{Divergence, Grade, Guarded, Span};
 
 /// How far the nodes of a free robot are moved at the start, as a share of its shortest edge:
@@ -108,7 +108,7 @@ impl Trial {
         let vibration = Vibration::new(&case.lattice, &body, &case.lattice.positions);
         let frequency = vibration.largest_frequency();
         let [bound, limit] = [vibration.edge_bound(), frequency]
-            .map(|frequency| step_limit(frequency, case.physics.damping));
+            .map(|frequency| stable_step(&case.physics, frequency));
         let task = case.task();
         let span = Span::from_start((0..=case.physics.steps).collect());
         let guarded = task.guarded(&mixture, (&case.controller, &case.start), &span);

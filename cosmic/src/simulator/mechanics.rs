@@ -1,0 +1,101 @@
+//! The mechanical part of a step: springs, flight and contact, as often as a scene asks for.
+
+use autodiff::{Array, Graph, Program, Real};
+
+use super::kernels::{
+    Drift, Flight, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, Trapped,
+};
+use crate::lattice::Ground;
+use crate::scene::{Contact, Integrator, PhysicsSettings};
+
+/// Springs and flight of a mechanical step of length `h = dt / substeps`.
+///
+/// Symplectic Euler pushes for `h` with the forces at the start, and drifts for `h`. Leapfrog
+/// drifts for `h / 2`, pushes for `h` and drifts for `h / 2`, each drift with its own contact;
+/// half of the damping before the push and half after it make the whole symmetric in time, and
+/// of second order.
+#[derive(Clone, Debug)]
+pub(super) struct Mechanics {
+    substeps: usize,
+    /// The drift before the forces are taken, where the integrator has one.
+    first: Option<Drift>,
+    pub(super) spring: Spring,
+    pub(super) flight: Flight,
+    /// `None` where nodes stick to the ground.
+    friction: Option<f64>,
+    /// Whether every node's step has a [trap](Trapped).
+    pub(super) trapped: bool,
+}
+
+impl Mechanics {
+    pub(super) fn new(physics: &PhysicsSettings) -> Self {
+        let h = physics.dt / physics.substeps as f64;
+        let decay = (-physics.damping * h).exp();
+        // What the second half of the damping leaves of a push.
+        let (first, drift, push) = match physics.integrator {
+            Integrator::SymplecticEuler => (None, Drift { dt: h }, h),
+            Integrator::Leapfrog => {
+                let half = Drift { dt: 0.5 * h };
+                (Some(half), half, h * decay.sqrt())
+            }
+        };
+        Self {
+            substeps: physics.substeps,
+            first,
+            spring: Spring { dt: push },
+            flight: Flight {
+                drift,
+                decay,
+                gravity: Ground::from(physics).vector_to_ground([0.0, -physics.gravity * push]),
+            },
+            friction: match physics.contact {
+                Contact::Infinite => None,
+                Contact::Coulomb => Some(physics.friction),
+            },
+            trapped: false,
+        }
+    }
+
+    /// Records the state after the step: x, y, x velocity, y velocity of all nodes, from those
+    /// before it, four arrays per edge (activation, stiffness, rest length, strain) and 1 / mass.
+    pub(super) fn record<R: Real>(
+        &self,
+        (p, graph): (&mut Program<R>, &Graph),
+        state: [Array; 4],
+        (edge, inverse_mass): (&[Array; 4], Array),
+    ) -> [Array; 4] {
+        let mut state = state;
+        for _ in 0..self.substeps {
+            if let Some(drift) = self.first {
+                state = self.drift(p, drift, state);
+            }
+            let [x, y, ..] = state;
+            let [jx, jy] = p.map_edges(graph, self.spring, ([x, y], edge));
+            // 72 numbers, against the roots and quotients of 110 edges.
+            p.keep(jx);
+            p.keep(jy);
+            let [x, y, vx, vy] = state;
+            state = self.fly(p, [x, y, vx, vy, jx, jy, inverse_mass]);
+        }
+        state
+    }
+
+    fn drift<R: Real>(&self, p: &mut Program<R>, drift: Drift, node: [Array; 4]) -> [Array; 4] {
+        match self.friction {
+            None => p.map(StickingDrift(drift), node),
+            Some(friction) => p.map(SlidingDrift { drift, friction }, node),
+        }
+    }
+
+    fn fly<R: Real>(&self, p: &mut Program<R>, node: [Array; 7]) -> [Array; 4] {
+        let flight = self.flight;
+        let sticking = Sticking(flight);
+        let sliding = self.friction.map(|friction| Sliding { flight, friction });
+        match (sliding, self.trapped) {
+            (None, false) => p.map(sticking, node),
+            (None, true) => p.map(Trapped(sticking), node),
+            (Some(sliding), false) => p.map(sliding, node),
+            (Some(sliding), true) => p.map(Trapped(sliding), node),
+        }
+    }
+}
