@@ -5,6 +5,7 @@ use super::{note, print, print_json};
 use crate::case::Case;
 use crate::error::Result;
 use crate::report::sheet::{Section, Sheet};
+use crate::verify::stability::Stability;
 use crate::verify::{Accuracy, stable_steps};
 use clap::Args;
 use std::path::PathBuf;
@@ -18,7 +19,8 @@ pub(super) struct Arguments {
     /// Trajectories: error against run time, by integrator, time step and precision
     #[arg(long)]
     accuracy: bool,
-    /// Stability: the time step beside those that the design bears
+    /// Stability: the time step beside those that the design bears, robots at the extremes, what
+    /// the guard costs
     #[arg(long)]
     stability: bool,
     /// Folder for verify.html, verify.json, a CSV file per table and an SVG file per figure
@@ -57,7 +59,9 @@ impl Arguments {
     fn parts(&self) -> Vec<Part> {
         let parts: [(bool, Part); 2] = [
             (self.accuracy, |case| Accuracy::of(case).section()),
-            (self.stability, stable_steps),
+            (self.stability, |case| {
+                Stability::of(case).section(stable_steps(case))
+            }),
         ];
         let all = !parts.iter().any(|(asked, _)| *asked);
         let wanted = parts.into_iter().filter(|(asked, _)| all || *asked);

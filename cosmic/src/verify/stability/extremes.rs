@@ -12,20 +12,12 @@ const STEPS: usize = 512;
 /// Time steps over the limit that are tried, under it and beyond.
 const SHARES: [f64; 4] = [0.5, 0.95, 1.05, 2.0];
 
-/// The start of a scene around its own limit.
-pub(super) fn of_scene(scene: &Scene) -> Vec<Trial> {
-    let Ok(mut case) = Case::of_scene(scene, 0) else {
-        // A layout for another lattice: the reader of scenes lets none pass.
-        return Vec::new();
-    };
-    case.physics.steps = STEPS;
-    let own = Trial {
-        group: "scene",
-        what: "the start, its own time step".to_owned(),
-        case: case.clone(),
-        world: World::Driven,
-    };
-    let around = around(("scene", "the start without its world"), &case, World::Free);
+/// A case around its own limit.
+pub(super) fn of_case(case: &Case) -> Vec<Trial> {
+    let mut case = case.clone();
+    case.physics.steps = case.physics.steps.min(STEPS);
+    let own = single(("scene", "its own time step".to_owned()), case.clone());
+    let around = around(("scene", "without its world"), &case, World::Free);
     [own].into_iter().chain(around).collect()
 }
 
@@ -50,17 +42,17 @@ fn robot(change: impl FnOnce(&mut Scene)) -> Case {
     case
 }
 
-/// The smallest unstable time step of a case, s.
-fn limit(case: &Case) -> f64 {
+/// The largest frequency of a case at rest, 1/s.
+fn frequency(case: &Case) -> f64 {
     let mixture = case.mixture(case.projection, &case.z);
     let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
-    let vibration = Vibration::new(&case.lattice, &body, &case.lattice.positions);
-    stable_step(&case.physics, vibration.largest_frequency())
+    Vibration::new(&case.lattice, &body, &case.lattice.positions).largest_frequency()
 }
 
 /// A robot with time steps under and over its limit.
 fn around((group, what): (&'static str, &str), case: &Case, world: World) -> Vec<Trial> {
-    let limit = limit(case);
+    let frequency = frequency(case);
+    let limit = stable_step(&case.physics, frequency);
     let trial = |share: f64| {
         let mut case = case.clone();
         case.physics.dt = share * limit;
@@ -69,18 +61,20 @@ fn around((group, what): (&'static str, &str), case: &Case, world: World) -> Vec
             what: format!("{what}, dt {share} of the limit"),
             case,
             world,
+            frequency,
         }
     };
     SHARES.map(trial).into()
 }
 
-/// A robot with its own time step.
-fn single((group, what): (&'static str, String), case: Case, world: World) -> Trial {
+/// A robot in its world with its own time step.
+fn single((group, what): (&'static str, String), case: Case) -> Trial {
     Trial {
         group,
         what,
+        frequency: frequency(&case),
         case,
-        world,
+        world: World::Driven,
     }
 }
 
@@ -159,7 +153,7 @@ fn frictions() -> Vec<Trial> {
         let mut case = robot(|scene| scene.physics.contact = Contact::Coulomb);
         case.physics.friction = friction;
         case.frozen = None;
-        single(("friction", format!("Coulomb, {friction:e}")), case, World::Driven)
+        single(("friction", format!("Coulomb, {friction:e}")), case)
     };
     [0.0, 2.5, 1e3, 1e12].map(of).into()
 }
@@ -168,7 +162,7 @@ fn layouts() -> Vec<Trial> {
     let of = |material: Material| {
         let mut case = robot(|_| {});
         case.frozen = Some(vec![material; case.lattice.edges.len()]);
-        single(("layout", format!("all {material:?}").to_lowercase()), case, World::Driven)
+        single(("layout", format!("all {material:?}").to_lowercase()), case)
     };
     Material::ALL.map(of).into()
 }
@@ -178,7 +172,7 @@ fn controllers() -> Vec<Trial> {
         let mut case = robot(|_| {});
         case.controller = case.controller.map(|w| w * gain);
         case.frozen = Some(vec![Material::Actuator; case.lattice.edges.len()]);
-        single(("controller", what.to_owned()), case, World::Driven)
+        single(("controller", what.to_owned()), case)
     };
     let known = [
         ("silent: all weights zero", 0.0),
@@ -190,7 +184,7 @@ fn controllers() -> Vec<Trial> {
     stuck.controller.b2.fill(-1e308);
     stuck.frozen = Some(vec![Material::Actuator; stuck.lattice.edges.len()]);
     let what = "all actuators held at full contraction".to_owned();
-    let stuck = single(("controller", what), stuck, World::Driven);
+    let stuck = single(("controller", what), stuck);
     known.map(of).into_iter().chain([stuck]).collect()
 }
 
@@ -202,7 +196,7 @@ fn coincidences() -> Vec<Trial> {
             *x = from[places(i)];
         }
         case.frozen = None;
-        single(("coincidence", what.to_owned()), case, World::Driven)
+        single(("coincidence", what.to_owned()), case)
     };
     let known: [(&str, fn(usize) -> usize); 3] = [
         ("two nodes in one place", |i| if i == 1 { 0 } else { i }),

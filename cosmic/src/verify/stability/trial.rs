@@ -4,7 +4,7 @@ use crate::case::Case;
 use crate::lattice::State;
 use crate::projection::Body;
 use crate::random::{Purpose, stream, symmetric};
-use crate::simulator::stability::{Vibration, stable_step};
+use crate::simulator::stability::stable_step;
 use crate::simulator::{Divergence, Grade, Guarded, Span};
 
 /// How far the nodes of a free robot are moved at the start, as a share of its shortest edge:
@@ -38,6 +38,8 @@ pub struct Trial {
     pub case: Case,
     /// What it is surrounded by.
     pub world: World,
+    /// The robot's largest frequency at rest, 1/s.
+    pub frequency: f64,
 }
 
 /// What became of a robot.
@@ -104,17 +106,14 @@ impl Trial {
         let case = self.prepared();
         let mixture = case.mixture(case.projection, &case.z);
         let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
-        // About the lattice at rest, wherever its nodes start.
-        let vibration = Vibration::new(&case.lattice, &body, &case.lattice.positions);
-        let frequency = vibration.largest_frequency();
-        let [bound, limit] = [vibration.edge_bound(), frequency]
-            .map(|frequency| stable_step(&case.physics, frequency));
         let task = case.task();
+        // About the lattice at rest, wherever its nodes start.
+        let check = task.step_check(&mixture, &case.lattice.positions);
         let span = Span::from_start((0..=case.physics.steps).collect());
         let guarded = task.guarded(&mixture, (&case.controller, &case.start), &span);
         let growth = match self.world {
             World::Free => energy_growth(&case, &body, &guarded),
-            World::Driven => speed_growth(&case, frequency, &guarded),
+            World::Driven => speed_growth(&case, self.frequency, &guarded),
         };
         let finite = guarded.trajectory.states.iter().all(is_finite);
         let unannounced = !finite && guarded.divergence.is_none();
@@ -129,9 +128,9 @@ impl Trial {
             what: self.what.clone(),
             nodes: case.lattice.nodes(),
             dt: case.physics.dt,
-            bound,
-            limit,
-            grade: task.step_check(&mixture, &case.lattice.positions).grade(),
+            bound: check.bound.dt.unwrap_or(f64::INFINITY),
+            limit: stable_step(&case.physics, self.frequency),
+            grade: check.grade(),
             outcome,
             growth,
             unannounced,
