@@ -53,7 +53,12 @@ mod tests {
         assert_eq!(read_at_most(&file, 100).unwrap().len(), 100);
         let long = read_at_most(&file, 99).unwrap_err();
         assert!(long.exit_code() == 2 && long.to_string().contains("99 bytes"));
-        assert_eq!(read_whole(&folder.path().join("b")).unwrap_err().exit_code(), 4);
+        assert_eq!(
+            read_whole(&folder.path().join("b"))
+                .unwrap_err()
+                .exit_code(),
+            4
+        );
         assert_eq!(read_whole(folder.path()).unwrap_err().exit_code(), 4);
     }
 

@@ -365,7 +365,11 @@ fn unstable() -> String {
 #[test]
 fn an_unstable_time_step_is_refused_where_the_scene_sets_it() {
     let bench = Bench::with(&unstable());
-    let line = unstable().lines().position(|l| l.starts_with("dt")).unwrap() + 1;
+    let line = unstable()
+        .lines()
+        .position(|l| l.starts_with("dt"))
+        .unwrap()
+        + 1;
     let said = bench.optimize("a", &[]);
     assert_eq!((said.code, said.out.as_str()), (2, ""), "{said:?}");
     for what in [
@@ -399,11 +403,18 @@ fn an_unstable_time_step_is_let_pass_with_a_warning() {
     let limit = check["exact"]["dt"].as_f64().unwrap();
     assert!(check["dt"] == 0.05 && limit < 0.05 && check["exact"]["node"].is_u64());
     let table = fs::read_to_string(bench.path("a/history.csv")).unwrap();
-    assert!(table.lines().next().unwrap().contains(",dt_over_bound,dt_over_limit,"));
+    assert!(
+        table
+            .lines()
+            .next()
+            .unwrap()
+            .contains(",dt_over_bound,dt_over_limit,")
+    );
     let quiet = bench.optimize("b", &["--allow-unstable", "--quiet", "--iterations", "2"]);
     assert!(!quiet.error.contains("warning"), "{quiet:?}");
     // A patient scene says so itself.
-    let bench = Bench::with(&unstable().replace("dt = 0.05", "dt = 0.05\nunstable_step = \"warn\""));
+    let bench =
+        Bench::with(&unstable().replace("dt = 0.05", "dt = 0.05\nunstable_step = \"warn\""));
     let said = bench.optimize("a", &["--iterations", "2"]);
     assert!(said.code != 2 && said.error.contains(warning), "{said:?}");
 }
@@ -423,7 +434,10 @@ fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
     assert!((1..6).contains(&done.lines().count()), "{done}");
     // It is not forgotten.
     let said = bench.cosmic(&["resume", "a"]);
-    assert!(said.code == 2 && said.error.contains("unstable"), "{said:?}");
+    assert!(
+        said.code == 2 && said.error.contains("unstable"),
+        "{said:?}"
+    );
     let said = bench.cosmic(&["resume", "a", "--allow-unstable"]);
     assert!(said.error.contains("warning: "), "{said:?}");
     let all = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();

@@ -92,7 +92,12 @@ pub fn design(bytes: &[u8]) -> Result<()> {
 pub fn snapshot(bytes: &[u8]) -> Result<()> {
     let small = |plan: &Plan| {
         let (lattice, controller) = (&plan.scene.lattice, &plan.scene.controller);
-        let sizes = [lattice.columns, lattice.rows, controller.hidden, controller.clocks];
+        let sizes = [
+            lattice.columns,
+            lattice.rows,
+            controller.hidden,
+            controller.clocks,
+        ];
         match sizes.iter().all(|size| *size <= FEW) {
             true => Ok(()),
             false => Err(Error::Usage("too large to be tried often".to_owned())),

@@ -27,6 +27,9 @@ fn no_file_of_the_corpus_makes_a_reader_panic() {
             }
         }
         // Both ways out of a reader are in its corpus.
-        assert!(read_well > 0 && refused > 0, "{name}: {read_well} {refused}");
+        assert!(
+            read_well > 0 && refused > 0,
+            "{name}: {read_well} {refused}"
+        );
     }
 }

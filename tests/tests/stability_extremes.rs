@@ -45,10 +45,16 @@ fn a_wrong_expectation_is_seen() {
     assert!(unstable.is_ok() && matches!(unstable.outcome, Outcome::Diverged(_)));
     for outcome in [Outcome::Bounded, Outcome::Grew] {
         let calm = outcome == Outcome::Bounded;
-        let other = Found { outcome, ..unstable.clone() };
+        let other = Found {
+            outcome,
+            ..unstable.clone()
+        };
         assert_eq!(other.is_ok(), !calm);
     }
-    let silent = Found { unannounced: true, ..unstable };
+    let silent = Found {
+        unannounced: true,
+        ..unstable
+    };
     assert!(!silent.is_ok());
 }
 
@@ -56,7 +62,10 @@ fn a_wrong_expectation_is_seen() {
 fn the_bound_is_one_and_not_far_off() {
     let ratio = bound_ratio(60);
     // The power iteration approaches the largest frequency from below.
-    assert!(ratio.least > 1.0 - 1e-9 && ratio.least <= ratio.median, "{ratio:?}");
+    assert!(
+        ratio.least > 1.0 - 1e-9 && ratio.least <= ratio.median,
+        "{ratio:?}"
+    );
     // Two nodes that swing against each other reach the bound; a chain of many stays below by a
     // third or so.
     assert!(ratio.median < 1.3 && ratio.most < 1.6, "{ratio:?}");

@@ -2,7 +2,7 @@
 
 use cosmic::case::Case;
 use cosmic::error::Error;
-use cosmic::scene::Scene;
+use cosmic::scene::{Contact, Integrator, Scene};
 use cosmic::simulator::{Divergence, Guarded, Span, Term};
 
 /// A robot of 2x2 nodes far from any trouble.
@@ -32,9 +32,18 @@ fn diverges(case: &Case) -> Divergence {
 
 #[test]
 fn a_sane_rollout_is_delivered_as_it_is() {
-    for incline_deg in [0.0, 15.0] {
-        let case = case(|scene| scene.physics.incline_deg = incline_deg);
-        assert_eq!(guarded(&case).divergence, None);
+    for (incline_deg, contact) in [(0.0, Contact::Infinite), (15.0, Contact::Coulomb)] {
+        for (integrator, substeps) in [
+            (Integrator::SymplecticEuler, 1),
+            (Integrator::SymplecticEuler, 3),
+            (Integrator::Leapfrog, 2),
+        ] {
+            let case = case(|scene| {
+                (scene.physics.incline_deg, scene.physics.contact) = (incline_deg, contact);
+                (scene.physics.integrator, scene.physics.substeps) = (integrator, substeps);
+            });
+            assert_eq!(guarded(&case).divergence, None);
+        }
     }
 }
 
@@ -101,7 +110,10 @@ fn the_term_to_blame_is_named() {
     assert_eq!(found.term, Term::Controller { edge: 4 });
     assert!(broken.lattice.edges[4].contains(&found.node) && found.step == 0);
     let said = Error::from(&found).to_string();
-    assert!(said.ends_with("mostly by the controller's output for edge 4"), "{said}");
+    assert!(
+        said.ends_with("mostly by the controller's output for edge 4"),
+        "{said}"
+    );
 
     let fall = case(|scene| scene.physics.gravity = -1e12);
     assert_eq!(diverges(&fall).term, Term::Gravity);

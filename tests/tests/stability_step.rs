@@ -43,7 +43,9 @@ fn a_step_is_held_against_the_bound_and_beyond_it_against_the_frequency() {
 fn an_unstable_step_is_refused_with_node_number_and_remedy() {
     let scene = scene(0.05);
     let check = check(0.05);
-    let said = check.accept(&scene.physics).expect_err("50 ms are too long");
+    let said = check
+        .accept(&scene.physics)
+        .expect_err("50 ms are too long");
     let node = check.exact.expect("it is beyond the bound").node;
     assert_eq!(said.exit_code(), 2);
     let words = ["0.05 s", "physics.dt", "--allow-unstable", "1/s"];
@@ -115,7 +117,9 @@ fn a_design_that_becomes_unstable_is_in_the_record() {
         let check = record.time_step.expect("every iteration is checked");
         shares.push(check.bound.share(check.dt));
     });
-    let said = told.expect_err("the snap makes it all skeleton").to_string();
+    let said = told
+        .expect_err("the snap makes it all skeleton")
+        .to_string();
     assert!(said.contains("unstable"), "{said}");
     let [first, .., last] = shares[..] else {
         panic!("the first iteration changes little: {shares:?}")

@@ -72,7 +72,10 @@ impl Case {
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = read_whole(path)?;
         // What is no text is no JSON either, and the parser says where.
-        Self::parse(&path.display().to_string(), &String::from_utf8_lossy(&bytes))
+        Self::parse(
+            &path.display().to_string(),
+            &String::from_utf8_lossy(&bytes),
+        )
     }
 
     /// Reads a case from text; `file` names it in messages.

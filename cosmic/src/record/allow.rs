@@ -32,7 +32,9 @@ pub fn allow_unstable(folder: &Path) -> Result<()> {
         snapshot.write(folder)?;
         keep_scene(folder, &snapshot.plan.scene)?;
     }
-    starts(folder)?.iter().try_for_each(|start| allow_unstable(start))
+    starts(folder)?
+        .iter()
+        .try_for_each(|start| allow_unstable(start))
 }
 
 /// The folders of a run's starts that have begun.

@@ -216,7 +216,9 @@ fn line(row: &Row) -> String {
     cells.extend(r.mma.iter().flat_map(|mma| solved(mma.as_ref())));
     cells.push(r.skipped.to_string());
     let bound = r.time_step.map(|check| check.bound.share(check.dt));
-    let limit = r.time_step.and_then(|check| Some(check.exact?.share(check.dt)));
+    let limit = r
+        .time_step
+        .and_then(|check| Some(check.exact?.share(check.dt)));
     cells.extend([bound, limit].map(perhaps));
     cells.push(number(row.seconds));
     cells.join(",") + "\n"

@@ -58,8 +58,13 @@ impl Simulator {
         };
         let activation = controller.activation(&observation(&self.controller, &moment));
         let of_node = |&(_, ends): &(usize, &[usize; 2])| ends.contains(&node);
-        let edges: Vec<(usize, &[usize; 2])> =
-            self.lattice.edges.iter().enumerate().filter(of_node).collect();
+        let edges: Vec<(usize, &[usize; 2])> = self
+            .lattice
+            .edges
+            .iter()
+            .enumerate()
+            .filter(of_node)
+            .collect();
         if let Some(&(edge, _)) = edges.iter().find(|(e, _)| activation[*e].is_nan()) {
             return Term::Controller { edge };
         }
@@ -83,7 +88,14 @@ impl Simulator {
         let [i, j] = self.lattice.edges[edge];
         let [dx, dy] = [0, 1].map(|k| state.x[j][k] - state.x[i][k]);
         let (k, strain) = (body.stiffness[edge], body.strain[edge]);
-        let [x, y] = self.robot.mechanics.spring.eval([dx, dy, u, k, self.lattice.rest_length[edge], strain]);
+        let [x, y] = self.robot.mechanics.spring.eval([
+            dx,
+            dy,
+            u,
+            k,
+            self.lattice.rest_length[edge],
+            strain,
+        ]);
         // Of either sign: a NaN with its sign bit set would rank below every number.
         x.hypot(y).abs()
     }

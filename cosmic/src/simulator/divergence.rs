@@ -1,13 +1,14 @@
 //! The guard: finding where a rollout went wrong.
 //!
-//! A guarded rollout has a [trap](super::kernels::Trapped) in every node's step, so that its last
+//! A guarded rollout has a [trap](super::trap::Trapped) in every node's step, so that its last
 //! state tells whether any before it was absurd. Only then is the rollout done again, and every
 //! state looked at.
 
 use std::collections::VecDeque;
 
 use super::blame::Term;
-use super::kernels::TRAP;
+use super::robot::TrappedRobot;
+use super::trap::TRAP;
 use super::{Simulator, Span, Trajectory};
 use crate::controller::Controller;
 use crate::error::Error;
@@ -96,7 +97,7 @@ impl Simulator {
         start: &State<f64>,
         span: &Span,
     ) -> Guarded {
-        let trapped = self.robot.trapped();
+        let trapped = TrappedRobot(self.robot.clone());
         let seen = self.run(&trapped, robot, (&self.flatten(start), span));
         let size = 4 * self.robot.graph.nodes();
         let last = &seen[seen.len().saturating_sub(size)..];

@@ -2,7 +2,7 @@
 //!
 //! They work in the ground's frame: first coordinate along the ground, second the height above.
 
-use autodiff::{Adjoint, Kernel, Real};
+use autodiff::{Kernel, Real};
 
 /// Softens the length of an edge, m^2: smooth where its nodes coincide (D4).
 const SOFTENING: f64 = 1e-12;
@@ -150,42 +150,12 @@ impl Kernel<4, 4> for SlidingDrift {
     }
 }
 
-/// Half the distance (m) and speed (m/s) from which on a state is absurd. The trap takes the length
-/// of position and velocity together in the ground's frame, which may be turned against the
-/// world's: half is below every absurd number.
-pub(super) const TRAP: f64 = 5e5;
-
-/// A node's step with a trap: a node that gets beyond [`TRAP`], or is no number, is at NaN from
-/// then on, and so the last state tells of every step. All other nodes get the same bits.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Trapped<K>(pub(super) K);
-
-impl<K: Kernel<7, 4>> Kernel<7, 4> for Trapped<K> {
-    #[inline(always)]
-    fn eval<R: Real>(&self, node: [R; 7]) -> [R; 4] {
-        let [x, y, vx, vy] = self.0.eval(node);
-        let squared = x.fma(x, y.fma(y, vx.fma(vx, vy * vy)));
-        // No NaN is less than anything.
-        let sane = squared.lt(R::lit(TRAP * TRAP));
-        [R::select(sane, x, R::lit(f64::NAN)), y, vx, vy]
-    }
-}
-
-impl<K: Adjoint<7, 4>> Adjoint<7, 4> for Trapped<K> {
-    #[inline(always)]
-    fn vjp<R: Real>(&self, node: [R; 7], bar: [R; 4]) -> [R; 7] {
-        self.0.vjp(node, bar)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use autodiff::check::{Claim, Options, Verdict, check_directions};
     use autodiff::{Adjoint, Dual};
 
-    use super::{
-        Drift, Flight, Kernel, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, TRAP, Trapped,
-    };
+    use super::{Drift, Flight, Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
 
     const DT: f64 = 0.002;
 
@@ -299,46 +269,5 @@ mod tests {
         let by_place = Sticking(flight()).vjp(buried, [0.7, 1.0, 5.0, 5.0]);
         assert_eq!(by_place, [0.7, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(verdict(&Sticking(flight()), buried, 0.0), Verdict::Smooth);
-    }
-    #[test]
-    fn a_trap_catches_what_is_absurd_and_leaves_the_rest_alone() {
-        let node = |speed: f64| [0.3, 0.2, speed, -0.5, 1e-3, 2e-3, 40.0];
-        let plain = Sticking(flight());
-        let caught = |node: [f64; 7]| Trapped(plain).eval(node)[0].is_nan();
-        for node in NODES {
-            assert_eq!(Trapped(plain).eval(node), plain.eval(node));
-        }
-        // The step leaves 96 % of a speed.
-        assert!(!caught(node(TRAP)) && caught(node(1.1 * TRAP)) && caught(node(-1e300)));
-        assert!([f64::NAN, f64::INFINITY].into_iter().all(|v| caught(node(v))));
-        // Out of reach and slow: the place alone is absurd.
-        let [_, y, rest @ ..] = node(0.4);
-        assert!(caught([-2.0 * TRAP, y, rest[0], rest[1], rest[2], rest[3], rest[4]]));
-    }
-
-    /// So that the last state tells of all before it.
-    #[test]
-    fn what_is_not_finite_stays_so() {
-        let worst = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX];
-        let finite = |state: &[f64; 4]| state.iter().all(|c| c.is_finite());
-        for k in 0..6 {
-            for (number, height) in worst.into_iter().flat_map(|w| [(w, 0.0), (w, 0.2)]) {
-                let mut node = [0.3, height, 0.4, -0.5, 1e-3, 2e-3, 40.0];
-                node[k] = number;
-                let trapped = Trapped(Sticking(flight()));
-                let sliding = Trapped(Sliding {
-                    flight: flight(),
-                    friction: 2.5,
-                });
-                let (stuck, slid) = (trapped.eval(node), sliding.eval(node));
-                let again = |[x, y, vx, vy]: [f64; 4]| [x, y, vx, vy, 0.0, 0.0, 40.0];
-                // What the first step makes finite was stopped by the ground: it is no node's
-                // state that was lost, but a push into the ground.
-                let lost = !finite(&stuck);
-                assert!(!lost || !finite(&trapped.eval(again(stuck))), "{k} {number}");
-                let lost = !finite(&slid);
-                assert!(!lost || !finite(&sliding.eval(again(slid))), "{k} {number}");
-            }
-        }
     }
 }

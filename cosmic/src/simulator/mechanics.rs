@@ -2,9 +2,8 @@
 
 use autodiff::{Array, Graph, Program, Real};
 
-use super::kernels::{
-    Drift, Flight, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, Trapped,
-};
+use super::kernels::{Drift, Flight, Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
+use super::trap::Watch;
 use crate::lattice::Ground;
 use crate::scene::{Contact, Integrator, PhysicsSettings};
 
@@ -23,8 +22,6 @@ pub(super) struct Mechanics {
     pub(super) flight: Flight,
     /// `None` where nodes stick to the ground.
     friction: Option<f64>,
-    /// Whether every node's step has a [trap](Trapped).
-    pub(super) trapped: bool,
 }
 
 impl Mechanics {
@@ -52,13 +49,13 @@ impl Mechanics {
                 Contact::Infinite => None,
                 Contact::Coulomb => Some(physics.friction),
             },
-            trapped: false,
         }
     }
 
     /// Records the state after the step: x, y, x velocity, y velocity of all nodes, from those
     /// before it, four arrays per edge (activation, stiffness, rest length, strain) and 1 / mass.
-    pub(super) fn record<R: Real>(
+    /// Every flight is watched by `W`.
+    pub(super) fn record<R: Real, W: Watch>(
         &self,
         (p, graph): (&mut Program<R>, &Graph),
         state: [Array; 4],
@@ -75,7 +72,7 @@ impl Mechanics {
             p.keep(jx);
             p.keep(jy);
             let [x, y, vx, vy] = state;
-            state = self.fly(p, [x, y, vx, vy, jx, jy, inverse_mass]);
+            state = self.fly::<R, W>(p, [x, y, vx, vy, jx, jy, inverse_mass]);
         }
         state
     }
@@ -87,15 +84,11 @@ impl Mechanics {
         }
     }
 
-    fn fly<R: Real>(&self, p: &mut Program<R>, node: [Array; 7]) -> [Array; 4] {
+    fn fly<R: Real, W: Watch>(&self, p: &mut Program<R>, node: [Array; 7]) -> [Array; 4] {
         let flight = self.flight;
-        let sticking = Sticking(flight);
-        let sliding = self.friction.map(|friction| Sliding { flight, friction });
-        match (sliding, self.trapped) {
-            (None, false) => p.map(sticking, node),
-            (None, true) => p.map(Trapped(sticking), node),
-            (Some(sliding), false) => p.map(sliding, node),
-            (Some(sliding), true) => p.map(Trapped(sliding), node),
+        match self.friction {
+            None => p.map(W::over(Sticking(flight)), node),
+            Some(friction) => p.map(W::over(Sliding { flight, friction }), node),
         }
     }
 }

@@ -16,10 +16,11 @@ mod robot;
 pub mod stability;
 mod step_check;
 mod trajectory;
+mod trap;
 
 use std::sync::Arc;
 
-use autodiff::{CotangentBound, Memory, Real, Rollout};
+use autodiff::{CotangentBound, Memory, Model, Real, Rollout};
 
 pub use blame::Term;
 pub use divergence::{Divergence, Guarded};
@@ -117,7 +118,7 @@ impl Simulator {
     /// The observed states of a model of the robot as flat arrays, from such an array.
     fn run<R: Real>(
         &self,
-        model: &Robot,
+        model: &impl Model,
         (body, controller): (&Body<R>, &Controller<R>),
         (start, span): (&[R], &Span),
     ) -> Vec<R> {

@@ -3,6 +3,7 @@
 use autodiff::{Graph, Model, Program, Real};
 
 use super::mechanics::Mechanics;
+use super::trap::{Unwatched, Watch, Watched};
 use crate::lattice::Lattice;
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
@@ -40,13 +41,6 @@ impl Robot {
 }
 
 impl Robot {
-    /// The same robot, its nodes' steps with traps.
-    pub(super) fn trapped(&self) -> Self {
-        let mut robot = self.clone();
-        robot.mechanics.trapped = true;
-        robot
-    }
-
     /// The edges in the order of their slots: that of the controller's outputs, so that they move
     /// to their slots in runs.
     pub(super) fn edge_order(&self) -> Vec<usize> {
@@ -63,6 +57,23 @@ impl Robot {
 
 impl Model for Robot {
     fn record<R: Real>(&self, p: &mut Program<R>) {
+        self.step::<R, Unwatched>(p);
+    }
+}
+
+/// The same robot, every node's step with a [trap](super::trap::Trapped). A model of its own:
+/// it is run in f64 alone, and never compiled for other numbers.
+#[derive(Clone, Debug)]
+pub(super) struct TrappedRobot(pub(super) Robot);
+
+impl Model for TrappedRobot {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        self.0.step::<R, Watched>(p);
+    }
+}
+
+impl Robot {
+    fn step<R: Real, W: Watch>(&self, p: &mut Program<R>) {
         let (nodes, slots) = (self.graph.nodes(), self.graph.slots());
         let [stiffness, rest_length, strain] = [(); 3].map(|()| p.parameter(slots));
         let inverse_mass = p.parameter(nodes);
@@ -82,9 +93,10 @@ impl Model for Robot {
         // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
         let edge = [activation, stiffness, rest_length, strain];
         let state = [x, y, vx, vy];
+        let world = (&mut *p, &self.graph);
         let next = self
             .mechanics
-            .record((&mut *p, &self.graph), state, (&edge, inverse_mass));
+            .record::<R, W>(world, state, (&edge, inverse_mass));
         for (state, next) in state.into_iter().zip(next) {
             p.advance(state, next);
         }

@@ -44,8 +44,7 @@ pub fn guard_cost(case: &Case) -> GuardCost {
         let guarded = timed(|| task.guarded(&mixture, robot, &end));
         least = [least[0].min(plain), least[1].min(guarded)];
     }
-    let [plain, guarded] =
-        least.map(|time| time.as_secs_f64() * 1e6 / case.physics.steps as f64);
+    let [plain, guarded] = least.map(|time| time.as_secs_f64() * 1e6 / case.physics.steps as f64);
     GuardCost { plain, guarded }
 }
 

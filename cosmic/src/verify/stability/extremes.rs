@@ -24,8 +24,17 @@ pub(super) fn of_case(case: &Case) -> Vec<Trial> {
 /// Everything that does not hang on a scene.
 pub(super) fn all() -> Vec<Trial> {
     let groups = [
-        stiffnesses, masses, ratios, dampings, integrators, time_steps, frictions, layouts,
-        controllers, coincidences, lattices,
+        stiffnesses,
+        masses,
+        ratios,
+        dampings,
+        integrators,
+        time_steps,
+        frictions,
+        layouts,
+        controllers,
+        coincidences,
+        lattices,
     ];
     groups.into_iter().flat_map(|group| group()).collect()
 }
@@ -84,9 +93,16 @@ fn stiffnesses() -> Vec<Trial> {
             scene.materials.stiffness = [stiffness; 3];
             scene.physics.damping = 0.0;
         });
-        around(("stiffness", &format!("{stiffness:e} N/m")), &case, World::Free)
+        around(
+            ("stiffness", &format!("{stiffness:e} N/m")),
+            &case,
+            World::Free,
+        )
     };
-    [1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6].into_iter().flat_map(of).collect()
+    [1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6]
+        .into_iter()
+        .flat_map(of)
+        .collect()
 }
 
 fn masses() -> Vec<Trial> {
@@ -114,8 +130,16 @@ fn ratios() -> Vec<Trial> {
         (scene.physics.node_mass, scene.physics.payload_mass) = (1e-6, 1e3);
         scene.physics.damping = 0.0;
     });
-    let stiff = around(("ratio", "1e-9, 1 and 1e6 N/m by turns"), &stiff, World::Free);
-    let heavy = around(("ratio", "a payload of 1e3 kg on nodes of 1e-6 kg"), &heavy, World::Free);
+    let stiff = around(
+        ("ratio", "1e-9, 1 and 1e6 N/m by turns"),
+        &stiff,
+        World::Free,
+    );
+    let heavy = around(
+        ("ratio", "a payload of 1e3 kg on nodes of 1e-6 kg"),
+        &heavy,
+        World::Free,
+    );
     stiff.into_iter().chain(heavy).collect()
 }
 
@@ -135,7 +159,11 @@ fn integrators() -> Vec<Trial> {
         around(("integrator", what), &case, World::Free)
     };
     let known = [
-        ("symplectic Euler, 8 substeps", Integrator::SymplecticEuler, 8),
+        (
+            "symplectic Euler, 8 substeps",
+            Integrator::SymplecticEuler,
+            8,
+        ),
         ("leapfrog", Integrator::Leapfrog, 1),
         ("leapfrog, 8 substeps", Integrator::Leapfrog, 8),
     ];
@@ -145,7 +173,11 @@ fn integrators() -> Vec<Trial> {
 /// On the ground, with gravity and a controller.
 fn time_steps() -> Vec<Trial> {
     let case = robot(|_| {});
-    around(("time step", "on the ground, actuated"), &case, World::Driven)
+    around(
+        ("time step", "on the ground, actuated"),
+        &case,
+        World::Driven,
+    )
 }
 
 fn frictions() -> Vec<Trial> {
@@ -212,7 +244,11 @@ fn lattices() -> Vec<Trial> {
             (scene.lattice.columns, scene.lattice.rows) = (side, side);
             (scene.physics.damping, scene.physics.steps) = (0.0, STEPS / 2);
         });
-        around(("lattice", &format!("{side}x{side} nodes")), &case, World::Free)
+        around(
+            ("lattice", &format!("{side}x{side} nodes")),
+            &case,
+            World::Free,
+        )
     };
     [2, 3, 6, 10, 20, 40].into_iter().flat_map(of).collect()
 }

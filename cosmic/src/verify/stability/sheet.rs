@@ -96,7 +96,10 @@ impl Stability {
             name: "guard".to_owned(),
             title: "What the guard against absurd states costs".to_owned(),
             columns: vec![
-                Column::new("plain_us", "microseconds a step, processor time, least of many"),
+                Column::new(
+                    "plain_us",
+                    "microseconds a step, processor time, least of many",
+                ),
                 Column::new("guarded_us", "the same with the guard, measured by turns"),
                 Column::new("added_percent", "what the guard adds"),
             ],

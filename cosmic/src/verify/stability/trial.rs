@@ -176,10 +176,12 @@ fn energy_growth(case: &Case, body: &Body<f64>, guarded: &Guarded) -> f64 {
             .map(|([vx, vy], m)| 0.5 * m * (vx * vx + vy * vy))
             .sum();
         let edges = case.lattice.edges.iter().zip(&body.stiffness);
-        let elastic = edges.zip(&case.lattice.rest_length).map(|((&[i, j], k), l)| {
-            let [dx, dy] = [0, 1].map(|c| state.x[j][c] - state.x[i][c]);
-            0.5 * k * (dx.hypot(dy) - l).powi(2)
-        });
+        let elastic = edges
+            .zip(&case.lattice.rest_length)
+            .map(|((&[i, j], k), l)| {
+                let [dx, dy] = [0, 1].map(|c| state.x[j][c] - state.x[i][c]);
+                0.5 * k * (dx.hypot(dy) - l).powi(2)
+            });
         kinetic + elastic.sum::<f64>()
     };
     let states = guarded.trajectory.states.iter().map(energy);
