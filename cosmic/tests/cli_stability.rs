@@ -63,17 +63,3 @@ fn the_sweep_is_written_and_judged() {
             .contains("<table")
     );
 }
-
-/// The scene's own time step is a row like the others: verify refuses nothing, and fails.
-#[test]
-fn an_unstable_scene_fails_the_check() {
-    let text = common::scene(24, 64, "dt = 0.05");
-    let bench = Bench::with(&text);
-    let said = bench.cosmic(&["verify", &bench.scene, "--stability"]);
-    assert_eq!(said.code, 1, "{said:?}");
-    assert!(
-        said.error.contains("beyond the stable one"),
-        "{}",
-        said.error
-    );
-}

@@ -5,6 +5,7 @@ use cosmic::codesign::CoDesign;
 use cosmic::scene::{Scene, UnstableStep};
 use cosmic::simulator::stability::step_limit;
 use cosmic::simulator::{Grade, StepCheck};
+use cosmic::verify::stable_steps;
 
 fn scene(dt: f64) -> Scene {
     let mut scene = Scene::default();
@@ -125,4 +126,14 @@ fn a_design_that_becomes_unstable_is_in_the_record() {
         panic!("the first iteration changes little: {shares:?}")
     };
     assert!(first < 1.0 && last > 1.0, "{shares:?}");
+}
+
+/// A scene's own time step is a row like the others: verify refuses nothing, and fails.
+#[test]
+fn an_unstable_scene_fails_the_verification() {
+    let failures = |dt: f64| {
+        let case = Case::of_scene(&scene(dt), 0).expect("any lattice starts so");
+        stable_steps(&case).failures
+    };
+    assert_eq!((failures(0.002).len(), failures(0.05).len()), (0, 1));
 }
