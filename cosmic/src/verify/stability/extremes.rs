@@ -221,16 +221,18 @@ fn controllers() -> Vec<Trial> {
 }
 
 fn coincidences() -> Vec<Trial> {
-    let moved = |(what, places): (&str, fn(usize) -> usize)| {
+    /// The node in whose place a node starts.
+    type Place = fn(usize) -> usize;
+    let moved = |(what, place): (&str, Place)| {
         let mut case = robot(|_| {});
         let from = case.start.x.clone();
         for (i, x) in case.start.x.iter_mut().enumerate() {
-            *x = from[places(i)];
+            *x = from[place(i)];
         }
         case.frozen = None;
         single(("coincidence", what.to_owned()), case)
     };
-    let known: [(&str, fn(usize) -> usize); 3] = [
+    let known: [(&str, Place); 3] = [
         ("two nodes in one place", |i| if i == 1 { 0 } else { i }),
         ("every row in one place", |i| 3 * (i / 3)),
         ("all nodes in one place", |_| 4),
