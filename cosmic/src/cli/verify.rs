@@ -5,7 +5,7 @@ use super::{note, print, print_json};
 use crate::case::Case;
 use crate::error::Result;
 use crate::report::sheet::{Section, Sheet};
-use crate::verify::{Accuracy, stable_steps};
+use crate::verify::{Accuracy, Gradients, stable_steps};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -18,6 +18,9 @@ pub(super) struct Arguments {
     /// Trajectories: error against run time, by integrator, time step and precision
     #[arg(long)]
     accuracy: bool,
+    /// Gradients: error, time and memory, by way and horizon
+    #[arg(long)]
+    gradients: bool,
     /// Stability: the time step beside those that the design bears
     #[arg(long)]
     stability: bool,
@@ -55,8 +58,9 @@ impl Arguments {
 
     /// The parts asked for, or all of them.
     fn parts(&self) -> Vec<Part> {
-        let parts: [(bool, Part); 2] = [
+        let parts: [(bool, Part); 3] = [
             (self.accuracy, |case| Accuracy::of(case).section()),
+            (self.gradients, |case| Gradients::of(case).section()),
             (self.stability, stable_steps),
         ];
         let all = !parts.iter().any(|(asked, _)| *asked);

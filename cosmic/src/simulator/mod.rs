@@ -17,7 +17,7 @@ mod trajectory;
 
 use std::sync::Arc;
 
-use autodiff::{CotangentBound, Memory, Real, Rollout};
+use autodiff::{CotangentBound, Fused, Memory, Real, Rollout};
 
 pub use divergence::Divergence;
 pub use trajectory::Trajectory;
@@ -93,9 +93,39 @@ impl Simulator {
     /// steps.
     pub fn rollout<R: Real>(
         &self,
-        (body, controller): (&Body<R>, &Controller<R>),
+        robot: (&Body<R>, &Controller<R>),
         start: &State<R>,
         span: &Span,
+    ) -> Trajectory<R> {
+        let run = |rollout: &Rollout<Robot>, start: &[R], parameters: &[&[R]]| {
+            rollout.run(start, parameters)
+        };
+        self.rollout_by(robot, (start, span), run)
+    }
+
+    /// The same states, but on a tape every operation of every step is an entry: what a rollout
+    /// costs without a driver. Cotangents are not bounded.
+    ///
+    /// # Panics
+    /// As [`rollout`](Simulator::rollout).
+    pub fn rollout_in_full<R: Real>(
+        &self,
+        robot: (&Body<R>, &Controller<R>),
+        start: &State<R>,
+        span: &Span,
+    ) -> Trajectory<R> {
+        let run = |rollout: &Rollout<Robot>, start: &[R], parameters: &[&[R]]| {
+            let inputs: Vec<&[R]> = [&[start], parameters].concat();
+            rollout.eval(&inputs)
+        };
+        self.rollout_by(robot, (start, span), run)
+    }
+
+    fn rollout_by<R: Real>(
+        &self,
+        (body, controller): (&Body<R>, &Controller<R>),
+        (start, span): (&State<R>, &Span),
+        run: impl FnOnce(&Rollout<Robot>, &[R], &[&[R]]) -> Vec<R>,
     ) -> Trajectory<R> {
         let graph = &self.robot.graph;
         // The whole clock is shared; a later part of it is copied.
@@ -128,7 +158,7 @@ impl Simulator {
             &w2,
             &b2,
         ];
-        let seen = rollout.run(&self.flatten(start), &parameters);
+        let seen = run(&rollout, &self.flatten(start), &parameters);
         let states = seen
             .chunks_exact(4 * graph.nodes())
             .map(|s| self.unflatten(s))

@@ -6,11 +6,13 @@ mod chaos;
 mod clock;
 mod gradients;
 mod probe;
+mod slopes;
 mod speed;
 mod step;
 
 pub use accuracy::{Accuracy, Energy, Method, Precision, Run};
 pub use chaos::{Chaos, Predictable};
 pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients};
+pub use slopes::{Gradients, Slopes, Way};
 pub use speed::{MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure, peak_memory};
 pub use step::stable_steps;
