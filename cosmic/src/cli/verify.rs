@@ -6,7 +6,7 @@ use crate::case::Case;
 use crate::error::Result;
 use crate::report::sheet::{Section, Sheet};
 use crate::verify::stability::Stability;
-use crate::verify::{Accuracy, stable_steps};
+use crate::verify::{Accuracy, Gradients, stable_steps};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -19,6 +19,9 @@ pub(super) struct Arguments {
     /// Trajectories: error against run time, by integrator, time step and precision
     #[arg(long)]
     accuracy: bool,
+    /// Gradients: error, time and memory, by way and horizon
+    #[arg(long)]
+    gradients: bool,
     /// Stability: the time step beside those that the design bears, robots at the extremes, what
     /// the guard costs
     #[arg(long)]
@@ -57,8 +60,9 @@ impl Arguments {
 
     /// The parts asked for, or all of them.
     fn parts(&self) -> Vec<Part> {
-        let parts: [(bool, Part); 2] = [
+        let parts: [(bool, Part); 3] = [
             (self.accuracy, |case| Accuracy::of(case).section()),
+            (self.gradients, |case| Gradients::of(case).section()),
             (self.stability, |case| {
                 Stability::of(case).section(stable_steps(case))
             }),

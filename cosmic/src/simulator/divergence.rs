@@ -97,20 +97,17 @@ impl Simulator {
         start: &State<f64>,
         span: &Span,
     ) -> Guarded {
-        let trapped = TrappedRobot(self.robot.clone());
-        let seen = self.run(&trapped, robot, (&self.flatten(start), span));
+        let parameters = self.parameters(robot);
+        let parameters = parameters.each_ref().map(Vec::as_slice);
+        let trapped = self.plan(TrappedRobot(self.robot.clone()), span);
+        let seen = trapped.run(&self.flatten(start), &parameters);
         let size = 4 * self.robot.graph.nodes();
         let last = &seen[seen.len().saturating_sub(size)..];
         // The trap is set in the ground's frame; far above the world's origin it proves nothing.
         let high = self.ground.height.abs() + TRAP >= ABSURD;
         if !high && last.iter().all(|c| c.is_finite()) {
-            let states = seen.chunks_exact(size).map(|s| self.unflatten(s));
-            let trajectory = Trajectory {
-                steps: span.observed.clone(),
-                states: states.collect(),
-            };
             return Guarded {
-                trajectory,
+                trajectory: self.trajectory(&seen, span),
                 divergence: None,
             };
         }
@@ -132,6 +129,8 @@ impl Simulator {
         steps: usize,
     ) -> Option<Divergence> {
         let size = 4 * self.robot.graph.nodes();
+        let parameters = self.parameters(robot);
+        let parameters = parameters.each_ref().map(Vec::as_slice);
         // Flat arrays in the ground's frame: the next block goes on from the same bits.
         let mut flat = self.flatten(start);
         let mut last = VecDeque::from([(0, start.clone())]);
@@ -140,7 +139,7 @@ impl Simulator {
                 first,
                 ..Span::from_start((1..=BLOCK.min(steps - first)).collect())
             };
-            let seen = self.run(&self.robot, robot, (&flat, &span));
+            let seen = self.plan(self.robot.clone(), &span).run(&flat, &parameters);
             for (k, raw) in seen.chunks_exact(size).enumerate() {
                 let state = self.unflatten(raw);
                 let absurd = state.absurd_node();

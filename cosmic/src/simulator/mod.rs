@@ -20,7 +20,7 @@ mod trap;
 
 use std::sync::Arc;
 
-use autodiff::{CotangentBound, Memory, Model, Real, Rollout};
+use autodiff::{CotangentBound, Fused, Memory, Model, Real, Rollout};
 
 pub use blame::Term;
 pub use divergence::{Divergence, Guarded};
@@ -107,54 +107,77 @@ impl Simulator {
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        let seen = self.run(&self.robot, robot, (&self.flatten(start), span));
-        let states = seen.chunks_exact(4 * self.robot.graph.nodes());
-        Trajectory {
-            steps: span.observed.clone(),
-            states: states.map(|s| self.unflatten(s)).collect(),
-        }
+        let parameters = self.parameters(robot);
+        let parameters = parameters.each_ref().map(Vec::as_slice);
+        let rollout = self.plan(self.robot.clone(), span);
+        self.trajectory(&rollout.run(&self.flatten(start), &parameters), span)
     }
 
-    /// The observed states of a model of the robot as flat arrays, from such an array.
-    fn run<R: Real>(
+    /// The same states, but on a tape every operation of every step is an entry: what a rollout
+    /// costs without a driver. Cotangents are not bounded.
+    ///
+    /// # Panics
+    /// As [`rollout`](Simulator::rollout).
+    pub fn rollout_in_full<R: Real>(
         &self,
-        model: &impl Model,
-        (body, controller): (&Body<R>, &Controller<R>),
-        (start, span): (&[R], &Span),
-    ) -> Vec<R> {
-        let graph = &self.robot.graph;
+        robot: (&Body<R>, &Controller<R>),
+        start: &State<R>,
+        span: &Span,
+    ) -> Trajectory<R> {
+        let (start, parameters) = (self.flatten(start), self.parameters(robot));
+        let inputs: Vec<&[R]> = std::iter::once(&start)
+            .chain(&parameters)
+            .map(Vec::as_slice)
+            .collect();
+        let rollout = self.plan(self.robot.clone(), span);
+        self.trajectory(&rollout.eval(&inputs), span)
+    }
+
+    /// The rollout of a model of the robot.
+    fn plan<M: Model>(&self, model: M, span: &Span) -> Rollout<M> {
         let steps = span.observed.last().copied().unwrap_or(0);
         // The whole clock is shared; a later part of it is copied.
         let clock = match span.first {
             0 => Arc::clone(&self.clock),
             first => self.clock[2 * first..2 * (first + steps)].into(),
         };
-        let rollout = Rollout {
-            model: model.clone(),
+        Rollout {
+            model,
             steps,
             inputs: clock,
             observed: span.observed.clone(),
             cotangent_bound: span.cotangent_bound,
             memory: Memory::All,
-        };
+        }
+    }
+
+    /// The robot's parameters, in the order of its declarations.
+    fn parameters<R: Real>(&self, (body, controller): (&Body<R>, &Controller<R>)) -> [Vec<R>; 8] {
+        let graph = &self.robot.graph;
         let folded = Folded::new(controller, &self.controller, &self.ground);
-        let rest_length: Vec<R> = self.rest_length.iter().map(|&l| R::lit(l)).collect();
-        let inverse_mass: Vec<R> = body.mass.iter().map(|m| m.recip()).collect();
         let order = self.robot.edge_order();
         let row = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
-        let w2: Vec<R> = order.iter().flat_map(row).copied().collect();
-        let b2: Vec<R> = order.iter().map(|&edge| folded.b2[edge]).collect();
-        let parameters: [&[R]; 8] = [
-            &graph.to_slots(&body.stiffness),
-            &rest_length,
-            &graph.to_slots(&body.strain),
-            &inverse_mass,
-            &folded.w1,
-            &folded.b1,
-            &w2,
-            &b2,
-        ];
-        rollout.run(start, &parameters)
+        let w2 = order.iter().flat_map(row).copied().collect();
+        let b2 = order.iter().map(|&edge| folded.b2[edge]).collect();
+        [
+            graph.to_slots(&body.stiffness),
+            self.rest_length.iter().map(|&l| R::lit(l)).collect(),
+            graph.to_slots(&body.strain),
+            body.mass.iter().map(|m| m.recip()).collect(),
+            folded.w1,
+            folded.b1,
+            w2,
+            b2,
+        ]
+    }
+
+    /// The observed states, from flat arrays of them.
+    fn trajectory<R: Real>(&self, seen: &[R], span: &Span) -> Trajectory<R> {
+        let states = seen.chunks_exact(4 * self.robot.graph.nodes());
+        Trajectory {
+            steps: span.observed.clone(),
+            states: states.map(|s| self.unflatten(s)).collect(),
+        }
     }
 
     /// A state of the world's frame as the robot's arrays.

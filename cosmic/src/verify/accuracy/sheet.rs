@@ -78,7 +78,7 @@ impl Accuracy {
         Section {
             title: "Accuracy of trajectories".to_owned(),
             notes: self.notes(),
-            tables: vec![self.table(), self.chaos.table()],
+            tables: vec![self.table(), self.parts_table(), self.chaos.table()],
             figures: vec![self.work_precision(), self.over_time()],
             checks: self.checked().len() + 1,
             failures: self.failures(),
@@ -93,7 +93,7 @@ impl Accuracy {
         let parted = self.marks[0] as f64 + doublings * doubling;
         let parts = match doubling.is_finite() && parted.is_finite() {
             true => format!(
-                "At that rate the default's error, {:.1e} m at {} s, is the distance of two nodes \
+                " At that rate the default's error, {:.1e} m at {} s, is the distance of two nodes \
                  after {parted:.0} steps ({:.2} s): later errors against a finer run are those of \
                  another motion.",
                 run.error[0],
@@ -104,7 +104,7 @@ impl Accuracy {
         };
         let [a, b, c, d] = self.times;
         vec![
-            self.chaos.predictable.note() + " " + &parts,
+            self.chaos.predictable.note() + &parts,
             format!(
                 "Errors are the largest distance of a node, m, at {a}, {b}, {c} and {d} s. \
                  `error`: from a run whose time steps, the controller's too, are {} times shorter. \
@@ -127,32 +127,15 @@ impl Accuracy {
     }
 
     fn table(&self) -> Table {
-        let mut columns = vec![
-            Column::new(
-                "method",
-                "integrator, and substeps where there are more than one",
-            ),
-            Column::new("dt_s", "time step of the controller, s"),
-            Column::new("precision", "number type"),
-            Column::new("time_s", "median processor time of the whole run, s"),
-        ];
-        let at = |kind: &str, says: &str| {
-            let says = says.to_owned();
-            let kind = kind.to_owned();
-            self.times
-                .map(|time| Column::new(&format!("{kind}_{time}"), &says))
-        };
-        columns.extend(at(
-            "error",
-            "m, from a run with time steps 64 times shorter",
-        ));
+        let mut columns = row_columns();
         columns.push(Column::new(
-            "order",
-            "power of the time step with which the error falls",
+            "time_s",
+            "median processor time of the whole run, s",
         ));
-        columns.extend(at("held", "m, from a run with substeps 64 times shorter"));
-        columns.extend(at("rounding", "m, from double-double with the same steps"));
+        columns
+            .extend(self.timed_columns("error", "m, from a run with time steps 64 times shorter"));
         columns.extend([
+            Column::new("order", "power of the time step with which the error falls"),
             Column::new(
                 "energy_ripple",
                 "largest departure from the energy, a share",
@@ -160,35 +143,64 @@ impl Accuracy {
             Column::new("energy_drift", "last quarter less first, a share"),
             Column::new("status", "what is to be said of the row"),
         ]);
+        let cells = |run: &Run| {
+            let mut cells = vec![Cell::Number(run.time)];
+            cells.extend(run.error.map(Cell::Number));
+            cells.extend([
+                run.order.into(),
+                Cell::Number(run.energy.ripple),
+                Cell::Number(run.energy.drift),
+                run.status(self.spacing).into(),
+            ]);
+            cells
+        };
         Table {
             name: "accuracy".to_owned(),
             title: "Error against run time".to_owned(),
             columns,
-            rows: self.runs.iter().map(|run| self.row(run)).collect(),
+            rows: self.rows(cells),
         }
     }
 
-    fn row(&self, run: &Run) -> Row {
-        let numbers = |numbers: [f64; 4]| numbers.map(Cell::Number);
-        let mut cells = vec![
-            Cell::Text(run.method.name()),
-            Cell::Number(run.dt),
-            run.precision.name().into(),
-            Cell::Number(run.time),
-        ];
-        cells.extend(numbers(run.error));
-        cells.push(run.order.into());
-        cells.extend(numbers(run.held));
-        cells.extend(numbers(run.rounding));
-        cells.extend([
-            Cell::Number(run.energy.ripple),
-            Cell::Number(run.energy.drift),
-            run.status(self.spacing).into(),
-        ]);
-        Row {
-            cells,
-            standing: run.standing(),
+    fn parts_table(&self) -> Table {
+        let mut columns = row_columns();
+        columns.extend(self.timed_columns("held", "m, from a run with substeps 64 times shorter"));
+        columns.extend(self.timed_columns("rounding", "m, from double-double with the same steps"));
+        let cells = |run: &Run| {
+            [run.held, run.rounding]
+                .concat()
+                .into_iter()
+                .map(Cell::Number)
+                .collect()
+        };
+        Table {
+            name: "accuracy_parts".to_owned(),
+            title: "The integrator's own error, and rounding".to_owned(),
+            columns,
+            rows: self.rows(cells),
         }
+    }
+
+    /// A column for each of the times.
+    fn timed_columns(&self, kind: &str, says: &str) -> [Column; 4] {
+        self.times
+            .map(|time| Column::new(&format!("{kind}_{time}"), says))
+    }
+
+    fn rows(&self, cells: impl Fn(&Run) -> Vec<Cell>) -> Vec<Row> {
+        let row = |run: &Run| {
+            let mut all = vec![
+                Cell::Text(run.method.name()),
+                Cell::Number(run.dt),
+                run.precision.name().into(),
+            ];
+            all.extend(cells(run));
+            Row {
+                cells: all,
+                standing: run.standing(),
+            }
+        };
+        self.runs.iter().map(row).collect()
     }
 
     /// Error against run time, a line for every method and precision.
@@ -260,4 +272,16 @@ impl Accuracy {
         }
         lines
     }
+}
+
+/// What tells the rows apart.
+fn row_columns() -> Vec<Column> {
+    vec![
+        Column::new(
+            "method",
+            "integrator, and substeps where there are more than one",
+        ),
+        Column::new("dt_s", "time step of the controller, s"),
+        Column::new("precision", "number type"),
+    ]
 }
