@@ -60,17 +60,39 @@ pub enum Error {
         /// What the system said.
         source: io::Error,
     },
-    /// A simulated state stopped being finite.
-    #[error("diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s")]
+    /// A simulated state stopped being finite, or any robot's.
+    #[error(
+        "diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s, \
+         mostly by {term}"
+    )]
     Diverged {
         /// The step that produced the state, from 0.
         step: usize,
-        /// The first node that is not finite.
+        /// The first node that is not finite, or absurd.
         node: usize,
         /// Its position, m.
         position: [f64; 2],
         /// Its velocity, m/s.
         velocity: [f64; 2],
+        /// What in that step made it so.
+        term: String,
+    },
+    /// A time step with which the robot's own vibrations grow.
+    #[error(
+        "the time step of {dt} s is unstable: the fastest vibration ({frequency:.1} 1/s, most at \
+         node {node}) grows from {limit:.3e} s on; {remedy}"
+    )]
+    UnstableStep {
+        /// The time step, s.
+        dt: f64,
+        /// The smallest unstable one, s.
+        limit: f64,
+        /// The largest angular frequency, 1/s.
+        frequency: f64,
+        /// The node that moves most in it.
+        node: usize,
+        /// What to do.
+        remedy: String,
     },
     /// Results that are not all numbers although no simulated state diverged.
     #[error("not finite: {}", names.join(", "))]
@@ -107,7 +129,10 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::CheckFailed { .. } => 1,
-            Error::Malformed { .. } | Error::Misfit { .. } | Error::Usage(_) => 2,
+            Error::Malformed { .. }
+            | Error::Misfit { .. }
+            | Error::Usage(_)
+            | Error::UnstableStep { .. } => 2,
             Error::Diverged { .. } | Error::NotFinite { .. } => 3,
             Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
             Error::Interrupted { .. } => 75,
@@ -149,8 +174,20 @@ mod tests {
             node: 5,
             position,
             velocity,
+            term: "gravity".to_string(),
         });
         assert!(code == 3 && text.contains("step 12: node 5 at [NaN, 0.5] m, velocity [1.0, 2.0]"));
+        assert!(text.ends_with(", mostly by gravity"));
+
+        let (code, text) = told(&Error::UnstableStep {
+            dt: 0.02,
+            limit: 0.0041,
+            frequency: 432.1,
+            node: 7,
+            remedy: "lower it".to_string(),
+        });
+        assert!(code == 2 && text.contains("0.02 s") && text.contains("432.1 1/s"));
+        assert!(text.contains("node 7") && text.ends_with("from 4.100e-3 s on; lower it"));
 
         let (path, source) = (
             PathBuf::from("a"),

@@ -12,7 +12,8 @@ use crate::projection::{Body, Projection, mixture};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
-use crate::simulator::{Divergence, Simulator, Span, Trajectory};
+use crate::simulator::stability::Vibration;
+use crate::simulator::{Divergence, Guarded, Simulator, Span, StepCheck, Trajectory};
 
 /// What a rollout depends on and may be differentiated by.
 #[derive(Clone, Debug, PartialEq)]
@@ -183,6 +184,36 @@ impl Task {
     ) -> Trajectory<R> {
         let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
         self.simulator.rollout((&body, controller), start, span)
+    }
+
+    /// Steps the robot of a mixture with the guard on: no absurd state goes unnoticed.
+    pub fn guarded(
+        &self,
+        mixture: &[[f64; 3]],
+        (controller, start): (&Controller<f64>, &State<f64>),
+        span: &Span,
+    ) -> Guarded {
+        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        self.simulator.guarded((&body, controller), start, span)
+    }
+
+    /// The time step against the vibrations of a mixture's robot at rest in these positions.
+    pub fn step_check(&self, mixture: &[[f64; 3]], positions: &[[f64; 2]]) -> StepCheck {
+        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        let vibration = Vibration::new(&self.lattice, &body, positions);
+        StepCheck::new(&vibration, &self.physics)
+    }
+
+    /// The same as [`rollout`](Task::rollout), with every operation on the tape.
+    pub fn rollout_in_full<R: Real>(
+        &self,
+        mixture: &[[R; 3]],
+        (controller, start): (&Controller<R>, &State<R>),
+        span: &Span,
+    ) -> Trajectory<R> {
+        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        self.simulator
+            .rollout_in_full((&body, controller), start, span)
     }
 
     /// Where the rollout of a mixture's robot diverges, if it does.

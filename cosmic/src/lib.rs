@@ -5,6 +5,7 @@
 
 pub mod error;
 pub mod random;
+pub mod reading;
 pub mod scene;
 pub mod lattice;
 pub mod design;

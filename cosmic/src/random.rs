@@ -13,6 +13,8 @@ pub enum Purpose {
     Selection = 1,
     /// Perturbed starts by which results are judged: never those that chose them.
     Judgement = 2,
+    /// Perturbed starts and directions of a verification, and lattices that it makes up.
+    Verification = 3,
 }
 
 /// The stream of a seed and a purpose, the same on every platform.

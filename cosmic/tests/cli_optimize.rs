@@ -324,7 +324,7 @@ fn a_robot_that_flies_apart_is_told_with_its_last_states() {
     let text =
         scene(24, 256, "dt = 0.01\ndamping = 0.0") + "[materials]\nstiffness = [1e-7, 4e3, 30.0]\n";
     let bench = Bench::with(&text);
-    let said = bench.optimize("a", &[]);
+    let said = bench.optimize("a", &["--allow-unstable"]);
     assert_eq!(said.code, 3, "{said:?}");
     for what in [
         "diverged in step ",
@@ -350,9 +350,102 @@ fn a_robot_that_flies_apart_is_told_with_its_last_states() {
     assert!(!bench.path("a/summary.json").exists());
     assert_eq!(bench.cosmic(&["resume", "a"]).code, 3);
     // Nothing comes of several such starts either.
-    let said = bench.optimize("b", &["--starts", "2"]);
+    let said = bench.optimize("b", &["--starts", "2", "--allow-unstable"]);
     assert!(
         said.code == 3 && said.error.contains("b/diverged.json"),
         "{said:?}"
     );
+}
+
+/// A scene whose time step is far too long, said on a line of its own.
+fn unstable() -> String {
+    scene(4, 32, "dt = 0.05")
+}
+
+#[test]
+fn an_unstable_time_step_is_refused_where_the_scene_sets_it() {
+    let bench = Bench::with(&unstable());
+    let line = unstable()
+        .lines()
+        .position(|l| l.starts_with("dt"))
+        .unwrap()
+        + 1;
+    let said = bench.optimize("a", &[]);
+    assert_eq!((said.code, said.out.as_str()), (2, ""), "{said:?}");
+    for what in [
+        &format!("tiny.toml:{line}:"),
+        "the time step of 0.05 s is unstable",
+        "node ",
+        "set physics.dt to ",
+        "--allow-unstable",
+        "^",
+    ] {
+        assert!(said.error.contains(what), "no {what:?} in {}", said.error);
+    }
+    assert!(!bench.path("a").exists());
+    // Where the scene sets none, there is no line to show.
+    let bench = Bench::with("[materials]\nstiffness = [1e-7, 4e6, 30.0]\n");
+    let said = bench.optimize("a", &[]);
+    assert!(said.code == 2 && said.error.starts_with("error: the time step of 0.002 s is"));
+}
+
+#[test]
+fn an_unstable_time_step_is_let_pass_with_a_warning() {
+    let warning = "warning: the time step of 0.05 s is unstable";
+    let bench = Bench::with(&unstable());
+    let said = bench.optimize("a", &["--allow-unstable", "--iterations", "2"]);
+    assert_eq!(said.error.matches(warning).count(), 1, "{said:?}");
+    let text = fs::read_to_string(bench.path("a/scene.toml")).unwrap();
+    assert!(text.contains("unstable_step = \"warn\""));
+    let history = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
+    let row: Value = serde_json::from_str(history.lines().next().unwrap()).unwrap();
+    let check = &row["time_step"];
+    let limit = check["exact"]["dt"].as_f64().unwrap();
+    assert!(check["dt"] == 0.05 && limit < 0.05 && check["exact"]["node"].is_u64());
+    let table = fs::read_to_string(bench.path("a/history.csv")).unwrap();
+    assert!(
+        table
+            .lines()
+            .next()
+            .unwrap()
+            .contains(",dt_over_bound,dt_over_limit,")
+    );
+    let quiet = bench.optimize("b", &["--allow-unstable", "--quiet", "--iterations", "2"]);
+    assert!(!quiet.error.contains("warning"), "{quiet:?}");
+    // A patient scene says so itself.
+    let bench =
+        Bench::with(&unstable().replace("dt = 0.05", "dt = 0.05\nunstable_step = \"warn\""));
+    let said = bench.optimize("a", &["--iterations", "2"]);
+    assert!(said.code != 2 && said.error.contains(warning), "{said:?}");
+}
+
+/// The snap makes every edge skeleton, and that is too stiff for the time step.
+#[test]
+fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
+    let text = "[lattice]\ncolumns = 2\nrows = 2\n[physics]\nsteps = 32\ndt = 0.0045\n\
+                [volume]\nsolid = [1.0, 1.0]\nactuator = [0.0, 0.0]\n\
+                [schedule]\niterations = 6\nattraction_from = 4\nsnap_at = 4\n\
+                horizon = [32, 32]\n[loss]\nwindow = 16\nevery = 4\n";
+    let bench = Bench::with(text);
+    let said = bench.optimize("a", &[]);
+    assert_eq!(said.code, 2, "{said:?}");
+    assert!(said.error.contains("tiny.toml:6:"), "{}", said.error);
+    let done = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
+    assert!((1..6).contains(&done.lines().count()), "{done}");
+    // It is not forgotten.
+    let said = bench.cosmic(&["resume", "a"]);
+    assert!(
+        said.code == 2 && said.error.contains("unstable"),
+        "{said:?}"
+    );
+    let said = bench.cosmic(&["resume", "a", "--allow-unstable"]);
+    assert!(said.error.contains("warning: "), "{said:?}");
+    let all = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
+    assert!(all.lines().count() == 6 && all.starts_with(&done));
+    let scene = fs::read_to_string(bench.path("a/scene.toml")).unwrap();
+    assert!(scene.contains("unstable_step = \"warn\""));
+    let same = bench.optimize("b", &["--allow-unstable"]);
+    assert_eq!(same.code, said.code);
+    let design = |run: &str| fs::read(bench.path(run).join("design.json")).unwrap();
+    assert_eq!(design("a"), design("b"));
 }

@@ -1,6 +1,7 @@
 //! What the tests across both crates share: reading reference files and comparing with them.
 
 mod bare;
+pub mod readers;
 
 pub use bare::Bare;
 

@@ -12,7 +12,7 @@ use crate::lattice::{Ground, State};
 use crate::objective::{Displacement, measures};
 use crate::projection::{Body, Projection, mixture, one_hot};
 use crate::scene::HorizonMode;
-use crate::simulator::{Divergence, Span};
+use crate::simulator::{Divergence, Guarded, Span, StepCheck};
 
 impl Case {
     /// The case as a task.
@@ -50,6 +50,12 @@ impl Case {
         self.task().divergence(&mixture, robot)
     }
 
+    /// The time step against the vibrations of the robot at rest in its first positions.
+    pub fn step_check(&self) -> StepCheck {
+        let mixture = self.mixture(self.projection, &self.z);
+        self.task().step_check(&mixture, &self.start.x)
+    }
+
     /// The loss of the final position, for any number type.
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
         let mixture = self.mixture(self.projection, &inputs.z);
@@ -77,7 +83,7 @@ impl Case {
         let recorded = self.recorded_steps(record)?;
         let mixture = self.mixture(self.projection, &self.z);
         let body = Body::new(&mixture, &self.lattice, &self.materials, &self.physics);
-        let trajectory = self.trajectory(&task, &mixture, &recorded);
+        let (trajectory, divergence) = self.trajectory(&task, &mixture, &recorded);
         let ground = task.ground();
         let l_disp = -along(&ground, &trajectory[&self.physics.steps]);
         let measures = measures(&mixture, self.sharpness.delta);
@@ -112,29 +118,27 @@ impl Case {
                 .collect(),
             z_projected: mixture,
             grad_l_disp,
+            divergence,
         })
     }
 
-    /// The states of the given steps and of the last.
+    /// The states of the given steps and of the last, and where the rollout diverges.
     fn trajectory(
         &self,
         task: &Task,
         mixture: &[[f64; 3]],
         recorded: &[usize],
-    ) -> BTreeMap<usize, State<f64>> {
+    ) -> (BTreeMap<usize, State<f64>>, Option<Divergence>) {
         let mut observed = recorded.to_vec();
         observed.push(self.physics.steps);
         observed.dedup();
-        let trajectory = task.rollout(
-            mixture,
-            (&self.controller, &self.start),
-            &Span::from_start(observed),
-        );
-        trajectory
-            .steps
-            .into_iter()
-            .zip(trajectory.states)
-            .collect()
+        let robot = (&self.controller, &self.start);
+        let Guarded {
+            trajectory,
+            divergence,
+        } = task.guarded(mixture, robot, &Span::from_start(observed));
+        let states = trajectory.steps.into_iter().zip(trajectory.states);
+        (states.collect(), divergence)
     }
 
     fn first_activation(&self, ground: &Ground) -> Vec<f64> {

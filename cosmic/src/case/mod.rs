@@ -20,8 +20,10 @@ use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
 use crate::objective::AugmentedLagrangian;
 use crate::projection::Projection;
+use crate::reading::read_whole;
 use crate::scene::{
     ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
+    UnstableStep,
 };
 use raw::{FORMAT, RawCase, RawScene, VERSION};
 
@@ -68,11 +70,12 @@ impl Case {
     /// # Errors
     /// Where the file cannot be read, or as [`parse`](Case::parse).
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
-            path: path.to_owned(),
-            source,
-        })?;
-        Self::parse(&path.display().to_string(), &text)
+        let bytes = read_whole(path)?;
+        // What is no text is no JSON either, and the parser says where.
+        Self::parse(
+            &path.display().to_string(),
+            &String::from_utf8_lossy(&bytes),
+        )
     }
 
     /// Reads a case from text; `file` names it in messages.
@@ -263,6 +266,8 @@ fn physics(scene: &RawScene, steps: usize) -> PhysicsSettings {
     PhysicsSettings {
         dt: scene.dt,
         steps,
+        integrator: scene.integrator,
+        substeps: scene.substeps,
         gravity: scene.gravity,
         damping: scene.gamma,
         node_mass: scene.m_eps,
@@ -271,6 +276,8 @@ fn physics(scene: &RawScene, steps: usize) -> PhysicsSettings {
         incline_deg: scene.alpha_deg,
         contact: scene.contact,
         friction: scene.mu,
+        // A case is evaluated, and that never refuses.
+        unstable_step: UnstableStep::Warn,
     }
 }
 

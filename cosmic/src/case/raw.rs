@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::controller::Weights;
 use crate::design::Material;
 use crate::projection::Projection;
-use crate::scene::Contact;
+use crate::scene::{Contact, Integrator};
 
 /// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
 pub(super) const FORMAT: &str = "cosmic-case";
@@ -60,6 +60,11 @@ pub(super) struct RawScene {
     pub(super) m_eps: f64,
     pub(super) payload_mass: f64,
     pub(super) dt: f64,
+    // Written only where it is not the paper's: such a case is read by any program of the format.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub(super) integrator: Integrator,
+    #[serde(default = "single", skip_serializing_if = "is_single")]
+    pub(super) substeps: usize,
     pub(super) contact: Contact,
     pub(super) mu: f64,
     pub(super) omega: f64,
@@ -80,6 +85,18 @@ pub(super) struct RawScene {
 
 fn one() -> f64 {
     1.0
+}
+
+fn single() -> usize {
+    1
+}
+
+fn is_single(substeps: &usize) -> bool {
+    *substeps == 1
+}
+
+fn is_default(integrator: &Integrator) -> bool {
+    *integrator == Integrator::default()
 }
 
 #[derive(Deserialize, Serialize)]

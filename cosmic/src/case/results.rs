@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::controller::Weights;
 use crate::lattice::State;
+use crate::simulator::Divergence;
 
 /// What a case's rollout gives. Gradients are there where they were asked for, the last two
 /// entries in stability cases alone.
@@ -48,6 +49,9 @@ pub struct Results {
     /// Its derivative by `z`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_augmented_performance_constraints: Option<DesignGradient>,
+    /// Where the rollout diverges, whatever states are recorded; no part of the file.
+    #[serde(skip)]
+    pub divergence: Option<Divergence>,
 }
 
 /// A derivative by everything that a rollout depends on.
@@ -138,6 +142,7 @@ mod tests {
             grad_augmented: None,
             augmented_performance_constraints: None,
             grad_augmented_performance_constraints: None,
+            divergence: None,
         }
     }
 

@@ -50,9 +50,16 @@ impl Case {
     /// inputs, the last states as results, and numbers that are not finite as `null`.
     pub fn diverged_json(&self, divergence: &Divergence) -> String {
         let Divergence {
-            step, node, last, ..
+            step,
+            node,
+            term,
+            last,
+            ..
         } = divergence;
-        let note = format!("step {step} diverged at node {node}; the last states are in `results`");
+        let note = format!(
+            "step {step} diverged at node {node}, mostly by {term}; the last states are in \
+             `results`"
+        );
         let trajectory = last.steps.iter().copied().zip(&last.states).collect();
         json(&File {
             note: Some(note),
@@ -102,6 +109,8 @@ impl Case {
             m_eps: physics.node_mass,
             payload_mass: physics.payload_mass,
             dt: physics.dt,
+            integrator: physics.integrator,
+            substeps: physics.substeps,
             contact: physics.contact,
             mu: physics.friction,
             omega: observation.omega,

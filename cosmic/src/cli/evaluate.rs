@@ -4,7 +4,6 @@ use super::source::Source;
 use super::{note, print};
 use crate::case::{Case, Results};
 use crate::error::{Error, Result};
-use crate::lattice::State;
 use crate::record::files::write_atomic;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -46,15 +45,10 @@ impl Arguments {
     /// Says what is wrong with results that are no numbers, or of a robot that flew apart.
     fn judge(&self, case: &Case, results: &Results) -> Result<()> {
         let names = results.not_finite();
-        let absurd = results.trajectory.values().any(State::is_absurd);
-        if names.is_empty() && !absurd {
-            return Ok(());
-        }
-        let Some(divergence) = case.divergence() else {
-            return if names.is_empty() {
-                Ok(())
-            } else {
-                Err(Error::NotFinite { names })
+        let Some(divergence) = &results.divergence else {
+            return match names.is_empty() {
+                true => Ok(()),
+                false => Err(Error::NotFinite { names }),
             };
         };
         if !names.is_empty() {
@@ -63,7 +57,7 @@ impl Arguments {
                 names.join(", ")
             ));
         }
-        let text = case.diverged_json(&divergence) + "\n";
+        let text = case.diverged_json(divergence) + "\n";
         let path = self.beside(DIVERGED);
         let name = path.display();
         match write_atomic(&path, |file| file.write_all(text.as_bytes())) {
@@ -73,7 +67,7 @@ impl Arguments {
             // That it diverged is the graver news, and still to come.
             Err(error) => note(&format!("the last states are lost: {error}")),
         }
-        Err(Error::from(&divergence))
+        Err(Error::from(divergence))
     }
 
     /// A file in the folder of the results, or in the current one.

@@ -5,8 +5,8 @@ use super::{print, print_json};
 use crate::case::Case;
 use crate::error::Result;
 use crate::projection::Body;
-use crate::scene::{Contact, LossSettings, Scene};
-use crate::simulator::stability::{Vibration, step_limit};
+use crate::scene::{Contact, Integrator, LossSettings, Scene};
+use crate::simulator::stability::{Vibration, stable_step};
 use crate::verify::{Speed, measure, peak_memory};
 use clap::Args;
 use serde::Serialize;
@@ -59,6 +59,8 @@ struct RolloutFacts {
     edges: usize,
     steps: usize,
     dt: f64,
+    integrator: Integrator,
+    substeps: usize,
     contact: Contact,
     /// Coefficient of Coulomb friction, where that is the contact law.
     friction: Option<f64>,
@@ -102,6 +104,8 @@ impl RolloutFacts {
             edges: lattice.edges.len(),
             steps: physics.steps,
             dt: physics.dt,
+            integrator: physics.integrator,
+            substeps: physics.substeps,
             contact: physics.contact,
             friction: (physics.contact == Contact::Coulomb).then_some(physics.friction),
             incline_deg: physics.incline_deg,
@@ -110,8 +114,8 @@ impl RolloutFacts {
             controller: [controller.inputs, controller.hidden, controller.edges()],
             layout: case.frozen.is_some(),
             stable_dt: StableStep {
-                exact: step_limit(largest_frequency, physics.damping),
-                bound: step_limit(vibration.edge_bound(), physics.damping),
+                exact: stable_step(physics, largest_frequency),
+                bound: stable_step(physics, vibration.edge_bound()),
                 largest_frequency,
             },
         }
@@ -155,6 +159,7 @@ impl RolloutFacts {
                 "steps",
                 format!("{steps} of {dt} s, {} s in all", *steps as f64 * dt),
             ),
+            ("integrator", self.integrator_text()),
             ("stable step", self.stable_text()),
         ];
         lines
@@ -175,6 +180,17 @@ impl RolloutFacts {
             (Contact::None, _) => "none: there is no ground".to_owned(),
             (_, Some(friction)) => format!("Coulomb friction, coefficient {friction}"),
             _ => "infinite friction: a node stops where it touches".to_owned(),
+        }
+    }
+
+    fn integrator_text(&self) -> String {
+        let name = match self.integrator {
+            Integrator::SymplecticEuler => "symplectic Euler",
+            Integrator::Leapfrog => "leapfrog",
+        };
+        match self.substeps {
+            1 => name.to_owned(),
+            substeps => format!("{name}, {substeps} substeps"),
         }
     }
 

@@ -14,6 +14,7 @@ mod resume;
 mod runs;
 mod scene;
 mod source;
+mod verify;
 
 pub use options::{Output, RunOptions};
 
@@ -36,6 +37,7 @@ enum Command {
     Resume(resume::Arguments),
     Evaluate(evaluate::Arguments),
     Gradcheck(gradcheck::Arguments),
+    Verify(verify::Arguments),
     Explain(explain::Arguments),
     Report(report::Arguments),
     Compare(compare::Arguments),
@@ -50,6 +52,7 @@ impl Command {
             Command::Resume(arguments) => arguments.run(),
             Command::Evaluate(arguments) => arguments.run(),
             Command::Gradcheck(arguments) => arguments.run(),
+            Command::Verify(arguments) => arguments.run(),
             Command::Explain(arguments) => arguments.run(),
             Command::Report(arguments) => arguments.run(),
             Command::Compare(arguments) => arguments.run(),

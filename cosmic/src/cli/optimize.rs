@@ -1,9 +1,9 @@
 //! `cosmic optimize`.
 
 use super::{RunOptions, runs};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::record::{Plan, optimise};
-use crate::scene::{BUILTIN, Scene};
+use crate::scene::{BUILTIN, Scene, UnstableStep, fault};
 use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -20,6 +20,10 @@ pub(super) struct Arguments {
     /// Stop after this many iterations; the phases stay where they are
     #[arg(long, value_name = "N")]
     iterations: Option<NonZeroUsize>,
+    /// Go on although the time step is unstable for the robot (as unstable_step = "warn" in the
+    /// scene)
+    #[arg(long)]
+    allow_unstable: bool,
     #[command(flatten)]
     options: RunOptions,
 }
@@ -27,9 +31,13 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let options = &self.options;
+        let mut scene = Scene::load(&self.scene)?;
+        if self.allow_unstable {
+            scene.physics.unstable_step = UnstableStep::Warn;
+        }
         let plan = Plan {
             name: name_of(&self.scene),
-            scene: Scene::load(&self.scene)?,
+            scene,
             seed: options.seed,
             starts: self.starts,
             iterations: self.iterations,
@@ -41,7 +49,19 @@ impl Arguments {
         runs::carry_out(&folder, options.threads, &options.output, |observer| {
             optimise(&folder, &plan, observer)
         })
+        .map_err(|error| pointed(error, &self.scene))
     }
+}
+
+/// Shows an unstable time step where the scene sets it.
+fn pointed(error: Error, scene: &str) -> Error {
+    let Error::UnstableStep { remedy, .. } = &error else {
+        return error;
+    };
+    let text = error.to_string();
+    let message = text.strip_suffix(remedy).unwrap_or(&text);
+    let says = [message.trim_end_matches("; "), remedy];
+    fault(scene, "physics.dt", says).unwrap_or(error)
 }
 
 /// What a scene is called: a file by its name without the extension.

@@ -1,7 +1,7 @@
 //! How a run shows itself: a bar in a terminal, a line now and then in a pipe.
 
-use super::Output;
 use super::interrupt::Interrupt;
+use super::{Output, note};
 use crate::codesign::Record;
 use crate::record::{Observer, Run};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -109,6 +109,15 @@ impl Observer for Progress {
         match self.interrupt.is_asked() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
+        }
+    }
+
+    fn warning(&mut self, text: &str) {
+        let text = format!("warning: {text}");
+        match &self.voice {
+            Voice::Silent => {}
+            Voice::Bar(bar) => bar.suspend(|| note(&text)),
+            Voice::Lines => note(&text),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Output, runs};
 use crate::error::Result;
-use crate::record::resume;
+use crate::record::{allow_unstable, resume};
 use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -16,12 +16,18 @@ pub(super) struct Arguments {
     /// Threads; the results do not depend on their number
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
+    /// Go on although the time step became unstable for the robot
+    #[arg(long)]
+    allow_unstable: bool,
     #[command(flatten)]
     output: Output,
 }
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
+        if self.allow_unstable {
+            allow_unstable(&self.run)?;
+        }
         runs::carry_out(&self.run, self.threads, &self.output, |observer| {
             resume(&self.run, observer)
         })

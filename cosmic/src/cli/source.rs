@@ -2,9 +2,9 @@
 
 use crate::case::Case;
 use crate::error::{Error, Result};
+use crate::reading::read_whole;
 use crate::record::{DesignFile, design_file};
 use crate::scene::{BUILTIN, Scene};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The seed of the controller that a scene is tried out with.
@@ -29,18 +29,15 @@ impl Source {
             return Ok(Self::Scene(name.to_owned()));
         }
         let path = Path::new(name);
-        let text = match fs::read(path) {
+        let text = match read_whole(path) {
             Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
             // A name that is no file may be a misspelt scene: that reader has a hint.
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound && !is_json(path) => {
+            Err(Error::Read { source, .. })
+                if source.kind() == std::io::ErrorKind::NotFound && !is_json(path) =>
+            {
                 return Ok(Self::Scene(name.to_owned()));
             }
-            Err(source) => {
-                return Err(Error::Read {
-                    path: path.to_owned(),
-                    source,
-                });
-            }
+            Err(error) => return Err(error),
         };
         Ok(Self::recognise(path, text))
     }

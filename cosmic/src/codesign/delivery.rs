@@ -9,7 +9,7 @@ use crate::design::{self, Material};
 use crate::lattice::State;
 use crate::random::{Purpose, stream, symmetric};
 use crate::scene::SelectionKind;
-use crate::simulator::{Span, Trajectory};
+use crate::simulator::{Divergence, Guarded, Span, Trajectory};
 
 /// Displacements along the ground over perturbed starts, in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,6 +75,8 @@ pub struct Delivery {
     pub volumes: [f64; 2],
     /// Every 16th state of the unperturbed rollout, and the last.
     pub trajectory: Trajectory<f64>,
+    /// Where that rollout diverges, if it does.
+    pub divergence: Option<Divergence>,
 }
 
 impl CoDesign {
@@ -97,8 +99,8 @@ impl CoDesign {
 
         let starts = self.perturbed_starts(progress.seed, Purpose::Judgement);
         let spreads = self.spreads(&mixture, &[controller, &progress.controller], &starts);
-        let trajectory = self.shown_rollout(&mixture, controller);
-        let moved = self.moved(&self.start, &trajectory);
+        let guarded = self.shown_rollout(&mixture, controller);
+        let moved = self.moved_guarded(&self.start, &guarded);
         let share =
             |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
         Delivery {
@@ -115,7 +117,8 @@ impl CoDesign {
             spread: spreads[0],
             last: spreads[1],
             volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
-            trajectory,
+            trajectory: guarded.trajectory,
+            divergence: guarded.divergence,
         }
     }
 
@@ -131,12 +134,12 @@ impl CoDesign {
     }
 
     /// The unperturbed rollout, with enough states to show it.
-    fn shown_rollout(&self, mixture: &[[f64; 3]], controller: &Controller<f64>) -> Trajectory<f64> {
+    fn shown_rollout(&self, mixture: &[[f64; 3]], controller: &Controller<f64>) -> Guarded {
         let steps = self.scene.physics.steps;
         let mut kept: Vec<usize> = (0..steps).step_by(KEEP_EVERY).collect();
         kept.push(steps);
         let robot = (controller, &self.start);
-        self.task.rollout(mixture, robot, &Span::from_start(kept))
+        self.task.guarded(mixture, robot, &Span::from_start(kept))
     }
 
     /// Starts with every coordinate moved by as much as the scene says, up or down.

@@ -52,6 +52,7 @@ use crate::objective::{AugmentedLagrangian, Displacement, measures, violations};
 use crate::optimiser::{Adam, Mma, MmaParameters, OptimiserError};
 use crate::projection::{self, Projection};
 use crate::scene::{Pass, Scene, StartKind};
+use crate::simulator::StepCheck;
 use schedule::Moment;
 
 /// Iterations of the co-design from one full rollout to the next. The fine-tuning, whose
@@ -63,12 +64,13 @@ const EVALUATE_EVERY: usize = 10;
 /// [`Run`](crate::record::Run) do it in a folder.
 ///
 /// # Errors
-/// As [`CoDesign::new`] and [`CoDesign::begin`].
+/// As [`CoDesign::new`] and [`CoDesign::begin`], the time step checked after every iteration.
 pub fn optimise(scene: &Scene, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
     let mut codesign = CoDesign::new(scene)?;
     let mut progress = codesign.begin(seed)?;
     while !codesign.is_done(&progress) {
         observe(&codesign.iterate(&mut progress));
+        codesign.step_check(&progress).accept(&scene.physics)?;
     }
     Ok(codesign.deliver(&progress))
 }
@@ -82,6 +84,8 @@ pub struct CoDesign {
     /// The design's optimiser, for each projection.
     mma: [Mma; 2],
     adam: Adam,
+    /// The last mixture whose time step was checked: a frozen layout is checked once.
+    checked: Option<(Vec<[f64; 3]>, StepCheck)>,
 }
 
 impl CoDesign {
@@ -115,6 +119,7 @@ impl CoDesign {
                 &scene.projection,
             ),
             scene: scene.clone(),
+            checked: None,
         })
     }
 
@@ -131,7 +136,8 @@ impl CoDesign {
     /// The state before the first iteration.
     ///
     /// # Errors
-    /// Where the scene's start is drawn for another lattice.
+    /// Where the scene's start is drawn for another lattice, and [`Error::UnstableStep`] where the
+    /// start vibrates too fast for the time step and the scene does not let that pass.
     pub fn begin(&self, seed: u64) -> Result<Progress> {
         let (scene, lattice) = (&self.scene, &self.task.lattice);
         let z = start_vectors(&scene.start, lattice, scene.projection.beta)?;
@@ -139,7 +145,7 @@ impl CoDesign {
             .then(|| z.iter().map(crate::design::dominant).collect());
         let controller = Controller::xavier(&scene.controller, lattice, seed);
         let mixture = self.task.mixture(Projection::Performance, &z);
-        Ok(Progress {
+        let progress = Progress {
             seed,
             iteration: 0,
             mma: [0, 1].map(|k: usize| self.mma[k].init(z.as_flattened())),
@@ -153,7 +159,18 @@ impl CoDesign {
             z,
             materials,
             controller,
-        })
+        };
+        self.step_check(&progress).accept(&scene.physics)?;
+        Ok(progress)
+    }
+
+    /// The time step against the vibrations of the design as it stands.
+    pub fn step_check(&self, progress: &Progress) -> StepCheck {
+        let mixture = self.mixture(progress);
+        match &self.checked {
+            Some((checked, check)) if *checked == mixture => *check,
+            _ => self.task.step_check(&mixture, &self.start.x),
+        }
     }
 
     /// Whether all iterations are done.
@@ -187,6 +204,9 @@ impl CoDesign {
         progress.skipped += record.skipped;
         record.multipliers = progress.lagrangian.multiplier;
         record.penalties = progress.lagrangian.penalty;
+        let check = self.step_check(progress);
+        self.checked = Some((self.mixture(progress), check));
+        record.time_step = Some(check);
         record
     }
 
@@ -245,6 +265,7 @@ impl CoDesign {
             controller_gradient: None,
             mma: [None, None],
             skipped: 0,
+            time_step: None,
         }
     }
 }

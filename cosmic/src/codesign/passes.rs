@@ -12,7 +12,7 @@ use crate::lattice::State;
 use crate::objective::{Measures, measures};
 use crate::optimiser::{Linearisation, MmaState, Update, bound_norm};
 use crate::projection::Projection;
-use crate::simulator::{Span, Trajectory};
+use crate::simulator::{Guarded, Span, Trajectory};
 
 /// A gradient of the displacement loss, and where the payload was after the horizon.
 struct Slope {
@@ -166,13 +166,21 @@ impl CoDesign {
         start: &State<f64>,
     ) -> [f64; 2] {
         let end = Span::from_start(vec![self.scene.physics.steps]);
-        let trajectory = self.task.rollout(mixture, (controller, start), &end);
-        self.moved(start, &trajectory)
+        let guarded = self.task.guarded(mixture, (controller, start), &end);
+        self.moved_guarded(start, &guarded)
+    }
+
+    /// As [`moved`](Self::moved); NaN where any state is absurd.
+    pub(super) fn moved_guarded(&self, start: &State<f64>, guarded: &Guarded) -> [f64; 2] {
+        match guarded.divergence {
+            Some(_) => [f64::NAN; 2],
+            None => self.moved(start, &guarded.trajectory),
+        }
     }
 
     /// From the payload's start to its place in the last state, in the ground's frame; NaN where
     /// that state is absurd.
-    pub(super) fn moved(&self, start: &State<f64>, trajectory: &Trajectory<f64>) -> [f64; 2] {
+    fn moved(&self, start: &State<f64>, trajectory: &Trajectory<f64>) -> [f64; 2] {
         let last = trajectory.at(trajectory.last_step());
         if last.is_absurd() {
             return [f64::NAN; 2];

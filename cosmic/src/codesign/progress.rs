@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaState};
 use crate::scene::Pass;
+use crate::simulator::StepCheck;
 
 /// The whole state of an optimisation: saved and read back, it goes on bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -152,6 +153,10 @@ pub struct Record {
     pub mma: [Option<MmaDiagnostics>; 2],
     /// Gradients skipped in this iteration because they were not finite.
     pub skipped: usize,
+    /// The time step against the vibrations of the design after the iteration; rows of older
+    /// histories have none.
+    #[serde(default)]
+    pub time_step: Option<StepCheck>,
 }
 
 /// How a subproblem of the design's optimiser was solved.

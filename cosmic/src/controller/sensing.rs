@@ -18,9 +18,10 @@ pub struct Moment<'a, R> {
     pub ground: &'a Ground,
 }
 
-/// The length of an observation of so many nodes.
+/// The length of an observation of so many nodes. Absurd numbers of clocks, as a file may have
+/// them, give an absurd length, which nothing fits.
 pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize {
-    settings.clocks + 2 + 4 * nodes
+    settings.clocks.saturating_add(2 + 4 * nodes)
 }
 
 /// What a controller observes: clocks; goal; offsets of the nodes from their unweighted mean as

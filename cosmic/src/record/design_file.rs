@@ -2,7 +2,7 @@
 //!
 //! It holds no time and no machine: the same robot has the same bytes.
 
-use super::files::{Format, read_json, write_json};
+use super::files::{Format, parse_json, read_json, write_json};
 use crate::case::Case;
 use crate::controller::{Controller, Weights, observation_length};
 use crate::design::{Material, one_hot};
@@ -61,6 +61,14 @@ impl DesignFile {
     /// Those of [`read_json`].
     pub fn read(path: &Path) -> Result<Self> {
         read_json(path, FORMAT)
+    }
+
+    /// As [`read`](Self::read), of bytes at hand; `path` is named in messages.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`].
+    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
+        parse_json(path, bytes, FORMAT)
     }
 
     /// Replaces the file by this design.

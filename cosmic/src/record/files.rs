@@ -1,6 +1,7 @@
 //! Files that are whole or not there: each is written beside its place and renamed into it.
 
 use crate::error::{Error, Result};
+use crate::reading::read_whole;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
@@ -150,14 +151,18 @@ struct Stamp {
 /// [`Error::Read`] for a file that is missing or unreadable; [`Error::Malformed`] for one that is
 /// not JSON, of another format or version, or lacks keys.
 pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> {
-    let bytes = fs::read(path).map_err(|source| Error::Read {
-        path: path.into(),
-        source,
-    })?;
+    parse_json(path, &read_whole(path)?, format)
+}
+
+/// As [`read_json`], of bytes at hand; `path` is named in messages.
+///
+/// # Errors
+/// [`Error::Malformed`].
+pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format) -> Result<T> {
     let json = |error: serde_json::Error| {
         malformed(path, (error.line(), error.column()), &error.to_string())
     };
-    let stamp: Stamp = serde_json::from_slice(&bytes).map_err(json)?;
+    let stamp: Stamp = serde_json::from_slice(bytes).map_err(json)?;
     if stamp.format != format.name || stamp.version != format.version {
         let found = format!("{:?} version {}", stamp.format, stamp.version);
         let needed = format!("{:?} version {}", format.name, format.version);
@@ -167,7 +172,7 @@ pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> 
             &format!("the format is {found}, not {needed}"),
         ));
     }
-    serde_json::from_slice(&bytes).map_err(json)
+    serde_json::from_slice(bytes).map_err(json)
 }
 
 /// A file that reads but is not what it should be, from `line` and `column` on.

@@ -194,7 +194,7 @@ fn header() -> String {
     names.extend(projections.map(|projection| format!("design_gradient_{projection}")));
     names.push("controller_gradient".to_string());
     names.extend(projections.iter().flat_map(|projection| of_mma(projection)));
-    names.extend(["skipped", "seconds"].map(String::from));
+    names.extend(["skipped", "dt_over_bound", "dt_over_limit", "seconds"].map(String::from));
     names.join(",") + "\n"
 }
 
@@ -214,7 +214,13 @@ fn line(row: &Row) -> String {
     cells.extend(r.design_gradient.map(perhaps));
     cells.push(perhaps(r.controller_gradient));
     cells.extend(r.mma.iter().flat_map(|mma| solved(mma.as_ref())));
-    cells.extend([r.skipped.to_string(), number(row.seconds)]);
+    cells.push(r.skipped.to_string());
+    let bound = r.time_step.map(|check| check.bound.share(check.dt));
+    let limit = r
+        .time_step
+        .and_then(|check| Some(check.exact?.share(check.dt)));
+    cells.extend([bound, limit].map(perhaps));
+    cells.push(number(row.seconds));
     cells.join(",") + "\n"
 }
 

@@ -4,6 +4,7 @@
 //! what going on needs: killed anywhere and resumed, a run ends with the bytes it would have
 //! ended with, wall times aside.
 
+mod allow;
 pub mod design_file;
 pub mod files;
 pub mod history;
@@ -13,6 +14,7 @@ mod starts;
 pub mod summary;
 pub mod trajectory_file;
 
+pub use allow::allow_unstable;
 pub use design_file::DesignFile;
 pub use run::{DIVERGED, Observer, Run, optimise, resume};
 pub use snapshot::Plan;

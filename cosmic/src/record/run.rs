@@ -2,14 +2,14 @@
 
 use super::files::{is_used, sweep, write_atomic, write_json};
 use super::history::History;
-use super::snapshot::Snapshot;
+use super::snapshot::{SNAPSHOT, Snapshot};
 use super::summary::SUMMARY;
 use super::trajectory_file::TRAJECTORY;
 use super::{DesignFile, Plan, Summary, TrajectoryFile, starts, summary, trajectory_file};
 use crate::codesign::{CoDesign, Delivery, Progress, Record};
 use crate::error::{Error, Result};
-use crate::lattice::State;
 use crate::scene::Scene;
+use crate::simulator::Grade;
 use std::borrow::Cow;
 use std::fs;
 use std::io::ErrorKind;
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// The scene's place in a run's folder.
-const SCENE: &str = "scene.toml";
+pub(super) const SCENE: &str = "scene.toml";
 /// The design's place in a run's folder.
 pub(super) const DESIGN: &str = "design.json";
 /// Where the last states of a diverged result are kept.
@@ -36,12 +36,19 @@ pub trait Observer {
 
     /// An iteration is done. `Break` interrupts the run: it is saved, and can be resumed.
     fn iteration(&mut self, record: &Record) -> ControlFlow<()>;
+
+    /// Something is not as it should be, and the run goes on. Said once.
+    fn warning(&mut self, text: &str) {
+        let _ = text;
+    }
 }
 
 /// Carries out a plan in a new or empty folder.
 ///
 /// # Errors
 /// [`Error::Usage`] for a folder that holds something, and for a plan that cannot be carried out;
+/// [`Error::UnstableStep`] where the scene's start, or later the design, vibrates too fast for the
+/// time step and the scene does not let that pass;
 /// [`Error::Write`] where files cannot be written; [`Error::Interrupted`] where the observer
 /// asked for it; [`Error::Diverged`] where the delivered design does, its last states kept.
 pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
@@ -76,6 +83,8 @@ pub struct Run {
     codesign: CoDesign,
     progress: Progress,
     history: History,
+    /// The worst time step that was warned of.
+    warned: Grade,
     /// Wall time spent by earlier processes, s.
     before: f64,
     since: Instant,
@@ -99,13 +108,9 @@ impl Run {
 
     /// Goes on from a snapshot.
     fn open(folder: &Path, snapshot: Snapshot) -> Result<Self> {
-        let plan = snapshot.plan.into_owned();
-        let codesign = CoDesign::new(&plan.scene)?;
-        let begun = codesign.begin(plan.seed)?;
-        let progress = snapshot.progress.map_or(begun.clone(), Cow::into_owned);
-        let file = folder.join(super::snapshot::SNAPSHOT);
-        progress.fits(&begun, &file.display().to_string())?;
-        Self::at_work(folder, (plan, snapshot.seconds), codesign, progress)
+        let seconds = snapshot.seconds;
+        let (plan, codesign, progress) = snapshot.unpack(&folder.join(SNAPSHOT))?;
+        Self::at_work(folder, (plan, seconds), codesign, progress)
     }
 
     fn at_work(
@@ -123,6 +128,7 @@ impl Run {
             codesign,
             progress,
             history,
+            warned: Grade::Safe,
             before,
             since: Instant::now(),
         })
@@ -146,6 +152,7 @@ impl Run {
     /// Does what is left to do.
     pub(super) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         observer.begin(&self);
+        self.judge_step(observer)?;
         self.advance(observer)?;
         self.deliver()
     }
@@ -159,10 +166,12 @@ impl Run {
             let interrupted = observer.iteration(&record).is_break();
             let next_ends = saved.elapsed() + began.elapsed();
             let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);
-            if interrupted || due || next_ends > SNAPSHOT_WITHIN {
+            let judged = self.judge_step(observer);
+            if interrupted || judged.is_err() || due || next_ends > SNAPSHOT_WITHIN {
                 self.save()?;
                 saved = Instant::now();
             }
+            judged?;
             if interrupted {
                 return Err(Error::Interrupted {
                     run: self.folder.clone(),
@@ -171,6 +180,22 @@ impl Run {
             }
         }
         self.save()
+    }
+
+    /// Warns of a time step that became worse than any before, and refuses an unstable one unless
+    /// the scene lets it pass.
+    fn judge_step(&mut self, observer: &mut dyn Observer) -> Result<()> {
+        let check = self.codesign.step_check(&self.progress);
+        check.accept(&self.plan.scene.physics)?;
+        if check.grade() > self.warned {
+            let when = match self.progress.iteration {
+                0 => String::new(),
+                iteration => format!("after iteration {iteration}: "),
+            };
+            observer.warning(&format!("{when}{check}"));
+            self.warned = check.grade();
+        }
+        Ok(())
     }
 
     fn save(&self) -> Result<()> {
@@ -203,18 +228,15 @@ impl Run {
 
     /// Keeps the last states of a design that flies apart, and says where it does.
     fn refuse_divergence(&self, design: &DesignFile, delivery: &Delivery) -> Result<()> {
-        if !delivery.trajectory.states.iter().any(State::is_absurd) {
-            return Ok(());
-        }
-        let case = design.case(&self.plan.scene, DESIGN)?;
-        let Some(divergence) = case.divergence() else {
+        let Some(divergence) = &delivery.divergence else {
             return Ok(());
         };
-        let text = case.diverged_json(&divergence) + "\n";
+        let case = design.case(&self.plan.scene, DESIGN)?;
+        let text = case.diverged_json(divergence) + "\n";
         write_atomic(&self.folder.join(DIVERGED), |file| {
             file.write_all(text.as_bytes())
         })?;
-        Err(Error::from(&divergence))
+        Err(Error::from(divergence))
     }
 }
 

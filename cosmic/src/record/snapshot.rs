@@ -1,7 +1,7 @@
 //! `snapshot.json`: what a run is to do and how far it is, complete enough to go on from.
 
-use super::files::{Format, read_json, write_json};
-use crate::codesign::Progress;
+use super::files::{Format, parse_json, read_json, write_json};
+use crate::codesign::{CoDesign, Progress};
 use crate::error::Result;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -74,6 +74,20 @@ impl Snapshot<'_> {
         write_json(&folder.join(SNAPSHOT), FORMAT, self)
     }
 
+    /// The plan, ready to be gone on with from the progress; `file` is named where that does not
+    /// fit it.
+    ///
+    /// # Errors
+    /// Those of [`CoDesign::new`], [`CoDesign::begin`] and [`Progress::fits`].
+    pub(super) fn unpack(self, file: &Path) -> Result<(Plan, CoDesign, Progress)> {
+        let plan = self.plan.into_owned();
+        let codesign = CoDesign::new(&plan.scene)?;
+        let begun = codesign.begin(plan.seed)?;
+        let progress = self.progress.map_or(begun.clone(), Cow::into_owned);
+        progress.fits(&begun, &file.display().to_string())?;
+        Ok((plan, codesign, progress))
+    }
+
     /// A folder's snapshot.
     ///
     /// # Errors
@@ -81,4 +95,18 @@ impl Snapshot<'_> {
     pub(super) fn read(folder: &Path) -> Result<Snapshot<'static>> {
         read_json(&folder.join(SNAPSHOT), FORMAT)
     }
+}
+
+/// What the run of a snapshot's bytes would do, once all is found to be as resuming needs it;
+/// `path` is named in messages. `accept` may refuse a plan before anything of its size is made.
+///
+/// # Errors
+/// Those of [`resume`](super::resume) that come of the snapshot alone, and `accept`'s.
+pub fn check(path: &Path, bytes: &[u8], accept: impl Fn(&Plan) -> Result<()>) -> Result<Plan> {
+    let snapshot: Snapshot = parse_json(path, bytes, FORMAT)?;
+    accept(&snapshot.plan)?;
+    if snapshot.progress.is_none() {
+        return Ok(snapshot.plan.into_owned());
+    }
+    snapshot.unpack(path).map(|(plan, ..)| plan)
 }

@@ -31,7 +31,7 @@ pub(super) fn draw(run: &Results) -> String {
             size: [WIDTH - LEFT - 24.0, HEIGHT[0]],
             x: [0.0, last],
             y: chart.range,
-            log: chart.log,
+            log: [false, chart.log],
         };
         draw_phases(&mut svg, &axes, (history, k == 0));
         axes.draw(&mut svg, chart.title);

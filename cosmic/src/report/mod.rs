@@ -3,6 +3,7 @@
 //! A report reads what a run left in its folder and simulates nothing.
 
 mod animation;
+pub mod chart;
 mod compare;
 mod convergence;
 mod layout;
@@ -11,6 +12,7 @@ mod page;
 mod plot;
 mod results;
 mod robot;
+pub mod sheet;
 mod svg;
 
 pub use compare::Comparison;

@@ -12,8 +12,9 @@ pub(super) struct Axes {
     pub(super) x: [f64; 2],
     /// Least and largest number up.
     pub(super) y: [f64; 2],
-    /// Whether the numbers up are spaced by their logarithms; then both are positive.
-    pub(super) log: bool,
+    /// Whether the numbers along, and those up, are spaced by their logarithms; then all are
+    /// positive.
+    pub(super) log: [bool; 2],
 }
 
 /// A named line of a chart: points without a number leave no gap.
@@ -26,19 +27,21 @@ pub(super) struct Series {
 impl Axes {
     /// Where a point of the chart is drawn; beyond the range at its end.
     pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let scale = |v: f64| {
-            if self.log {
+        let scale = |v: f64, log: bool| {
+            if log {
                 v.max(f64::MIN_POSITIVE).ln()
             } else {
                 v
             }
         };
-        let share = |v: f64, [from, to]: [f64; 2]| ((v - from) / (to - from)).clamp(0.0, 1.0);
+        let share = |v: f64, range: [f64; 2], log: bool| {
+            let [v, from, to] = [v, range[0], range[1]].map(|v| scale(v, log));
+            ((v - from) / (to - from)).clamp(0.0, 1.0)
+        };
         let [left, top] = self.origin;
-        let up = share(scale(y), self.y.map(scale));
         [
-            left + self.size[0] * share(x, self.x),
-            top + self.size[1] * (1.0 - up),
+            left + self.size[0] * share(x, self.x, self.log[0]),
+            top + self.size[1] * (1.0 - share(y, self.y, self.log[1])),
         ]
     }
 
@@ -46,12 +49,7 @@ impl Axes {
     pub(super) fn draw(&self, svg: &mut Svg, title: &str) {
         let [left, top] = self.origin;
         let [right, bottom] = [left + self.size[0], top + self.size[1]];
-        let marks = if self.log {
-            decades(self.y)
-        } else {
-            round_values(self.y, 4)
-        };
-        for value in marks {
+        for value in marks(self.y, self.log[1], 4) {
             let y = self.place([self.x[0], value])[1];
             svg.line([left, y], [right, y], &format!(r#"stroke="{RULE}""#));
             let style = format!(r#"text-anchor="end" fill="{MUTED}""#);
@@ -68,7 +66,7 @@ impl Axes {
     /// Numbers below the chart.
     pub(super) fn draw_along(&self, svg: &mut Svg, label: &str) {
         let [left, bottom] = [self.origin[0], self.origin[1] + self.size[1]];
-        for value in round_values(self.x, 8) {
+        for value in marks(self.x, self.log[0], 8) {
             let x = self.place([value, self.y[0]])[0];
             svg.line(
                 [x, bottom],
@@ -112,6 +110,15 @@ pub(super) fn range(numbers: impl Iterator<Item = f64>, always: [f64; 2]) -> [f6
         [least, most]
     } else {
         [least - 0.5, most + 0.5]
+    }
+}
+
+/// Round values in a range, or powers of ten.
+fn marks(range: [f64; 2], log: bool, count: usize) -> Vec<f64> {
+    if log {
+        decades(range)
+    } else {
+        round_values(range, count)
     }
 }
 
@@ -181,11 +188,18 @@ mod tests {
             size: [100.0, 50.0],
             x: [0.0, 4.0],
             y: [1.0, 100.0],
-            log: true,
+            log: [false, true],
         };
         let place = axes.place([2.0, 10.0]);
         // Quotients of logarithms, rounded at 1e-16, times 50 pixels.
         assert!((place[0] - 60.0).abs() < 1e-12 && (place[1] - 45.0).abs() < 1e-12);
         assert_eq!(axes.place([9.0, 0.0]), [110.0, 70.0]);
+        let both = Axes {
+            x: [1e-2, 1.0],
+            log: [true; 2],
+            ..axes
+        };
+        let place = both.place([0.1, 10.0]);
+        assert!((place[0] - 60.0).abs() < 1e-12 && (place[1] - 45.0).abs() < 1e-12);
     }
 }

@@ -2,10 +2,10 @@
 
 use super::Scene;
 use super::diagnostic::not_text;
-use super::read::suggest;
+use super::read::{pointed, suggest};
 use crate::error::{Error, Result};
-use std::fs::File;
-use std::io::{self, ErrorKind, Read};
+use crate::reading::read_at_most;
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// A scene that ships inside the program.
@@ -89,29 +89,22 @@ impl Scene {
     /// The scene in a TOML file.
     ///
     /// # Errors
-    /// [`Error::Read`] for a file that cannot be read, [`Error::Malformed`] for one that is not
-    /// UTF-8, and those of [`Scene::parse`].
+    /// [`Error::Read`] for a file that cannot be read, [`Error::Usage`] for one that is far too
+    /// long, [`Error::Malformed`] for one that is not UTF-8, and those of [`Scene::parse`].
     pub fn read(path: &Path) -> Result<Scene> {
         let file = path.display().to_string();
-        let bytes = first_bytes(path).map_err(|source| Error::Read {
-            path: path.into(),
-            source,
-        })?;
-        if bytes.len() as u64 > LARGEST {
-            return Err(Error::Usage(format!(
-                "{file}: larger than the {LARGEST} bytes a scene may have"
-            )));
-        }
+        let bytes = read_at_most(path, LARGEST)?;
         let text = std::str::from_utf8(&bytes).map_err(|_| not_text(&file, &bytes))?;
         Scene::parse(&file, text)
     }
 }
 
-/// A file's bytes, one more than allowed at most: not every path ends, `/dev/zero` does not.
-fn first_bytes(path: &Path) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    File::open(path)?
-        .take(LARGEST + 1)
-        .read_to_end(&mut bytes)?;
-    Ok(bytes)
+/// The error for a setting of a scene, by name or file, that turned out wrong after reading, shown
+/// with `[message, remedy]` where the scene sets it; `None` where it does not.
+pub fn fault(name: &str, key: &str, says: [&str; 2]) -> Option<Error> {
+    if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
+        return pointed((name, builtin.text), key, says);
+    }
+    let bytes = read_at_most(Path::new(name), LARGEST).ok()?;
+    pointed((name, std::str::from_utf8(&bytes).ok()?), key, says)
 }

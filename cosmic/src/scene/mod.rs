@@ -18,7 +18,7 @@ mod robot;
 mod table;
 mod write;
 
-pub use builtin::{BUILTIN, Builtin};
+pub use builtin::{BUILTIN, Builtin, fault};
 pub use departures::Departure;
 
 pub use design::{
@@ -30,7 +30,10 @@ pub use optimisation::{
     AdamSettings, GradientSettings, HorizonMode, LossKind, LossSettings, MmaSettings, Pass,
     ScheduleSettings, SelectionKind, SelectionSettings,
 };
-pub use robot::{Contact, ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings};
+pub use robot::{
+    Contact, ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,
+    UnstableStep,
+};
 
 use serde::Serialize;
 

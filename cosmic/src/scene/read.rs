@@ -4,7 +4,7 @@ use super::diagnostic::{Fault, malformed};
 use super::field::{Field, Limits, Section, Slot, cycle};
 use super::table::SECTIONS;
 use super::{Scene, check};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use std::collections::HashMap;
 use std::ops::Range;
 use toml::Spanned;
@@ -40,6 +40,29 @@ impl Scene {
             Err(malformed(file, text, reader.faults))
         }
     }
+}
+
+/// Where a scene's text sets a key, such as `physics.dt`, if it does.
+fn place(text: &str, key: &str) -> Option<Range<usize>> {
+    let document = DeTable::parse(text).ok()?;
+    let (section, key) = key.split_once('.')?;
+    let table = document.get_ref().get(section)?.get_ref().as_table()?;
+    Some(table.get(key)?.span())
+}
+
+/// The error for a setting that turned out wrong after reading, shown where the text sets it;
+/// `None` where it does not.
+pub(super) fn pointed(
+    (file, text): (&str, &str),
+    key: &str,
+    [message, allowed]: [&str; 2],
+) -> Option<Error> {
+    let fault = Fault {
+        span: place(text, key)?,
+        message: message.to_owned(),
+        allowed: allowed.to_owned(),
+    };
+    Some(malformed(file, text, vec![fault]))
 }
 
 /// What the TOML parser objects to.

@@ -37,6 +37,10 @@ pub struct PhysicsSettings {
     pub dt: f64,
     /// Steps of a rollout (paper, table 2).
     pub steps: usize,
+    /// How a step is integrated (paper: symplectic Euler).
+    pub integrator: Integrator,
+    /// Mechanical steps of `dt / substeps` for each of the controller, whose output is held (paper: 1).
+    pub substeps: usize,
     /// Gravity, straight down on inclines too, m/s2 (paper silent).
     pub gravity: f64,
     /// Damping rate of the velocities, 1/s (paper silent).
@@ -53,6 +57,8 @@ pub struct PhysicsSettings {
     pub contact: Contact,
     /// Coefficient of friction, read for Coulomb contact alone (paper: 2.5).
     pub friction: f64,
+    /// What an optimisation does about a time step with which the robot's vibrations grow.
+    pub unstable_step: UnstableStep,
 }
 
 impl Default for PhysicsSettings {
@@ -60,6 +66,8 @@ impl Default for PhysicsSettings {
         PhysicsSettings {
             dt: 0.002,
             steps: 8192,
+            integrator: Integrator::SymplecticEuler,
+            substeps: 1,
             gravity: 4.8,
             damping: 20.0,
             node_mass: 1e-4,
@@ -68,8 +76,44 @@ impl Default for PhysicsSettings {
             incline_deg: 0.0,
             contact: Contact::Infinite,
             friction: 2.5,
+            unstable_step: UnstableStep::Error,
         }
     }
+}
+
+/// How positions and velocities step through time.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Integrator {
+    /// First the velocities by the forces at hand, then the positions by the new velocities: of
+    /// first order.
+    #[default]
+    SymplecticEuler,
+    /// Half a drift, the forces at the middle between two half dampings, half a drift: of second
+    /// order between contacts.
+    Leapfrog,
+}
+
+impl Named for Integrator {
+    const ALL: &'static [(&'static str, Self)] = &[
+        ("symplectic_euler", Integrator::SymplecticEuler),
+        ("leapfrog", Integrator::Leapfrog),
+    ];
+}
+
+/// What becomes of a run whose time step is beyond the stable one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UnstableStep {
+    /// It is refused.
+    Error,
+    /// It goes on, and a warning is given.
+    Warn,
+}
+
+impl Named for UnstableStep {
+    const ALL: &'static [(&'static str, Self)] =
+        &[("error", UnstableStep::Error), ("warn", UnstableStep::Warn)];
 }
 
 /// What a node's velocity becomes when it meets the ground.

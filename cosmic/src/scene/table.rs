@@ -76,6 +76,10 @@ const LATTICE: &[Field] = &[
 const PHYSICS: &[Field] = &[
     field("dt", within(1e-9, 1.0), |s| Number(&mut s.physics.dt)),
     field("steps", STEPS, |s| Count(&mut s.physics.steps)),
+    field("integrator", NONE, |s| Choice(&mut s.physics.integrator)),
+    field("substeps", within(1.0, 64.0), |s| {
+        Count(&mut s.physics.substeps)
+    }),
     field("gravity", within(-1e3, 1e3), |s| {
         Number(&mut s.physics.gravity)
     }),
@@ -97,6 +101,9 @@ const PHYSICS: &[Field] = &[
     field("contact", NONE, |s| Choice(&mut s.physics.contact)),
     field("friction", within(0.0, 1e3), |s| {
         Number(&mut s.physics.friction)
+    }),
+    field("unstable_step", NONE, |s| {
+        Choice(&mut s.physics.unstable_step)
     }),
 ];
 

@@ -3,7 +3,7 @@
 
 use autodiff::{Adjoint, Real};
 
-use super::kernels::{Flight, Sliding, Spring, Sticking};
+use super::kernels::{Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
 
 impl Adjoint<6, 2> for Spring {
     #[inline(always)]
@@ -55,7 +55,7 @@ impl Adjoint<7, 4> for Flight {
         let [_, _, _, _, x4, x5, x6] = x;
         let [y0, y1, y2, y3] = y_bar;
         let t15 = R::lit(self.decay);
-        let t20 = R::lit(self.dt);
+        let t20 = R::lit(self.drift.dt);
         let t24 = y1.fma(t20, y3);
         let t26 = y0.fma(t20, y2);
         let t27 = t15 * t24;
@@ -81,7 +81,7 @@ impl Adjoint<7, 4> for Sticking {
         let t17 = R::lit(self.0.gravity[1]);
         let t18 = x5.fma(x6, t17);
         let t19 = t15.fma(x3, t18);
-        let t20 = R::lit(self.0.dt);
+        let t20 = R::lit(self.0.drift.dt);
         let t21 = t20.fma(t19, x1);
         let t22 = t21.lt(t11);
         let t23 = t19.lt(t11);
@@ -145,7 +145,7 @@ impl Adjoint<7, 4> for Sliding {
         let t17 = R::lit(self.flight.gravity[1]);
         let t18 = x5.fma(x6, t17);
         let t19 = t15.fma(x3, t18);
-        let t20 = R::lit(self.flight.dt);
+        let t20 = R::lit(self.flight.drift.dt);
         let t21 = t20.fma(t19, x1);
         let t22 = t21.lt(t11);
         let t23 = t19.lt(t11);
@@ -227,5 +227,153 @@ impl Adjoint<7, 4> for Sliding {
         let t122 = x6 * t108;
         let t124 = x4.fma(t108, t120);
         [y0, t115, t121, t118, t122, t119, t124]
+    }
+}
+
+impl Adjoint<4, 4> for FreeDrift {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+        let [_, _, _, _] = x;
+        let [y0, y1, y2, y3] = y_bar;
+        let t9 = R::lit(self.0.dt);
+        let t14 = y1.fma(t9, y3);
+        let t16 = y0.fma(t9, y2);
+        [y0, y1, t16, t14]
+    }
+}
+
+impl Adjoint<4, 4> for StickingDrift {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+        let [_, x1, x2, x3] = x;
+        let [y0, y1, y2, y3] = y_bar;
+        let t8 = R::lit(0.0);
+        let t9 = R::lit(self.0.dt);
+        let t10 = t9.fma(x3, x1);
+        let t12 = t10.lt(t8);
+        let t13 = x3.lt(t8);
+        let t14 = t12 & t13;
+        let t15 = R::lit(-1.0);
+        let t17 = R::select(t14, x3, t15);
+        let t20 = -x1;
+        let t21 = t17.recip();
+        let t22 = t20 * t21;
+        let t23 = t21 * t22;
+        let t24 = -t23;
+        let t25 = t22.le(t8);
+        let t27 = R::select(t25, t8, t22);
+        let t30 = t9.le(t27);
+        let t40 = R::select(t14, t8, y3);
+        let t41 = R::select(t14, t8, y2);
+        let t42 = x3 * y1;
+        let t43 = y1 * t9;
+        let t44 = R::chain(t22, y1);
+        let t45 = R::select(t25, t8, t44);
+        let t46 = R::select(t30, t43, t45);
+        let t47 = R::select(t14, t46, t43);
+        let t48 = t40 + t47;
+        let t50 = x2.fma(y0, t42);
+        let t51 = y0 * t9;
+        let t52 = R::chain(t22, y0);
+        let t53 = R::select(t25, t8, t52);
+        let t54 = R::select(t30, t51, t53);
+        let t55 = R::select(t14, t54, t51);
+        let t56 = t41 + t55;
+        let t57 = R::select(t14, t50, t8);
+        let t58 = R::select(t30, t8, t57);
+        let t59 = R::select(t25, t8, t58);
+        let t60 = R::chain(t21, t59);
+        let t61 = R::chain(t24, t59);
+        let t62 = -t60;
+        let t63 = y1 + t62;
+        let t64 = R::select(t14, t61, t8);
+        let t65 = t48 + t64;
+        [y0, t63, t56, t65]
+    }
+}
+
+impl Adjoint<4, 4> for SlidingDrift {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+        let [_, x1, x2, x3] = x;
+        let [y0, y1, y2, y3] = y_bar;
+        let t8 = R::lit(0.0);
+        let t9 = R::lit(self.drift.dt);
+        let t10 = t9.fma(x3, x1);
+        let t11 = R::lit(1.0);
+        let t12 = t10.lt(t8);
+        let t13 = x3.lt(t8);
+        let t14 = t12 & t13;
+        let t15 = R::lit(-1.0);
+        let t17 = R::select(t14, x3, t15);
+        let t20 = -x1;
+        let t21 = t17.recip();
+        let t22 = t20 * t21;
+        let t23 = t21 * t22;
+        let t24 = -t23;
+        let t25 = t22.le(t8);
+        let t27 = R::select(t25, t8, t22);
+        let t30 = t9.le(t27);
+        let t32 = R::select(t30, t9, t27);
+        let t35 = R::select(t14, t32, t9);
+        let t36 = x2.abs();
+        let t37 = x2.lt(t8);
+        let t38 = R::select(t37, t15, t8);
+        let t39 = t8.lt(x2);
+        let t40 = R::select(t39, t11, t38);
+        let t41 = R::lit(self.friction);
+        let t42 = x3.abs();
+        let t44 = t8.lt(x3);
+        let t47 = (-t41).fma(t42, t36);
+        let t48 = t47.le(t8);
+        let t50 = R::select(t48, t8, t47);
+        let t53 = t40 * t50;
+        let t54 = t9 - t35;
+        let t62 = R::select(t14, t8, y3);
+        let t63 = R::select(t14, y2, t8);
+        let t64 = R::select(t14, t8, y2);
+        let t65 = x3 * y1;
+        let t66 = y1 * t9;
+        let t67 = R::chain(t22, y1);
+        let t68 = R::select(t25, t8, t67);
+        let t69 = R::select(t30, t66, t68);
+        let t70 = R::select(t14, t69, t66);
+        let t71 = t62 + t70;
+        let t72 = R::select(t14, y0, t8);
+        let t73 = t53 * t72;
+        let t74 = R::chain(t54, t72);
+        let t75 = t63 + t74;
+        let t77 = x2.fma(y0, t65);
+        let t78 = y0 * t9;
+        let t79 = R::chain(t22, y0);
+        let t80 = R::select(t25, t8, t79);
+        let t81 = R::select(t30, t78, t80);
+        let t82 = R::select(t14, t81, t78);
+        let t83 = t64 + t82;
+        let t84 = -t73;
+        let t85 = t77 + t84;
+        let t86 = -t75;
+        let t87 = R::select(t37, t86, t8);
+        let t88 = R::select(t39, t75, t87);
+        let t89 = R::select(t48, t8, t88);
+        let t90 = -t89;
+        let t91 = t41 * t90;
+        let t92 = -t91;
+        let t93 = R::select(t13, t92, t8);
+        let t94 = R::select(t44, t91, t93);
+        let t95 = t71 + t94;
+        let t96 = R::select(t37, t90, t8);
+        let t97 = R::select(t39, t89, t96);
+        let t98 = t83 + t97;
+        let t99 = R::select(t14, t85, t8);
+        let t100 = R::select(t30, t8, t99);
+        let t101 = R::select(t25, t8, t100);
+        let t102 = R::chain(t21, t101);
+        let t103 = R::chain(t24, t101);
+        let t104 = -t102;
+        let t105 = y1 + t104;
+        let t106 = R::select(t14, t103, t8);
+        let t107 = t95 + t106;
+        [y0, t105, t98, t107]
     }
 }

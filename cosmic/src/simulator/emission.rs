@@ -4,7 +4,9 @@ use std::path::Path;
 
 use autodiff::emit::adjoint;
 
-use super::kernels::{Flight, Sliding, Spring, Sticking};
+use super::kernels::{
+    Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift,
+};
 
 const HEADER: &str = "\
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
@@ -12,23 +14,23 @@ const HEADER: &str = "\
 
 use autodiff::{Adjoint, Real};
 
-use super::kernels::{Flight, Sliding, Spring, Sticking};
+use super::kernels::{Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
 ";
 
 fn flight(values: &[f64]) -> Flight {
     Flight {
-        dt: values[0],
+        drift: Drift { dt: values[0] },
         decay: values[1],
         gravity: [values[2], values[3]],
     }
 }
 
 fn emitted() -> String {
-    let fields = ["dt", "decay", "gravity[0]", "gravity[1]"];
+    let fields = ["drift.dt", "decay", "gravity[0]", "gravity[1]"];
     let [flying, sticking] = ["self", "self.0"].map(|of| fields.map(|f| format!("{of}.{f}")));
     let [flying, sticking] = [&flying, &sticking].map(|names| names.each_ref().map(String::as_str));
     let sliding = [
-        "flight.dt",
+        "flight.drift.dt",
         "flight.decay",
         "flight.gravity[0]",
         "flight.gravity[1]",
@@ -43,6 +45,18 @@ fn emitted() -> String {
         adjoint("Sliding", &sliding, |v| Sliding {
             flight: flight(v),
             friction: v[4],
+        }),
+        adjoint("FreeDrift", &["self.0.dt"], |v| {
+            FreeDrift(Drift { dt: v[0] })
+        }),
+        adjoint("StickingDrift", &["self.0.dt"], |v| {
+            StickingDrift(Drift { dt: v[0] })
+        }),
+        adjoint("SlidingDrift", &["self.drift.dt", "self.friction"], |v| {
+            SlidingDrift {
+                drift: Drift { dt: v[0] },
+                friction: v[1],
+            }
         }),
     ];
     [HEADER, &parts.join("\n")].join("\n")

@@ -27,15 +27,58 @@ impl Kernel<6, 2> for Spring {
     }
 }
 
-/// How a node moves in a step that does not reach the ground; as a kernel, where there is none.
-/// Numbers as for [`Sticking`].
+/// A node on its way over a time, and the ground that it may meet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drift {
+    /// For how long, s.
+    pub(super) dt: f64,
+}
+
+impl Drift {
+    /// Whether a node at this height touches the ground on its way, and when. A node that does
+    /// not touch gets the whole time. `v* = 0` never touches: nothing is divided by zero.
+    #[inline(always)]
+    fn touch<R: Real>(&self, height: R, v_normal: R) -> (R::Mask, R) {
+        let (zero, dt) = (R::zero(), R::lit(self.dt));
+        let touches = dt.fma(v_normal, height).lt(zero) & v_normal.lt(zero);
+        let approach = R::select(touches, v_normal, -R::one());
+        let time_of_impact = (-height / approach).clamp(zero, dt);
+        (touches, R::select(touches, time_of_impact, dt))
+    }
+
+    /// Where a node gets that stops where it touches: its new `[x, y, vx, vy]`.
+    #[inline(always)]
+    fn stick<R: Real>(&self, [x, y]: [R; 2], [vx, vy]: [R; 2]) -> [R; 4] {
+        let (touches, moving) = self.touch(y, vy);
+        let after = |v: R| R::select(touches, R::zero(), v);
+        [moving.fma(vx, x), moving.fma(vy, y), after(vx), after(vy)]
+    }
+
+    /// The same for a node that is braked along the ground but never reversed (D5).
+    #[inline(always)]
+    fn slide<R: Real>(&self, friction: f64, [x, y]: [R; 2], [vx, vy]: [R; 2]) -> [R; 4] {
+        let (touches, moving) = self.touch(y, vy);
+        let left = vx.abs() - R::lit(friction) * vy.abs();
+        let braked = vx.signum() * left.max(R::zero());
+        let rest = R::lit(self.dt) - moving;
+        [
+            moving.fma(vx, x) + R::select(touches, rest * braked, R::zero()),
+            moving.fma(vy, y),
+            R::select(touches, braked, vx),
+            R::select(touches, R::zero(), vy),
+        ]
+    }
+}
+
+/// What a velocity becomes before its node drifts. As a kernel: a step of a node where there is no
+/// ground; numbers as for [`Sticking`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flight {
-    /// Length of a step, s.
-    pub(super) dt: f64,
-    /// What is left of a velocity after a step: `exp(-damping dt)`.
+    /// The drift that follows.
+    pub(super) drift: Drift,
+    /// What damping leaves of a velocity.
     pub(super) decay: f64,
-    /// Velocity that gravity adds in a step, along the ground and across it, m/s.
+    /// Velocity that gravity adds, along the ground and across it, m/s.
     pub(super) gravity: [f64; 2],
 }
 
@@ -50,24 +93,13 @@ impl Flight {
         }
         velocity
     }
-
-    /// Whether a node at this height touches the ground in this step, and when. A node that does
-    /// not touch gets the whole step. `v* = 0` never touches: nothing is divided by zero.
-    #[inline(always)]
-    fn touch<R: Real>(&self, height: R, v_normal: R) -> (R::Mask, R) {
-        let (zero, dt) = (R::zero(), R::lit(self.dt));
-        let touches = dt.fma(v_normal, height).lt(zero) & v_normal.lt(zero);
-        let approach = R::select(touches, v_normal, -R::one());
-        let time_of_impact = (-height / approach).clamp(zero, dt);
-        (touches, R::select(touches, time_of_impact, dt))
-    }
 }
 
 impl Kernel<7, 4> for Flight {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
         let [vx, vy] = self.velocity([vx, vy], [jx, jy], inverse_mass);
-        let dt = R::lit(self.dt);
+        let dt = R::lit(self.drift.dt);
         [dt.fma(vx, x), dt.fma(vy, y), vx, vy]
     }
 }
@@ -81,15 +113,12 @@ pub(super) struct Sticking(pub(super) Flight);
 impl Kernel<7, 4> for Sticking {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
-        let [vx, vy] = self.0.velocity([vx, vy], [jx, jy], inverse_mass);
-        let (touches, moving) = self.0.touch(y, vy);
-        let after = |v: R| R::select(touches, R::zero(), v);
-        [moving.fma(vx, x), moving.fma(vy, y), after(vx), after(vy)]
+        let v = self.0.velocity([vx, vy], [jx, jy], inverse_mass);
+        self.0.drift.stick([x, y], v)
     }
 }
 
-/// A step of a node under Coulomb friction: it stops across the ground and is braked along it,
-/// but never reversed (D5). Numbers as for [`Sticking`].
+/// A step of a node under Coulomb friction. Numbers as for [`Sticking`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sliding {
     pub(super) flight: Flight,
@@ -100,17 +129,46 @@ pub(super) struct Sliding {
 impl Kernel<7, 4> for Sliding {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
-        let [vx, vy] = self.flight.velocity([vx, vy], [jx, jy], inverse_mass);
-        let (touches, moving) = self.flight.touch(y, vy);
-        let left = vx.abs() - R::lit(self.friction) * vy.abs();
-        let braked = vx.signum() * left.max(R::zero());
-        let rest = R::lit(self.flight.dt) - moving;
-        [
-            moving.fma(vx, x) + R::select(touches, rest * braked, R::zero()),
-            moving.fma(vy, y),
-            R::select(touches, braked, vx),
-            R::select(touches, R::zero(), vy),
-        ]
+        let v = self.flight.velocity([vx, vy], [jx, jy], inverse_mass);
+        self.flight.drift.slide(self.friction, [x, y], v)
+    }
+}
+
+/// A drift that nothing pushes where there is no ground: from `[x, y, vx, vy]` to the new ones.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FreeDrift(pub(super) Drift);
+
+impl Kernel<4, 4> for FreeDrift {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
+        let dt = R::lit(self.0.dt);
+        [dt.fma(vx, x), dt.fma(vy, y), vx, vy]
+    }
+}
+
+/// A drift that nothing pushes, as [`Sticking`]: from `[x, y, vx, vy]` to the new ones.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StickingDrift(pub(super) Drift);
+
+impl Kernel<4, 4> for StickingDrift {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
+        self.0.stick([x, y], [vx, vy])
+    }
+}
+
+/// A drift that nothing pushes, as [`Sliding`]: from `[x, y, vx, vy]` to the new ones.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SlidingDrift {
+    pub(super) drift: Drift,
+    /// Coefficient of friction.
+    pub(super) friction: f64,
+}
+
+impl Kernel<4, 4> for SlidingDrift {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
+        self.drift.slide(self.friction, [x, y], [vx, vy])
     }
 }
 
@@ -119,7 +177,7 @@ mod tests {
     use autodiff::check::{Claim, Options, Verdict, check_directions};
     use autodiff::{Adjoint, Dual};
 
-    use super::{Flight, Sliding, Spring, Sticking};
+    use super::{Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
 
     const DT: f64 = 0.002;
 
@@ -180,7 +238,7 @@ mod tests {
 
     fn flight() -> Flight {
         Flight {
-            dt: DT,
+            drift: Drift { dt: DT },
             decay: (-20.0 * DT).exp(),
             gravity: [-0.003, -0.009],
         }
@@ -194,10 +252,15 @@ mod tests {
         [0.3, -2e-3, 0.4, 0.9, 1e-3, 2e-3, 40.0],
     ];
 
+    fn drifting([x, y, vx, vy, ..]: [f64; 7]) -> [f64; 4] {
+        [x, y, vx, vy]
+    }
+
     #[test]
     fn free_flight() {
         for node in NODES {
             is_right(&flight(), node);
+            is_right(&FreeDrift(Drift { dt: DT }), drifting(node));
         }
     }
 
@@ -205,6 +268,7 @@ mod tests {
     fn infinite_friction() {
         for node in NODES {
             is_right(&Sticking(flight()), node);
+            is_right(&StickingDrift(Drift { dt: DT }), drifting(node));
         }
     }
 
@@ -216,8 +280,13 @@ mod tests {
                 flight: flight(),
                 friction,
             };
+            let drift = SlidingDrift {
+                drift: Drift { dt: DT },
+                friction,
+            };
             for node in NODES {
                 is_right(&kernel, node);
+                is_right(&drift, drifting(node));
             }
         }
     }

@@ -6,19 +6,25 @@
 
 #[rustfmt::skip]
 mod adjoints;
+mod blame;
 mod divergence;
 #[cfg(test)]
 mod emission;
 mod kernels;
+mod mechanics;
 mod robot;
 pub mod stability;
+mod step_check;
 mod trajectory;
+mod trap;
 
 use std::sync::Arc;
 
-use autodiff::{CotangentBound, Memory, Real, Rollout};
+use autodiff::{CotangentBound, Fused, Memory, Model, Real, Rollout};
 
-pub use divergence::Divergence;
+pub use blame::Term;
+pub use divergence::{Divergence, Guarded};
+pub use step_check::{Grade, StepCheck, StepLimit};
 pub use trajectory::Trajectory;
 
 use crate::controller::{Controller, Folded, clock};
@@ -54,7 +60,10 @@ impl Span {
 /// A lattice in its surroundings, ready to run bodies and controllers.
 #[derive(Clone, Debug)]
 pub struct Simulator {
+    lattice: Lattice,
     robot: Robot,
+    /// Length of a step, s.
+    dt: f64,
     ground: Ground,
     controller: ControllerSettings,
     /// Rest lengths in the slots of the robot's graph.
@@ -77,6 +86,8 @@ impl Simulator {
             .flat_map(|step| clock(controller, time(step)))
             .collect();
         Self {
+            lattice: lattice.clone(),
+            dt: physics.dt,
             rest_length: robot.graph.to_slots(&lattice.rest_length),
             robot,
             ground: Ground::from(physics),
@@ -92,40 +103,80 @@ impl Simulator {
     /// steps.
     pub fn rollout<R: Real>(
         &self,
-        (body, controller): (&Body<R>, &Controller<R>),
+        robot: (&Body<R>, &Controller<R>),
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        let graph = &self.robot.graph;
+        let (model, parameters) = self.planned(robot);
+        let parameters: Vec<&[R]> = parameters.iter().map(Vec::as_slice).collect();
+        let rollout = self.plan(model, span);
+        self.trajectory(&rollout.run(&self.flatten(start), &parameters), span)
+    }
+
+    /// The same states, but on a tape every operation of every step is an entry: what a rollout
+    /// costs without a driver. Cotangents are not bounded.
+    ///
+    /// # Panics
+    /// As [`rollout`](Simulator::rollout).
+    pub fn rollout_in_full<R: Real>(
+        &self,
+        robot: (&Body<R>, &Controller<R>),
+        start: &State<R>,
+        span: &Span,
+    ) -> Trajectory<R> {
+        let (model, parameters) = self.planned(robot);
+        let start = self.flatten(start);
+        let inputs: Vec<&[R]> = std::iter::once(&start)
+            .chain(&parameters)
+            .map(Vec::as_slice)
+            .collect();
+        let rollout = self.plan(model, span);
+        self.trajectory(&rollout.eval(&inputs), span)
+    }
+
+    /// The rollout of a model of the robot.
+    fn plan<M: Model>(&self, model: M, span: &Span) -> Rollout<M> {
+        let steps = span.observed.last().copied().unwrap_or(0);
         // The whole clock is shared; a later part of it is copied.
         let clock = match span.first {
             0 => Arc::clone(&self.clock),
-            first => self.clock[2 * first..].into(),
+            first => self.clock[2 * first..2 * (first + steps)].into(),
         };
-        let strain = graph.to_slots(&body.strain);
-        let robot = self.robot.for_strain(&strain);
-        let rollout = Rollout {
-            model: robot.clone(),
-            steps: span.observed.last().copied().unwrap_or(0),
+        Rollout {
+            model,
+            steps,
             inputs: clock,
             observed: span.observed.clone(),
             cotangent_bound: span.cotangent_bound,
             memory: Memory::All,
-        };
-        let network = self.network(&robot, controller);
-        let rest_length: Vec<R> = self.rest_length.iter().map(|&l| R::lit(l)).collect();
-        let inverse_mass: Vec<R> = body.mass.iter().map(|m| m.recip()).collect();
-        let stiffness = graph.to_slots(&body.stiffness);
-        let mut parameters: Vec<&[R]> = vec![&stiffness, &rest_length, &strain, &inverse_mass];
-        parameters.extend(network.iter().map(Vec::as_slice));
-        let seen = rollout.run(&self.flatten(start), &parameters);
-        let states = seen
-            .chunks_exact(4 * graph.nodes())
-            .map(|s| self.unflatten(s))
-            .collect();
+        }
+    }
+
+    /// The robot of a body, with what that body has no use for left out; and its parameters, in
+    /// the order of their declarations.
+    fn planned<R: Real>(
+        &self,
+        (body, controller): (&Body<R>, &Controller<R>),
+    ) -> (Robot, Vec<Vec<R>>) {
+        let graph = &self.robot.graph;
+        let strain = graph.to_slots(&body.strain);
+        let robot = self.robot.for_strain(&strain);
+        let mut parameters = vec![
+            graph.to_slots(&body.stiffness),
+            self.rest_length.iter().map(|&l| R::lit(l)).collect(),
+            strain,
+            body.mass.iter().map(|m| m.recip()).collect(),
+        ];
+        parameters.extend(self.network(&robot, controller));
+        (robot, parameters)
+    }
+
+    /// The observed states, from flat arrays of them.
+    fn trajectory<R: Real>(&self, seen: &[R], span: &Span) -> Trajectory<R> {
+        let states = seen.chunks_exact(4 * self.robot.graph.nodes());
         Trajectory {
             steps: span.observed.clone(),
-            states,
+            states: states.map(|s| self.unflatten(s)).collect(),
         }
     }
 

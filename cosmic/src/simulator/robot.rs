@@ -2,9 +2,10 @@
 
 use autodiff::{Array, Graph, Matrix, Model, Program, Real};
 
-use super::kernels::{Flight, Sliding, Spring, Sticking};
-use crate::lattice::{Ground, Lattice};
-use crate::scene::{Contact, ControllerSettings, PhysicsSettings};
+use super::mechanics::Mechanics;
+use super::trap::{Unwatched, Watch, Watched};
+use crate::lattice::Lattice;
+use crate::scene::{ControllerSettings, PhysicsSettings};
 
 /// The robot as a [`Model`]: what a rollout computes in every step is settled here, before it.
 /// In the order of declaration
@@ -22,10 +23,8 @@ pub(super) struct Robot {
     actuated: Vec<usize>,
     hidden: usize,
     /// Whether the controller sees positions and velocities.
-    pub(super) senses: [bool; 2],
-    flight: Flight,
-    contact: Contact,
-    friction: f64,
+    senses: [bool; 2],
+    pub(super) mechanics: Mechanics,
 }
 
 impl Robot {
@@ -34,11 +33,9 @@ impl Robot {
         physics: &PhysicsSettings,
         controller: &ControllerSettings,
     ) -> Self {
-        let dt = physics.dt;
         // A spring does not know its direction, and the graph wants tails before heads.
         let ascending = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
         let edges: Vec<[usize; 2]> = lattice.edges.iter().map(ascending).collect();
-        let gravity = Ground::from(physics).vector_to_ground([0.0, -physics.gravity * dt]);
         let graph = Graph::new(lattice.nodes(), &edges);
         let mut actuated = graph.slot_of_edge().to_vec();
         actuated.sort_unstable();
@@ -51,13 +48,7 @@ impl Robot {
                 controller.offset_scale != 0.0 || follows_goal,
                 controller.velocity_scale != 0.0,
             ],
-            flight: Flight {
-                dt,
-                decay: (-physics.damping * dt).exp(),
-                gravity,
-            },
-            contact: physics.contact,
-            friction: physics.friction,
+            mechanics: Mechanics::new(physics),
         }
     }
 
@@ -109,6 +100,23 @@ struct Network {
 
 impl Model for Robot {
     fn record<R: Real>(&self, p: &mut Program<R>) {
+        self.step::<R, Unwatched>(p);
+    }
+}
+
+/// The same robot, every node's step with a [trap](super::trap::Trapped). A model of its own:
+/// it is run in f64 alone, and never compiled for other numbers.
+#[derive(Clone, Debug)]
+pub(super) struct TrappedRobot(pub(super) Robot);
+
+impl Model for TrappedRobot {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        self.0.step::<R, Watched>(p);
+    }
+}
+
+impl Robot {
+    fn step<R: Real, W: Watch>(&self, p: &mut Program<R>) {
         let (nodes, slots) = (self.graph.nodes(), self.graph.slots());
         let [stiffness, rest_length, strain] = [(); 3].map(|()| p.parameter(slots));
         let inverse_mass = p.parameter(nodes);
@@ -130,20 +138,14 @@ impl Model for Robot {
             None => strain,
         };
 
-        // 2. Every edge pulls on its nodes.
-        let spring = Spring { dt: self.flight.dt };
+        // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
         let edge = [activation, stiffness, rest_length, strain];
-        let [jx, jy] = p.map_edges(&self.graph, spring, ([x, y], &edge));
-
-        // 3. Every node moves, until it meets the ground.
-        let node = [x, y, vx, vy, jx, jy, inverse_mass];
-        let (flight, friction) = (self.flight, self.friction);
-        let next = match self.contact {
-            Contact::None => p.map(flight, node),
-            Contact::Infinite => p.map(Sticking(flight), node),
-            Contact::Coulomb => p.map(Sliding { flight, friction }, node),
-        };
-        for (state, next) in [x, y, vx, vy].into_iter().zip(next) {
+        let state = [x, y, vx, vy];
+        let world = (&mut *p, &self.graph);
+        let next = self
+            .mechanics
+            .record::<R, W>(world, state, (&edge, inverse_mass));
+        for (state, next) in state.into_iter().zip(next) {
             p.advance(state, next);
         }
     }

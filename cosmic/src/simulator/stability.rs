@@ -1,13 +1,15 @@
 //! The largest time step with which a robot's vibrations stay bounded.
 //!
-//! A step maps a free oscillation of angular frequency `omega` to one that does not grow exactly
-//! for `dt omega < sqrt(2 (1 + exp(-damping dt)))`. The frequencies of a lattice at rest are the
+//! A step of symplectic Euler maps a free oscillation of angular frequency `omega` to one that does
+//! not grow exactly for `dt omega < sqrt(2 (1 + exp(-damping dt)))`; one of leapfrog for
+//! `dt omega < 2 sqrt(cosh(damping dt / 2))`. With substeps `dt` is the length of one. The frequencies of a lattice at rest are the
 //! roots of the eigenvalues of `M^-1 K`, where an edge of direction `n`, length `l` and target
 //! length `l0` adds `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull
 //! across a stretched edge, is negative for a compressed one.
 
 use crate::lattice::Lattice;
 use crate::projection::Body;
+use crate::scene::{Integrator, PhysicsSettings};
 
 /// A symmetric 2x2 matrix: `xx`, `xy`, `yy`.
 type Symmetric = [f64; 3];
@@ -59,6 +61,16 @@ impl<'a> Vibration<'a> {
         self.over_edges(&self.node_frequencies(1.0))
     }
 
+    /// Where the [bound](Vibration::edge_bound) comes from: of the two nodes of its edge the one
+    /// that would swing faster alone.
+    pub fn bounding_node(&self) -> usize {
+        let mu = self.node_frequencies(1.0);
+        let sum = |&&[i, j]: &&[usize; 2]| mu[i] + mu[j];
+        let edges = self.lattice.edges.iter();
+        let ends = edges.max_by(|a, b| sum(a).total_cmp(&sum(b)));
+        ends.map_or(0, |&[i, j]| if mu[j] > mu[i] { j } else { i })
+    }
+
     /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`.
     pub fn node_bound(&self) -> f64 {
         let mu = self.node_frequencies(1.0);
@@ -69,6 +81,12 @@ impl<'a> Vibration<'a> {
     /// spectrum is positive: without that a much compressed edge, whose eigenvalue is negative
     /// and large, could be what is found.
     pub fn largest_frequency(&self) -> f64 {
+        self.fastest().0
+    }
+
+    /// The [largest angular frequency](Vibration::largest_frequency), 1/s, and the node that
+    /// moves most in that vibration.
+    pub fn fastest(&self) -> (f64, usize) {
         // Compressed edges alone: minus their part is bounded as the rest is.
         let shift = self.over_edges(&self.node_frequencies(-1.0)).powi(2);
         let root: Vec<f64> = self.body.mass.iter().map(|m| m.sqrt().recip()).collect();
@@ -92,7 +110,9 @@ impl<'a> Vibration<'a> {
                 break;
             }
         }
-        (largest - shift).max(0.0).sqrt()
+        let swing = |i: &usize| root[*i] * vector[*i][0].hypot(vector[*i][1]);
+        let node = (0..root.len()).max_by(|a, b| swing(a).total_cmp(&swing(b)));
+        ((largest - shift).max(0.0).sqrt(), node.unwrap_or(0))
     }
 
     /// `(M^-1/2 K M^-1/2 + shift) v`.
@@ -150,13 +170,44 @@ fn dot(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
     pairs.map(|(a, b)| a * b).sum()
 }
 
-/// The `dt omega` from which on an oscillation grows: 2 without damping, towards `sqrt(2)` with
+/// The smallest time step, s, of a scene's integrator and substeps with which an oscillation of
+/// this angular frequency (1/s) grows; infinite where none does. The scene's own `dt` is not
+/// looked at.
+pub fn stable_step(physics: &PhysicsSettings, frequency: f64) -> f64 {
+    let substep = match physics.integrator {
+        Integrator::SymplecticEuler => step_limit(frequency, physics.damping),
+        Integrator::Leapfrog => leapfrog_limit(frequency, physics.damping),
+    };
+    substep * physics.substeps as f64
+}
+
+/// [`step_limit`] of leapfrog: the smallest root of `dt omega = 2 sqrt(cosh(damping dt / 2))`. Its
+/// step has the determinant `exp(-damping dt)` and the trace `1 + exp(-damping dt) -
+/// exp(-damping dt / 2) (dt omega)^2`.
+fn leapfrog_limit(frequency: f64, damping: f64) -> f64 {
+    if frequency == 0.0 {
+        return f64::INFINITY;
+    }
+    // From below, through numbers that are all on the safe side; without a root they grow for ever.
+    let next = |dt: f64| 2.0 * (0.5 * damping * dt).cosh().sqrt() / frequency;
+    let mut dt = 0.0;
+    for _ in 0..ITERATIONS {
+        let longer = next(dt);
+        if longer <= dt || longer.is_infinite() {
+            return longer;
+        }
+        dt = longer;
+    }
+    dt
+}
+
+/// The `dt omega` of symplectic Euler from which on an oscillation grows: 2 without damping, towards `sqrt(2)` with
 /// much of it.
 pub fn phase_limit(damping: f64, dt: f64) -> f64 {
     (2.0 * (1.0 + (-damping * dt).exp())).sqrt()
 }
 
-/// The smallest time step, s, with which an oscillation of this angular frequency (1/s) grows;
+/// The smallest time step, s, of symplectic Euler with which an oscillation of this angular frequency (1/s) grows;
 /// infinite where nothing oscillates.
 pub fn step_limit(frequency: f64, damping: f64) -> f64 {
     if frequency == 0.0 {

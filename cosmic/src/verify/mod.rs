@@ -1,8 +1,19 @@
 //! The program checks itself: what it computes against other ways to the same number, and what
 //! it costs.
 
+mod accuracy;
+mod chaos;
+mod clock;
 mod gradients;
+mod probe;
+mod slopes;
 mod speed;
+pub mod stability;
+mod step;
 
+pub use accuracy::{Accuracy, Energy, Method, Precision, Run};
+pub use chaos::{Chaos, Predictable};
 pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients};
+pub use slopes::{Gradients, Slopes, Way};
 pub use speed::{MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure, peak_memory};
+pub use step::stable_steps;

@@ -62,7 +62,7 @@ pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
     }
 }
 
-fn timed<T>(work: impl FnOnce() -> T) -> Duration {
+pub(super) fn timed<T>(work: impl FnOnce() -> T) -> Duration {
     let start = ThreadTime::now();
     black_box(work());
     start.elapsed()

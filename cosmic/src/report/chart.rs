@@ -1,0 +1,140 @@
+//! Charts with logarithmic axes: how an error falls with what is spent on it.
+
+use super::plot::Axes;
+use super::svg::{MUTED, Svg};
+
+/// Colours that stay apart for colour-blind eyes.
+pub const COLOURS: [&str; 8] = [
+    "#0b62b8", "#d9541e", "#2a8f5b", "#8a4fb0", "#b8860b", "#1f2328", "#c2185b", "#00838f",
+];
+
+const WIDTH: f64 = 960.0;
+const HEIGHT: f64 = 440.0;
+const LEFT: f64 = 64.0;
+const TOP: f64 = 50.0;
+/// Room for the names of the lines.
+const NAMES: f64 = 230.0;
+
+/// A line of a [`LogChart`], with a dot at every point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// What it is of.
+    pub name: String,
+    /// As in CSS.
+    pub colour: &'static str,
+    /// The pattern of its dashes as in SVG; empty for a whole line.
+    pub dashes: &'static str,
+    /// Its points. One that is not finite or not positive is left out.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// Lines over two logarithmic axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogChart {
+    /// Its heading: what is up, with its unit.
+    pub title: String,
+    /// What is along, with its unit.
+    pub along: String,
+    /// The lines.
+    pub lines: Vec<Line>,
+    /// A point that is ringed, and what it is.
+    pub marked: Option<([f64; 2], String)>,
+}
+
+impl LogChart {
+    /// The chart as an SVG file.
+    pub fn draw(&self) -> String {
+        let axes = Axes {
+            origin: [LEFT, TOP],
+            size: [WIDTH - LEFT - NAMES, HEIGHT - TOP - 50.0],
+            x: self.range(0),
+            y: self.range(1),
+            log: [true; 2],
+        };
+        let mut svg = Svg::new([WIDTH, HEIGHT]);
+        axes.draw(&mut svg, &self.title);
+        axes.draw_along(&mut svg, &self.along);
+        for (k, line) in self.lines.iter().enumerate() {
+            let places: Vec<[f64; 2]> = line.shown().map(|p| axes.place(p)).collect();
+            let stroke = line.stroke();
+            svg.polyline(&places, &stroke);
+            for place in places {
+                svg.circle(place, 2.6, &format!(r#"fill="{}""#, line.colour));
+            }
+            let [x, y] = [WIDTH - NAMES + 20.0, TOP + 8.0 + 19.0 * k as f64];
+            svg.line([x, y - 4.0], [x + 26.0, y - 4.0], &stroke);
+            svg.text([x + 34.0, y], &line.name, "");
+        }
+        if let Some((point, name)) = &self.marked {
+            let place = axes.place(*point);
+            let ring = r##"fill="none" stroke="#1f2328" stroke-width="1.6""##;
+            svg.circle(place, 8.0, ring);
+            let at = [place[0] + 12.0, place[1] - 10.0];
+            svg.text(at, name, r#"font-weight="600""#);
+        }
+        let note = [WIDTH - NAMES + 20.0, HEIGHT - 14.0];
+        svg.text(note, "both axes logarithmic", &format!(r#"fill="{MUTED}""#));
+        svg.finish(&self.title)
+    }
+
+    /// The powers of ten around all points, along or up.
+    fn range(&self, k: usize) -> [f64; 2] {
+        let logs = self
+            .lines
+            .iter()
+            .flat_map(Line::shown)
+            .map(|p| p[k].log10());
+        let [least, most] = logs.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| {
+            [a.min(v), b.max(v)]
+        });
+        if least > most {
+            return [0.1, 1.0];
+        }
+        // A little room, so that no dot sits on the frame; at least a decade in all.
+        let room = 0.05_f64.max(0.5 * (1.0 - (most - least)));
+        [least - room, most + room].map(|v| 10f64.powf(v))
+    }
+}
+
+impl Line {
+    fn shown(&self) -> impl Iterator<Item = [f64; 2]> {
+        let fits = |p: &[f64; 2]| p.iter().all(|v| v.is_finite() && *v > 0.0);
+        self.points.iter().copied().filter(fits)
+    }
+
+    fn stroke(&self) -> String {
+        let Self { colour, dashes, .. } = self;
+        format!(
+            r#"stroke="{colour}" stroke-width="1.6" stroke-linejoin="round" stroke-linecap="round" stroke-dasharray="{dashes}""#
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{COLOURS, Line, LogChart};
+
+    #[test]
+    fn points_that_no_logarithm_has_are_left_out() {
+        let chart = LogChart {
+            title: "error, m".to_owned(),
+            along: "time, s".to_owned(),
+            lines: vec![Line {
+                name: "a < b".to_owned(),
+                colour: COLOURS[0],
+                dashes: "",
+                points: vec![[1e-3, 1e-9], [1e-2, 0.0], [0.1, f64::NAN], [1.0, 1e-3]],
+            }],
+            marked: Some(([1.0, 1e-3], "default".to_owned())),
+        };
+        let svg = chart.draw();
+        assert_eq!(svg.matches("<circle").count(), 2 + 1);
+        assert!(svg.contains("a &lt; b") && !svg.contains("NaN") && !svg.contains("inf"));
+        let empty = LogChart {
+            lines: Vec::new(),
+            marked: None,
+            ..chart
+        };
+        assert!(empty.draw().ends_with("</svg>\n"));
+    }
+}

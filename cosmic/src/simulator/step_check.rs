@@ -1,0 +1,174 @@
+//! Whether a scene's time step is small enough for a body: the bound first, the frequency itself
+//! only where the bound does not settle it.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::stability::{Vibration, stable_step};
+use crate::error::{Error, Result};
+use crate::scene::{PhysicsSettings, UnstableStep};
+
+/// More substeps than this are not advised: a scene has no more.
+const SUBSTEPS: f64 = 64.0;
+
+/// The time step from which on a vibration grows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepLimit {
+    /// The vibration's angular frequency, 1/s.
+    pub frequency: f64,
+    /// The smallest time step with which it grows, s; `None` where nothing vibrates.
+    pub dt: Option<f64>,
+    /// Where in the robot it is.
+    pub node: usize,
+}
+
+impl StepLimit {
+    fn new((frequency, node): (f64, usize), physics: &PhysicsSettings) -> Self {
+        let dt = stable_step(physics, frequency);
+        Self {
+            frequency,
+            dt: dt.is_finite().then_some(dt),
+            node,
+        }
+    }
+
+    /// A time step as a share of this one; 1 and more is too much.
+    pub fn share(&self, dt: f64) -> f64 {
+        self.dt.map_or(0.0, |limit| dt / limit)
+    }
+}
+
+/// How good a time step is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Grade {
+    /// Below the bound: no vibration about the start grows.
+    Safe,
+    /// Beyond the bound, and below what the largest frequency itself allows.
+    Close,
+    /// The fastest vibration grows.
+    Unstable,
+}
+
+/// A time step held against a body's vibrations about a state at rest, actuators idle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepCheck {
+    /// The time step, s.
+    pub dt: f64,
+    /// Mechanical steps in it.
+    pub substeps: usize,
+    /// From the bound on the frequencies.
+    pub bound: StepLimit,
+    /// From the largest frequency itself; looked for only where `dt` is beyond the bound.
+    pub exact: Option<StepLimit>,
+}
+
+impl StepCheck {
+    /// Checks the time step of a scene or case.
+    pub fn new(vibration: &Vibration, physics: &PhysicsSettings) -> Self {
+        let bound = (vibration.edge_bound(), vibration.bounding_node());
+        let bound = StepLimit::new(bound, physics);
+        let beyond = bound.share(physics.dt) >= 1.0;
+        Self {
+            dt: physics.dt,
+            bound,
+            exact: beyond.then(|| StepLimit::new(vibration.fastest(), physics)),
+            substeps: physics.substeps,
+        }
+    }
+
+    /// How good it is.
+    pub fn grade(&self) -> Grade {
+        match &self.exact {
+            None => Grade::Safe,
+            Some(exact) if exact.share(self.dt) < 1.0 => Grade::Close,
+            Some(_) => Grade::Unstable,
+        }
+    }
+
+    /// Refuses an unstable step unless the scene lets it pass.
+    ///
+    /// # Errors
+    /// [`Error::UnstableStep`].
+    pub fn accept(&self, physics: &PhysicsSettings) -> Result<()> {
+        match (self.grade(), physics.unstable_step) {
+            (Grade::Unstable, UnstableStep::Error) => Err(self.error()),
+            _ => Ok(()),
+        }
+    }
+
+    /// The error for an unstable step.
+    fn error(&self) -> Error {
+        let limit = self.exact.unwrap_or(self.bound);
+        Error::UnstableStep {
+            dt: self.dt,
+            limit: limit.dt.unwrap_or(f64::INFINITY),
+            frequency: limit.frequency,
+            node: limit.node,
+            remedy: format!(
+                "{}; to go on all the same set physics.unstable_step = \"warn\" or say \
+                 --allow-unstable",
+                self.remedy()
+            ),
+        }
+    }
+
+    /// What makes the step safe.
+    fn remedy(&self) -> String {
+        let dt = self.bound.dt.map_or(self.dt, two_digits);
+        // The limit is in proportion to their number.
+        let substeps = (self.bound.share(self.dt) * self.substeps as f64).floor() + 1.0;
+        let less = format!("set physics.dt to {dt} or less");
+        match substeps <= SUBSTEPS {
+            true => format!("{less}, or physics.substeps to {substeps} or more"),
+            false => less,
+        }
+    }
+}
+
+/// What there is to warn of; empty for a safe step.
+impl fmt::Display for StepCheck {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(exact) = self.exact else {
+            return Ok(());
+        };
+        let (dt, remedy) = (self.dt, self.remedy());
+        match (self.grade(), exact.dt, self.bound.dt) {
+            (Grade::Close, Some(limit), Some(bound)) => write!(
+                out,
+                "the time step of {dt} s is beyond the safe bound of {bound:.3e} s (node {}), \
+                 though vibrations grow from {limit:.3e} s on; {remedy}",
+                self.bound.node
+            ),
+            _ => write!(out, "{}", self.error()),
+        }
+    }
+}
+
+/// The largest number of two digits that is not above a positive one.
+fn two_digits(x: f64) -> f64 {
+    let unit = 10f64.powi(x.log10().floor() as i32 - 1);
+    // By a quotient of powers: the product of 23 and 1e-4 has seventeen digits.
+    let digits = (x / unit).floor();
+    format!("{digits}e{}", unit.log10().round())
+        .parse()
+        .unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::two_digits;
+
+    #[test]
+    fn remedies_have_two_digits_and_are_safe() {
+        for (x, expected) in [
+            (0.002399, 0.0023),
+            (9.99e-5, 9.9e-5),
+            (0.1, 0.1),
+            (12.0, 12.0),
+        ] {
+            assert_eq!(two_digits(x), expected);
+        }
+    }
+}

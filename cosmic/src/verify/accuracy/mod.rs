@@ -1,0 +1,287 @@
+//! Trajectories: error against run time, for every integrator, time step and precision.
+
+mod energy;
+mod sheet;
+
+use autodiff::Wide;
+use rayon::prelude::*;
+
+use super::chaos::Chaos;
+use super::clock::median_time;
+use super::probe::{Precise, Probe, distance, narrow};
+use crate::case::Case;
+use crate::lattice::State;
+use crate::projection::Body;
+use crate::scene::Integrator;
+use crate::simulator::Trajectory;
+use crate::simulator::stability::{Vibration, stable_step};
+pub use energy::Energy;
+
+/// How many times shorter the steps of a reference run are.
+const FINER: usize = 64;
+/// Steps of the scene after which positions are compared, where it has as many.
+const LAST: usize = 512;
+/// The time steps, as shares of the scene's: exact in binary.
+const SHARES: [f64; 5] = [2.0, 1.0, 0.5, 0.25, 0.125];
+/// Runs whose median time is taken.
+const REPEATS: usize = 9;
+
+/// The number type of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// f32.
+    Single,
+    /// f64.
+    Double,
+    /// [`Wide`].
+    DoubleDouble,
+}
+
+impl Precision {
+    const ALL: [Self; 3] = [Self::Single, Self::Double, Self::DoubleDouble];
+
+    /// How it is called in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Single => "f32",
+            Self::Double => "f64",
+            Self::DoubleDouble => "double-double",
+        }
+    }
+}
+
+/// An integrator with its substeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Method {
+    /// How a mechanical step is integrated.
+    pub integrator: Integrator,
+    /// Mechanical steps for each of the controller.
+    pub substeps: usize,
+}
+
+/// One way to run the case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// Integrator and substeps.
+    pub method: Method,
+    /// Time step, s.
+    pub dt: f64,
+    /// Number type.
+    pub precision: Precision,
+    /// Whether the scene asks for just this.
+    pub is_default: bool,
+    /// The largest distance of a node, m, after each of [`Accuracy::times`], from a run with time
+    /// steps 64 times shorter.
+    pub error: [f64; 4],
+    /// The same from a run whose controller steps as this one's, and whose mechanics takes
+    /// substeps 64 times shorter.
+    pub held: [f64; 4],
+    /// The same from a run in double-double that is alike in all else.
+    pub rounding: [f64; 4],
+    /// The order at which `error` falls from the time step twice as long: the median over the
+    /// times. `None` for the longest.
+    pub order: Option<f64>,
+    /// Median processor time of the whole run, s.
+    pub time: f64,
+    /// What becomes of the energy without damping, ground and controller.
+    pub energy: Energy,
+    /// Whether the time step is below the stable one of the design at its start.
+    pub stable: bool,
+    /// Whether every position seen was finite and sane.
+    pub finite: bool,
+}
+
+/// What was found for a case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Accuracy {
+    /// When positions are compared, s.
+    pub times: [f64; 4],
+    /// Steps of the scene to those times.
+    pub marks: [usize; 4],
+    /// The rows, by method, time step and precision.
+    pub runs: Vec<Run>,
+    /// How fast motions part.
+    pub chaos: Chaos,
+    /// Distance of neighbouring nodes, m.
+    pub spacing: f64,
+}
+
+impl Accuracy {
+    /// Runs a case in every way. Errors are computed in parallel, run times measured alone.
+    pub fn of(case: &Case) -> Self {
+        let last = LAST.min(case.physics.steps).max(32) / 32 * 32;
+        let marks = [last / 16, last / 4, last / 2, last];
+        let own = Method {
+            integrator: case.physics.integrator,
+            substeps: case.physics.substeps,
+        };
+        let groups: Vec<Group> = methods(own)
+            .into_iter()
+            .flat_map(|method| SHARES.map(|share| Group { method, share }))
+            .collect();
+        let found: Vec<Vec<Run>> = groups
+            .par_iter()
+            .map(|group| group.runs(case, marks, own))
+            .collect();
+        let mut runs = found.concat();
+        set_orders(&mut runs);
+        for (group, rows) in groups
+            .iter()
+            .zip(runs.chunks_exact_mut(Precision::ALL.len()))
+        {
+            group.measure(case, marks, rows);
+        }
+        Self {
+            times: marks.map(|mark| mark as f64 * case.physics.dt),
+            marks,
+            runs,
+            chaos: Chaos::of(case),
+            spacing: case.layout.spacing,
+        }
+    }
+
+    /// The row that the scene asks for.
+    ///
+    /// # Panics
+    /// Never: it is among them.
+    pub fn default_run(&self) -> &Run {
+        let found = self.runs.iter().find(|run| run.is_default);
+        found.expect("the scene's own method and time step are run")
+    }
+}
+
+/// The methods offered, and the scene's own.
+fn methods(own: Method) -> Vec<Method> {
+    let offered = [1, 4].into_iter().flat_map(|substeps| {
+        [Integrator::SymplecticEuler, Integrator::Leapfrog].map(|integrator| Method {
+            integrator,
+            substeps,
+        })
+    });
+    let mut methods: Vec<Method> = offered.collect();
+    if !methods.contains(&own) {
+        methods.push(own);
+    }
+    methods
+}
+
+/// A method with a time step, in every precision.
+#[derive(Clone, Copy)]
+struct Group {
+    method: Method,
+    /// The time step as a share of the scene's.
+    share: f64,
+}
+
+impl Group {
+    /// The case with this method, `finer` times the steps and `held` times the substeps.
+    fn case(&self, case: &Case, finer: usize, held: usize) -> Case {
+        let mut case = case.clone();
+        let physics = &mut case.physics;
+        physics.integrator = self.method.integrator;
+        physics.substeps = self.method.substeps * held;
+        physics.dt *= self.share / finer as f64;
+        case
+    }
+
+    /// The marks in steps of this time step, `finer` times as many.
+    fn marks(&self, marks: [usize; 4], finer: usize) -> Vec<usize> {
+        // Shares are powers of two and marks even: exact.
+        let steps = |mark: usize| (mark as f64 / self.share) as usize * finer;
+        marks.map(steps).to_vec()
+    }
+
+    fn seen<R: Precise>(&self, case: &Case, marks: Vec<usize>) -> Trajectory<f64> {
+        let mut case = case.clone();
+        case.physics.steps = marks[marks.len() - 1];
+        narrow(&Probe::new(&case).run::<R>(&case.start, marks))
+    }
+
+    fn runs(&self, case: &Case, marks: [usize; 4], own: Method) -> Vec<Run> {
+        let here = self.case(case, 1, 1);
+        let at = self.marks(marks, 1);
+        let fine = self.seen::<f64>(&self.case(case, FINER, 1), self.marks(marks, FINER));
+        let held = self.seen::<f64>(&self.case(case, 1, FINER), at.clone());
+        let wide = self.seen::<Wide>(&here, at.clone());
+        let stable = here.physics.dt < stable_limit(&here);
+        let run = |precision: Precision| {
+            let (seen, energy) = match precision {
+                Precision::Single => (
+                    self.seen::<f32>(&here, at.clone()),
+                    Energy::of::<f32>(&here, at[3]),
+                ),
+                Precision::Double => (
+                    self.seen::<f64>(&here, at.clone()),
+                    Energy::of::<f64>(&here, at[3]),
+                ),
+                Precision::DoubleDouble => (wide.clone(), Energy::of::<Wide>(&here, at[3])),
+            };
+            Run {
+                method: self.method,
+                dt: here.physics.dt,
+                precision,
+                is_default: self.share == 1.0
+                    && self.method == own
+                    && precision == Precision::Double,
+                error: errors(&seen, &fine),
+                held: errors(&seen, &held),
+                rounding: errors(&seen, &wide),
+                order: None,
+                time: f64::NAN,
+                energy,
+                stable,
+                finite: !seen.states.iter().any(State::is_absurd),
+            }
+        };
+        Precision::ALL.map(run).to_vec()
+    }
+
+    fn measure(&self, case: &Case, marks: [usize; 4], rows: &mut [Run]) {
+        let (mut case, at) = (self.case(case, 1, 1), self.marks(marks, 1));
+        case.physics.steps = at[3];
+        let probe = Probe::new(&case);
+        for row in rows {
+            row.time = match row.precision {
+                Precision::Single => time::<f32>(&probe, &at),
+                Precision::Double => time::<f64>(&probe, &at),
+                Precision::DoubleDouble => time::<Wide>(&probe, &at),
+            };
+        }
+    }
+}
+
+fn time<R: Precise>(probe: &Probe, at: &[usize]) -> f64 {
+    median_time(REPEATS, || probe.run::<R>(&probe.case.start, at.to_vec()))
+}
+
+fn errors(seen: &Trajectory<f64>, truth: &Trajectory<f64>) -> [f64; 4] {
+    std::array::from_fn(|k| distance(&seen.states[k], &truth.states[k]))
+}
+
+fn stable_limit(case: &Case) -> f64 {
+    let mixture = case.mixture(case.projection, &case.z);
+    let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+    let vibration = Vibration::new(&case.lattice, &body, &case.start.x);
+    stable_step(&case.physics, vibration.largest_frequency())
+}
+
+/// Orders from rows of the same method and precision with time steps twice as long.
+fn set_orders(runs: &mut [Run]) {
+    let known = runs.to_vec();
+    for run in runs {
+        let longer = known.iter().find(|other| {
+            other.method == run.method
+                && other.precision == run.precision
+                && other.dt == 2.0 * run.dt
+        });
+        run.order = longer.map(|longer| {
+            let pairs = longer.error.iter().zip(run.error);
+            let mut orders: Vec<f64> = pairs.map(|(long, short)| (long / short).log2()).collect();
+            orders.sort_by(f64::total_cmp);
+            0.5 * (orders[1] + orders[2])
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests;

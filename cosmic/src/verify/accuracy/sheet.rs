@@ -1,0 +1,287 @@
+//! The accuracy of trajectories as tables and figures.
+
+use super::{Accuracy, Method, Precision, Run};
+use crate::report::chart::{COLOURS, Line, LogChart};
+use crate::report::sheet::{Cell, Column, Figure, Row, Section, Standing, Table};
+use crate::verify::step::name;
+
+/// Which of the times the plot shows: the second, before chaos has its say.
+const SHOWN: usize = 1;
+
+impl Method {
+    /// How it is called in tables.
+    pub fn name(&self) -> String {
+        let name = name(self.integrator).replace('_', " ");
+        match self.substeps {
+            1 => name,
+            substeps => format!("{name} x{substeps}"),
+        }
+    }
+}
+
+impl Run {
+    /// What is to be said of it in a few words.
+    pub fn status(&self, spacing: f64) -> &'static str {
+        match (self.finite, self.stable) {
+            (false, _) => "diverged",
+            (true, false) => "step beyond the stable one",
+            (true, true) if self.error[3] > 0.1 * spacing => "parted",
+            (true, true) => "ok",
+        }
+    }
+
+    fn standing(&self) -> Standing {
+        match (self.finite, self.is_default) {
+            (false, _) => Standing::Failed,
+            (true, true) => Standing::Default,
+            (true, false) => Standing::Plain,
+        }
+    }
+}
+
+impl Accuracy {
+    /// Rows that fell short of what rounding allows, and a default that diverged.
+    pub fn failures(&self) -> Vec<String> {
+        let checked = self.checked();
+        let wrong = checked.iter().filter(|run| !self.rounds_well(run));
+        let row = |run: &&Run| {
+            let (method, precision) = (run.method.name(), run.precision.name());
+            format!("rounding of {method}, dt {}, {precision}", run.dt)
+        };
+        let mut failures: Vec<String> = wrong.map(row).collect();
+        if !self.default_run().finite {
+            failures.push("the scene's own run diverged".to_owned());
+        }
+        failures
+    }
+
+    /// Rows with a stable step in f32 and f64.
+    fn checked(&self) -> Vec<&Run> {
+        let counts = |run: &&Run| run.stable && run.precision != Precision::DoubleDouble;
+        self.runs.iter().filter(counts).collect()
+    }
+
+    /// Whether rounding at the first time is no larger than a step's sums and the growth of
+    /// perturbations explain: 7 digits of the number type for the former, and as many for sums
+    /// over the steps. Later times are left to chaos.
+    fn rounds_well(&self, run: &Run) -> bool {
+        let unit = match run.precision {
+            Precision::Single => f64::from(f32::EPSILON),
+            Precision::Double | Precision::DoubleDouble => f64::EPSILON,
+        };
+        let growth = self.chaos.predictable.growth(self.marks[0]);
+        run.rounding[0] <= 128.0 * 128.0 * unit * growth
+    }
+
+    /// Table, plots, and what is to be known of them.
+    pub fn section(&self) -> Section {
+        Section {
+            title: "Accuracy of trajectories".to_owned(),
+            notes: self.notes(),
+            tables: vec![self.table(), self.parts_table(), self.chaos.table()],
+            figures: vec![self.work_precision(), self.over_time()],
+            checks: self.checked().len() + 1,
+            failures: self.failures(),
+        }
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let run = self.default_run();
+        let doubling = self.chaos.predictable.doubling;
+        // From the first time on the error grows as perturbations do.
+        let doublings = (self.spacing / run.error[0]).log2();
+        let parted = self.marks[0] as f64 + doublings * doubling;
+        let parts = match doubling.is_finite() && parted.is_finite() {
+            true => format!(
+                " At that rate the default's error, {:.1e} m at {} s, is the distance of two nodes \
+                 after {parted:.0} steps ({:.2} s): later errors against a finer run are those of \
+                 another motion.",
+                run.error[0],
+                self.times[0],
+                parted * self.chaos.predictable.dt
+            ),
+            false => String::new(),
+        };
+        let [a, b, c, d] = self.times;
+        vec![
+            self.chaos.predictable.note() + &parts,
+            format!(
+                "Errors are the largest distance of a node, m, at {a}, {b}, {c} and {d} s. \
+                 `error`: from a run whose time steps, the controller's too, are {} times shorter. \
+                 `held`: from one whose controller steps as here and whose mechanics is {} times \
+                 finer. `rounding`: from double-double with the same steps.",
+                super::FINER,
+                super::FINER
+            ),
+            "`order`: the power of the time step with which `error` falls from the row with the \
+             step twice as long, the median over the times. The controller's output is held over a \
+             step, which is of first order whatever the integrator; a contact is of first order too."
+                .to_owned(),
+            "`energy_ripple` and `energy_drift` are shares of the energy of the lattice stretched \
+             by 2 % and let go without damping, gravity, ground or controller."
+                .to_owned(),
+            "Times are processor times of one thread, medians, measured alone, with nothing else \
+             of this program running."
+                .to_owned(),
+        ]
+    }
+
+    fn table(&self) -> Table {
+        let mut columns = row_columns();
+        columns.push(Column::new(
+            "time_s",
+            "median processor time of the whole run, s",
+        ));
+        columns
+            .extend(self.timed_columns("error", "m, from a run with time steps 64 times shorter"));
+        columns.extend([
+            Column::new("order", "power of the time step with which the error falls"),
+            Column::new(
+                "energy_ripple",
+                "largest departure from the energy, a share",
+            ),
+            Column::new("energy_drift", "last quarter less first, a share"),
+            Column::new("status", "what is to be said of the row"),
+        ]);
+        let cells = |run: &Run| {
+            let mut cells = vec![Cell::Number(run.time)];
+            cells.extend(run.error.map(Cell::Number));
+            cells.extend([
+                run.order.into(),
+                Cell::Number(run.energy.ripple),
+                Cell::Number(run.energy.drift),
+                run.status(self.spacing).into(),
+            ]);
+            cells
+        };
+        Table {
+            name: "accuracy".to_owned(),
+            title: "Error against run time".to_owned(),
+            columns,
+            rows: self.rows(cells),
+        }
+    }
+
+    fn parts_table(&self) -> Table {
+        let mut columns = row_columns();
+        columns.extend(self.timed_columns("held", "m, from a run with substeps 64 times shorter"));
+        columns.extend(self.timed_columns("rounding", "m, from double-double with the same steps"));
+        let cells = |run: &Run| {
+            [run.held, run.rounding]
+                .concat()
+                .into_iter()
+                .map(Cell::Number)
+                .collect()
+        };
+        Table {
+            name: "accuracy_parts".to_owned(),
+            title: "The integrator's own error, and rounding".to_owned(),
+            columns,
+            rows: self.rows(cells),
+        }
+    }
+
+    /// A column for each of the times.
+    fn timed_columns(&self, kind: &str, says: &str) -> [Column; 4] {
+        self.times
+            .map(|time| Column::new(&format!("{kind}_{time}"), says))
+    }
+
+    fn rows(&self, cells: impl Fn(&Run) -> Vec<Cell>) -> Vec<Row> {
+        let row = |run: &Run| {
+            let mut all = vec![
+                Cell::Text(run.method.name()),
+                Cell::Number(run.dt),
+                run.precision.name().into(),
+            ];
+            all.extend(cells(run));
+            Row {
+                cells: all,
+                standing: run.standing(),
+            }
+        };
+        self.runs.iter().map(row).collect()
+    }
+
+    /// Error against run time, a line for every method and precision.
+    fn work_precision(&self) -> Figure {
+        let time = self.times[SHOWN];
+        let default = self.default_run();
+        let chart = LogChart {
+            title: format!("Largest error of a node at {time} s, m"),
+            along: format!("run time of {} s, s", self.times[3]),
+            lines: self.lines(&Precision::ALL, |run| [run.time, run.error[SHOWN]]),
+            marked: Some(([default.time, default.error[SHOWN]], "default".to_owned())),
+        };
+        Figure {
+            name: "work_precision".to_owned(),
+            caption: format!(
+                "Error at {time} s against run time; along each line the time step is halved four \
+                 times. Whole lines f64, dashed f32, dotted double-double."
+            ),
+            svg: chart.draw(),
+        }
+    }
+
+    /// Rounding and time-step errors against the time step.
+    fn over_time(&self) -> Figure {
+        let time = self.times[SHOWN];
+        let lines = self.lines(&Precision::ALL[1..2], |run| [run.dt, run.error[SHOWN]]);
+        let held = self.lines(&Precision::ALL[1..2], |run| [run.dt, run.held[SHOWN]]);
+        let held = held.into_iter().map(|line| Line {
+            name: format!("{}, held", line.name),
+            dashes: "6 4",
+            ..line
+        });
+        let default = self.default_run();
+        let chart = LogChart {
+            title: format!("Largest error of a node at {time} s in f64, m"),
+            along: "time step, s".to_owned(),
+            lines: lines.into_iter().chain(held).collect(),
+            marked: Some(([default.dt, default.error[SHOWN]], "default".to_owned())),
+        };
+        Figure {
+            name: "order".to_owned(),
+            caption:
+                "Error against the time step. Dashed: with the controller's output held alike, \
+                      which leaves the integrator's own error."
+                    .to_owned(),
+            svg: chart.draw(),
+        }
+    }
+
+    /// A line for every method in some precisions.
+    fn lines(&self, precisions: &[Precision], point: impl Fn(&Run) -> [f64; 2]) -> Vec<Line> {
+        let mut methods: Vec<Method> = self.runs.iter().map(|run| run.method).collect();
+        methods.dedup();
+        let mut lines = Vec::new();
+        for &precision in precisions {
+            for (k, method) in methods.iter().enumerate() {
+                let belongs = |run: &&Run| run.method == *method && run.precision == precision;
+                lines.push(Line {
+                    name: format!("{}, {}", method.name(), precision.name()),
+                    colour: COLOURS[k % COLOURS.len()],
+                    dashes: match precision {
+                        Precision::Single => "6 4",
+                        Precision::Double => "",
+                        Precision::DoubleDouble => "1 5",
+                    },
+                    points: self.runs.iter().filter(belongs).map(&point).collect(),
+                });
+            }
+        }
+        lines
+    }
+}
+
+/// What tells the rows apart.
+fn row_columns() -> Vec<Column> {
+    vec![
+        Column::new(
+            "method",
+            "integrator, and substeps where there are more than one",
+        ),
+        Column::new("dt_s", "time step of the controller, s"),
+        Column::new("precision", "number type"),
+    ]
+}

@@ -1,0 +1,75 @@
+//! Run times and memory of single pieces of work, measured alone.
+
+use std::fs;
+use std::time::Duration;
+
+use super::speed::{peak_memory, timed};
+
+/// Work that takes longer than this, s, is not done again.
+const LONG: f64 = 1.0;
+
+/// The median processor time of up to so many runs of a work, in s.
+pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64 {
+    let (mut times, mut spent) = (Vec::new(), 0.0);
+    while times.is_empty() || times.len() < repeats && spent < LONG {
+        let time = timed(&mut work).as_secs_f64();
+        spent += time;
+        times.push(time);
+    }
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+/// The result of a work, its processor time and how many bytes it held at most beyond what was
+/// held before, where the system says. Numbers below a MiB are not to be trusted: the system
+/// counts pages, and not at once.
+pub(super) fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64>) {
+    let measure = || {
+        let before = resident_memory().filter(|_| forget_peak());
+        let mut result = None;
+        let time: Duration = timed(|| result = Some(work()));
+        let after = before.and_then(|before| Some(peak_memory()?.saturating_sub(before)));
+        let result = result.expect("the work was done");
+        (result, time.as_secs_f64(), after)
+    };
+    // A thread of its own has no memory left over from earlier work.
+    std::thread::scope(|scope| {
+        let done = scope.spawn(measure).join();
+        done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// The memory that this process holds, in bytes, where the system says.
+fn resident_memory() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmRSS:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+/// Lets the system count the peak from here on; whether it does.
+fn forget_peak() -> bool {
+    fs::write("/proc/self/clear_refs", "5").is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{measured, median_time};
+
+    #[test]
+    fn a_median_is_a_time() {
+        let mut runs = 0;
+        let time = median_time(3, || runs += 1);
+        assert!(runs == 3 && (0.0..1.0).contains(&time));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn memory_is_that_of_the_work() {
+        let ((), _, first) = measured(|| drop(std::hint::black_box(vec![1u8; 64 << 20])));
+        // Systems may refuse to start the count again.
+        if let Some(bytes) = first {
+            assert!(bytes >= 60 << 20, "{bytes}");
+        }
+    }
+}

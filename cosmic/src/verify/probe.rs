@@ -1,0 +1,96 @@
+//! A case as something that is run over and over, in any precision.
+
+use autodiff::{Real, Wide};
+
+use crate::case::Case;
+use crate::gradient::Task;
+use crate::lattice::State;
+use crate::random::{Purpose, stream, symmetric};
+use crate::simulator::{Span, Trajectory};
+
+/// The robot of a case in its world.
+pub(super) struct Probe<'a> {
+    pub(super) case: &'a Case,
+    pub(super) task: Task,
+    /// Computed in f64 and then lifted, so that every precision runs the same robot.
+    mixture: Vec<[f64; 3]>,
+}
+
+impl<'a> Probe<'a> {
+    pub(super) fn new(case: &'a Case) -> Self {
+        Self {
+            case,
+            task: case.task(),
+            mixture: case.mixture(case.projection, &case.z),
+        }
+    }
+
+    /// Steps from a start to the states observed.
+    pub(super) fn run<R: Real>(&self, start: &State<f64>, observed: Vec<usize>) -> Trajectory<R> {
+        let mixture: Vec<[R; 3]> = self.mixture.iter().map(|m| m.map(R::lit)).collect();
+        let robot = (&self.case.controller.map(R::lit), &start.map(R::lit));
+        self.task
+            .rollout(&mixture, robot, &Span::from_start(observed))
+    }
+
+    /// So many starts with every coordinate moved by `distance`, up or down; the same for every
+    /// case of so many nodes.
+    pub(super) fn moved_starts(&self, count: usize, distance: f64) -> Vec<State<f64>> {
+        let mut stream = stream(0, Purpose::Verification);
+        let mut moved = |x: f64| x + distance.copysign(symmetric(&mut stream, 1.0));
+        let start = &self.case.start;
+        let mut moved_start = || State {
+            x: start.x.iter().map(|x| x.map(&mut moved)).collect(),
+            v: start.v.clone(),
+        };
+        (0..count).map(|_| moved_start()).collect()
+    }
+}
+
+/// A number type whose trajectories are compared in f64.
+pub(super) trait Precise: Real {
+    /// The nearest f64.
+    fn to_f64(self) -> f64;
+}
+
+impl Precise for f32 {
+    fn to_f64(self) -> f64 {
+        self.into()
+    }
+}
+
+impl Precise for f64 {
+    fn to_f64(self) -> f64 {
+        self
+    }
+}
+
+impl Precise for Wide {
+    fn to_f64(self) -> f64 {
+        // The inherent method, not this one.
+        Wide::to_f64(self)
+    }
+}
+
+/// A trajectory rounded to f64.
+pub(super) fn narrow<R: Precise>(trajectory: &Trajectory<R>) -> Trajectory<f64> {
+    let narrow = |state: &State<R>| {
+        let points = |points: &[[R; 2]]| points.iter().map(|p| p.map(R::to_f64)).collect();
+        State {
+            x: points(&state.x),
+            v: points(&state.v),
+        }
+    };
+    Trajectory {
+        steps: trajectory.steps.clone(),
+        states: trajectory.states.iter().map(narrow).collect(),
+    }
+}
+
+/// The largest distance between two states' nodes, m; NaN where one is no number.
+pub(super) fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
+    let pairs = a.x.iter().zip(&b.x);
+    let distances = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+    // `f64::max` would drop a NaN.
+    distances.fold(0.0, |most, d| if d > most || d.is_nan() { d } else { most })
+}

@@ -1,0 +1,259 @@
+//! The accuracy of gradients as tables and figures.
+
+use super::{DIRECTIONS, Gradients, MOST_MEMORY, SAME, Slopes, Way, best};
+use crate::report::chart::{COLOURS, Line, LogChart};
+use crate::report::sheet::{Cell, Column, Figure, Row, Section, Standing, Table};
+
+impl Way {
+    /// How it is called in tables.
+    pub fn name(self) -> String {
+        match self {
+            Self::Differences => "central differences, best h".to_owned(),
+            Self::Duals => "forward duals f64".to_owned(),
+            Self::SingleDuals => "forward duals f32".to_owned(),
+            Self::Driver => "rollout driver f64".to_owned(),
+            Self::SingleDriver => "rollout driver f32".to_owned(),
+            Self::Truncated(share) => format!("driver, last 1/{share} of the steps"),
+            Self::FullTape => "full tape f64".to_owned(),
+        }
+    }
+}
+
+impl Gradients {
+    /// What failed: checked rows, and horizons at which driver and full tape differ.
+    pub fn failures(&self) -> Vec<String> {
+        let wrong = self.slopes.iter().filter(|row| self.is_wrong(row));
+        let rows = wrong.map(|row| format!("{} over {} steps", row.way.name(), row.steps));
+        let pairs = self.horizons.iter().zip(&self.driver_against_tape);
+        // A NaN differs too.
+        let differ = pairs.filter(|(_, difference)| !(**difference <= SAME));
+        let pairs = differ.map(|(steps, _)| format!("driver against full tape over {steps} steps"));
+        rows.chain(pairs).collect()
+    }
+
+    fn checks(&self) -> usize {
+        let rows = self.slopes.iter().filter(|row| self.is_checked(row));
+        rows.count() + self.driver_against_tape.len()
+    }
+
+    /// Tables, plots, and what is to be known of them.
+    pub fn section(&self) -> Section {
+        Section {
+            title: "Gradients".to_owned(),
+            notes: self.notes(),
+            tables: vec![
+                self.table(),
+                self.sweep_table(),
+                self.tape_table(),
+                self.chaos.table(),
+            ],
+            figures: vec![self.by_horizon(), self.by_time(), self.by_width()],
+            checks: self.checks(),
+            failures: self.failures(),
+        }
+    }
+
+    fn notes(&self) -> Vec<String> {
+        vec![
+            self.chaos.predictable.note(),
+            format!(
+                "Of minus the payload's position along the ground after so many steps, by the {} \
+                 numbers of design and controller. `error` and `angle`: of the slopes along \
+                 {DIRECTIONS} random directions, from those of duals in double-double.",
+                self.numbers
+            ),
+            format!(
+                "`time`: processor time of one thread, of a whole gradient in reverse, of \
+                 {DIRECTIONS} slopes forward and by differences. `whole`: of a whole gradient; for \
+                 the latter two a multiple, not a measurement. `memory`: the most that was held \
+                 beyond what the program held before; below 1 MiB not to be trusted."
+            ),
+            format!(
+                "Exact ways are checked against the truth while rounding leaves them two digits. \
+                 Driver and full tape are held against each other at every horizon, to {SAME:e} of \
+                 the largest entry: both go through the same states, chaotic or not. A full tape \
+                 that would take more than {} GiB is left out.",
+                MOST_MEMORY >> 30
+            ),
+            "Truncated gradients leave the early steps out: their error is what that costs, not \
+             rounding."
+                .to_owned(),
+        ]
+    }
+
+    fn table(&self) -> Table {
+        let row = |slopes: &Slopes| {
+            let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+            let number = |x: f64| match slopes.left_out {
+                true => Cell::Missing,
+                false => Cell::Number(x),
+            };
+            Row {
+                cells: vec![
+                    Cell::Text(slopes.way.name()),
+                    Cell::Count(slopes.steps),
+                    number(slopes.error),
+                    number(slopes.angle),
+                    number(slopes.time),
+                    number(slopes.whole),
+                    slopes.memory.map(mebibytes).into(),
+                    self.status(slopes).into(),
+                ],
+                standing: match (self.status(slopes), slopes.way) {
+                    ("wrong" | "not finite", _) => Standing::Failed,
+                    (_, Way::Driver) => Standing::Default,
+                    _ => Standing::Plain,
+                },
+            }
+        };
+        Table {
+            name: "gradients".to_owned(),
+            title: "Error, time and memory over horizons".to_owned(),
+            columns: vec![
+                Column::new("way", "how the gradient is computed"),
+                Column::new("steps", "the horizon"),
+                Column::new(
+                    "error",
+                    "length of the slopes' error over that of the slopes",
+                ),
+                Column::new("angle_deg", "between the two vectors of slopes"),
+                Column::new("time_s", "processor time"),
+                Column::new("whole_s", "of a whole gradient"),
+                Column::new("memory_mib", "peak memory beyond what was held before"),
+                Column::new("status", "what is to be said of the row"),
+            ],
+            rows: self.slopes.iter().map(row).collect(),
+        }
+    }
+
+    fn status(&self, row: &Slopes) -> &'static str {
+        let predictable = self.tolerance(row.way, row.steps) < super::WORTHLESS;
+        match (row.left_out, row.way) {
+            (true, _) => "left out: too much memory",
+            _ if !row.error.is_finite() => "not finite",
+            _ if self.is_wrong(row) => "wrong",
+            _ if self.is_checked(row) => "checked",
+            (_, Way::Truncated(_)) => "truncated",
+            _ if !predictable => "beyond what rounding leaves",
+            _ => "ok",
+        }
+    }
+
+    /// Errors of central differences, a row per half-width, a column per horizon.
+    fn sweep_table(&self) -> Table {
+        let mut columns = vec![Column::new(
+            "h",
+            "half-width along a direction of length one",
+        )];
+        let horizon = |steps: &usize| Column::new(&format!("error_{steps}"), "at this horizon");
+        columns.extend(self.horizons.iter().map(horizon));
+        let row = |(h, errors): &(f64, Vec<f64>)| Row {
+            cells: [*h]
+                .iter()
+                .chain(errors)
+                .map(|&x| Cell::Number(x))
+                .collect(),
+            standing: Standing::Plain,
+        };
+        Table {
+            name: "differences".to_owned(),
+            title: "Error of central differences by half-width".to_owned(),
+            columns,
+            rows: self.sweep.iter().map(row).collect(),
+        }
+    }
+
+    fn tape_table(&self) -> Table {
+        let pairs = self.horizons.iter().zip(&self.driver_against_tape);
+        let row = |(steps, difference): (&usize, &f64)| Row {
+            cells: vec![Cell::Count(*steps), Cell::Number(*difference)],
+            standing: match *difference <= SAME {
+                true => Standing::Plain,
+                false => Standing::Failed,
+            },
+        };
+        Table {
+            name: "driver_against_tape".to_owned(),
+            title: "Rollout driver against full tape".to_owned(),
+            columns: vec![
+                Column::new("steps", "the horizon"),
+                Column::new("difference", "the largest, over the largest entry"),
+            ],
+            rows: pairs.map(row).collect(),
+        }
+    }
+
+    fn by_horizon(&self) -> Figure {
+        let chart = LogChart {
+            title: "Relative error of the slopes".to_owned(),
+            along: "steps of the horizon".to_owned(),
+            lines: self.lines(|row| [row.steps as f64, row.error]),
+            marked: None,
+        };
+        Figure {
+            name: "gradient_error".to_owned(),
+            caption: "Error against the horizon.".to_owned(),
+            svg: chart.draw(),
+        }
+    }
+
+    fn by_time(&self) -> Figure {
+        let longest = self.slopes.iter().rfind(|row| row.way == Way::Driver);
+        let point = |row: &Slopes| [row.whole, row.error];
+        let chart = LogChart {
+            title: "Relative error of the slopes".to_owned(),
+            along: "time of a whole gradient, s".to_owned(),
+            lines: self.lines(point),
+            marked: longest.map(|row| (point(row), format!("driver, {} steps", row.steps))),
+        };
+        Figure {
+            name: "gradient_time".to_owned(),
+            caption: "Error against the time of a whole gradient; along each line the horizon \
+                      doubles."
+                .to_owned(),
+            svg: chart.draw(),
+        }
+    }
+
+    fn by_width(&self) -> Figure {
+        let line = |(k, steps): (usize, &usize)| Line {
+            name: format!("{steps} steps, best {:.1e}", best(&self.sweep, k).1),
+            colour: COLOURS[k % COLOURS.len()],
+            dashes: "",
+            points: self.sweep.iter().map(|(h, e)| [*h, e[k]]).collect(),
+        };
+        let chart = LogChart {
+            title: "Relative error of central differences".to_owned(),
+            along: "half-width h along a direction of length one".to_owned(),
+            lines: self.horizons.iter().enumerate().map(line).collect(),
+            marked: None,
+        };
+        Figure {
+            name: "differences".to_owned(),
+            caption: "Central differences: too wide, and they see another function; too narrow, \
+                      and they see rounding."
+                .to_owned(),
+            svg: chart.draw(),
+        }
+    }
+
+    /// A line for every way.
+    fn lines(&self, point: impl Fn(&Slopes) -> [f64; 2]) -> Vec<Line> {
+        let line = |(k, way): (usize, &Way)| Line {
+            name: way.name(),
+            colour: COLOURS[k % COLOURS.len()],
+            dashes: match way {
+                Way::Truncated(_) => "1 5",
+                _ if way.is_single() => "6 4",
+                _ => "",
+            },
+            points: self
+                .slopes
+                .iter()
+                .filter(|row| row.way == *way)
+                .map(&point)
+                .collect(),
+        };
+        Way::ALL.iter().enumerate().map(line).collect()
+    }
+}

@@ -1,0 +1,256 @@
+//! The extremes that are tried.
+
+use super::trial::{Trial, World};
+use crate::case::Case;
+use crate::design::Material;
+use crate::projection::Body;
+use crate::scene::{Contact, Integrator, Scene, StartKind};
+use crate::simulator::stability::{Vibration, stable_step};
+
+/// Steps of a trial: a vibration a twentieth beyond its limit grows a thousandfold in a dozen.
+const STEPS: usize = 512;
+/// Time steps over the limit that are tried, under it and beyond.
+const SHARES: [f64; 4] = [0.5, 0.95, 1.05, 2.0];
+
+/// A case around its own limit.
+pub(super) fn of_case(case: &Case) -> Vec<Trial> {
+    let mut case = case.clone();
+    case.physics.steps = case.physics.steps.min(STEPS);
+    let own = single(("scene", "its own time step".to_owned()), case.clone());
+    let around = around(("scene", "without its world"), &case, World::Free);
+    [own].into_iter().chain(around).collect()
+}
+
+/// Everything that does not hang on a scene.
+pub(super) fn all() -> Vec<Trial> {
+    let groups = [
+        stiffnesses,
+        masses,
+        ratios,
+        dampings,
+        integrators,
+        time_steps,
+        frictions,
+        layouts,
+        controllers,
+        coincidences,
+        lattices,
+    ];
+    groups.into_iter().flat_map(|group| group()).collect()
+}
+
+/// A robot of 3x3 nodes of the paper's materials, all skeleton.
+fn robot(change: impl FnOnce(&mut Scene)) -> Case {
+    let mut scene = Scene::default();
+    (scene.lattice.columns, scene.lattice.rows) = (3, 3);
+    (scene.start.kind, scene.controller.hidden) = (StartKind::Uniform, 8);
+    scene.physics.steps = STEPS;
+    change(&mut scene);
+    let mut case = Case::of_scene(&scene, 0).expect("the uniform start fits any lattice");
+    case.frozen = Some(vec![Material::Skeleton; case.lattice.edges.len()]);
+    case
+}
+
+/// The largest frequency of a case at rest, 1/s.
+fn frequency(case: &Case) -> f64 {
+    let mixture = case.mixture(case.projection, &case.z);
+    let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+    Vibration::new(&case.lattice, &body, &case.lattice.positions).largest_frequency()
+}
+
+/// A robot with time steps under and over its limit.
+fn around((group, what): (&'static str, &str), case: &Case, world: World) -> Vec<Trial> {
+    let frequency = frequency(case);
+    let limit = stable_step(&case.physics, frequency);
+    let trial = |share: f64| {
+        let mut case = case.clone();
+        case.physics.dt = share * limit;
+        Trial {
+            group,
+            what: format!("{what}, dt {share} of the limit"),
+            case,
+            world,
+            frequency,
+        }
+    };
+    SHARES.map(trial).into()
+}
+
+/// A robot in its world with its own time step.
+fn single((group, what): (&'static str, String), case: Case) -> Trial {
+    Trial {
+        group,
+        what,
+        frequency: frequency(&case),
+        case,
+        world: World::Driven,
+    }
+}
+
+fn stiffnesses() -> Vec<Trial> {
+    let of = |stiffness: f64| {
+        let case = robot(|scene| {
+            scene.materials.stiffness = [stiffness; 3];
+            scene.physics.damping = 0.0;
+        });
+        around(
+            ("stiffness", &format!("{stiffness:e} N/m")),
+            &case,
+            World::Free,
+        )
+    };
+    [1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6]
+        .into_iter()
+        .flat_map(of)
+        .collect()
+}
+
+fn masses() -> Vec<Trial> {
+    let of = |mass: f64| {
+        let case = robot(|scene| {
+            scene.materials.density = [0.0; 3];
+            (scene.physics.node_mass, scene.physics.payload_mass) = (mass, 0.0);
+            scene.physics.damping = 0.0;
+        });
+        around(("mass", &format!("{mass:e} kg a node")), &case, World::Free)
+    };
+    [1e-6, 1e-3, 1.0, 1e3].into_iter().flat_map(of).collect()
+}
+
+/// Both ends of both ranges in one robot.
+fn ratios() -> Vec<Trial> {
+    let mut stiff = robot(|scene| {
+        scene.materials.stiffness = [1e-9, 1e6, 1.0];
+        scene.physics.damping = 0.0;
+    });
+    let edges = stiff.lattice.edges.len();
+    stiff.frozen = Some((0..edges).map(|e| Material::ALL[e % 3]).collect());
+    let heavy = robot(|scene| {
+        scene.materials.density = [0.0; 3];
+        (scene.physics.node_mass, scene.physics.payload_mass) = (1e-6, 1e3);
+        scene.physics.damping = 0.0;
+    });
+    let stiff = around(
+        ("ratio", "1e-9, 1 and 1e6 N/m by turns"),
+        &stiff,
+        World::Free,
+    );
+    let heavy = around(
+        ("ratio", "a payload of 1e3 kg on nodes of 1e-6 kg"),
+        &heavy,
+        World::Free,
+    );
+    stiff.into_iter().chain(heavy).collect()
+}
+
+fn dampings() -> Vec<Trial> {
+    let of = |damping: f64| {
+        let case = robot(|scene| scene.physics.damping = damping);
+        around(("damping", &format!("{damping} 1/s")), &case, World::Free)
+    };
+    [1.0, 20.0, 1e4].into_iter().flat_map(of).collect()
+}
+
+fn integrators() -> Vec<Trial> {
+    let of = |(what, integrator, substeps): (&str, Integrator, usize)| {
+        let case = robot(|scene| {
+            (scene.physics.integrator, scene.physics.substeps) = (integrator, substeps);
+        });
+        around(("integrator", what), &case, World::Free)
+    };
+    let known = [
+        (
+            "symplectic Euler, 8 substeps",
+            Integrator::SymplecticEuler,
+            8,
+        ),
+        ("leapfrog", Integrator::Leapfrog, 1),
+        ("leapfrog, 8 substeps", Integrator::Leapfrog, 8),
+    ];
+    known.into_iter().flat_map(of).collect()
+}
+
+/// On the ground, with gravity and a controller.
+fn time_steps() -> Vec<Trial> {
+    let case = robot(|_| {});
+    around(
+        ("time step", "on the ground, actuated"),
+        &case,
+        World::Driven,
+    )
+}
+
+fn frictions() -> Vec<Trial> {
+    let of = |friction: f64| {
+        let mut case = robot(|scene| scene.physics.contact = Contact::Coulomb);
+        case.physics.friction = friction;
+        case.frozen = None;
+        single(("friction", format!("Coulomb, {friction:e}")), case)
+    };
+    [0.0, 2.5, 1e3, 1e12].map(of).into()
+}
+
+fn layouts() -> Vec<Trial> {
+    let of = |material: Material| {
+        let mut case = robot(|_| {});
+        case.frozen = Some(vec![material; case.lattice.edges.len()]);
+        single(("layout", format!("all {material:?}").to_lowercase()), case)
+    };
+    Material::ALL.map(of).into()
+}
+
+fn controllers() -> Vec<Trial> {
+    let of = |(what, gain): (&str, f64)| {
+        let mut case = robot(|_| {});
+        case.controller = case.controller.map(|w| w * gain);
+        case.frozen = Some(vec![Material::Actuator; case.lattice.edges.len()]);
+        single(("controller", what.to_owned()), case)
+    };
+    let known = [
+        ("silent: all weights zero", 0.0),
+        ("saturated: weights times 1e3", 1e3),
+        ("saturated: weights times 1e300", 1e300),
+    ];
+    let mut stuck = robot(|_| {});
+    stuck.controller = stuck.controller.map(|_| 0.0);
+    stuck.controller.b2.fill(-1e308);
+    stuck.frozen = Some(vec![Material::Actuator; stuck.lattice.edges.len()]);
+    let what = "all actuators held at full contraction".to_owned();
+    let stuck = single(("controller", what), stuck);
+    known.map(of).into_iter().chain([stuck]).collect()
+}
+
+fn coincidences() -> Vec<Trial> {
+    /// The node in whose place a node starts.
+    type Place = fn(usize) -> usize;
+    let moved = |(what, place): (&str, Place)| {
+        let mut case = robot(|_| {});
+        let from = case.start.x.clone();
+        for (i, x) in case.start.x.iter_mut().enumerate() {
+            *x = from[place(i)];
+        }
+        case.frozen = None;
+        single(("coincidence", what.to_owned()), case)
+    };
+    let known: [(&str, Place); 3] = [
+        ("two nodes in one place", |i| if i == 1 { 0 } else { i }),
+        ("every row in one place", |i| 3 * (i / 3)),
+        ("all nodes in one place", |_| 4),
+    ];
+    known.map(moved).into()
+}
+
+fn lattices() -> Vec<Trial> {
+    let of = |side: usize| {
+        let case = robot(|scene| {
+            (scene.lattice.columns, scene.lattice.rows) = (side, side);
+            (scene.physics.damping, scene.physics.steps) = (0.0, STEPS / 2);
+        });
+        around(
+            ("lattice", &format!("{side}x{side} nodes")),
+            &case,
+            World::Free,
+        )
+    };
+    [2, 3, 6, 10, 20, 40].into_iter().flat_map(of).collect()
+}

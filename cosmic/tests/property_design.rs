@@ -1,0 +1,86 @@
+//! What holds of every design: projections, measures and the snap.
+
+use cosmic::design::{Material, VolumeBounds, snap};
+use cosmic::objective::measures;
+use cosmic::projection::{Projection, mixture};
+use cosmic::scene::{ProjectionSettings, VolumeSettings};
+use proptest::prelude::*;
+
+fn vectors(entries: std::ops::Range<f64>) -> impl Strategy<Value = Vec<[f64; 3]>> {
+    prop::collection::vec(prop::array::uniform3(entries), 1..40)
+}
+
+const BOTH: [Projection; 2] = [Projection::Performance, Projection::Stability];
+
+/// `[sum over entries, largest entry]` of the difference of two mixtures' rows.
+fn largest_change(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Even far outside of the range that the optimiser keeps to.
+    #[test]
+    fn a_mixture_is_shares_of_one(z in prop_oneof![vectors(0.0..1.0), vectors(-1e6..1e6)]) {
+        for projection in BOTH {
+            for row in mixture(projection, &z, &ProjectionSettings::default()) {
+                prop_assert!(row.iter().all(|m| (0.0..=1.0).contains(m)), "{:?}", row);
+                // Three roundings of quotients, two of the sum.
+                prop_assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{:?}", row);
+            }
+        }
+    }
+
+    /// The performance projection sees differences within an edge, the stability projection those
+    /// from the other edges.
+    #[test]
+    fn what_is_common_does_not_count(
+        z in vectors(0.0..1.0),
+        shift in -1.0..1.0,
+        column in prop::array::uniform3(-1.0..1.0),
+    ) {
+        let settings = ProjectionSettings::default();
+        let shifted: Vec<[f64; 3]> = z.iter().map(|z| z.map(|z| z + shift)).collect();
+        let [a, b] = [&z, &shifted].map(|z| mixture(Projection::Performance, z, &settings));
+        // Shifted entries near 2 are rounded at 2e-16, times a sharpness of 20.
+        prop_assert!(largest_change(&a, &b) < 1e-14);
+        let moved = |z: &[f64; 3]| [0, 1, 2].map(|k| z[k] + column[k]);
+        let shifted: Vec<[f64; 3]> = z.iter().map(moved).collect();
+        let [a, b] = [&z, &shifted].map(|z| mixture(Projection::Stability, z, &settings));
+        // The means of 40 numbers are off by some 1e-15, times a sharpness of 500.
+        prop_assert!(largest_change(&a, &b) < 1e-11);
+    }
+
+    #[test]
+    fn volumes_and_measures_keep_their_ranges(z in vectors(0.0..1.0)) {
+        let settings = ProjectionSettings::default();
+        for projection in BOTH {
+            let found = measures(&mixture(projection, &z, &settings), settings.delta);
+            let rounding = 1e-14;
+            let within = |x: f64, most: f64| (-rounding..=most + rounding).contains(&x);
+            prop_assert!(within(found.volume, 1.0) && within(found.actuator_volume, 1.0));
+            prop_assert!(found.actuator_volume <= found.volume + rounding);
+            // Of a third of each material; of halves of two.
+            prop_assert!(within(found.binarisation, 1.0 - (1.0f64 / 3.0).sqrt()));
+            prop_assert!(found.overlap.iter().all(|&g| within(g, 0.5)));
+        }
+    }
+
+    /// One material an edge, and volumes within the bounds where whole edges allow it.
+    #[test]
+    fn a_snap_meets_the_volumes(z in prop::collection::vec(prop::array::uniform3(0.0..1.0), 60..80)) {
+        let settings = ProjectionSettings::default();
+        let bounds = VolumeBounds::widened(&VolumeSettings::default(), 0.03);
+        let found = snap(&mixture(Projection::Performance, &z, &settings), &bounds);
+        let edges = z.len() as f64;
+        let share = |is: fn(Material) -> bool| {
+            found.materials.iter().filter(|m| is(**m)).count() as f64 / edges
+        };
+        let within = |x: f64, [least, most]: [f64; 2]| (least - 1e-9..=most + 1e-9).contains(&x);
+        prop_assert_eq!(found.materials.len(), z.len());
+        prop_assert!(within(share(Material::is_solid), bounds.solid));
+        prop_assert!(within(share(|m| m == Material::Actuator), bounds.actuator));
+    }
+}

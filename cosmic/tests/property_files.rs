@@ -1,0 +1,117 @@
+//! What is written reads back to the same bits.
+
+use cosmic::case::Case;
+use cosmic::codesign::{CoDesign, Progress};
+use cosmic::design::Material;
+use cosmic::lattice::Lattice;
+use cosmic::record::{DesignFile, Plan};
+use cosmic::scene::{Contact, Integrator, Scene};
+use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
+use proptest::prelude::*;
+use std::num::NonZeroUsize;
+
+/// Any finite number.
+fn numbers() -> impl Strategy<Value = f64> {
+    NORMAL | SUBNORMAL | ZERO | POSITIVE | NEGATIVE
+}
+
+fn scene() -> Scene {
+    let mut scene = Scene::default();
+    (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+    (scene.controller.hidden, scene.controller.clocks) = (2, 3);
+    scene.physics.steps = 8;
+    scene.schedule.iterations = 4;
+    (scene.schedule.attraction_from, scene.schedule.snap_at) = (2, 3);
+    scene.schedule.horizon = [8, 8];
+    (scene.loss.window, scene.loss.every) = (4, 2);
+    scene
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn designs(
+        z in prop::collection::vec(prop::array::uniform3(numbers()), 6),
+        weights in prop::collection::vec(numbers(), 64),
+        materials in prop::collection::vec(0..3usize, 6),
+    ) {
+        let scene = scene();
+        let lattice = Lattice::new(&scene.lattice, &cosmic::lattice::Ground::from(&scene.physics));
+        let mut controller = cosmic::controller::Controller::xavier(&scene.controller, &lattice, 0);
+        let mut weights = weights.into_iter().cycle();
+        controller = controller.map(|_| 0.0);
+        for w in [&mut controller.w1, &mut controller.b1, &mut controller.w2, &mut controller.b2] {
+            w.iter_mut().zip(&mut weights).for_each(|(w, x)| *w = x);
+        }
+        let materials: Vec<Material> = materials.iter().map(|m| Material::ALL[*m]).collect();
+        let design = DesignFile::new(&lattice, (&z, &materials), &controller);
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("design.json");
+        design.write(&file).unwrap();
+        let read = DesignFile::read(&file).unwrap();
+        prop_assert_eq!(bits(&read.z), bits(&design.z));
+        prop_assert_eq!(&read, &design);
+        prop_assert_eq!(read.robot(&scene, "design.json").unwrap(), controller);
+    }
+
+    #[test]
+    fn cases(
+        seed in any::<u64>(),
+        z in prop::collection::vec(prop::array::uniform3(numbers()), 6),
+        world in prop::array::uniform8(numbers()),
+        layout in any::<bool>(),
+        (leapfrog, substeps) in (any::<bool>(), 1..9usize),
+    ) {
+        let mut case = Case::of_scene(&scene(), seed).unwrap();
+        case.z = z;
+        let physics = &mut case.physics;
+        [physics.dt, physics.gravity, physics.damping, physics.friction] =
+            [world[0], world[1], world[2], world[3]];
+        (case.start.x[1], case.start.v[3]) = ([world[4], world[5]], [world[6], world[7]]);
+        case.lattice.positions.clone_from(&case.start.x);
+        physics.substeps = substeps;
+        if leapfrog {
+            (physics.integrator, physics.contact) = (Integrator::Leapfrog, Contact::Coulomb);
+        }
+        case.frozen = layout.then(|| vec![Material::Skeleton; 6]);
+        let read = Case::parse("case.json", &case.to_json()).unwrap();
+        // What becomes of an optimisation, and how its controller began, is not a case's.
+        let expected = Case {
+            physics: cosmic::scene::PhysicsSettings {
+                unstable_step: read.physics.unstable_step,
+                ..case.physics.clone()
+            },
+            observation: cosmic::scene::ControllerSettings {
+                gain: read.observation.gain,
+                ..case.observation.clone()
+            },
+            ..case
+        };
+        prop_assert_eq!(read, expected);
+    }
+
+    /// What a snapshot holds, from any seed and after any number of iterations.
+    #[test]
+    fn progress_and_plans(seed in any::<u64>(), iterations in 0..4usize, any in numbers()) {
+        let mut codesign = CoDesign::new(&scene()).unwrap();
+        let mut progress = codesign.begin(seed).unwrap();
+        (0..iterations).for_each(|_| drop(codesign.iterate(&mut progress)));
+        progress.adam.mean[3] = any;
+        let text = serde_json::to_string(&progress).unwrap();
+        prop_assert_eq!(serde_json::from_str::<Progress>(&text).unwrap(), progress);
+        let plan = Plan {
+            name: "any".to_owned(),
+            scene: scene(),
+            seed,
+            starts: NonZeroUsize::MIN,
+            iterations: NonZeroUsize::new(iterations),
+        };
+        let text = serde_json::to_string(&plan).unwrap();
+        prop_assert_eq!(serde_json::from_str::<Plan>(&text).unwrap(), plan);
+    }
+}
+
+fn bits(rows: &[[f64; 3]]) -> Vec<u64> {
+    rows.as_flattened().iter().map(|x| x.to_bits()).collect()
+}

@@ -1,0 +1,9 @@
+//! Any bytes as a scene.
+#![no_main]
+
+use cosmic_tests::readers;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let _ = readers::scene(bytes);
+});

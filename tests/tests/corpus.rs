@@ -1,0 +1,35 @@
+//! The corpus that fuzzing left: every file is read, or refused with a clean error.
+
+use std::fs;
+use std::panic::catch_unwind;
+use std::path::Path;
+
+use cosmic_tests::readers::READERS;
+
+#[test]
+fn no_file_of_the_corpus_makes_a_reader_panic() {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/corpus");
+    for (name, read) in READERS {
+        let folder = corpus.join(name);
+        let entries = fs::read_dir(&folder).expect("a corpus can be listed");
+        let (mut read_well, mut refused) = (0, 0);
+        for entry in entries {
+            let path = entry.expect("a corpus can be listed").path();
+            let bytes = fs::read(&path).expect("a file of a corpus can be read");
+            match catch_unwind(|| read(&bytes)) {
+                Ok(Ok(())) => read_well += 1,
+                Ok(Err(error)) => {
+                    refused += 1;
+                    assert!(!error.to_string().is_empty());
+                    assert!([2, 3].contains(&error.exit_code()), "{path:?}: {error}");
+                }
+                Err(_) => panic!("{} makes the reader of a {name} panic", path.display()),
+            }
+        }
+        // Both ways out of a reader are in its corpus.
+        assert!(
+            read_well > 0 && refused > 0,
+            "{name}: {read_well} {refused}"
+        );
+    }
+}

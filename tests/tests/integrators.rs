@@ -1,0 +1,172 @@
+//! The integrators of a scene: order, symmetry with shorter steps, stability and gradients.
+
+use autodiff::check::Options;
+use cosmic::case::Case;
+use cosmic::lattice::State;
+use cosmic::scene::{Contact, Integrator, PhysicsSettings, Scene};
+use cosmic::simulator::stability::stable_step;
+use cosmic::verify::check_gradients;
+use cosmic_tests::Bare;
+
+const BOTH: [Integrator; 2] = [Integrator::SymplecticEuler, Integrator::Leapfrog];
+
+/// A stretched square with its diagonals, which vibrates and turns without meeting anything.
+fn square(integrator: Integrator, dt: f64, substeps: usize) -> (Bare, State<f64>) {
+    let side = [[0, 1], [0, 2], [1, 3], [2, 3]].map(|edge| (edge, 0.1, 40.0));
+    let diagonal = [[0, 3], [1, 2]].map(|edge| (edge, 0.02f64.sqrt(), 25.0));
+    let springs = [&side[..], &diagonal[..]].concat();
+    let mut bare = Bare::new(&springs, &[0.01, 0.02, 0.01, 0.015]);
+    bare.physics = PhysicsSettings {
+        dt,
+        integrator,
+        substeps,
+        gravity: 4.8,
+        damping: 5.0,
+        ..bare.physics
+    };
+    let start = State {
+        x: vec![[0.0, 0.0], [0.12, 0.01], [-0.01, 0.11], [0.11, 0.09]],
+        v: vec![[0.1, 0.0], [0.0, 0.3], [-0.2, 0.1], [0.0, 0.0]],
+    };
+    (bare, start)
+}
+
+/// The largest distance of any coordinates of two states.
+fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
+    let pairs = a.x.as_flattened().iter().zip(b.x.as_flattened());
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn euler_is_of_first_order_and_leapfrog_of_second() {
+    const TIME: f64 = 0.128;
+    let run = |integrator, steps: usize| {
+        let (bare, start) = square(integrator, TIME / steps as f64, 1);
+        bare.run_to_end(&start, steps)
+    };
+    // 64 times shorter than the shortest step below, of second order: 1e-3 of its error at most.
+    let truth = run(Integrator::Leapfrog, 64 * 256);
+    for (integrator, order) in BOTH.into_iter().zip([1.0, 2.0]) {
+        let error = |steps| distance(&run(integrator, steps), &truth);
+        let observed = (error(128) / error(256)).log2();
+        println!("{integrator:?}: order {observed:.3}");
+        // The next term of the error is dt omega = 0.1 times the first, less in their quotient.
+        assert!((observed - order).abs() < 0.1, "{integrator:?}: {observed}");
+    }
+}
+
+#[test]
+fn leapfrog_falls_exactly() {
+    for (integrator, exact) in BOTH.into_iter().zip([false, true]) {
+        let mut bare = Bare::free_node(PhysicsSettings {
+            integrator,
+            damping: 0.0,
+            ground_height: -100.0,
+            ..PhysicsSettings::default()
+        });
+        bare.physics.dt = 1.0 / 256.0;
+        let start = State {
+            x: vec![[0.0, 0.0], [1.0, 0.0]],
+            v: vec![[0.3, 1.0]; 2],
+        };
+        let end = bare.run_to_end(&start, 256);
+        // A second of 4.8 m/s2. Heights are counted from the ground: 512 roundings of 100.
+        let error: f64 = end.x[0][1] - (1.0 - 2.4);
+        assert_eq!(
+            error.abs() < 512.0 * 1.5e-14,
+            exact,
+            "{integrator:?}: {error:e}"
+        );
+    }
+}
+
+/// Without a controller, substeps are steps.
+#[test]
+fn substeps_are_shorter_steps() {
+    for integrator in BOTH {
+        let (coarse, start) = square(integrator, 0.004, 4);
+        let (fine, _) = square(integrator, 0.001, 1);
+        assert_eq!(
+            coarse.run_to_end(&start, 50),
+            fine.run_to_end(&start, 200),
+            "{integrator:?}"
+        );
+    }
+}
+
+/// Two nodes on a spring, with two parts in a thousand over and under the limit.
+#[test]
+fn a_step_is_stable_up_to_its_limit() {
+    let omega = (2.0 * 100.0 / 0.01f64).sqrt();
+    let start = State {
+        x: vec![[0.0, 0.0], [1.0 + 1e-6, 0.0]],
+        v: vec![[0.0; 2]; 2],
+    };
+    for (integrator, substeps) in BOTH.into_iter().flat_map(|i| [(i, 1), (i, 3)]) {
+        for damping in [0.0, 20.0] {
+            let mut bare = Bare::new(&[([0, 1], 1.0, 100.0)], &[0.01; 2]);
+            bare.physics = PhysicsSettings {
+                integrator,
+                substeps,
+                damping,
+                ..bare.physics
+            };
+            let limit = stable_step(&bare.physics, omega);
+            let amplitude = |share: f64| {
+                let mut bare = bare.clone();
+                bare.physics.dt = share * limit;
+                let seen = bare.run(&start, (0..400).collect());
+                let length = |s: &State<f64>| s.x[1][0] - s.x[0][0] - 1.0;
+                seen.states
+                    .iter()
+                    .map(length)
+                    .map(f64::abs)
+                    .fold(0.0, f64::max)
+            };
+            // Just under the limit an undamped oscillation beats: at a share of 0.998 with
+            // 1 / sqrt(1 - 0.998^2) = 16 times the start's amplitude. Over it, 400 substeps grow by
+            // exp(400 * 2 * sqrt(2 * 0.002)) undamped, by exp(400 * 0.004) with the most damping.
+            let (below, above) = (amplitude(0.998), amplitude(1.002));
+            let case = format!("{integrator:?}, {substeps} substeps, damping {damping}");
+            println!("{case}: {below:e} below, {above:e} above");
+            assert!(below < 17e-6, "{case}: {below:e} below the limit");
+            assert!(above > 3.0 * below, "{case}: {above:e} above the limit");
+        }
+    }
+}
+
+#[test]
+fn an_idle_spring_is_stable_with_any_step() {
+    for integrator in BOTH {
+        let physics = PhysicsSettings {
+            integrator,
+            ..PhysicsSettings::default()
+        };
+        assert_eq!(stable_step(&physics, 0.0), f64::INFINITY);
+    }
+}
+
+#[test]
+fn gradients_are_right_with_every_integrator() {
+    for (integrator, substeps) in [
+        (Integrator::SymplecticEuler, 3),
+        (Integrator::Leapfrog, 1),
+        (Integrator::Leapfrog, 2),
+    ] {
+        for contact in [Contact::Infinite, Contact::Coulomb] {
+            let mut scene = Scene::default();
+            (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+            scene.lattice.drop = 0.002;
+            scene.controller.hidden = 3;
+            let physics = &mut scene.physics;
+            (physics.integrator, physics.substeps) = (integrator, substeps);
+            (physics.contact, physics.friction) = (contact, 0.3);
+            let case = Case::of_scene(&scene, 0).unwrap();
+            let check = check_gradients(&case, 48, &Options::default());
+            assert!(
+                check.failures().is_empty(),
+                "{integrator:?}, {substeps} substeps, {contact:?}:\n{check}"
+            );
+        }
+    }
+}

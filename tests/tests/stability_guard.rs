@@ -1,0 +1,137 @@
+//! The guard: no absurd state of a delivered rollout goes unnoticed, however short.
+
+use cosmic::case::Case;
+use cosmic::error::Error;
+use cosmic::scene::{Contact, Integrator, Scene};
+use cosmic::simulator::{Divergence, Guarded, Span, Term};
+
+/// A robot of 2x2 nodes far from any trouble.
+fn case(change: impl FnOnce(&mut Scene)) -> Case {
+    let mut scene = Scene::default();
+    (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+    scene.controller.hidden = 2;
+    scene.physics.steps = 300;
+    change(&mut scene);
+    Case::of_scene(&scene, 0).expect("any lattice starts so")
+}
+
+fn guarded(case: &Case) -> Guarded {
+    let mixture = case.mixture(case.projection, &case.z);
+    let robot = (&case.controller, &case.start);
+    let span = Span::from_start(vec![0, 7, case.physics.steps]);
+    let guarded = case.task().guarded(&mixture, robot, &span);
+    // What is delivered is what an unguarded rollout gives, NaN for NaN.
+    let plain = case.task().rollout(&mixture, robot, &span);
+    assert_eq!(format!("{:?}", guarded.trajectory), format!("{plain:?}"));
+    guarded
+}
+
+fn diverges(case: &Case) -> Divergence {
+    guarded(case).divergence.expect("it is absurd")
+}
+
+#[test]
+fn a_sane_rollout_is_delivered_as_it_is() {
+    for (incline_deg, contact) in [(0.0, Contact::Infinite), (15.0, Contact::Coulomb)] {
+        for (integrator, substeps) in [
+            (Integrator::SymplecticEuler, 1),
+            (Integrator::SymplecticEuler, 3),
+            (Integrator::Leapfrog, 2),
+        ] {
+            let case = case(|scene| {
+                (scene.physics.incline_deg, scene.physics.contact) = (incline_deg, contact);
+                (scene.physics.integrator, scene.physics.substeps) = (integrator, substeps);
+            });
+            assert_eq!(guarded(&case).divergence, None);
+        }
+    }
+}
+
+/// A node falls at 2000 km/s, is stopped by the ground in the third step, and is as quiet as the
+/// others ever after: no later state shows it.
+#[test]
+fn a_state_that_is_absurd_for_a_moment_is_found() {
+    let mut case = case(|scene| {
+        scene.materials.stiffness = [0.0; 3];
+        scene.lattice.drop = 1e4;
+    });
+    case.start.v[3] = [0.0, -2e6];
+    let results = case.evaluate(false, &[300]).expect("300 is the last");
+    assert!(!results.trajectory[&300].is_absurd());
+    let found = results.divergence.expect("steps 1 and 2 are absurd");
+    assert_eq!((found.step, found.node, found.term), (0, 3, Term::Motion));
+    assert!(found.velocity[1] < -1e6 && found.position[1] > 0.0);
+    assert_eq!(found, diverges(&case));
+}
+
+/// Farther than the trap, and not yet absurd: found to be sane by the second look.
+#[test]
+fn what_is_large_and_not_absurd_is_let_be() {
+    let mut case = case(|scene| scene.materials.stiffness = [0.0; 3]);
+    case.start.v[2] = [7e5, 0.0];
+    assert_eq!(guarded(&case).divergence, None);
+    case.start.v[2] = [0.0; 2];
+    // The whole world is moved: the trap is set around the ground, sanity around the origin.
+    case.physics.ground_height = 7e5;
+    case.start.x.iter_mut().for_each(|x| x[1] += 7e5);
+    assert_eq!(guarded(&case).divergence, None);
+    case.physics.ground_height = 2e6;
+    case.start.x.iter_mut().for_each(|x| x[1] += 2e6);
+    assert_eq!(diverges(&case).step, 0);
+}
+
+/// A node drifts away: it takes the second block of the search to see it too far off.
+#[test]
+fn the_last_states_are_those_of_the_rollout() {
+    let mut case = case(|scene| {
+        scene.physics.incline_deg = 15.0;
+        (scene.physics.damping, scene.physics.gravity) = (0.0, 0.0);
+        (scene.physics.dt, scene.materials.stiffness) = (1.0, [0.0; 3]);
+    });
+    case.start.v[2] = [1e4, 1e4];
+    let found = diverges(&case);
+    // From 0.1 m on by 10 km a step.
+    assert_eq!((found.step, found.node, found.term), (99, 2, Term::Motion));
+    let mixture = case.mixture(case.projection, &case.z);
+    let robot = (&case.controller, &case.start);
+    let span = Span::from_start(found.last.steps.clone());
+    let states = case.task().rollout(&mixture, robot, &span).states;
+    assert_eq!(states, found.last.states);
+    assert_eq!(found.last.steps, (92..=100).collect::<Vec<_>>());
+    let absurd: Vec<bool> = states.iter().map(|s| s.is_absurd()).collect();
+    assert!(absurd[8] && !absurd[..8].contains(&true));
+}
+
+#[test]
+fn the_term_to_blame_is_named() {
+    let mut broken = case(|_| {});
+    broken.controller.b2[4] = f64::NAN;
+    let found = diverges(&broken);
+    assert_eq!(found.term, Term::Controller { edge: 4 });
+    assert!(broken.lattice.edges[4].contains(&found.node) && found.step == 0);
+    let said = Error::from(&found).to_string();
+    assert!(
+        said.ends_with("mostly by the controller's output for edge 4"),
+        "{said}"
+    );
+
+    let fall = case(|scene| scene.physics.gravity = -1e12);
+    assert_eq!(diverges(&fall).term, Term::Gravity);
+
+    let mut stiff = case(|scene| scene.materials.stiffness = [1e12; 3]);
+    stiff.start.x[1] = stiff.start.x[0];
+    let found = diverges(&stiff);
+    assert!(matches!(found.term, Term::Spring { .. }), "{found:?}");
+}
+
+/// A file that shows it again, with what is known of it in its note.
+#[test]
+fn a_divergence_is_replayed_from_its_file() {
+    let fall = case(|scene| scene.physics.gravity = -1e12);
+    let found = diverges(&fall);
+    let text = fall.diverged_json(&found);
+    assert!(text.contains("mostly by gravity"), "{text}");
+    let again = Case::parse("diverged.json", &text).expect("it is a case");
+    let results = again.evaluate(false, &[]).expect("it lists its steps");
+    assert_eq!(results.divergence, Some(found));
+}

@@ -1,0 +1,139 @@
+//! The check of a time step: the bound first, then the largest frequency.
+
+use cosmic::case::Case;
+use cosmic::codesign::CoDesign;
+use cosmic::scene::{Scene, UnstableStep};
+use cosmic::simulator::stability::step_limit;
+use cosmic::simulator::{Grade, StepCheck};
+use cosmic::verify::stable_steps;
+
+fn scene(dt: f64) -> Scene {
+    let mut scene = Scene::default();
+    (scene.lattice.columns, scene.lattice.rows) = (3, 2);
+    scene.controller.hidden = 2;
+    scene.physics.dt = dt;
+    scene
+}
+
+fn check(dt: f64) -> StepCheck {
+    Case::of_scene(&scene(dt), 0)
+        .expect("any lattice starts so")
+        .step_check()
+}
+
+#[test]
+fn a_step_is_held_against_the_bound_and_beyond_it_against_the_frequency() {
+    let loose = check(1.0);
+    let exact = loose.exact.expect("a second is beyond any bound");
+    let [limit, bound] = [exact, loose.bound].map(|l| step_limit(l.frequency, 20.0));
+    assert!(bound < limit && limit < 1.5 * bound, "{bound} {limit}");
+    let grade = |dt: f64| check(dt).grade();
+    assert_eq!(grade(0.99 * bound), Grade::Safe);
+    assert_eq!(grade(0.5 * (bound + limit)), Grade::Close);
+    assert_eq!(grade(1.01 * limit), Grade::Unstable);
+    assert!(check(0.99 * bound).exact.is_none());
+    assert_eq!(check(0.99 * bound).to_string(), "");
+    let close = check(0.5 * (bound + limit)).to_string();
+    let node = loose.bound.node;
+    for word in ["safe bound", &format!("node {node}"), "physics.dt"] {
+        assert!(close.contains(word), "{close}");
+    }
+}
+
+#[test]
+fn an_unstable_step_is_refused_with_node_number_and_remedy() {
+    let scene = scene(0.05);
+    let check = check(0.05);
+    let said = check
+        .accept(&scene.physics)
+        .expect_err("50 ms are too long");
+    let node = check.exact.expect("it is beyond the bound").node;
+    assert_eq!(said.exit_code(), 2);
+    let words = ["0.05 s", "physics.dt", "--allow-unstable", "1/s"];
+    for word in words.into_iter().chain([&*format!("node {node}")]) {
+        assert!(said.to_string().contains(word), "{said}");
+    }
+    let mut patient = scene.physics;
+    patient.unstable_step = UnstableStep::Warn;
+    assert!(check.accept(&patient).is_ok());
+    assert_eq!(check.to_string(), said.to_string());
+}
+
+#[test]
+fn nothing_that_vibrates_is_safe_with_any_step() {
+    let mut scene = scene(1.0);
+    scene.materials.stiffness = [0.0; 3];
+    let check = Case::of_scene(&scene, 0)
+        .expect("any lattice starts so")
+        .step_check();
+    assert_eq!((check.grade(), check.bound.dt), (Grade::Safe, None));
+}
+
+/// The remedy helps: what it says is safe.
+#[test]
+fn the_step_that_a_refusal_asks_for_is_safe() {
+    let said = check(0.05).to_string();
+    let (_, rest) = said.split_once("physics.dt to ").expect("a remedy");
+    let dt: f64 = rest
+        .split(' ')
+        .next()
+        .and_then(|number| number.parse().ok())
+        .expect("a number");
+    assert_eq!(check(dt).grade(), Grade::Safe);
+}
+
+#[test]
+fn an_optimisation_refuses_an_unstable_start_unless_told_otherwise() {
+    let mut scene = scene(0.05);
+    scene.physics.steps = 8;
+    let begin = |scene: &Scene| CoDesign::new(scene).and_then(|c| c.begin(0));
+    let refused = begin(&scene).expect_err("50 ms are too long");
+    assert_eq!(refused.exit_code(), 2);
+    scene.physics.unstable_step = UnstableStep::Warn;
+    assert!(begin(&scene).is_ok());
+}
+
+/// Light nodes: as edges turn to stiff material the frequency grows past what the start allowed.
+#[test]
+fn a_design_that_becomes_unstable_is_in_the_record() {
+    let mut scene = scene(0.002);
+    scene.physics.steps = 16;
+    scene.schedule.horizon = [16, 16];
+    (scene.loss.window, scene.loss.every) = (8, 4);
+    scene.schedule.iterations = 4;
+    (scene.schedule.attraction_from, scene.schedule.snap_at) = (2, 2);
+    scene.volume.solid = [1.0, 1.0];
+    scene.volume.actuator = [0.0, 0.0];
+    let limit = |scene: &Scene| {
+        let vibration = CoDesign::new(scene).and_then(|c| {
+            let progress = c.begin(0)?;
+            Ok(c.step_check(&progress).bound.frequency)
+        });
+        step_limit(vibration.expect("2 ms are stable"), scene.physics.damping)
+    };
+    // All skeleton in place of a third of it: stiffer by more than the third left here.
+    scene.physics.dt = 0.7 * limit(&scene);
+    let mut shares = Vec::new();
+    let told = cosmic::codesign::optimise(&scene, 0, |record| {
+        let check = record.time_step.expect("every iteration is checked");
+        shares.push(check.bound.share(check.dt));
+    });
+    let said = told
+        .expect_err("the snap makes it all skeleton")
+        .to_string();
+    assert!(said.contains("unstable"), "{said}");
+    let [first, .., last] = shares[..] else {
+        panic!("the first iteration changes little: {shares:?}")
+    };
+    assert!(first < 1.0 && last > 1.0, "{shares:?}");
+}
+
+/// A scene's own time step is a row like the others: verify refuses nothing, and fails.
+#[test]
+fn an_unstable_scene_fails_the_verification() {
+    let failures = |dt: f64| {
+        let case = Case::of_scene(&scene(dt), 0).expect("any lattice starts so");
+        stable_steps(&case).failures
+    };
+    assert_eq!((failures(0.002).len(), failures(0.05).len()), (0, 1));
+}
