@@ -69,8 +69,11 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     };
     let mut text = format!("run: {folder}\n");
     for start in &summary.starts {
-        let displacement = metres(start.displacement_p50);
-        text += &format!("start {}: {displacement}\n", start.seed);
+        let end = match start.dropped_at {
+            Some(iteration) => format!("dropped after iteration {iteration}"),
+            None => metres(start.displacement_p50),
+        };
+        text += &format!("start {}: {end}\n", start.seed);
     }
     text += &format!(
         "{scene}, seed {seed}: {iterations} iterations, controller of iteration \

@@ -6,6 +6,7 @@
 
 pub mod design_file;
 pub mod files;
+pub mod halving;
 pub mod history;
 mod run;
 pub mod snapshot;
@@ -15,6 +16,6 @@ pub mod trajectory_file;
 
 pub use design_file::DesignFile;
 pub use run::{DIVERGED, Observer, Run, optimise, resume};
-pub use snapshot::Plan;
+pub use snapshot::{Plan, Search};
 pub use summary::{Start, StopReason, Summary};
 pub use trajectory_file::TrajectoryFile;

@@ -98,7 +98,7 @@ impl Run {
     }
 
     /// Goes on from a snapshot.
-    fn open(folder: &Path, snapshot: Snapshot) -> Result<Self> {
+    pub(super) fn open(folder: &Path, snapshot: Snapshot) -> Result<Self> {
         let plan = snapshot.plan.into_owned();
         let codesign = CoDesign::new(&plan.scene)?;
         let begun = codesign.begin(plan.seed)?;
@@ -146,13 +146,19 @@ impl Run {
     /// Does what is left to do.
     pub(super) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         observer.begin(&self);
-        self.advance(observer)?;
+        self.advance(self.plan.last_iteration(), observer)?;
         self.deliver()
     }
 
-    fn advance(&mut self, observer: &mut dyn Observer) -> Result<()> {
+    /// Does what is left to do up to an iteration. The run is saved and can be gone on with.
+    pub(super) fn pause_at(mut self, iteration: usize, observer: &mut dyn Observer) -> Result<()> {
+        observer.begin(&self);
+        self.advance(iteration.min(self.plan.last_iteration()), observer)
+    }
+
+    fn advance(&mut self, last: usize, observer: &mut dyn Observer) -> Result<()> {
         let mut saved = Instant::now();
-        while self.progress.iteration < self.plan.last_iteration() {
+        while self.progress.iteration < last {
             let began = Instant::now();
             let record = self.codesign.iterate(&mut self.progress);
             self.history.append(&record, self.seconds())?;

@@ -86,6 +86,20 @@ pub struct Start {
     pub displacement_selection_p50: Option<f64>,
     /// The median over other starts.
     pub displacement_p50: Option<f64>,
+    /// The iteration after which the search dropped it, where it did.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub dropped_at: Option<usize>,
+}
+
+impl Start {
+    pub(super) fn dropped(seed: u64, iteration: usize) -> Self {
+        Self {
+            seed,
+            displacement_selection_p50: None,
+            displacement_p50: None,
+            dropped_at: Some(iteration),
+        }
+    }
 }
 
 impl Summary {

@@ -5,6 +5,7 @@
 //!
 //! `table` names every key once, with its range; reading, checking and writing all go through it.
 
+mod beyond;
 mod builtin;
 mod check;
 mod departures;
@@ -18,6 +19,7 @@ mod robot;
 mod table;
 mod write;
 
+pub use beyond::SearchSettings;
 pub use builtin::{BUILTIN, Builtin};
 pub use departures::Departure;
 
@@ -68,4 +70,6 @@ pub struct Scene {
     pub loss: LossSettings,
     /// Which iterate is delivered.
     pub selection: SelectionSettings,
+    /// Which starts go on.
+    pub search: SearchSettings,
 }

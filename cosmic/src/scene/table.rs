@@ -55,6 +55,7 @@ pub(super) static SECTIONS: &[Section] = &[
     section("gradient", "GradientSettings", GRADIENT),
     section("loss", "LossSettings", LOSS),
     section("selection", "SelectionSettings", SELECTION),
+    section("search", "SearchSettings", SEARCH),
 ];
 
 const LATTICE: &[Field] = &[
@@ -277,4 +278,10 @@ const SELECTION: &[Field] = &[
     field("perturbation", within(0.0, 1e-3), |s| {
         Number(&mut s.selection.perturbation)
     }),
+];
+
+const SEARCH: &[Field] = &[
+    field("rungs", ITERATIONS, |s| Counts(&mut s.search.rungs)),
+    field("keep", SHARE, |s| Numbers(&mut s.search.keep)),
+    field("window", within(1.0, 1e5), |s| Count(&mut s.search.window)),
 ];
