@@ -104,6 +104,8 @@ impl Case {
             dt: physics.dt,
             contact: physics.contact,
             mu: physics.friction,
+            stiffening: physics.stiffening,
+            bending_radius: physics.bending_radius,
             omega: observation.omega,
             n_cpg: observation.clocks,
             goal: observation.goal,

@@ -17,8 +17,8 @@ pub struct SearchSettings {
 impl Default for SearchSettings {
     fn default() -> Self {
         Self {
-            rungs: [120, 200, 260],
-            keep: [0.5, 0.5, 0.5],
+            rungs: [60, 200, 260],
+            keep: [0.34, 0.5, 0.5],
             window: 10,
         }
     }

@@ -99,6 +99,12 @@ const PHYSICS: &[Field] = &[
     field("friction", within(0.0, 1e3), |s| {
         Number(&mut s.physics.friction)
     }),
+    field("stiffening", within(0.0, 1e6), |s| {
+        Number(&mut s.physics.stiffening)
+    }),
+    field("bending_radius", within(0.0, 1.0), |s| {
+        Number(&mut s.physics.bending_radius)
+    }),
 ];
 
 const MATERIALS: &[Field] = &[

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use autodiff::emit::adjoint;
 
-use super::kernels::{Flight, Sliding, Spring, Sticking};
+use super::kernels::{Bend, Flight, Sliding, Spring, Sticking, Stiffening, Total};
 
 const HEADER: &str = "\
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
@@ -12,7 +12,7 @@ const HEADER: &str = "\
 
 use autodiff::{Adjoint, Real};
 
-use super::kernels::{Sliding, Spring, Sticking};
+use super::kernels::{Bend, Sliding, Spring, Sticking, Stiffening, Total};
 ";
 
 fn flight(values: &[f64]) -> Flight {
@@ -42,6 +42,12 @@ fn emitted() -> String {
             flight: flight(v),
             friction: v[4],
         }),
+        adjoint("Stiffening", &["self.dt", "self.cubic"], |v| Stiffening {
+            dt: v[0],
+            cubic: v[1],
+        }),
+        adjoint("Bend", &["self.dt"], |v| Bend { dt: v[0] }),
+        adjoint("Total", &[], |_| Total),
     ];
     [HEADER, &parts.join("\n")].join("\n")
 }

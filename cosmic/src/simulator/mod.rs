@@ -6,6 +6,7 @@
 
 #[rustfmt::skip]
 mod adjoints;
+mod bending;
 mod divergence;
 #[cfg(test)]
 mod emission;
@@ -117,6 +118,8 @@ impl Simulator {
         let row = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
         let w2: Vec<R> = order.iter().flat_map(row).copied().collect();
         let b2: Vec<R> = order.iter().map(|&edge| folded.b2[edge]).collect();
+        let bending = self.robot.bending.as_ref();
+        let bending = bending.map(|bending| bending.stiffness(&body.stiffness));
         let parameters: [&[R]; 8] = [
             &graph.to_slots(&body.stiffness),
             &rest_length,
@@ -127,6 +130,8 @@ impl Simulator {
             &w2,
             &b2,
         ];
+        let more = bending.as_deref();
+        let parameters: Vec<&[R]> = parameters.into_iter().chain(more).collect();
         let seen = rollout.run(&self.flatten(start), &parameters);
         let states = seen
             .chunks_exact(4 * graph.nodes())

@@ -2,7 +2,8 @@
 
 use autodiff::{Graph, Model, Program, Real};
 
-use super::kernels::{Flight, Sliding, Spring, Sticking};
+use super::bending::Bending;
+use super::kernels::{Flight, Sliding, Spring, Sticking, Stiffening};
 use crate::lattice::{Ground, Lattice};
 use crate::scene::{Contact, ControllerSettings, PhysicsSettings};
 
@@ -10,7 +11,7 @@ use crate::scene::{Contact, ControllerSettings, PhysicsSettings};
 ///
 /// - parameters: stiffness, rest length and strain per edge (in the graph's slots), 1 / mass per
 ///   node, and the folded controller: `w1`, `b1`, `w2`, `b2`, the latter two in
-///   [`edge_order`](Robot::edge_order);
+///   [`edge_order`](Robot::edge_order); where bars resist bending, the stiffness of its slots;
 /// - state: x, y, x velocity, y velocity of all nodes in the ground's frame;
 /// - inputs: `sin(omega t)`, `cos(omega t)`.
 #[derive(Clone, Debug)]
@@ -21,6 +22,10 @@ pub(super) struct Robot {
     flight: Flight,
     /// `None` where nodes stick to the ground.
     friction: Option<f64>,
+    /// The cubic coefficient of the springs; `None` for Hooke's law.
+    stiffening: Option<f64>,
+    /// `None` where bars bend freely.
+    pub(super) bending: Option<Bending>,
 }
 
 impl Robot {
@@ -47,6 +52,8 @@ impl Robot {
                 Contact::Infinite => None,
                 Contact::Coulomb => Some(physics.friction),
             },
+            stiffening: (physics.stiffening > 0.0).then_some(physics.stiffening),
+            bending: Bending::new(lattice, physics.bending_radius),
         }
     }
 }
@@ -76,6 +83,7 @@ impl Model for Robot {
             p.parameter(self.hidden),
         );
         let (w2, b2) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
+        let bending = self.bending.as_ref().map(|b| (b, p.parameter(b.slots())));
         let [x, y, vx, vy] = [(); 4].map(|()| p.state(nodes));
         let clock = p.input(2);
 
@@ -85,12 +93,20 @@ impl Model for Robot {
         let activation = p.gather(activation, &self.places());
 
         // 2. Every edge pulls on its nodes.
-        let spring = Spring { dt: self.flight.dt };
+        let dt = self.flight.dt;
         let edge = [activation, stiffness, rest_length, strain];
-        let [jx, jy] = p.map_edges(&self.graph, spring, ([x, y], &edge));
+        let edge = ([x, y], &edge[..]);
+        let [jx, jy] = match self.stiffening {
+            None => p.map_edges(&self.graph, Spring { dt }, edge),
+            Some(cubic) => p.map_edges(&self.graph, Stiffening { dt, cubic }, edge),
+        };
         // 72 numbers, against the roots and quotients of 110 edges.
         p.keep(jx);
         p.keep(jy);
+        let [jx, jy] = match bending {
+            None => [jx, jy],
+            Some((bending, stiffness)) => bending.record(p, (stiffness, dt), [x, y], [jx, jy]),
+        };
 
         // 3. Every node moves, until it meets the ground.
         let node = [x, y, vx, vy, jx, jy, inverse_mass];
