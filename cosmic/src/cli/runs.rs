@@ -80,6 +80,9 @@ fn describe(folder: &Path, summary: &Summary) -> String {
          {delivered_iteration}, {flips} flips, {skipped_gradients} gradients skipped\n\
          departures from the paper: {departures}\n"
     );
+    if let Some(loss) = summary.loss_p50 {
+        text += &format!("loss {loss:.4} (median over the same starts as the displacement)\n");
+    }
     text + &format!(
         "displacement {} (10-90 %: {} to {}), V {:.4}, V_act {:.4}, time {:.1} s\n",
         metres(summary.displacement_p50),

@@ -8,7 +8,7 @@ pub mod design_file;
 pub mod files;
 pub mod halving;
 pub mod history;
-mod run;
+pub(crate) mod run;
 pub mod snapshot;
 mod starts;
 pub mod summary;

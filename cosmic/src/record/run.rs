@@ -18,9 +18,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// The scene's place in a run's folder.
-const SCENE: &str = "scene.toml";
+pub(crate) const SCENE: &str = "scene.toml";
 /// The design's place in a run's folder.
-pub(super) const DESIGN: &str = "design.json";
+pub(crate) const DESIGN: &str = "design.json";
 /// Where the last states of a diverged result are kept.
 pub const DIVERGED: &str = "diverged.json";
 

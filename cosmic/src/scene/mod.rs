@@ -19,7 +19,7 @@ mod robot;
 mod table;
 mod write;
 
-pub use beyond::SearchSettings;
+pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin};
 pub use departures::Departure;
 
@@ -70,6 +70,10 @@ pub struct Scene {
     pub loss: LossSettings,
     /// Which iterate is delivered.
     pub selection: SelectionSettings,
+    /// What the robot is to do.
+    pub objective: ObjectiveSettings,
+    /// Scatter of robots and surroundings.
+    pub robust: RobustSettings,
     /// Which starts go on.
     pub search: SearchSettings,
 }

@@ -86,6 +86,14 @@ impl Simulator {
         }
     }
 
+    /// The same world with another coefficient of friction; without an effect where nodes stick.
+    #[must_use]
+    pub fn with_friction(&self, friction: f64) -> Self {
+        let mut other = self.clone();
+        other.robot.friction = self.robot.friction.map(|_| friction);
+        other
+    }
+
     /// Steps a robot from a state in the world's frame.
     ///
     /// # Panics

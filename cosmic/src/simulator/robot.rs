@@ -21,7 +21,7 @@ pub(super) struct Robot {
     hidden: usize,
     flight: Flight,
     /// `None` where nodes stick to the ground.
-    friction: Option<f64>,
+    pub(super) friction: Option<f64>,
     /// The cubic coefficient of the springs; `None` for Hooke's law.
     stiffening: Option<f64>,
     /// `None` where bars bend freely.
