@@ -42,14 +42,13 @@ pub struct Trial {
     pub scene: Option<Scene>,
 }
 
-/// Rolls out the designs of finished runs in as many worlds as the settings have samples. For
+/// Rolls out the designs of finished runs in as many worlds as the trial's scatter has samples. For
 /// lattices of one size all designs see the same draws.
 ///
 /// # Errors
 /// Where a run's scene or design cannot be read, or the two do not fit.
-pub fn measure(runs: &[PathBuf], settings: &RobustSettings, seed: u64) -> Result<Vec<Robustness>> {
-    let one = |folder: &PathBuf| one(folder, settings, seed);
-    runs.iter().map(one).collect()
+pub fn measure(runs: &[PathBuf], trial: &Trial) -> Result<Vec<Robustness>> {
+    runs.iter().map(|folder| one(folder, trial)).collect()
 }
 
 fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
