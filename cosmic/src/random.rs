@@ -17,6 +17,8 @@ pub enum Purpose {
     Scatter = 3,
     /// The same, by which robustness is judged.
     Robustness = 4,
+    /// The side towards which a start thins out.
+    Tilt = 5,
 }
 
 /// The stream of a seed and a purpose, the same on every platform.

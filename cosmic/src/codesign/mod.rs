@@ -139,7 +139,7 @@ impl CoDesign {
     /// Where the scene's start is drawn for another lattice.
     pub fn begin(&self, seed: u64) -> Result<Progress> {
         let (scene, lattice) = (&self.scene, &self.task.lattice);
-        let z = start_vectors(&scene.start, lattice, scene.projection.beta)?;
+        let z = start_vectors(&scene.start, lattice, scene.projection.beta, seed)?;
         let materials = (scene.start.kind == StartKind::Layout)
             .then(|| z.iter().map(crate::design::dominant).collect());
         let controller = Controller::xavier(&scene.controller, lattice, seed);

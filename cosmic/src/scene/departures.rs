@@ -45,6 +45,11 @@ impl Scene {
                 "the goal is given relative to the robot, not absolute",
             ),
             (
+                self.start.tilt > 0.0,
+                "start.tilt",
+                "the start thins out towards a side that is drawn from the seed",
+            ),
+            (
                 self.physics.stiffening > 0.0,
                 "physics.stiffening",
                 "springs grow stiffer as they are stretched or compressed",

@@ -173,6 +173,7 @@ const START: &[Field] = &[
     }),
     field("void", within(0.001, 0.999), |s| Number(&mut s.start.void)),
     field("layout", NONE, |s| Choice(&mut s.start.layout)),
+    field("tilt", within(0.0, 0.5), |s| Number(&mut s.start.tilt)),
 ];
 
 const VOLUME: &[Field] = &[
