@@ -38,7 +38,7 @@ pub struct StartSettings {
     pub void: f64,
     /// Three-legged layout that "three_legged" and "layout" refer to.
     pub layout: Layout,
-    /// Surplus of void at a side drawn from the seed, lack at the opposite one (paper: 0).
+    /// Half the surplus of void at a side drawn from the seed; none is at the opposite (paper: 0).
     pub tilt: f64,
 }
 
