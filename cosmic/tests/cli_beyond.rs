@@ -95,6 +95,8 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
         evaluated["results"]["displacement"],
         summary["displacement_along"]
     );
+    let said = bench.cosmic(&["explain", &bench.scene]);
+    assert!(said.out.contains("bars in line resist bending"), "{said:?}");
     let said = bench.cosmic(&["gradcheck", &bench.scene, "--steps", "32"]);
     assert_eq!(said.code, 0, "{said:?}");
 }
