@@ -119,10 +119,10 @@ impl<R: Real> Body<R> {
     #[must_use]
     pub fn varied(mut self, variation: &Variation) -> Self {
         for (k, &factor) in self.stiffness.iter_mut().zip(&variation.stiffness) {
-            *k = *k * R::lit(factor);
+            *k *= R::lit(factor);
         }
         for (m, &factor) in self.mass.iter_mut().zip(&variation.mass) {
-            *m = *m * R::lit(factor);
+            *m *= R::lit(factor);
         }
         self
     }

@@ -44,15 +44,17 @@ pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> 
 #[cfg(test)]
 mod tests {
     use super::draw;
-    use crate::codesign::CoDesign;
+    use crate::gradient::Task;
+    use crate::lattice::{Ground, Lattice};
     use crate::random::{Purpose, stream};
     use crate::scene::{RobustSettings, Scene};
 
     #[test]
     fn without_scatter_the_world_is_the_nominal_one() {
         let scene = Scene::parse("tiny", "[lattice]\ncolumns = 3\nrows = 2").unwrap();
-        let codesign = CoDesign::new(&scene).unwrap();
-        let task = codesign.task();
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let world = (&scene.physics, &scene.controller);
+        let task = &Task::new(lattice, world, &scene.materials, &scene.projection);
         let none = RobustSettings {
             samples: 1,
             start: 0.0,
@@ -66,7 +68,7 @@ mod tests {
         let some = RobustSettings { mass: 0.1, ..none };
         let [a, b] = [4, 4].map(|seed| draw(task, &some, &mut stream(seed, Purpose::Scatter)));
         let mixture = vec![[0.0, 1.0, 0.0]; task.lattice.edges.len()];
-        let mass = |task: &crate::gradient::Task| task.body(&mixture).mass;
+        let mass = |task: &Task| task.body(&mixture).mass;
         assert_eq!(mass(&a.task), mass(&b.task));
         let pairs = mass(&a.task).into_iter().zip(mass(task));
         let shares: Vec<f64> = pairs.map(|(varied, nominal)| varied / nominal).collect();
