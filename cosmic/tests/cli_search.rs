@@ -54,6 +54,21 @@ fn the_weak_stop_at_their_rungs_and_the_rest_are_whole_runs() {
     }
 }
 
+/// What is drawn in an iteration is drawn again alike after a pause.
+#[test]
+fn robust_and_tilted_starts_are_paused_without_a_trace() {
+    let more = "[robust]\nsamples = 2\n[start]\nkind = \"uniform\"\ntilt = 0.1\n";
+    let bench = Bench::with(&(scene(24, 64, "") + RUNGS + more));
+    bench.run("a", &SEARCH);
+    let best = bench.json("a/summary.json")["seed"].to_string();
+    bench.run("alone", &["--seed", &best]);
+    let [all, alone] = ["a", "alone"].map(|run| bench.results(run));
+    let kept = &all[&format!("starts/{best}/design.json")];
+    assert_eq!(*kept, alone["design.json"]);
+    bench.run("other", &["--seed", "77"]);
+    assert_ne!(bench.results("other")["design.json"], alone["design.json"]);
+}
+
 #[test]
 fn a_rung_ranks_by_the_median_before_it() {
     let bench = tiny();
