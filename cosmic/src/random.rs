@@ -14,9 +14,9 @@ pub enum Purpose {
     /// Perturbed starts by which results are judged: never those that chose them.
     Judgement = 2,
     /// Robots and surroundings around the nominal ones, for gradients.
-    Scatter = 3,
+    Scatter = 6,
     /// The same, by which robustness is judged.
-    Robustness = 4,
+    Robustness = 7,
     /// The side towards which a start thins out.
     Tilt = 5,
 }
