@@ -13,12 +13,12 @@ pub enum Purpose {
     Selection = 1,
     /// Perturbed starts by which results are judged: never those that chose them.
     Judgement = 2,
+    /// The side towards which a start thins out.
+    Tilt = 5,
     /// Robots and surroundings around the nominal ones, for gradients.
     Scatter = 6,
     /// The same, by which robustness is judged.
     Robustness = 7,
-    /// The side towards which a start thins out.
-    Tilt = 5,
 }
 
 /// The stream of a seed and a purpose, the same on every platform.
