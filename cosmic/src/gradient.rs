@@ -8,7 +8,7 @@ use autodiff::{CotangentBound, Real, Tape, Var};
 use crate::controller::Controller;
 use crate::lattice::{Ground, Lattice, State};
 use crate::objective::Loss;
-use crate::projection::{Body, Projection, mixture};
+use crate::projection::{Body, Projection, Variation, mixture};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
@@ -146,6 +146,8 @@ pub struct Task {
     /// Sharpness of the projections, and `delta`.
     pub sharpness: ProjectionSettings,
     simulator: Simulator,
+    /// What is off about the robot as built; `None` for the nominal one.
+    variation: Option<Variation>,
 }
 
 impl Task {
@@ -162,6 +164,31 @@ impl Task {
             physics: physics.clone(),
             materials: materials.clone(),
             sharpness: sharpness.clone(),
+            variation: None,
+        }
+    }
+
+    /// The same task for a robot as built, on ground of so many times the friction.
+    #[must_use]
+    pub fn varied(&self, variation: Variation, friction: f64) -> Self {
+        let physics = PhysicsSettings {
+            friction: self.physics.friction * friction,
+            ..self.physics.clone()
+        };
+        Self {
+            simulator: self.simulator.with_friction(physics.friction),
+            physics,
+            variation: Some(variation),
+            ..self.clone()
+        }
+    }
+
+    /// The body of a mixture, as designed or as built.
+    pub fn body<R: Real>(&self, mixture: &[[R; 3]]) -> Body<R> {
+        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        match &self.variation {
+            None => body,
+            Some(variation) => body.varied(variation),
         }
     }
 
@@ -182,7 +209,7 @@ impl Task {
         (controller, start): (&Controller<R>, &State<R>),
         span: &Span,
     ) -> Trajectory<R> {
-        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        let body = self.body(mixture);
         self.simulator.rollout((&body, controller), start, span)
     }
 
@@ -222,7 +249,7 @@ impl Task {
         mixture: &[[f64; 3]],
         (controller, start): (&Controller<f64>, &State<f64>),
     ) -> Option<Divergence> {
-        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        let body = self.body(mixture);
         self.simulator
             .divergence((&body, controller), start, self.physics.steps)
     }

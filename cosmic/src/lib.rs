@@ -14,10 +14,12 @@ pub mod controller;
 pub mod simulator;
 pub mod objective;
 pub mod gradient;
+pub mod scatter;
 pub mod optimiser;
 pub mod case;
 pub mod codesign;
 pub mod record;
+pub mod robustness;
 pub mod report;
 pub mod verify;
 #[cfg(feature = "cli")]

@@ -105,6 +105,29 @@ impl<R: Real> Body<R> {
     }
 }
 
+/// By which factors a robot as built differs from the one designed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variation {
+    /// On the stiffness of every edge.
+    pub stiffness: Vec<f64>,
+    /// On the mass of every node.
+    pub mass: Vec<f64>,
+}
+
+impl<R: Real> Body<R> {
+    /// This body as built.
+    #[must_use]
+    pub fn varied(mut self, variation: &Variation) -> Self {
+        for (k, &factor) in self.stiffness.iter_mut().zip(&variation.stiffness) {
+            *k *= R::lit(factor);
+        }
+        for (m, &factor) in self.mass.iter_mut().zip(&variation.mass) {
+            *m *= R::lit(factor);
+        }
+        self
+    }
+}
+
 /// A little for the node itself (D2), half of each of its edges, and the payload at node 0.
 fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsSettings) -> Vec<R> {
     let mut shares = vec![vec![R::lit(physics.node_mass)]; lattice.nodes()];

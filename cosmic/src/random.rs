@@ -15,12 +15,24 @@ pub enum Purpose {
     Judgement = 2,
     /// Perturbed starts and directions of a verification, and lattices that it makes up.
     Verification = 3,
+    /// The side towards which a start thins out.
+    Tilt = 5,
+    /// Robots and surroundings around the nominal ones, for gradients.
+    Scatter = 6,
+    /// The same, by which robustness is judged.
+    Robustness = 7,
 }
 
 /// The stream of a seed and a purpose, the same on every platform.
 pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
+    stream_of(seed, purpose, 0)
+}
+
+/// One of many streams of a seed and a purpose, by its number; that of 0 is [`stream`]'s.
+pub fn stream_of(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());
+    key[8..16].copy_from_slice(&number.to_le_bytes());
     let mut stream = ChaCha8Rng::from_seed(key);
     stream.set_stream(purpose as u64);
     stream

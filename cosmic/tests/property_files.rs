@@ -106,6 +106,7 @@ proptest! {
             seed,
             starts: NonZeroUsize::MIN,
             iterations: NonZeroUsize::new(iterations),
+            search: Default::default(),
         };
         let text = serde_json::to_string(&plan).unwrap();
         prop_assert_eq!(serde_json::from_str::<Plan>(&text).unwrap(), plan);

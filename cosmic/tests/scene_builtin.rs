@@ -42,6 +42,11 @@ fn the_scenes_differ_from_the_default_as_the_experiments_do() {
         ),
         (5, 5)
     );
+    let tilted = load("tilted");
+    assert_eq!(
+        (tilted.start.kind, tilted.start.tilt),
+        (StartKind::Uniform, 0.1)
+    );
     assert_eq!(load("coulomb").physics.contact, Contact::Coulomb);
     for baseline in [load("baseline_tall"), load("baseline_short")] {
         assert_eq!(baseline.start.kind, StartKind::Layout);

@@ -276,6 +276,8 @@ fn physics(scene: &RawScene, steps: usize) -> PhysicsSettings {
         incline_deg: scene.alpha_deg,
         contact: scene.contact,
         friction: scene.mu,
+        stiffening: scene.stiffening,
+        bending_radius: scene.bending_radius,
         // A case is evaluated, and that never refuses.
         unstable_step: UnstableStep::Warn,
     }

@@ -17,7 +17,7 @@ impl Case {
     /// Where the scene's layout is drawn for another lattice.
     pub fn of_scene(scene: &Scene, seed: u64) -> Result<Self> {
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
-        let z = start_vectors(&scene.start, &lattice, scene.projection.beta)?;
+        let z = start_vectors(&scene.start, &lattice, scene.projection.beta, seed)?;
         let frozen = match scene.start.kind {
             StartKind::Layout => Some(layout_materials(scene.start.layout, &lattice)?),
             _ => None,

@@ -67,6 +67,10 @@ pub(super) struct RawScene {
     pub(super) substeps: usize,
     pub(super) contact: Contact,
     pub(super) mu: f64,
+    #[serde(default, skip_serializing_if = "is_off")]
+    pub(super) stiffening: f64,
+    #[serde(default, skip_serializing_if = "is_off")]
+    pub(super) bending_radius: f64,
     pub(super) omega: f64,
     pub(super) n_cpg: usize,
     pub(super) goal: [f64; 2],
@@ -81,6 +85,11 @@ pub(super) struct RawScene {
     pub(super) beta_ste: f64,
     pub(super) delta: f64,
     pub(super) library: RawLibrary,
+}
+
+/// Options beyond the format's first version are written where they are used.
+fn is_off(option: &f64) -> bool {
+    *option == 0.0
 }
 
 fn one() -> f64 {

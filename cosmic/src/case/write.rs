@@ -113,6 +113,8 @@ impl Case {
             substeps: physics.substeps,
             contact: physics.contact,
             mu: physics.friction,
+            stiffening: physics.stiffening,
+            bending_radius: physics.bending_radius,
             omega: observation.omega,
             n_cpg: observation.clocks,
             goal: observation.goal,

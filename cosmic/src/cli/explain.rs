@@ -64,6 +64,10 @@ struct RolloutFacts {
     contact: Contact,
     /// Coefficient of Coulomb friction, where that is the contact law.
     friction: Option<f64>,
+    /// Cubic coefficient of the springs, 1/m2; 0 for Hooke's law.
+    stiffening: f64,
+    /// Radius of gyration of the bars' section, m; 0 where they bend freely.
+    bending_radius: f64,
     incline_deg: f64,
     gravity: f64,
     damping: f64,
@@ -108,6 +112,8 @@ impl RolloutFacts {
             substeps: physics.substeps,
             contact: physics.contact,
             friction: (physics.contact == Contact::Coulomb).then_some(physics.friction),
+            stiffening: physics.stiffening,
+            bending_radius: physics.bending_radius,
             incline_deg: physics.incline_deg,
             gravity: physics.gravity,
             damping: physics.damping,
@@ -153,6 +159,7 @@ impl RolloutFacts {
                     self.gravity, self.damping
                 ),
             ),
+            ("springs", self.springs_text()),
             ("ground", self.ground_text()),
             ("contact", self.contact_text()),
             (
@@ -166,6 +173,22 @@ impl RolloutFacts {
             .iter()
             .map(|(name, says)| format!("  {name:<12} {says}\n"))
             .collect()
+    }
+
+    fn springs_text(&self) -> String {
+        let law = match self.stiffening {
+            0.0 => "Hooke's law".to_owned(),
+            cubic => format!(
+                "k (e + {cubic} e^3), stiffer off their targets than the stable step has them"
+            ),
+        };
+        match self.bending_radius {
+            0.0 => format!("{law}; bars bend freely at nodes"),
+            radius => format!(
+                "{law}; bars in line resist bending, radius of gyration {radius} m, which the \
+                 stable step leaves out"
+            ),
+        }
     }
 
     fn ground_text(&self) -> String {

@@ -11,6 +11,7 @@ mod options;
 mod progress;
 mod report;
 mod resume;
+mod robustness;
 mod runs;
 mod scene;
 mod source;
@@ -41,6 +42,7 @@ enum Command {
     Explain(explain::Arguments),
     Report(report::Arguments),
     Compare(compare::Arguments),
+    Robustness(robustness::Arguments),
     Scene(scene::Arguments),
     Completions(completions::Arguments),
 }
@@ -56,6 +58,7 @@ impl Command {
             Command::Explain(arguments) => arguments.run(),
             Command::Report(arguments) => arguments.run(),
             Command::Compare(arguments) => arguments.run(),
+            Command::Robustness(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
         }

@@ -2,7 +2,7 @@
 
 use super::{RunOptions, runs};
 use crate::error::{Error, Result};
-use crate::record::{Plan, optimise};
+use crate::record::{Plan, Search, optimise};
 use crate::scene::{BUILTIN, Scene, UnstableStep, fault};
 use clap::Args;
 use std::num::NonZeroUsize;
@@ -17,6 +17,9 @@ pub(super) struct Arguments {
     /// Try this many seeds, from --seed on, and keep the best
     #[arg(long, value_name = "N", default_value = "1")]
     starts: NonZeroUsize,
+    /// Carry out all starts, or drop weak ones on the way as the scene's [search] says
+    #[arg(long, value_enum, default_value_t = Search::Full)]
+    search: Search,
     /// Stop after this many iterations; the phases stay where they are
     #[arg(long, value_name = "N")]
     iterations: Option<NonZeroUsize>,
@@ -41,7 +44,13 @@ impl Arguments {
             seed: options.seed,
             starts: self.starts,
             iterations: self.iterations,
+            search: self.search,
         };
+        if plan.search == Search::Halving && plan.starts.get() == 1 {
+            return Err(Error::Usage(
+                "--search halving drops the weak ones of several starts: add --starts N".into(),
+            ));
+        }
         let folder = match &options.out {
             Some(folder) => folder.clone(),
             None => PathBuf::from("runs").join(format!("{}-{}", plan.name, plan.seed)),

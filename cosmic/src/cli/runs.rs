@@ -69,14 +69,20 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     };
     let mut text = format!("run: {folder}\n");
     for start in &summary.starts {
-        let displacement = metres(start.displacement_p50);
-        text += &format!("start {}: {displacement}\n", start.seed);
+        let end = match start.dropped_at {
+            Some(iteration) => format!("dropped after iteration {iteration}"),
+            None => metres(start.displacement_p50),
+        };
+        text += &format!("start {}: {end}\n", start.seed);
     }
     text += &format!(
         "{scene}, seed {seed}: {iterations} iterations, controller of iteration \
          {delivered_iteration}, {flips} flips, {skipped_gradients} gradients skipped\n\
          departures from the paper: {departures}\n"
     );
+    if let Some(loss) = summary.loss_p50 {
+        text += &format!("loss {loss:.4} (median over the same starts as the displacement)\n");
+    }
     text + &format!(
         "displacement {} (10-90 %: {} to {}), V {:.4}, V_act {:.4}, time {:.1} s\n",
         metres(summary.displacement_p50),

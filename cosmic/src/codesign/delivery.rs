@@ -1,13 +1,18 @@
 //! The result: which iterate is delivered, and how far it gets.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::reach::Reached;
 use super::{CoDesign, Progress};
 use crate::controller::Controller;
 use crate::design::{self, Material};
+use crate::gradient::Task;
 use crate::lattice::State;
 use crate::random::{Purpose, stream, symmetric};
+use crate::scatter::{World, draw};
 use crate::scene::SelectionKind;
 use crate::simulator::{Divergence, Guarded, Span, Trajectory};
 
@@ -65,12 +70,15 @@ pub struct Delivery {
     pub displacement: [f64; 2],
     /// The same along the ground, m.
     pub along: f64,
-    /// Displacements along the ground from the perturbed starts by which it was chosen.
+    /// Displacements along the ground from the perturbed starts by which it was chosen; for another
+    /// task than to get far, minus its losses.
     pub selection: Spread,
     /// The same from other perturbed starts: the figures to quote.
     pub spread: Spread,
     /// Those of the last iterate, from the same starts.
     pub last: Spread,
+    /// For another task than to get far: minus its losses from the starts of `spread`.
+    pub merit: Option<Spread>,
     /// Share of solid material and share of actuators.
     pub volumes: [f64; 2],
     /// Every 16th state of the unperturbed rollout, and the last.
@@ -86,21 +94,22 @@ impl CoDesign {
     pub fn deliver(&self, progress: &Progress) -> Delivery {
         let mixture = self.mixture(progress);
         let entrants = self.entrants(progress);
-        let starts = self.perturbed_starts(progress.seed, Purpose::Selection);
+        let worlds = self.selecting_worlds(progress.seed);
         let controllers: Vec<_> = entrants.iter().map(|(_, controller)| *controller).collect();
-        let selections = self.spreads(&mixture, &controllers, &starts);
+        let selections = self.spreads(&mixture, &controllers, &worlds);
+        let merit = |k: usize| selections[k].merit.p50;
         // The earliest of equals, and that is the last iterate.
-        let better = |best: usize, k: usize| match selections[k].p50 > selections[best].p50 {
+        let better = |best: usize, k: usize| match merit(k) > merit(best) {
             true => k,
             false => best,
         };
         let best = (0..entrants.len()).fold(0, better);
         let (iteration, controller) = entrants[best];
 
-        let starts = self.perturbed_starts(progress.seed, Purpose::Judgement);
-        let spreads = self.spreads(&mixture, &[controller, &progress.controller], &starts);
+        let worlds = self.perturbed_starts(progress.seed, Purpose::Judgement);
+        let spreads = self.spreads(&mixture, &[controller, &progress.controller], &worlds);
         let guarded = self.shown_rollout(&mixture, controller);
-        let moved = self.moved_guarded(&self.start, &guarded);
+        let moved = self.moved(&self.start, &guarded);
         let share =
             |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
         Delivery {
@@ -111,11 +120,12 @@ impl CoDesign {
             },
             controller: controller.clone(),
             iteration,
-            displacement: self.loss.ground.vector_to_world(moved),
+            displacement: self.task.ground().vector_to_world(moved),
             along: moved[0],
-            selection: selections[best],
-            spread: spreads[0],
-            last: spreads[1],
+            selection: selections[best].merit,
+            spread: spreads[0].displacement,
+            last: spreads[1].displacement,
+            merit: (!self.objective.is_far()).then_some(spreads[0].merit),
             volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
             trajectory: guarded.trajectory,
             divergence: guarded.divergence,
@@ -142,8 +152,22 @@ impl CoDesign {
         self.task.guarded(mixture, robot, &Span::from_start(kept))
     }
 
+    /// The worlds by which a controller is chosen: scattered where the robot is to be robust.
+    fn selecting_worlds(&self, seed: u64) -> Vec<(Cow<'_, Task>, State<f64>)> {
+        let (robust, selection) = (&self.scene.robust, &self.scene.selection);
+        if robust.samples == 0 {
+            return self.perturbed_starts(seed, Purpose::Selection);
+        }
+        let mut stream = stream(seed, Purpose::Scatter);
+        let mut world = || {
+            let World { task, start } = draw(&self.task, robust, &mut stream);
+            (Cow::Owned(task), start)
+        };
+        (0..selection.perturbed_rollouts).map(|_| world()).collect()
+    }
+
     /// Starts with every coordinate moved by as much as the scene says, up or down.
-    fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<State<f64>> {
+    fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<(Cow<'_, Task>, State<f64>)> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
         let mut moved = |x: f64| x + settings.perturbation.copysign(symmetric(&mut stream, 1.0));
@@ -151,26 +175,42 @@ impl CoDesign {
             x: self.start.x.iter().map(|x| x.map(&mut moved)).collect(),
             v: self.start.v.clone(),
         };
-        (0..settings.perturbed_rollouts).map(|_| start()).collect()
+        (0..settings.perturbed_rollouts)
+            .map(|_| (Cow::Borrowed(&self.task), start()))
+            .collect()
     }
 
-    /// The spread of every controller over the same starts; in parallel, the order kept.
+    /// The spreads of every controller over the same worlds; in parallel, the order kept.
     fn spreads(
         &self,
         mixture: &[[f64; 3]],
         controllers: &[&Controller<f64>],
-        starts: &[State<f64>],
-    ) -> Vec<Spread> {
+        worlds: &[(Cow<Task>, State<f64>)],
+    ) -> Vec<Spreads> {
         let pairs: Vec<_> = controllers
             .iter()
-            .flat_map(|&c| starts.iter().map(move |start| (c, start)))
+            .flat_map(|&c| worlds.iter().map(move |world| (c, world)))
             .collect();
-        let reach = |(controller, start): &(&Controller<f64>, &State<f64>)| {
-            self.reach(mixture, controller, start)[0]
+        let reach = |(controller, (task, start)): &(&Controller<f64>, &(Cow<Task>, State<f64>))| {
+            self.reach(mixture, controller, (task, start))
         };
-        let reached: Vec<f64> = pairs.par_iter().map(reach).collect();
-        reached.chunks_exact(starts.len()).map(Spread::of).collect()
+        let reached: Vec<Reached> = pairs.par_iter().map(reach).collect();
+        let of = |reached: &[Reached]| Spreads {
+            displacement: spread(reached, |r| r.moved[0]),
+            merit: spread(reached, |r| r.merit),
+        };
+        reached.chunks_exact(worlds.len()).map(of).collect()
     }
+}
+
+/// What a controller does over several worlds.
+struct Spreads {
+    displacement: Spread,
+    merit: Spread,
+}
+
+fn spread(reached: &[Reached], of: fn(&Reached) -> f64) -> Spread {
+    Spread::of(&reached.iter().map(of).collect::<Vec<_>>())
 }
 
 #[cfg(test)]

@@ -35,10 +35,13 @@
 mod delivery;
 mod passes;
 mod progress;
+mod reach;
+mod robust;
 mod schedule;
 
 pub use delivery::{Delivery, Spread};
 pub use progress::{Candidate, MmaDiagnostics, Progress, Record};
+pub use reach::Reached;
 pub use schedule::Phase;
 
 use autodiff::CotangentBound;
@@ -48,7 +51,7 @@ use crate::design::{attract, one_hot, snap, start_vectors};
 use crate::error::{Error, Result};
 use crate::gradient::{Horizon, Task};
 use crate::lattice::{Ground, Lattice, State};
-use crate::objective::{AugmentedLagrangian, Displacement, measures, violations};
+use crate::objective::{AugmentedLagrangian, Objective, measures, violations};
 use crate::optimiser::{Adam, Mma, MmaParameters, OptimiserError};
 use crate::projection::{self, Projection};
 use crate::scene::{Pass, Scene, StartKind};
@@ -79,7 +82,7 @@ pub fn optimise(scene: &Scene, seed: u64, mut observe: impl FnMut(&Record)) -> R
 pub struct CoDesign {
     scene: Scene,
     task: Task,
-    loss: Displacement,
+    objective: Objective,
     start: State<f64>,
     /// The design's optimiser, for each projection.
     mma: [Mma; 2],
@@ -101,10 +104,7 @@ impl CoDesign {
             Mma::new(mma_parameters(scene), &lower, &upper).map_err(unusable)
         };
         Ok(Self {
-            loss: Displacement {
-                ground: Ground::from(&scene.physics),
-                settings: scene.loss.clone(),
-            },
+            objective: Objective::new(&scene.objective, &scene.loss, &scene.physics),
             start: lattice.state_at_rest(),
             mma: [mma()?, mma()?],
             adam: Adam {
@@ -133,6 +133,11 @@ impl CoDesign {
         &self.task
     }
 
+    /// What robots are designed for.
+    pub fn objective(&self) -> &Objective {
+        &self.objective
+    }
+
     /// The state before the first iteration.
     ///
     /// # Errors
@@ -140,7 +145,7 @@ impl CoDesign {
     /// start vibrates too fast for the time step and the scene does not let that pass.
     pub fn begin(&self, seed: u64) -> Result<Progress> {
         let (scene, lattice) = (&self.scene, &self.task.lattice);
-        let z = start_vectors(&scene.start, lattice, scene.projection.beta)?;
+        let z = start_vectors(&scene.start, lattice, scene.projection.beta, seed)?;
         let materials = (scene.start.kind == StartKind::Layout)
             .then(|| z.iter().map(crate::design::dominant).collect());
         let controller = Controller::xavier(&scene.controller, lattice, seed);

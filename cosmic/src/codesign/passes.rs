@@ -5,19 +5,17 @@ use autodiff::{Real, Var};
 use super::progress::{Candidate, MmaDiagnostics, Progress, Record};
 use super::schedule::{Moment, Phase};
 use super::{CoDesign, EVALUATE_EVERY};
-use crate::controller::Controller;
 use crate::design::clamp;
-use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs};
-use crate::lattice::State;
+use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
 use crate::objective::{Measures, measures};
 use crate::optimiser::{Linearisation, MmaState, Update, bound_norm};
 use crate::projection::Projection;
-use crate::simulator::{Guarded, Span, Trajectory};
+use crate::simulator::Trajectory;
 
 /// A gradient of the displacement loss, and where the payload was after the horizon.
-struct Slope {
-    gradient: Vec<f64>,
-    displacement: f64,
+pub(super) struct Slope {
+    pub(super) gradient: Vec<f64>,
+    pub(super) displacement: f64,
 }
 
 impl Slope {
@@ -45,7 +43,12 @@ impl CoDesign {
         let inputs = self.inputs(progress);
         let horizon = self.horizon(moment);
         let full = self.is_evaluated(moment);
-        let slope = |projection| self.design_slope(&inputs, projection, &horizon);
+        let worlds = self.worlds(progress, moment);
+        let slope = |projection| {
+            self.mean_slope(&worlds, &inputs, |task, inputs| {
+                self.design_slope(task, inputs, (projection, &horizon))
+            })
+        };
         let ((performance, stability), evaluated) = rayon::join(
             || {
                 rayon::join(
@@ -53,9 +56,9 @@ impl CoDesign {
                     || slope(Projection::Stability),
                 )
             },
-            || full.then(|| self.displacement_of(progress)),
+            || full.then(|| self.evaluate(progress)),
         );
-        record.displacement = evaluated;
+        record.displacement = evaluated.map(|reached| reached.along());
         record.displacement_horizon = Some(performance.displacement);
 
         let thresholds = moment.thresholds(&progress.first_measures);
@@ -109,14 +112,19 @@ impl CoDesign {
         let mixture = self.mixture(progress);
         let horizon = self.horizon(moment);
         let full = self.is_evaluated(moment);
+        let worlds = self.worlds(progress, moment);
         let (mut slope, evaluated) = rayon::join(
-            || self.controller_slope(&inputs, &mixture, &horizon),
-            || full.then(|| self.displacement_of(progress)),
+            || {
+                self.mean_slope(&worlds, &inputs, |task, inputs| {
+                    self.controller_slope(task, inputs, (&mixture, &horizon))
+                })
+            },
+            || full.then(|| self.evaluate(progress)),
         );
-        record.displacement = evaluated;
+        record.displacement = evaluated.map(|reached| reached.along());
         record.displacement_horizon = Some(slope.displacement);
-        if let (Phase::FineTuning, Some(along)) = (moment.phase(), evaluated) {
-            self.note_candidate(progress, along);
+        if let (Phase::FineTuning, Some(reached)) = (moment.phase(), evaluated) {
+            self.note_candidate(progress, reached.merit);
         }
         record.controller_gradient = Some(slope.bound(self.scene.adam.gradient_norm));
         let mut weights = inputs.get(CONTROLLER);
@@ -135,58 +143,20 @@ impl CoDesign {
     }
 
     /// Keeps a controller among the best single rollouts.
-    pub(super) fn note_candidate(&self, progress: &mut Progress, along: f64) {
+    pub(super) fn note_candidate(&self, progress: &mut Progress, merit: f64) {
         let candidate = Candidate {
             iteration: progress.iteration,
-            along,
+            along: merit,
             controller: progress.controller.clone(),
         };
-        let better = |c: &Candidate| c.along >= along;
+        let better = |c: &Candidate| c.along >= merit;
         let place = progress.candidates.partition_point(better);
-        if along.is_finite() {
+        if merit.is_finite() {
             progress.candidates.insert(place, candidate);
             progress
                 .candidates
                 .truncate(self.scene.selection.candidates);
         }
-    }
-
-    /// How far a full rollout gets, m along the ground.
-    pub(super) fn displacement_of(&self, progress: &Progress) -> f64 {
-        let mixture = self.mixture(progress);
-        let [along, _] = self.reach(&mixture, &progress.controller, &self.start);
-        along
-    }
-
-    /// Displacement of the payload in a full rollout: along the ground, and in the height above.
-    pub(super) fn reach(
-        &self,
-        mixture: &[[f64; 3]],
-        controller: &Controller<f64>,
-        start: &State<f64>,
-    ) -> [f64; 2] {
-        let end = Span::from_start(vec![self.scene.physics.steps]);
-        let guarded = self.task.guarded(mixture, (controller, start), &end);
-        self.moved_guarded(start, &guarded)
-    }
-
-    /// As [`moved`](Self::moved); NaN where any state is absurd.
-    pub(super) fn moved_guarded(&self, start: &State<f64>, guarded: &Guarded) -> [f64; 2] {
-        match guarded.divergence {
-            Some(_) => [f64::NAN; 2],
-            None => self.moved(start, &guarded.trajectory),
-        }
-    }
-
-    /// From the payload's start to its place in the last state, in the ground's frame; NaN where
-    /// that state is absurd.
-    fn moved(&self, start: &State<f64>, trajectory: &Trajectory<f64>) -> [f64; 2] {
-        let last = trajectory.at(trajectory.last_step());
-        if last.is_absurd() {
-            return [f64::NAN; 2];
-        }
-        let [from, to] = [start, last].map(|s| self.loss.ground.point_to_ground(s.x[0]));
-        [to[0] - from[0], to[1] - from[1]]
     }
 
     fn is_evaluated(&self, moment: &Moment) -> bool {
@@ -203,27 +173,27 @@ impl CoDesign {
 
     fn design_slope(
         &self,
+        task: &Task,
         inputs: &Inputs<f64>,
-        projection: Projection,
-        horizon: &Horizon,
+        (projection, horizon): (Projection, &Horizon),
     ) -> Slope {
         self.slope(inputs, DESIGN, |inputs| {
-            let mixture = self.task.mixture(projection, &inputs.z);
+            let mixture = task.mixture(projection, &inputs.z);
             let robot = (&inputs.controller, &inputs.start);
-            self.task.loss(&mixture, robot, (&self.loss, horizon))
+            task.loss(&mixture, robot, (&self.objective, horizon))
         })
     }
 
     fn controller_slope(
         &self,
+        task: &Task,
         inputs: &Inputs<f64>,
-        mixture: &[[f64; 3]],
-        horizon: &Horizon,
+        (mixture, horizon): (&[[f64; 3]], &Horizon),
     ) -> Slope {
         self.slope(inputs, CONTROLLER, |inputs| {
             let mixture: Vec<_> = mixture.iter().map(|m| m.map(Var::constant)).collect();
             let robot = (&inputs.controller, &inputs.start);
-            self.task.loss(&mixture, robot, (&self.loss, horizon))
+            task.loss(&mixture, robot, (&self.objective, horizon))
         })
     }
 
@@ -237,11 +207,7 @@ impl CoDesign {
         let (_, gradient) = inputs.differentiate(blocks, |inputs| {
             let (loss, trajectory) = loss(inputs);
             let last = trajectory.at(trajectory.last_step()).map(Var::value);
-            let states = Trajectory {
-                steps: vec![0],
-                states: vec![last],
-            };
-            [displacement, _] = self.moved(&self.start, &states);
+            [displacement, _] = self.between(&self.start, &last);
             loss
         });
         Slope {

@@ -108,7 +108,8 @@ fn controller_sizes(controller: &Controller<f64>) -> [(&'static str, usize); 6] 
 pub struct Candidate {
     /// The iteration after which it stood.
     pub iteration: usize,
-    /// How far a full rollout got with it, m along the ground.
+    /// How far a full rollout got with it, m along the ground; for another task than to get far,
+    /// minus its loss.
     pub along: f64,
     /// The controller.
     pub controller: Controller<f64>,

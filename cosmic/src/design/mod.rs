@@ -4,6 +4,7 @@
 
 mod snap;
 mod start;
+mod tilt;
 
 pub use snap::{Snap, VolumeBounds, snap};
 pub use start::{layout_materials, start_vectors};

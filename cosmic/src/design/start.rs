@@ -1,11 +1,13 @@
 //! Where an optimisation starts.
 
+use super::tilt::tilted;
 use super::{Material, one_hot, vectors_of_mixture};
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
 use crate::scene::{LAYOUT_SIDE, Layout, StartKind, StartSettings};
 
-/// The design vectors to start from, for a performance projection of sharpness `beta`.
+/// The design vectors to start from, for a performance projection of sharpness `beta`; those of
+/// every seed where the scene draws nothing.
 ///
 /// # Errors
 /// Where a layout is asked for that is drawn for another lattice.
@@ -13,6 +15,7 @@ pub fn start_vectors(
     settings: &StartSettings,
     lattice: &Lattice,
     beta: f64,
+    seed: u64,
 ) -> Result<Vec<[f64; 3]>> {
     let void = match settings.kind {
         StartKind::Layout => return Ok(one_hot(&layout_materials(settings.layout, lattice)?)),
@@ -26,6 +29,10 @@ pub fn start_vectors(
             };
             materials.into_iter().map(in_layout).collect()
         }
+    };
+    let void = match settings.tilt > 0.0 {
+        true => tilted(&void, lattice, settings.tilt, seed),
+        false => void,
     };
     let rest = |void: f64| 0.5 * (1.0 - void);
     let mixture: Vec<[f64; 3]> = void.iter().map(|&m| [m, rest(m), rest(m)]).collect();
@@ -90,13 +97,13 @@ mod tests {
 
     #[test]
     fn the_uniform_start_is_a_third_of_everything() {
-        let z = start_vectors(&start(StartKind::Uniform), &lattice(6, 6), 20.0).unwrap();
+        let z = start_vectors(&start(StartKind::Uniform), &lattice(6, 6), 20.0, 0).unwrap();
         assert_eq!(z, vec![[1.0 / 3.0; 3]; 110]);
     }
 
     #[test]
     fn the_stability_start_thins_out_upwards() {
-        let z = start_vectors(&start(StartKind::Stability), &lattice(6, 6), 20.0).unwrap();
+        let z = start_vectors(&start(StartKind::Stability), &lattice(6, 6), 20.0, 0).unwrap();
         // exp multiplies the roundings of z by 20.
         assert!((void(&z[0]) - 1.0 / 3.0).abs() < 1e-14);
         assert!((void(&z[109]) - (1.0 / 3.0 + 0.12)).abs() < 1e-14);
@@ -105,7 +112,7 @@ mod tests {
 
     #[test]
     fn one_row_has_a_stability_start_too() {
-        let z = start_vectors(&start(StartKind::Stability), &lattice(4, 1), 20.0).unwrap();
+        let z = start_vectors(&start(StartKind::Stability), &lattice(4, 1), 20.0, 0).unwrap();
         assert_eq!(z, vec![[1.0 / 3.0; 3]; 3]);
     }
 
@@ -113,7 +120,7 @@ mod tests {
     fn the_three_legged_start_thins_out_beside_its_layout() {
         let lattice = lattice(6, 6);
         let layout = layout_materials(Layout::Short, &lattice).unwrap();
-        let z = start_vectors(&start(StartKind::ThreeLegged), &lattice, 20.0).unwrap();
+        let z = start_vectors(&start(StartKind::ThreeLegged), &lattice, 20.0, 0).unwrap();
         for (material, z) in layout.iter().zip(&z) {
             let share = if material.is_solid() { 1.0 / 3.0 } else { 0.6 };
             // exp multiplies the roundings of z by 20.
@@ -136,14 +143,14 @@ mod tests {
                 layout,
                 ..start(StartKind::Layout)
             };
-            let z = start_vectors(&settings, &lattice, 20.0).unwrap();
+            let z = start_vectors(&settings, &lattice, 20.0, 0).unwrap();
             assert_eq!(z.iter().map(dominant).collect::<Vec<_>>(), materials);
         }
     }
 
     #[test]
     fn a_layout_for_another_lattice_is_refused() {
-        let error = start_vectors(&start(StartKind::Layout), &lattice(5, 5), 20.0).unwrap_err();
+        let error = start_vectors(&start(StartKind::Layout), &lattice(5, 5), 20.0, 0).unwrap_err();
         assert!(error.to_string().contains("has 5x5"));
     }
 }

@@ -3,10 +3,12 @@
 mod augmented;
 mod displacement;
 mod measures;
+mod tasks;
 
 pub use augmented::{AugmentedLagrangian, violations};
 pub use displacement::Displacement;
 pub use measures::{Measures, measures};
+pub use tasks::{Climb, Economy, Objective, Reach};
 
 use autodiff::Real;
 

@@ -1,11 +1,11 @@
 //! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends.
 
-use super::files::Format;
+use super::files::{Format, malformed};
 use crate::codesign::{MmaDiagnostics, Record};
 use crate::error::{Error, Result};
 use crate::scene::Pass;
 use serde::{Deserialize, Serialize};
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -32,6 +32,26 @@ pub struct Row {
     pub record: Record,
     /// Wall time since the run began, interruptions left out, s.
     pub seconds: f64,
+}
+
+/// The iterations of a run's `history.jsonl`, from the first on.
+///
+/// # Errors
+/// [`Error::Read`] where the file is missing, [`Error::Malformed`] for a line that is none.
+pub fn read(folder: &Path) -> Result<Vec<Record>> {
+    let path = &folder.join(LINES);
+    let text = fs::read_to_string(path).map_err(|source| Error::Read {
+        path: path.into(),
+        source,
+    })?;
+    let record = |(index, line): (usize, &str)| {
+        let row: serde_json::Result<Row> = serde_json::from_str(line);
+        let at = |error: serde_json::Error| {
+            malformed(path, (index + 1, error.column().max(1)), &error.to_string())
+        };
+        row.map(|row| row.record).map_err(at)
+    };
+    text.lines().enumerate().map(record).collect()
 }
 
 /// Both files, open for more rows. While they are, no other process can open them so.

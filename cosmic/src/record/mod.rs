@@ -7,8 +7,9 @@
 mod allow;
 pub mod design_file;
 pub mod files;
+pub mod halving;
 pub mod history;
-mod run;
+pub(crate) mod run;
 pub mod snapshot;
 mod starts;
 pub mod summary;
@@ -17,6 +18,6 @@ pub mod trajectory_file;
 pub use allow::allow_unstable;
 pub use design_file::DesignFile;
 pub use run::{DIVERGED, Observer, Run, optimise, resume};
-pub use snapshot::Plan;
+pub use snapshot::{Plan, Search};
 pub use summary::{Start, StopReason, Summary};
 pub use trajectory_file::TrajectoryFile;

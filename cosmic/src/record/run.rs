@@ -18,9 +18,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// The scene's place in a run's folder.
-pub(super) const SCENE: &str = "scene.toml";
+pub(crate) const SCENE: &str = "scene.toml";
 /// The design's place in a run's folder.
-pub(super) const DESIGN: &str = "design.json";
+pub(crate) const DESIGN: &str = "design.json";
 /// Where the last states of a diverged result are kept.
 pub const DIVERGED: &str = "diverged.json";
 
@@ -107,7 +107,7 @@ impl Run {
     }
 
     /// Goes on from a snapshot.
-    fn open(folder: &Path, snapshot: Snapshot) -> Result<Self> {
+    pub(super) fn open(folder: &Path, snapshot: Snapshot) -> Result<Self> {
         let seconds = snapshot.seconds;
         let (plan, codesign, progress) = snapshot.unpack(&folder.join(SNAPSHOT))?;
         Self::at_work(folder, (plan, seconds), codesign, progress)
@@ -153,13 +153,19 @@ impl Run {
     pub(super) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         observer.begin(&self);
         self.judge_step(observer)?;
-        self.advance(observer)?;
+        self.advance(self.plan.last_iteration(), observer)?;
         self.deliver()
     }
 
-    fn advance(&mut self, observer: &mut dyn Observer) -> Result<()> {
+    /// Does what is left to do up to an iteration. The run is saved and can be gone on with.
+    pub(super) fn pause_at(mut self, iteration: usize, observer: &mut dyn Observer) -> Result<()> {
+        observer.begin(&self);
+        self.advance(iteration.min(self.plan.last_iteration()), observer)
+    }
+
+    fn advance(&mut self, last: usize, observer: &mut dyn Observer) -> Result<()> {
         let mut saved = Instant::now();
-        while self.progress.iteration < self.plan.last_iteration() {
+        while self.progress.iteration < last {
             let began = Instant::now();
             let record = self.codesign.iterate(&mut self.progress);
             self.history.append(&record, self.seconds())?;

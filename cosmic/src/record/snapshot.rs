@@ -32,6 +32,28 @@ pub struct Plan {
     pub starts: NonZeroUsize,
     /// Stop after so many iterations, although the scene has more.
     pub iterations: Option<NonZeroUsize>,
+    /// Which of several seeds go on to the end.
+    #[serde(default, skip_serializing_if = "Search::is_full")]
+    pub search: Search,
+}
+
+/// Which of several starts are carried out to the end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+pub enum Search {
+    /// All of them.
+    #[default]
+    Full,
+    /// Those left over when weak ones have been dropped on the way, as the scene's `[search]`
+    /// says.
+    Halving,
+}
+
+impl Search {
+    fn is_full(&self) -> bool {
+        *self == Self::Full
+    }
 }
 
 impl Plan {

@@ -1,12 +1,14 @@
-//! Several starts: every seed a whole run in `starts/SEED`, the best of them the result.
+//! Several starts: every seed a run in `starts/SEED`, the best of them the result. All are carried
+//! out whole, or those that [`halving`] leaves over.
 
 use super::files::{sweep, write_atomic, write_json};
+use super::halving::{Halving, climb};
 use super::history::{LINES, TABLE};
 use super::run::{DESIGN, DIVERGED, create_folder, keep_scene};
 use super::snapshot::{SNAPSHOT, Snapshot};
 use super::summary::SUMMARY;
 use super::trajectory_file::TRAJECTORY;
-use super::{Observer, Plan, Run, Start, Summary, resume, summary};
+use super::{Observer, Plan, Run, Search, Start, Summary, resume, summary};
 use crate::codesign::CoDesign;
 use crate::error::{Error, Result};
 use std::borrow::Cow;
@@ -37,12 +39,20 @@ pub(super) fn create(folder: &Path, plan: &Plan) -> Result<()> {
 pub(super) fn search(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
     sweep(folder)?;
     keep_scene(folder, &plan.scene)?;
+    let dropped = match plan.search {
+        Search::Full => Halving::default(),
+        Search::Halving => climb(folder, plan, observer)?,
+    };
     let mut starts = Vec::new();
     let mut best: Option<Summary> = None;
     let mut diverged = None;
     let mut seconds = 0.0;
-    for k in 0..plan.starts.get() as u64 {
-        let seed = plan.seed.wrapping_add(k);
+    for seed in seeds(plan) {
+        if let Some(iteration) = dropped.dropped_at(seed) {
+            seconds += Snapshot::read(&folder_of(folder, seed))?.seconds;
+            starts.push(Start::dropped(seed, iteration));
+            continue;
+        }
         let summary = match one(folder, seed, plan, observer) {
             Ok(summary) => Some(summary),
             Err(error @ Error::Diverged { .. }) => {
@@ -55,6 +65,7 @@ pub(super) fn search(folder: &Path, plan: &Plan, observer: &mut dyn Observer) ->
             seed,
             displacement_selection_p50: summary.as_ref().and_then(|s| s.displacement_selection_p50),
             displacement_p50: summary.as_ref().and_then(|s| s.displacement_p50),
+            dropped_at: None,
         });
         seconds += match &summary {
             Some(summary) => summary.seconds,
@@ -92,29 +103,67 @@ fn better(best: Option<Summary>, other: Option<Summary>) -> Option<Summary> {
     }
 }
 
+/// The seeds of a plan, in order.
+pub(super) fn seeds(plan: &Plan) -> impl Iterator<Item = u64> + use<> {
+    let first = plan.seed;
+    (0..plan.starts.get() as u64).map(move |k| first.wrapping_add(k))
+}
+
 /// One seed's run: finished, gone on with, or begun.
 fn one(folder: &Path, seed: u64, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
     let own = folder_of(folder, seed);
     let result = if own.join(SNAPSHOT).exists() {
         resume(&own, observer)
     } else {
-        let plan = Plan {
-            seed,
-            starts: NonZeroUsize::MIN,
-            ..plan.clone()
-        };
-        Run::create(&own, &plan).and_then(|run| run.finish(observer))
+        Run::create(&own, &alone(plan, seed)).and_then(|run| run.finish(observer))
     };
-    result.map_err(|error| match error {
+    result.map_err(|error| of_search(error, folder))
+}
+
+/// Takes one seed's run as far as an iteration, where it is not yet.
+pub(super) fn pause(
+    folder: &Path,
+    (seed, iteration): (u64, usize),
+    plan: &Plan,
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    let own = folder_of(folder, seed);
+    let run = if own.join(SNAPSHOT).exists() {
+        let snapshot = Snapshot::read(&own)?;
+        let done = snapshot.progress.as_ref().map_or(0, |p| p.iteration);
+        if done >= iteration {
+            return Ok(());
+        }
+        Run::open(&own, snapshot)
+    } else {
+        Run::create(&own, &alone(plan, seed))
+    };
+    run.and_then(|run| run.pause_at(iteration, observer))
+        .map_err(|error| of_search(error, folder))
+}
+
+/// The plan of one of several starts.
+fn alone(plan: &Plan, seed: u64) -> Plan {
+    Plan {
+        seed,
+        starts: NonZeroUsize::MIN,
+        search: Search::Full,
+        ..plan.clone()
+    }
+}
+
+/// It is the search that was interrupted, and that can be gone on with.
+fn of_search(error: Error, folder: &Path) -> Error {
+    match error {
         Error::Interrupted { iteration, .. } => Error::Interrupted {
             run: folder.into(),
             iteration,
         },
         error => error,
-    })
+    }
 }
 
-fn folder_of(folder: &Path, seed: u64) -> PathBuf {
+pub(super) fn folder_of(folder: &Path, seed: u64) -> PathBuf {
     folder.join("starts").join(seed.to_string())
 }
 

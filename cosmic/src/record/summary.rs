@@ -38,8 +38,13 @@ pub struct Summary {
     pub displacement_p90: Option<f64>,
     /// The median of the last iterate from the same starts.
     pub displacement_last_p50: Option<f64>,
-    /// The median over the other starts by which the delivered design was chosen.
+    /// The median over the other starts by which the delivered design was chosen; for another task
+    /// than to get far, of minus its loss.
     pub displacement_selection_p50: Option<f64>,
+    /// Where the scene's task is not to get far: the median loss of the delivered design over the
+    /// starts of `displacement_p50`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub loss_p50: Option<f64>,
     /// Share of solid edges.
     #[serde(rename = "V")]
     pub volume: f64,
@@ -86,6 +91,20 @@ pub struct Start {
     pub displacement_selection_p50: Option<f64>,
     /// The median over other starts.
     pub displacement_p50: Option<f64>,
+    /// The iteration after which the search dropped it, where it did.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub dropped_at: Option<usize>,
+}
+
+impl Start {
+    pub(super) fn dropped(seed: u64, iteration: usize) -> Self {
+        Self {
+            seed,
+            displacement_selection_p50: None,
+            displacement_p50: None,
+            dropped_at: Some(iteration),
+        }
+    }
 }
 
 impl Summary {
@@ -102,6 +121,7 @@ impl Summary {
             displacement_p90: finite(delivery.spread.p90),
             displacement_last_p50: finite(delivery.last.p50),
             displacement_selection_p50: finite(delivery.selection.p50),
+            loss_p50: delivery.merit.and_then(|merit| finite(-merit.p50)),
             volume: delivery.volumes[0],
             actuator_volume: delivery.volumes[1],
             flips: progress.flips,

@@ -214,7 +214,7 @@ mod tests {
     use crate::codesign::Record;
     use crate::design::Material;
     use crate::lattice::State;
-    use crate::record::{Observer, Plan, Run, optimise};
+    use crate::record::{Observer, Plan, Run, Search, optimise};
     use crate::report::Results;
     use crate::scene::{Scene, StartKind};
     use std::num::NonZeroUsize;
@@ -244,6 +244,7 @@ mod tests {
             seed: 0,
             starts: NonZeroUsize::MIN,
             iterations: None,
+            search: Search::Full,
         };
         let run = folder.path().join("run");
         optimise(&run, &plan, &mut Silent).unwrap();

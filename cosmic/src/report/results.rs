@@ -1,12 +1,11 @@
 //! A run's folder as its report needs it.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::codesign::Record;
 use crate::error::{Error, Result};
 use crate::lattice::{Ground, Lattice};
-use crate::record::files::{malformed, read_json};
+use crate::record::files::read_json;
 use crate::record::{DesignFile, Summary, TrajectoryFile, history, trajectory_file};
 use crate::scene::Scene;
 
@@ -43,7 +42,7 @@ impl Results {
         let design = DesignFile::read(&path)?;
         design.robot(&scene, &path.display().to_string())?;
         Ok(Self {
-            history: read_history(&folder.join(history::LINES))?,
+            history: history::read(folder)?,
             trajectory: read_trajectory(&folder.join(trajectory_file::TRAJECTORY), &lattice)?,
             folder: folder.to_owned(),
             scene,
@@ -85,19 +84,4 @@ fn read_trajectory(path: &Path, lattice: &Lattice) -> Result<TrajectoryFile> {
         fits("positions of a state", state.x.len(), lattice.nodes())?;
     }
     Ok(file)
-}
-
-fn read_history(path: &Path) -> Result<Vec<Record>> {
-    let text = fs::read_to_string(path).map_err(|source| Error::Read {
-        path: path.into(),
-        source,
-    })?;
-    let record = |(index, line): (usize, &str)| {
-        let row: serde_json::Result<history::Row> = serde_json::from_str(line);
-        let at = |error: serde_json::Error| {
-            malformed(path, (index + 1, error.column().max(1)), &error.to_string())
-        };
-        row.map(|row| row.record).map_err(at)
-    };
-    text.lines().enumerate().map(record).collect()
 }

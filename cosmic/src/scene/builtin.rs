@@ -30,7 +30,7 @@ impl Builtin {
 }
 
 /// Every built-in scene, the default first.
-pub const BUILTIN: [Builtin; 8] = [
+pub const BUILTIN: [Builtin; 9] = [
     Builtin {
         name: "stability",
         text: include_str!("../../../scenes/stability.toml"),
@@ -62,6 +62,10 @@ pub const BUILTIN: [Builtin; 8] = [
     Builtin {
         name: "coulomb",
         text: include_str!("../../../scenes/coulomb.toml"),
+    },
+    Builtin {
+        name: "tilted",
+        text: include_str!("../../../scenes/tilted.toml"),
     },
 ];
 

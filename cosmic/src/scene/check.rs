@@ -14,7 +14,7 @@ pub(super) struct Conflict {
 /// Every conflict of a scene.
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let checks = [
-        phases, horizons, losses, starts, layouts, volumes, spans, asymptotes,
+        phases, horizons, losses, starts, layouts, volumes, spans, asymptotes, rungs, tilts,
     ];
     checks.iter().flat_map(|check| check(scene)).collect()
 }
@@ -152,4 +152,21 @@ fn asymptotes(scene: &Scene) -> Vec<Conflict> {
     let says =
         format!("the least distance of the asymptotes ({least}) is above the largest ({most})");
     require(least <= most, keys, says).into_iter().collect()
+}
+
+/// Starts are dropped at one iteration after the other.
+fn rungs(scene: &Scene) -> Vec<Conflict> {
+    let rungs = scene.search.rungs;
+    let says = format!("`search.rungs`: {rungs:?} do not ascend");
+    let keys = ["search.rungs"; 2];
+    require(rungs.is_sorted(), keys, says).into_iter().collect()
+}
+
+/// A layout is what it is.
+fn tilts(scene: &Scene) -> Vec<Conflict> {
+    let fits = scene.start.kind != StartKind::Layout || scene.start.tilt == 0.0;
+    let says = format!("a layout cannot be tilted (by {})", scene.start.tilt);
+    require(fits, ["start.tilt", "start.kind"], says)
+        .into_iter()
+        .collect()
 }

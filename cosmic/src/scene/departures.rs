@@ -1,6 +1,6 @@
 //! The options by which a scene departs from the paper on purpose.
 
-use super::{Layout, LossKind, Scene, SelectionKind, StartKind};
+use super::{Layout, LossKind, Scene, SelectionKind, StartKind, TaskKind};
 use serde::{Deserialize, Serialize};
 
 /// A named option that differs from what the paper does.
@@ -43,6 +43,31 @@ impl Scene {
                 self.controller.goal_relative,
                 "controller.goal_relative",
                 "the goal is given relative to the robot, not absolute",
+            ),
+            (
+                self.start.tilt > 0.0,
+                "start.tilt",
+                "the start thins out towards a side that is drawn from the seed",
+            ),
+            (
+                self.physics.stiffening > 0.0,
+                "physics.stiffening",
+                "springs grow stiffer as they are stretched or compressed",
+            ),
+            (
+                self.physics.bending_radius > 0.0,
+                "physics.bending_radius",
+                "bars in line resist bending at the node between them",
+            ),
+            (
+                self.objective.task != TaskKind::Far,
+                "objective.task",
+                "the robot is designed for another task than to get far",
+            ),
+            (
+                self.robust.samples > 0,
+                "robust.samples",
+                "gradients are means over robots and surroundings drawn around the nominal ones",
             ),
         ];
         let in_force = known.into_iter().filter(|(differs, ..)| *differs);

@@ -38,6 +38,8 @@ pub struct StartSettings {
     pub void: f64,
     /// Three-legged layout that "three_legged" and "layout" refer to.
     pub layout: Layout,
+    /// Half the surplus of void at a side drawn from the seed; none is at the opposite (paper: 0).
+    pub tilt: f64,
 }
 
 impl Default for StartSettings {
@@ -47,6 +49,7 @@ impl Default for StartSettings {
             void_shift: 0.12,
             void: 0.6,
             layout: Layout::Short,
+            tilt: 0.0,
         }
     }
 }

@@ -5,6 +5,7 @@
 //!
 //! `table` names every key once, with its range; reading, checking and writing all go through it.
 
+mod beyond;
 mod builtin;
 mod check;
 mod departures;
@@ -18,6 +19,7 @@ mod robot;
 mod table;
 mod write;
 
+pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin, fault};
 pub use departures::Departure;
 
@@ -71,4 +73,10 @@ pub struct Scene {
     pub loss: LossSettings,
     /// Which iterate is delivered.
     pub selection: SelectionSettings,
+    /// What the robot is to do.
+    pub objective: ObjectiveSettings,
+    /// Scatter of robots and surroundings.
+    pub robust: RobustSettings,
+    /// Which starts go on.
+    pub search: SearchSettings,
 }

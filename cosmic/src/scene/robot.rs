@@ -57,6 +57,10 @@ pub struct PhysicsSettings {
     pub contact: Contact,
     /// Coefficient of friction, read for Coulomb contact alone (paper: 2.5).
     pub friction: f64,
+    /// Cubic coefficient c of the spring force k (e + c e^3), 1/m2 (paper: 0, Hooke's law).
+    pub stiffening: f64,
+    /// Radius of gyration of the bars' section, m: above 0 bars in line resist bending (paper: 0).
+    pub bending_radius: f64,
     /// What an optimisation does about a time step with which the robot's vibrations grow.
     pub unstable_step: UnstableStep,
 }
@@ -76,6 +80,8 @@ impl Default for PhysicsSettings {
             incline_deg: 0.0,
             contact: Contact::Infinite,
             friction: 2.5,
+            stiffening: 0.0,
+            bending_radius: 0.0,
             unstable_step: UnstableStep::Error,
         }
     }

@@ -37,6 +37,8 @@ const STEPS: Limits = within(1.0, 1e6);
 const POSITIVE: Limits = above(0.0, 1e6);
 /// Shares of a whole.
 const SHARE: Limits = within(0.0, 1.0);
+/// Shares by which a positive number is off and stays positive.
+const DEVIATION: Limits = within(0.0, 0.99);
 const NONE: Limits = Limits::NONE;
 
 /// Every section of a scene, in the order in which it is written.
@@ -55,6 +57,9 @@ pub(super) static SECTIONS: &[Section] = &[
     section("gradient", "GradientSettings", GRADIENT),
     section("loss", "LossSettings", LOSS),
     section("selection", "SelectionSettings", SELECTION),
+    section("objective", "ObjectiveSettings", OBJECTIVE),
+    section("robust", "RobustSettings", ROBUST),
+    section("search", "SearchSettings", SEARCH),
 ];
 
 const LATTICE: &[Field] = &[
@@ -101,6 +106,12 @@ const PHYSICS: &[Field] = &[
     field("contact", NONE, |s| Choice(&mut s.physics.contact)),
     field("friction", within(0.0, 1e3), |s| {
         Number(&mut s.physics.friction)
+    }),
+    field("stiffening", within(0.0, 1e6), |s| {
+        Number(&mut s.physics.stiffening)
+    }),
+    field("bending_radius", within(0.0, 1.0), |s| {
+        Number(&mut s.physics.bending_radius)
     }),
     field("unstable_step", NONE, |s| {
         Choice(&mut s.physics.unstable_step)
@@ -169,6 +180,7 @@ const START: &[Field] = &[
     }),
     field("void", within(0.001, 0.999), |s| Number(&mut s.start.void)),
     field("layout", NONE, |s| Choice(&mut s.start.layout)),
+    field("tilt", within(0.0, 0.5), |s| Number(&mut s.start.tilt)),
 ];
 
 const VOLUME: &[Field] = &[
@@ -284,4 +296,33 @@ const SELECTION: &[Field] = &[
     field("perturbation", within(0.0, 1e-3), |s| {
         Number(&mut s.selection.perturbation)
     }),
+];
+
+const OBJECTIVE: &[Field] = &[
+    field("task", NONE, |s| Choice(&mut s.objective.task)),
+    field("target", within(-1e3, 1e3), |s| {
+        Number(&mut s.objective.target)
+    }),
+    field("settle", within(0.0, 1e3), |s| {
+        Number(&mut s.objective.settle)
+    }),
+    field("energy_price", within(0.0, 1e6), |s| {
+        Number(&mut s.objective.energy_price)
+    }),
+];
+
+const ROBUST: &[Field] = &[
+    field("samples", within(0.0, 1e4), |s| {
+        Count(&mut s.robust.samples)
+    }),
+    field("start", within(0.0, 1.0), |s| Number(&mut s.robust.start)),
+    field("friction", DEVIATION, |s| Number(&mut s.robust.friction)),
+    field("stiffness", DEVIATION, |s| Number(&mut s.robust.stiffness)),
+    field("mass", DEVIATION, |s| Number(&mut s.robust.mass)),
+];
+
+const SEARCH: &[Field] = &[
+    field("rungs", ITERATIONS, |s| Counts(&mut s.search.rungs)),
+    field("keep", SHARE, |s| Numbers(&mut s.search.keep)),
+    field("window", within(1.0, 1e5), |s| Count(&mut s.search.window)),
 ];

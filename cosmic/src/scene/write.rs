@@ -43,6 +43,7 @@ fn comments() -> HashMap<String, String> {
         include_str!("robot.rs"),
         include_str!("design.rs"),
         include_str!("optimisation.rs"),
+        include_str!("beyond.rs"),
     ];
     let mut comments = HashMap::new();
     let (mut settings, mut comment) = ("", String::new());

@@ -3,7 +3,9 @@
 
 use autodiff::{Adjoint, Real};
 
-use super::kernels::{Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
+use super::kernels::{
+    Bend, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, Stiffening, Total,
+};
 
 impl Adjoint<6, 2> for Spring {
     #[inline(always)]
@@ -375,5 +377,161 @@ impl Adjoint<4, 4> for SlidingDrift {
         let t106 = R::select(t14, t103, t8);
         let t107 = t95 + t106;
         [y0, t105, t98, t107]
+    }
+}
+
+impl Adjoint<6, 2> for Stiffening {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+        let [x0, x1, x2, x3, x4, x5] = x;
+        let [y0, y1] = y_bar;
+        let t9 = R::lit(1e-12);
+        let t10 = x1.fma(x1, t9);
+        let t11 = R::lit(1.0);
+        let t12 = x1 + x1;
+        let t13 = x0.fma(x0, t10);
+        let t14 = x0 + x0;
+        let t15 = t13.sqrt();
+        let t16 = R::lit(0.5);
+        let t17 = t15.recip();
+        let t18 = t16 * t17;
+        let t19 = x5.fma(x2, t11);
+        let t21 = (-x4).fma(t19, t15);
+        let t23 = R::lit(self.cubic);
+        let t24 = t21 * t23;
+        let t25 = t24.fma(t21, t11);
+        let t26 = x3 * t21;
+        let t27 = t25 * t26;
+        let t28 = R::lit(self.spring.dt);
+        let t29 = t27 * t28;
+        let t30 = t17 * t29;
+        let t31 = t17 * t30;
+        let t32 = -t31;
+        let t35 = x1 * y1;
+        let t36 = y1 * t30;
+        let t38 = x0.fma(y0, t35);
+        let t39 = y0 * t30;
+        let t40 = t17 * t38;
+        let t42 = t28 * t40;
+        let t43 = t25 * t42;
+        let t44 = t26 * t42;
+        let t45 = t21 * t43;
+        let t46 = x3 * t43;
+        let t47 = t21 * t44;
+        let t49 = t24.fma(t44, t46);
+        let t51 = t23.fma(t47, t49);
+        let t52 = t32.fma(t38, t51);
+        let t53 = -t51;
+        let t54 = t19 * t53;
+        let t55 = x4 * t53;
+        let t56 = x2 * t55;
+        let t57 = x5 * t55;
+        let t58 = t18 * t52;
+        let t60 = t14.fma(t58, t39);
+        let t62 = t12.fma(t58, t36);
+        [t60, t62, t57, t45, t54, t56]
+    }
+}
+
+impl Adjoint<7, 6> for Bend {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 6]) -> [R; 7] {
+        let [x0, x1, x2, x3, x4, x5, x6] = x;
+        let [y0, y1, y2, y3, y4, y5] = y_bar;
+        let t14 = x2 - x0;
+        let t17 = x3 - x1;
+        let t18 = R::lit(1e-12);
+        let t19 = t17.fma(t17, t18);
+        let t20 = t17 + t17;
+        let t21 = t14.fma(t14, t19);
+        let t22 = t14 + t14;
+        let t23 = t21.sqrt();
+        let t24 = R::lit(0.5);
+        let t25 = t23.recip();
+        let t26 = t24 * t25;
+        let t27 = t25 * t25;
+        let t28 = -t27;
+        let t29 = t14 * t25;
+        let t30 = t17 * t25;
+        let t31 = x4 - x2;
+        let t32 = x5 - x3;
+        let t33 = t32.fma(t32, t18);
+        let t34 = t32 + t32;
+        let t35 = t31.fma(t31, t33);
+        let t36 = t31 + t31;
+        let t37 = t35.sqrt();
+        let t38 = t37.recip();
+        let t39 = t24 * t38;
+        let t40 = t38 * t38;
+        let t41 = -t40;
+        let t42 = t31 * t38;
+        let t43 = t32 * t38;
+        let t44 = t29 * t43;
+        let t46 = (-t30).fma(t42, t44);
+        let t47 = x6 * t46;
+        let t48 = R::lit(self.dt);
+        let t49 = t47 * t48;
+        let t50 = t25 * t49;
+        let t51 = t38 * t49;
+        let t62 = -y3;
+        let t63 = y1 + t62;
+        let t64 = y5 + t62;
+        let t65 = -y2;
+        let t66 = y0 + t65;
+        let t67 = y4 + t65;
+        let t68 = -t64;
+        let t69 = t42 * t68;
+        let t70 = t51 * t68;
+        let t72 = t43.fma(t67, t69);
+        let t73 = t51 * t67;
+        let t74 = -t63;
+        let t75 = t29 * t74;
+        let t76 = t50 * t74;
+        let t78 = t30.fma(t66, t75);
+        let t79 = t50 * t66;
+        let t80 = t38 * t72;
+        let t81 = t49 * t72;
+        let t83 = t25.fma(t78, t80);
+        let t84 = t49 * t78;
+        let t85 = t48 * t83;
+        let t86 = t46 * t85;
+        let t87 = x6 * t85;
+        let t88 = -t87;
+        let t90 = t42.fma(t88, t79);
+        let t92 = t30.fma(t88, t70);
+        let t94 = t43.fma(t87, t76);
+        let t96 = t29.fma(t87, t73);
+        let t97 = t38 * t96;
+        let t99 = t32.fma(t96, t81);
+        let t100 = t38 * t92;
+        let t102 = t31.fma(t92, t99);
+        let t103 = t41 * t102;
+        let t104 = t39 * t103;
+        let t106 = t36.fma(t104, t100);
+        let t108 = t34.fma(t104, t97);
+        let t109 = -t108;
+        let t110 = -t106;
+        let t111 = t25 * t90;
+        let t113 = t17.fma(t90, t84);
+        let t114 = t25 * t94;
+        let t116 = t14.fma(t94, t113);
+        let t117 = t28 * t116;
+        let t118 = t26 * t117;
+        let t120 = t22.fma(t118, t114);
+        let t122 = t20.fma(t118, t111);
+        let t123 = t109 + t122;
+        let t124 = -t122;
+        let t125 = t110 + t120;
+        let t126 = -t120;
+        [t126, t124, t125, t123, t106, t108, t86]
+    }
+}
+
+impl Adjoint<5, 1> for Total {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 5], y_bar: [R; 1]) -> [R; 5] {
+        let [_, _, _, _, _] = x;
+        let [y0] = y_bar;
+        [y0, y0, y0, y0, y0]
     }
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 use autodiff::emit::adjoint;
 
 use super::kernels::{
-    Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift,
+    Bend, Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift,
+    Stiffening, Total,
 };
 
 const HEADER: &str = "\
@@ -14,7 +15,9 @@ const HEADER: &str = "\
 
 use autodiff::{Adjoint, Real};
 
-use super::kernels::{Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
+use super::kernels::{
+    Bend, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, Stiffening, Total,
+};
 ";
 
 fn flight(values: &[f64]) -> Flight {
@@ -58,6 +61,14 @@ fn emitted() -> String {
                 friction: v[1],
             }
         }),
+        adjoint("Stiffening", &["self.spring.dt", "self.cubic"], |v| {
+            Stiffening {
+                spring: Spring { dt: v[0] },
+                cubic: v[1],
+            }
+        }),
+        adjoint("Bend", &["self.dt"], |v| Bend { dt: v[0] }),
+        adjoint("Total", &[], |_| Total),
     ];
     [HEADER, &parts.join("\n")].join("\n")
 }

@@ -2,11 +2,12 @@
 
 use autodiff::{Array, Graph, Program, Real};
 
+use super::bending::Bending;
 use super::kernels::{
-    Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift,
+    Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, Stiffening,
 };
 use super::trap::Watch;
-use crate::lattice::Ground;
+use crate::lattice::{Ground, Lattice};
 use crate::scene::{Contact, Integrator, PhysicsSettings};
 
 /// Springs and flight of a mechanical step of length `h = dt / substeps`.
@@ -21,13 +22,17 @@ pub(super) struct Mechanics {
     /// The drift before the forces are taken, where the integrator has one.
     first: Option<Drift>,
     pub(super) spring: Spring,
+    /// The cubic coefficient of the springs, 1/m^2; 0 for Hooke's law.
+    stiffening: f64,
+    /// `None` where bars bend freely.
+    pub(super) bending: Option<Bending>,
     pub(super) flight: Flight,
     contact: Contact,
-    friction: f64,
+    pub(super) friction: f64,
 }
 
 impl Mechanics {
-    pub(super) fn new(physics: &PhysicsSettings) -> Self {
+    pub(super) fn new(lattice: &Lattice, physics: &PhysicsSettings) -> Self {
         let h = physics.dt / physics.substeps as f64;
         let decay = (-physics.damping * h).exp();
         // What the second half of the damping leaves of a push.
@@ -42,6 +47,8 @@ impl Mechanics {
             substeps: physics.substeps,
             first,
             spring: Spring { dt: push },
+            stiffening: physics.stiffening,
+            bending: Bending::new(lattice, physics.bending_radius),
             flight: Flight {
                 drift,
                 decay,
@@ -53,13 +60,14 @@ impl Mechanics {
     }
 
     /// Records the state after the step: x, y, x velocity, y velocity of all nodes, from those
-    /// before it, four arrays per edge (activation, stiffness, rest length, strain) and 1 / mass.
+    /// before it, four arrays per edge (activation, stiffness, rest length, strain), 1 / mass, and
+    /// the stiffness against bending where there is any.
     /// Every flight is watched by `W`.
     pub(super) fn record<R: Real, W: Watch>(
         &self,
         (p, graph): (&mut Program<R>, &Graph),
         state: [Array; 4],
-        (edge, inverse_mass): (&[Array; 4], Array),
+        (edge, inverse_mass, bending): (&[Array; 4], Array, Option<Array>),
     ) -> [Array; 4] {
         let mut state = state;
         for _ in 0..self.substeps {
@@ -67,11 +75,29 @@ impl Mechanics {
                 state = self.drift(p, drift, state);
             }
             let [x, y, ..] = state;
-            let [jx, jy] = p.map_edges(graph, self.spring, ([x, y], edge));
+            let [jx, jy] = self.pull(p, graph, ([x, y], edge, bending));
             let [x, y, vx, vy] = state;
             state = self.fly::<R, W>(p, [x, y, vx, vy, jx, jy, inverse_mass]);
         }
         state
+    }
+
+    /// The impulses on all nodes.
+    fn pull<R: Real>(
+        &self,
+        p: &mut Program<R>,
+        graph: &Graph,
+        (place, edge, bending): ([Array; 2], &[Array; 4], Option<Array>),
+    ) -> [Array; 2] {
+        let (spring, cubic) = (self.spring, self.stiffening);
+        let springs = match cubic > 0.0 {
+            false => p.map_edges(graph, spring, (place, edge)),
+            true => p.map_edges(graph, Stiffening { spring, cubic }, (place, edge)),
+        };
+        match self.bending.as_ref().zip(bending) {
+            None => springs,
+            Some((bending, stiffness)) => bending.record(p, (stiffness, spring.dt), place, springs),
+        }
     }
 
     fn drift<R: Real>(&self, p: &mut Program<R>, drift: Drift, node: [Array; 4]) -> [Array; 4] {

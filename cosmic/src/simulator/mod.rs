@@ -6,6 +6,7 @@
 
 #[rustfmt::skip]
 mod adjoints;
+mod bending;
 mod blame;
 mod divergence;
 #[cfg(test)]
@@ -96,6 +97,14 @@ impl Simulator {
         }
     }
 
+    /// The same world with another coefficient of friction; without an effect where nodes stick.
+    #[must_use]
+    pub fn with_friction(&self, friction: f64) -> Self {
+        let mut other = self.clone();
+        other.robot.mechanics.friction = friction;
+        other
+    }
+
     /// Steps a robot from a state in the world's frame.
     ///
     /// # Panics
@@ -168,6 +177,8 @@ impl Simulator {
             body.mass.iter().map(|m| m.recip()).collect(),
         ];
         parameters.extend(self.network(&robot, controller));
+        let bending = robot.bending();
+        parameters.extend(bending.map(|bending| bending.stiffness(&body.stiffness)));
         (robot, parameters)
     }
 

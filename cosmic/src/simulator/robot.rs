@@ -2,6 +2,7 @@
 
 use autodiff::{Array, Graph, Matrix, Model, Program, Real};
 
+use super::bending::Bending;
 use super::mechanics::Mechanics;
 use super::trap::{Unwatched, Watch, Watched};
 use crate::lattice::Lattice;
@@ -13,7 +14,8 @@ use crate::scene::{ControllerSettings, PhysicsSettings};
 /// - parameters: stiffness, rest length and strain per edge (in the graph's slots), 1 / mass per
 ///   node, and, where there are actuators, the folded controller: `w1` (of the
 ///   [`sensed_columns`](Robot::sensed_columns)), `b1`, and the rows of `w2` and `b2` for the
-///   [`actuators`](Robot::actuators);
+///   [`actuators`](Robot::actuators); where bars resist bending, the stiffness of
+///   its slots;
 /// - state: x, y, x velocity, y velocity of all nodes in the ground's frame;
 /// - inputs: `sin(omega t)`, `cos(omega t)`.
 #[derive(Clone, Debug)]
@@ -48,7 +50,7 @@ impl Robot {
                 controller.offset_scale != 0.0 || follows_goal,
                 controller.velocity_scale != 0.0,
             ],
-            mechanics: Mechanics::new(physics),
+            mechanics: Mechanics::new(lattice, physics),
         }
     }
 
@@ -68,6 +70,11 @@ impl Robot {
             .iter()
             .filter_map(|&slot| edges[slot])
             .collect()
+    }
+
+    /// What resists bending, where anything does.
+    pub(super) fn bending(&self) -> Option<&Bending> {
+        self.mechanics.bending.as_ref()
     }
 
     /// Which of the folded controller's sensed values are more than a constant.
@@ -126,6 +133,7 @@ impl Robot {
             [(self.hidden, inputs), (outputs, self.hidden)]
                 .map(|(rows, columns)| (p.matrix(rows, columns), p.parameter(rows)))
         });
+        let bending = self.bending().map(|b| p.parameter(b.slots()));
         let [x, y, vx, vy] = [(); 4].map(|()| p.state(nodes));
         let clock = p.input(2);
 
@@ -144,7 +152,7 @@ impl Robot {
         let world = (&mut *p, &self.graph);
         let next = self
             .mechanics
-            .record::<R, W>(world, state, (&edge, inverse_mass));
+            .record::<R, W>(world, state, (&edge, inverse_mass, bending));
         for (state, next) in state.into_iter().zip(next) {
             p.advance(state, next);
         }

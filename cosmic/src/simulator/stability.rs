@@ -6,6 +6,11 @@
 //! roots of the eigenvalues of `M^-1 K`, where an edge of direction `n`, length `l` and target
 //! length `l0` adds `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull
 //! across a stretched edge, is negative for a compressed one.
+//!
+//! Covered are edges that follow Hooke's law, and a stiffening spring at ease. What the scene adds
+//! to them is not: a pair of edges that resists bending with `c` (N m) adds a stiffness of at most
+//! `2 c (1/a + 1/b)^2` for arms `a` and `b`, and a stiffening spring whose length is off by `e` is
+//! `1 + 3 cubic e^2` times as stiff.
 
 use crate::lattice::Lattice;
 use crate::projection::Body;

@@ -1,0 +1,58 @@
+//! A task of one's own without an adjoint: `cargo run --release -p cosmic --example tray`
+
+use autodiff::Real;
+use cosmic::codesign::CoDesign;
+use cosmic::gradient::{CONTROLLER, Horizon, Inputs};
+use cosmic::scene::{HorizonMode, Scene};
+use cosmic::{objective::Loss, projection::Projection, simulator::Trajectory};
+
+/// The mean square of the difference in height of two nodes.
+struct Level([usize; 2]);
+
+impl Loss for Level {
+    fn observed(&self, steps: usize) -> Vec<usize> {
+        (0..=steps).step_by(8).collect()
+    }
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+        let states = trajectory.states.iter();
+        let slopes = states.map(|s| s.x[self.0[0]][1] - s.x[self.0[1]][1]);
+        let squares: Vec<R> = slopes.map(|s| s * s).collect();
+        R::sum(&squares) * R::lit(1.0 / squares.len() as f64)
+    }
+}
+
+fn main() -> Result<(), cosmic::Error> {
+    let scene = Scene::parse("small", "[lattice]\ncolumns = 3\nrows = 3")?;
+    let codesign = CoDesign::new(&scene)?;
+    let (task, first) = (codesign.task(), codesign.begin(1)?);
+    let mut inputs = Inputs {
+        z: first.z,
+        controller: first.controller,
+        start: task.lattice.state_at_rest(),
+    };
+    let horizon = Horizon {
+        steps: 128,
+        mode: HorizonMode::Head,
+        cotangent_bound: None,
+    };
+    let mut losses = [0.0; 20];
+    for value in &mut losses {
+        let (loss, gradient) = inputs.differentiate(CONTROLLER, |robot| {
+            let mixture = task.mixture(Projection::Performance, &robot.z);
+            let robot = (&robot.controller, &robot.start);
+            task.loss(&mixture, robot, (&Level([6, 8]), &horizon)).0
+        });
+        let mut weights = inputs.get(CONTROLLER);
+        (weights.iter_mut().zip(gradient)).for_each(|(w, g)| *w -= 100.0 * g);
+        inputs.set(CONTROLLER, &weights);
+        *value = loss;
+    }
+    println!("mean square slopes, m^2: {losses:?}");
+    assert!(losses[19] < 0.5 * losses[0]);
+    Ok(())
+}
+
+#[test]
+fn the_top_comes_level() {
+    main().unwrap();
+}

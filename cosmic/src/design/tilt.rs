@@ -1,0 +1,78 @@
+//! Starts that thin out towards a side, drawn from a seed.
+
+use std::f64::consts::TAU;
+
+use crate::lattice::Lattice;
+use crate::random::{Purpose, stream, symmetric};
+
+/// The least and the most share of void that a tilt leaves an edge.
+const VOID: [f64; 2] = [0.001, 0.999];
+
+/// Shares of void with a surplus that grows along a direction drawn from the seed, every direction
+/// as likely as any other: from nothing at one side of the lattice to `2 tilt` at the opposite.
+///
+/// No direction is preferred: a search over seeds finds out by itself which side should be thin.
+pub(super) fn tilted(void: &[f64], lattice: &Lattice, tilt: f64, seed: u64) -> Vec<f64> {
+    let angle = symmetric(&mut stream(seed, Purpose::Tilt), 0.5 * TAU);
+    let (sin, cos) = angle.sin_cos();
+    let edge = |(m, [x, y]): (&f64, [f64; 2])| {
+        (m + tilt * (1.0 + cos * x + sin * y)).clamp(VOID[0], VOID[1])
+    };
+    let edges = void.iter().zip(midpoints(lattice));
+    edges.map(edge).collect()
+}
+
+/// Midpoints of the edges, each coordinate from -1 to 1 across the lattice.
+fn midpoints(lattice: &Lattice) -> Vec<[f64; 2]> {
+    let across = |place: usize, count: usize| match count {
+        1 => 0.0,
+        _ => 2.0 * place as f64 / (count - 1) as f64 - 1.0,
+    };
+    let at = |node: usize| {
+        let (column, row) = (node % lattice.columns, node / lattice.columns);
+        [across(column, lattice.columns), across(row, lattice.rows)]
+    };
+    let middle = |&[i, j]: &[usize; 2]| {
+        let (a, b) = (at(i), at(j));
+        [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
+    };
+    lattice.edges.iter().map(middle).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{midpoints, tilted};
+    use crate::lattice::{Ground, Lattice};
+    use crate::scene::{LatticeSettings, PhysicsSettings};
+
+    fn lattice() -> Lattice {
+        let settings = LatticeSettings::default();
+        Lattice::new(&settings, &Ground::from(&PhysicsSettings::default()))
+    }
+
+    #[test]
+    fn the_void_grows_along_a_line_and_its_mean_stands_in_the_middle() {
+        let tilted = tilted(&[0.3; 110], &lattice(), 0.1, 7);
+        // The lattice is symmetric; 110 roundings below 1e-16.
+        let mean = tilted.iter().sum::<f64>() / 110.0;
+        assert!((mean - 0.4).abs() < 1e-14, "{mean}");
+        let most = tilted.iter().copied().fold(0.0, f64::max);
+        // A direction along a side reaches it; one between two reaches beyond, towards the corner.
+        assert!((0.48..0.55).contains(&most), "{most}");
+    }
+
+    #[test]
+    fn directions_are_the_seed_s_and_differ() {
+        let of = |seed| tilted(&[1.0 / 3.0; 110], &lattice(), 0.1, seed);
+        assert_eq!(of(3), of(3));
+        assert_ne!(of(3), of(4));
+        assert_eq!(tilted(&[0.25; 110], &lattice(), 0.0, 3), [0.25; 110]);
+    }
+
+    #[test]
+    fn midpoints_reach_from_side_to_side() {
+        let all = midpoints(&lattice());
+        let extreme = |k: usize| all.iter().map(|m| m[k]).fold(0.0, f64::max);
+        assert_eq!([extreme(0), extreme(1)], [1.0, 1.0]);
+    }
+}

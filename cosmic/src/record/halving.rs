@@ -1,0 +1,148 @@
+//! Successive halving: of many starts, the weak ones are dropped on the way.
+//!
+//! All starts run up to an iteration, a rung; the best share of them goes on to the next. A
+//! start that was dropped keeps its folder and its snapshot, and can be gone on with by hand.
+//! What a start is judged by is in its own history, so an interrupted search goes on from the
+//! starts' folders alone and judges as it did.
+
+use super::files::{Format, write_json};
+use super::{Observer, Plan, history, starts};
+use crate::codesign::Record;
+use crate::error::Result;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What the record of a search says it is.
+pub const FORMAT: Format = Format {
+    name: "cosmic-search",
+    version: 1,
+};
+
+/// The record's place in the folder of several starts.
+pub const SEARCH: &str = "search.json";
+
+/// A search so far, for those who read the folder; going on does not need it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Halving {
+    /// The rungs that were reached, in order.
+    pub rungs: Vec<Rung>,
+}
+
+/// An iteration after which starts are dropped.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rung {
+    /// The iteration.
+    pub iteration: usize,
+    /// Those that came so far, the best first.
+    pub standings: Vec<Standing>,
+    /// How many of them go on.
+    pub kept: usize,
+}
+
+/// What a start is judged by at a rung.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Standing {
+    /// Its seed.
+    pub seed: u64,
+    /// The median displacement after the horizon over the iterations before the rung, m; `None`
+    /// where most of them diverged.
+    pub displacement: Option<f64>,
+}
+
+impl Halving {
+    /// The iteration after which a start was dropped, if it was.
+    pub(super) fn dropped_at(&self, seed: u64) -> Option<usize> {
+        let drops = |rung: &&Rung| rung.standings[rung.kept..].iter().any(|s| s.seed == seed);
+        self.rungs.iter().find(drops).map(|rung| rung.iteration)
+    }
+}
+
+/// Takes the starts of a plan as far as the last rung, and says which were dropped.
+pub(super) fn climb(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Halving> {
+    let settings = &plan.scene.search;
+    let mut left: Vec<u64> = starts::seeds(plan).collect();
+    let mut search = Halving::default();
+    for (&iteration, &keep) in settings.rungs.iter().zip(&settings.keep) {
+        if iteration >= plan.last_iteration() || left.len() == 1 {
+            break;
+        }
+        let mut standings = Vec::new();
+        for &seed in &left {
+            starts::pause(folder, (seed, iteration), plan, observer)?;
+            let rows = history::read(&starts::folder_of(folder, seed))?;
+            standings.push(Standing {
+                seed,
+                displacement: judged(&rows, iteration, settings.window),
+            });
+        }
+        let rung = Rung::new(iteration, standings, keep);
+        left = rung.standings[..rung.kept].iter().map(|s| s.seed).collect();
+        search.rungs.push(rung);
+        write_json(&folder.join(SEARCH), FORMAT, &search)?;
+    }
+    Ok(search)
+}
+
+impl Rung {
+    /// Ranks the starts; among equals the earlier seed goes on.
+    fn new(iteration: usize, mut standings: Vec<Standing>, keep: f64) -> Self {
+        let rank = |s: &Standing| s.displacement.unwrap_or(f64::NEG_INFINITY);
+        standings.sort_by(|a, b| rank(b).total_cmp(&rank(a)).then(a.seed.cmp(&b.seed)));
+        // A share of 0.7 of 10 starts are 7, not 8: products are rounded at 1e-16.
+        let kept = (keep * standings.len() as f64 - 1e-9).ceil() as usize;
+        Self {
+            iteration,
+            kept: kept.clamp(1, standings.len()),
+            standings,
+        }
+    }
+}
+
+/// The median over the last iterations before a rung. It stands for where the start will end
+/// better than one full rollout does, whose chance is larger.
+fn judged(rows: &[Record], iteration: usize, window: usize) -> Option<f64> {
+    let before = &rows[..iteration.min(rows.len())];
+    let recent = &before[before.len().saturating_sub(window)..];
+    let reached = |row: &Record| row.displacement_horizon.unwrap_or(f64::NEG_INFINITY);
+    let mut sorted: Vec<f64> = recent.iter().map(reached).collect();
+    sorted.sort_by(f64::total_cmp);
+    let (below, above) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
+    let median = 0.5 * (below + above);
+    median.is_finite().then_some(median)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Halving, Rung, Standing};
+
+    fn standing(seed: u64, displacement: Option<f64>) -> Standing {
+        Standing { seed, displacement }
+    }
+
+    #[test]
+    fn the_best_share_goes_on_and_the_rest_is_dropped() {
+        let standings = vec![
+            standing(3, Some(0.5)),
+            standing(4, None),
+            standing(5, Some(2.0)),
+            standing(6, Some(0.5)),
+        ];
+        let rung = Rung::new(40, standings, 0.5);
+        let order: Vec<u64> = rung.standings.iter().map(|s| s.seed).collect();
+        assert_eq!((order, rung.kept), (vec![5, 3, 6, 4], 2));
+        let search = Halving { rungs: vec![rung] };
+        assert_eq!(
+            [5, 3, 6, 4].map(|seed| search.dropped_at(seed)),
+            [None, None, Some(40), Some(40)]
+        );
+    }
+
+    #[test]
+    fn at_least_one_goes_on() {
+        let two = vec![standing(0, None), standing(1, None)];
+        assert_eq!(Rung::new(8, two.clone(), 0.0).kept, 1);
+        assert_eq!(Rung::new(8, two, 1.0).kept, 2);
+        let ten = (0..10).map(|seed| standing(seed, None)).collect();
+        assert_eq!(Rung::new(8, ten, 0.7).kept, 7);
+    }
+}

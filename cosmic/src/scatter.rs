@@ -1,0 +1,78 @@
+//! Robots as they are built, in surroundings as they are met: drawn around the nominal ones.
+
+use rand::rngs::ChaCha8Rng;
+
+use crate::gradient::Task;
+use crate::lattice::State;
+use crate::projection::Variation;
+use crate::random::symmetric;
+use crate::scene::RobustSettings;
+
+/// A task with the numbers of one robot and its surroundings, and where that robot starts.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// The task.
+    pub task: Task,
+    /// Initial positions and velocities.
+    pub start: State<f64>,
+}
+
+/// Draws a world around a task at rest. Every number is drawn whether its scatter is zero or not:
+/// switching one scatter off leaves the others' draws as they were.
+pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> World {
+    let mut factor = |scatter: f64| 1.0 + symmetric(stream, scatter);
+    let friction = factor(settings.friction);
+    let lattice = &task.lattice;
+    let edges = lattice.edges.iter();
+    let variation = Variation {
+        stiffness: edges.map(|_| factor(settings.stiffness)).collect(),
+        mass: (0..lattice.nodes())
+            .map(|_| factor(settings.mass))
+            .collect(),
+    };
+    let rest = lattice.state_at_rest();
+    let mut moved = |x: f64| x + symmetric(stream, settings.start);
+    World {
+        task: task.varied(variation, friction),
+        start: State {
+            x: rest.x.iter().map(|x| x.map(&mut moved)).collect(),
+            v: rest.v,
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::draw;
+    use crate::gradient::Task;
+    use crate::lattice::{Ground, Lattice};
+    use crate::random::{Purpose, stream};
+    use crate::scene::{RobustSettings, Scene};
+
+    #[test]
+    fn without_scatter_the_world_is_the_nominal_one() {
+        let scene = Scene::parse("tiny", "[lattice]\ncolumns = 3\nrows = 2").unwrap();
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let world = (&scene.physics, &scene.controller);
+        let task = &Task::new(lattice, world, &scene.materials, &scene.projection);
+        let none = RobustSettings {
+            samples: 1,
+            start: 0.0,
+            friction: 0.0,
+            stiffness: 0.0,
+            mass: 0.0,
+        };
+        let world = draw(task, &none, &mut stream(3, Purpose::Scatter));
+        assert_eq!(world.start, task.lattice.state_at_rest());
+        assert_eq!(world.task.physics, task.physics);
+        let some = RobustSettings { mass: 0.1, ..none };
+        let [a, b] = [4, 4].map(|seed| draw(task, &some, &mut stream(seed, Purpose::Scatter)));
+        let mixture = vec![[0.0, 1.0, 0.0]; task.lattice.edges.len()];
+        let mass = |task: &Task| task.body(&mixture).mass;
+        assert_eq!(mass(&a.task), mass(&b.task));
+        let pairs = mass(&a.task).into_iter().zip(mass(task));
+        let shares: Vec<f64> = pairs.map(|(varied, nominal)| varied / nominal).collect();
+        assert!(shares.iter().all(|s| (0.9..=1.1).contains(s)));
+        assert!(shares.iter().any(|s| (s - 1.0).abs() > 1e-3));
+    }
+}

@@ -1,0 +1,125 @@
+//! `cosmic optimize --search halving`: weak starts are dropped on the way.
+
+mod common;
+
+use common::{Bench, scene};
+use serde_json::Value;
+use std::fs;
+
+/// Rungs within 24 iterations: in the co-design, after the snap, and one past the end.
+const RUNGS: &str = "[search]\nrungs = [8, 20, 24]\nkeep = [0.5, 0.5, 0.5]\nwindow = 4\n";
+
+fn tiny() -> Bench {
+    Bench::with(&(scene(24, 64, "") + RUNGS))
+}
+
+const SEARCH: [&str; 4] = ["--starts", "5", "--search", "halving"];
+
+/// The iterations that a start has done.
+fn iterations(bench: &Bench, seed: u64) -> u64 {
+    let snapshot = bench.json(&format!("a/starts/{seed}/snapshot.json"));
+    snapshot["progress"]["iteration"].as_u64().unwrap()
+}
+
+#[test]
+fn the_weak_stop_at_their_rungs_and_the_rest_are_whole_runs() {
+    let bench = tiny();
+    let said = bench.run("a", &SEARCH);
+    let search = bench.json("a/search.json");
+    let rungs = search["rungs"].as_array().unwrap();
+    // Five starts, then three, then two; the rung at the last iteration drops nobody.
+    let sizes: Vec<_> = rungs
+        .iter()
+        .map(|rung| (rung["standings"].as_array().unwrap().len(), &rung["kept"]))
+        .collect();
+    assert_eq!(sizes, [(5, &Value::from(3)), (3, &Value::from(2))]);
+    let summary = bench.json("a/summary.json");
+    let starts = summary["starts"].as_array().unwrap();
+    for (seed, start) in (0..5).zip(starts) {
+        assert_eq!(start["seed"], seed);
+        let done = start["dropped_at"].as_u64();
+        assert_eq!(iterations(&bench, seed), done.unwrap_or(24));
+        let told = format!("start {seed}: dropped after iteration");
+        assert_eq!(said.out.contains(&told), done.is_some(), "{}", said.out);
+        assert_eq!(start["displacement_p50"].is_null(), done.is_some());
+    }
+    let dropped = |start: &&Value| start["dropped_at"].is_u64();
+    assert_eq!(starts.iter().filter(dropped).count(), 3);
+    // A survivor is the run that it would have been alone.
+    let best = summary["seed"].to_string();
+    bench.run("alone", &["--seed", &best]);
+    let [all, alone] = ["a", "alone"].map(|run| bench.results(run));
+    for (name, bytes) in alone {
+        assert_eq!(all[&format!("starts/{best}/{name}")], bytes, "{name}");
+    }
+}
+
+/// What is drawn in an iteration is drawn again alike after a pause.
+#[test]
+fn robust_and_tilted_starts_are_paused_without_a_trace() {
+    let more = "[robust]\nsamples = 2\n[start]\nkind = \"uniform\"\ntilt = 0.1\n";
+    let bench = Bench::with(&(scene(24, 64, "") + RUNGS + more));
+    bench.run("a", &SEARCH);
+    let best = bench.json("a/summary.json")["seed"].to_string();
+    bench.run("alone", &["--seed", &best]);
+    let [all, alone] = ["a", "alone"].map(|run| bench.results(run));
+    let kept = &all[&format!("starts/{best}/design.json")];
+    assert_eq!(*kept, alone["design.json"]);
+    bench.run("other", &["--seed", "77"]);
+    assert_ne!(bench.results("other")["design.json"], alone["design.json"]);
+}
+
+#[test]
+fn a_rung_ranks_by_the_median_before_it() {
+    let bench = tiny();
+    bench.run("a", &SEARCH);
+    let search = bench.json("a/search.json");
+    let standing = &search["rungs"][0]["standings"][0];
+    let lines =
+        fs::read_to_string(bench.path(&format!("a/starts/{}/history.jsonl", standing["seed"])));
+    let mut reached: Vec<f64> = lines
+        .unwrap()
+        .lines()
+        .skip(4)
+        .take(4)
+        .map(|line| serde_json::from_str::<Value>(line).unwrap())
+        .map(|row| row["displacement_horizon"].as_f64().unwrap())
+        .collect();
+    reached.sort_by(f64::total_cmp);
+    assert_eq!(
+        standing["displacement"].as_f64().unwrap(),
+        0.5 * (reached[1] + reached[2])
+    );
+}
+
+#[test]
+fn the_search_depends_on_neither_threads_nor_interruptions() {
+    let bench = tiny();
+    bench.run("a", &SEARCH);
+    bench.run("b", &[&SEARCH[..], &["--threads", "3"]].concat());
+    assert_eq!(bench.results("a"), bench.results("b"));
+    // As if killed between two rungs: no summary, a survivor thrown back, another not begun.
+    let best = bench.json("a/summary.json")["seed"].as_u64().unwrap();
+    let other = (0..5).find(|&seed| seed != best).unwrap();
+    let whole = bench.results("a");
+    for name in ["summary.json", "search.json", "design.json"] {
+        fs::remove_file(bench.path("a").join(name)).unwrap();
+    }
+    fs::remove_dir_all(bench.path(&format!("a/starts/{other}"))).unwrap();
+    fs::remove_file(bench.path(&format!("a/starts/{best}/summary.json"))).unwrap();
+    let said = bench.cosmic(&["resume", "a"]);
+    assert_eq!(said.code, 0, "{said:?}");
+    assert_eq!(bench.results("a"), whole);
+}
+
+#[test]
+fn a_search_needs_several_starts_and_rungs_that_ascend() {
+    let bench = Bench::new(24, 64);
+    let said = bench.optimize("a", &["--search", "halving"]);
+    assert_eq!(said.code, 2);
+    assert!(said.error.contains("--starts"), "{}", said.error);
+    let bench = Bench::with("[search]\nrungs = [30, 20, 40]\n");
+    let said = bench.optimize("a", &SEARCH);
+    assert_eq!(said.code, 2);
+    assert!(said.error.contains("do not ascend"), "{}", said.error);
+}
