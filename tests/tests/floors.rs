@@ -126,7 +126,7 @@ fn nothing_is_differentiated_by_hand() {
         matches!(&rules[..], [one] if one.contains("projection.rs") && one.contains("soft")),
         "{rules:#?}"
     );
-    let adjoints = lines_with(&["Adjoint<", "fn vjp"]);
+    let adjoints = lines_with(&["fn vjp"]);
     assert!(!adjoints.is_empty(), "the kernels have adjoints");
     assert!(
         adjoints.iter().all(|line| line.contains("adjoints.rs")),

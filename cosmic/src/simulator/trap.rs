@@ -47,12 +47,7 @@ impl<K: Kernel<7, 4>> Kernel<7, 4> for Trapped<K> {
     }
 }
 
-impl<K: Adjoint<7, 4>> Adjoint<7, 4> for Trapped<K> {
-    #[inline(always)]
-    fn vjp<R: Real>(&self, node: [R; 7], bar: [R; 4]) -> [R; 7] {
-        self.0.vjp(node, bar)
-    }
-}
+impl<K: Adjoint<7, 4>> Adjoint<7, 4> for Trapped<K> {}
 
 #[cfg(test)]
 mod tests {
