@@ -88,6 +88,14 @@ pub enum Error {
         /// Checks that ran.
         total: usize,
     },
+    /// Several runs that were told to stop; each saved what resuming needs.
+    #[error("interrupted with {done} of {total} runs done; the same command goes on")]
+    Stopped {
+        /// Runs that are done.
+        done: usize,
+        /// Runs there are.
+        total: usize,
+    },
     /// A run that was told to stop, and saved what resuming needs.
     #[error("interrupted after iteration {iteration}; go on with: cosmic resume {}", run.display())]
     Interrupted {
@@ -110,7 +118,7 @@ impl Error {
             Error::Malformed { .. } | Error::Misfit { .. } | Error::Usage(_) => 2,
             Error::Diverged { .. } | Error::NotFinite { .. } => 3,
             Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
-            Error::Interrupted { .. } => 75,
+            Error::Interrupted { .. } | Error::Stopped { .. } => 75,
         }
     }
 }

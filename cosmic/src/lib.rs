@@ -19,6 +19,7 @@ pub mod codesign;
 pub mod record;
 pub mod report;
 pub mod verify;
+pub mod sweep;
 #[cfg(feature = "cli")]
 pub mod cli;
 

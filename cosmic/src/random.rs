@@ -13,6 +13,10 @@ pub enum Purpose {
     Selection = 1,
     /// Perturbed starts by which results are judged: never those that chose them.
     Judgement = 2,
+    /// Samples drawn again from a sample, to see how far its statistics are to be trusted.
+    Bootstrap = 3,
+    /// Layouts drawn at random, to see what is no chance.
+    Shuffle = 4,
 }
 
 /// The stream of a seed and a purpose, the same on every platform.

@@ -12,6 +12,7 @@ use crate::lattice::State;
 use crate::objective::{Measures, measures};
 use crate::optimiser::{Linearisation, MmaState, Update, bound_norm};
 use crate::projection::Projection;
+use crate::scene::BinarisationMethod;
 use crate::simulator::{Span, Trajectory};
 
 /// A gradient of the displacement loss, and where the payload was after the horizon.
@@ -27,9 +28,10 @@ impl Slope {
     }
 }
 
-/// The four volume bounds as constraints `f <= 0`.
-struct VolumeRows {
-    values: [f64; 4],
+/// Constraints `f <= 0`: the four volume bounds, then the binarisation measures where they are
+/// constraints.
+struct Rows {
+    values: Vec<f64>,
     jacobian: Vec<Vec<f64>>,
 }
 
@@ -59,12 +61,17 @@ impl CoDesign {
         record.displacement_horizon = Some(performance.displacement);
 
         let thresholds = moment.thresholds(&progress.first_measures);
-        let (_, terms) = inputs.differentiate(DESIGN, |inputs| {
-            progress
-                .lagrangian
-                .terms(&self.measured(&inputs.z), &thresholds)
-        });
-        let rows = self.volume_rows(&inputs, moment);
+        let is_augmented = self.scene.binarisation.method == BinarisationMethod::Augmented;
+        let mut terms = vec![0.0; 3 * progress.z.len()];
+        let mut rows = self.volume_rows(&inputs, moment);
+        if is_augmented {
+            (_, terms) = inputs.differentiate(DESIGN, |inputs| {
+                let measures = self.measured(&inputs.z);
+                progress.lagrangian.terms(&measures, &thresholds)
+            });
+        } else {
+            self.add_measures(&mut rows, &inputs, &thresholds);
+        }
         let share = self.scene.schedule.stability_share;
         let before = progress.z.clone();
         let updates = [(performance, 1.0 - share), (stability, share)];
@@ -91,9 +98,12 @@ impl CoDesign {
         }
         clamp(&mut progress.z);
         let growth = self.scene.binarisation.penalty_growth;
-        progress
-            .lagrangian
-            .update(&record.violations, &progress.violations, growth);
+        if is_augmented {
+            let before = &progress.violations;
+            progress
+                .lagrangian
+                .update(&record.violations, before, growth);
+        }
         progress.violations = record.violations;
     }
 
@@ -248,7 +258,7 @@ impl CoDesign {
         k: usize,
         memory: &mut MmaState,
         z: &[[f64; 3]],
-        (gradient, rows): (&[f64], &VolumeRows),
+        (gradient, rows): (&[f64], &Rows),
     ) -> Option<Update> {
         let at = Linearisation {
             point: z.as_flattened(),
@@ -266,7 +276,7 @@ impl CoDesign {
     }
 
     /// The volume bounds and their derivatives by the design, on the performance projection.
-    fn volume_rows(&self, inputs: &Inputs<f64>, moment: &Moment) -> VolumeRows {
+    fn volume_rows(&self, inputs: &Inputs<f64>, moment: &Moment) -> Rows {
         let scale = self.scene.mma.volume_row_scale;
         let bounds = moment.volume_bounds();
         let volume = |pick: fn(&Measures<Var<f64>>) -> Var<f64>| {
@@ -275,17 +285,30 @@ impl CoDesign {
         let solid = volume(|m| m.volume);
         let actuator = volume(|m| m.actuator_volume);
         let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
-        let mut rows = VolumeRows {
-            values: [0.0; 4],
+        let mut rows = Rows {
+            values: Vec::new(),
             jacobian: Vec::new(),
         };
         let both = [(solid, bounds.solid), (actuator, bounds.actuator)];
-        for (k, ((value, gradient), [least, most])) in both.iter().enumerate() {
-            rows.values[2 * k] = scale * (value - most);
-            rows.values[2 * k + 1] = scale * (least - value);
+        for ((value, gradient), [least, most]) in &both {
+            rows.values
+                .extend([scale * (value - most), scale * (least - value)]);
             rows.jacobian
                 .extend([row(gradient, 1.0), row(gradient, -1.0)]);
         }
         rows
+    }
+
+    /// Adds the four measures as constraints, on the performance projection (D10) and scaled as
+    /// the volumes are.
+    fn add_measures(&self, rows: &mut Rows, inputs: &Inputs<f64>, thresholds: &[f64; 4]) {
+        let scale = self.scene.mma.volume_row_scale;
+        for (k, threshold) in thresholds.iter().enumerate() {
+            let (value, mut gradient) =
+                inputs.differentiate(DESIGN, |inputs| self.measured(&inputs.z).constrained()[k]);
+            gradient.iter_mut().for_each(|g| *g *= scale);
+            rows.values.push(scale * (value - threshold));
+            rows.jacobian.push(gradient);
+        }
     }
 }

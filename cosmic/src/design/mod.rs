@@ -6,7 +6,7 @@ mod snap;
 mod start;
 
 pub use snap::{Snap, VolumeBounds, snap};
-pub use start::{layout_materials, start_vectors};
+pub use start::{filled, layout_materials, start_vectors};
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,5 @@
-//! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends.
+//! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends; `designs.jsonl`:
+//! the design vectors of some of them.
 
 use super::files::Format;
 use crate::codesign::{MmaDiagnostics, Record};
@@ -20,6 +21,35 @@ pub const LINES: &str = "history.jsonl";
 /// The history as a table.
 pub const TABLE: &str = "history.csv";
 
+/// What every line of `designs.jsonl` says it is.
+pub const DESIGNS_FORMAT: Format = Format {
+    name: "cosmic-designs",
+    version: 1,
+};
+/// The design vectors on the way, as JSON lines.
+pub const DESIGNS: &str = "designs.jsonl";
+
+/// Iterations from one line of `designs.jsonl` to the next; the first iteration has one too.
+const DESIGNS_EVERY: usize = 10;
+
+/// A line of `designs.jsonl`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DesignRow {
+    /// The name in [`DESIGNS_FORMAT`].
+    pub format: String,
+    /// The version in [`DESIGNS_FORMAT`].
+    pub version: u32,
+    /// The iteration after which the design stood.
+    pub iteration: usize,
+    /// Design vectors, one per edge, to four decimals: to be looked at, not to go on from.
+    pub z: Vec<[f64; 3]>,
+}
+
+/// Lines of `designs.jsonl` after so many iterations.
+fn design_rows(iterations: usize) -> usize {
+    usize::from(iterations > 0) + iterations / DESIGNS_EVERY
+}
+
 /// A line of `history.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
@@ -34,11 +64,12 @@ pub struct Row {
     pub seconds: f64,
 }
 
-/// Both files, open for more rows. While they are, no other process can open them so.
+/// The files, open for more rows. While they are, no other process can open them so.
 #[derive(Debug)]
 pub(super) struct History {
     lines: Appended,
     table: Appended,
+    designs: Appended,
 }
 
 impl History {
@@ -51,6 +82,7 @@ impl History {
         let mut history = Self {
             lines: Appended::open(folder.join(LINES))?,
             table: Appended::open(folder.join(TABLE))?,
+            designs: Appended::open(folder.join(DESIGNS))?,
         };
         // Not every file system has locks: without one, two processes are the user's affair.
         if let Err(TryLockError::WouldBlock) = history.lines.file.try_lock() {
@@ -60,6 +92,7 @@ impl History {
             )));
         }
         history.lines.cut(rows)?;
+        history.designs.cut(design_rows(rows))?;
         if rows > 0 {
             // One more line: the header.
             history.table.cut(rows + 1)?;
@@ -86,12 +119,32 @@ impl History {
         self.lines.append(&(text + "\n"))
     }
 
+    /// Appends the design that an iteration left, where it is due.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub(super) fn append_design(&mut self, iteration: usize, z: &[[f64; 3]]) -> Result<()> {
+        if design_rows(iteration) == design_rows(iteration - 1) {
+            return Ok(());
+        }
+        let rounded = |x: f64| (1e4 * x).round() / 1e4;
+        let row = DesignRow {
+            format: DESIGNS_FORMAT.name.to_string(),
+            version: DESIGNS_FORMAT.version,
+            iteration,
+            z: z.iter().map(|z| z.map(rounded)).collect(),
+        };
+        let text = serde_json::to_string(&row).expect("plain numbers and string keys serialise");
+        self.designs.append(&(text + "\n"))
+    }
+
     /// Makes the rows last: a snapshot that is written after this has them all before it.
     ///
     /// # Errors
     /// [`Error::Write`].
     pub(super) fn sync(&self) -> Result<()> {
-        [&self.lines, &self.table].into_iter().try_for_each(|file| {
+        let files = [&self.lines, &self.table, &self.designs];
+        files.into_iter().try_for_each(|file| {
             file.file
                 .sync_data()
                 .map_err(|source| file.unwritable(source))
@@ -224,7 +277,8 @@ fn solved(mma: Option<&MmaDiagnostics>) -> Vec<String> {
         return vec![String::new(); 6];
     };
     let mut cells = vec![mma.newton_steps.to_string(), number(mma.residual)];
-    cells.extend(mma.elastic.iter().map(|&x| number(x)));
+    // Where the measures are constraints too, theirs follow: the lines have them, the table not.
+    cells.extend(mma.elastic.iter().take(4).map(|&x| number(x)));
     cells
 }
 
@@ -239,7 +293,7 @@ fn perhaps(x: Option<f64>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{History, LINES, Row, TABLE};
+    use super::{DESIGNS, DesignRow, History, LINES, Row, TABLE};
     use crate::codesign::{Record, optimise};
     use crate::scene::Scene;
     use std::fs;
@@ -275,6 +329,28 @@ mod tests {
         assert_eq!(cells, [cells[0]; 5]);
         assert!(table.starts_with("iteration,phase,pass,displacement,"));
         assert!(table.lines().nth(3).unwrap().starts_with("3,snap,,,"));
+    }
+
+    #[test]
+    fn designs_are_kept_after_the_first_and_every_tenth_iteration() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(DESIGNS);
+        let mut history = History::open(folder.path(), 0).unwrap();
+        let z = |iteration: usize| [[1.0 / iteration as f64, 0.0, 1.0]];
+        (1..=21).for_each(|k| history.append_design(k, &z(k)).unwrap());
+        let text = fs::read_to_string(&file).unwrap();
+        let row = |line| serde_json::from_str::<DesignRow>(line).unwrap();
+        let rows: Vec<_> = text.lines().map(row).collect();
+        let seen: Vec<_> = rows
+            .iter()
+            .map(|row| (row.iteration, row.z[0][0]))
+            .collect();
+        assert_eq!(seen, [(1, 1.0), (10, 0.1), (20, 0.05)]);
+        drop(history);
+        // What a run resumed after nine iterations goes on from; the other files have no rows.
+        [LINES, TABLE].map(|name| fs::write(folder.path().join(name), "\n".repeat(10)).unwrap());
+        drop(History::open(folder.path(), 9).unwrap());
+        assert_eq!(fs::read_to_string(&file).unwrap().lines().count(), 1);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The options by which a scene departs from the paper on purpose.
 
-use super::{Layout, LossKind, Scene, SelectionKind, StartKind};
+use super::{BinarisationMethod, Layout, LossKind, Scene, SelectionKind, StartKind};
 use serde::{Deserialize, Serialize};
 
 /// A named option that differs from what the paper does.
@@ -43,6 +43,21 @@ impl Scene {
                 self.controller.goal_relative,
                 "controller.goal_relative",
                 "the goal is given relative to the robot, not absolute",
+            ),
+            (
+                self.materials.penalisation != 1,
+                "materials.penalisation",
+                "the stiffness of mixtures is penalised, as SIMP does",
+            ),
+            (
+                self.binarisation.method == BinarisationMethod::Constraints,
+                "binarisation.method",
+                "the binarisation measures are strict constraints, not augmented terms",
+            ),
+            (
+                self.schedule.stability_share == 0.0,
+                "schedule.stability_share",
+                "the stability projection moves nothing",
             ),
         ];
         let in_force = known.into_iter().filter(|(differs, ..)| *differs);

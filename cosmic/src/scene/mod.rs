@@ -22,7 +22,8 @@ pub use builtin::{BUILTIN, Builtin};
 pub use departures::Departure;
 
 pub use design::{
-    BinarisationSettings, Layout, ProjectionSettings, StartKind, StartSettings, VolumeSettings,
+    BinarisationMethod, BinarisationSettings, Layout, ProjectionSettings, StartKind, StartSettings,
+    VolumeSettings,
 };
 pub use field::Named;
 pub use layout::LAYOUT_SIDE;

@@ -98,6 +98,9 @@ pub struct MaterialSettings {
     pub density: [f64; 3],
     /// Largest actuation strain of void, skeleton, actuator (paper, table 1).
     pub max_strain: [f64; 3],
+    /// Exponent on the shares of a mixture in its stiffness, the penalisation of SIMP (paper: 1,
+    /// none).
+    pub penalisation: usize,
 }
 
 impl Default for MaterialSettings {
@@ -106,6 +109,7 @@ impl Default for MaterialSettings {
             stiffness: [1e-7, 4e2, 3e1],
             density: [1e-8, 0.030, 0.100],
             max_strain: [0.0, 0.0, 0.35],
+            penalisation: 1,
         }
     }
 }

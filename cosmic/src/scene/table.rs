@@ -110,6 +110,9 @@ const MATERIALS: &[Field] = &[
     field("max_strain", within(0.0, 0.99), |s| {
         Numbers(&mut s.materials.max_strain)
     }),
+    field("penalisation", within(1.0, 10.0), |s| {
+        Count(&mut s.materials.penalisation)
+    }),
 ];
 
 const PROJECTION: &[Field] = &[
@@ -122,6 +125,9 @@ const PROJECTION: &[Field] = &[
     }),
     field("delta", within(1e-15, 1.0), |s| {
         Number(&mut s.projection.delta)
+    }),
+    field("hold_materials", within(0.0, 10.0), |s| {
+        Number(&mut s.projection.hold_materials)
     }),
 ];
 
@@ -195,6 +201,7 @@ const SCHEDULE: &[Field] = &[
 ];
 
 const BINARISATION: &[Field] = &[
+    field("method", NONE, |s| Choice(&mut s.binarisation.method)),
     field("threshold", SHARE, |s| {
         Number(&mut s.binarisation.threshold)
     }),

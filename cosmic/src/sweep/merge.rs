@@ -1,0 +1,129 @@
+//! `results.json` and `results.csv`: every run's result in one place, from the runs' records.
+
+use super::state::iterations;
+use super::{RunState, SweepPlan};
+use crate::error::Result;
+use crate::record::Summary;
+use crate::record::files::{Format, csv_cell, write_atomic, write_json};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// What merged results say they are.
+pub(super) const FORMAT: Format = Format {
+    name: "cosmic-sweep-results",
+    version: 1,
+};
+
+/// What came of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MergedRun {
+    /// Its number in the plan.
+    pub index: usize,
+    /// Its scene's name.
+    pub scene: String,
+    /// Its seed.
+    pub seed: u64,
+    /// How far it is.
+    pub state: RunState,
+    /// Iterations done.
+    pub iterations: usize,
+    /// Its summary, where it is done.
+    pub summary: Option<Summary>,
+}
+
+/// The runs of a sweep, in the plan's order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// One entry a run.
+    pub runs: Vec<MergedRun>,
+}
+
+impl Results {
+    /// How many runs are in a state.
+    pub fn count(&self, state: RunState) -> usize {
+        self.runs.iter().filter(|run| run.state == state).count()
+    }
+}
+
+/// Reads how far the runs of a sweep are, and the summaries there are.
+///
+/// # Errors
+/// Those of [`Summary::read`].
+pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Results> {
+    let one = |index: usize| {
+        let folder = plan.folder(sweep, index);
+        let (scene, seed) = plan.parts(index);
+        let state = RunState::of(&folder);
+        let summary = match state {
+            RunState::Done => Some(Summary::read(&folder)?),
+            _ => None,
+        };
+        Ok(MergedRun {
+            index,
+            scene: scene.name.clone(),
+            seed,
+            state,
+            iterations: match &summary {
+                Some(summary) => summary.iterations,
+                None => iterations(&folder),
+            },
+            summary,
+        })
+    };
+    let runs = (0..plan.runs()).map(one).collect::<Result<_>>()?;
+    Ok(Results { runs })
+}
+
+/// Writes a sweep's merged results into its folder and says which files these are.
+///
+/// # Errors
+/// [`Error::Write`](crate::Error::Write).
+pub fn write_results(sweep: &Path, results: &Results) -> Result<[PathBuf; 2]> {
+    let [json, csv] = ["results.json", "results.csv"].map(|name| sweep.join(name));
+    write_json(&json, FORMAT, results)?;
+    let table = table(results);
+    write_atomic(&csv, |file| file.write_all(table.as_bytes()))?;
+    Ok([json, csv])
+}
+
+/// The columns after number, scene, seed, state and iterations.
+const COLUMNS: [(&str, fn(&Summary) -> Option<f64>); 13] = [
+    ("displacement_p50", |s| s.displacement_p50),
+    ("displacement_p10", |s| s.displacement_p10),
+    ("displacement_p90", |s| s.displacement_p90),
+    ("displacement_last_p50", |s| s.displacement_last_p50),
+    ("displacement_along", |s| Some(s.displacement_along)),
+    ("displacement_x", |s| Some(s.displacement[0])),
+    ("displacement_y", |s| Some(s.displacement[1])),
+    ("V", |s| Some(s.volume)),
+    ("V_act", |s| Some(s.actuator_volume)),
+    ("flips", |s| Some(s.flips as f64)),
+    ("skipped_gradients", |s| Some(s.skipped_gradients as f64)),
+    ("delivered_iteration", |s| {
+        Some(s.delivered_iteration as f64)
+    }),
+    ("seconds", |s| Some(s.seconds)),
+];
+
+/// A row a run; what a run does not have is left empty.
+fn table(results: &Results) -> String {
+    let mut text = String::from("index,scene,seed,state,iterations");
+    text.extend(COLUMNS.map(|(name, _)| format!(",{name}")));
+    text.push('\n');
+    for run in &results.runs {
+        let state = run.state.name();
+        text += &format!(
+            "{},{},{},{state},{}",
+            run.index,
+            csv_cell(&run.scene),
+            run.seed,
+            run.iterations
+        );
+        let number = |column: fn(&Summary) -> Option<f64>| run.summary.as_ref().and_then(column);
+        for (_, column) in COLUMNS {
+            text += &number(column).map_or(",".to_owned(), |x| format!(",{x}"));
+        }
+        text.push('\n');
+    }
+    text
+}
