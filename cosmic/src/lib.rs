@@ -20,6 +20,7 @@ pub mod record;
 pub mod report;
 pub mod verify;
 pub mod sweep;
+pub mod study;
 #[cfg(feature = "cli")]
 pub mod cli;
 

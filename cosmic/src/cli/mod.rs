@@ -14,6 +14,7 @@ mod resume;
 mod runs;
 mod scene;
 mod source;
+mod study;
 mod sweep;
 
 pub use options::{Output, RunOptions};
@@ -40,6 +41,7 @@ enum Command {
     Explain(explain::Arguments),
     Report(report::Arguments),
     Compare(compare::Arguments),
+    Study(study::Arguments),
     Sweep(sweep::Arguments),
     Scene(scene::Arguments),
     Completions(completions::Arguments),
@@ -55,6 +57,7 @@ impl Command {
             Command::Explain(arguments) => arguments.run(),
             Command::Report(arguments) => arguments.run(),
             Command::Compare(arguments) => arguments.run(),
+            Command::Study(arguments) => arguments.run(),
             Command::Sweep(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),

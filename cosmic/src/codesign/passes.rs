@@ -211,8 +211,7 @@ impl CoDesign {
     ) -> Slope {
         self.slope(inputs, DESIGN, |inputs| {
             let mixture = self.task.mixture(projection, &inputs.z);
-            let robot = (&inputs.controller, &inputs.start);
-            self.task.loss(&mixture, robot, (&self.loss, horizon))
+            self.loss_of(&mixture, inputs, horizon)
         })
     }
 
@@ -224,9 +223,25 @@ impl CoDesign {
     ) -> Slope {
         self.slope(inputs, CONTROLLER, |inputs| {
             let mixture: Vec<_> = mixture.iter().map(|m| m.map(Var::constant)).collect();
-            let robot = (&inputs.controller, &inputs.start);
-            self.task.loss(&mixture, robot, (&self.loss, horizon))
+            self.loss_of(&mixture, inputs, horizon)
         })
+    }
+
+    /// The displacement loss and the rollout that it is of. With a second goal behind, the mean of
+    /// the loss ahead and of minus the loss with that goal: the payload is to get as far back.
+    fn loss_of<R: Real>(
+        &self,
+        mixture: &[[R; 3]],
+        inputs: &Inputs<R>,
+        horizon: &Horizon,
+    ) -> (R, Trajectory<R>) {
+        let robot = (&inputs.controller, &inputs.start);
+        let (ahead, trajectory) = self.task.loss(mixture, robot, (&self.loss, horizon));
+        let Some(task) = &self.back else {
+            return (ahead, trajectory);
+        };
+        let (back, _) = task.loss(mixture, robot, (&self.loss, horizon));
+        (R::lit(0.5) * (ahead - back), trajectory)
     }
 
     fn slope(

@@ -8,6 +8,7 @@ use super::layout;
 use super::motion::{Motion, PAYLOAD, SKELETON, hex};
 use super::results::Results;
 use super::svg::escape;
+use super::ternary;
 use crate::design::Material;
 use crate::record::Summary;
 
@@ -97,7 +98,7 @@ pub(super) fn render(motion: &Motion, [robot, convergence]: [&str; 2]) -> String
     body += &figures(&run.summary);
     body += &player(motion);
     let _ = writeln!(body, "<h2>Gait</h2>\n{robot}");
-    let pair = [layout::draw_layout(run), layout::draw_ternary(run)].concat();
+    let pair = [layout::draw_layout(run), ternary::draw_mixtures(run)].concat();
     let _ = writeln!(body, "<h2>Design</h2>\n<div class=\"pair\">{pair}</div>");
     let _ = writeln!(body, "<h2>Convergence</h2>\n{convergence}");
     body += &summary(run);

@@ -7,8 +7,10 @@ use crate::codesign::Record;
 use crate::error::{Error, Result};
 use crate::lattice::{Ground, Lattice};
 use crate::record::files::{malformed, read_json};
-use crate::record::{DesignFile, Summary, TrajectoryFile, history, trajectory_file};
+use crate::record::history::{self, DesignRow};
+use crate::record::{DesignFile, Summary, TrajectoryFile, trajectory_file};
 use crate::scene::Scene;
+use serde::de::DeserializeOwned;
 
 /// What a finished run left behind, read and found to fit together.
 pub struct Results {
@@ -24,6 +26,8 @@ pub struct Results {
     pub summary: Summary,
     /// The iterations from first to last.
     pub history: Vec<Record>,
+    /// The designs that were kept on the way; none in a run of before they were.
+    pub designs: Vec<DesignRow>,
     /// The delivered design's rollout; at least one state.
     pub trajectory: TrajectoryFile,
 }
@@ -43,7 +47,11 @@ impl Results {
         let design = DesignFile::read(&path)?;
         design.robot(&scene, &path.display().to_string())?;
         Ok(Self {
-            history: read_history(&folder.join(history::LINES))?,
+            history: read_lines(&folder.join(history::LINES))?
+                .into_iter()
+                .map(|row: history::Row| row.record)
+                .collect(),
+            designs: read_designs(&folder.join(history::DESIGNS), &lattice)?,
             trajectory: read_trajectory(&folder.join(trajectory_file::TRAJECTORY), &lattice)?,
             folder: folder.to_owned(),
             scene,
@@ -87,17 +95,33 @@ fn read_trajectory(path: &Path, lattice: &Lattice) -> Result<TrajectoryFile> {
     Ok(file)
 }
 
-fn read_history(path: &Path) -> Result<Vec<Record>> {
+/// The designs on the way, each with an entry per edge.
+fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let rows: Vec<DesignRow> = read_lines(path)?;
+    match rows.iter().find(|row| row.z.len() != lattice.edges.len()) {
+        None => Ok(rows),
+        Some(row) => Err(Error::Misfit {
+            file: path.display().to_string(),
+            what: format!("length of `z` of iteration {}", row.iteration),
+            expected: lattice.edges.len(),
+            found: row.z.len(),
+        }),
+    }
+}
+
+fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     let text = fs::read_to_string(path).map_err(|source| Error::Read {
         path: path.into(),
         source,
     })?;
-    let record = |(index, line): (usize, &str)| {
-        let row: serde_json::Result<history::Row> = serde_json::from_str(line);
+    let read = |(index, line): (usize, &str)| {
         let at = |error: serde_json::Error| {
             malformed(path, (index + 1, error.column().max(1)), &error.to_string())
         };
-        row.map(|row| row.record).map_err(at)
+        serde_json::from_str(line).map_err(at)
     };
-    text.lines().enumerate().map(record).collect()
+    text.lines().enumerate().map(read).collect()
 }

@@ -45,6 +45,11 @@ impl Scene {
                 "the goal is given relative to the robot, not absolute",
             ),
             (
+                self.controller.two_goals,
+                "controller.two_goals",
+                "the controller is trained for a goal behind as well",
+            ),
+            (
                 self.materials.penalisation != 1,
                 "materials.penalisation",
                 "the stiffness of mixtures is penalised, as SIMP does",

@@ -150,6 +150,7 @@ const CONTROLLER: &[Field] = &[
     field("goal_relative", NONE, |s| {
         Flag(&mut s.controller.goal_relative)
     }),
+    field("two_goals", NONE, |s| Flag(&mut s.controller.two_goals)),
     field("offset_scale", within(0.0, 1e6), |s| {
         Number(&mut s.controller.offset_scale)
     }),

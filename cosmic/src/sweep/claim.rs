@@ -17,9 +17,9 @@ impl Claim {
     ///
     /// # Errors
     /// [`Error::Write`] where claims cannot be made.
-    pub(super) fn take(sweep: &Path, index: usize) -> Result<Option<Self>> {
+    pub(super) fn take(sweep: &Path, name: &str) -> Result<Option<Self>> {
         let folder = sweep.join("claims");
-        let path = folder.join(index.to_string());
+        let path = folder.join(name);
         let write = |source| Error::Write {
             path: path.clone(),
             source,
@@ -43,12 +43,12 @@ mod tests {
     #[test]
     fn one_holder_at_a_time_and_none_after_it() {
         let folder = tempfile::tempdir().unwrap();
-        let take = |index| Claim::take(folder.path(), index).unwrap();
-        let held = take(0).expect("nobody has it");
-        assert!(take(0).is_none());
-        assert!(take(1).is_some());
+        let take = |name| Claim::take(folder.path(), name).unwrap();
+        let held = take("a-0").expect("nobody has it");
+        assert!(take("a-0").is_none());
+        assert!(take("a-1").is_some());
         drop(held);
         // The file is still there, as after a process that was killed.
-        assert!(folder.path().join("claims/0").exists() && take(0).is_some());
+        assert!(folder.path().join("claims/a-0").exists() && take("a-0").is_some());
     }
 }

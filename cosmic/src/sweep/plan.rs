@@ -131,10 +131,15 @@ impl SweepPlan {
         (&self.scenes[scene], self.first_seed + seed as u64)
     }
 
+    /// What a run's folder and its claim are called.
+    pub fn name(&self, index: usize) -> String {
+        let (scene, seed) = self.parts(index);
+        format!("{}-{seed}", scene.name)
+    }
+
     /// A run's folder in the sweep's.
     pub fn folder(&self, sweep: &Path, index: usize) -> PathBuf {
-        let (scene, seed) = self.parts(index);
-        sweep.join("runs").join(format!("{}-{seed}", scene.name))
+        sweep.join("runs").join(self.name(index))
     }
 
     /// What a run is to do.

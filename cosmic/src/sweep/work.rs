@@ -61,7 +61,7 @@ pub fn run_one(
     if RunState::of(&folder).is_over() {
         return Ok(Outcome::Over);
     }
-    let Some(_claim) = Claim::take(sweep, index)? else {
+    let Some(_claim) = Claim::take(sweep, &plan.name(index))? else {
         return Ok(Outcome::Taken);
     };
     // Whoever had the claim until just now may have finished.
