@@ -4,7 +4,7 @@ use super::progress::Many;
 use super::{Output, print, print_json};
 use crate::error::{Error, Result};
 use crate::study::{Kind, Study};
-use crate::sweep::{RunState, merge};
+use crate::sweep::merge;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::fs;
@@ -66,7 +66,7 @@ impl Arguments {
         let plan = study.prepare()?;
         let overseer = Many::new(&options.output, &plan)?;
         let merged = merge(&study.runs, &plan)?;
-        overseer.begin(merged.count(RunState::Done) + merged.count(RunState::Diverged));
+        overseer.begin(merged.over());
         study.simulate(&plan, options.threads, &overseer)?;
         let written = study.write()?;
         if options.output.json {

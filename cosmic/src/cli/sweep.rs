@@ -150,7 +150,7 @@ fn run(
     if let Index::All = index {
         let overseer = Many::new(output, &plan)?;
         let merged = merge(sweep, &plan)?;
-        overseer.begin(merged.count(RunState::Done) + merged.count(RunState::Diverged));
+        overseer.begin(merged.over());
         return run_all(whole, threads, &overseer);
     }
     let pool = super::runs::pool(threads)?;
@@ -166,7 +166,13 @@ fn run(
         _ => pool.install(|| run_next(whole, &mut progress)),
     };
     drop(progress);
-    show(&plan, ended?, output)
+    let ended = ended?;
+    match &ended {
+        Some(Ended { index, outcome }) if *outcome == Outcome::Taken => {
+            Err(Error::Usage(format!("run {index} {}", told(outcome))))
+        }
+        _ => show(&plan, ended, output),
+    }
 }
 
 fn show(plan: &SweepPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
@@ -181,14 +187,8 @@ fn show(plan: &SweepPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
         Some(Ended { index, outcome }) => {
             let (scene, seed) = plan.parts(index);
             let says = told(&outcome);
-            print(&format!(
-                "run {index}, {} seed {seed}: {says}\n",
-                scene.name
-            ))?;
-            match outcome {
-                Outcome::Taken => Err(Error::Usage(format!("run {index} {says}"))),
-                _ => Ok(()),
-            }
+            let name = &scene.name;
+            print(&format!("run {index}, {name} seed {seed}: {says}\n"))
         }
     }
 }
@@ -228,7 +228,7 @@ fn merge_sweep(sweep: &Path, output: &Output) -> Result<()> {
     let plan = SweepPlan::read(sweep)?;
     let merged = merge(sweep, &plan)?;
     let written = write_results(sweep, &merged)?;
-    let missing = merged.count(RunState::Waiting) + merged.count(RunState::Begun);
+    let missing = plan.runs() - merged.over();
     if missing > 0 && !output.quiet {
         note(&format!("{missing} of {} runs are not done", plan.runs()));
     }

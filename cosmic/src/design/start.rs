@@ -70,8 +70,9 @@ pub fn filled(lattice: &Lattice) -> Vec<Material> {
         if !vertical(edge) {
             return Material::Skeleton;
         }
-        // The whole part of an even slope grows where the next one is due.
-        let due = |n: usize| n * actuators / verticals;
+        // An even slope rounded up grows where the next one is due: the payload's edge has the
+        // first, without which it could not be lifted.
+        let due = |n: usize| (n * actuators).div_ceil(verticals);
         seen += 1;
         match due(seen) > due(seen - 1) {
             true => Material::Actuator,
@@ -181,7 +182,7 @@ mod tests {
         let actuators = made_of.filter(|(_, m)| **m == Material::Actuator);
         let edges: Vec<[usize; 2]> = actuators.map(|(&edge, _)| edge).collect();
         assert_eq!(edges.len(), 24);
-        assert!(edges.iter().all(|[i, j]| j - i == 6));
+        assert!(edges.iter().all(|[i, j]| j - i == 6) && edges.contains(&[0, 6]));
         let in_column = |c: usize| edges.iter().filter(|[i, _]| i % 6 == c).count();
         assert_eq!([0, 1, 2, 3, 4, 5].map(in_column), [4; 6]);
     }

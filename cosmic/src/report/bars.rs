@@ -1,7 +1,7 @@
 //! Numbers of several experiments side by side, each with the sample that it stands for.
 
 use super::plot::{Axes, range};
-use super::svg::{MUTED, Svg};
+use super::svg::{MUTED, Svg, decimals};
 
 const WIDTH: f64 = 960.0;
 /// Left edge of the bars: names stand before it.
@@ -64,8 +64,8 @@ fn draw(svg: &mut Svg, (bar, middle): (&Bar, f64), (zero, across): (f64, &dyn Fn
         let size = [(end - zero).abs(), 16.0];
         svg.rect([zero.min(end), middle - 8.0], size, r##"fill="#9fc0e4""##);
         let style = r#"text-anchor="start" font-weight="600""#;
-        let text = format!("{value:.2}").replace('-', "\u{2212}");
-        svg.text([end.max(zero) + 6.0, middle + 4.0], &text, style);
+        let place = [end.max(zero) + 6.0, middle + 4.0];
+        svg.text(place, &decimals(value, 2), style);
     }
     for &point in bar.points.iter().filter(|point| point.is_finite()) {
         let style = r##"fill="#0b62b8" fill-opacity="0.45""##;

@@ -18,6 +18,7 @@ mod ternary;
 pub use bars::{Bar, bars};
 pub use compare::Comparison;
 pub use results::Results;
+pub use svg::decimals;
 
 use std::path::PathBuf;
 

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::layout;
 use super::motion::{Motion, PAYLOAD, SKELETON, hex};
 use super::results::Results;
-use super::svg::escape;
+use super::svg::{decimals, escape};
 use super::ternary;
 use crate::design::Material;
 use crate::record::Summary;
@@ -67,8 +67,9 @@ pub(super) const FIGURES: [Figure; 9] = [
 
 /// A displacement; none where the rollouts that it stands for diverged.
 fn metres(value: impl Into<Option<f64>>) -> String {
-    let text = |v: f64| format!("{v:.3}").replace('-', "\u{2212}");
-    value.into().map_or("diverged".to_owned(), text)
+    value
+        .into()
+        .map_or("diverged".to_owned(), |v| decimals(v, 3))
 }
 
 /// A whole page of HTML.

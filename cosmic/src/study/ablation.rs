@@ -2,12 +2,12 @@
 
 use super::files::Results;
 use super::markdown::{
-    COLUMNS, Departures, cells, decimals, made_by, metres, motifs, percent, pictures, preamble,
-    ratio, table,
+    COLUMNS, Departures, cells, made_by, metres, motifs, percent, pictures, preamble, ratio, table,
 };
 use super::rows::Row;
 use super::trials::{ABLATION, Entities};
 use super::{Statistics, Study};
+use crate::report::decimals;
 
 /// An entity: its name, whether a trial designs it, the paper's gain as a ratio where it has one.
 struct Entity {
@@ -108,8 +108,8 @@ const ABOUT: &str = "All trials begin with the stability heuristic where topolog
     with a filled lattice where not. Without control the network keeps its first weights. Without \
     material the actuators are spread evenly over the vertical edges, and what an edge is not is \
     held down before every projection, in the stability projection after its centring. Without \
-    topology the share of solid edges is held above 0.90. With neither, the filled layout is taken \
-    as it is.\n";
+    topology the share of solid edges is held above 0.90. With neither, the filled layout, outside \
+    the volume bounds, is taken as it is.\n";
 
 fn trials(rows: &[&Row]) -> String {
     let departures = Departures::of(rows);

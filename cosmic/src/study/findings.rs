@@ -3,72 +3,74 @@
 use super::Study;
 use super::files::Results;
 use super::markdown::{
-    COLUMNS, Departures, cells, decimals, made_by, metres, percent, preamble, ratio, table,
+    COLUMNS, Departures, cells, made_by, metres, percent, preamble, ratio, table,
 };
 use super::rows::Row;
 use super::trials::REFERENCE;
+use crate::report::decimals;
 
-/// What is asked, the trial that answers, the one it is held against, and what the paper says.
-const QUESTIONS: [(&str, &str, &str, &str); 10] = [
+/// What is asked, the trial that answers, the one it is held against, and what the paper says
+/// where it does.
+const QUESTIONS: [(&str, &str, &str, Option<&str>); 10] = [
     (
         "Does penalised stiffness (SIMP) harm?",
         "simp",
         REFERENCE,
-        "it can induce significant instability",
+        Some("it can induce significant instability"),
     ),
     (
         "Are strict binarisation constraints worse than the augmented Lagrangian?",
         "constraints",
         REFERENCE,
-        "the augmented Lagrangian yields better performance",
+        Some("the augmented Lagrangian yields better performance"),
     ),
     (
         "Is the stability pass worth something?",
         "no-stability-pass",
         REFERENCE,
-        "it probes the robot that the snap will leave",
+        Some("it probes the robot that the snap will leave"),
     ),
     (
         "The same from the three-legged start?",
         "c-no-stability-pass",
         "c",
-        "it probes the robot that the snap will leave",
+        Some("it probes the robot that the snap will leave"),
     ),
     (
         "Do more than 10 clocks harm?",
         "clocks-20",
         REFERENCE,
-        "they desynchronise the robot and harm its stability",
+        Some("they desynchronise the robot and harm its stability"),
     ),
     (
         "And many more?",
         "clocks-40",
         REFERENCE,
-        "they desynchronise the robot and harm its stability",
+        Some("they desynchronise the robot and harm its stability"),
     ),
     (
         "What does the mean loss bring?",
         "final-loss",
         REFERENCE,
-        "not in the paper",
+        None,
     ),
     (
         "What does the cotangent bound bring?",
         "exact-gradient",
         REFERENCE,
-        "not in the paper",
+        None,
     ),
     (
         "What does the choice of the delivered controller bring?",
         "last-iterate",
         REFERENCE,
-        "not in the paper",
+        None,
     ),
     (
         "What does the short layout bring to the three-legged start?",
         "c-tall",
         "c",
-        "one layout for the baseline and the start",
+        Some("one layout for the baseline and the start"),
     ),
 ];
 
@@ -111,7 +113,7 @@ fn trials(results: &Results, rows: &[&Row]) -> String {
 /// A question with its number; a difference within twice its error is no answer.
 fn answer(
     results: &Results,
-    (question, changed, reference, paper): (&str, &str, &str, &str),
+    (question, changed, reference, paper): (&str, &str, &str, Option<&str>),
 ) -> String {
     let [from, to] = [reference, changed].map(|name| results.row(name).displacement);
     let change = Option::zip(from.median, to.median).map(|(a, b)| b - a);
@@ -124,9 +126,9 @@ fn answer(
         Some(_) => "better",
     };
     let error = error.map_or(String::new(), |error| format!(" ± {}", decimals(error, 2)));
+    let paper = paper.map_or(String::new(), |paper| format!(" The paper: {paper}."));
     format!(
-        "- **{question}** {} m becomes {} m, a change of {}{error} m ({}): {verdict}. The paper: \
-         {paper}.\n",
+        "- **{question}** {} m becomes {} m, a change of {}{error} m ({}): {verdict}.{paper}\n",
         metres(from.median),
         metres(to.median),
         metres(change),

@@ -3,6 +3,7 @@
 use super::Study;
 use super::files::Results;
 use super::rows::Row;
+use crate::report::decimals;
 
 /// What a table shows where there is no number.
 const NONE: &str = "–";
@@ -10,19 +11,6 @@ const NONE: &str = "–";
 /// A number to two decimals, with a minus that is one.
 pub(super) fn metres(x: Option<f64>) -> String {
     x.map_or(NONE.to_owned(), |x| decimals(x, 2))
-}
-
-/// A number to so many decimals, with a minus that is one.
-pub(super) fn decimals(x: f64, places: usize) -> String {
-    let text = format!("{x:.places$}");
-    let zero = text
-        .trim_start_matches('-')
-        .chars()
-        .all(|c| "0.".contains(c));
-    match zero {
-        true => text.trim_start_matches('-').to_owned(),
-        false => text.replace('-', "\u{2212}"),
-    }
 }
 
 /// A share as a percentage of change: what `ratio` is more or less than one.
@@ -34,9 +22,10 @@ pub(super) fn percent(ratio: Option<f64>) -> String {
     })
 }
 
-/// The quotient of two numbers there are, the second above zero.
+/// The quotient of two displacements there are. None over less than a centimetre: a robot that
+/// hardly moves is no measure.
 pub(super) fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
-    let b = b.filter(|b| *b > 0.0);
+    let b = b.filter(|b| *b >= 0.01);
     Option::zip(a, b).map(|(a, b)| a / b)
 }
 
@@ -209,18 +198,14 @@ pub(super) fn made_by(study: &Study) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{decimals, metres, percent, ratio, table};
+    use super::{metres, percent, ratio, table};
 
     #[test]
-    fn numbers_are_short_and_have_a_minus() {
-        assert_eq!(metres(Some(-1.006)), "\u{2212}1.01");
-        assert_eq!(
-            (metres(None), decimals(-0.001, 2)),
-            ("–".into(), "0.00".into())
-        );
+    fn numbers_that_are_not_there_show() {
+        assert_eq!(metres(None), "–");
         assert_eq!(percent(Some(1.66)), "+66 %");
         assert_eq!(percent(ratio(Some(1.0), Some(4.0))), "\u{2212}75 %");
-        assert_eq!(ratio(Some(1.0), Some(0.0)), None);
+        assert_eq!(ratio(Some(1.0), Some(1e-9)), None);
     }
 
     #[test]

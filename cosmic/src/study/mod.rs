@@ -119,7 +119,7 @@ impl Study {
     ) -> Result<()> {
         run_all((&self.runs, plan), threads, overseer)?;
         let merged = merge(&self.runs, plan)?;
-        let left = merged.count(RunState::Waiting) + merged.count(RunState::Begun);
+        let left = plan.runs() - merged.over();
         if left > 0 {
             return Err(Error::Usage(format!(
                 "other processes are at work on {left} runs; the same command goes on when they \

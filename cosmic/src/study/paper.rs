@@ -3,12 +3,11 @@
 use super::Study;
 use super::files::Results;
 use super::markdown::{
-    COLUMNS, Departures, cells, decimals, made_by, metres, motifs, percent, pictures, preamble,
-    ratio, table,
+    COLUMNS, Departures, cells, made_by, metres, motifs, percent, pictures, preamble, ratio, table,
 };
 use super::rows::Row;
 use super::trials::{DEFAULT, STRICT};
-use crate::report::Picture;
+use crate::report::{Picture, decimals};
 
 /// By how much the paper's design b outdoes its baseline.
 const PAPER_GAIN: f64 = 1.66;

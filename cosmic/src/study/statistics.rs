@@ -19,7 +19,7 @@ pub struct Statistics {
     pub median: Option<f64>,
     /// The 90 % quantile.
     pub p90: Option<f64>,
-    /// The standard error of the median, by the bootstrap.
+    /// The standard error of the median, by the bootstrap; of two numbers or more.
     pub standard_error: Option<f64>,
 }
 
@@ -43,7 +43,7 @@ impl Statistics {
             p10: finite(spread.p10),
             median: finite(spread.p50),
             p90: finite(spread.p90),
-            standard_error: finite(standard_error(&numbers)),
+            standard_error: finite(standard_error(&numbers)).filter(|_| numbers.len() > 1),
         }
     }
 }

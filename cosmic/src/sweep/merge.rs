@@ -43,6 +43,11 @@ impl Results {
     pub fn count(&self, state: RunState) -> usize {
         self.runs.iter().filter(|run| run.state == state).count()
     }
+
+    /// How many runs have nothing left to do.
+    pub fn over(&self) -> usize {
+        self.runs.iter().filter(|run| run.state.is_over()).count()
+    }
 }
 
 /// Reads how far the runs of a sweep are, and the summaries there are.
