@@ -1,15 +1,16 @@
 //! `cosmic study` as a user meets it, in little: interrupted, resumed, with more seeds.
 #![cfg(unix)]
 
-mod common;
+mod program;
 
-use common::{Bench, Said};
+use program::{Told, cosmic_in};
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
 
 /// A robot of 3x3 nodes under every scene.
 const LITTLE: &str = "[lattice]\ncolumns = 3\nrows = 3\n[physics]\nsteps = 64\n\
@@ -21,8 +22,22 @@ const LITTLE: &str = "[lattice]\ncolumns = 3\nrows = 3\n[physics]\nsteps = 64\n\
 const SHORT: &str = "[physics]\nsteps = 64\n[controller]\nhidden = 2\n\
     [schedule]\nhorizon = [16, 32]\n[loss]\nwindow = 16\n";
 
+/// A folder with settings for a study in it.
+struct Bench(TempDir);
+
+impl Bench {
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// A JSON file in the folder.
+    fn json(&self, name: &str) -> serde_json::Value {
+        serde_json::from_str(&fs::read_to_string(self.path(name)).unwrap()).unwrap()
+    }
+}
+
 fn bench(base: &str) -> Bench {
-    let bench = Bench::new(8, 64);
+    let bench = Bench(tempfile::tempdir().unwrap());
     fs::write(bench.path("base.toml"), base).unwrap();
     bench
 }
@@ -42,11 +57,12 @@ fn arguments<'a>(kind: &'a str, name: &'a str, runs: &'a str, more: &[&'a str]) 
     [&all, more].concat()
 }
 
-fn study(bench: &Bench, kind: &str, name: &str, more: &[&str]) -> Said {
-    bench.cosmic(&arguments(kind, name, &format!("{name}-runs"), more))
+fn study(bench: &Bench, kind: &str, name: &str, more: &[&str]) -> Told {
+    let runs = format!("{name}-runs");
+    cosmic_in(bench.0.path(), &arguments(kind, name, &runs, more))
 }
 
-fn done(bench: &Bench, kind: &str, name: &str, more: &[&str]) -> Said {
+fn done(bench: &Bench, kind: &str, name: &str, more: &[&str]) -> Told {
     let said = study(bench, kind, name, more);
     assert_eq!(said.code, 0, "{said:?}");
     said
@@ -108,7 +124,9 @@ fn without_key(text: &str) -> String {
 fn an_ablation_has_its_document_tables_and_figures() {
     let bench = bench(LITTLE);
     let said = done(&bench, "ablation", "a", &["--seeds", "2"]);
-    assert_eq!(said.error.lines().count(), 16, "{said:?}");
+    // A line a run, and a line a file: ten figures, a document, two tables.
+    let lines = [&said.error, &said.out].map(|text| text.lines().count());
+    assert_eq!(lines, [16, 13], "{said:?}");
     let document = fs::read_to_string(bench.path("a/ablation.md")).unwrap();
     assert!(document.contains("over 2 seeds, 0 to 1."), "{document}");
     let command = "```sh\ncosmic study ablation --seeds 2 --base base.toml\n```";
@@ -218,22 +236,16 @@ fn threads_and_interruptions_change_nothing() {
 
 #[test]
 fn more_seeds_join_and_other_scenes_do_not() {
-    let bench = bench(LITTLE);
-    done(
-        &bench,
-        "findings",
-        "a",
-        &["--seeds", "1", "--first-seed", "1"],
-    );
-    let said = done(&bench, "findings", "a", &["--seeds", "2"]);
+    let bench = bench(SHORT);
+    let little = ["--iterations", "2", "--seeds"];
+    let of = |name: &str, more: &[&str]| done(&bench, "findings", name, &[&little, more].concat());
+    of("a", &["1", "--first-seed", "1"]);
+    let said = of("a", &["2"]);
     assert_eq!(said.error.lines().count(), 13, "{said:?}");
-    done(&bench, "findings", "b", &["--seeds", "2"]);
+    of("b", &["2"]);
     assert_eq!(results(&bench, "a"), results(&bench, "b"));
-    fs::write(
-        bench.path("base.toml"),
-        LITTLE.replace("hidden = 4", "hidden = 3"),
-    )
-    .unwrap();
+    let document = fs::read_to_string(bench.path("a/findings.md")).unwrap();
+    assert_eq!(document.matches("\n- **").count(), 11, "{document}");
     let said = study(&bench, "findings", "a", &["--seeds", "2"]);
     assert!(
         said.code == 2 && said.error.contains("another folder by --runs"),

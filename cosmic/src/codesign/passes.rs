@@ -327,3 +327,85 @@ impl CoDesign {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::codesign::{CoDesign, Record, optimise};
+    use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs};
+    use crate::projection::Projection;
+    use crate::scene::{BinarisationMethod, HorizonMode, LossKind, Scene};
+
+    fn tiny() -> Scene {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (3, 2);
+        (scene.physics.steps, scene.controller.hidden) = (24, 3);
+        scene.schedule.iterations = 12;
+        (scene.schedule.attraction_from, scene.schedule.snap_at) = (8, 11);
+        scene.schedule.horizon = [24, 24];
+        scene.loss.kind = LossKind::Final;
+        scene
+    }
+
+    /// The loss of two goals, its gradient by design and controller against differences. The robot
+    /// falls freely: nothing has a kink.
+    #[test]
+    fn the_loss_of_two_goals_has_the_gradient_of_differences() {
+        let mut scene = tiny();
+        (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
+        scene.controller.goal_scale = 1.0;
+        let codesign = CoDesign::new(&scene).unwrap();
+        let progress = codesign.begin(1).unwrap();
+        let inputs = codesign.inputs(&progress);
+        let horizon = Horizon {
+            steps: 24,
+            mode: HorizonMode::Head,
+            cotangent_bound: None,
+        };
+        let value = |inputs: &Inputs<f64>| {
+            let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
+            codesign.loss_of(&mixture, inputs, &horizon).0
+        };
+        for blocks in [DESIGN, CONTROLLER] {
+            let (_, gradient) = inputs.differentiate(blocks, |inputs| {
+                let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
+                codesign.loss_of(&mixture, inputs, &horizon).0
+            });
+            let numbers = inputs.get(blocks);
+            let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
+            let at = |h: f64| {
+                let moved = numbers.iter().zip(&direction).map(|(x, d)| x + h * d);
+                let mut inputs = inputs.clone();
+                inputs.set(blocks, &moved.collect::<Vec<_>>());
+                value(&inputs)
+            };
+            let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
+            let h = 1e-5;
+            let difference = (at(h) - at(-h)) / (2.0 * h);
+            // Positions of 0.1 m rounded at 1e-17 and divided by h: 1e-12; truncation h^2 beta^2,
+            // 4e-8, of the slope.
+            assert!((difference - slope).abs() < 1e-7 * slope.abs() + 1e-11);
+            assert!(slope != 0.0);
+        }
+    }
+
+    fn records(scene: &Scene) -> Vec<Record> {
+        let mut records = Vec::new();
+        optimise(scene, 0, |record| records.push(record.clone())).unwrap();
+        records
+    }
+
+    #[test]
+    fn measures_as_constraints_stand_beside_the_volumes() {
+        let mut scene = tiny();
+        let rows = |records: &[Record]| records[0].mma[0].as_ref().unwrap().elastic.len();
+        assert_eq!(rows(&records(&scene)), 4);
+        scene.binarisation.method = BinarisationMethod::Constraints;
+        scene.binarisation.threshold_over = [0, 1];
+        let strict = records(&scene);
+        assert_eq!(rows(&strict), 8);
+        let multipliers = |record: &Record| record.multipliers == [0.0; 4];
+        assert!(strict.iter().all(multipliers));
+        // From undecided towards one material each.
+        assert!(strict[9].measures[0] < strict[0].measures[0]);
+    }
+}

@@ -103,11 +103,11 @@ impl History {
         Ok(history)
     }
 
-    /// Appends an iteration.
+    /// Appends an iteration, and the design that it left where that is due.
     ///
     /// # Errors
     /// [`Error::Write`].
-    pub(super) fn append(&mut self, record: &Record, seconds: f64) -> Result<()> {
+    pub(super) fn append(&mut self, record: &Record, seconds: f64, z: &[[f64; 3]]) -> Result<()> {
         let row = Row {
             format: FORMAT.name.to_string(),
             version: FORMAT.version,
@@ -116,14 +116,11 @@ impl History {
         };
         self.table.append(&line(&row))?;
         let text = serde_json::to_string(&row).expect("plain numbers and string keys serialise");
-        self.lines.append(&(text + "\n"))
+        self.lines.append(&(text + "\n"))?;
+        self.append_design(record.iteration, z)
     }
 
-    /// Appends the design that an iteration left, where it is due.
-    ///
-    /// # Errors
-    /// [`Error::Write`].
-    pub(super) fn append_design(&mut self, iteration: usize, z: &[[f64; 3]]) -> Result<()> {
+    fn append_design(&mut self, iteration: usize, z: &[[f64; 3]]) -> Result<()> {
         if design_rows(iteration) == design_rows(iteration - 1) {
             return Ok(());
         }
@@ -317,7 +314,7 @@ mod tests {
         let mut history = History::open(folder.path(), 0).unwrap();
         records
             .iter()
-            .for_each(|record| history.append(record, 0.25).unwrap());
+            .for_each(|record| history.append(record, 0.25, &[]).unwrap());
         let lines = fs::read_to_string(folder.path().join(LINES)).unwrap();
         let read: Vec<Row> = lines
             .lines()
@@ -348,7 +345,9 @@ mod tests {
         assert_eq!(seen, [(1, 1.0), (10, 0.1), (20, 0.05)]);
         drop(history);
         // What a run resumed after nine iterations goes on from; the other files have no rows.
-        [LINES, TABLE].map(|name| fs::write(folder.path().join(name), "\n".repeat(10)).unwrap());
+        for name in [LINES, TABLE] {
+            fs::write(folder.path().join(name), "\n".repeat(10)).unwrap();
+        }
         drop(History::open(folder.path(), 9).unwrap());
         assert_eq!(fs::read_to_string(&file).unwrap().lines().count(), 1);
     }
@@ -356,14 +355,15 @@ mod tests {
     #[test]
     fn cut_back_it_has_the_bytes_it_had() {
         let folder = tempfile::tempdir().unwrap();
-        let read = || [LINES, TABLE].map(|name| fs::read(folder.path().join(name)).unwrap());
+        let read =
+            || [LINES, TABLE, DESIGNS].map(|name| fs::read(folder.path().join(name)).unwrap());
         let records = records();
         let mut history = History::open(folder.path(), 0).unwrap();
         records[..2]
             .iter()
-            .for_each(|record| history.append(record, 1.0).unwrap());
+            .for_each(|record| history.append(record, 1.0, &[]).unwrap());
         let before = read();
-        history.append(&records[2], 2.0).unwrap();
+        history.append(&records[2], 2.0, &[]).unwrap();
         let other = History::open(folder.path(), 2).unwrap_err();
         assert!(other.to_string().contains("another process"), "{other}");
         drop(history);
