@@ -4,8 +4,8 @@ use super::motifs::MotifRow;
 use super::rows::{Row, RunRow};
 use super::{Check, Study};
 use crate::error::Result;
-use crate::record::Summary;
 use crate::record::files::{Format, csv_cell, write_atomic, write_json};
+use crate::record::summary::NUMBERS;
 use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -64,24 +64,11 @@ pub(super) fn write(study: &Study, results: &Results, document: &str) -> Result<
     Ok(paths)
 }
 
-/// Numbers of a summary, each with the name of its column.
-const OF_SUMMARY: [(&str, fn(&Summary) -> Option<f64>); 12] = [
-    ("displacement_p50", |s| s.displacement_p50),
-    ("displacement_p10", |s| s.displacement_p10),
-    ("displacement_p90", |s| s.displacement_p90),
-    ("displacement_last_p50", |s| s.displacement_last_p50),
-    ("displacement_x", |s| Some(s.displacement[0])),
-    ("displacement_y", |s| Some(s.displacement[1])),
-    ("V", |s| Some(s.volume)),
-    ("V_act", |s| Some(s.actuator_volume)),
-    ("flips", |s| Some(s.flips as f64)),
-    ("skipped_gradients", |s| Some(s.skipped_gradients as f64)),
-    ("iterations", |s| Some(s.iterations as f64)),
-    ("seconds", |s| Some(s.seconds)),
-];
+/// A number of a check; `None` where a rollout diverged.
+type OfCheck = fn(&Check) -> Option<f64>;
 
-/// Numbers of a check, likewise; what holds is 1.
-const OF_CHECK: [(&str, fn(&Check) -> Option<f64>); 6] = [
+/// Numbers of a check, each with the name of its column; what holds is 1.
+const OF_CHECK: [(&str, OfCheck); 6] = [
     ("half_step_p50", |c| c.half_step[1]),
     ("half_step_p10", |c| c.half_step[0]),
     ("half_step_p90", |c| c.half_step[2]),
@@ -95,7 +82,7 @@ const OF_CHECK: [(&str, fn(&Check) -> Option<f64>); 6] = [
 /// A row a run; what a run does not have is left empty.
 fn table(results: &Results) -> String {
     let mut text = String::from("table,trial,seed");
-    text.extend(OF_SUMMARY.map(|(name, _)| format!(",{name}")));
+    text.extend(NUMBERS.map(|(name, _)| format!(",{name}")));
     text.extend(OF_CHECK.map(|(name, _)| format!(",{name}")));
     text.push('\n');
     for row in &results.rows {
@@ -110,7 +97,7 @@ fn table(results: &Results) -> String {
 }
 
 fn numbers(run: &RunRow) -> Vec<Option<f64>> {
-    let of_summary = OF_SUMMARY.map(|(_, of)| run.summary.as_ref().and_then(of));
+    let of_summary = NUMBERS.map(|(_, of)| run.summary.as_ref().and_then(of));
     let of_check = OF_CHECK.map(|(_, of)| run.check.as_ref().and_then(of));
     of_summary.into_iter().chain(of_check).collect()
 }

@@ -26,9 +26,9 @@ const MOTIFS: [Motif; 4] = [
         says: "the lowest row is broken: one of its edges is void",
         of: |lattice, materials| {
             let lowest = |&[_, j]: &[usize; 2]| j < lattice.columns;
-            let edges = lattice.edges.iter().zip(materials);
-            let broken = |(edge, m): (&[usize; 2], &Material)| lowest(edge) && !m.is_solid();
-            f64::from(u8::from(edges.map(broken).any(|is| is)))
+            let mut edges = lattice.edges.iter().zip(materials);
+            let is_broken = edges.any(|(edge, m)| lowest(edge) && !m.is_solid());
+            f64::from(u8::from(is_broken))
         },
     },
     Motif {

@@ -5,6 +5,7 @@ use super::{RunState, SweepPlan};
 use crate::error::Result;
 use crate::record::Summary;
 use crate::record::files::{Format, csv_cell, write_atomic, write_json};
+use crate::record::summary::NUMBERS;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -91,29 +92,10 @@ pub fn write_results(sweep: &Path, results: &Results) -> Result<[PathBuf; 2]> {
     Ok([json, csv])
 }
 
-/// The columns after number, scene, seed, state and iterations.
-const COLUMNS: [(&str, fn(&Summary) -> Option<f64>); 13] = [
-    ("displacement_p50", |s| s.displacement_p50),
-    ("displacement_p10", |s| s.displacement_p10),
-    ("displacement_p90", |s| s.displacement_p90),
-    ("displacement_last_p50", |s| s.displacement_last_p50),
-    ("displacement_along", |s| Some(s.displacement_along)),
-    ("displacement_x", |s| Some(s.displacement[0])),
-    ("displacement_y", |s| Some(s.displacement[1])),
-    ("V", |s| Some(s.volume)),
-    ("V_act", |s| Some(s.actuator_volume)),
-    ("flips", |s| Some(s.flips as f64)),
-    ("skipped_gradients", |s| Some(s.skipped_gradients as f64)),
-    ("delivered_iteration", |s| {
-        Some(s.delivered_iteration as f64)
-    }),
-    ("seconds", |s| Some(s.seconds)),
-];
-
 /// A row a run; what a run does not have is left empty.
 fn table(results: &Results) -> String {
     let mut text = String::from("index,scene,seed,state,iterations");
-    text.extend(COLUMNS.map(|(name, _)| format!(",{name}")));
+    text.extend(NUMBERS.map(|(name, _)| format!(",{name}")));
     text.push('\n');
     for run in &results.runs {
         let state = run.state.name();
@@ -124,9 +106,9 @@ fn table(results: &Results) -> String {
             run.seed,
             run.iterations
         );
-        let number = |column: fn(&Summary) -> Option<f64>| run.summary.as_ref().and_then(column);
-        for (_, column) in COLUMNS {
-            text += &number(column).map_or(",".to_owned(), |x| format!(",{x}"));
+        for (_, of) in NUMBERS {
+            let number = run.summary.as_ref().and_then(of);
+            text += &number.map_or(",".to_owned(), |x| format!(",{x}"));
         }
         text.push('\n');
     }
