@@ -167,6 +167,9 @@ mod tests {
         let (code, text) = told(&Error::Write { path, source });
         assert!(code == 4 && text == "cannot write a: permission denied");
 
+        let (code, text) = told(&Error::Stopped { done: 3, total: 16 });
+        assert!(code == 75 && text.starts_with("interrupted with 3 of 16 runs done"));
+
         let run = PathBuf::from("runs/a");
         let (code, text) = told(&Error::Interrupted { run, iteration: 99 });
         assert!(

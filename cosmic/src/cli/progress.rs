@@ -123,10 +123,13 @@ pub(super) struct Many {
     /// What the runs are called.
     titles: Vec<String>,
     done: AtomicUsize,
+    /// Runs that were over before this process, and since when it counts.
+    begun: (usize, Instant),
 }
 
 impl Many {
-    pub(super) fn new(output: &Output, plan: &SweepPlan) -> Result<Self> {
+    /// For a plan of which so many runs are over.
+    pub(super) fn new(output: &Output, plan: &SweepPlan, over: usize) -> Result<Self> {
         let title = |index| {
             let (scene, seed) = plan.parts(index);
             format!("{} seed {seed}", scene.name)
@@ -135,13 +138,9 @@ impl Many {
             quiet: output.quiet,
             interrupt: Interrupt::listen()?,
             titles: (0..plan.runs()).map(title).collect(),
-            done: AtomicUsize::new(0),
+            done: AtomicUsize::new(over),
+            begun: (over, Instant::now()),
         })
-    }
-
-    /// Counts runs that were over before.
-    pub(super) fn begin(&self, over: usize) {
-        self.done.store(over, Ordering::Relaxed);
     }
 }
 
@@ -156,10 +155,11 @@ impl Overseer for Many {
             return;
         }
         let (title, total) = (&self.titles[ended.index], self.titles.len());
-        note(&format!(
-            "{done}/{total}  {title}  {}",
-            told(&ended.outcome)
-        ));
+        let (before, since) = self.begun;
+        let each = since.elapsed().as_secs_f64() / (done - before) as f64;
+        let left = clock(each * total.saturating_sub(done) as f64);
+        let says = told(&ended.outcome);
+        note(&format!("{done}/{total}  {title}  {says}  {left} left"));
     }
 }
 

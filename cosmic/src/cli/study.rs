@@ -64,9 +64,8 @@ impl Arguments {
         };
         let study = options.study(kind)?;
         let plan = study.prepare()?;
-        let overseer = Many::new(&options.output, &plan)?;
-        let merged = merge(&study.runs, &plan)?;
-        overseer.begin(merged.over());
+        let over = merge(&study.runs, &plan)?.over();
+        let overseer = Many::new(&options.output, &plan, over)?;
         study.simulate(&plan, options.threads, &overseer)?;
         let written = study.write()?;
         if options.output.json {

@@ -148,9 +148,8 @@ fn run(
     let plan = SweepPlan::read(sweep)?;
     let whole = (sweep, &plan);
     if let Index::All = index {
-        let overseer = Many::new(output, &plan)?;
-        let merged = merge(sweep, &plan)?;
-        overseer.begin(merged.over());
+        let over = merge(sweep, &plan)?.over();
+        let overseer = Many::new(output, &plan, over)?;
         return run_all(whole, threads, &overseer);
     }
     let pool = super::runs::pool(threads)?;

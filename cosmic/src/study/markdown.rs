@@ -149,10 +149,14 @@ impl Departures {
     }
 }
 
+/// By how much a motif's share exceeds that by chance where it recurs for a reason.
+const WELL_ABOVE: f64 = 0.1;
+
 /// The motifs of some trials: each against the chance of shuffled layouts.
 pub(super) fn motifs(results: &Results, names: &[&str]) -> String {
     let mut head = vec!["motif, in brackets by chance"];
     head.extend(names);
+    head.push("trials well above chance");
     let column = |name: &&str| results.rows.iter().position(|row| row.name == *name);
     let columns: Vec<usize> = names.iter().filter_map(column).collect();
     let row = |motif: &super::MotifRow| {
@@ -162,12 +166,15 @@ pub(super) fn motifs(results: &Results, names: &[&str]) -> String {
         };
         let mut row = vec![motif.says.clone()];
         row.extend(columns.iter().map(cell));
+        let is_above = |k: &&usize| motif.found[**k][0] - motif.found[**k][1] > WELL_ABOVE;
+        let above = columns.iter().filter(is_above).count();
+        row.push(format!("{above} of {}", columns.len()));
         row
     };
     let rows: Vec<Vec<String>> = results.motifs.iter().map(row).collect();
     format!(
         "Mean over the designs of all seeds; by chance is the mean over 50 shuffles of each design's \
-         materials.\n\n{}",
+         materials; well above it is by more than {WELL_ABOVE}.\n\n{}",
         table(&head, &rows)
     )
 }
