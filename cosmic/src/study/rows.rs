@@ -58,19 +58,19 @@ pub struct Row {
     pub displacement: Statistics,
     /// The median over the paper's number.
     pub ratio: Option<f64>,
-    /// Medians over the seeds: of the spread under perturbed starts,
+    /// The spread under perturbed starts, its median over the seeds.
     pub spread: Option<f64>,
-    /// of the displacement at half the time step,
+    /// The displacement at half the time step, its median.
     pub half_step: Option<f64>,
-    /// of the last iterate's displacement,
+    /// The last iterate's displacement, its median.
     pub last: Option<f64>,
-    /// of the displacement with the goal behind,
+    /// The displacement with the goal behind, its median.
     pub goal_behind: Option<f64>,
-    /// of the displacement in the world's frame, x and y, of one unperturbed rollout,
+    /// The displacement of one unperturbed rollout in the world's frame, the medians of x and y.
     pub world: [Option<f64>; 2],
-    /// of the share of solid edges and of actuators,
+    /// The shares of solid edges and of actuators, their medians.
     pub volumes: [Option<f64>; 2],
-    /// and of the wall time of one core, s.
+    /// The wall time of a run on one thread, its median, s.
     pub seconds: Option<f64>,
     /// Runs whose edges have exactly one material each.
     pub one_hot: usize,
@@ -85,16 +85,15 @@ pub struct Row {
 impl Row {
     /// The run that got farthest; none where all diverged.
     pub fn best(&self) -> Option<&RunRow> {
-        let better = |best: Option<&'_ RunRow>, run: &RunRow| {
+        let farther = |best: Option<&RunRow>, run: &RunRow| {
             run.displacement() > best.and_then(RunRow::displacement)
         };
-        let mut best = None;
-        for run in &self.runs {
-            if better(best, run) {
-                best = Some(run);
-            }
-        }
-        best
+        self.runs
+            .iter()
+            .fold(None, |best, run| match farther(best, run) {
+                true => Some(run),
+                false => best,
+            })
     }
 
     /// Every seed's displacement.
