@@ -14,9 +14,9 @@ pub enum Purpose {
     /// Perturbed starts by which results are judged: never those that chose them.
     Judgement = 2,
     /// Samples drawn again from a sample, to see how far its statistics are to be trusted.
-    Bootstrap = 3,
+    Bootstrap = 16,
     /// Layouts drawn at random, to see what is no chance.
-    Shuffle = 4,
+    Shuffle = 17,
 }
 
 /// The stream of a seed and a purpose, the same on every platform.

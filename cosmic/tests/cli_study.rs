@@ -183,6 +183,24 @@ fn what_an_ablation_holds_does_not_move() {
 }
 
 #[test]
+fn runs_that_diverge_are_told_and_counted() {
+    let bench = bench(&LITTLE.replace("steps = 64", "steps = 64\ndt = 1.0"));
+    done(&bench, "ablation", "a", &["--seeds", "1"]);
+    let document = fs::read_to_string(bench.path("a/ablation.md")).unwrap();
+    let said = document.matches("0, 0 of 1, 1 diverged").count();
+    assert!(
+        said == 8 && !document.contains("NaN") && !document.contains("inf "),
+        "{document}"
+    );
+    assert_eq!(
+        document
+            .matches("not to be said: some median diverged")
+            .count(),
+        2
+    );
+}
+
+#[test]
 fn threads_and_interruptions_change_nothing() {
     let bench = bench(&LITTLE.replace("steps = 64", "steps = 1024"));
     let seeds = ["--seeds", "2"];

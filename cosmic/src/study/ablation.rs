@@ -204,11 +204,14 @@ fn ranking(results: &Results) -> String {
         .iter()
         .map(|(name, gain)| format!("{name} {} m", metres(*gain)))
         .collect();
-    let agrees = gains[0].0 == "material" && gains[2].0 == "control";
-    let verdict = if agrees { "as" } else { "unlike" };
+    let verdict = match (gains[0].0, gains[2].0) {
+        _ if gains.iter().any(|(_, gain)| gain.is_none()) => "not to be said: some median diverged",
+        ("material", "control") => "as in the paper",
+        _ => "unlike in the paper",
+    };
     format!(
-        "- **Which entity is worth most, which least?** By the gain of the means: {}; {verdict} in \
-         the paper, where the actuation layout is worth most and control least.\n",
+        "- **Which entity is worth most, which least?** By the gain of the means: {}; {verdict} (the \
+         paper: the actuation layout is worth most, control least).\n",
         list.join(", ")
     )
 }

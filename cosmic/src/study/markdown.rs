@@ -62,7 +62,7 @@ pub(super) fn preamble(study: &Study) -> String {
 }
 
 /// The columns of [`cells`].
-pub(super) const COLUMNS: [&str; 11] = [
+pub(super) const COLUMNS: [&str; 12] = [
     "best [spread]",
     "p10",
     "median ±",
@@ -73,6 +73,7 @@ pub(super) const COLUMNS: [&str; 11] = [
     "V",
     "V_act",
     "one-hot, in bounds",
+    "gradients skipped",
     "s",
 ];
 
@@ -83,6 +84,10 @@ pub(super) fn cells(row: &Row) -> Vec<String> {
     let median = metres(row.displacement.median);
     let error = row.displacement.standard_error;
     let runs = row.runs.len();
+    let diverged = match row.runs.iter().filter(|run| run.diverged).count() {
+        0 => String::new(),
+        n => format!(", {n} diverged"),
+    };
     vec![
         format!(
             "{} [{}]",
@@ -100,7 +105,8 @@ pub(super) fn cells(row: &Row) -> Vec<String> {
         metres(row.last),
         share(row.volumes[0]),
         share(row.volumes[1]),
-        format!("{}, {} of {runs}", row.one_hot, row.within_bounds),
+        format!("{}, {} of {runs}{diverged}", row.one_hot, row.within_bounds),
+        row.skipped_gradients.to_string(),
         row.seconds.map_or(NONE.to_owned(), |s| decimals(s, 1)),
     ]
 }
