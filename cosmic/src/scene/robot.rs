@@ -76,6 +76,8 @@ impl Default for PhysicsSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contact {
+    /// There is no ground.
+    None,
     /// The node stops.
     Infinite,
     /// The normal part vanishes; friction shortens the tangential part and never reverses it (D5).
@@ -84,6 +86,7 @@ pub enum Contact {
 
 impl Named for Contact {
     const ALL: &'static [(&'static str, Self)] = &[
+        ("none", Contact::None),
         ("infinite", Contact::Infinite),
         ("coulomb", Contact::Coulomb),
     ];

@@ -12,7 +12,7 @@ const HEADER: &str = "\
 
 use autodiff::{Adjoint, Real};
 
-use super::kernels::{Sliding, Spring, Sticking};
+use super::kernels::{Flight, Sliding, Spring, Sticking};
 ";
 
 fn flight(values: &[f64]) -> Flight {
@@ -24,8 +24,9 @@ fn flight(values: &[f64]) -> Flight {
 }
 
 fn emitted() -> String {
-    let sticking = ["dt", "decay", "gravity[0]", "gravity[1]"].map(|f| format!("self.0.{f}"));
-    let sticking = sticking.each_ref().map(String::as_str);
+    let fields = ["dt", "decay", "gravity[0]", "gravity[1]"];
+    let [flying, sticking] = ["self", "self.0"].map(|of| fields.map(|f| format!("{of}.{f}")));
+    let [flying, sticking] = [&flying, &sticking].map(|names| names.each_ref().map(String::as_str));
     let sliding = [
         "flight.dt",
         "flight.decay",
@@ -37,6 +38,7 @@ fn emitted() -> String {
     let sliding: Vec<&str> = sliding.iter().map(String::as_str).collect();
     let parts = [
         adjoint("Spring", &["self.dt"], |v| Spring { dt: v[0] }),
+        adjoint("Flight", &flying, flight),
         adjoint("Sticking", &sticking, |v| Sticking(flight(v))),
         adjoint("Sliding", &sliding, |v| Sliding {
             flight: flight(v),

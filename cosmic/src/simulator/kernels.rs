@@ -27,7 +27,8 @@ impl Kernel<6, 2> for Spring {
     }
 }
 
-/// How a node moves in a step that does not reach the ground.
+/// How a node moves in a step that does not reach the ground; as a kernel, where there is none.
+/// Numbers as for [`Sticking`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flight {
     /// Length of a step, s.
@@ -59,6 +60,15 @@ impl Flight {
         let approach = R::select(touches, v_normal, -R::one());
         let time_of_impact = (-height / approach).clamp(zero, dt);
         (touches, R::select(touches, time_of_impact, dt))
+    }
+}
+
+impl Kernel<7, 4> for Flight {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
+        let [vx, vy] = self.velocity([vx, vy], [jx, jy], inverse_mass);
+        let dt = R::lit(self.dt);
+        [dt.fma(vx, x), dt.fma(vy, y), vx, vy]
     }
 }
 
@@ -183,6 +193,13 @@ mod tests {
         [0.3, 1e-3, 0.4, -0.9, 1e-3, -2e-3, 40.0],
         [0.3, -2e-3, 0.4, 0.9, 1e-3, 2e-3, 40.0],
     ];
+
+    #[test]
+    fn free_flight() {
+        for node in NODES {
+            is_right(&flight(), node);
+        }
+    }
 
     #[test]
     fn infinite_friction() {

@@ -102,31 +102,22 @@ impl Simulator {
             0 => Arc::clone(&self.clock),
             first => self.clock[2 * first..].into(),
         };
+        let strain = graph.to_slots(&body.strain);
+        let robot = self.robot.for_strain(&strain);
         let rollout = Rollout {
-            model: self.robot.clone(),
+            model: robot.clone(),
             steps: span.observed.last().copied().unwrap_or(0),
             inputs: clock,
             observed: span.observed.clone(),
             cotangent_bound: span.cotangent_bound,
             memory: Memory::All,
         };
-        let folded = Folded::new(controller, &self.controller, &self.ground);
+        let network = self.network(&robot, controller);
         let rest_length: Vec<R> = self.rest_length.iter().map(|&l| R::lit(l)).collect();
         let inverse_mass: Vec<R> = body.mass.iter().map(|m| m.recip()).collect();
-        let order = self.robot.edge_order();
-        let row = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
-        let w2: Vec<R> = order.iter().flat_map(row).copied().collect();
-        let b2: Vec<R> = order.iter().map(|&edge| folded.b2[edge]).collect();
-        let parameters: [&[R]; 8] = [
-            &graph.to_slots(&body.stiffness),
-            &rest_length,
-            &graph.to_slots(&body.strain),
-            &inverse_mass,
-            &folded.w1,
-            &folded.b1,
-            &w2,
-            &b2,
-        ];
+        let stiffness = graph.to_slots(&body.stiffness);
+        let mut parameters: Vec<&[R]> = vec![&stiffness, &rest_length, &strain, &inverse_mass];
+        parameters.extend(network.iter().map(Vec::as_slice));
         let seen = rollout.run(&self.flatten(start), &parameters);
         let states = seen
             .chunks_exact(4 * graph.nodes())
@@ -136,6 +127,22 @@ impl Simulator {
             steps: span.observed.clone(),
             states,
         }
+    }
+
+    /// The folded controller as the robot's parameters: what it senses, and what has an effect.
+    fn network<R: Real>(&self, robot: &Robot, controller: &Controller<R>) -> Vec<Vec<R>> {
+        let actuators = robot.actuators();
+        if actuators.is_empty() {
+            return Vec::new();
+        }
+        let folded = Folded::new(controller, &self.controller, &self.ground);
+        let columns = robot.sensed_columns();
+        let seen = folded.w1.iter().zip(columns.iter().cycle());
+        let w1 = seen.filter(|(_, seen)| **seen).map(|(&w, _)| w).collect();
+        let row = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
+        let w2 = actuators.iter().flat_map(row).copied().collect();
+        let b2 = actuators.iter().map(|&edge| folded.b2[edge]).collect();
+        vec![w1, folded.b1, w2, b2]
     }
 
     /// A state of the world's frame as the robot's arrays.
