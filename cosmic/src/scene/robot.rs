@@ -133,7 +133,8 @@ pub struct ControllerSettings {
     /// Whether the goal is given relative to the mean node position (D3; paper: false).
     pub goal_relative: bool,
     /// Whether the controller is trained for a second goal too, mirrored behind the origin, towards
-    /// which the payload has to get as far back (paper: false).
+    /// which the payload has to get as far back; what is reported and chosen by stays the way ahead
+    /// (paper: false).
     pub two_goals: bool,
     /// Factor on the node offsets at the controller's input, 1/m (D3).
     pub offset_scale: f64,
