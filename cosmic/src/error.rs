@@ -110,6 +110,14 @@ pub enum Error {
         /// Checks that ran.
         total: usize,
     },
+    /// Several runs that were told to stop; each saved what resuming needs.
+    #[error("interrupted with {done} of {total} runs done; the same command goes on")]
+    Stopped {
+        /// Runs that are done.
+        done: usize,
+        /// Runs there are.
+        total: usize,
+    },
     /// A run that was told to stop, and saved what resuming needs.
     #[error("interrupted after iteration {iteration}; go on with: cosmic resume {}", run.display())]
     Interrupted {
@@ -135,7 +143,7 @@ impl Error {
             | Error::UnstableStep { .. } => 2,
             Error::Diverged { .. } | Error::NotFinite { .. } => 3,
             Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
-            Error::Interrupted { .. } => 75,
+            Error::Interrupted { .. } | Error::Stopped { .. } => 75,
         }
     }
 }
@@ -195,6 +203,9 @@ mod tests {
         );
         let (code, text) = told(&Error::Write { path, source });
         assert!(code == 4 && text == "cannot write a: permission denied");
+
+        let (code, text) = told(&Error::Stopped { done: 3, total: 16 });
+        assert!(code == 75 && text.starts_with("interrupted with 3 of 16 runs done"));
 
         let run = PathBuf::from("runs/a");
         let (code, text) = told(&Error::Interrupted { run, iteration: 99 });

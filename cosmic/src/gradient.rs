@@ -8,7 +8,7 @@ use autodiff::{CotangentBound, Real, Tape, Var};
 use crate::controller::Controller;
 use crate::lattice::{Ground, Lattice, State};
 use crate::objective::Loss;
-use crate::projection::{Body, Projection, Variation, mixture};
+use crate::projection::{Body, Projection, Variation, holds, mixture_held};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
@@ -145,6 +145,8 @@ pub struct Task {
     pub materials: MaterialSettings,
     /// Sharpness of the projections, and `delta`.
     pub sharpness: ProjectionSettings,
+    /// What holds the materials, where they are held.
+    holds: Vec<[f64; 3]>,
     simulator: Simulator,
     /// What is off about the robot as built; `None` for the nominal one.
     variation: Option<Variation>,
@@ -160,6 +162,7 @@ impl Task {
     ) -> Self {
         Self {
             simulator: Simulator::new(&lattice, physics, controller),
+            holds: holds(sharpness, &lattice),
             lattice,
             physics: physics.clone(),
             materials: materials.clone(),
@@ -199,7 +202,7 @@ impl Task {
 
     /// The mixture of design vectors.
     pub fn mixture<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<[R; 3]> {
-        mixture(projection, z, &self.sharpness)
+        mixture_held(projection, z, (&self.sharpness, &self.holds))
     }
 
     /// Steps the robot of a mixture.

@@ -22,6 +22,8 @@ pub mod record;
 pub mod robustness;
 pub mod report;
 pub mod verify;
+pub mod sweep;
+pub mod study;
 #[cfg(feature = "cli")]
 pub mod cli;
 

@@ -24,19 +24,52 @@ pub fn mixture<R: Real>(
     z: &[[R; 3]],
     settings: &ProjectionSettings,
 ) -> Vec<[R; 3]> {
+    mixture_held(projection, z, (settings, &[]))
+}
+
+/// The mixture of design vectors from which [`holds`] are taken off before every softmax: in the
+/// stability projection after the centring, which would take them out again.
+pub fn mixture_held<R: Real>(
+    projection: Projection,
+    z: &[[R; 3]],
+    (settings, holds): (&ProjectionSettings, &[[f64; 3]]),
+) -> Vec<[R; 3]> {
+    let lower = |edge: usize, z: [R; 3]| match holds.get(edge) {
+        Some(hold) => [0, 1, 2].map(|k| z[k] - R::lit(hold[k])),
+        None => z,
+    };
+    let rows = z.iter().enumerate();
     match projection {
-        Projection::Performance => z.iter().map(|&z| softmax(z, settings.beta)).collect(),
+        Projection::Performance => rows
+            .map(|(edge, &z)| softmax(lower(edge, z), settings.beta))
+            .collect(),
         Projection::Stability => {
             let mean = column_means(z);
-            let project = |z: &[R; 3]| {
+            let project = |(edge, z): (usize, &[R; 3])| {
                 let centred = [z[0] - mean[0], z[1] - mean[1], z[2] - mean[2]];
+                let centred = lower(edge, centred);
                 let sharp = softmax(centred.map(R::detach), settings.beta_stability);
                 let soft = softmax(centred, settings.beta_straight_through);
                 [0, 1, 2].map(|k| sharp[k].straight_through(soft[k]))
             };
-            z.iter().map(project).collect()
+            rows.map(project).collect()
         }
     }
+}
+
+/// What is taken off every edge's design vector where a scene holds the materials: its
+/// `hold_materials` off the solid entry that the edge does not have in the filled layout. Empty
+/// where nothing is held.
+pub fn holds(settings: &ProjectionSettings, lattice: &Lattice) -> Vec<[f64; 3]> {
+    let amount = settings.hold_materials;
+    if amount == 0.0 {
+        return Vec::new();
+    }
+    let hold = |own: Material| {
+        let is_held = |m: Material| m.is_solid() && m != own;
+        Material::ALL.map(|m| if is_held(m) { amount } else { 0.0 })
+    };
+    design::filled(lattice).into_iter().map(hold).collect()
 }
 
 /// The mixture of a layout: exactly one material per edge (D7).
@@ -94,7 +127,7 @@ impl<R: Real> Body<R> {
         Self {
             stiffness: mixture
                 .iter()
-                .map(|m| mean_property(m, &materials.stiffness))
+                .map(|m| mean_property(&penalised(m, materials), &materials.stiffness))
                 .collect(),
             strain: mixture
                 .iter()
@@ -138,6 +171,15 @@ fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsS
         shares[j].push(half);
     }
     shares.iter().map(|shares| R::sum(shares)).collect()
+}
+
+/// The shares that count in the stiffness: small ones less than in proportion where a scene
+/// penalises them, whole ones as ever.
+fn penalised<R: Real>(mixture: &[R; 3], materials: &MaterialSettings) -> [R; 3] {
+    match materials.penalisation {
+        1 => *mixture,
+        exponent => mixture.map(|share| share.powi(exponent as i32)),
+    }
 }
 
 fn mean_property<R: Real>(mixture: &[R; 3], property: &[f64; 3]) -> R {

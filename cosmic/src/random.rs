@@ -21,6 +21,10 @@ pub enum Purpose {
     Scatter = 6,
     /// The same, by which robustness is judged.
     Robustness = 7,
+    /// Samples drawn again from a sample, to see how far its statistics are to be trusted.
+    Bootstrap = 16,
+    /// Layouts drawn at random, to see what is no chance.
+    Shuffle = 17,
 }
 
 /// The stream of a seed and a purpose, the same on every platform.

@@ -21,6 +21,7 @@ fn a_run_leaves_every_file_with_its_format_in_front() {
     names.sort();
     let expected = [
         "design.json",
+        "designs.jsonl",
         "history.csv",
         "history.jsonl",
         "scene.toml",

@@ -7,7 +7,7 @@ use cosmic::case::Case;
 use cosmic::controller::{Controller, Folded, Moment, observation};
 use cosmic::lattice::{Ground, State};
 use cosmic::objective::{Displacement, Loss, measures, violations};
-use cosmic::projection::{Body, Projection, mixture};
+use cosmic::projection::{Body, Projection, holds, mixture, mixture_held};
 use cosmic::scene::{LossKind, LossSettings};
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{own_reference_folder, references};
@@ -51,7 +51,11 @@ struct Mixtures<'a> {
 
 impl VectorFunction for Mixtures<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        mixture(self.projection, x.as_chunks().0, &self.case.sharpness).into_flattened()
+        let Case {
+            sharpness, lattice, ..
+        } = self.case;
+        let holds = holds(sharpness, lattice);
+        mixture_held(self.projection, x.as_chunks().0, (sharpness, &holds)).into_flattened()
     }
 }
 
@@ -60,6 +64,28 @@ fn performance_projections() {
     for case in &cases() {
         let projection = Projection::Performance;
         smooth(Mixtures { case, projection }, case.z.as_flattened());
+    }
+}
+
+/// What is held down has shares of its own that are next to nothing, and the rest the derivatives
+/// of fewer materials.
+#[test]
+fn projections_with_held_materials() {
+    for mut case in cases() {
+        case.sharpness.hold_materials = 0.3;
+        case.sharpness.beta_stability = case.sharpness.beta_straight_through;
+        let z = case.z.clone().into_flattened();
+        for projection in [Projection::Performance, Projection::Stability] {
+            let mixtures = Mixtures {
+                case: &case,
+                projection,
+            };
+            assert_ne!(
+                mixtures.eval(&z),
+                mixture(projection, &case.z, &case.sharpness).into_flattened()
+            );
+            smooth(mixtures, &z);
+        }
     }
 }
 
@@ -163,8 +189,11 @@ impl VectorFunction for Bodies<'_> {
 
 #[test]
 fn bodies() {
-    for case in cases() {
-        smooth(Bodies(&case), case.z.as_flattened());
+    for mut case in cases() {
+        for penalisation in [1, 3] {
+            case.materials.penalisation = penalisation;
+            smooth(Bodies(&case), case.z.as_flattened());
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::gradient::{ALL, DESIGN, Horizon, Inputs, Task};
 use crate::lattice::{Ground, State};
 use crate::objective::{Displacement, measures};
-use crate::projection::{Body, Projection, mixture, one_hot};
+use crate::projection::{Body, Projection, holds, mixture_held, one_hot};
 use crate::scene::HorizonMode;
 use crate::simulator::{Divergence, Guarded, Span, StepCheck};
 
@@ -39,7 +39,10 @@ impl Case {
     pub fn mixture<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<[R; 3]> {
         match &self.frozen {
             Some(materials) => one_hot(materials),
-            None => mixture(projection, z, &self.sharpness),
+            None => {
+                let holds = holds(&self.sharpness, &self.lattice);
+                mixture_held(projection, z, (&self.sharpness, &holds))
+            }
         }
     }
 

@@ -153,12 +153,14 @@ impl Shapes<'_> {
                 stiffness: scene.library.k,
                 density: scene.library.rho,
                 max_strain: scene.library.a_max,
+                ..MaterialSettings::default()
             },
             sharpness: ProjectionSettings {
                 beta: scene.beta,
                 beta_stability: scene.beta_stab,
                 beta_straight_through: scene.beta_ste,
                 delta: scene.delta,
+                ..ProjectionSettings::default()
             },
             start: State {
                 x: lattice.positions.clone(),

@@ -15,6 +15,8 @@ mod robustness;
 mod runs;
 mod scene;
 mod source;
+mod study;
+mod sweep;
 mod verify;
 
 pub use options::{Output, RunOptions};
@@ -43,6 +45,8 @@ enum Command {
     Report(report::Arguments),
     Compare(compare::Arguments),
     Robustness(robustness::Arguments),
+    Study(study::Arguments),
+    Sweep(sweep::Arguments),
     Scene(scene::Arguments),
     Completions(completions::Arguments),
 }
@@ -59,6 +63,8 @@ impl Command {
             Command::Report(arguments) => arguments.run(),
             Command::Compare(arguments) => arguments.run(),
             Command::Robustness(arguments) => arguments.run(),
+            Command::Study(arguments) => arguments.run(),
+            Command::Sweep(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
         }

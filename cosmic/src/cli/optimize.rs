@@ -74,7 +74,7 @@ fn pointed(error: Error, scene: &str) -> Error {
 }
 
 /// What a scene is called: a file by its name without the extension.
-fn name_of(scene: &str) -> String {
+pub(super) fn name_of(scene: &str) -> String {
     let stem = Path::new(scene).file_stem();
     stem.map_or(scene.into(), |stem| stem.to_string_lossy().into_owned())
 }

@@ -3,10 +3,13 @@
 use super::interrupt::Interrupt;
 use super::{Output, note};
 use crate::codesign::Record;
+use crate::error::Result;
 use crate::record::{Observer, Run};
+use crate::sweep::{Ended, Outcome, Overseer, SweepPlan};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Iterations from one line to the next where there is no bar.
@@ -119,6 +122,67 @@ impl Observer for Progress {
             Voice::Bar(bar) => bar.suspend(|| note(&text)),
             Voice::Lines => note(&text),
         }
+    }
+}
+
+/// Shows runs of which several are at work: a line each as it ends.
+pub(super) struct Many {
+    quiet: bool,
+    interrupt: Interrupt,
+    /// What the runs are called.
+    titles: Vec<String>,
+    done: AtomicUsize,
+    /// Runs that were over before this process, and since when it counts.
+    begun: (usize, Instant),
+}
+
+impl Many {
+    /// For a plan of which so many runs are over.
+    pub(super) fn new(output: &Output, plan: &SweepPlan, over: usize) -> Result<Self> {
+        let title = |index| {
+            let (scene, seed) = plan.parts(index);
+            format!("{} seed {seed}", scene.name)
+        };
+        Ok(Self {
+            quiet: output.quiet,
+            interrupt: Interrupt::listen()?,
+            titles: (0..plan.runs()).map(title).collect(),
+            done: AtomicUsize::new(over),
+            begun: (over, Instant::now()),
+        })
+    }
+}
+
+impl Overseer for Many {
+    fn is_stopped(&self) -> bool {
+        self.interrupt.is_asked()
+    }
+
+    fn ended(&self, ended: &Ended) {
+        let done = 1 + self.done.fetch_add(1, Ordering::Relaxed);
+        if self.quiet {
+            return;
+        }
+        let (title, total) = (&self.titles[ended.index], self.titles.len());
+        let (before, since) = self.begun;
+        let each = since.elapsed().as_secs_f64() / (done - before) as f64;
+        let left = clock(each * total.saturating_sub(done) as f64);
+        let says = told(&ended.outcome);
+        note(&format!("{done}/{total}  {title}  {says}  {left} left"));
+    }
+}
+
+/// What came of a run, in a few words.
+pub(super) fn told(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Done(summary) => {
+            let metres = summary.displacement_p50.map(|x| format!("{x:.3} m"));
+            let metres = metres.unwrap_or("diverged".to_owned());
+            format!("{metres}  {:.1} s", summary.seconds)
+        }
+        Outcome::Diverged(says) => says.clone(),
+        Outcome::Over => "was done before".to_owned(),
+        Outcome::Taken => "is at work in another process".to_owned(),
     }
 }
 

@@ -6,7 +6,7 @@ use super::{Output, note, print};
 use crate::error::{Error, Result};
 use crate::record::summary::SUMMARY;
 use crate::record::{DIVERGED, Observer, Summary};
-use rayon::ThreadPoolBuilder;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -18,12 +18,7 @@ pub(super) fn carry_out(
     output: &Output,
     work: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
 ) -> Result<()> {
-    // Zero stands for the number of cores.
-    let threads = threads.map_or(0, NonZeroUsize::get);
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|error| Error::Usage(format!("cannot start {threads} threads: {error}")))?;
+    let pool = pool(threads)?;
     let mut progress = Progress::new(output, Interrupt::listen()?);
     let done = pool.install(|| work(&mut progress));
     drop(progress);
@@ -35,6 +30,16 @@ pub(super) fn carry_out(
         ));
     }
     show(folder, &done?, output)
+}
+
+/// So many threads, all cores' where not said.
+pub(super) fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
+    // Zero stands for the number of cores.
+    let threads = threads.map_or(0, NonZeroUsize::get);
+    let builder = ThreadPoolBuilder::new().num_threads(threads);
+    builder
+        .build()
+        .map_err(|error| Error::Usage(format!("cannot start {threads} threads: {error}")))
 }
 
 fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {

@@ -132,6 +132,13 @@ impl CoDesign {
         }
     }
 
+    /// How far a robot gets in full rollouts from the perturbed starts by which a seed's result is
+    /// judged.
+    pub fn judge(&self, mixture: &[[f64; 3]], controller: &Controller<f64>, seed: u64) -> Spread {
+        let starts = self.perturbed_starts(seed, Purpose::Judgement);
+        self.spreads(mixture, &[controller], &starts)[0].displacement
+    }
+
     /// The controllers that may be delivered, each with the iteration after which it stood; the
     /// last iterate first.
     fn entrants<'a>(&self, progress: &'a Progress) -> Vec<(usize, &'a Controller<f64>)> {

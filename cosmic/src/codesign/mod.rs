@@ -54,7 +54,7 @@ use crate::lattice::{Ground, Lattice, State};
 use crate::objective::{AugmentedLagrangian, Objective, measures, violations};
 use crate::optimiser::{Adam, Mma, MmaParameters, OptimiserError};
 use crate::projection::{self, Projection};
-use crate::scene::{Pass, Scene, StartKind};
+use crate::scene::{ControllerSettings, Pass, Scene, StartKind};
 use crate::simulator::StepCheck;
 use schedule::Moment;
 
@@ -82,6 +82,8 @@ pub fn optimise(scene: &Scene, seed: u64, mut observe: impl FnMut(&Record)) -> R
 pub struct CoDesign {
     scene: Scene,
     task: Task,
+    /// The same with the goal behind, where the controller is trained for two.
+    back: Option<Task>,
     objective: Objective,
     start: State<f64>,
     /// The design's optimiser, for each projection.
@@ -103,8 +105,19 @@ impl CoDesign {
             let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
             Mma::new(mma_parameters(scene), &lower, &upper).map_err(unusable)
         };
+        let task = |controller: &ControllerSettings| {
+            Task::new(
+                lattice.clone(),
+                (&scene.physics, controller),
+                &scene.materials,
+                &scene.projection,
+            )
+        };
+        let controller = &scene.controller;
         Ok(Self {
             objective: Objective::new(&scene.objective, &scene.loss, &scene.physics),
+            back: (controller.two_goals).then(|| task(&controller.turned_back())),
+            task: task(controller),
             start: lattice.state_at_rest(),
             mma: [mma()?, mma()?],
             adam: Adam {
@@ -112,12 +125,6 @@ impl CoDesign {
                 beta2: scene.adam.betas[1],
                 epsilon: scene.adam.epsilon,
             },
-            task: Task::new(
-                lattice,
-                (&scene.physics, &scene.controller),
-                &scene.materials,
-                &scene.projection,
-            ),
             scene: scene.clone(),
             checked: None,
         })

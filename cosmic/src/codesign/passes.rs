@@ -10,6 +10,7 @@ use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
 use crate::objective::{Measures, measures};
 use crate::optimiser::{Linearisation, MmaState, Update, bound_norm};
 use crate::projection::Projection;
+use crate::scene::BinarisationMethod;
 use crate::simulator::Trajectory;
 
 /// A gradient of the displacement loss, and where the payload was after the horizon.
@@ -25,9 +26,10 @@ impl Slope {
     }
 }
 
-/// The four volume bounds as constraints `f <= 0`.
-struct VolumeRows {
-    values: [f64; 4],
+/// Constraints `f <= 0`: the four volume bounds, then the binarisation measures where they are
+/// constraints.
+struct Rows {
+    values: Vec<f64>,
     jacobian: Vec<Vec<f64>>,
 }
 
@@ -62,12 +64,17 @@ impl CoDesign {
         record.displacement_horizon = Some(performance.displacement);
 
         let thresholds = moment.thresholds(&progress.first_measures);
-        let (_, terms) = inputs.differentiate(DESIGN, |inputs| {
-            progress
-                .lagrangian
-                .terms(&self.measured(&inputs.z), &thresholds)
-        });
-        let rows = self.volume_rows(&inputs, moment);
+        let is_augmented = self.scene.binarisation.method == BinarisationMethod::Augmented;
+        let mut terms = vec![0.0; 3 * progress.z.len()];
+        let mut rows = self.volume_rows(&inputs, moment);
+        if is_augmented {
+            (_, terms) = inputs.differentiate(DESIGN, |inputs| {
+                let measures = self.measured(&inputs.z);
+                progress.lagrangian.terms(&measures, &thresholds)
+            });
+        } else {
+            self.add_measures(&mut rows, &inputs, &thresholds);
+        }
         let share = self.scene.schedule.stability_share;
         let before = progress.z.clone();
         let updates = [(performance, 1.0 - share), (stability, share)];
@@ -94,9 +101,12 @@ impl CoDesign {
         }
         clamp(&mut progress.z);
         let growth = self.scene.binarisation.penalty_growth;
-        progress
-            .lagrangian
-            .update(&record.violations, &progress.violations, growth);
+        if is_augmented {
+            let before = &progress.violations;
+            progress
+                .lagrangian
+                .update(&record.violations, before, growth);
+        }
         progress.violations = record.violations;
     }
 
@@ -179,8 +189,7 @@ impl CoDesign {
     ) -> Slope {
         self.slope(inputs, DESIGN, |inputs| {
             let mixture = task.mixture(projection, &inputs.z);
-            let robot = (&inputs.controller, &inputs.start);
-            task.loss(&mixture, robot, (&self.objective, horizon))
+            self.loss_of(task, &mixture, (inputs, horizon))
         })
     }
 
@@ -192,9 +201,26 @@ impl CoDesign {
     ) -> Slope {
         self.slope(inputs, CONTROLLER, |inputs| {
             let mixture: Vec<_> = mixture.iter().map(|m| m.map(Var::constant)).collect();
-            let robot = (&inputs.controller, &inputs.start);
-            task.loss(&mixture, robot, (&self.objective, horizon))
+            self.loss_of(task, &mixture, (inputs, horizon))
         })
+    }
+
+    /// The displacement loss and the rollout that it is of. With a second goal behind, the mean of
+    /// the loss ahead and of minus the loss with that goal: the payload is to get as far back.
+    fn loss_of<R: Real>(
+        &self,
+        task: &Task,
+        mixture: &[[R; 3]],
+        (inputs, horizon): (&Inputs<R>, &Horizon),
+    ) -> (R, Trajectory<R>) {
+        let robot = (&inputs.controller, &inputs.start);
+        let loss = (&self.objective, horizon);
+        let (ahead, trajectory) = task.loss(mixture, robot, loss);
+        let Some(task) = &self.back else {
+            return (ahead, trajectory);
+        };
+        let (back, _) = task.loss(mixture, robot, loss);
+        (R::lit(0.5) * (ahead - back), trajectory)
     }
 
     fn slope(
@@ -222,7 +248,7 @@ impl CoDesign {
         k: usize,
         memory: &mut MmaState,
         z: &[[f64; 3]],
-        (gradient, rows): (&[f64], &VolumeRows),
+        (gradient, rows): (&[f64], &Rows),
     ) -> Option<Update> {
         let at = Linearisation {
             point: z.as_flattened(),
@@ -240,7 +266,7 @@ impl CoDesign {
     }
 
     /// The volume bounds and their derivatives by the design, on the performance projection.
-    fn volume_rows(&self, inputs: &Inputs<f64>, moment: &Moment) -> VolumeRows {
+    fn volume_rows(&self, inputs: &Inputs<f64>, moment: &Moment) -> Rows {
         let scale = self.scene.mma.volume_row_scale;
         let bounds = moment.volume_bounds();
         let volume = |pick: fn(&Measures<Var<f64>>) -> Var<f64>| {
@@ -249,17 +275,116 @@ impl CoDesign {
         let solid = volume(|m| m.volume);
         let actuator = volume(|m| m.actuator_volume);
         let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
-        let mut rows = VolumeRows {
-            values: [0.0; 4],
+        let mut rows = Rows {
+            values: Vec::new(),
             jacobian: Vec::new(),
         };
         let both = [(solid, bounds.solid), (actuator, bounds.actuator)];
-        for (k, ((value, gradient), [least, most])) in both.iter().enumerate() {
-            rows.values[2 * k] = scale * (value - most);
-            rows.values[2 * k + 1] = scale * (least - value);
+        for ((value, gradient), [least, most]) in &both {
+            rows.values
+                .extend([scale * (value - most), scale * (least - value)]);
             rows.jacobian
                 .extend([row(gradient, 1.0), row(gradient, -1.0)]);
         }
         rows
+    }
+
+    /// Adds the four measures as constraints, on the performance projection (D10) and scaled as
+    /// the volumes are.
+    fn add_measures(&self, rows: &mut Rows, inputs: &Inputs<f64>, thresholds: &[f64; 4]) {
+        let scale = self.scene.mma.volume_row_scale;
+        for (k, threshold) in thresholds.iter().enumerate() {
+            let (value, mut gradient) =
+                inputs.differentiate(DESIGN, |inputs| self.measured(&inputs.z).constrained()[k]);
+            gradient.iter_mut().for_each(|g| *g *= scale);
+            rows.values.push(scale * (value - threshold));
+            rows.jacobian.push(gradient);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::codesign::{CoDesign, Record, optimise};
+    use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs};
+    use crate::projection::Projection;
+    use crate::scene::{BinarisationMethod, HorizonMode, LossKind, Scene};
+
+    fn tiny() -> Scene {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (3, 2);
+        (scene.physics.steps, scene.controller.hidden) = (24, 3);
+        scene.schedule.iterations = 12;
+        (scene.schedule.attraction_from, scene.schedule.snap_at) = (8, 11);
+        scene.schedule.horizon = [24, 24];
+        scene.loss.kind = LossKind::Final;
+        scene
+    }
+
+    /// The loss of two goals, its gradient by design and controller against differences. The robot
+    /// falls freely: nothing has a kink.
+    #[test]
+    fn the_loss_of_two_goals_has_the_gradient_of_differences() {
+        let mut scene = tiny();
+        (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
+        scene.controller.goal_scale = 1.0;
+        let codesign = CoDesign::new(&scene).unwrap();
+        let progress = codesign.begin(1).unwrap();
+        let inputs = codesign.inputs(&progress);
+        let horizon = Horizon {
+            steps: 24,
+            mode: HorizonMode::Head,
+            cotangent_bound: None,
+        };
+        let value = |inputs: &Inputs<f64>| {
+            let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
+            codesign
+                .loss_of(&codesign.task, &mixture, (inputs, &horizon))
+                .0
+        };
+        for blocks in [DESIGN, CONTROLLER] {
+            let (_, gradient) = inputs.differentiate(blocks, |inputs| {
+                let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
+                codesign
+                    .loss_of(&codesign.task, &mixture, (inputs, &horizon))
+                    .0
+            });
+            let numbers = inputs.get(blocks);
+            let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
+            let at = |h: f64| {
+                let moved = numbers.iter().zip(&direction).map(|(x, d)| x + h * d);
+                let mut inputs = inputs.clone();
+                inputs.set(blocks, &moved.collect::<Vec<_>>());
+                value(&inputs)
+            };
+            let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
+            let h = 1e-5;
+            let difference = (at(h) - at(-h)) / (2.0 * h);
+            // Positions of 0.1 m rounded at 1e-17 and divided by h: 1e-12; truncation h^2 beta^2,
+            // 4e-8, of the slope.
+            assert!((difference - slope).abs() < 1e-7 * slope.abs() + 1e-11);
+            assert!(slope != 0.0);
+        }
+    }
+
+    fn records(scene: &Scene) -> Vec<Record> {
+        let mut records = Vec::new();
+        optimise(scene, 0, |record| records.push(record.clone())).unwrap();
+        records
+    }
+
+    #[test]
+    fn measures_as_constraints_stand_beside_the_volumes() {
+        let mut scene = tiny();
+        let rows = |records: &[Record]| records[0].mma[0].as_ref().unwrap().elastic.len();
+        assert_eq!(rows(&records(&scene)), 4);
+        scene.binarisation.method = BinarisationMethod::Constraints;
+        scene.binarisation.threshold_over = [0, 1];
+        let strict = records(&scene);
+        assert_eq!(rows(&strict), 8);
+        let multipliers = |record: &Record| record.multipliers == [0.0; 4];
+        assert!(strict.iter().all(multipliers));
+        // From undecided towards one material each.
+        assert!(strict[9].measures[0] < strict[0].measures[0]);
     }
 }

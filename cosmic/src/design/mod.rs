@@ -7,7 +7,7 @@ mod start;
 mod tilt;
 
 pub use snap::{Snap, VolumeBounds, snap};
-pub use start::{layout_materials, start_vectors};
+pub use start::{filled, layout_materials, start_vectors};
 
 use serde::{Deserialize, Serialize};
 

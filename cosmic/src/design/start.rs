@@ -20,6 +20,7 @@ pub fn start_vectors(
     let void = match settings.kind {
         StartKind::Layout => return Ok(one_hot(&layout_materials(settings.layout, lattice)?)),
         StartKind::Uniform => vec![1.0 / 3.0; lattice.edges.len()],
+        StartKind::Filled => vec![settings.void; lattice.edges.len()],
         StartKind::Stability => stability_voids(lattice, settings.void_shift),
         StartKind::ThreeLegged => {
             let materials = layout_materials(settings.layout, lattice)?;
@@ -44,6 +45,9 @@ pub fn start_vectors(
 /// # Errors
 /// Where the layout is drawn for another lattice.
 pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Material>> {
+    let Some(numbers) = layout.materials() else {
+        return Ok(filled(lattice));
+    };
     if (lattice.columns, lattice.rows) != (LAYOUT_SIDE, LAYOUT_SIDE) {
         return Err(Error::Usage(format!(
             "the three-legged layouts are drawn for {LAYOUT_SIDE}x{LAYOUT_SIDE} nodes, and this \
@@ -51,10 +55,38 @@ pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Materia
             lattice.columns, lattice.rows
         )));
     }
-    let numbers = layout.materials().into_iter();
     Ok(numbers
+        .into_iter()
         .map(|number| Material::ALL[usize::from(number)])
         .collect())
+}
+
+/// Share of a filled lattice's edges that are actuators: the most of the paper's table 2.
+const FILLED_ACTUATORS: f64 = 0.22;
+
+/// Skeleton everywhere but on vertical edges: of those, as many as the volume budget allows are
+/// actuators, spread evenly over rows and columns (the paper's "uniform distribution of vertical
+/// actuators", of which it lists no edges).
+pub fn filled(lattice: &Lattice) -> Vec<Material> {
+    let vertical = |&[i, j]: &[usize; 2]| j == i + lattice.columns;
+    let verticals = lattice.edges.iter().filter(|edge| vertical(edge)).count();
+    let most = (FILLED_ACTUATORS * lattice.edges.len() as f64) as usize;
+    let actuators = most.min(verticals);
+    let mut seen = 0;
+    let mut material = |edge: &[usize; 2]| {
+        if !vertical(edge) {
+            return Material::Skeleton;
+        }
+        // An even slope rounded up grows where the next one is due: the payload's edge has the
+        // first, without which it could not be lifted.
+        let due = |n: usize| (n * actuators).div_ceil(verticals);
+        seen += 1;
+        match due(seen) > due(seen - 1) {
+            true => Material::Actuator,
+            false => Material::Skeleton,
+        }
+    };
+    lattice.edges.iter().map(&mut material).collect()
 }
 
 /// A third, plus `top` times the edge's height relative to the highest edge's.
@@ -146,6 +178,31 @@ mod tests {
             let z = start_vectors(&settings, &lattice, 20.0, 0).unwrap();
             assert_eq!(z.iter().map(dominant).collect::<Vec<_>>(), materials);
         }
+    }
+
+    #[test]
+    fn the_filled_layout_spreads_its_actuators_over_the_vertical_edges() {
+        let lattice = lattice(6, 6);
+        let materials = layout_materials(Layout::Filled, &lattice).unwrap();
+        assert!(materials.iter().all(|material| material.is_solid()));
+        let made_of = lattice.edges.iter().zip(&materials);
+        let actuators = made_of.filter(|(_, m)| **m == Material::Actuator);
+        let edges: Vec<[usize; 2]> = actuators.map(|(&edge, _)| edge).collect();
+        assert_eq!(edges.len(), 24);
+        assert!(edges.iter().all(|[i, j]| j - i == 6) && edges.contains(&[0, 6]));
+        let in_column = |c: usize| edges.iter().filter(|[i, _]| i % 6 == c).count();
+        assert_eq!([0, 1, 2, 3, 4, 5].map(in_column), [4; 6]);
+    }
+
+    #[test]
+    fn the_filled_start_has_little_void() {
+        let settings = StartSettings {
+            void: 0.05,
+            ..start(StartKind::Filled)
+        };
+        let z = start_vectors(&settings, &lattice(3, 2), 20.0, 0).unwrap();
+        // exp multiplies the roundings of z by 20.
+        assert!(z.iter().all(|z| (void(z) - 0.05).abs() < 1e-14));
     }
 
     #[test]

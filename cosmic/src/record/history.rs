@@ -1,9 +1,11 @@
-//! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends.
+//! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends; `designs.jsonl`:
+//! the design vectors of some of them.
 
 use super::files::{Format, malformed};
 use crate::codesign::{MmaDiagnostics, Record};
 use crate::error::{Error, Result};
 use crate::scene::Pass;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -19,6 +21,35 @@ pub const FORMAT: Format = Format {
 pub const LINES: &str = "history.jsonl";
 /// The history as a table.
 pub const TABLE: &str = "history.csv";
+
+/// What every line of `designs.jsonl` says it is.
+pub const DESIGNS_FORMAT: Format = Format {
+    name: "cosmic-designs",
+    version: 1,
+};
+/// The design vectors on the way, as JSON lines.
+pub const DESIGNS: &str = "designs.jsonl";
+
+/// Iterations from one line of `designs.jsonl` to the next; the first iteration has one too.
+const DESIGNS_EVERY: usize = 10;
+
+/// A line of `designs.jsonl`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DesignRow {
+    /// The name in [`DESIGNS_FORMAT`].
+    pub format: String,
+    /// The version in [`DESIGNS_FORMAT`].
+    pub version: u32,
+    /// The iteration after which the design stood.
+    pub iteration: usize,
+    /// Design vectors, one per edge, to four decimals: to be looked at, not to go on from.
+    pub z: Vec<[f64; 3]>,
+}
+
+/// Lines of `designs.jsonl` after so many iterations.
+fn design_rows(iterations: usize) -> usize {
+    usize::from(iterations > 0) + iterations / DESIGNS_EVERY
+}
 
 /// A line of `history.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,28 +68,36 @@ pub struct Row {
 /// The iterations of a run's `history.jsonl`, from the first on.
 ///
 /// # Errors
-/// [`Error::Read`] where the file is missing, [`Error::Malformed`] for a line that is none.
+/// As [`read_lines`].
 pub fn read(folder: &Path) -> Result<Vec<Record>> {
-    let path = &folder.join(LINES);
+    let rows: Vec<Row> = read_lines(&folder.join(LINES))?;
+    Ok(rows.into_iter().map(|row| row.record).collect())
+}
+
+/// The rows of a file of JSON lines.
+///
+/// # Errors
+/// [`Error::Read`] where the file is missing, [`Error::Malformed`] for a line that is none.
+pub fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     let text = fs::read_to_string(path).map_err(|source| Error::Read {
         path: path.into(),
         source,
     })?;
-    let record = |(index, line): (usize, &str)| {
-        let row: serde_json::Result<Row> = serde_json::from_str(line);
+    let read = |(index, line): (usize, &str)| {
         let at = |error: serde_json::Error| {
             malformed(path, (index + 1, error.column().max(1)), &error.to_string())
         };
-        row.map(|row| row.record).map_err(at)
+        serde_json::from_str(line).map_err(at)
     };
-    text.lines().enumerate().map(record).collect()
+    text.lines().enumerate().map(read).collect()
 }
 
-/// Both files, open for more rows. While they are, no other process can open them so.
+/// The files, open for more rows. While they are, no other process can open them so.
 #[derive(Debug)]
 pub(super) struct History {
     lines: Appended,
     table: Appended,
+    designs: Appended,
 }
 
 impl History {
@@ -71,6 +110,7 @@ impl History {
         let mut history = Self {
             lines: Appended::open(folder.join(LINES))?,
             table: Appended::open(folder.join(TABLE))?,
+            designs: Appended::open(folder.join(DESIGNS))?,
         };
         // Not every file system has locks: without one, two processes are the user's affair.
         if let Err(TryLockError::WouldBlock) = history.lines.file.try_lock() {
@@ -80,6 +120,7 @@ impl History {
             )));
         }
         history.lines.cut(rows)?;
+        history.designs.cut(design_rows(rows))?;
         if rows > 0 {
             // One more line: the header.
             history.table.cut(rows + 1)?;
@@ -90,11 +131,11 @@ impl History {
         Ok(history)
     }
 
-    /// Appends an iteration.
+    /// Appends an iteration, and the design that it left where that is due.
     ///
     /// # Errors
     /// [`Error::Write`].
-    pub(super) fn append(&mut self, record: &Record, seconds: f64) -> Result<()> {
+    pub(super) fn append(&mut self, record: &Record, seconds: f64, z: &[[f64; 3]]) -> Result<()> {
         let row = Row {
             format: FORMAT.name.to_string(),
             version: FORMAT.version,
@@ -103,7 +144,23 @@ impl History {
         };
         self.table.append(&line(&row))?;
         let text = serde_json::to_string(&row).expect("plain numbers and string keys serialise");
-        self.lines.append(&(text + "\n"))
+        self.lines.append(&(text + "\n"))?;
+        self.append_design(record.iteration, z)
+    }
+
+    fn append_design(&mut self, iteration: usize, z: &[[f64; 3]]) -> Result<()> {
+        if design_rows(iteration) == design_rows(iteration - 1) {
+            return Ok(());
+        }
+        let rounded = |x: f64| (1e4 * x).round() / 1e4;
+        let row = DesignRow {
+            format: DESIGNS_FORMAT.name.to_string(),
+            version: DESIGNS_FORMAT.version,
+            iteration,
+            z: z.iter().map(|z| z.map(rounded)).collect(),
+        };
+        let text = serde_json::to_string(&row).expect("plain numbers and string keys serialise");
+        self.designs.append(&(text + "\n"))
     }
 
     /// Makes the rows last: a snapshot that is written after this has them all before it.
@@ -111,7 +168,8 @@ impl History {
     /// # Errors
     /// [`Error::Write`].
     pub(super) fn sync(&self) -> Result<()> {
-        [&self.lines, &self.table].into_iter().try_for_each(|file| {
+        let files = [&self.lines, &self.table, &self.designs];
+        files.into_iter().try_for_each(|file| {
             file.file
                 .sync_data()
                 .map_err(|source| file.unwritable(source))
@@ -250,7 +308,8 @@ fn solved(mma: Option<&MmaDiagnostics>) -> Vec<String> {
         return vec![String::new(); 6];
     };
     let mut cells = vec![mma.newton_steps.to_string(), number(mma.residual)];
-    cells.extend(mma.elastic.iter().map(|&x| number(x)));
+    // Where the measures are constraints too, theirs follow: the lines have them, the table not.
+    cells.extend(mma.elastic.iter().take(4).map(|&x| number(x)));
     cells
 }
 
@@ -265,7 +324,7 @@ fn perhaps(x: Option<f64>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{History, LINES, Row, TABLE};
+    use super::{DESIGNS, DesignRow, History, LINES, Row, TABLE};
     use crate::codesign::{Record, optimise};
     use crate::scene::Scene;
     use std::fs;
@@ -289,7 +348,7 @@ mod tests {
         let mut history = History::open(folder.path(), 0).unwrap();
         records
             .iter()
-            .for_each(|record| history.append(record, 0.25).unwrap());
+            .for_each(|record| history.append(record, 0.25, &[]).unwrap());
         let lines = fs::read_to_string(folder.path().join(LINES)).unwrap();
         let read: Vec<Row> = lines
             .lines()
@@ -304,16 +363,41 @@ mod tests {
     }
 
     #[test]
+    fn designs_are_kept_after_the_first_and_every_tenth_iteration() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(DESIGNS);
+        let mut history = History::open(folder.path(), 0).unwrap();
+        let z = |iteration: usize| [[1.0 / iteration as f64, 0.0, 1.0]];
+        (1..=21).for_each(|k| history.append_design(k, &z(k)).unwrap());
+        let text = fs::read_to_string(&file).unwrap();
+        let row = |line| serde_json::from_str::<DesignRow>(line).unwrap();
+        let rows: Vec<_> = text.lines().map(row).collect();
+        let seen: Vec<_> = rows
+            .iter()
+            .map(|row| (row.iteration, row.z[0][0]))
+            .collect();
+        assert_eq!(seen, [(1, 1.0), (10, 0.1), (20, 0.05)]);
+        drop(history);
+        // What a run resumed after nine iterations goes on from; the other files have no rows.
+        for name in [LINES, TABLE] {
+            fs::write(folder.path().join(name), "\n".repeat(10)).unwrap();
+        }
+        drop(History::open(folder.path(), 9).unwrap());
+        assert_eq!(fs::read_to_string(&file).unwrap().lines().count(), 1);
+    }
+
+    #[test]
     fn cut_back_it_has_the_bytes_it_had() {
         let folder = tempfile::tempdir().unwrap();
-        let read = || [LINES, TABLE].map(|name| fs::read(folder.path().join(name)).unwrap());
+        let read =
+            || [LINES, TABLE, DESIGNS].map(|name| fs::read(folder.path().join(name)).unwrap());
         let records = records();
         let mut history = History::open(folder.path(), 0).unwrap();
         records[..2]
             .iter()
-            .for_each(|record| history.append(record, 1.0).unwrap());
+            .for_each(|record| history.append(record, 1.0, &[]).unwrap());
         let before = read();
-        history.append(&records[2], 2.0).unwrap();
+        history.append(&records[2], 2.0, &[]).unwrap();
         let other = History::open(folder.path(), 2).unwrap_err();
         assert!(other.to_string().contains("another process"), "{other}");
         drop(history);

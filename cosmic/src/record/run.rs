@@ -168,7 +168,8 @@ impl Run {
         while self.progress.iteration < last {
             let began = Instant::now();
             let record = self.codesign.iterate(&mut self.progress);
-            self.history.append(&record, self.seconds())?;
+            let seconds = self.seconds();
+            (self.history).append(&record, seconds, &self.progress.z)?;
             let interrupted = observer.iteration(&record).is_break();
             let next_ends = saved.elapsed() + began.elapsed();
             let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);

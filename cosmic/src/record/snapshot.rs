@@ -65,16 +65,16 @@ impl Plan {
 }
 
 /// A scene as a text in JSON.
-mod toml {
+pub(crate) mod toml {
     use super::Scene;
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serializer};
 
-    pub(super) fn serialize<S: Serializer>(scene: &Scene, to: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(scene: &Scene, to: S) -> Result<S::Ok, S::Error> {
         to.serialize_str(&scene.to_toml())
     }
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Scene, D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Scene, D::Error> {
         let text = String::deserialize(from)?;
         Scene::parse("scene", &text).map_err(D::Error::custom)
     }

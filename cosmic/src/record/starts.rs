@@ -3,7 +3,7 @@
 
 use super::files::{sweep, write_atomic, write_json};
 use super::halving::{Halving, climb};
-use super::history::{LINES, TABLE};
+use super::history::{DESIGNS, LINES, TABLE};
 use super::run::{DESIGN, DIVERGED, create_folder, keep_scene};
 use super::snapshot::{SNAPSHOT, Snapshot};
 use super::summary::SUMMARY;
@@ -78,7 +78,7 @@ pub(super) fn search(folder: &Path, plan: &Plan, observer: &mut dyn Observer) ->
         copy(&folder_of(folder, seed), folder, &[DIVERGED])?;
         return Err(error);
     };
-    let files = [DESIGN, TRAJECTORY, LINES, TABLE];
+    let files = [DESIGN, TRAJECTORY, LINES, TABLE, DESIGNS];
     copy(&folder_of(folder, best.seed), folder, &files)?;
     let summary = Summary {
         starts,

@@ -107,6 +107,28 @@ impl Start {
     }
 }
 
+/// A number of a summary; `None` where a rollout diverged.
+pub type Number = fn(&Summary) -> Option<f64>;
+
+/// The numbers of a summary as a table has them, each with the name of its column.
+pub const NUMBERS: [(&str, Number); 13] = [
+    ("displacement_p50", |s| s.displacement_p50),
+    ("displacement_p10", |s| s.displacement_p10),
+    ("displacement_p90", |s| s.displacement_p90),
+    ("displacement_last_p50", |s| s.displacement_last_p50),
+    ("displacement_along", |s| Some(s.displacement_along)),
+    ("displacement_x", |s| Some(s.displacement[0])),
+    ("displacement_y", |s| Some(s.displacement[1])),
+    ("V", |s| Some(s.volume)),
+    ("V_act", |s| Some(s.actuator_volume)),
+    ("flips", |s| Some(s.flips as f64)),
+    ("skipped_gradients", |s| Some(s.skipped_gradients as f64)),
+    ("delivered_iteration", |s| {
+        Some(s.delivered_iteration as f64)
+    }),
+    ("seconds", |s| Some(s.seconds)),
+];
+
 impl Summary {
     pub(super) fn new(plan: &Plan, progress: &Progress, delivery: &Delivery, seconds: f64) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 use super::layout;
 use super::motion::{Motion, PAYLOAD, SKELETON, hex};
 use super::results::Results;
-use super::svg::escape;
+use super::svg::{decimals, escape};
+use super::ternary;
 use crate::design::Material;
 use crate::record::Summary;
 
@@ -66,8 +67,9 @@ pub(super) const FIGURES: [Figure; 9] = [
 
 /// A displacement; none where the rollouts that it stands for diverged.
 fn metres(value: impl Into<Option<f64>>) -> String {
-    let text = |v: f64| format!("{v:.3}").replace('-', "\u{2212}");
-    value.into().map_or("diverged".to_owned(), text)
+    value
+        .into()
+        .map_or("diverged".to_owned(), |v| decimals(v, 3))
 }
 
 /// A whole page of HTML.
@@ -97,7 +99,7 @@ pub(super) fn render(motion: &Motion, [robot, convergence]: [&str; 2]) -> String
     body += &figures(&run.summary);
     body += &player(motion);
     let _ = writeln!(body, "<h2>Gait</h2>\n{robot}");
-    let pair = [layout::draw_layout(run), layout::draw_ternary(run)].concat();
+    let pair = [layout::draw_layout(run), ternary::draw_mixtures(run)].concat();
     let _ = writeln!(body, "<h2>Design</h2>\n<div class=\"pair\">{pair}</div>");
     let _ = writeln!(body, "<h2>Convergence</h2>\n{convergence}");
     body += &summary(run);

@@ -6,7 +6,8 @@ use crate::codesign::Record;
 use crate::error::{Error, Result};
 use crate::lattice::{Ground, Lattice};
 use crate::record::files::read_json;
-use crate::record::{DesignFile, Summary, TrajectoryFile, history, trajectory_file};
+use crate::record::history::{self, DesignRow};
+use crate::record::{DesignFile, Summary, TrajectoryFile, trajectory_file};
 use crate::scene::Scene;
 
 /// What a finished run left behind, read and found to fit together.
@@ -23,6 +24,8 @@ pub struct Results {
     pub summary: Summary,
     /// The iterations from first to last.
     pub history: Vec<Record>,
+    /// The designs that were kept on the way; none in a run of before they were.
+    pub designs: Vec<DesignRow>,
     /// The delivered design's rollout; at least one state.
     pub trajectory: TrajectoryFile,
 }
@@ -43,6 +46,7 @@ impl Results {
         design.robot(&scene, &path.display().to_string())?;
         Ok(Self {
             history: history::read(folder)?,
+            designs: read_designs(&folder.join(history::DESIGNS), &lattice)?,
             trajectory: read_trajectory(&folder.join(trajectory_file::TRAJECTORY), &lattice)?,
             folder: folder.to_owned(),
             scene,
@@ -84,4 +88,21 @@ fn read_trajectory(path: &Path, lattice: &Lattice) -> Result<TrajectoryFile> {
         fits("positions of a state", state.x.len(), lattice.nodes())?;
     }
     Ok(file)
+}
+
+/// The designs on the way, each with an entry per edge.
+fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let rows: Vec<DesignRow> = history::read_lines(path)?;
+    match rows.iter().find(|row| row.z.len() != lattice.edges.len()) {
+        None => Ok(rows),
+        Some(row) => Err(Error::Misfit {
+            file: path.display().to_string(),
+            what: format!("length of `z` of iteration {}", row.iteration),
+            expected: lattice.edges.len(),
+            found: row.z.len(),
+        }),
+    }
 }

@@ -1,7 +1,7 @@
 //! Settings that are each in range and yet do not fit one another.
 
 use super::layout::LAYOUT_SIDE;
-use super::{LossKind, Scene, StartKind};
+use super::{Layout, LossKind, Scene, StartKind};
 
 /// Settings at odds.
 pub(super) struct Conflict {
@@ -103,7 +103,8 @@ fn layouts(scene: &Scene) -> Vec<Conflict> {
     } else {
         "lattice.columns"
     };
-    let needed = matches!(scene.start.kind, StartKind::ThreeLegged | StartKind::Layout);
+    let needed = matches!(scene.start.kind, StartKind::ThreeLegged | StartKind::Layout)
+        && scene.start.layout != Layout::Filled;
     let says =
         format!("the three-legged layouts belong to a lattice of 6x6 nodes, not {columns}x{rows}");
     require(fits || !needed, [side, "start.kind"], says)

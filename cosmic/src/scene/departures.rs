@@ -1,6 +1,6 @@
 //! The options by which a scene departs from the paper on purpose.
 
-use super::{Layout, LossKind, Scene, SelectionKind, StartKind, TaskKind};
+use super::{BinarisationMethod, Layout, LossKind, Scene, SelectionKind, StartKind, TaskKind};
 use serde::{Deserialize, Serialize};
 
 /// A named option that differs from what the paper does.
@@ -68,6 +68,26 @@ impl Scene {
                 self.robust.samples > 0,
                 "robust.samples",
                 "gradients are means over robots and surroundings drawn around the nominal ones",
+            ),
+            (
+                self.controller.two_goals,
+                "controller.two_goals",
+                "the controller is trained for a goal behind as well",
+            ),
+            (
+                self.materials.penalisation != 1,
+                "materials.penalisation",
+                "the stiffness of mixtures is penalised, as SIMP does",
+            ),
+            (
+                self.binarisation.method == BinarisationMethod::Constraints,
+                "binarisation.method",
+                "the binarisation measures are strict constraints, not augmented terms",
+            ),
+            (
+                self.schedule.stability_share == 0.0,
+                "schedule.stability_share",
+                "the stability projection moves nothing",
             ),
         ];
         let in_force = known.into_iter().filter(|(differs, ..)| *differs);

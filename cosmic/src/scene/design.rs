@@ -14,6 +14,10 @@ pub struct ProjectionSettings {
     pub beta_straight_through: f64,
     /// What keeps the pairwise measures from dividing zero by zero (D6).
     pub delta: f64,
+    /// How much is taken off the solid entry that an edge does not have in the layout "filled",
+    /// before every projection: the materials are held, and topology alone is designed (paper: 0,
+    /// in its ablation a small constant).
+    pub hold_materials: f64,
 }
 
 impl Default for ProjectionSettings {
@@ -23,6 +27,7 @@ impl Default for ProjectionSettings {
             beta_stability: 500.0,
             beta_straight_through: 20.0,
             delta: 1e-6,
+            hold_materials: 0.0,
         }
     }
 }
@@ -34,9 +39,10 @@ pub struct StartSettings {
     pub kind: StartKind,
     /// Surplus of void at the topmost edge, for "stability" (paper: 0.12).
     pub void_shift: f64,
-    /// Share of void where the layout is void, for "three_legged" (paper silent).
+    /// Share of void where the layout is void for "three_legged", everywhere for "filled" (paper
+    /// silent).
     pub void: f64,
-    /// Three-legged layout that "three_legged" and "layout" refer to.
+    /// Layout that "three_legged" and "layout" refer to.
     pub layout: Layout,
     /// Half the surplus of void at a side drawn from the seed; none is at the opposite (paper: 0).
     pub tilt: f64,
@@ -64,7 +70,9 @@ pub enum StartKind {
     Stability,
     /// More void where a three-legged layout is void (design c).
     ThreeLegged,
-    /// A three-legged layout as it is, one-hot; the controller alone is trained (design a).
+    /// Little void anywhere, of the solid materials the same (the paper's ablation).
+    Filled,
+    /// A layout as it is, one-hot; the controller alone is trained (design a).
     Layout,
 }
 
@@ -73,11 +81,13 @@ impl Named for StartKind {
         ("uniform", StartKind::Uniform),
         ("stability", StartKind::Stability),
         ("three_legged", StartKind::ThreeLegged),
+        ("filled", StartKind::Filled),
         ("layout", StartKind::Layout),
     ];
 }
 
-/// A hand-made three-legged layout of the 6x6 lattice, within the volume budget.
+/// A hand-made layout: three-legged ones of the 6x6 lattice within the volume budget, or one that
+/// fills any lattice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Layout {
@@ -85,11 +95,17 @@ pub enum Layout {
     Tall,
     /// Legs two cells high, 18 vertical actuators, four in the top chord.
     Short,
+    /// No void; actuators spread evenly over the vertical edges, skeleton elsewhere (the default
+    /// design of the paper's ablation).
+    Filled,
 }
 
 impl Named for Layout {
-    const ALL: &'static [(&'static str, Self)] =
-        &[("tall", Layout::Tall), ("short", Layout::Short)];
+    const ALL: &'static [(&'static str, Self)] = &[
+        ("tall", Layout::Tall),
+        ("short", Layout::Short),
+        ("filled", Layout::Filled),
+    ];
 }
 
 /// Bounds on the volume fractions, and how far they widen on the way.
@@ -119,6 +135,9 @@ impl Default for VolumeSettings {
 /// The augmented Lagrangian of the four binarisation measures, and the attraction to one-hot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BinarisationSettings {
+    /// What holds the measures below their thresholds: augmented terms of the objective, or
+    /// constraints of the design's optimiser (paper: augmented).
+    pub method: BinarisationMethod,
     /// What each measure's threshold comes down to, from the measure's first value (paper silent).
     pub threshold: f64,
     /// First and last iteration of the thresholds' descent (paper silent).
@@ -136,6 +155,7 @@ pub struct BinarisationSettings {
 impl Default for BinarisationSettings {
     fn default() -> Self {
         BinarisationSettings {
+            method: BinarisationMethod::Augmented,
             threshold: 0.03,
             threshold_over: [20, 180],
             penalty: 0.3,
@@ -144,4 +164,21 @@ impl Default for BinarisationSettings {
             nudge: [0.002, 0.006],
         }
     }
+}
+
+/// How the four binarisation measures are held below their thresholds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BinarisationMethod {
+    /// By the augmented Lagrangian, which lets them be violated for a while.
+    Augmented,
+    /// As constraints of MMA beside the volumes: strictly, at all times.
+    Constraints,
+}
+
+impl Named for BinarisationMethod {
+    const ALL: &'static [(&'static str, Self)] = &[
+        ("augmented", BinarisationMethod::Augmented),
+        ("constraints", BinarisationMethod::Constraints),
+    ];
 }

@@ -1,4 +1,5 @@
-//! The two hand-made three-legged layouts (the paper's baseline, of which it lists no edges).
+//! The hand-made layouts: two with three legs (the paper's baseline, of which it lists no edges),
+//! and the filled one of its ablation.
 
 use super::design::Layout;
 
@@ -27,15 +28,14 @@ const SHORT: [&str; LAYOUT_SIDE] = [
 
 impl Layout {
     /// The material of each of the 110 edges of the 6x6 lattice, in the lattice's edge order:
-    /// 0 void, 1 skeleton, 2 actuator.
-    pub fn materials(self) -> Vec<u8> {
+    /// 0 void, 1 skeleton, 2 actuator. None for a layout that is drawn for no lattice.
+    pub fn materials(self) -> Option<Vec<u8>> {
         let rows = match self {
             Layout::Tall => TALL,
             Layout::Short => SHORT,
+            Layout::Filled => return None,
         };
-        rows.iter()
-            .flat_map(|row| row.bytes())
-            .map(|digit| digit - b'0')
-            .collect()
+        let digits = rows.iter().flat_map(|row| row.bytes());
+        Some(digits.map(|digit| digit - b'0').collect())
     }
 }

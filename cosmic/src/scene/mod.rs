@@ -24,7 +24,8 @@ pub use builtin::{BUILTIN, Builtin, fault};
 pub use departures::Departure;
 
 pub use design::{
-    BinarisationSettings, Layout, ProjectionSettings, StartKind, StartSettings, VolumeSettings,
+    BinarisationMethod, BinarisationSettings, Layout, ProjectionSettings, StartKind, StartSettings,
+    VolumeSettings,
 };
 pub use field::Named;
 pub use layout::LAYOUT_SIDE;

@@ -18,13 +18,21 @@ impl Scene {
     /// an unknown key, a value of the wrong type or out of its range, and settings that contradict
     /// one another.
     pub fn parse(file: &str, text: &str) -> Result<Scene> {
+        Scene::default().with(file, text)
+    }
+
+    /// The scene with the settings of a TOML text in place of its own.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn with(&self, file: &str, text: &str) -> Result<Scene> {
         let document = match DeTable::parse(text) {
             Ok(document) => document,
             Err(error) => return Err(malformed(file, text, vec![syntax(&error)])),
         };
         let mut reader = Reader {
             text,
-            scene: Scene::default(),
+            scene: self.clone(),
             faults: Vec::new(),
             spans: HashMap::new(),
         };

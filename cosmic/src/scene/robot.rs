@@ -151,6 +151,9 @@ pub struct MaterialSettings {
     pub density: [f64; 3],
     /// Largest actuation strain of void, skeleton, actuator (paper, table 1).
     pub max_strain: [f64; 3],
+    /// Exponent on the shares of a mixture in its stiffness, the penalisation of SIMP (paper: 1,
+    /// none).
+    pub penalisation: usize,
 }
 
 impl Default for MaterialSettings {
@@ -159,11 +162,12 @@ impl Default for MaterialSettings {
             stiffness: [1e-7, 4e2, 3e1],
             density: [1e-8, 0.030, 0.100],
             max_strain: [0.0, 0.0, 0.35],
+            penalisation: 1,
         }
     }
 }
 
-/// The neural controller: its size, its inputs and how its weights start.
+/// The neural controller: its size, its inputs, its goals and how its weights start.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ControllerSettings {
     /// Width of the hidden layer (paper: 32).
@@ -178,12 +182,27 @@ pub struct ControllerSettings {
     pub goal_scale: f64,
     /// Whether the goal is given relative to the mean node position (D3; paper: false).
     pub goal_relative: bool,
+    /// Whether the controller is trained for a second goal too, mirrored behind the origin, towards
+    /// which the payload has to get as far back; what is reported and chosen by stays the way ahead
+    /// (paper: false).
+    pub two_goals: bool,
     /// Factor on the node offsets at the controller's input, 1/m (D3).
     pub offset_scale: f64,
     /// Factor on the node velocities at the controller's input, s/m (D3).
     pub velocity_scale: f64,
     /// Gain of the Xavier initialisation of the hidden and the output layer (paper silent).
     pub gain: [f64; 2],
+}
+
+impl ControllerSettings {
+    /// The same with the goal mirrored: behind the origin where it was ahead.
+    pub fn turned_back(&self) -> Self {
+        let [along, height] = self.goal;
+        Self {
+            goal: [-along, height],
+            ..self.clone()
+        }
+    }
 }
 
 impl Default for ControllerSettings {
@@ -195,6 +214,7 @@ impl Default for ControllerSettings {
             goal: [2.0, 0.1],
             goal_scale: 0.05,
             goal_relative: false,
+            two_goals: false,
             offset_scale: 0.05,
             velocity_scale: 0.05,
             gain: [2.0, 2.0],

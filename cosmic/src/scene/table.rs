@@ -128,6 +128,9 @@ const MATERIALS: &[Field] = &[
     field("max_strain", within(0.0, 0.99), |s| {
         Numbers(&mut s.materials.max_strain)
     }),
+    field("penalisation", within(1.0, 10.0), |s| {
+        Count(&mut s.materials.penalisation)
+    }),
 ];
 
 const PROJECTION: &[Field] = &[
@@ -140,6 +143,9 @@ const PROJECTION: &[Field] = &[
     }),
     field("delta", within(1e-15, 1.0), |s| {
         Number(&mut s.projection.delta)
+    }),
+    field("hold_materials", within(0.0, 10.0), |s| {
+        Number(&mut s.projection.hold_materials)
     }),
 ];
 
@@ -162,6 +168,7 @@ const CONTROLLER: &[Field] = &[
     field("goal_relative", NONE, |s| {
         Flag(&mut s.controller.goal_relative)
     }),
+    field("two_goals", NONE, |s| Flag(&mut s.controller.two_goals)),
     field("offset_scale", within(0.0, 1e6), |s| {
         Number(&mut s.controller.offset_scale)
     }),
@@ -214,6 +221,7 @@ const SCHEDULE: &[Field] = &[
 ];
 
 const BINARISATION: &[Field] = &[
+    field("method", NONE, |s| Choice(&mut s.binarisation.method)),
     field("threshold", SHARE, |s| {
         Number(&mut s.binarisation.threshold)
     }),

@@ -92,8 +92,8 @@ fn limits_hold_only_finite_numbers() {
 #[test]
 fn the_layouts_fill_the_lattice_within_the_volume_bounds() {
     let Scene { volume, .. } = Scene::default();
-    for (_, layout) in Layout::ALL {
-        let materials = layout.materials();
+    for layout in [Layout::Tall, Layout::Short] {
+        let materials = layout.materials().unwrap();
         // 6 x 5 horizontal, 5 x 6 vertical, twice 5 x 5 diagonal.
         assert_eq!(materials.len(), 30 + 30 + 50);
         let share = |least: u8| {

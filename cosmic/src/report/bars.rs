@@ -1,0 +1,103 @@
+//! Numbers of several experiments side by side, each with the sample that it stands for.
+
+use super::plot::{Axes, range};
+use super::svg::{MUTED, Svg, decimals};
+
+const WIDTH: f64 = 960.0;
+/// Left edge of the bars: names stand before it.
+const LEFT: f64 = 250.0;
+const TOP: f64 = 56.0;
+/// Height of a bar with the space around it.
+const ROW: f64 = 30.0;
+
+/// One experiment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bar {
+    /// What it is called.
+    pub name: String,
+    /// Its number; none is drawn as no bar.
+    pub value: Option<f64>,
+    /// The sample that the number stands for.
+    pub points: Vec<f64>,
+    /// A number to compare with.
+    pub mark: Option<f64>,
+}
+
+/// Horizontal bars as SVG, from the first down: points are the samples, a tall stroke is what to
+/// compare with. Numbers that are not finite are not drawn.
+pub fn bars(title: &str, unit: &str, bars: &[Bar]) -> String {
+    let height = ROW * bars.len() as f64;
+    let numbers = bars.iter().flat_map(|bar| {
+        let single = [bar.value, bar.mark].into_iter().flatten();
+        single.chain(bar.points.iter().copied())
+    });
+    let [least, most] = range(numbers, [0.0, 0.0]);
+    let axes = Axes {
+        origin: [LEFT, TOP],
+        size: [WIDTH - LEFT - 40.0, height],
+        x: [least, most + 0.04 * (most - least)],
+        y: [0.0, 1.0],
+        log: [false; 2],
+    };
+    let mut svg = Svg::new([WIDTH, TOP + height + 56.0]);
+    svg.text([24.0, 28.0], title, r#"font-weight="600""#);
+    let zero = axes.place([0.0, 0.0])[0];
+    let across = |x: f64| axes.place([x, 0.0])[0];
+    for (k, bar) in bars.iter().enumerate() {
+        let middle = TOP + ROW * (k as f64 + 0.5);
+        let style = r#"text-anchor="end""#;
+        svg.text([LEFT - 12.0, middle + 4.0], &bar.name, style);
+        draw(&mut svg, (bar, middle), (zero, &across));
+    }
+    svg.line(
+        [zero, TOP],
+        [zero, TOP + height],
+        &format!(r#"stroke="{MUTED}""#),
+    );
+    axes.draw_along(&mut svg, unit);
+    svg.finish(title)
+}
+
+fn draw(svg: &mut Svg, (bar, middle): (&Bar, f64), (zero, across): (f64, &dyn Fn(f64) -> f64)) {
+    if let Some(value) = bar.value.filter(|value| value.is_finite()) {
+        let end = across(value);
+        let size = [(end - zero).abs(), 16.0];
+        svg.rect([zero.min(end), middle - 8.0], size, r##"fill="#9fc0e4""##);
+        let style = r#"text-anchor="start" font-weight="600""#;
+        let place = [end.max(zero) + 6.0, middle + 4.0];
+        svg.text(place, &decimals(value, 2), style);
+    }
+    for &point in bar.points.iter().filter(|point| point.is_finite()) {
+        let style = r##"fill="#0b62b8" fill-opacity="0.45""##;
+        svg.circle([across(point), middle], 2.6, style);
+    }
+    if let Some(mark) = bar.mark {
+        let x = across(mark);
+        let style = r##"stroke="#d9541e" stroke-width="2.5""##;
+        svg.line([x, middle - 12.0], [x, middle + 12.0], style);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Bar, bars};
+
+    #[test]
+    fn a_drawing_has_a_bar_a_point_and_a_mark_for_each_number() {
+        let bar = |value, points: &[f64], mark| Bar {
+            name: "a < b".to_owned(),
+            value,
+            points: points.to_vec(),
+            mark,
+        };
+        let all = [
+            bar(Some(-1.0), &[-2.0, 0.5, f64::NEG_INFINITY], Some(2.0)),
+            bar(None, &[], None),
+        ];
+        let svg = bars("title", "m", &all);
+        let count = |what: &str| svg.matches(what).count();
+        assert_eq!((count("<circle"), count("#d9541e")), (2, 1));
+        assert!(count("#9fc0e4") == 1 && count("a &lt; b") == 2);
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    }
+}

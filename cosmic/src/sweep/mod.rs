@@ -1,0 +1,18 @@
+//! Many runs from one frozen plan.
+//!
+//! A sweep's folder has `plan.json`, written once, and below `runs` an ordinary run's folder for
+//! every scene and seed. Any number of processes may work on it at once: whoever takes a run holds
+//! a lock on its claim, which the system gives back when that process ends, however it ends. What
+//! is done is told by the runs' own files alone, so that a sweep goes on wherever it was
+//! interrupted, and [`merge`] reads records and simulates nothing.
+
+mod claim;
+mod merge;
+mod plan;
+mod state;
+mod work;
+
+pub use merge::{MergedRun, Results, merge, write_results};
+pub use plan::{PLAN, PlannedScene, SweepPlan};
+pub use state::RunState;
+pub use work::{Ended, Outcome, Overseer, in_parallel, run_all, run_next, run_one};

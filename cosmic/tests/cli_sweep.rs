@@ -1,0 +1,204 @@
+//! `cosmic sweep` as a user meets it: a frozen plan, runs shared by processes, merged results.
+#![cfg(unix)]
+
+mod common;
+
+use common::Bench;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// A sweep of the bench's scene over three seeds, planned.
+fn planned(bench: &Bench, more: &[&str]) {
+    let scene = &bench.scene;
+    let arguments = [
+        &["sweep", "plan", scene, "--seeds", "3", "--out", "s"],
+        more,
+    ]
+    .concat();
+    let said = bench.cosmic(&arguments);
+    assert_eq!((said.code, &said.out[..]), (0, "s: 3 runs\n"), "{said:?}");
+}
+
+fn start(bench: &Bench, arguments: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_cosmic"))
+        .args(arguments)
+        .current_dir(bench.path(""))
+        .stderr(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+fn await_file(bench: &Bench, name: &str) {
+    let began = Instant::now();
+    while !bench.path(name).exists() {
+        // No machine is so slow: something is wrong.
+        assert!(began.elapsed() < Duration::from_secs(300), "no {name}");
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn a_sweep_s_runs_are_those_of_optimize() {
+    let bench = Bench::new(24, 64);
+    planned(&bench, &[]);
+    let said = bench.cosmic(&["sweep", "run", "s", "--index", "1", "--threads", "2"]);
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(said.out.starts_with("run 1, tiny seed 1: "), "{said:?}");
+    let said = bench.cosmic(&["sweep", "run", "s", "--index", "all", "--threads", "2"]);
+    // The one that is done is not done again.
+    assert_eq!((said.code, said.error.lines().count()), (0, 2), "{said:?}");
+    assert!(said.error.starts_with("2/3  tiny seed "), "{said:?}");
+    for seed in ["0", "1", "2"] {
+        bench.run(seed, &["--seed", seed]);
+        assert_eq!(
+            bench.results(&format!("s/runs/tiny-{seed}")),
+            bench.results(seed)
+        );
+    }
+}
+
+#[test]
+fn processes_share_a_sweep_and_no_run_is_done_twice() {
+    let bench = Bench::new(40, 512);
+    planned(&bench, &[]);
+    let auto = [
+        "sweep",
+        "run",
+        "s",
+        "--index",
+        "auto",
+        "--threads",
+        "1",
+        "--json",
+    ];
+    let children = [(); 2].map(|()| start(&bench, &auto));
+    let mut taken: Vec<Value> = children
+        .into_iter()
+        .map(|child| {
+            let output = child.wait_with_output().unwrap();
+            assert!(output.status.success(), "{output:?}");
+            serde_json::from_slice(&output.stdout).unwrap()
+        })
+        .collect();
+    for _ in 0..2 {
+        let said = bench.cosmic(&auto);
+        taken.push(serde_json::from_str(&said.out).unwrap());
+    }
+    // The fourth finds nothing left.
+    assert_eq!(taken[3]["index"], Value::Null);
+    let indices: BTreeSet<u64> = (taken[..3].iter())
+        .map(|said| said["index"].as_u64().unwrap())
+        .collect();
+    assert_eq!(indices, BTreeSet::from([0, 1, 2]));
+}
+
+#[test]
+fn a_killed_process_gives_its_run_back() {
+    let bench = Bench::new(100, 1024);
+    planned(&bench, &[]);
+    let mut child = start(&bench, &["sweep", "run", "s", "--index", "0", "--quiet"]);
+    await_file(&bench, "s/runs/tiny-0/history.jsonl");
+    let taken = bench.cosmic(&["sweep", "run", "s", "--index", "0"]);
+    let is_running = child.try_wait().unwrap().is_none();
+    // Unless it ended meanwhile, the run is not to be had.
+    assert!(!is_running || taken.code == 2, "{taken:?}");
+    if is_running {
+        assert!(
+            taken.error.contains("at work in another process"),
+            "{taken:?}"
+        );
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let said = bench.cosmic(&["sweep", "run", "s", "--index", "auto", "--threads", "2"]);
+    assert!(
+        said.code == 0 && said.out.starts_with("run 0, "),
+        "{said:?}"
+    );
+    bench.run("whole", &[]);
+    assert_eq!(bench.results("s/runs/tiny-0"), bench.results("whole"));
+}
+
+#[test]
+fn status_and_merge_read_what_is_there() {
+    let bench = Bench::new(24, 64);
+    planned(&bench, &["--iterations", "20", "--first-seed", "7"]);
+    let last = |out: &str| out.lines().last().unwrap().to_owned();
+    let status = || bench.cosmic(&["sweep", "status", "s"]).out;
+    assert_eq!(last(&status()), "3 waiting, 0 begun, 0 done, 0 diverged");
+    assert_eq!(bench.cosmic(&["sweep", "run", "s", "--index", "2"]).code, 0);
+    assert_eq!(last(&status()), "2 waiting, 0 begun, 1 done, 0 diverged");
+    let said = bench.cosmic(&["sweep", "merge", "s"]);
+    assert_eq!(said.out, "s/results.json\ns/results.csv\n");
+    assert_eq!(said.error, "2 of 3 runs are not done\n");
+    let results = bench.json("s/results.json");
+    assert_eq!(results["format"], "cosmic-sweep-results");
+    let run = &results["runs"][2];
+    let summary = bench.json("s/runs/tiny-9/summary.json");
+    assert_eq!(
+        run["summary"]["displacement_p50"],
+        summary["displacement_p50"]
+    );
+    assert_eq!((&run["seed"], &run["iterations"]), (&9.into(), &20.into()));
+    assert_eq!(results["runs"][0]["summary"], Value::Null);
+    let table = fs::read_to_string(bench.path("s/results.csv")).unwrap();
+    let cells: Vec<usize> = table.lines().map(|line| line.split(',').count()).collect();
+    assert_eq!(cells, [cells[0]; 4]);
+    assert!(
+        table
+            .lines()
+            .nth(3)
+            .unwrap()
+            .starts_with("2,tiny,9,done,20,")
+    );
+}
+
+#[test]
+fn a_diverged_run_is_over() {
+    let bench = Bench::with(&common::scene(8, 64, "dt = 1.0"));
+    let said = bench.cosmic(&["sweep", "plan", &bench.scene, "--seeds", "1", "--out", "s"]);
+    assert_eq!(said.code, 0, "{said:?}");
+    let said = bench.cosmic(&["sweep", "run", "s", "--index", "all"]);
+    assert!(
+        said.code == 0 && said.error.contains("diverged in step"),
+        "{said:?}"
+    );
+    let said = bench.cosmic(&["sweep", "status", "s"]);
+    assert!(
+        said.out
+            .ends_with("0 waiting, 0 begun, 0 done, 1 diverged\n"),
+        "{said:?}"
+    );
+    let said = bench.cosmic(&["sweep", "run", "s", "--index", "auto"]);
+    assert_eq!(said.out, "nothing is left to take\n");
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let bench = Bench::new(24, 64);
+    planned(&bench, &[]);
+    let refusal = |arguments: &[&str], code: i32| {
+        let said = bench.cosmic(&[&["sweep"], arguments].concat());
+        assert_eq!(said.code, code, "{said:?}");
+        said.error
+    };
+    let scene = &bench.scene[..];
+    let again = refusal(&["plan", scene, "--seeds", "1", "--out", "s"], 2);
+    assert!(again.contains("s: the folder is not empty"), "{again}");
+    let twice = refusal(&["plan", scene, scene, "--seeds", "1", "--out", "t"], 2);
+    assert!(twice.contains("two scenes are called `tiny`"), "{twice}");
+    let beyond = refusal(&["run", "s", "--index", "3"], 2);
+    assert!(
+        beyond.contains("there is no run 3: the plan has 3"),
+        "{beyond}"
+    );
+    let word = refusal(&["run", "s", "--index", "some"], 2);
+    assert!(word.contains("a run's number, `auto` or `all`"), "{word}");
+    let nowhere = refusal(&["status", "nowhere"], 4);
+    assert!(nowhere.contains("nowhere/plan.json"), "{nowhere}");
+}
