@@ -188,8 +188,9 @@ impl Gradients {
 
     /// Whether a checked row is wrong.
     pub fn is_wrong(&self, row: &Slopes) -> bool {
-        // A NaN is wrong too.
-        self.is_checked(row) && !(row.error <= self.tolerance(row.steps))
+        // A NaN is not right.
+        let right = row.error <= self.tolerance(row.steps);
+        self.is_checked(row) && !right
     }
 }
 
