@@ -178,8 +178,7 @@ fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
 /// they are small. The first steps, in which a perturbation turns towards what grows, count too:
 /// they are few.
 fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
-    let small = distances.iter().position(|&d| !(d < PARTED));
-    let count = small.unwrap_or(distances.len());
+    let count = distances.iter().take_while(|&&d| d < PARTED).count();
     // Motions that have met again to the last bit are a rounding apart.
     let log = |d: &f64| d.max(f64::EPSILON).log2();
     let points = steps.iter().zip(distances).take(count);

@@ -19,10 +19,9 @@ const HALVINGS: u32 = 6;
 const WIDTHS: [f64; 10] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
 /// A full tape that would need more memory, in bytes, is left out and said to be.
 const MOST_MEMORY: u64 = 3 << 30;
-/// A full tape and the driver go through the same states; what is left is the order in which
-/// sums are rounded, some hundred terms a step, along products of thousands of steps that are
-/// dominated by one direction.
-const SAME: f64 = 1e-8;
+/// A full tape and the driver round the same sums in another order: they may differ by this, or
+/// by as much as both may be wrong.
+const SAME: f64 = 1e-10;
 /// Starts from which gradients are compared, and how far they are moved, m.
 const STARTS: usize = 8;
 const MOVED: f64 = 1e-9;
@@ -174,6 +173,13 @@ impl Gradients {
         })
     }
 
+    /// Whether the driver's gradient and the full tape's may differ so much over a horizon.
+    /// Where no two digits are left they may differ in all.
+    pub fn may_differ(&self, steps: usize, difference: f64) -> bool {
+        let allowed = self.tolerance(steps);
+        difference <= SAME.max(2.0 * allowed) || allowed >= WORTHLESS
+    }
+
     /// Whether a row can be held against the truth: exact ways, while digits are left.
     pub fn is_checked(&self, row: &Slopes) -> bool {
         let exact = row.way.is_exact() && !row.left_out;
@@ -182,8 +188,9 @@ impl Gradients {
 
     /// Whether a checked row is wrong.
     pub fn is_wrong(&self, row: &Slopes) -> bool {
-        // A NaN is wrong too.
-        self.is_checked(row) && !(row.error <= self.tolerance(row.steps))
+        // A NaN is not right.
+        let right = row.error <= self.tolerance(row.steps);
+        self.is_checked(row) && !right
     }
 }
 
