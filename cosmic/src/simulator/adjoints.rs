@@ -4,6 +4,7 @@
 use autodiff::{Adjoint, Real};
 
 use super::kernels::{Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
+use super::trap::Trapped;
 
 impl Adjoint<6, 2> for Spring {
     #[inline(always)]
@@ -346,3 +347,6 @@ impl Adjoint<4, 4> for SlidingDrift {
         [y0, t105, t98, t107]
     }
 }
+
+impl Adjoint<7, 4> for Trapped<Sticking> {}
+impl Adjoint<7, 4> for Trapped<Sliding> {}

@@ -13,6 +13,13 @@ const HEADER: &str = "\
 use autodiff::{Adjoint, Real};
 
 use super::kernels::{Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
+use super::trap::Trapped;
+";
+
+/// Rollouts with traps are never differentiated: what the engine does by itself is enough.
+const TRAPPED: &str = "\
+impl Adjoint<7, 4> for Trapped<Sticking> {}
+impl Adjoint<7, 4> for Trapped<Sliding> {}
 ";
 
 fn flight(values: &[f64]) -> Flight {
@@ -51,6 +58,7 @@ fn emitted() -> String {
                 friction: v[1],
             }
         }),
+        TRAPPED.to_owned(),
     ];
     [HEADER, &parts.join("\n")].join("\n")
 }

@@ -87,8 +87,8 @@ impl Mechanics {
     fn fly<R: Real, W: Watch>(&self, p: &mut Program<R>, node: [Array; 7]) -> [Array; 4] {
         let flight = self.flight;
         match self.friction {
-            None => p.map(W::over(Sticking(flight)), node),
-            Some(friction) => p.map(W::over(Sliding { flight, friction }), node),
+            None => W::stick(p, Sticking(flight), node),
+            Some(friction) => W::slide(p, Sliding { flight, friction }, node),
         }
     }
 }

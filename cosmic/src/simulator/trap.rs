@@ -1,6 +1,8 @@
 //! The trap of the guard: what is absurd for a single step is seen after the last.
 
-use autodiff::{Adjoint, Kernel, Real};
+use autodiff::{Array, Kernel, Program, Real};
+
+use super::kernels::{Sliding, Sticking};
 
 /// Half the distance (m) and speed (m/s) from which on a state is absurd. The trap takes the length
 /// of position and velocity together in the ground's frame, which may be turned against the
@@ -11,30 +13,6 @@ pub(super) const TRAP: f64 = 5e5;
 /// then on, and so the last state tells of every step. All other nodes get the same bits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trapped<K>(pub(super) K);
-
-/// Who looks at every node's step.
-pub(super) trait Watch {
-    /// The step, looked at.
-    fn over<K: Adjoint<7, 4>>(kernel: K) -> impl Adjoint<7, 4>;
-}
-
-/// Nobody does.
-pub(super) struct Unwatched;
-
-impl Watch for Unwatched {
-    fn over<K: Adjoint<7, 4>>(kernel: K) -> impl Adjoint<7, 4> {
-        kernel
-    }
-}
-
-/// A [trap](Trapped) does.
-pub(super) struct Watched;
-
-impl Watch for Watched {
-    fn over<K: Adjoint<7, 4>>(kernel: K) -> impl Adjoint<7, 4> {
-        Trapped(kernel)
-    }
-}
 
 impl<K: Kernel<7, 4>> Kernel<7, 4> for Trapped<K> {
     #[inline(always)]
@@ -47,10 +25,35 @@ impl<K: Kernel<7, 4>> Kernel<7, 4> for Trapped<K> {
     }
 }
 
-impl<K: Adjoint<7, 4>> Adjoint<7, 4> for Trapped<K> {
-    #[inline(always)]
-    fn vjp<R: Real>(&self, node: [R; 7], bar: [R; 4]) -> [R; 7] {
-        self.0.vjp(node, bar)
+/// Who looks at every node's step. A type, not a flag: traps are compiled for f64 alone.
+pub(super) trait Watch {
+    /// Records the steps of nodes that stick to the ground.
+    fn stick<R: Real>(p: &mut Program<R>, kernel: Sticking, node: [Array; 7]) -> [Array; 4];
+    /// Records the steps of nodes that slide on it.
+    fn slide<R: Real>(p: &mut Program<R>, kernel: Sliding, node: [Array; 7]) -> [Array; 4];
+}
+
+/// Nobody does.
+pub(super) struct Unwatched;
+
+impl Watch for Unwatched {
+    fn stick<R: Real>(p: &mut Program<R>, kernel: Sticking, node: [Array; 7]) -> [Array; 4] {
+        p.map(kernel, node)
+    }
+    fn slide<R: Real>(p: &mut Program<R>, kernel: Sliding, node: [Array; 7]) -> [Array; 4] {
+        p.map(kernel, node)
+    }
+}
+
+/// A [trap](Trapped) does.
+pub(super) struct Watched;
+
+impl Watch for Watched {
+    fn stick<R: Real>(p: &mut Program<R>, kernel: Sticking, node: [Array; 7]) -> [Array; 4] {
+        p.map(Trapped(kernel), node)
+    }
+    fn slide<R: Real>(p: &mut Program<R>, kernel: Sliding, node: [Array; 7]) -> [Array; 4] {
+        p.map(Trapped(kernel), node)
     }
 }
 
