@@ -16,11 +16,12 @@ use super::kernels::{Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
 use super::trap::Trapped;
 ";
 
-/// Rollouts with traps are never differentiated: what the engine does by itself is enough.
-const TRAPPED: &str = "\
-impl Adjoint<7, 4> for Trapped<Sticking> {}
-impl Adjoint<7, 4> for Trapped<Sliding> {}
-";
+/// The adjoint of a kernel with a trap. Rollouts with traps are never differentiated: what the
+/// trait does by itself is enough.
+fn trapped(kernel: &str) -> String {
+    let name = "Adjoint";
+    format!("impl {name}<7, 4> for Trapped<{kernel}> {{}}\n")
+}
 
 fn flight(values: &[f64]) -> Flight {
     Flight {
@@ -58,7 +59,7 @@ fn emitted() -> String {
                 friction: v[1],
             }
         }),
-        TRAPPED.to_owned(),
+        trapped("Sticking") + &trapped("Sliding"),
     ];
     [HEADER, &parts.join("\n")].join("\n")
 }
