@@ -13,7 +13,7 @@ const HEIGHT: f64 = 440.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 50.0;
 /// Room for the names of the lines.
-const NAMES: f64 = 230.0;
+const NAMES: f64 = 270.0;
 
 /// A line of a [`LogChart`], with a dot at every point.
 #[derive(Clone, Debug, PartialEq)]

@@ -21,13 +21,17 @@ const EVERY: usize = 8;
 const SPENT: u32 = 7;
 
 /// How long a computation says anything about single points of a motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Predictable {
     /// Steps in which a small perturbation doubles, the median over starts; infinite where it
     /// does not once double in the whole rollout.
     pub doubling: f64,
     /// Length of a step, s.
     pub dt: f64,
+    /// Steps, and how much a small perturbation had grown at most until then, of all starts:
+    /// contacts stretch some directions for a while even where nothing grows for ever. Up to
+    /// where the first start has parted.
+    pub grown: Vec<(usize, f64)>,
 }
 
 impl Predictable {
@@ -37,15 +41,22 @@ impl Predictable {
         f64::from(digits - SPENT) * self.doubling
     }
 
-    /// How much a perturbation has grown after so many steps.
+    /// How much a perturbation may have grown after so many steps: as much as was seen, and beyond
+    /// that at the mean rate.
     pub fn growth(&self, steps: usize) -> f64 {
-        (steps as f64 / self.doubling).exp2()
+        let seen = self.grown.iter().take_while(|(at, _)| *at <= steps);
+        let (at, grown) = seen.last().copied().unwrap_or((0, 1.0));
+        grown * ((steps - at) as f64 / self.doubling).exp2()
     }
 
     /// What is said beside every table.
     pub fn note(&self) -> String {
         if self.doubling.is_infinite() {
-            return "Chaos: small perturbations of this design do not grow.".to_owned();
+            let most = self.grown.last().map_or(1.0, |(_, grown)| *grown);
+            return format!(
+                "Chaos: small perturbations of this design do not double once in the whole \
+                 rollout; on the way some had grown by {most:.0} times."
+            );
         }
         let [double, single] =
             [f64::MANTISSA_DIGITS, f32::MANTISSA_DIGITS].map(|digits| self.horizon(digits));
@@ -63,7 +74,7 @@ impl Predictable {
 }
 
 /// What perturbed starts make of a case.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Chaos {
     /// How fast motions part.
     pub predictable: Predictable,
@@ -92,10 +103,11 @@ impl Chaos {
         };
         let parting = moved.iter().map(|moved| {
             let pairs = moved.states.iter().zip(&unmoved.states);
-            let distances: Vec<f64> = pairs.map(|(a, b)| distance(a, b)).collect();
-            growth_rate(&observed, &distances)
+            pairs.map(|(a, b)| distance(a, b)).collect()
         });
-        let mut rates: Vec<f64> = parting.collect();
+        let parting: Vec<Vec<f64>> = parting.collect();
+        let rates = parting.iter().map(|d| growth_rate(&observed, d));
+        let mut rates: Vec<f64> = rates.collect();
         rates.sort_by(f64::total_cmp);
         let rate = rates[STARTS / 2];
         let doubles = rate * steps as f64 >= 1.0;
@@ -104,6 +116,7 @@ impl Chaos {
             predictable: Predictable {
                 doubling: if doubles { 1.0 / rate } else { f64::INFINITY },
                 dt: case.physics.dt,
+                grown: largest_growth(&observed, &parting),
             },
             steps,
             spread: Spread::of(&reached),
@@ -146,6 +159,21 @@ impl Chaos {
     }
 }
 
+/// The most that any of the distances had grown until so many steps, until one has parted.
+fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
+    let mut most: f64 = 1.0;
+    let mut grown = Vec::new();
+    for (k, &at) in steps.iter().enumerate() {
+        let apart = parting.iter().map(|distances| distances[k]);
+        if !apart.clone().all(|d| d < PARTED) {
+            break;
+        }
+        most = most.max(apart.fold(0.0, f64::max) / parting[0][0]);
+        grown.push((at, most));
+    }
+    grown
+}
+
 /// Doublings per step: the slope of a line through the logarithms of the distances, as long as
 /// they are small. The first steps, in which a perturbation turns towards what grows, count too:
 /// they are few.
@@ -175,7 +203,7 @@ pub(super) fn slope(points: &[[f64; 2]]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Chaos, growth_rate, slope};
+    use super::{Chaos, Predictable, growth_rate, largest_growth, slope};
     use crate::case::Case;
     use crate::scene::Scene;
 
@@ -189,6 +217,20 @@ mod tests {
         assert_eq!(slope(&[[1.0, 2.0]]), 0.0);
     }
 
+    #[test]
+    fn growth_is_seen_until_a_start_has_parted() {
+        let parting = [vec![1e-9, 4e-9, 2e-9, 1e-3], vec![1e-9, 1e-9, 8e-9, 9e-9]];
+        let grown = largest_growth(&[0, 8, 16, 24], &parting);
+        assert_eq!(grown, [(0, 1.0), (8, 4.0), (16, 8.0)]);
+        let predictable = Predictable {
+            doubling: 10.0,
+            dt: 0.002,
+            grown,
+        };
+        assert_eq!(predictable.growth(12), 4.0 * 0.4f64.exp2());
+        assert_eq!(predictable.growth(36), 8.0 * 4.0);
+    }
+
     /// A robot whose controller is silent comes to rest, and so do its neighbours.
     #[test]
     fn a_resting_robot_is_not_chaotic() {
@@ -198,7 +240,7 @@ mod tests {
         scene.physics.steps = 400;
         let chaos = Chaos::of(&Case::of_scene(&scene, 0).unwrap());
         assert_eq!(chaos.predictable.doubling, f64::INFINITY);
-        assert!(chaos.predictable.note().contains("do not grow"));
+        assert!(chaos.predictable.note().contains("do not double"));
         // The payload sags by micrometres.
         assert!(chaos.spread.p90 - chaos.spread.p10 < 1e-6, "{chaos:?}");
     }

@@ -1,6 +1,7 @@
 //! Run times and memory of single pieces of work, measured alone.
 
 use std::fs;
+use std::hint::black_box;
 use std::time::Duration;
 
 use super::speed::{peak_memory, timed};
@@ -25,6 +26,7 @@ pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64
 /// counts pages, and not at once.
 pub(super) fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64>) {
     let measure = || {
+        let _ballast = ballast();
         let before = resident_memory().filter(|_| forget_peak());
         let mut result = None;
         let time: Duration = timed(|| result = Some(work()));
@@ -32,11 +34,35 @@ pub(super) fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Opt
         let result = result.expect("the work was done");
         (result, time.as_secs_f64(), after)
     };
-    // A thread of its own has no memory left over from earlier work.
+    // A thread of its own has no spare buffers of earlier work.
     std::thread::scope(|scope| {
         let done = scope.spawn(measure).join();
         done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
+}
+
+/// Blocks that fill the memory which earlier work gave back to the allocator and the allocator
+/// kept: what is measured would otherwise be found there, and not be seen.
+fn ballast() -> Vec<Vec<u8>> {
+    /// Small enough to come from what is kept.
+    const BLOCK: usize = 64 << 10;
+    /// Enough for the system's count to be near the truth.
+    const BLOCKS: usize = 32;
+    /// 256 MiB: more is not kept.
+    const ROUNDS: usize = 128;
+    let mut blocks = Vec::new();
+    for _ in 0..ROUNDS {
+        let before = resident_memory();
+        blocks.extend((0..BLOCKS).map(|_| black_box(vec![1u8; BLOCK])));
+        let risen = resident_memory()
+            .unwrap_or(u64::MAX)
+            .saturating_sub(before.unwrap_or(0));
+        // Fresh from the system, most of it.
+        if risen as usize > BLOCK * BLOCKS / 5 * 4 {
+            break;
+        }
+    }
+    blocks
 }
 
 /// The memory that this process holds, in bytes, where the system says.

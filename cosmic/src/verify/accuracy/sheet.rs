@@ -209,7 +209,7 @@ impl Accuracy {
         let default = self.default_run();
         let chart = LogChart {
             title: format!("Largest error of a node at {time} s, m"),
-            along: format!("run time of {} s, s", self.times[3]),
+            along: format!("run time of {} s of motion, s", self.times[3]),
             lines: self.lines(&Precision::ALL, |run| [run.time, run.error[SHOWN]]),
             marked: Some(([default.time, default.error[SHOWN]], "default".to_owned())),
         };

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::measured;
-use super::probe::Precise;
+use super::probe::{Precise, Probe, distance, narrow};
 use crate::case::Case;
 use subject::{DIRECTIONS, Subject};
 
@@ -18,12 +18,14 @@ const HALVINGS: u32 = 6;
 /// Half-widths of central differences, along directions of length one.
 const WIDTHS: [f64; 10] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
 /// A full tape that would need more memory, in bytes, is left out and said to be.
-const MOST_MEMORY: u64 = 2 << 30;
-/// A full tape and the driver go through the same states; what is left is the order in which
-/// sums are rounded, some hundred terms a step, along products of thousands of steps that are
-/// dominated by one direction.
-const SAME: f64 = 1e-8;
-/// A gradient with no digit right is not worth a check.
+const MOST_MEMORY: u64 = 3 << 30;
+/// A full tape and the driver round the same sums in another order: they may differ by this, or
+/// by as much as both may be wrong.
+const SAME: f64 = 1e-10;
+/// Starts from which gradients are compared, and how far they are moved, m.
+const STARTS: usize = 8;
+const MOVED: f64 = 1e-9;
+/// A gradient without two right digits is worth nothing, and no check either.
 const WORTHLESS: f64 = 1e-2;
 
 /// A way to a gradient.
@@ -106,6 +108,12 @@ pub struct Gradients {
     /// Largest difference of the driver's gradient and the full tape's over the latter's largest
     /// entry, per horizon for which there is a full tape.
     pub driver_against_tape: Vec<f64>,
+    /// The most that the slopes change, as a share, where the start is moved by 1e-9 m, per
+    /// horizon.
+    pub moved: Vec<f64>,
+    /// How far rounding moves a node of the motion in f64 at most until then, m: from
+    /// double-double, per horizon.
+    pub rounding: Vec<f64>,
     /// How many numbers the gradient has.
     pub numbers: usize,
     /// How fast motions part.
@@ -143,6 +151,8 @@ impl Gradients {
             }
         }
         Self {
+            moved: moved(&case, &subject, &horizons),
+            rounding: rounding(&case, &horizons),
             slopes: study.slopes,
             driver_against_tape: study.driver_against_tape,
             numbers: subject.numbers(),
@@ -152,27 +162,34 @@ impl Gradients {
         }
     }
 
-    /// The largest error that rounding explains: 7 binary digits for a step's sums and the
-    /// curvature of contact, as many for sums over the steps, and the growth of perturbations.
-    pub fn tolerance(&self, way: Way, steps: usize) -> f64 {
-        let unit = if way.is_single() {
-            f64::from(f32::EPSILON)
-        } else {
-            f64::EPSILON
-        };
-        128.0 * 128.0 * unit * self.chaos.predictable.growth(steps)
+    /// The largest error that rounding in f64 explains: 7 binary digits for a step's sums and as
+    /// many for sums over the steps; and what the slopes change with a start that is moved as far
+    /// as rounding moves the motion, 4 binary digits on top, because motions are moved on their
+    /// way and not at the start.
+    pub fn tolerance(&self, steps: usize) -> f64 {
+        let horizon = self.horizons.iter().position(|at| *at == steps);
+        horizon.map_or(f64::NAN, |k| {
+            128.0 * 128.0 * f64::EPSILON + 16.0 * self.moved[k] / MOVED * self.rounding[k]
+        })
+    }
+
+    /// Whether the driver's gradient and the full tape's may differ so much over a horizon.
+    /// Where no two digits are left they may differ in all.
+    pub fn may_differ(&self, steps: usize, difference: f64) -> bool {
+        let allowed = self.tolerance(steps);
+        difference <= SAME.max(2.0 * allowed) || allowed >= WORTHLESS
     }
 
     /// Whether a row can be held against the truth: exact ways, while digits are left.
     pub fn is_checked(&self, row: &Slopes) -> bool {
         let exact = row.way.is_exact() && !row.left_out;
-        exact && self.tolerance(row.way, row.steps) < WORTHLESS
+        exact && self.tolerance(row.steps) < WORTHLESS
     }
 
     /// Whether a checked row is wrong.
     pub fn is_wrong(&self, row: &Slopes) -> bool {
         // A NaN is wrong too.
-        self.is_checked(row) && !(row.error <= self.tolerance(row.way, row.steps))
+        self.is_checked(row) && !(row.error <= self.tolerance(row.steps))
     }
 }
 
@@ -187,6 +204,45 @@ fn truth(subject: &Subject, horizons: &[usize]) -> Vec<[f64; DIRECTIONS]> {
     (0..horizons.len())
         .map(|k| std::array::from_fn(|d| slope(k, d)))
         .collect()
+}
+
+/// The most that the slopes change, as a share, from one of the moved starts to the next.
+fn moved(case: &Case, subject: &Subject, horizons: &[usize]) -> Vec<f64> {
+    let slopes = |subject: &Subject| -> Vec<[f64; DIRECTIONS]> {
+        let gradient = |&steps: &usize| subject.along(&subject.driver::<f64>(steps));
+        horizons.iter().map(gradient).collect()
+    };
+    let here = slopes(subject);
+    let starts = Probe::new(case).moved_starts(STARTS, MOVED);
+    let there: Vec<Vec<[f64; DIRECTIONS]>> = starts
+        .into_par_iter()
+        .map(|start| {
+            let case = Case {
+                start,
+                ..case.clone()
+            };
+            slopes(&Subject::new(&case))
+        })
+        .collect();
+    let most = |k: usize| {
+        let changes = there.iter().map(|moved| error(&moved[k], &here[k]));
+        changes.fold(0.0, f64::max)
+    };
+    (0..horizons.len()).map(most).collect()
+}
+
+/// How far the motion in f64 is from that in double-double at most until each horizon.
+fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
+    let probe = Probe::new(case);
+    let last = horizons[horizons.len() - 1];
+    let observed: Vec<usize> = (0..=last).collect();
+    let run = || narrow(&probe.run::<Wide>(&case.start, observed.clone()));
+    let double = || probe.run::<f64>(&case.start, observed.clone());
+    let (wide, double) = rayon::join(run, double);
+    let pairs = wide.states.iter().zip(&double.states);
+    let apart: Vec<f64> = pairs.map(|(a, b)| distance(a, b)).collect();
+    let most = |&steps: &usize| apart[..=steps].iter().fold(0.0, |a: f64, &b| a.max(b));
+    horizons.iter().map(most).collect()
 }
 
 /// Rows in the making.
@@ -299,6 +355,10 @@ fn error(slopes: &[f64; DIRECTIONS], truth: &[f64; DIRECTIONS]) -> f64 {
 
 /// In degrees; small ones from the difference of the unit vectors, whose cosine would be 1.
 fn angle(slopes: &[f64; DIRECTIONS], truth: &[f64; DIRECTIONS]) -> f64 {
+    if slopes == truth {
+        // Of two vectors of zeros too, which have no direction.
+        return 0.0;
+    }
     let unit = |v: &[f64; DIRECTIONS]| v.map(|x| x / dot(v, v).sqrt());
     let (a, b) = (unit(slopes), unit(truth));
     let apart: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();

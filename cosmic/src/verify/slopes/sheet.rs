@@ -1,6 +1,6 @@
 //! The accuracy of gradients as tables and figures.
 
-use super::{DIRECTIONS, Gradients, MOST_MEMORY, SAME, Slopes, Way, best};
+use super::{DIRECTIONS, Gradients, MOST_MEMORY, Slopes, Way, best};
 use crate::report::chart::{COLOURS, Line, LogChart};
 use crate::report::sheet::{Cell, Column, Figure, Row, Section, Standing, Table};
 
@@ -25,8 +25,7 @@ impl Gradients {
         let wrong = self.slopes.iter().filter(|row| self.is_wrong(row));
         let rows = wrong.map(|row| format!("{} over {} steps", row.way.name(), row.steps));
         let pairs = self.horizons.iter().zip(&self.driver_against_tape);
-        // A NaN differs too.
-        let differ = pairs.filter(|(_, difference)| !(**difference <= SAME));
+        let differ = pairs.filter(|(steps, difference)| !self.may_differ(**steps, **difference));
         let pairs = differ.map(|(steps, _)| format!("driver against full tape over {steps} steps"));
         rows.chain(pairs).collect()
     }
@@ -44,7 +43,7 @@ impl Gradients {
             tables: vec![
                 self.table(),
                 self.sweep_table(),
-                self.tape_table(),
+                self.horizon_table(),
                 self.chaos.table(),
             ],
             figures: vec![self.by_horizon(), self.by_time(), self.by_width()],
@@ -59,7 +58,8 @@ impl Gradients {
             format!(
                 "Of minus the payload's position along the ground after so many steps, by the {} \
                  numbers of design and controller. `error` and `angle`: of the slopes along \
-                 {DIRECTIONS} random directions, from those of duals in double-double.",
+                 {DIRECTIONS} random directions, from those of duals in double-double. As long as a \
+                 payload has not left the ground the gradient is zero exactly, and so is its error.",
                 self.numbers
             ),
             format!(
@@ -69,10 +69,11 @@ impl Gradients {
                  beyond what the program held before; below 1 MiB not to be trusted."
             ),
             format!(
-                "Exact ways are checked against the truth while rounding leaves them two digits. \
-                 Driver and full tape are held against each other at every horizon, to {SAME:e} of \
-                 the largest entry: both go through the same states, chaotic or not. A full tape \
-                 that would take more than {} GiB is left out.",
+                "Exact ways are checked against the truth as long as rounding leaves them two \
+                 digits: it may cost 128 x 128 roundings, and 16 times what the slopes change \
+                 where the start is moved as far as rounding moves the motion. Driver and full \
+                 tape may differ by twice that, in parts of the largest entry. A full tape that \
+                 would take more than {} GiB is left out.",
                 MOST_MEMORY >> 30
             ),
             "Truncated gradients leave the early steps out: their error is what that costs, not \
@@ -99,10 +100,10 @@ impl Gradients {
                     slopes.memory.map(mebibytes).into(),
                     self.status(slopes).into(),
                 ],
-                standing: match (self.status(slopes), slopes.way) {
-                    ("wrong" | "not finite", _) => Standing::Failed,
-                    (_, Way::Driver) => Standing::Default,
-                    _ => Standing::Plain,
+                standing: match (self.status(slopes).starts_with("failed"), slopes.way) {
+                    (true, _) => Standing::Failed,
+                    (false, Way::Driver) => Standing::Default,
+                    (false, _) => Standing::Plain,
                 },
             }
         };
@@ -127,14 +128,14 @@ impl Gradients {
     }
 
     fn status(&self, row: &Slopes) -> &'static str {
-        let predictable = self.tolerance(row.way, row.steps) < super::WORTHLESS;
-        match (row.left_out, row.way) {
-            (true, _) => "left out: too much memory",
-            _ if !row.error.is_finite() => "not finite",
-            _ if self.is_wrong(row) => "wrong",
+        match row.way {
+            _ if row.left_out => "left out: too much memory",
+            _ if !row.error.is_finite() => "failed: not finite",
+            _ if self.is_wrong(row) => "failed: wrong",
             _ if self.is_checked(row) => "checked",
-            (_, Way::Truncated(_)) => "truncated",
-            _ if !predictable => "beyond what rounding leaves",
+            Way::Truncated(_) if row.angle > 90.0 => "failed: against the gradient",
+            Way::Truncated(_) => "truncated",
+            _ if row.error > super::WORTHLESS => "failed: not two digits",
             _ => "ok",
         }
     }
@@ -163,23 +164,54 @@ impl Gradients {
         }
     }
 
-    fn tape_table(&self) -> Table {
-        let pairs = self.horizons.iter().zip(&self.driver_against_tape);
-        let row = |(steps, difference): (&usize, &f64)| Row {
-            cells: vec![Cell::Count(*steps), Cell::Number(*difference)],
-            standing: match *difference <= SAME {
-                true => Standing::Plain,
-                false => Standing::Failed,
-            },
-        };
+    /// What the gradient itself is like, a row per horizon.
+    fn horizon_table(&self) -> Table {
+        let tape = self.driver_against_tape.iter().map(Some);
+        let tape = tape.chain(std::iter::repeat(None));
+        let row =
+            |(((steps, moved), rounding), tape): (((&usize, &f64), &f64), Option<&f64>)| Row {
+                cells: vec![
+                    Cell::Count(*steps),
+                    Cell::Number(*moved),
+                    Cell::Number(*rounding),
+                    Cell::Number(self.tolerance(*steps)),
+                    tape.copied().into(),
+                ],
+                standing: match tape {
+                    Some(difference) if !self.may_differ(*steps, *difference) => Standing::Failed,
+                    _ => Standing::Plain,
+                },
+            };
         Table {
-            name: "driver_against_tape".to_owned(),
-            title: "Rollout driver against full tape".to_owned(),
+            name: "horizons".to_owned(),
+            title: "The gradient over horizons".to_owned(),
             columns: vec![
                 Column::new("steps", "the horizon"),
-                Column::new("difference", "the largest, over the largest entry"),
+                Column::new(
+                    "moved_by_1e-9",
+                    "the most that the slopes change, as a share, from starts moved by 1e-9 m",
+                ),
+                Column::new(
+                    "rounding_m",
+                    "how far rounding in f64 moves a node at most until then",
+                ),
+                Column::new(
+                    "allowed",
+                    "the error that these explain in an exact way in f64",
+                ),
+                Column::new(
+                    "driver_against_tape",
+                    "largest difference of the two gradients over the largest entry",
+                ),
             ],
-            rows: pairs.map(row).collect(),
+            rows: self
+                .horizons
+                .iter()
+                .zip(&self.moved)
+                .zip(&self.rounding)
+                .zip(tape)
+                .map(row)
+                .collect(),
         }
     }
 

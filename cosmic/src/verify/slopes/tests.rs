@@ -1,6 +1,6 @@
 use super::{Gradients, Way, angle, error};
 use crate::case::Case;
-use crate::report::sheet::Standing;
+use crate::report::sheet::{Cell, Standing};
 use crate::scene::Scene;
 
 fn tiny(steps: usize) -> Case {
@@ -48,11 +48,13 @@ fn a_wrong_gradient_fails() {
     let failures = gradients.failures();
     assert_eq!(failures.len(), 2, "{failures:?}");
     let section = gradients.section();
-    let failed = |k: usize| {
-        let rows = section.tables[k].rows.iter();
-        rows.filter(|row| row.standing == Standing::Failed).count()
+    let failed = |table: usize, status: Cell| {
+        let rows = section.tables[table].rows.iter();
+        let rows = rows.filter(|row| row.standing == Standing::Failed);
+        rows.filter(|row| row.cells.contains(&status)).count()
     };
-    assert_eq!((failed(0), failed(2)), (1, 1));
+    assert_eq!(failed(0, "failed: wrong".into()), 1);
+    assert_eq!(failed(2, Cell::Count(1)), 1);
 }
 
 #[test]
