@@ -34,6 +34,11 @@ impl Net {
     fn edges(&self) -> usize {
         self.graph.slot_of_edge().len()
     }
+    /// Every node's place turned by so many of `NODES + 1`, one of which is free.
+    fn turn(by: usize) -> Vec<Option<usize>> {
+        let place = |k| Some((k + by) % (NODES + 1)).filter(|&from| from < NODES);
+        (0..NODES).map(place).collect()
+    }
     /// Lengths of the parameters, as declared.
     fn shapes(&self) -> [usize; 6] {
         let slots = self.graph.slots();
@@ -80,9 +85,13 @@ impl Model for Net {
         let (x, v) = (p.state(NODES), p.state(NODES));
         let clock = p.input(1);
         let h = p.dense_tanh(w1, &[x, clock], b1);
-        let u = p.dense(w2, &[h], b2);
-        let u = p.gather(u, &self.graph.edge_of_slot());
+        let edge_of_slot = self.graph.edge_of_slot();
+        let places: Vec<bool> = edge_of_slot.iter().map(Option::is_some).collect();
+        let u = p.dense_tanh_spread((w2, b2), &[h], &places);
         let [f] = p.map_edges(&self.graph, Spring, ([x], &[k, u]));
+        // Round the corner and back: entries alone and in runs, and places that nothing goes to.
+        let turned = p.gather(f, &Self::turn(1));
+        let f = p.gather(turned, &Self::turn(NODES));
         let [x_next, v_next] = p.map(Move, [x, v, f, w]);
         p.advance(x, x_next);
         p.advance(v, v_next);

@@ -50,6 +50,10 @@ pub trait Lane<S>: Real {
     }
     /// The mask that is true in lane `k` where bit `k` is set.
     fn mask(bits: u16) -> Self::Mask;
+    /// The first lanes in their order at the places of the set bits; zeros elsewhere.
+    fn expand(self, bits: u16) -> Self;
+    /// The lanes at the places of the set bits, in their order, first; zeros behind them.
+    fn compress(self, bits: u16) -> Self;
 
     /// The first `N` scalars of a slice, or the whole of a shorter one and zeros.
     #[inline(always)]
@@ -95,6 +99,14 @@ impl<R: Real> Lane<R> for R {
     #[inline(always)]
     fn mask(bits: u16) -> R::Mask {
         R::Mask::splat(bits & 1 == 1)
+    }
+    #[inline(always)]
+    fn expand(self, bits: u16) -> R {
+        if bits & 1 == 1 { self } else { R::zero() }
+    }
+    #[inline(always)]
+    fn compress(self, bits: u16) -> R {
+        self.expand(bits)
     }
 }
 

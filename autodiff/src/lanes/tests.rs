@@ -101,6 +101,48 @@ fn every_register_has_the_bits_of_scalars() {
     }
 }
 
+/// Expanding and compressing the numbers 1, 2, ... by all bits, in registers and one by one.
+struct Moves;
+
+impl Vectorized<f64> for Moves {
+    type Output = usize;
+    #[inline(always)]
+    fn run<L: Lane<f64>>(self) -> usize {
+        let numbers: Vec<f64> = (1..=L::N).map(|k| k as f64).collect();
+        let lane = L::load(&numbers);
+        let (mut expanded, mut compressed) = (vec![0.0; L::N], vec![0.0; L::N]);
+        let mut bits = 0;
+        while bits < 1 << L::N {
+            lane.expand(bits).store(&mut expanded);
+            lane.compress(bits).store(&mut compressed);
+            let mut first = 0;
+            for k in 0..L::N {
+                let set = bits >> k & 1 == 1;
+                assert_eq!(expanded[k], if set { numbers[first] } else { 0.0 });
+                if set {
+                    assert_eq!(compressed[first], numbers[k]);
+                    first += 1;
+                }
+            }
+            assert!(compressed[first..].iter().all(|&rest| rest == 0.0));
+            bits += 1;
+        }
+        L::N
+    }
+}
+
+#[test]
+fn lanes_move_to_set_bits_and_back() {
+    #![allow(unsafe_code)]
+    assert_eq!(Moves.run::<f64>(), 1);
+    // SAFETY: the processor is asked first.
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        assert_eq!(unsafe { super::enter::f64_avx2(Moves) }, 4);
+    }
+    f64::vectorize(Moves);
+}
+
 /// Masks from bits and back, lane by lane.
 struct Masks;
 

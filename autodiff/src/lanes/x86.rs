@@ -60,7 +60,8 @@ macro_rules! define_lanes {
         part $load_part:expr, $store_part:expr,
         $lt:expr, $le:expr, $blend:expr,
         $where_nonzero:expr, $fma_where_nonzero:expr, $exp2:expr, $abs:expr,
-        $and:expr, $or:expr, $not:expr, $bits:expr, $from_bits:expr
+        $and:expr, $or:expr, $not:expr, $bits:expr, $from_bits:expr,
+        $expand:expr, $compress:expr
     ) => {
         #[doc = concat!(stringify!($n), " lanes of `", stringify!($scalar), "`.")]
         #[derive(Clone, Copy, Debug)]
@@ -212,6 +213,14 @@ macro_rules! define_lanes {
             fn mask(bits: u16) -> $mask {
                 $from_bits(bits)
             }
+            #[inline(always)]
+            fn expand(self, bits: u16) -> Self {
+                $expand(self, bits)
+            }
+            #[inline(always)]
+            fn compress(self, bits: u16) -> Self {
+                $compress(self, bits)
+            }
         }
 
         impl $name {
@@ -225,6 +234,24 @@ macro_rules! define_lanes {
                     *a = f(*a, b);
                 }
                 Self::load(&a)
+            }
+
+            /// [`Lane::expand`] or [`Lane::compress`] one by one.
+            #[allow(dead_code)] // where the instruction set has these
+            #[inline(always)]
+            fn moved(self, bits: u16, expand: bool) -> Self {
+                let (mut from, mut to) = ([0.0; $n], [0.0; $n]);
+                self.store(&mut from);
+                let mut next = 0;
+                for k in (0..$n).filter(|k| bits >> k & 1 == 1) {
+                    if expand {
+                        to[k] = from[next];
+                    } else {
+                        to[next] = from[k];
+                    }
+                    next += 1;
+                }
+                Self::load(&to)
             }
         }
 
@@ -380,7 +407,9 @@ define_lanes!(
     |a: Self, b: Self| Bits(a.0 | b.0),
     |a: Self| Bits(!a.0),
     |a: Self| a.0,
-    |bits| Bits(bits as __mmask8)
+    |bits| Bits(bits as __mmask8),
+    |a: Self, bits| Self(unsafe { _mm512_maskz_expand_pd(bits as __mmask8, a.0) }),
+    |a: Self, bits| Self(unsafe { _mm512_maskz_compress_pd(bits as __mmask8, a.0) })
 );
 
 define_lanes!(
@@ -411,7 +440,9 @@ define_lanes!(
     |a: Self, b: Self| Bits(a.0 | b.0),
     |a: Self| Bits(!a.0),
     |a: Self| a.0,
-    Bits
+    Bits,
+    |a: Self, bits| Self(unsafe { _mm512_maskz_expand_ps(bits, a.0) }),
+    |a: Self, bits| Self(unsafe { _mm512_maskz_compress_ps(bits, a.0) })
 );
 
 define_lanes!(
@@ -441,7 +472,9 @@ define_lanes!(
         let lane = _mm256_set_epi64x(8, 4, 2, 1);
         let set = _mm256_and_si256(_mm256_set1_epi64x(i64::from(bits)), lane);
         Wide(_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane)))
-    }
+    },
+    |a: Self, bits| a.moved(bits, true),
+    |a: Self, bits| a.moved(bits, false)
 );
 
 define_lanes!(
@@ -471,5 +504,7 @@ define_lanes!(
         let lane = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
         let set = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lane);
         Wide(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)))
-    }
+    },
+    |a: Self, bits| a.moved(bits, true),
+    |a: Self, bits| a.moved(bits, false)
 );

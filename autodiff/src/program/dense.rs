@@ -1,61 +1,23 @@
 //! The dense layer as one operation, with both orders of its weights.
 //!
 //! `W x` streams the weights once, and so does `W^T y_bar`; each wants them in another order, so
-//! both are kept. The gradient of the weights is gathered over several steps and added as one
-//! matrix product: it then touches the gradient's memory once in [`BATCH`] steps.
+//! both are kept.
 
-use std::ops::Range;
-
-use super::{Aligned, Array, Matrix, Operation, copy_in, copy_out, joined, lanes};
+use super::panels::{BATCH, Batch, OuterProducts, Panels, Product};
+use super::row::{Frame, joined};
+use super::{Aligned, Array, Bars, Matrix, Operation, lanes};
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
 
-/// Steps whose outer products are added together.
-const BATCH: usize = 16;
-/// Lanes of rows that are worked on at once: their sums stay in registers.
-const PANEL: usize = 4;
-
-/// A matrix in panels of [`PANEL`] lanes of rows; within a panel column after column.
-struct Panels<R> {
-    entries: Aligned<R>,
-    rows: usize,
-    columns: usize,
-}
-
-impl<R: Real> Panels<R> {
-    fn zero(rows: usize, columns: usize) -> Self {
-        Self {
-            entries: Aligned::zeros(rows.next_multiple_of(lanes::<R>()) * columns),
-            rows,
-            columns,
-        }
-    }
-
-    /// Calls `f(row, column, entry)` for every entry.
-    fn each(&mut self, mut f: impl FnMut(usize, usize, &mut R)) {
-        let lanes = lanes::<R>();
-        let (height, lanes) = (self.rows.next_multiple_of(lanes), PANEL * lanes);
-        for first in (0..height).step_by(lanes) {
-            let tall = lanes.min(height - first);
-            let panel = &mut self.entries[first * self.columns..][..tall * self.columns];
-            for (column, part) in panel.chunks_exact_mut(tall).enumerate() {
-                for (row, entry) in part.iter_mut().enumerate() {
-                    if first + row < self.rows {
-                        f(first + row, column, entry);
-                    }
-                }
-            }
-        }
-    }
-}
-
 pub(super) struct Dense<R> {
     matrix: Matrix,
+    /// The inputs, neighbours joined. A single stretch is read in place.
     inputs: Vec<Array>,
-    /// Where the inputs lie, neighbours joined. One range is read in place.
-    ranges: Vec<Range<usize>>,
+    inputs_active: Vec<usize>,
     bias: Array,
     output: Array,
+    /// Where the output is not just the rows in their order.
+    spread: Option<Spread<R>>,
     tanh: bool,
     /// `W`, for `W x`.
     weights: Panels<R>,
@@ -65,11 +27,19 @@ pub(super) struct Dense<R> {
     weights_bar: Panels<R>,
     /// The last steps' inputs and output cotangents that `weights_bar` still lacks.
     batch: Batch<R>,
-    /// Inputs of several ranges one after the other, or their cotangents.
+    /// Inputs of several stretches one after the other, or their cotangents.
     packed: Vec<R>,
-    /// The cotangent of `W x`.
-    y_bar: Aligned<R>,
     active: Active,
+}
+
+/// An output in which the rows are set out among zeros.
+struct Spread<R> {
+    /// For each lane of the output, which of its places have a row.
+    bits: Vec<u16>,
+    /// The rows' values, and the cotangents of what `tanh` is taken of, at the rows' places in
+    /// the output. With room for a lane past the last.
+    y: Aligned<R>,
+    bar: Aligned<R>,
 }
 
 /// Which cotangents are asked for.
@@ -79,39 +49,49 @@ struct Active {
     bias: bool,
 }
 
-struct Batch<R> {
-    x: Vec<R>,
-    /// In whole lanes.
-    y_bar: Aligned<R>,
-    len: usize,
+impl<R: Real> Spread<R> {
+    /// `None` where there are no gaps.
+    fn new(places: &[bool]) -> Option<Self> {
+        let bits = |places: &[bool]| {
+            let set = places.iter().rev();
+            set.fold(0, |bits, &row| bits << 1 | u16::from(row))
+        };
+        let lanes = lanes::<R>();
+        let rows = places.iter().filter(|row| **row).count();
+        (rows < places.len()).then(|| Self {
+            bits: places.chunks(lanes).map(bits).collect(),
+            y: Aligned::zeros(rows + 2 * lanes),
+            bar: Aligned::zeros(places.len() + lanes),
+        })
+    }
 }
 
 impl<R: Real> Dense<R> {
     pub(super) fn new(
-        matrix: Matrix,
-        inputs: Vec<Array>,
-        [bias, output]: [Array; 2],
+        (matrix, bias): (Matrix, Array),
+        x: &[Array],
+        (output, places): (Array, &[bool]),
         tanh: bool,
     ) -> Self {
-        let Matrix { rows, columns, .. } = matrix;
-        let tall = rows.next_multiple_of(lanes::<R>());
+        let columns = matrix.columns;
+        let tall = matrix.rows.next_multiple_of(lanes::<R>());
         Self {
-            ranges: joined(inputs.iter().copied()),
+            inputs: joined(x),
+            inputs_active: x.iter().map(|a| a.id).collect(),
+            spread: Spread::new(places),
             matrix,
-            inputs,
             bias,
             output,
             tanh,
-            weights: Panels::zero(rows, columns),
-            transposed: Panels::zero(columns, rows),
-            weights_bar: Panels::zero(rows, columns),
+            weights: Panels::zero(matrix.rows, columns),
+            transposed: Panels::zero(columns, matrix.rows),
+            weights_bar: Panels::zero(matrix.rows, columns),
             batch: Batch {
                 x: vec![R::zero(); BATCH * columns],
-                y_bar: Aligned::zeros(BATCH * tall),
+                y_bar: Aligned::zeros(BATCH * tall + lanes::<R>()),
                 len: 0,
             },
             packed: Vec::with_capacity(columns),
-            y_bar: Aligned::zeros(tall),
             active: Active {
                 inputs: true,
                 weights: true,
@@ -120,53 +100,47 @@ impl<R: Real> Dense<R> {
         }
     }
 
-    /// The inputs in one slice: where they lie, or packed.
-    fn x<'a>(ranges: &[Range<usize>], packed: &'a mut Vec<R>, values: &'a [R]) -> &'a [R] {
-        if let [range] = ranges {
-            return &values[range.clone()];
-        }
-        packed.clear();
-        copy_out(ranges, values, packed);
-        packed
+    /// Rows in whole lanes.
+    fn tall(&self) -> usize {
+        self.matrix.rows.next_multiple_of(lanes::<R>())
     }
 
     /// Adds `W^T y_bar` to the cotangents of the inputs.
-    fn reverse_inputs(&mut self, bars: &mut [R]) {
-        let (matrix, x) = (&self.transposed, &self.y_bar[..self.matrix.rows]);
-        if let [range] = &self.ranges[..] {
-            let y = &mut bars[range.clone()];
-            return R::vectorize(Product {
-                matrix,
-                x,
-                start: None,
-                y,
-                tanh: false,
-            });
+    fn reverse_inputs(&mut self, bars: &mut Bars<R>) {
+        self.transposed.back ^= true;
+        let y_bar = self.batch.len * self.tall();
+        let mut product = Product {
+            matrix: &self.transposed,
+            x: &self.batch.y_bar[y_bar..][..self.matrix.rows],
+            start: None,
+            y: &mut [],
+            tanh: false,
+        };
+        if let &[input] = &self.inputs[..] {
+            product.y = bars.get_mut(input);
+            return R::vectorize(product);
         }
         self.packed.clear();
-        copy_out(&self.ranges, bars, &mut self.packed);
-        R::vectorize(Product {
-            matrix,
-            x,
-            start: None,
-            y: &mut self.packed,
-            tanh: false,
-        });
-        copy_in(&self.ranges, bars, &self.packed);
+        for &input in &self.inputs {
+            self.packed
+                .extend_from_slice(&bars.part(input)[input.range()]);
+        }
+        product.y = &mut self.packed;
+        R::vectorize(product);
+        let mut packed = &self.packed[..];
+        for &input in &self.inputs {
+            let (here, rest) = packed.split_at(input.len);
+            bars.get_mut(input).copy_from_slice(here);
+            packed = rest;
+        }
     }
 
     /// Notes this step's outer product; adds the batch up when it is full.
-    fn reverse_weights(&mut self, values: &[R]) {
-        let x = Self::x(&self.ranges, &mut self.packed, values);
-        let Batch {
-            x: all_x,
-            y_bar: all_y_bar,
-            len,
-        } = &mut self.batch;
-        all_x[*len * x.len()..][..x.len()].copy_from_slice(x);
-        all_y_bar[*len * self.y_bar.len()..][..self.y_bar.len()].copy_from_slice(&self.y_bar);
-        *len += 1;
-        if *len == BATCH {
+    fn reverse_weights(&mut self, values: Frame<R>) {
+        let x = input(&self.inputs, &mut self.packed, values);
+        self.batch.x[self.batch.len * x.len()..][..x.len()].copy_from_slice(x);
+        self.batch.len += 1;
+        if self.batch.len == BATCH {
             self.flush();
         }
     }
@@ -180,18 +154,22 @@ impl<R: Real> Dense<R> {
     }
 }
 
-impl<R: Real> Operation<R> for Dense<R> {
-    fn inputs(&self) -> Vec<Array> {
-        self.inputs.iter().copied().chain([self.bias]).collect()
+/// The inputs in one slice: where they lie, or packed.
+#[inline(always)]
+fn input<'a, R: Real>(inputs: &[Array], packed: &'a mut Vec<R>, values: Frame<'a, R>) -> &'a [R] {
+    if let &[input] = inputs {
+        return values.get(input);
     }
+    packed.clear();
+    for &input in inputs {
+        packed.extend_from_slice(values.get(input));
+    }
+    packed
+}
+
+impl<R: Real> Operation<R> for Dense<R> {
     fn outputs(&self) -> Vec<Array> {
         vec![self.output]
-    }
-    fn reverse_reads(&self) -> Vec<Array> {
-        self.inputs.iter().copied().chain([self.output]).collect()
-    }
-    fn expensive(&self) -> bool {
-        true
     }
 
     fn load(&mut self, parameters: &[&[R]]) {
@@ -203,38 +181,78 @@ impl<R: Real> Operation<R> for Dense<R> {
             .each(|column, row, entry| *entry = given[row * columns + column]);
     }
 
-    fn forward(&mut self, values: &mut [R]) {
-        // The output was declared after everything it is computed from.
-        let (before, output) = values.split_at_mut(self.output.start);
-        R::vectorize(Product {
+    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
+        self.weights.back ^= true;
+        let (row, output) = row.split_at_mut(self.output.start);
+        let values = Frame { parameters, row };
+        let output = &mut output[..self.output.len];
+        let mut product = Product {
             matrix: &self.weights,
-            x: Self::x(&self.ranges, &mut self.packed, before),
-            start: Some(&before[self.bias.range()]),
-            y: &mut output[..self.output.len],
+            x: input(&self.inputs, &mut self.packed, values),
+            start: Some(values.get(self.bias)),
+            y: &mut [],
             tanh: self.tanh,
-        });
+        };
+        match &mut self.spread {
+            None => {
+                product.y = output;
+                R::vectorize(product);
+            }
+            Some(Spread { bits, y, .. }) => {
+                product.y = &mut y[..self.matrix.rows];
+                R::vectorize(product);
+                R::vectorize(SetOut { bits, y, output });
+            }
+        }
     }
 
-    fn reverse(&mut self, values: &[R], bars: &mut [R]) {
-        let (before, output) = bars.split_at_mut(self.output.start);
-        R::vectorize(Incoming {
-            y: &values[self.output.range()],
-            bar: &output[..self.output.len],
-            tanh: self.tanh,
-            y_bar: &mut self.y_bar[..self.output.len],
-            bias_bar: self.active.bias.then(|| &mut before[self.bias.range()]),
-        });
-        if self.active.weights {
-            self.reverse_weights(values);
+    fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>) {
+        let tall = self.tall();
+        let y_bar = &mut self.batch.y_bar[self.batch.len * tall..];
+        let (y, bar, tanh) = (
+            values.get(self.output),
+            &bars.row[self.output.range()],
+            self.tanh,
+        );
+        match &mut self.spread {
+            None => R::vectorize(Incoming {
+                y,
+                bar,
+                tanh,
+                y_bar: &mut y_bar[..self.matrix.rows],
+            }),
+            Some(Spread { bits, bar: all, .. }) => {
+                R::vectorize(Incoming {
+                    y,
+                    bar,
+                    tanh,
+                    y_bar: &mut all[..y.len()],
+                });
+                R::vectorize(PickUp {
+                    bits,
+                    from: all,
+                    to: y_bar,
+                });
+            }
+        }
+        let y_bar = &y_bar[..self.matrix.rows];
+        if self.active.bias {
+            R::vectorize(AddTo {
+                to: bars.get_mut(self.bias),
+                bar: y_bar,
+            });
         }
         if self.active.inputs {
             self.reverse_inputs(bars);
+        }
+        if self.active.weights {
+            self.reverse_weights(values);
         }
     }
 
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]) {
         self.active = Active {
-            inputs: self.inputs.iter().any(|a| arrays[a.id]),
+            inputs: self.inputs_active.iter().any(|&id| arrays[id]),
             weights: parameters[self.matrix.parameter],
             bias: arrays[self.bias.id],
         };
@@ -254,179 +272,81 @@ impl<R: Real> Operation<R> for Dense<R> {
     }
 }
 
-/// The cotangent of `W x` from that of the output, added to the bias's.
+/// Writes rows to their places in the output.
+struct SetOut<'a, R> {
+    bits: &'a [u16],
+    y: &'a [R],
+    output: &'a mut [R],
+}
+
+impl<R: Real> Vectorized<R> for SetOut<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let mut row = 0;
+        for (lane, &bits) in self.bits.iter().enumerate() {
+            let rows = L::load(&self.y[row..]).expand(bits);
+            rows.store_up_to(&mut self.output[lane * L::N..]);
+            row += bits.count_ones() as usize;
+        }
+    }
+}
+
+/// Collects rows from their places in the output. Every lane is written whole; the next one
+/// begins where its rows end.
+struct PickUp<'a, R> {
+    bits: &'a [u16],
+    from: &'a [R],
+    to: &'a mut [R],
+}
+
+impl<R: Real> Vectorized<R> for PickUp<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let mut row = 0;
+        for (lane, &bits) in self.bits.iter().enumerate() {
+            let rows = L::load(&self.from[lane * L::N..]).compress(bits);
+            rows.store(&mut self.to[row..]);
+            row += bits.count_ones() as usize;
+        }
+    }
+}
+
+/// The cotangent of `W x` from that of the output.
 struct Incoming<'a, R> {
     y: &'a [R],
     bar: &'a [R],
     tanh: bool,
     y_bar: &'a mut [R],
-    bias_bar: Option<&'a mut [R]>,
 }
 
 impl<R: Real> Vectorized<R> for Incoming<'_, R> {
     type Output = ();
     #[inline(always)]
-    fn run<L: Lane<R>>(mut self) {
+    fn run<L: Lane<R>>(self) {
         for i in (0..self.y.len()).step_by(L::N) {
             let (y, mut bar) = (L::load_up_to(&self.y[i..]), L::load_up_to(&self.bar[i..]));
             if self.tanh {
                 bar = L::chain((-y).fma(y, L::one()), bar);
             }
             bar.store_up_to(&mut self.y_bar[i..]);
-            if let Some(bias_bar) = &mut self.bias_bar {
-                let to = &mut bias_bar[i..];
-                (L::load_up_to(to) + bar).store_up_to(to);
-            }
         }
     }
 }
 
-/// `y = start + A x`, or `y += A x` without a start; then `tanh` of it where asked. Every entry
-/// of `y` is summed in the same order at every lane width: the even columns, the odd ones, both.
-struct Product<'a, R> {
-    matrix: &'a Panels<R>,
-    x: &'a [R],
-    start: Option<&'a [R]>,
-    y: &'a mut [R],
-    tanh: bool,
+struct AddTo<'a, R> {
+    to: &'a mut [R],
+    bar: &'a [R],
 }
 
-impl<R: Real> Vectorized<R> for Product<'_, R> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(mut self) {
-        let height = self.matrix.rows.next_multiple_of(L::N);
-        for first in (0..height).step_by(PANEL * L::N) {
-            match (height - first) / L::N {
-                1 => self.panel::<L, 1>(first),
-                2 => self.panel::<L, 2>(first),
-                3 => self.panel::<L, 3>(first),
-                _ => self.panel::<L, PANEL>(first),
-            }
-        }
-    }
-}
-
-impl<R: Real> Product<'_, R> {
-    /// `W` lanes of rows.
-    #[inline(always)]
-    fn panel<L: Lane<R>, const W: usize>(&mut self, first: usize) {
-        let Panels {
-            entries, columns, ..
-        } = self.matrix;
-        let x = &self.x[..*columns];
-        let mut even = [L::zero(); W];
-        let mut odd = [L::zero(); W];
-        let panel = &entries[first * columns..][..columns * W * L::N];
-        let (body, last) = panel.split_at(columns / 2 * 2 * W * L::N);
-        for (weights, x) in body.chunks_exact(2 * W * L::N).zip(x.chunks_exact(2)) {
-            let (x0, x1) = (L::splat(x[0]), L::splat(x[1]));
-            for w in 0..W {
-                even[w] = L::load(&weights[w * L::N..]).fma(x0, even[w]);
-                odd[w] = L::load(&weights[(W + w) * L::N..]).fma(x1, odd[w]);
-            }
-        }
-        if columns % 2 == 1 {
-            let x0 = L::splat(x[columns - 1]);
-            for w in 0..W {
-                even[w] = L::load(&last[w * L::N..]).fma(x0, even[w]);
-            }
-        }
-        for w in 0..W {
-            let row = first + w * L::N;
-            let start = match self.start {
-                Some(start) => L::load_up_to(&start[row..]),
-                None => L::load_up_to(&self.y[row..]),
-            };
-            let sum = start + (even[w] + odd[w]);
-            (if self.tanh { sum.tanh() } else { sum }).store_up_to(&mut self.y[row..]);
-        }
-    }
-}
-
-/// `W_bar += sum over the batch of y_bar x^T`.
-struct OuterProducts<'a, R> {
-    batch: &'a Batch<R>,
-    to: &'a mut Panels<R>,
-}
-
-impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
+impl<R: Real> Vectorized<R> for AddTo<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let Panels {
-            entries,
-            rows,
-            columns,
-        } = self.to;
-        let height = rows.next_multiple_of(L::N);
-        for first in (0..height).step_by(PANEL * L::N) {
-            let panel = &mut entries[first * *columns..];
-            let part = BatchRows {
-                batch: self.batch,
-                columns: *columns,
-                height,
-                first,
-            };
-            match (height - first) / L::N {
-                1 => part.add::<L, 1>(panel),
-                2 => part.add::<L, 2>(panel),
-                3 => part.add::<L, 3>(panel),
-                _ => part.add::<L, PANEL>(panel),
-            }
+        for i in (0..self.bar.len()).step_by(L::N) {
+            let to = &mut self.to[i..];
+            (L::load_up_to(to) + L::load_up_to(&self.bar[i..])).store_up_to(to);
         }
-    }
-}
-
-/// The rows of a batch that belong to one panel.
-struct BatchRows<'a, R> {
-    batch: &'a Batch<R>,
-    columns: usize,
-    height: usize,
-    first: usize,
-}
-
-impl<R: Real> BatchRows<'_, R> {
-    #[inline(always)]
-    fn add<L: Lane<R>, const W: usize>(&self, panel: &mut [R]) {
-        let Batch { x, y_bar, len } = self.batch;
-        let mut column = 0;
-        // Two columns at once: every load of a cotangent serves both.
-        while column + 2 <= self.columns {
-            let mut sums = [[L::zero(); W]; 2];
-            for s in 0..*len {
-                let x = &x[s * self.columns + column..][..2];
-                let (x0, x1) = (L::splat(x[0]), L::splat(x[1]));
-                let y_bar = &y_bar[s * self.height + self.first..];
-                for w in 0..W {
-                    let y_bar = L::load(&y_bar[w * L::N..]);
-                    sums[0][w] = y_bar.fma(x0, sums[0][w]);
-                    sums[1][w] = y_bar.fma(x1, sums[1][w]);
-                }
-            }
-            for sum in sums {
-                add_to::<R, L, W>(&mut panel[column * W * L::N..], sum);
-                column += 1;
-            }
-        }
-        if column < self.columns {
-            let mut sum = [L::zero(); W];
-            for s in 0..*len {
-                let x0 = L::splat(x[s * self.columns + column]);
-                let y_bar = &y_bar[s * self.height + self.first..];
-                for w in 0..W {
-                    sum[w] = L::load(&y_bar[w * L::N..]).fma(x0, sum[w]);
-                }
-            }
-            add_to::<R, L, W>(&mut panel[column * W * L::N..], sum);
-        }
-    }
-}
-
-#[inline(always)]
-fn add_to<R: Real, L: Lane<R>, const W: usize>(to: &mut [R], sum: [L; W]) {
-    for w in 0..W {
-        let to = &mut to[w * L::N..];
-        (L::load(to) + sum[w]).store(to);
     }
 }

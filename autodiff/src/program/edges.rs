@@ -2,7 +2,8 @@
 #![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
 
 use super::graph::{Graph, Group};
-use super::{Aligned, Array, Operation, WIDEST, lanes};
+use super::row::Frame;
+use super::{Aligned, Array, Bars, Operation, WIDEST, lanes};
 use crate::kernel::Adjoint;
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
@@ -88,19 +89,22 @@ struct Sources<'a, R, const C: usize, const I: usize> {
 
 impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     #[inline(always)]
-    fn new(arena: &'a [R], ends: &[Array; C], per_edge: &[Array], group: &Group) -> Self {
-        let nothing = &arena[..0];
+    fn new(values: Frame<'a, R>, ends: &[Array; C], per_edge: &[Array], group: &Group) -> Self {
+        let nothing = &values.row[..0];
         let mut sources = Self {
             tails: [nothing; C],
             heads: [nothing; C],
             per_edge: [nothing; I],
         };
         for c in 0..C {
-            sources.tails[c] = &arena[ends[c].start..][..group.len];
-            sources.heads[c] = &arena[ends[c].start + group.offset..][..group.len];
+            let part = values.part(ends[c]);
+            sources.tails[c] = &part[ends[c].start..][..group.len];
+            sources.heads[c] = &part[ends[c].start + group.offset..][..group.len];
         }
         for k in C..I {
-            sources.per_edge[k] = &arena[per_edge[k - C].start + group.first_slot..][..group.len];
+            let array = per_edge[k - C];
+            sources.per_edge[k] =
+                &values.part(array)[array.start + group.first_slot..][..group.len];
         }
         sources
     }
@@ -129,19 +133,17 @@ where
     R: Real,
     K: Adjoint<I, O>,
 {
-    fn inputs(&self) -> Vec<Array> {
-        [&self.ends[..], &self.per_edge].concat()
-    }
     fn outputs(&self) -> Vec<Array> {
         self.sums.to_vec()
     }
-    fn reverse_reads(&self) -> Vec<Array> {
-        [&self.ends[..], &self.per_edge].concat()
+    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
+        R::vectorize(Forward {
+            map: self,
+            parameters,
+            row,
+        });
     }
-    fn forward(&mut self, values: &mut [R]) {
-        R::vectorize(Forward { map: self, values });
-    }
-    fn reverse(&mut self, values: &[R], bars: &mut [R]) {
+    fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>) {
         R::vectorize(Reverse {
             map: self,
             values,
@@ -156,7 +158,8 @@ where
 
 struct Forward<'a, R, K, const C: usize, const I: usize, const O: usize> {
     map: &'a mut EdgeMap<R, K, C, I, O>,
-    values: &'a mut [R],
+    parameters: &'a [R],
+    row: &'a mut [R],
 }
 
 impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
@@ -168,7 +171,12 @@ where
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let Self { map, values } = self;
+        let Self {
+            map,
+            parameters,
+            row,
+        } = self;
+        let values = Frame { parameters, row };
         let lead = map.graph.lead();
         for (group, masks) in map.graph.groups().iter().zip(&map.masks) {
             let sources = Sources::<R, C, I>::new(values, &map.ends, &map.per_edge, group);
@@ -194,21 +202,21 @@ where
             }
         }
         for o in 0..O {
-            let nodes = &mut values[map.sums[o].range()];
+            let nodes = &mut row[map.sums[o].range()];
             let edges = (&map.graph, &map.masks[..], &map.scratch[o][..]);
             collect_all::<R, L>(edges, nodes, Sum::Set);
         }
     }
 }
 
-struct Reverse<'a, R, K, const C: usize, const I: usize, const O: usize> {
+struct Reverse<'a, 'b, R, K, const C: usize, const I: usize, const O: usize> {
     map: &'a mut EdgeMap<R, K, C, I, O>,
-    values: &'a [R],
-    bars: &'a mut [R],
+    values: Frame<'a, R>,
+    bars: &'a mut Bars<'b, R>,
 }
 
 impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
-    for Reverse<'_, R, K, C, I, O>
+    for Reverse<'_, '_, R, K, C, I, O>
 where
     R: Real,
     K: Adjoint<I, O>,
@@ -217,43 +225,52 @@ where
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let Self { map, values, bars } = self;
-        let lead = map.graph.lead();
         for (group, masks) in map.graph.groups().iter().zip(&map.masks) {
             let sources = Sources::<R, C, I>::new(values, &map.ends, &map.per_edge, group);
+            let place = map.graph.lead() + group.first_slot;
+            let mut ends_bar: [&mut [R]; C] = std::array::from_fn(|_| Default::default());
+            for (bar, scratch) in ends_bar.iter_mut().zip(&mut map.scratch) {
+                *bar = &mut scratch[place..][..group.len];
+            }
+            let mut sums = [0; O];
+            for o in 0..O {
+                sums[o] = map.sums[o].start;
+                let reach = sums[o] + group.offset + group.len;
+                assert!(reach <= bars.row.len(), "sums outside their row");
+            }
+            let mut wanted = [None; I];
+            for k in C..I {
+                let (array, active) = (map.per_edge[k - C], map.per_edge_active[k - C]);
+                let first = array.start + group.first_slot;
+                let fits = first + group.len <= bars.part(array).len();
+                assert!(fits, "slots outside their part");
+                wanted[k] = active.then_some((array, first));
+            }
             assert_eq!(
                 masks.slots.len() * L::N,
                 group.len,
                 "masks of another width"
             );
-            let in_bars = |a: &Array, first: usize| a.start + first + group.len <= bars.len();
-            assert!(
-                map.sums.iter().all(|a| in_bars(a, group.offset)),
-                "sums outside their arena"
-            );
-            let slots_fit = map.per_edge.iter().all(|a| in_bars(a, group.first_slot));
-            assert!(slots_fit, "slots outside their arena");
             let mut i = 0;
             for &bits in &masks.slots {
                 let edges = L::mask(bits);
-                let slot = group.first_slot + i;
                 // SAFETY: a group has as many lanes as masks; what is read and written was
                 // checked to hold the whole group.
                 unsafe {
                     let mut y_bar = [L::zero(); O];
                     for o in 0..O {
-                        let tail = map.sums[o].start + i;
-                        let head = L::load_at(bars, tail + group.offset);
-                        let tail_less_head = L::load_at(bars, tail) - head;
+                        let head = L::load_at(bars.row, sums[o] + i + group.offset);
+                        let tail_less_head = L::load_at(bars.row, sums[o] + i) - head;
                         y_bar[o] = L::select(edges, tail_less_head, L::zero());
                     }
                     let x_bar = map.kernel.vjp(sources.load::<L>(i, edges), y_bar);
                     for c in 0..C {
-                        x_bar[c].store(&mut map.scratch[c][lead + slot..]);
+                        x_bar[c].store_at(ends_bar[c], i);
                     }
                     for k in C..I {
-                        if map.per_edge_active[k - C] {
-                            let place = map.per_edge[k - C].start + slot;
-                            (L::load_at(bars, place) + x_bar[k]).store_at(bars, place);
+                        if let Some((array, first)) = wanted[k] {
+                            let part = bars.part_mut(array);
+                            (L::load_at(part, first + i) + x_bar[k]).store_at(part, first + i);
                         }
                     }
                 }
@@ -262,7 +279,7 @@ where
         }
         if map.ends_active {
             for c in 0..C {
-                let nodes = &mut bars[map.ends[c].range()];
+                let nodes = bars.get_mut(map.ends[c]);
                 let edges = (&map.graph, &map.masks[..], &map.scratch[c][..]);
                 collect_all::<R, L>(edges, nodes, Sum::Subtract);
             }

@@ -1,7 +1,8 @@
 //! A kernel mapped over arrays.
 #![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
 
-use super::{Array, Operation};
+use super::row::Frame;
+use super::{Array, Bars, Operation};
 use crate::kernel::Adjoint;
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
@@ -25,19 +26,17 @@ impl<K, const I: usize, const O: usize> Map<K, I, O> {
 }
 
 impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for Map<K, I, O> {
-    fn inputs(&self) -> Vec<Array> {
-        self.inputs.to_vec()
-    }
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
-    fn reverse_reads(&self) -> Vec<Array> {
-        self.inputs.to_vec()
+    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
+        R::vectorize(Forward {
+            map: self,
+            parameters,
+            row,
+        });
     }
-    fn forward(&mut self, values: &mut [R]) {
-        R::vectorize(Forward { map: self, values });
-    }
-    fn reverse(&mut self, values: &[R], bars: &mut [R]) {
+    fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>) {
         R::vectorize(Reverse {
             map: self,
             values,
@@ -49,23 +48,17 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for
     }
 }
 
-/// Panics unless the arrays lie in the arena and are as long as the first.
-fn check(arena: usize, arrays: &[Array], len: usize) {
-    let fits = |a: &Array| a.len == len && a.range().end <= arena;
-    assert!(arrays.iter().all(fits), "an array lies outside its arena");
-}
-
 /// A lane of an array from its `i`th entry on: a `WHOLE` one, or what is left.
 ///
 /// # Safety
-/// The array lies in the arena and, for a whole lane, has `i + N` entries.
+/// The array lies in its part and, for a whole lane, has `i + N` entries.
 #[inline(always)]
-unsafe fn load<R: Real, L: Lane<R>, const WHOLE: bool>(arena: &[R], a: Array, i: usize) -> L {
+unsafe fn load<R: Real, L: Lane<R>, const WHOLE: bool>(part: &[R], a: Array, i: usize) -> L {
     // SAFETY: the caller's promise.
     if WHOLE {
-        unsafe { L::load_at(arena, a.start + i) }
+        unsafe { L::load_at(part, a.start + i) }
     } else {
-        L::load_up_to(&arena[a.from(i)])
+        L::load_up_to(&part[a.start + i..a.start + a.len])
     }
 }
 
@@ -75,57 +68,34 @@ unsafe fn load<R: Real, L: Lane<R>, const WHOLE: bool>(arena: &[R], a: Array, i:
 /// As there.
 #[inline(always)]
 unsafe fn store<R: Real, L: Lane<R>, const WHOLE: bool>(
-    arena: &mut [R],
+    part: &mut [R],
     (a, i): (Array, usize),
     value: L,
 ) {
     // SAFETY: the caller's promise.
     if WHOLE {
-        unsafe { value.store_at(arena, a.start + i) }
+        unsafe { value.store_at(part, a.start + i) }
     } else {
-        value.store_up_to(&mut arena[a.from(i)]);
+        value.store_up_to(&mut part[a.start + i..a.start + a.len]);
     }
 }
 
-struct Forward<'a, K, R, const I: usize, const O: usize> {
-    map: &'a Map<K, I, O>,
-    values: &'a mut [R],
-}
-
-impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Forward<'_, K, R, I, O> {
+/// Work on the lanes of a map's arrays.
+trait Lanes<R> {
+    /// The lane from the `i`th entries on.
+    ///
     /// # Safety
     /// As for [`load`], for all arrays of the map.
-    #[inline(always)]
-    unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize) {
-        let Map {
-            kernel,
-            inputs,
-            outputs,
-            ..
-        } = self.map;
-        let mut x = [L::zero(); I];
-        for k in 0..I {
-            // SAFETY: the caller's promise, here and below.
-            x[k] = unsafe { load::<R, L, WHOLE>(self.values, inputs[k], i) };
-        }
-        let y = kernel.eval(x);
-        for k in 0..O {
-            unsafe { store::<R, L, WHOLE>(self.values, (outputs[k], i), y[k]) };
-        }
-    }
-}
+    unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize);
 
-impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for Forward<'_, K, R, I, O>
-{
-    type Output = ();
+    /// All lanes of arrays of a length.
+    ///
+    /// # Safety
+    /// All arrays of the map lie in their parts and have this length.
     #[inline(always)]
-    fn run<L: Lane<R>>(mut self) {
-        let len = self.map.inputs[0].len;
-        check(self.values.len(), &self.map.inputs, len);
-        check(self.values.len(), &self.map.outputs, len);
+    unsafe fn lanes<L: Lane<R>>(&mut self, len: usize) {
         let mut i = 0;
-        // SAFETY: the arrays were checked, and whole lanes end within them.
+        // SAFETY: whole lanes end within the arrays.
         unsafe {
             while i + L::N <= len {
                 self.lane::<L, true>(i);
@@ -138,15 +108,77 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
     }
 }
 
-struct Reverse<'a, K, R, const I: usize, const O: usize> {
+struct Forward<'a, K, R, const I: usize, const O: usize> {
     map: &'a Map<K, I, O>,
-    values: &'a [R],
-    bars: &'a mut [R],
+    parameters: &'a [R],
+    row: &'a mut [R],
 }
 
-impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Reverse<'_, K, R, I, O> {
-    /// # Safety
-    /// As for [`load`], for all arrays of the map.
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
+    for Forward<'_, K, R, I, O>
+{
+    #[inline(always)]
+    unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize) {
+        let Map {
+            kernel,
+            inputs,
+            outputs,
+            ..
+        } = self.map;
+        let values = Frame {
+            parameters: self.parameters,
+            row: self.row,
+        };
+        let mut x = [L::zero(); I];
+        for k in 0..I {
+            // SAFETY: the caller's promise, here and below.
+            x[k] = unsafe { load::<R, L, WHOLE>(values.part(inputs[k]), inputs[k], i) };
+        }
+        let y = kernel.eval(x);
+        for k in 0..O {
+            unsafe { store::<R, L, WHOLE>(self.row, (outputs[k], i), y[k]) };
+        }
+    }
+}
+
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
+    for Forward<'_, K, R, I, O>
+{
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(mut self) {
+        let Map {
+            inputs, outputs, ..
+        } = self.map;
+        let len = inputs[0].len;
+        check([self.parameters, self.row], inputs, len);
+        check([self.parameters, self.row], outputs, len);
+        // SAFETY: the arrays were checked.
+        unsafe { self.lanes::<L>(len) }
+    }
+}
+
+/// Panics unless the arrays lie in their parts and are as long as the first.
+#[inline(always)]
+fn check<R: Real>([parameters, row]: [&[R]; 2], arrays: &[Array], len: usize) {
+    let values = Frame { parameters, row };
+    for &a in arrays {
+        assert!(
+            a.len == len && a.start + len <= values.part(a).len(),
+            "an array lies outside its part"
+        );
+    }
+}
+
+struct Reverse<'a, 'b, K, R, const I: usize, const O: usize> {
+    map: &'a Map<K, I, O>,
+    values: Frame<'a, R>,
+    bars: &'a mut Bars<'b, R>,
+}
+
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
+    for Reverse<'_, '_, K, R, I, O>
+{
     #[inline(always)]
     unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize) {
         let Map {
@@ -158,17 +190,18 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Reverse<'_, K, R
         let (mut x, mut y_bar) = ([L::zero(); I], [L::zero(); O]);
         for k in 0..I {
             // SAFETY: the caller's promise, here and below.
-            x[k] = unsafe { load::<R, L, WHOLE>(self.values, inputs[k], i) };
+            x[k] = unsafe { load::<R, L, WHOLE>(self.values.part(inputs[k]), inputs[k], i) };
         }
         for k in 0..O {
-            y_bar[k] = unsafe { load::<R, L, WHOLE>(self.bars, outputs[k], i) };
+            y_bar[k] = unsafe { load::<R, L, WHOLE>(self.bars.row, outputs[k], i) };
         }
         let x_bar = kernel.vjp(x, y_bar);
         for k in 0..I {
             if active[k] {
+                let part = self.bars.part_mut(inputs[k]);
                 unsafe {
-                    let bar: L = load::<R, L, WHOLE>(self.bars, inputs[k], i);
-                    store::<R, L, WHOLE>(self.bars, (inputs[k], i), bar + x_bar[k]);
+                    let bar: L = load::<R, L, WHOLE>(part, inputs[k], i);
+                    store::<R, L, WHOLE>(part, (inputs[k], i), bar + x_bar[k]);
                 }
             }
         }
@@ -176,26 +209,21 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Reverse<'_, K, R
 }
 
 impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for Reverse<'_, K, R, I, O>
+    for Reverse<'_, '_, K, R, I, O>
 {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
-        let len = self.map.inputs[0].len;
-        for arena in [self.values.len(), self.bars.len()] {
-            check(arena, &self.map.inputs, len);
-            check(arena, &self.map.outputs, len);
-        }
-        let mut i = 0;
-        // SAFETY: the arrays were checked, and whole lanes end within them.
-        unsafe {
-            while i + L::N <= len {
-                self.lane::<L, true>(i);
-                i += L::N;
-            }
-            if i < len {
-                self.lane::<L, false>(i);
-            }
-        }
+        let Map {
+            inputs, outputs, ..
+        } = self.map;
+        let len = inputs[0].len;
+        let Frame { parameters, row } = self.values;
+        check([parameters, row], inputs, len);
+        let bars = [&*self.bars.parameters, &*self.bars.row];
+        check(bars, inputs, len);
+        check(bars, outputs, len);
+        // SAFETY: the arrays were checked.
+        unsafe { self.lanes::<L>(len) }
     }
 }

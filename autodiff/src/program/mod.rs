@@ -5,6 +5,10 @@
 //! [`Program`]. For plain floats every operation runs in SIMD lanes; for duals, extended
 //! precision or tape variables the same operations run on those numbers. There is no control
 //! flow inside a program: kernels select, and what a scene does not need is not recorded.
+//!
+//! All arrays of a step but the parameters lie side by side in its **row**, the state first. The
+//! row of the next step begins where this one puts its new state, so that a rollout that keeps
+//! its rows copies nothing: they are the record from which the reverse sweep works.
 
 mod aligned;
 mod dense;
@@ -12,6 +16,8 @@ mod edges;
 mod gather;
 mod graph;
 mod map;
+mod panels;
+mod row;
 mod run;
 
 use std::ops::Range;
@@ -22,11 +28,14 @@ use crate::real::Real;
 
 pub(crate) use aligned::Aligned;
 pub use graph::Graph;
+use row::{Bars, Frame, Layout};
 
 /// A handle to an array of a [`Program`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Array {
     id: usize,
+    /// Whether it lies among the parameters, or in the row of each step.
+    parameter: bool,
     start: usize,
     len: usize,
 }
@@ -38,15 +47,10 @@ impl Array {
         self.len
     }
 
-    /// Where it lies in the arena.
+    /// Where it lies in its part.
+    #[inline(always)]
     fn range(self) -> Range<usize> {
         self.start..self.start + self.len
-    }
-
-    /// Where its entries from the `i`th on lie.
-    #[inline(always)]
-    fn from(self, i: usize) -> Range<usize> {
-        self.start + i..self.start + self.len
     }
 }
 
@@ -65,23 +69,16 @@ enum Parameter {
     Matrix(Matrix),
 }
 
-/// One recorded operation. Values and cotangents ("bars") lie in two arenas of equal layout.
+/// One recorded operation. Its outputs lie in the row after everything it reads.
 trait Operation<R: Real>: Send {
-    fn inputs(&self) -> Vec<Array>;
     fn outputs(&self) -> Vec<Array>;
-    fn forward(&mut self, values: &mut [R]);
+    fn forward(&mut self, parameters: &[R], row: &mut [R]);
     /// Adds to the bars of the inputs what the bars of the outputs give.
-    fn reverse(&mut self, values: &[R], bars: &mut [R]);
-    /// The values that `reverse` reads.
-    fn reverse_reads(&self) -> Vec<Array>;
+    fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>);
     /// Tells which arrays and matrices carry derivatives; the rest may be skipped.
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
     /// Takes over the matrices among the parameters (row-major).
     fn load(&mut self, _parameters: &[&[R]]) {}
-    /// Whether the outputs cost enough to be kept for the reverse sweep.
-    fn expensive(&self) -> bool {
-        false
-    }
     /// Adds the cotangents of matrices (row-major) after the last step of a sweep.
     fn matrix_bars(&mut self, _parameter_bars: &mut [Vec<R>]) {}
 }
@@ -95,36 +92,12 @@ pub struct Program<R: Real> {
     states: Vec<Array>,
     next: Vec<Option<Array>>,
     inputs: Vec<Array>,
-    kept: Vec<Array>,
     operations: Vec<Box<dyn Operation<R>>>,
-    /// Per operation: must it run again in the reverse sweep?
-    rerun: Vec<bool>,
+    /// How many numbers the parameters' arrays and a step's row take so far.
+    ends: [usize; 2],
     layout: Layout,
-    arena_len: usize,
-    parameters_end: usize,
     /// How far past the arrays lanes may reach, beyond their own width.
     margin: usize,
-}
-
-/// Where the arrays that are copied every step lie, neighbours joined.
-#[derive(Default)]
-struct Layout {
-    state: Vec<Range<usize>>,
-    next: Vec<Range<usize>>,
-    kept: Vec<Range<usize>>,
-    inputs: Vec<Range<usize>>,
-}
-
-/// The ranges of arrays, those joined that touch.
-fn joined(arrays: impl IntoIterator<Item = Array>) -> Vec<Range<usize>> {
-    let mut ranges: Vec<Range<usize>> = Vec::new();
-    for array in arrays {
-        match ranges.last_mut() {
-            Some(last) if last.end == array.start => last.end += array.len,
-            _ => ranges.push(array.range()),
-        }
-    }
-    ranges
 }
 
 struct LaneCount;
@@ -150,12 +123,9 @@ impl<R: Real> Default for Program<R> {
             states: Vec::new(),
             next: Vec::new(),
             inputs: Vec::new(),
-            kept: Vec::new(),
             operations: Vec::new(),
-            rerun: Vec::new(),
+            ends: [0; 2],
             layout: Layout::default(),
-            arena_len: 0,
-            parameters_end: 0,
             margin: 0,
         }
     }
@@ -165,7 +135,8 @@ impl<R: Real> Default for Program<R> {
 impl<R: Real> Program<R> {
     /// A parameter: an array that stays the same for all steps.
     pub fn parameter(&mut self, len: usize) -> Array {
-        let array = self.parameter_space(len);
+        self.align(true);
+        let array = self.allocate(true, len);
         self.parameters.push(Parameter::Array(array));
         array
     }
@@ -183,7 +154,7 @@ impl<R: Real> Program<R> {
 
     /// A part of the state: an array that one step hands to the next.
     pub fn state(&mut self, len: usize) -> Array {
-        let array = self.allocate(len);
+        let array = self.allocate(false, len);
         self.states.push(array);
         self.next.push(None);
         array
@@ -191,7 +162,7 @@ impl<R: Real> Program<R> {
 
     /// A per-step input: constants given for every step, which carry no derivative.
     pub fn input(&mut self, len: usize) -> Array {
-        let array = self.allocate(len);
+        let array = self.allocate(false, len);
         self.inputs.push(array);
         array
     }
@@ -204,38 +175,35 @@ impl<R: Real> Program<R> {
         self.next[part] = Some(next);
     }
 
-    /// Keeps an array of every step for the reverse sweep in place of computing it again.
-    pub fn keep(&mut self, array: Array) {
-        self.kept.push(array);
-    }
-
-    fn parameter_space(&mut self, len: usize) -> Array {
+    /// A new array behind those before it.
+    fn allocate(&mut self, parameter: bool, len: usize) -> Array {
+        assert!(len > 0, "an array of a program holds at least one number");
         assert!(
-            self.states.is_empty() && self.inputs.is_empty() && self.operations.is_empty(),
+            !parameter || self.ends[0] == 0 || self.ends[1] == 0,
             "parameters of a program are declared before its states, inputs and operations"
         );
-        let array = self.allocate(len);
-        self.parameters_end = self.arena_len;
-        array
-    }
-
-    fn allocate(&mut self, len: usize) -> Array {
-        assert!(len > 0, "an array of a program holds at least one number");
+        let end = &mut self.ends[usize::from(!parameter)];
         let array = Array {
             id: self.arrays.len(),
-            start: self.arena_len,
+            parameter,
+            start: *end,
             len,
         };
+        *end += len;
         self.arrays.push(array);
-        self.arena_len += len;
         array
     }
 
-    fn push(&mut self, operation: impl Operation<R> + 'static) {
-        if operation.expensive() {
-            self.kept.extend(operation.outputs());
-        }
-        self.operations.push(Box::new(operation));
+    /// Begins the next array at a whole lane.
+    fn align(&mut self, parameter: bool) {
+        let end = &mut self.ends[usize::from(!parameter)];
+        *end = end.next_multiple_of(lanes::<R>());
+    }
+
+    /// New arrays for the outputs of an operation, one after the other.
+    fn outputs<const O: usize>(&mut self, len: usize) -> [Array; O] {
+        self.align(false);
+        [(); O].map(|()| self.allocate(false, len))
     }
 }
 
@@ -251,30 +219,51 @@ impl<R: Real> Program<R> {
             x.iter().all(|a| a.len == len),
             "map: the arrays differ in length"
         );
-        let outputs = std::array::from_fn(|_| self.allocate(len));
-        self.push(map::Map::new(kernel, x, outputs));
+        let outputs = self.outputs(len);
+        self.operations
+            .push(Box::new(map::Map::new(kernel, x, outputs)));
         outputs
     }
 
     /// `matrix * (x_0, x_1, ...) + bias`.
     pub fn dense(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
-        self.dense_layer(matrix, x, bias, false)
+        self.dense_layer((matrix, bias), x, &vec![true; matrix.rows], false)
     }
 
     /// `tanh(matrix * (x_0, x_1, ...) + bias)`.
     pub fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
-        self.dense_layer(matrix, x, bias, true)
+        self.dense_layer((matrix, bias), x, &vec![true; matrix.rows], true)
     }
 
-    fn dense_layer(&mut self, matrix: Matrix, x: &[Array], bias: Array, tanh: bool) -> Array {
+    /// The entries of `tanh(matrix * (x_0, x_1, ...) + bias)` set out among zeros: in their order
+    /// at the places that are true.
+    pub fn dense_tanh_spread(
+        &mut self,
+        (matrix, bias): (Matrix, Array),
+        x: &[Array],
+        places: &[bool],
+    ) -> Array {
+        self.dense_layer((matrix, bias), x, places, true)
+    }
+
+    fn dense_layer(
+        &mut self,
+        (matrix, bias): (Matrix, Array),
+        x: &[Array],
+        places: &[bool],
+        tanh: bool,
+    ) -> Array {
         let columns: usize = x.iter().map(|a| a.len).sum();
         assert_eq!(
             columns, matrix.columns,
             "dense: inputs and matrix columns differ"
         );
         assert_eq!(bias.len, matrix.rows, "dense: bias and matrix rows differ");
-        let output = self.allocate(matrix.rows);
-        self.push(dense::Dense::new(matrix, x.to_vec(), [bias, output], tanh));
+        let rows = places.iter().filter(|row| **row).count();
+        assert_eq!(rows, matrix.rows, "dense: places and matrix rows differ");
+        let [output] = self.outputs(places.len());
+        let layer = dense::Dense::new((matrix, bias), x, (output, places), tanh);
+        self.operations.push(Box::new(layer));
         output
     }
 
@@ -298,13 +287,14 @@ impl<R: Real> Program<R> {
         let fits = per_edge.iter().all(|a| a.len == graph.slots());
         assert!(fits, "map_edges: an array per edge has one value per slot");
         self.margin = self.margin.max(graph.lead());
-        let outputs = [(); O].map(|()| self.allocate(graph.nodes()));
-        self.push(edges::EdgeMap::new(
-            kernel,
-            graph,
-            (ends, per_edge),
-            outputs,
-        ));
+        // Lanes of edges reach past the nodes, but not into what the operation writes.
+        let reach = graph.nodes() + WIDEST;
+        for end in ends.iter().filter(|a| !a.parameter) {
+            self.ends[1] = self.ends[1].max(end.start + reach);
+        }
+        let outputs = self.outputs(graph.nodes());
+        let map = edges::EdgeMap::new(kernel, graph, (ends, per_edge), outputs);
+        self.operations.push(Box::new(map));
         outputs
     }
 
@@ -314,22 +304,9 @@ impl<R: Real> Program<R> {
             indices.iter().flatten().all(|&i| i < x.len),
             "gather: an index is out of range"
         );
-        let output = self.allocate(indices.len());
-        self.push(gather::Gather::new(x, indices, output));
+        let [output] = self.outputs(indices.len());
+        self.operations
+            .push(Box::new(gather::Gather::new(x, indices, output)));
         output
-    }
-}
-
-fn copy_in<R: Real>(ranges: &[Range<usize>], values: &mut [R], mut from: &[R]) {
-    for range in ranges {
-        let (part, rest) = from.split_at(range.len());
-        values[range.clone()].copy_from_slice(part);
-        from = rest;
-    }
-}
-
-fn copy_out<R: Real>(ranges: &[Range<usize>], values: &[R], to: &mut Vec<R>) {
-    for range in ranges {
-        to.extend_from_slice(&values[range.clone()]);
     }
 }

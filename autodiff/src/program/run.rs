@@ -1,54 +1,44 @@
 //! Running a recorded program, forward and in reverse.
 
-use super::{Aligned, Array, Layout, Parameter, Program, WIDEST, copy_in, copy_out, joined};
+use super::{Aligned, Array, Bars, Frame, Layout, Parameter, Program, WIDEST};
 use crate::real::Real;
 
 impl<R: Real> Program<R> {
-    /// Closes the recording: decides what the reverse sweep has to compute again. An operation
-    /// runs again if something reads an output of it that is not kept: a later operation's
-    /// reverse, or a later operation that itself runs again.
+    /// Closes the recording.
     pub(crate) fn finish(mut self) -> Self {
-        assert!(
-            self.next.iter().all(Option::is_some),
-            "a part of the state is never advanced"
-        );
-        let mut read: Vec<Array> = Vec::new();
-        self.rerun = vec![false; self.operations.len()];
-        for (operation, rerun) in self.operations.iter().zip(&mut self.rerun).rev() {
-            let lost = |a: &Array| !self.kept.contains(a) && read.contains(a);
-            *rerun = operation.outputs().iter().any(lost);
-            read.extend(operation.reverse_reads());
-            if *rerun {
-                read.extend(operation.inputs());
-            }
-        }
-        self.layout = Layout {
-            state: joined(self.states.iter().copied()),
-            next: joined(self.next.iter().copied().flatten()),
-            kept: joined(self.kept.iter().copied()),
-            inputs: joined(self.inputs.iter().copied()),
-        };
+        let next: Option<Vec<Array>> = self.next.iter().copied().collect();
+        let next = next.expect("a part of the state is never advanced");
+        self.layout = Layout::new(&self.states, &next, self.ends[1]);
         self
     }
 
-    /// A zeroed arena for values or cotangents, with room for reads past the last array.
-    pub(crate) fn arena(&self) -> Aligned<R> {
-        Aligned::zeros(self.arena_len + 2 * WIDEST + self.margin)
+    /// Room for the parameters' arrays, and for reads past the last of them.
+    pub(crate) fn parameters(&self) -> Aligned<R> {
+        Aligned::zeros(self.ends[0] + self.beyond())
+    }
+
+    /// Zeros for all cotangents: of the parameters, and of a row.
+    pub(crate) fn bars(&self) -> [Aligned<R>; 2] {
+        [self.parameters(), Aligned::zeros(self.row_len())]
+    }
+
+    fn beyond(&self) -> usize {
+        2 * WIDEST + self.margin
+    }
+
+    /// How many numbers from the start of a row on a step may touch.
+    pub(crate) fn row_len(&self) -> usize {
+        self.layout.reach.max(self.ends[1]) + self.beyond()
+    }
+
+    /// From the start of a row to that of the next step's.
+    pub(crate) fn stride(&self) -> usize {
+        self.layout.stride
     }
 
     /// The number of scalars in a state.
     pub(crate) fn state_len(&self) -> usize {
         self.states.iter().map(|a| a.len).sum()
-    }
-
-    /// The number of scalars per step in the kept arrays.
-    pub(crate) fn kept_len(&self) -> usize {
-        self.kept.iter().map(|a| a.len).sum()
-    }
-
-    /// The number of scalars in the inputs of a step.
-    pub(crate) fn input_len(&self) -> usize {
-        self.inputs.iter().map(|a| a.len).sum()
     }
 
     /// Takes the parameters over, checking their shapes.
@@ -96,67 +86,91 @@ impl<R: Real> Program<R> {
         }
     }
 
-    pub(crate) fn set_state(&self, values: &mut [R], state: &[R]) {
-        copy_in(&self.layout.state, values, state);
+    /// Writes a state into a row.
+    pub(crate) fn set_state(&self, row: &mut [R], mut state: &[R]) {
+        for part in &self.layout.state {
+            let (here, rest) = state.split_at(part.len);
+            row[part.range()].copy_from_slice(here);
+            state = rest;
+        }
     }
 
-    pub(crate) fn set_inputs(&self, values: &mut [R], inputs: &[R]) {
-        copy_in(&self.layout.inputs, values, inputs);
+    /// Appends the state of a row.
+    pub(crate) fn push_state(&self, row: &[R], to: &mut Vec<R>) {
+        for part in &self.layout.state {
+            to.extend_from_slice(&row[part.range()]);
+        }
     }
 
-    pub(crate) fn set_kept(&self, values: &mut [R], kept: &[R]) {
-        copy_in(&self.layout.kept, values, kept);
+    /// Writes the inputs of a step, given those of all steps, into its row.
+    pub(crate) fn set_inputs(&self, row: &mut [R], (all, step): (&[f64], usize)) {
+        let len = self.inputs.iter().map(|a| a.len).sum::<usize>();
+        let mut given = &all[step * len..][..len];
+        for part in &self.inputs {
+            let (here, rest) = given.split_at(part.len);
+            for (to, &from) in row[part.range()].iter_mut().zip(here) {
+                *to = R::lit(from);
+            }
+            given = rest;
+        }
     }
 
-    pub(crate) fn push_state(&self, values: &[R], to: &mut Vec<R>) {
-        copy_out(&self.layout.state, values, to);
-    }
-
-    pub(crate) fn push_kept(&self, values: &[R], to: &mut Vec<R>) {
-        copy_out(&self.layout.kept, values, to);
-    }
-
-    /// Computes a step; the state becomes the next one.
-    pub(crate) fn step(&mut self, values: &mut [R]) {
+    /// Computes a step; the new state stands where the next row begins.
+    pub(crate) fn step(&mut self, parameters: &[R], row: &mut [R]) {
         for operation in &mut self.operations {
-            operation.forward(values);
+            operation.forward(parameters, row);
         }
-        if let ([state], [next]) = (&self.layout.state[..], &self.layout.next[..]) {
-            return values.copy_within(next.clone(), state.start);
-        }
-        for (state, next) in self.states.iter().zip(self.next.iter().flatten()) {
-            values.copy_within(next.range(), state.start);
+        for (from, to) in &self.layout.moves {
+            row.copy_within(from.range(), self.layout.stride + to.start);
         }
     }
 
-    /// The reverse of a step. `values` hold its state, inputs and kept arrays; `state_bar` goes
-    /// from the cotangent of the next state to that of this one, and the bars of parameters grow
-    /// by this step's part.
+    /// Moves the new state to the start of the same row, for a rollout that keeps none.
+    pub(crate) fn turn(&self, row: &mut [R]) {
+        let Layout { stride, reach, .. } = self.layout;
+        row.copy_within(stride..reach, 0);
+    }
+
+    /// Where a part of the state begins among all.
+    fn place_in_state(&self, part: Array) -> usize {
+        let before = self.states.iter().take_while(|state| **state != part);
+        before.map(|state| state.len).sum()
+    }
+
+    /// The reverse of a step, from its row. `state_bar` goes from the cotangent of the next state
+    /// to that of this one, and the bars of parameters grow by this step's part.
     pub(crate) fn reverse_step(
         &mut self,
-        values: &mut [R],
-        bars: &mut [R],
+        (parameters, row): (&[R], &[R]),
+        [parameter_bars, row_bars]: &mut [Aligned<R>; 2],
         state_bar: &mut Vec<R>,
     ) {
-        for (operation, &rerun) in self.operations.iter_mut().zip(&self.rerun) {
-            if rerun {
-                operation.forward(values);
+        let bars = &mut Bars {
+            parameters: &mut parameter_bars[..],
+            row: &mut row_bars[..],
+        };
+        let Layout { stride, state, .. } = &self.layout;
+        bars.row[..self.ends[1].min(*stride)].fill(R::zero());
+        if self.layout.moves.is_empty() {
+            // The new state begins the next row.
+            let mut given = &state_bar[..];
+            for part in state {
+                let (here, rest) = given.split_at(part.len);
+                bars.row[stride + part.start..][..part.len].copy_from_slice(here);
+                given = rest;
             }
         }
-        bars[self.parameters_end..].fill(R::zero());
-        let mut rest = &state_bar[..];
-        for next in &self.layout.next {
-            let (part, others) = rest.split_at(next.len());
-            for (bar, &given) in bars[next.clone()].iter_mut().zip(part) {
+        for (from, to) in &self.layout.moves {
+            let given = &state_bar[self.place_in_state(*to)..][..to.len];
+            for (bar, &given) in bars.get_mut(*from).iter_mut().zip(given) {
                 *bar += given;
             }
-            rest = others;
         }
         for operation in self.operations.iter_mut().rev() {
-            operation.reverse(values, bars);
+            operation.reverse(Frame { parameters, row }, bars);
         }
         state_bar.clear();
-        copy_out(&self.layout.state, bars, state_bar);
+        self.push_state(bars.row, state_bar);
     }
 
     /// The cotangents of all parameters after the last reverse step.

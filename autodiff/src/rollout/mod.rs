@@ -1,9 +1,8 @@
 //! Rollouts: stepping a [`Program`] many times, and the reverse sweep through all of it.
 //!
-//! The forward run keeps every state (and the few arrays that a program marks as kept); the
-//! reverse sweep goes back one step at a time and computes the rest of that step again, so that
-//! the record of a step never leaves the cache. Memory: `steps * (state + kept)` numbers, or what
-//! a [`Memory`] budget allows.
+//! The forward run keeps the row of every step, its state and the outputs of its operations; the
+//! reverse sweep goes back one step at a time and computes again what happens inside operations.
+//! Memory: `steps` rows, or what a [`Memory`] budget allows.
 
 mod memory;
 mod sweep;
@@ -99,13 +98,14 @@ impl<M: Model> Fused for Rollout<M> {
 
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         let mut sweep = Sweep::new(self, inputs);
+        let mut row = sweep.row(inputs[0]);
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
-                sweep.push_state(&mut seen);
+                sweep.push_state(&row, &mut seen);
             }
             if step < self.steps {
-                sweep.step(step, None);
+                sweep.step_in_place(step, &mut row);
             }
         }
         seen
@@ -116,7 +116,7 @@ impl<M: Model> Fused for Rollout<M> {
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
-                recorded.sweep().push_state(&mut seen);
+                recorded.push_state(step, &mut seen);
             }
             if step < self.steps {
                 recorded.step(step);
@@ -131,7 +131,7 @@ impl<M: Model> Fused for Rollout<M> {
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
-        let state_len = saved.sweep().state_len();
+        let state_len = saved.state_len();
         let mut seeds = self
             .observed
             .iter()

@@ -11,13 +11,12 @@ use crate::lanes::prefetch;
 use crate::program::{Aligned, Program};
 use crate::real::Real;
 
-/// A program with the numbers it is running on.
+/// A program with its parameters.
 pub(super) struct Sweep<R: Real> {
     program: Program<R>,
-    values: Aligned<R>,
-    /// The constants of all steps, and those of one as numbers of type `R`.
-    constants: Arc<[f64]>,
-    inputs: Vec<R>,
+    parameters: Aligned<R>,
+    /// The inputs of all steps.
+    inputs: Arc<[f64]>,
 }
 
 impl<R: Real> Sweep<R> {
@@ -25,20 +24,18 @@ impl<R: Real> Sweep<R> {
         let mut program = Program::default();
         rollout.model.record(&mut program);
         let mut program = program.finish();
-        let mut values = program.arena();
-        let (start, parameters) = inputs.split_first().expect("a rollout has a start");
+        let mut parameters = program.parameters();
+        let (start, given) = inputs.split_first().expect("a rollout has a start");
         assert_eq!(
             start.len(),
             program.state_len(),
             "the start of a rollout differs in length"
         );
-        program.load(&mut values, parameters);
-        program.set_state(&mut values, start);
+        program.load(&mut parameters, given);
         Self {
-            constants: rollout.inputs.clone(),
-            inputs: vec![R::zero(); program.input_len()],
             program,
-            values,
+            parameters,
+            inputs: rollout.inputs.clone(),
         }
     }
 
@@ -46,44 +43,29 @@ impl<R: Real> Sweep<R> {
         self.program.state_len()
     }
 
-    /// Appends the state.
-    pub(super) fn push_state(&self, to: &mut Vec<R>) {
-        self.program.push_state(&self.values, to);
+    /// A row with a state in it.
+    pub(super) fn row(&self, state: &[R]) -> Aligned<R> {
+        let mut row = Aligned::zeros(self.program.row_len());
+        self.program.set_state(&mut row, state);
+        row
     }
 
-    /// Does a step; its row (the state before it, then what the program keeps) is appended where
-    /// rows are wanted.
-    pub(super) fn step(&mut self, step: usize, mut rows: Option<&mut Vec<R>>) {
+    /// Appends the state of a row.
+    pub(super) fn push_state(&self, row: &[R], to: &mut Vec<R>) {
+        self.program.push_state(row, to);
+    }
+
+    /// Does a step; the new state stands where the next row begins.
+    fn step(&mut self, step: usize, row: &mut [R]) {
         R::mark_step(step);
-        self.set_inputs(step);
-        if let Some(rows) = &mut rows {
-            self.program.push_state(&self.values, rows);
-        }
-        self.program.step(&mut self.values);
-        if let Some(rows) = rows {
-            self.program.push_kept(&self.values, rows);
-        }
+        self.program.set_inputs(row, (&self.inputs, step));
+        self.program.step(&self.parameters, row);
     }
 
-    fn set_inputs(&mut self, step: usize) {
-        let len = self.inputs.len();
-        for (to, &from) in self
-            .inputs
-            .iter_mut()
-            .zip(&self.constants[step * len..][..len])
-        {
-            *to = R::lit(from);
-        }
-        self.program.set_inputs(&mut self.values, &self.inputs);
-    }
-
-    /// The reverse of a step, from its row.
-    fn reverse_step(&mut self, step: usize, row: &[R], bars: &mut [R], state_bar: &mut Vec<R>) {
-        let (state, kept) = row.split_at(self.state_len());
-        self.program.set_state(&mut self.values, state);
-        self.program.set_kept(&mut self.values, kept);
-        self.set_inputs(step);
-        self.program.reverse_step(&mut self.values, bars, state_bar);
+    /// Does a step within one row.
+    pub(super) fn step_in_place(&mut self, step: usize, row: &mut [R]) {
+        self.step(step, row);
+        self.program.turn(row);
     }
 }
 
@@ -102,45 +84,72 @@ pub struct Recorded<R: Real> {
     /// States from which the reverse sweep runs forward again; the start is the first.
     snapshots: Vec<Snapshot<R>>,
     /// The rows of the last steps run, one after the other; of all of them where memory allows.
-    rows: Vec<R>,
+    rows: Aligned<R>,
+    /// The row of a rollout whose rows are not kept.
+    row: Aligned<R>,
 }
 
 impl<R: Real> Recorded<R> {
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, inputs: &[&[R]]) -> Self {
         let sweep = Sweep::new(rollout, inputs);
-        let row = sweep.state_len() + sweep.program.kept_len();
-        let plan = Plan::new(rollout.memory, rollout.steps, [sweep.state_len(), row]);
+        let (stride, row) = (sweep.program.stride(), sweep.row(inputs[0]));
+        let plan = Plan::new(rollout.memory, rollout.steps, [sweep.state_len(), stride]);
+        let leaf = plan.leaf.min(rollout.steps);
+        let mut rows = spare_rows((leaf.saturating_sub(1)) * stride + row.len());
+        sweep.program.set_state(&mut rows, inputs[0]);
         Self {
-            rows: spare_rows(plan.leaf.min(rollout.steps) * row),
             snapshots: vec![Snapshot {
                 step: 0,
                 state: inputs[0].to_vec(),
             }],
             steps: rollout.steps,
             plan,
+            rows,
+            row,
             sweep,
         }
     }
 
-    pub(super) fn sweep(&self) -> &Sweep<R> {
-        &self.sweep
+    pub(super) fn state_len(&self) -> usize {
+        self.sweep.state_len()
+    }
+
+    /// Whether the rows of all steps are kept.
+    fn keeps_all(&self) -> bool {
+        self.plan.leaf >= self.steps
+    }
+
+    /// Appends the state that the first run forward has after so many steps.
+    pub(super) fn push_state(&self, step: usize, to: &mut Vec<R>) {
+        let row = match self.keeps_all() {
+            true => &self.rows[step * self.sweep.program.stride()..],
+            false => &self.row[..],
+        };
+        self.sweep.push_state(row, to);
     }
 
     /// A step of the first run forward: keeps its row, or now and then a snapshot.
     pub(super) fn step(&mut self, step: usize) {
-        if self.plan.leaf >= self.steps {
-            return self.sweep.step(step, Some(&mut self.rows));
+        if self.keeps_all() {
+            return self.step_to_row(step, step);
         }
         let last = self.snapshots.last().map_or(0, |snapshot| snapshot.step);
         if self.plan.split(last..self.steps, self.snapshots.len()) == Some(step) {
             self.snapshots.push(self.snapshot(step));
         }
-        self.sweep.step(step, None);
+        self.sweep.step_in_place(step, &mut self.row);
     }
 
+    /// Does a step from the state in one of the rows.
+    fn step_to_row(&mut self, step: usize, row: usize) {
+        let (stride, len) = (self.sweep.program.stride(), self.sweep.program.row_len());
+        self.sweep.step(step, &mut self.rows[row * stride..][..len]);
+    }
+
+    /// The state of the one row.
     fn snapshot(&self, step: usize) -> Snapshot<R> {
         let mut state = Vec::with_capacity(self.sweep.state_len());
-        self.sweep.push_state(&mut state);
+        self.sweep.push_state(&self.row, &mut state);
         Snapshot { step, state }
     }
 
@@ -153,8 +162,7 @@ impl<R: Real> Recorded<R> {
         mut at: impl FnMut(usize, &mut Vec<R>),
     ) -> Vec<Vec<R>> {
         self.sweep.program.set_active(wanted);
-        let mut bars = self.sweep.program.arena();
-        let kept = self.plan.leaf >= self.steps;
+        let mut bars = self.sweep.program.bars();
         let mut stack = self.snapshots.clone();
         let mut end = self.steps;
         at(end, state_bar);
@@ -167,47 +175,50 @@ impl<R: Real> Recorded<R> {
                 stack.push(self.snapshot(middle));
                 continue;
             }
-            if !kept {
+            if !self.keeps_all() {
                 let top = top.clone();
                 self.run_again(&top, first);
-                self.rows.clear();
+                let state = self.snapshot(first).state;
+                self.sweep.program.set_state(&mut self.rows, &state);
                 for step in first..end {
-                    self.sweep.step(step, Some(&mut self.rows));
+                    self.step_to_row(step, step - first);
                 }
             }
-            self.reverse_rows(first..end, &mut bars, state_bar, &mut at);
+            self.reverse_rows(first..end, (&mut bars, state_bar), &mut at);
             end = first;
             while stack.last().is_some_and(|snapshot| snapshot.step >= end) {
                 stack.pop();
             }
         }
-        self.sweep.program.parameter_bars(&bars)
+        self.sweep.program.parameter_bars(&bars[0])
     }
 
-    /// Steps on from a snapshot.
+    /// Steps on from a snapshot, within the one row.
     fn run_again(&mut self, from: &Snapshot<R>, to: usize) {
-        self.sweep
-            .program
-            .set_state(&mut self.sweep.values, &from.state);
+        self.sweep.program.set_state(&mut self.row, &from.state);
         for step in from.step..to {
-            self.sweep.step(step, None);
+            self.sweep.step_in_place(step, &mut self.row);
         }
     }
 
     fn reverse_rows(
         &mut self,
         steps: Range<usize>,
-        bars: &mut [R],
-        state_bar: &mut Vec<R>,
+        (bars, state_bar): (&mut [Aligned<R>; 2], &mut Vec<R>),
         at: &mut impl FnMut(usize, &mut Vec<R>),
     ) {
-        let row = self.rows.len() / steps.len();
+        let Sweep {
+            program,
+            parameters,
+            ..
+        } = &mut self.sweep;
+        let (stride, len) = (program.stride(), program.row_len());
         for step in steps.clone().rev() {
-            let place = (step - steps.start) * row;
+            let place = (step - steps.start) * stride;
             // Memory is read backwards here, which the processor does not foresee.
-            prefetch(&self.rows[place.saturating_sub(2 * row)..][..row]);
-            self.sweep
-                .reverse_step(step, &self.rows[place..][..row], bars, state_bar);
+            prefetch(&self.rows[place.saturating_sub(2 * stride)..][..stride]);
+            let row = &self.rows[place..][..len];
+            program.reverse_step((parameters, row), bars, state_bar);
             at(step, state_bar);
         }
     }
@@ -219,20 +230,19 @@ thread_local! {
     static SPARE: RefCell<Option<Box<dyn Any>>> = const { RefCell::new(None) };
 }
 
-/// No rows, with room for so many numbers.
-fn spare_rows<R: Real>(len: usize) -> Vec<R> {
+/// So many numbers, of which nothing is known.
+fn spare_rows<R: Real>(len: usize) -> Aligned<R> {
     let spare = SPARE.with_borrow_mut(Option::take);
-    let mut rows = spare
-        .and_then(|s| s.downcast().ok())
-        .map_or_else(Vec::new, |s| *s);
-    rows.reserve_exact(len);
-    rows
+    let rows = spare.and_then(|spare| spare.downcast::<Aligned<R>>().ok());
+    match rows {
+        Some(rows) if rows.len() >= len => *rows,
+        _ => Aligned::zeros(len),
+    }
 }
 
 impl<R: Real> Drop for Recorded<R> {
     fn drop(&mut self) {
-        let mut rows = std::mem::take(&mut self.rows);
-        rows.clear();
+        let rows = std::mem::replace(&mut self.rows, Aligned::zeros(0));
         // At the end of a thread there may be nowhere to put it.
         let _ = SPARE.try_with(|spare| spare.replace(Some(Box::new(rows))));
     }

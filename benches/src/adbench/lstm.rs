@@ -152,10 +152,6 @@ fn layer<R: Real>(program: &mut Program<R>, x: Array, [weights, state]: [&[Array
     let [change] = program.map(Change, [hidden, weights[3], weights[7]]);
     let [new_cell] = program.map(Cell, [cell, forget, input, change]);
     let [new_hidden] = program.map(Hidden, [output, new_cell]);
-    // An exponential costs more to compute again than a vector costs to keep.
-    for kept in [forget, input, output, change, new_cell, new_hidden] {
-        program.keep(kept);
-    }
     program.advance(cell, new_cell);
     program.advance(hidden, new_hidden);
     new_hidden

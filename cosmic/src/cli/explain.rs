@@ -176,9 +176,10 @@ impl RolloutFacts {
     }
 
     fn contact_text(&self) -> String {
-        match self.friction {
-            Some(friction) => format!("Coulomb friction, coefficient {friction}"),
-            None => "infinite friction: a node stops where it touches".to_owned(),
+        match (self.contact, self.friction) {
+            (Contact::None, _) => "none: there is no ground".to_owned(),
+            (_, Some(friction)) => format!("Coulomb friction, coefficient {friction}"),
+            _ => "infinite friction: a node stops where it touches".to_owned(),
         }
     }
 

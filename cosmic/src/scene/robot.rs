@@ -120,6 +120,8 @@ impl Named for UnstableStep {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contact {
+    /// There is no ground.
+    None,
     /// The node stops.
     Infinite,
     /// The normal part vanishes; friction shortens the tangential part and never reverses it (D5).
@@ -128,6 +130,7 @@ pub enum Contact {
 
 impl Named for Contact {
     const ALL: &'static [(&'static str, Self)] = &[
+        ("none", Contact::None),
         ("infinite", Contact::Infinite),
         ("coulomb", Contact::Coulomb),
     ];

@@ -3,7 +3,7 @@
 
 use autodiff::{Adjoint, Real};
 
-use super::kernels::{Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
+use super::kernels::{Drift, Flight, Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
 use super::trap::Trapped;
 
 impl Adjoint<6, 2> for Spring {
@@ -47,6 +47,25 @@ impl Adjoint<6, 2> for Spring {
         let t49 = t14.fma(t47, t35);
         let t51 = t12.fma(t47, t32);
         [t49, t51, t46, t39, t43, t45]
+    }
+}
+
+impl Adjoint<7, 4> for Flight {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+        let [_, _, _, _, x4, x5, x6] = x;
+        let [y0, y1, y2, y3] = y_bar;
+        let t15 = R::lit(self.decay);
+        let t20 = R::lit(self.drift.dt);
+        let t24 = y1.fma(t20, y3);
+        let t26 = y0.fma(t20, y2);
+        let t27 = t15 * t24;
+        let t28 = x6 * t24;
+        let t29 = x5 * t24;
+        let t30 = t15 * t26;
+        let t31 = x6 * t26;
+        let t33 = x4.fma(t26, t29);
+        [y0, y1, t30, t27, t31, t28, t33]
     }
 }
 
@@ -212,6 +231,18 @@ impl Adjoint<7, 4> for Sliding {
     }
 }
 
+impl Adjoint<4, 4> for Drift {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+        let [_, _, _, _] = x;
+        let [y0, y1, y2, y3] = y_bar;
+        let t9 = R::lit(self.dt);
+        let t14 = y1.fma(t9, y3);
+        let t16 = y0.fma(t9, y2);
+        [y0, y1, t16, t14]
+    }
+}
+
 impl Adjoint<4, 4> for StickingDrift {
     #[inline(always)]
     fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
@@ -348,5 +379,6 @@ impl Adjoint<4, 4> for SlidingDrift {
     }
 }
 
+impl Adjoint<7, 4> for Trapped<Flight> {}
 impl Adjoint<7, 4> for Trapped<Sticking> {}
 impl Adjoint<7, 4> for Trapped<Sliding> {}

@@ -97,9 +97,9 @@ impl Simulator {
         start: &State<f64>,
         span: &Span,
     ) -> Guarded {
-        let parameters = self.parameters(robot);
-        let parameters = parameters.each_ref().map(Vec::as_slice);
-        let trapped = self.plan(TrappedRobot(self.robot.clone()), span);
+        let (model, parameters) = self.prepared(robot);
+        let parameters: Vec<&[f64]> = parameters.iter().map(Vec::as_slice).collect();
+        let trapped = self.plan(TrappedRobot(model), span);
         let seen = trapped.run(&self.flatten(start), &parameters);
         let size = 4 * self.robot.graph.nodes();
         let last = &seen[seen.len().saturating_sub(size)..];
@@ -129,8 +129,8 @@ impl Simulator {
         steps: usize,
     ) -> Option<Divergence> {
         let size = 4 * self.robot.graph.nodes();
-        let parameters = self.parameters(robot);
-        let parameters = parameters.each_ref().map(Vec::as_slice);
+        let (model, parameters) = self.prepared(robot);
+        let parameters: Vec<&[f64]> = parameters.iter().map(Vec::as_slice).collect();
         // Flat arrays in the ground's frame: the next block goes on from the same bits.
         let mut flat = self.flatten(start);
         let mut last = VecDeque::from([(0, start.clone())]);
@@ -139,7 +139,7 @@ impl Simulator {
                 first,
                 ..Span::from_start((1..=BLOCK.min(steps - first)).collect())
             };
-            let seen = self.plan(self.robot.clone(), &span).run(&flat, &parameters);
+            let seen = self.plan(model.clone(), &span).run(&flat, &parameters);
             for (k, raw) in seen.chunks_exact(size).enumerate() {
                 let state = self.unflatten(raw);
                 let absurd = state.absurd_node();

@@ -12,7 +12,7 @@ const HEADER: &str = "\
 
 use autodiff::{Adjoint, Real};
 
-use super::kernels::{Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
+use super::kernels::{Drift, Flight, Sliding, SlidingDrift, Spring, Sticking, StickingDrift};
 use super::trap::Trapped;
 ";
 
@@ -32,8 +32,9 @@ fn flight(values: &[f64]) -> Flight {
 }
 
 fn emitted() -> String {
-    let sticking = ["drift.dt", "decay", "gravity[0]", "gravity[1]"].map(|f| format!("self.0.{f}"));
-    let sticking = sticking.each_ref().map(String::as_str);
+    let fields = ["drift.dt", "decay", "gravity[0]", "gravity[1]"];
+    let [flying, sticking] = ["self", "self.0"].map(|of| fields.map(|f| format!("{of}.{f}")));
+    let [flying, sticking] = [&flying, &sticking].map(|names| names.each_ref().map(String::as_str));
     let sliding = [
         "flight.drift.dt",
         "flight.decay",
@@ -45,11 +46,13 @@ fn emitted() -> String {
     let sliding: Vec<&str> = sliding.iter().map(String::as_str).collect();
     let parts = [
         adjoint("Spring", &["self.dt"], |v| Spring { dt: v[0] }),
+        adjoint("Flight", &flying, flight),
         adjoint("Sticking", &sticking, |v| Sticking(flight(v))),
         adjoint("Sliding", &sliding, |v| Sliding {
             flight: flight(v),
             friction: v[4],
         }),
+        adjoint("Drift", &["self.dt"], |v| Drift { dt: v[0] }),
         adjoint("StickingDrift", &["self.0.dt"], |v| {
             StickingDrift(Drift { dt: v[0] })
         }),
@@ -59,7 +62,7 @@ fn emitted() -> String {
                 friction: v[1],
             }
         }),
-        trapped("Sticking") + &trapped("Sliding"),
+        trapped("Flight") + &trapped("Sticking") + &trapped("Sliding"),
     ];
     [HEADER, &parts.join("\n")].join("\n")
 }

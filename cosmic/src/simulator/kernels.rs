@@ -46,6 +46,13 @@ impl Drift {
         (touches, R::select(touches, time_of_impact, dt))
     }
 
+    /// Where a node gets where there is no ground: its new `[x, y, vx, vy]`.
+    #[inline(always)]
+    fn pass<R: Real>(&self, [x, y]: [R; 2], [vx, vy]: [R; 2]) -> [R; 4] {
+        let dt = R::lit(self.dt);
+        [dt.fma(vx, x), dt.fma(vy, y), vx, vy]
+    }
+
     /// Where a node gets that stops where it touches: its new `[x, y, vx, vy]`.
     #[inline(always)]
     fn stick<R: Real>(&self, [x, y]: [R; 2], [vx, vy]: [R; 2]) -> [R; 4] {
@@ -70,7 +77,16 @@ impl Drift {
     }
 }
 
-/// What a velocity becomes before its node drifts.
+/// As [`StickingDrift`], where there is no ground.
+impl Kernel<4, 4> for Drift {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
+        self.pass([x, y], [vx, vy])
+    }
+}
+
+/// What a velocity becomes before its node drifts; as a kernel a step where there is no ground,
+/// numbers as for [`Sticking`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flight {
     /// The drift that follows.
@@ -91,6 +107,14 @@ impl Flight {
             velocity[k] = R::lit(self.decay).fma(v[k], pushed);
         }
         velocity
+    }
+}
+
+impl Kernel<7, 4> for Flight {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
+        let v = self.velocity([vx, vy], [jx, jy], inverse_mass);
+        self.drift.pass([x, y], v)
     }
 }
 
@@ -232,6 +256,14 @@ mod tests {
 
     fn drifting([x, y, vx, vy, ..]: [f64; 7]) -> [f64; 4] {
         [x, y, vx, vy]
+    }
+
+    #[test]
+    fn free_flight() {
+        for node in NODES {
+            is_right(&flight(), node);
+            is_right(&flight().drift, drifting(node));
+        }
     }
 
     #[test]

@@ -20,8 +20,8 @@ pub(super) struct Mechanics {
     first: Option<Drift>,
     pub(super) spring: Spring,
     pub(super) flight: Flight,
-    /// `None` where nodes stick to the ground.
-    friction: Option<f64>,
+    contact: Contact,
+    friction: f64,
 }
 
 impl Mechanics {
@@ -45,10 +45,8 @@ impl Mechanics {
                 decay,
                 gravity: Ground::from(physics).vector_to_ground([0.0, -physics.gravity * push]),
             },
-            friction: match physics.contact {
-                Contact::Infinite => None,
-                Contact::Coulomb => Some(physics.friction),
-            },
+            contact: physics.contact,
+            friction: physics.friction,
         }
     }
 
@@ -68,9 +66,6 @@ impl Mechanics {
             }
             let [x, y, ..] = state;
             let [jx, jy] = p.map_edges(graph, self.spring, ([x, y], edge));
-            // 72 numbers, against the roots and quotients of 110 edges.
-            p.keep(jx);
-            p.keep(jy);
             let [x, y, vx, vy] = state;
             state = self.fly::<R, W>(p, [x, y, vx, vy, jx, jy, inverse_mass]);
         }
@@ -78,17 +73,20 @@ impl Mechanics {
     }
 
     fn drift<R: Real>(&self, p: &mut Program<R>, drift: Drift, node: [Array; 4]) -> [Array; 4] {
-        match self.friction {
-            None => p.map(StickingDrift(drift), node),
-            Some(friction) => p.map(SlidingDrift { drift, friction }, node),
+        let friction = self.friction;
+        match self.contact {
+            Contact::None => p.map(drift, node),
+            Contact::Infinite => p.map(StickingDrift(drift), node),
+            Contact::Coulomb => p.map(SlidingDrift { drift, friction }, node),
         }
     }
 
     fn fly<R: Real, W: Watch>(&self, p: &mut Program<R>, node: [Array; 7]) -> [Array; 4] {
-        let flight = self.flight;
-        match self.friction {
-            None => W::stick(p, Sticking(flight), node),
-            Some(friction) => W::slide(p, Sliding { flight, friction }, node),
+        let (flight, friction) = (self.flight, self.friction);
+        match self.contact {
+            Contact::None => W::fly(p, flight, node),
+            Contact::Infinite => W::stick(p, Sticking(flight), node),
+            Contact::Coulomb => W::slide(p, Sliding { flight, friction }, node),
         }
     }
 }

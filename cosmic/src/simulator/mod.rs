@@ -107,9 +107,9 @@ impl Simulator {
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        let parameters = self.parameters(robot);
-        let parameters = parameters.each_ref().map(Vec::as_slice);
-        let rollout = self.plan(self.robot.clone(), span);
+        let (model, parameters) = self.prepared(robot);
+        let parameters: Vec<&[R]> = parameters.iter().map(Vec::as_slice).collect();
+        let rollout = self.plan(model, span);
         self.trajectory(&rollout.run(&self.flatten(start), &parameters), span)
     }
 
@@ -124,12 +124,12 @@ impl Simulator {
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        let (start, parameters) = (self.flatten(start), self.parameters(robot));
+        let (start, (model, parameters)) = (self.flatten(start), self.prepared(robot));
         let inputs: Vec<&[R]> = std::iter::once(&start)
             .chain(&parameters)
             .map(Vec::as_slice)
             .collect();
-        let rollout = self.plan(self.robot.clone(), span);
+        let rollout = self.plan(model, span);
         self.trajectory(&rollout.eval(&inputs), span)
     }
 
@@ -151,24 +151,24 @@ impl Simulator {
         }
     }
 
-    /// The robot's parameters, in the order of its declarations.
-    fn parameters<R: Real>(&self, (body, controller): (&Body<R>, &Controller<R>)) -> [Vec<R>; 8] {
+    /// The robot without what a body does not need, and its parameters in the order of its
+    /// declarations.
+    fn prepared<R: Real>(
+        &self,
+        (body, controller): (&Body<R>, &Controller<R>),
+    ) -> (Robot, Vec<Vec<R>>) {
         let graph = &self.robot.graph;
-        let folded = Folded::new(controller, &self.controller, &self.ground);
-        let order = self.robot.edge_order();
-        let row = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
-        let w2 = order.iter().flat_map(row).copied().collect();
-        let b2 = order.iter().map(|&edge| folded.b2[edge]).collect();
-        [
+        let strain = graph.to_slots(&body.strain);
+        let robot = self.robot.for_strain(&strain);
+        let network = self.network(&robot, controller);
+        let mut parameters = vec![
             graph.to_slots(&body.stiffness),
             self.rest_length.iter().map(|&l| R::lit(l)).collect(),
-            graph.to_slots(&body.strain),
+            strain,
             body.mass.iter().map(|m| m.recip()).collect(),
-            folded.w1,
-            folded.b1,
-            w2,
-            b2,
-        ]
+        ];
+        parameters.extend(network);
+        (robot, parameters)
     }
 
     /// The observed states, from flat arrays of them.
@@ -178,6 +178,22 @@ impl Simulator {
             steps: span.observed.clone(),
             states: states.map(|s| self.unflatten(s)).collect(),
         }
+    }
+
+    /// The folded controller as the robot's parameters: what it senses, and what has an effect.
+    fn network<R: Real>(&self, robot: &Robot, controller: &Controller<R>) -> Vec<Vec<R>> {
+        let actuators = robot.actuators();
+        if actuators.is_empty() {
+            return Vec::new();
+        }
+        let folded = Folded::new(controller, &self.controller, &self.ground);
+        let columns = robot.sensed_columns();
+        let seen = folded.w1.iter().zip(columns.iter().cycle());
+        let w1 = seen.filter(|(_, seen)| **seen).map(|(&w, _)| w).collect();
+        let row = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
+        let w2 = actuators.iter().flat_map(row).copied().collect();
+        let b2 = actuators.iter().map(|&edge| folded.b2[edge]).collect();
+        vec![w1, folded.b1, w2, b2]
     }
 
     /// A state of the world's frame as the robot's arrays.

@@ -1,24 +1,29 @@
 //! One step of the robot, as a page of stages over arrays.
 
-use autodiff::{Graph, Model, Program, Real};
+use autodiff::{Array, Graph, Matrix, Model, Program, Real};
 
 use super::mechanics::Mechanics;
 use super::trap::{Unwatched, Watch, Watched};
 use crate::lattice::Lattice;
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
-/// The robot as a [`Model`]. In the order of declaration
+/// The robot as a [`Model`]: what a rollout computes in every step is settled here, before it.
+/// In the order of declaration
 ///
 /// - parameters: stiffness, rest length and strain per edge (in the graph's slots), 1 / mass per
-///   node, and the folded controller: `w1`, `b1`, `w2`, `b2`, the latter two in
-///   [`edge_order`](Robot::edge_order);
+///   node, and, where there are actuators, the folded controller: `w1` (of the
+///   [`sensed_columns`](Robot::sensed_columns)), `b1`, and the rows of `w2` and `b2` for the
+///   [`actuators`](Robot::actuators);
 /// - state: x, y, x velocity, y velocity of all nodes in the ground's frame;
 /// - inputs: `sin(omega t)`, `cos(omega t)`.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub(super) graph: Graph,
-    edges: usize,
+    /// Slots that hold an edge with an output of the controller, ascending.
+    actuated: Vec<usize>,
     hidden: usize,
+    /// Whether the controller sees positions and velocities.
+    pub(super) senses: [bool; 2],
     pub(super) mechanics: Mechanics,
 }
 
@@ -31,28 +36,66 @@ impl Robot {
         // A spring does not know its direction, and the graph wants tails before heads.
         let ascending = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
         let edges: Vec<[usize; 2]> = lattice.edges.iter().map(ascending).collect();
+        let graph = Graph::new(lattice.nodes(), &edges);
+        let mut actuated = graph.slot_of_edge().to_vec();
+        actuated.sort_unstable();
+        let follows_goal = controller.goal_relative && controller.goal_scale != 0.0;
         Self {
-            graph: Graph::new(lattice.nodes(), &edges),
-            edges: edges.len(),
+            graph,
+            actuated,
             hidden: controller.hidden,
+            senses: [
+                controller.offset_scale != 0.0 || follows_goal,
+                controller.velocity_scale != 0.0,
+            ],
             mechanics: Mechanics::new(physics),
         }
     }
+
+    /// The same robot without the outputs of the controller for edges that do not strain, in
+    /// slots: zero times an activation is zero whatever the activation.
+    pub(super) fn for_strain<R: Real>(&self, strain: &[R]) -> Self {
+        let mut robot = self.clone();
+        robot.actuated.retain(|&slot| !strain[slot].is_zero());
+        robot
+    }
+
+    /// The edges with an output of the controller, in the order of the outputs: that of the
+    /// slots, so that they spread out by whole lanes.
+    pub(super) fn actuators(&self) -> Vec<usize> {
+        let edges = self.graph.edge_of_slot();
+        self.actuated
+            .iter()
+            .filter_map(|&slot| edges[slot])
+            .collect()
+    }
+
+    /// Which of the folded controller's sensed values are more than a constant.
+    pub(super) fn sensed_columns(&self) -> Vec<bool> {
+        let nodes = self.graph.nodes();
+        let [positions, velocities] = self.senses.map(|seen| vec![seen; 2 * nodes]);
+        [positions, velocities, vec![true; 2]].concat()
+    }
+
+    /// The activation of every edge, in slots; nothing that strains needs none.
+    fn activation<R: Real>(&self, p: &mut Program<R>, network: Network) -> Array {
+        let Network {
+            layers: [(w1, b1), (w2, b2)],
+            sensed,
+        } = network;
+        let mut places = vec![false; self.graph.slots()];
+        for &slot in &self.actuated {
+            places[slot] = true;
+        }
+        let hidden = p.dense_tanh(w1, &sensed, b1);
+        p.dense_tanh_spread((w2, b2), &[hidden], &places)
+    }
 }
 
-impl Robot {
-    /// The edges in the order of their slots: that of the controller's outputs, so that they move
-    /// to their slots in runs.
-    pub(super) fn edge_order(&self) -> Vec<usize> {
-        self.graph.edge_of_slot().into_iter().flatten().collect()
-    }
-
-    /// For every slot with an edge, that edge's place in the order above.
-    fn places(&self) -> Vec<Option<usize>> {
-        let mut places = 0..;
-        let edges = self.graph.edge_of_slot().into_iter();
-        edges.map(|edge| edge.and_then(|_| places.next())).collect()
-    }
+/// The controller in a program.
+struct Network {
+    layers: [(Matrix, Array); 2],
+    sensed: Vec<Array>,
 }
 
 impl Model for Robot {
@@ -77,18 +120,23 @@ impl Robot {
         let (nodes, slots) = (self.graph.nodes(), self.graph.slots());
         let [stiffness, rest_length, strain] = [(); 3].map(|()| p.parameter(slots));
         let inverse_mass = p.parameter(nodes);
-        let (w1, b1) = (
-            p.matrix(self.hidden, 4 * nodes + 2),
-            p.parameter(self.hidden),
-        );
-        let (w2, b2) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
+        let inputs = self.sensed_columns().iter().filter(|seen| **seen).count();
+        let outputs = self.actuated.len();
+        let layers = (outputs > 0).then(|| {
+            [(self.hidden, inputs), (outputs, self.hidden)]
+                .map(|(rows, columns)| (p.matrix(rows, columns), p.parameter(rows)))
+        });
         let [x, y, vx, vy] = [(); 4].map(|()| p.state(nodes));
         let clock = p.input(2);
 
         // 1. The controller looks at the state.
-        let hidden = p.dense_tanh(w1, &[x, y, vx, vy, clock], b1);
-        let activation = p.dense_tanh(w2, &[hidden], b2);
-        let activation = p.gather(activation, &self.places());
+        let seen = [(x, 0), (y, 0), (vx, 1), (vy, 1)].into_iter();
+        let seen = seen.filter(|&(_, kind)| self.senses[kind]);
+        let sensed = seen.map(|(array, _)| array).chain([clock]).collect();
+        let activation = match layers {
+            Some(layers) => self.activation(p, Network { layers, sensed }),
+            None => strain,
+        };
 
         // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
         let edge = [activation, stiffness, rest_length, strain];

@@ -2,7 +2,7 @@
 
 use autodiff::{Array, Kernel, Program, Real};
 
-use super::kernels::{Sliding, Sticking};
+use super::kernels::{Flight, Sliding, Sticking};
 
 /// Half the distance (m) and speed (m/s) from which on a state is absurd. The trap takes the length
 /// of position and velocity together in the ground's frame, which may be turned against the
@@ -27,6 +27,8 @@ impl<K: Kernel<7, 4>> Kernel<7, 4> for Trapped<K> {
 
 /// Who looks at every node's step. A type, not a flag: traps are compiled for f64 alone.
 pub(super) trait Watch {
+    /// Records the steps of nodes where there is no ground.
+    fn fly<R: Real>(p: &mut Program<R>, kernel: Flight, node: [Array; 7]) -> [Array; 4];
     /// Records the steps of nodes that stick to the ground.
     fn stick<R: Real>(p: &mut Program<R>, kernel: Sticking, node: [Array; 7]) -> [Array; 4];
     /// Records the steps of nodes that slide on it.
@@ -37,6 +39,9 @@ pub(super) trait Watch {
 pub(super) struct Unwatched;
 
 impl Watch for Unwatched {
+    fn fly<R: Real>(p: &mut Program<R>, kernel: Flight, node: [Array; 7]) -> [Array; 4] {
+        p.map(kernel, node)
+    }
     fn stick<R: Real>(p: &mut Program<R>, kernel: Sticking, node: [Array; 7]) -> [Array; 4] {
         p.map(kernel, node)
     }
@@ -49,6 +54,9 @@ impl Watch for Unwatched {
 pub(super) struct Watched;
 
 impl Watch for Watched {
+    fn fly<R: Real>(p: &mut Program<R>, kernel: Flight, node: [Array; 7]) -> [Array; 4] {
+        p.map(Trapped(kernel), node)
+    }
     fn stick<R: Real>(p: &mut Program<R>, kernel: Sticking, node: [Array; 7]) -> [Array; 4] {
         p.map(Trapped(kernel), node)
     }
