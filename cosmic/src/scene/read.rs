@@ -14,7 +14,7 @@ impl Scene {
     /// Reads a scene from TOML. Keys left out keep their defaults.
     ///
     /// # Errors
-    /// [`Error::Malformed`](crate::Error::Malformed), naming `file`, for anything that is not TOML,
+    /// [`Error::Malformed`], naming `file`, for anything that is not TOML,
     /// an unknown key, a value of the wrong type or out of its range, and settings that contradict
     /// one another.
     pub fn parse(file: &str, text: &str) -> Result<Scene> {

@@ -65,7 +65,11 @@ impl Simulator {
             .enumerate()
             .filter(of_node)
             .collect();
-        if let Some(&(edge, _)) = edges.iter().find(|(e, _)| activation[*e].is_nan()) {
+        if let Some(&(edge, _)) = edges
+            .iter()
+            // What does not strain hears nothing of its activation.
+            .find(|(e, _)| activation[*e].is_nan() && body.strain[*e] != 0.0)
+        {
             return Term::Controller { edge };
         }
         let spring = |&(edge, &nodes): &(usize, &[usize; 2])| {
