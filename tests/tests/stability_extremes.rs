@@ -74,5 +74,5 @@ fn the_bound_is_one_and_not_far_off() {
 #[test]
 fn the_guard_s_cost_is_measured() {
     let cost = guard_cost(&case());
-    assert!(cost.plain > 0.0 && cost.guarded > 0.0 && cost.share() > -1.0);
+    assert!(cost.plain > 0.0 && cost.guarded > 0.0 && cost.share > -1.0);
 }

@@ -1,32 +1,27 @@
 //! What the guard costs.
 
 use std::hint::black_box;
-use std::time::Duration;
 
 use cpu_time::ThreadTime;
 
 use crate::case::Case;
 use crate::simulator::Span;
 
-/// Times that each rollout is measured; the least counts, as the one least disturbed.
-const REPEATS: usize = 60;
+/// Times that both rollouts are measured.
+const REPEATS: usize = 300;
 /// Steps of a measured rollout, at most.
 const STEPS: usize = 4096;
 
-/// Microseconds per step, processor time of one thread.
+/// Processor time of one thread.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuardCost {
-    /// Of a plain rollout.
+    /// Microseconds a step of a plain rollout, the least of many.
     pub plain: f64,
-    /// Of a guarded one.
+    /// Of a guarded one, likewise.
     pub guarded: f64,
-}
-
-impl GuardCost {
-    /// What the guard adds, as a share of the plain rollout.
-    pub fn share(&self) -> f64 {
-        self.guarded / self.plain - 1.0
-    }
+    /// What the guard adds, as a share of the plain rollout: the median over neighbouring pairs,
+    /// which a machine that is now faster and now slower does not bend.
+    pub share: f64,
 }
 
 /// Measures a case's rollout with and without the guard, by turns: what disturbs the machine
@@ -38,18 +33,41 @@ pub fn guard_cost(case: &Case) -> GuardCost {
     let mixture = case.mixture(case.projection, &case.z);
     let robot = (&case.controller, &case.start);
     let end = Span::from_start(vec![case.physics.steps]);
-    let mut least = [Duration::MAX; 2];
-    for _ in 0..REPEATS {
-        let plain = timed(|| task.rollout(&mixture, robot, &end));
-        let guarded = timed(|| task.guarded(&mixture, robot, &end));
-        least = [least[0].min(plain), least[1].min(guarded)];
+    let plain = || timed(|| task.rollout(&mixture, robot, &end));
+    let guarded = || timed(|| task.guarded(&mixture, robot, &end));
+    let mut pairs: Vec<[f64; 2]> = Vec::new();
+    for k in 0..REPEATS {
+        // By turns, and each as often first: what one leaves in the cache is to nobody's favour.
+        pairs.push(match k % 2 {
+            0 => [plain(), guarded()],
+            _ => {
+                let second = guarded();
+                [plain(), second]
+            }
+        });
     }
-    let [plain, guarded] = least.map(|time| time.as_secs_f64() * 1e6 / case.physics.steps as f64);
-    GuardCost { plain, guarded }
+    let least = |k: usize| {
+        pairs
+            .iter()
+            .map(|pair| pair[k])
+            .fold(f64::INFINITY, f64::min)
+    };
+    let per_step = 1e6 / case.physics.steps as f64;
+    let mut ratios: Vec<f64> = pairs
+        .iter()
+        .map(|[plain, guarded]| guarded / plain)
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    GuardCost {
+        plain: least(0) * per_step,
+        guarded: least(1) * per_step,
+        share: ratios[REPEATS / 2] - 1.0,
+    }
 }
 
-fn timed<T>(work: impl FnOnce() -> T) -> Duration {
+/// Seconds.
+fn timed<T>(work: impl FnOnce() -> T) -> f64 {
     let start = ThreadTime::now();
     black_box(work());
-    start.elapsed()
+    start.elapsed().as_secs_f64()
 }

@@ -101,12 +101,12 @@ impl Stability {
                     "microseconds a step, processor time, least of many",
                 ),
                 Column::new("guarded_us", "the same with the guard, measured by turns"),
-                Column::new("added_percent", "what the guard adds"),
+                Column::new("added_percent", "what the guard adds, median over pairs"),
             ],
             rows: vec![plain(vec![
                 Cell::Number(guard.plain),
                 Cell::Number(guard.guarded),
-                Cell::Number(100.0 * guard.share()),
+                Cell::Number(100.0 * guard.share),
             ])],
         }
     }
