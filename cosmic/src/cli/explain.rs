@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::projection::Body;
 use crate::scene::{Contact, Integrator, LossSettings, Scene};
 use crate::simulator::stability::{Vibration, stable_step};
-use crate::verify::{Speed, measure, peak_memory};
+use crate::verify::{Plan, Speed, Term, measure, peak_memory};
 use clap::Args;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -38,11 +38,20 @@ impl Arguments {
             Source::Design(_) | Source::Case(..) => LossSettings::default(),
         };
         let speed = self.measure.then(|| measure(&case, &loss));
+        let plan = match self.measure {
+            true => Plan::measured(&case, &loss),
+            false => Plan::of(&case),
+        };
         if !self.json {
             let speed = speed.map_or(String::new(), |speed| speed_text(&speed));
-            return print(&format!("{}\n{}{speed}", self.source, rollout.text()));
+            let (rollout, plan) = (rollout.text(), plan_text(&plan));
+            return print(&format!("{}\n{rollout}{plan}{speed}", self.source));
         }
-        let mut value = json!({ "source": self.source, "rollout": rollout });
+        let mut value = json!({
+            "source": self.source,
+            "rollout": rollout,
+            "plan": plan_json(&plan),
+        });
         if let Some(speed) = speed {
             value["measured"] = speed_json(&speed);
         }
@@ -229,6 +238,52 @@ impl RolloutFacts {
             100.0 * self.dt / exact
         )
     }
+}
+
+/// The terms, those of a step first that are computed in it.
+fn plan_text(plan: &Plan) -> String {
+    let row = |term: &Term| {
+        let time = match (term.time, plan.step) {
+            (Some(time), Some(step)) if term.kept => {
+                format!("{time:.3} us, {:.0} %", 100.0 * time / step)
+            }
+            (Some(time), _) => format!("saves {time:.3} us"),
+            _ => String::new(),
+        };
+        format!("    {:<24} {:<16} {}\n", term.name, time, term.why)
+    };
+    let rows = |kept: bool| -> String {
+        let terms = plan.terms.iter().filter(|term| term.kept == kept);
+        terms.map(row).collect()
+    };
+    let measured = plan.step.map_or(String::new(), |step| {
+        format!(" ({step:.3} us; what a term costs is what its leaving out saves)")
+    });
+    format!(
+        "  computed in every step{measured}\n{}  left out of it\n{}",
+        rows(true),
+        rows(false)
+    )
+}
+
+/// Times are microseconds a step: the costs of terms that are kept, what is saved without the
+/// others; null where they cannot be turned over, or were not measured.
+fn plan_json(plan: &Plan) -> Value {
+    let term = |term: &Term| {
+        let (cost, saving) = match term.kept {
+            true => (term.time, None),
+            false => (None, term.time),
+        };
+        json!({
+            "term": term.name,
+            "kept": term.kept,
+            "why": term.why,
+            "cost": cost,
+            "share": cost.zip(plan.step).map(|(cost, step)| cost / step),
+            "saving": saving,
+        })
+    };
+    plan.terms.iter().map(term).collect()
 }
 
 fn speed_text(speed: &Speed) -> String {

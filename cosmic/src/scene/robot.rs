@@ -195,6 +195,15 @@ pub struct ControllerSettings {
 }
 
 impl ControllerSettings {
+    /// Whether positions and velocities make any difference to an observation.
+    pub fn senses(&self) -> [bool; 2] {
+        let follows_goal = self.goal_relative && self.goal_scale != 0.0;
+        [
+            self.offset_scale != 0.0 || follows_goal,
+            self.velocity_scale != 0.0,
+        ]
+    }
+
     /// The same with the goal mirrored: behind the origin where it was ahead.
     pub fn turned_back(&self) -> Self {
         let [along, height] = self.goal;

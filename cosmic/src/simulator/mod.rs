@@ -25,6 +25,7 @@ use autodiff::{CotangentBound, Fused, Memory, Model, Real, Rollout};
 
 pub use blame::Term;
 pub use divergence::{Divergence, Guarded};
+pub use robot::Spare;
 pub use step_check::{Grade, StepCheck, StepLimit};
 pub use trajectory::Trajectory;
 
@@ -102,6 +103,15 @@ impl Simulator {
     pub fn with_friction(&self, friction: f64) -> Self {
         let mut other = self.clone();
         other.robot.mechanics.friction = friction;
+        other
+    }
+
+    /// The same simulator, which computes a term even where it makes no difference: what leaving
+    /// it out is held against.
+    #[must_use]
+    pub fn keeping(&self, spare: Spare) -> Self {
+        let mut other = self.clone();
+        other.robot.keep(spare);
         other
     }
 

@@ -8,6 +8,17 @@ use super::trap::{Unwatched, Watch, Watched};
 use crate::lattice::Lattice;
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
+/// A term of a step that is left out where it makes no difference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spare {
+    /// The controller's sight of positions, where their scale is zero.
+    Positions,
+    /// The controller's sight of velocities, where their scale is zero.
+    Velocities,
+    /// Outputs of the controller for edges that do not strain.
+    Outputs,
+}
+
 /// The robot as a [`Model`]: what a rollout computes in every step is settled here, before it.
 /// In the order of declaration
 ///
@@ -26,6 +37,8 @@ pub(super) struct Robot {
     hidden: usize,
     /// Whether the controller sees positions and velocities.
     senses: [bool; 2],
+    /// Whether edges that do not strain keep their outputs.
+    keeps_outputs: bool,
     pub(super) mechanics: Mechanics,
 }
 
@@ -41,15 +54,12 @@ impl Robot {
         let graph = Graph::new(lattice.nodes(), &edges);
         let mut actuated = graph.slot_of_edge().to_vec();
         actuated.sort_unstable();
-        let follows_goal = controller.goal_relative && controller.goal_scale != 0.0;
         Self {
             graph,
             actuated,
             hidden: controller.hidden,
-            senses: [
-                controller.offset_scale != 0.0 || follows_goal,
-                controller.velocity_scale != 0.0,
-            ],
+            senses: controller.senses(),
+            keeps_outputs: false,
             mechanics: Mechanics::new(lattice, physics),
         }
     }
@@ -58,8 +68,20 @@ impl Robot {
     /// slots: zero times an activation is zero whatever the activation.
     pub(super) fn for_strain<R: Real>(&self, strain: &[R]) -> Self {
         let mut robot = self.clone();
-        robot.actuated.retain(|&slot| !strain[slot].is_zero());
+        let keeps = self.keeps_outputs;
         robot
+            .actuated
+            .retain(|&slot| keeps || !strain[slot].is_zero());
+        robot
+    }
+
+    /// Computes a term in any case.
+    pub(super) fn keep(&mut self, spare: Spare) {
+        match spare {
+            Spare::Positions => self.senses[0] = true,
+            Spare::Velocities => self.senses[1] = true,
+            Spare::Outputs => self.keeps_outputs = true,
+        }
     }
 
     /// The edges with an output of the controller, in the order of the outputs: that of the

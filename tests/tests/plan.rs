@@ -1,0 +1,166 @@
+//! What a rollout leaves out, against the full simulator.
+
+use autodiff::Real;
+use cosmic::case::Case;
+use cosmic::gradient::{CONTROLLER, Inputs};
+use cosmic::lattice::State;
+use cosmic::projection::Body;
+use cosmic::scene::{Contact, Scene};
+use cosmic::simulator::{Simulator, Span, Spare};
+
+const STEPS: usize = 256;
+
+/// A robot that stands on three legs, its layout frozen.
+fn layout() -> Case {
+    case("baseline_tall", |_| ())
+}
+
+fn case(scene: &str, change: impl FnOnce(&mut Scene)) -> Case {
+    let mut scene = Scene::load(scene).unwrap();
+    scene.physics.steps = STEPS;
+    change(&mut scene);
+    Case::of_scene(&scene, 3).unwrap()
+}
+
+fn simulator(case: &Case) -> Simulator {
+    Simulator::new(&case.lattice, &case.physics, &case.observation)
+}
+
+fn body(case: &Case) -> Body<f64> {
+    let mixture = case.mixture(case.projection, &case.z);
+    Body::new(&mixture, &case.lattice, &case.materials, &case.physics)
+}
+
+/// The last state of a rollout.
+fn end(case: &Case, simulator: &Simulator, body: &Body<f64>) -> State<f64> {
+    let span = Span::from_start(vec![case.physics.steps]);
+    let rollout = simulator.rollout((body, &case.controller), &case.start, &span);
+    rollout.states[0].clone()
+}
+
+fn farthest(a: &State<f64>, b: &State<f64>) -> f64 {
+    let apart = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]);
+    a.x.iter().zip(&b.x).map(apart).fold(0.0, f64::max)
+}
+
+/// The rows of a product are sums of their own: what is left has the same bits.
+#[test]
+fn outputs_of_edges_that_do_not_strain_change_no_bit() {
+    let case = layout();
+    let (simulator, body) = (simulator(&case), body(&case));
+    let idle = body.strain.iter().filter(|s| **s == 0.0).count();
+    assert_eq!((idle, body.strain.len()), (88, 110));
+    let full = simulator.keeping(Spare::Outputs);
+    let planned = end(&case, &simulator, &body);
+    assert_eq!(planned, end(&case, &full, &body));
+    // It walks: there is something to compare.
+    assert!(farthest(&planned, &case.start) > 0.01);
+}
+
+/// No output, no network: the robot's springs alone.
+#[test]
+fn a_robot_without_actuators_has_no_controller() {
+    let case = layout();
+    let (simulator, mut body) = (simulator(&case), body(&case));
+    body.strain.fill(0.0);
+    let full = simulator.keeping(Spare::Outputs);
+    assert_eq!(end(&case, &simulator, &body), end(&case, &full, &body));
+}
+
+/// The weights' gradient sums over fewer rows, in another order.
+#[test]
+fn the_gradient_by_weights_is_that_of_the_full_simulator() {
+    let case = layout();
+    let body = body(&case);
+    let gradient = |simulator: &Simulator| {
+        case.inputs()
+            .differentiate(CONTROLLER, |inputs: &Inputs<_>| {
+                let lift = |numbers: &[f64]| numbers.iter().map(|&x| Real::lit(x)).collect();
+                let body = Body {
+                    stiffness: lift(&body.stiffness),
+                    strain: lift(&body.strain),
+                    mass: lift(&body.mass),
+                };
+                let span = Span::from_start(vec![STEPS]);
+                let robot = (&body, &inputs.controller);
+                simulator.rollout(robot, &inputs.start, &span).states[0].x[5][0]
+            })
+    };
+    let planned = simulator(&case);
+    let (value, some) = gradient(&planned);
+    let (full_value, all) = gradient(&planned.keeping(Spare::Outputs));
+    assert_eq!(value, full_value);
+    let largest = all.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
+    assert!(largest > 0.0);
+    for (a, b) in some.iter().zip(&all) {
+        // 256 steps' roundings of sums of a hundred terms, grown by a motion that hardly doubles
+        // in that time.
+        assert!((a - b).abs() < 1e-11 * largest, "{a} {b}");
+    }
+}
+
+/// Without the columns of what has no scale, a hidden unit's sum is another one of the same terms.
+#[test]
+fn what_is_not_sensed_changes_a_rollout_by_rounding_alone() {
+    let blind: [(fn(&mut Scene), Spare); 2] = [
+        (|s| s.controller.offset_scale = 0.0, Spare::Positions),
+        (|s| s.controller.velocity_scale = 0.0, Spare::Velocities),
+    ];
+    for (change, spare) in blind {
+        let case = case("baseline_tall", change);
+        let (simulator, body) = (simulator(&case), body(&case));
+        let planned = end(&case, &simulator, &body);
+        let apart = farthest(&planned, &end(&case, &simulator.keeping(spare), &body));
+        // Activations that differ by some 1e-16, over 256 steps of a contact motion.
+        assert!(apart < 1e-12, "{spare:?}: {apart} m");
+        assert!(farthest(&planned, &case.start) > 1e-3);
+    }
+}
+
+/// Far above the ground there is none; heights are rounded against it.
+#[test]
+fn a_ground_that_is_not_there_is_one_out_of_reach() {
+    let fall = |contact: Contact, drop: f64| {
+        let case = case("baseline_tall", |scene| {
+            scene.physics.contact = contact;
+            scene.lattice.drop = drop;
+        });
+        end(&case, &simulator(&case), &body(&case))
+    };
+    // A fall of 0.5 s from 4 m.
+    let planned = fall(Contact::None, 4.0);
+    for contact in [Contact::Infinite, Contact::Coulomb] {
+        assert_eq!(planned, fall(contact, 4.0), "{contact:?}");
+    }
+    // On the ground it is not the same: the test can fail.
+    assert!(farthest(&fall(Contact::None, 0.0), &fall(Contact::Infinite, 0.0)) > 0.1);
+}
+
+/// Void edges are not dropped, but this is what they do: each pulls with 1e-7 N a metre of
+/// stretch, at most eight at a node, and no node is lighter than 1e-4 kg.
+#[test]
+fn void_edges_hardly_pull() {
+    let case = layout();
+    let (simulator, body) = (simulator(&case), body(&case));
+    let mut without = body.clone();
+    let void = case.materials.stiffness[0];
+    let mut dropped = 0;
+    for stiffness in without.stiffness.iter_mut().filter(|k| **k == void) {
+        *stiffness = 0.0;
+        dropped += 1;
+    }
+    assert!(dropped > 40, "{dropped} void edges");
+    let apart = farthest(
+        &end(&case, &simulator, &body),
+        &end(&case, &simulator, &without),
+    );
+    let time = case.physics.dt * STEPS as f64;
+    // No edge of 0.14 m is stretched by more than 0.2 m in this time.
+    let acceleration = 8.0 * void * 0.2 / case.physics.node_mass;
+    let bound = 0.5 * acceleration * time * time;
+    // Twice that: joined nodes are shaken as well, and their motion is not free flight.
+    assert!(
+        apart > 0.0 && apart < 2.0 * bound,
+        "{apart} m, bound {bound} m"
+    );
+}
