@@ -19,6 +19,84 @@
 //! assert_eq!(hessian(&Well, &[2.0, 3.0]), [[44.0, 0.0], [0.0, 1.0]]);
 //! ```
 //!
+//! For a gradient and nothing else a closure does: `gradient_of(|x| x[0] * x[1].sin(), &[2.0, 0.0])`.
+//!
+//! # Writing a function
+//!
+//! - A constant enters by [`R::lit`](Real::lit): `R::lit(9.81) * x[0]`, where `9.81 * x[0]` does
+//!   not compile. `R::zero()` and `R::one()` are there wherever the bound is `R: Real`; on a number
+//!   type by its name, as in a closure over [`Var`]s, write `Var::lit(0.0)`.
+//! - What is not differentiated, data and settings, is a field of the type.
+//! - Loops, arrays and helper functions over `R: Real` are plain Rust.
+//! - A comparison, [`x.lt(y)`](Real::lt), is a mask: `R::select(x.lt(y), a, b)`, not `if`.
+//! - The elementary functions are the methods of [`Real`]; [`custom`] adds others.
+//!
+//! # Many time steps
+//!
+//! A loop over steps is as good as any code, and its record on the tape grows with every
+//! operation. Where a step is the same each time, record it once: a [`Kernel`] for what happens to
+//! each element of some arrays, a [`Model`] that strings kernels together, a [`Rollout`] that runs
+//! them, in lanes and with little memory. The rollout is then one operation of a function.
+//!
+//! ```
+//! use autodiff::{Adjoint, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient};
+//!
+//! /// A step of a thrown ball, with air drag: `[x, y, vx, vy]` at its end from those before.
+//! struct Ball;
+//!
+//! impl Kernel<4, 4> for Ball {
+//!     fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
+//!         let (dt, drag) = (R::lit(0.01), R::lit(-0.02) * vx.hypot(vy));
+//!         let vx = vx + dt * drag * vx;
+//!         let vy = vy + dt * (drag * vy - R::lit(9.81));
+//!         [x + dt * vx, y + dt * vy, vx, vy]
+//!     }
+//! }
+//! impl Adjoint<4, 4> for Ball {} // its derivative is had by itself
+//!
+//! #[derive(Clone)]
+//! struct Flight {
+//!     balls: usize,
+//! }
+//!
+//! impl Model for Flight {
+//!     fn record<R: Real>(&self, program: &mut Program<R>) {
+//!         let state = [(); 4].map(|()| program.state(self.balls));
+//!         let next = program.map(Ball, state);
+//!         for (state, next) in state.into_iter().zip(next) {
+//!             program.advance(state, next);
+//!         }
+//!     }
+//! }
+//!
+//! /// How far from (5, 0) one ball is after a second, squared, by the velocity of its start.
+//! struct Miss(Rollout<Flight>);
+//!
+//! impl Function for Miss {
+//!     fn eval<R: Real>(&self, v: &[R]) -> R {
+//!         let start = [R::zero(), R::zero(), v[0], v[1]];
+//!         let end = self.0.run(&start, &[]); // the states observed; no parameters
+//!         let dx = end[0] - R::lit(5.0);
+//!         dx * dx + end[1] * end[1]
+//!     }
+//! }
+//!
+//! let miss = Miss(Rollout {
+//!     model: Flight { balls: 1 },
+//!     steps: 100,
+//!     inputs: [].into(),
+//!     observed: vec![100],
+//!     cotangent_bound: None,
+//!     memory: Memory::All,
+//! });
+//! let mut v = vec![3.0, 3.0];
+//! for _ in 0..100 {
+//!     let slope = gradient(&miss, &v);
+//!     v = v.iter().zip(slope).map(|(v, slope)| v - 0.4 * slope).collect();
+//! }
+//! assert!(miss.eval(&v) < 1e-12);
+//! ```
+//!
 //! # Five terms
 //!
 //! For `y = f(x)` with Jacobian `J`:
@@ -35,7 +113,7 @@
 //! | wanted | take | cost, in evaluations |
 //! | --- | --- | --- |
 //! | derivative along a direction | [`jvp`] | about 2 |
-//! | gradient of one scalar by many arguments | [`gradient`], [`value_and_gradient`] | a few for arrays, tens for scalars on the tape; whatever the number of arguments |
+//! | gradient of one scalar by many arguments | [`gradient`], [`value_and_gradient`], [`gradient_of`] a closure | a few for arrays, tens for scalars on the tape; whatever the number of arguments |
 //! | cotangents of several values at once | [`vjp`] | likewise |
 //! | all of a Jacobian | [`jacobian`] | forward by arguments or reverse by values, whichever are fewer |
 //! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour: 3 for a tridiagonal one of any size |

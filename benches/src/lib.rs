@@ -1,3 +1,4 @@
 //! Benchmarks across both crates.
 
 pub mod adbench;
+pub mod tapes;

@@ -20,9 +20,12 @@ pub mod case;
 pub mod codesign;
 pub mod record;
 pub mod robustness;
+#[cfg(feature = "report")]
 pub mod report;
+#[cfg(feature = "report")]
 pub mod verify;
 pub mod sweep;
+#[cfg(feature = "report")]
 pub mod study;
 #[cfg(feature = "cli")]
 pub mod cli;

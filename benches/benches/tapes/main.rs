@@ -5,17 +5,13 @@
 //! - the same with `-- --table` writes `docs/speed.md`, with the rollout's figures.
 
 mod document;
-#[rustfmt::skip]
-mod adjoints;
-mod kernels;
-mod rivals;
-mod step;
 
 use std::hint::black_box;
 use std::time::Instant;
 
-use rivals::Gradient;
-use step::{EDGES, Lattice, NODES};
+use benches::tapes::rivals::{self, Gradient};
+use benches::tapes::step::Lattice;
+use benches::tapes::{inputs, kernels};
 
 /// Steps of the rollouts that kernels are timed in.
 const STEPS: usize = 256;
@@ -39,7 +35,7 @@ struct Subject {
 }
 
 fn main() {
-    let lattice = Lattice::new();
+    let lattice = Lattice::default();
     let inputs = inputs();
     compare(&lattice, &inputs);
     let mut rows = time(&mut subjects(&lattice), &lattice, &inputs);
@@ -50,18 +46,6 @@ fn main() {
         let path = document::write(&table).expect("the documentation's folder can be written");
         println!("written: {path}");
     }
-}
-
-/// Positions, velocities (a few of them into the ground) and stiffness.
-fn inputs() -> Vec<f64> {
-    let wobble = |i: usize| ((i * 7919) % 97) as f64 / 97.0 - 0.5;
-    let node = |i: usize| {
-        let (row, column, w) = ((i / 6) as f64, (i % 6) as f64, wobble(i));
-        let (x, y) = (0.1 * column + 0.01 * w, 0.1 * row + 3e-4 + 2e-4 * w);
-        [x, y, 0.3 * w, -0.4 + 0.2 * w]
-    };
-    let stiffness = (0..EDGES).map(|e| 100.0 + e as f64);
-    (0..NODES).flat_map(node).chain(stiffness).collect()
 }
 
 /// The tapes in this build.

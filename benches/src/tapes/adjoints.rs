@@ -1,8 +1,9 @@
-//! Adjoints of the kernels, emitted from recordings of them by `autodiff::emit`.
+//! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
+//! a kernel: `EMIT=1 cargo test -p benches --lib adjoints_are_fresh`.
 
 use autodiff::{Adjoint, Real};
 
-use crate::kernels::{Flight, Spring};
+use super::kernels::{Flight, Spring};
 
 impl Adjoint<4, 2> for Spring {
     #[inline(always)]

@@ -2,10 +2,10 @@
 
 use autodiff::{Real, Tape, Var};
 
-use crate::step::{Lattice, Number};
+use super::step::{Lattice, Number};
 
 /// Differentiates the step: its value and gradient. Memory is kept where the tape can keep it.
-pub(crate) type Gradient = Box<dyn FnMut(&Lattice, &[f64]) -> (f64, Vec<f64>)>;
+pub type Gradient = Box<dyn FnMut(&Lattice, &[f64]) -> (f64, Vec<f64>)>;
 
 impl Number for f64 {
     #[inline(always)]
@@ -41,7 +41,8 @@ impl Number for Var<f64> {
     }
 }
 
-pub(crate) fn ours() -> Gradient {
+/// The tape of this workspace.
+pub fn ours() -> Gradient {
     let mut tape = Tape::new();
     Box::new(move |lattice, inputs| {
         let sum = tape.record(inputs, |inputs| lattice.step(inputs));
@@ -49,12 +50,13 @@ pub(crate) fn ours() -> Gradient {
     })
 }
 
+/// Tape of xad-rs, active by thread.
 #[cfg(feature = "xad-rs")]
-pub(crate) mod xad {
+pub mod xad {
     use xad_rs::{AReal, Tape, math};
 
     use super::Gradient;
-    use crate::step::Number;
+    use crate::tapes::step::Number;
 
     impl Number for AReal<f64> {
         #[inline(always)]
@@ -79,7 +81,8 @@ pub(crate) mod xad {
         }
     }
 
-    pub(crate) fn gradient() -> Gradient {
+    /// Its gradient of the step.
+    pub fn gradient() -> Gradient {
         let mut tape = Tape::<f64>::new(false);
         Box::new(move |lattice, inputs| {
             let mut inputs: Vec<_> = inputs.iter().map(|&x| AReal::new(x)).collect();
@@ -94,12 +97,13 @@ pub(crate) mod xad {
     }
 }
 
+/// Tape of reverse.
 #[cfg(feature = "rivals")]
-pub(crate) mod reverse {
+pub mod reverse {
     use reverse::{Gradient as _, Tape, Var};
 
     use super::Gradient;
-    use crate::step::Number;
+    use crate::tapes::step::Number;
 
     impl Number for Var<'_> {
         #[inline(always)]
@@ -124,7 +128,8 @@ pub(crate) mod reverse {
         }
     }
 
-    pub(crate) fn gradient() -> Gradient {
+    /// Its gradient of the step.
+    pub fn gradient() -> Gradient {
         let tape = Tape::new();
         Box::new(move |lattice, inputs| {
             tape.clear();
@@ -135,13 +140,14 @@ pub(crate) mod reverse {
     }
 }
 
+/// Tape of ad_trait, one for the whole program.
 #[cfg(feature = "rivals")]
-pub(crate) mod ad_trait {
+pub mod ad_trait {
     use ad_trait::AD;
     use ad_trait::reverse_ad::adr::{GlobalComputationGraph, adr};
 
     use super::Gradient;
-    use crate::step::Number;
+    use crate::tapes::step::Number;
 
     impl Number for adr {
         #[inline(always)]
@@ -158,7 +164,8 @@ pub(crate) mod ad_trait {
         }
     }
 
-    pub(crate) fn gradient() -> Gradient {
+    /// Its gradient of the step.
+    pub fn gradient() -> Gradient {
         Box::new(move |lattice, inputs| {
             GlobalComputationGraph::get().reset();
             let variable = |&x: &f64| adr::new_variable(x, false);
@@ -170,10 +177,11 @@ pub(crate) mod ad_trait {
     }
 }
 
+/// Tape of echidna, active by thread.
 #[cfg(feature = "rivals")]
-pub(crate) mod echidna {
+pub mod echidna {
     use super::Gradient;
-    use crate::step::Number;
+    use crate::tapes::step::Number;
 
     impl Number for echidna::Reverse<f64> {
         #[inline(always)]
@@ -198,7 +206,8 @@ pub(crate) mod echidna {
         }
     }
 
-    pub(crate) fn gradient() -> Gradient {
+    /// Its gradient of the step.
+    pub fn gradient() -> Gradient {
         Box::new(|lattice, inputs| {
             let mut value = 0.0;
             let gradient = echidna::grad(

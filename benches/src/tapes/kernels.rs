@@ -2,11 +2,11 @@
 
 use autodiff::{Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
 
-use crate::rivals::Gradient;
-use crate::step::{DECAY, DT, EDGES, GRAVITY, Lattice, NODES, SOFTENING};
+use super::rivals::Gradient;
+use super::step::{DECAY, DT, EDGES, GRAVITY, Lattice, NODES, SOFTENING};
 
 /// The impulse of an edge on its tail, from `[dx, dy, stiffness, rest length]`.
-pub(crate) struct Spring;
+pub struct Spring;
 
 impl Kernel<4, 2> for Spring {
     #[inline(always)]
@@ -18,7 +18,7 @@ impl Kernel<4, 2> for Spring {
 }
 
 /// A node's next `[x, y, vx, vy]`, from these, its impulse and its inverse mass.
-pub(crate) struct Flight;
+pub struct Flight;
 
 impl Kernel<7, 4> for Flight {
     #[inline(always)]
@@ -88,12 +88,13 @@ impl Steps {
 }
 
 /// Value alone: a plain rollout.
-pub(crate) fn value(lattice: &Lattice, steps: usize) -> Gradient {
+pub fn value(lattice: &Lattice, steps: usize) -> Gradient {
     let rollout = Steps::new(lattice, steps);
     Box::new(move |_, inputs| (rollout.sum(inputs), Vec::new()))
 }
 
-pub(crate) fn gradient(lattice: &Lattice, steps: usize) -> Gradient {
+/// Value and gradient of the same rollout.
+pub fn gradient(lattice: &Lattice, steps: usize) -> Gradient {
     let rollout = Steps::new(lattice, steps);
     let mut tape = Tape::new();
     Box::new(move |_, inputs| {

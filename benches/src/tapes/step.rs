@@ -3,7 +3,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// What the step asks of a number: the common ground of the tapes compared.
-pub(crate) trait Number:
+pub trait Number:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -13,7 +13,9 @@ pub(crate) trait Number:
 {
     /// A constant. Some tapes cannot make one without a variable to take the tape from.
     fn like(self, value: f64) -> Self;
+    /// The plain number, for comparisons.
     fn primal(self) -> f64;
+    /// The square root.
     fn sqrt(self) -> Self;
     /// `self * factor`.
     #[inline(always)]
@@ -39,27 +41,33 @@ fn select<T>(mask: bool, if_true: T, if_false: T) -> T {
 
 /// Nodes in a row, and rows.
 const SIDE: usize = 6;
-pub(crate) const NODES: usize = SIDE * SIDE;
-pub(crate) const EDGES: usize = 110;
+/// Nodes of the lattice.
+pub const NODES: usize = SIDE * SIDE;
+/// Springs of the lattice.
+pub const EDGES: usize = 110;
 
 /// Length of a step, s.
-pub(crate) const DT: f64 = 0.002;
+pub const DT: f64 = 0.002;
 /// What damping leaves of a velocity in a step.
-pub(crate) const DECAY: f64 = 0.960_789_439_152_323_2;
+pub const DECAY: f64 = 0.960_789_439_152_323_2;
 /// Velocity that gravity adds in a step, m/s.
-pub(crate) const GRAVITY: f64 = -0.0096;
+pub const GRAVITY: f64 = -0.0096;
 /// Softens the length of an edge, m^2.
-pub(crate) const SOFTENING: f64 = 1e-12;
+pub const SOFTENING: f64 = 1e-12;
 
 /// What a step does not change and is not differentiated by.
-pub(crate) struct Lattice {
-    pub(crate) edges: Vec<[usize; 2]>,
-    pub(crate) rest_length: Vec<f64>,
-    pub(crate) inverse_mass: Vec<f64>,
+pub struct Lattice {
+    /// The nodes that each edge joins.
+    pub edges: Vec<[usize; 2]>,
+    /// By edge, m.
+    pub rest_length: Vec<f64>,
+    /// By node, 1/kg.
+    pub inverse_mass: Vec<f64>,
 }
 
-impl Lattice {
-    pub(crate) fn new() -> Self {
+impl Default for Lattice {
+    /// Edges 0.1 m long, and their diagonals.
+    fn default() -> Self {
         let edges = cosmic::lattice::edges(SIDE, SIDE);
         let length = |&[i, j]: &[usize; 2]| {
             if j - i == 1 || j - i == SIDE {
@@ -74,10 +82,12 @@ impl Lattice {
             edges,
         }
     }
+}
 
+impl Lattice {
     /// The sum of all positions and velocities after a step from `[x, y, vx, vy]`, node by node,
     /// and then the stiffness of every edge. The ground is at height 0 and holds what touches it.
-    pub(crate) fn step<T: Number>(&self, inputs: &[T]) -> T {
+    pub fn step<T: Number>(&self, inputs: &[T]) -> T {
         let (state, stiffness) = inputs.split_at(4 * NODES);
         let (state, _) = state.as_chunks::<4>();
         let zero = inputs[0].like(0.0);
