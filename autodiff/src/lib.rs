@@ -95,6 +95,10 @@
 //! A variable outside its recording, on another thread, mixed with another tape's, a wrong
 //! length: these are mistakes in the calling code and panic with a sentence that says so.
 
+// Tests of the crate share files with those in `tests`.
+#[cfg(test)]
+extern crate self as autodiff;
+
 pub mod batch;
 pub mod check;
 pub mod custom;
