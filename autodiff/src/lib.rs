@@ -42,6 +42,7 @@
 //! | Hessian times a vector | [`hessian_vector`] | twice a gradient |
 //! | all of a Hessian | [`hessian`] | that for every few arguments |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
+//! | the same from many starts with shared parameters | [`Rollout::run_many`] | about half of one by one, in lanes over the starts |
 //! | gradient of a sum over data | [`batch::Sum`] | a few, in lanes over the data |
 //! | Jacobian of many small functions | [`batch::jacobians`] | those of one function, in lanes |
 //!

@@ -15,7 +15,7 @@ const BATCH: usize = 16;
 /// The most lanes of rows that are worked on at once: their sums stay in registers.
 const PANEL: usize = 4;
 /// Rows that are worked on at once where the lanes are starts.
-const TILE: usize = 4;
+const TILE: usize = 16;
 /// Columns that are summed up apart, so that no sum waits for the one before.
 const PHASES: usize = 4;
 
@@ -41,6 +41,14 @@ pub(super) struct Panels<R> {
 enum Across {
     Rows,
     Starts,
+}
+
+impl Across {
+    /// The order of so many columns in a panel: tiles are summed up phase after phase.
+    fn order(self, columns: usize) -> impl Iterator<Item = usize> {
+        let phases = if self == Self::Rows { 1 } else { PHASES };
+        (0..phases).flat_map(move |phase| (phase..columns).step_by(phases))
+    }
 }
 
 impl<R: Real> Panels<R> {
@@ -79,7 +87,8 @@ impl<R: Real> Panels<R> {
         for first in (0..height).step_by(self.tall) {
             let tall = self.tall.min(height - first);
             let panel = &mut self.entries[first * self.columns..][..tall * self.columns];
-            for (column, part) in panel.chunks_exact_mut(tall).enumerate() {
+            let columns = self.lanes.order(self.columns);
+            for (column, part) in columns.zip(panel.chunks_exact_mut(tall)) {
                 for (row, entry) in part.iter_mut().enumerate() {
                     if first + row < self.rows {
                         f(first + row, column, entry);
@@ -242,32 +251,26 @@ impl<R: Real> Product<'_, R> {
 }
 
 impl<R: Real> Product<'_, R> {
-    /// A few rows, for a lane of starts: each sum has the order of [`panel`](Self::panel).
+    /// A few rows, for a lane of starts: each sum has the order of [`panel`](Self::panel). Phase
+    /// after phase, as the registers hold more rows that way: the numbers that are read for each
+    /// multiplication, little more than its weight, are what takes the time.
     #[inline(always)]
     fn tile<L: Lane<R>>(&mut self, first: usize) {
         let Panels { rows, columns, .. } = *self.matrix;
-        let x = &self.x[..columns * L::N];
-        let tile = &self.matrix.entries[first * columns..][..columns * TILE];
+        let mut weights = &self.matrix.entries[first * columns..][..columns * TILE];
         let mut sums = [[L::zero(); TILE]; PHASES];
-        let whole = columns / PHASES * PHASES;
-        let (body, rest) = tile.split_at(whole * TILE);
-        let columns = body.chunks_exact(PHASES * TILE);
-        for (weights, x) in columns.zip(x.chunks_exact(PHASES * L::N)) {
-            for phase in 0..PHASES {
-                let x = L::load(&x[phase * L::N..]);
+        for phase in 0..PHASES.min(columns) {
+            let (here, rest) = weights.split_at((columns - phase).div_ceil(PHASES) * TILE);
+            let x = self.x[phase * L::N..columns * L::N].chunks(PHASES * L::N);
+            let mut sum = [L::zero(); TILE];
+            for (weights, x) in here.chunks_exact(TILE).zip(x) {
+                let x = L::load(x);
                 for row in 0..TILE {
-                    let weight = L::splat(weights[phase * TILE + row]);
-                    sums[phase][row] = weight.fma(x, sums[phase][row]);
+                    sum[row] = L::splat(weights[row]).fma(x, sum[row]);
                 }
             }
-        }
-        let columns = rest
-            .chunks_exact(TILE)
-            .zip(x[whole * L::N..].chunks_exact(L::N));
-        for ((weights, x), sums) in columns.zip(&mut sums) {
-            for row in 0..TILE {
-                sums[row] = L::splat(weights[row]).fma(L::load(x), sums[row]);
-            }
+            sums[phase] = sum;
+            weights = rest;
         }
         for row in 0..TILE.min(rows - first) {
             let place = (first + row) * L::N;
