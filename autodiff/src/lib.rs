@@ -120,6 +120,7 @@
 //! | Hessian times a vector | [`hessian_vector`] | twice a gradient |
 //! | all of a Hessian | [`hessian`] | that for every few arguments |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
+//! | the same from many starts with shared parameters | [`Rollout::run_many`] | about half of one by one, in lanes over the starts |
 //! | gradient of a sum over data | [`batch::Sum`] | a few, in lanes over the data |
 //! | Jacobian of many small functions | [`batch::jacobians`] | those of one function, in lanes |
 //!
@@ -172,6 +173,10 @@
 //!
 //! A variable outside its recording, on another thread, mixed with another tape's, a wrong
 //! length: these are mistakes in the calling code and panic with a sentence that says so.
+
+// Tests of the crate share files with those in `tests`.
+#[cfg(test)]
+extern crate self as autodiff;
 
 pub mod batch;
 pub mod check;

@@ -134,6 +134,12 @@ pub struct Horizon {
     pub cotangent_bound: Option<CotangentBound>,
 }
 
+/// How many of so many rollouts with shared robots a thread does together: what lanes take at
+/// once, unless other threads would then have nothing to do.
+pub fn together(rollouts: usize) -> usize {
+    (rollouts / rayon::current_num_threads()).clamp(1, 8)
+}
+
 /// A lattice in its world, with the libraries that make robots of design vectors.
 #[derive(Clone, Debug)]
 pub struct Task {
@@ -216,6 +222,18 @@ impl Task {
         self.simulator.rollout((&body, controller), start, span)
     }
 
+    /// Steps the robot of a mixture from several starts, with the bits of as many single
+    /// [rollouts](Task::rollout) in less time.
+    pub fn rollout_many<R: Real>(
+        &self,
+        mixture: &[[R; 3]],
+        (controller, starts): (&Controller<R>, &[&State<R>]),
+        span: &Span,
+    ) -> Vec<Trajectory<R>> {
+        let robot = (&self.body(mixture), controller);
+        self.simulator.rollout_many(robot, starts, span)
+    }
+
     /// Steps the robot of a mixture with the guard on: no absurd state goes unnoticed.
     pub fn guarded(
         &self,
@@ -223,8 +241,20 @@ impl Task {
         (controller, start): (&Controller<f64>, &State<f64>),
         span: &Span,
     ) -> Guarded {
+        self.guarded_many(mixture, (controller, &[start]), span)
+            .remove(0)
+    }
+
+    /// The same from several starts.
+    pub fn guarded_many(
+        &self,
+        mixture: &[[f64; 3]],
+        (controller, starts): (&Controller<f64>, &[&State<f64>]),
+        span: &Span,
+    ) -> Vec<Guarded> {
         let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
-        self.simulator.guarded((&body, controller), start, span)
+        self.simulator
+            .guarded_many((&body, controller), starts, span)
     }
 
     /// The time step against the vibrations of a mixture's robot at rest in these positions.

@@ -47,7 +47,10 @@ fn a_step_is_measured() {
     let measured = &json["measured"];
     assert_eq!(measured["steps"], 4096);
     let gradients = ["value_and_design_gradient", "value_and_controller_gradient"];
-    for key in ["rollout", "two_matvecs"].iter().chain(&gradients) {
+    for key in ["rollout", "two_matvecs", "eight_starts"]
+        .iter()
+        .chain(&gradients)
+    {
         assert!(measured[*key].as_f64().unwrap() > 0.0, "{key}");
     }
     for key in gradients {

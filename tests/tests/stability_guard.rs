@@ -135,3 +135,31 @@ fn a_divergence_is_replayed_from_its_file() {
     let results = again.evaluate(false, &[]).expect("it lists its steps");
     assert_eq!(results.divergence, Some(found));
 }
+
+/// In lanes, where one start goes wrong, it alone does: the rest, and what is found of it, have
+/// the bits of single rollouts.
+#[test]
+fn several_starts_together_are_judged_one_by_one() {
+    const WRONG: usize = 3;
+    for contact in [Contact::Infinite, Contact::Coulomb] {
+        let case = case(|scene| scene.physics.contact = contact);
+        let (task, mixture) = (case.task(), case.mixture(case.projection, &case.z));
+        let mut starts = vec![case.start.clone(); 9];
+        for (k, start) in starts.iter_mut().enumerate() {
+            start.x[k % 4][0] += 1e-3 * k as f64;
+        }
+        starts[WRONG].v[1] = [2e6, 0.0];
+        let starts: Vec<_> = starts.iter().collect();
+        let span = Span::from_start(vec![0, 7, case.physics.steps]);
+        let guarded = task.guarded_many(&mixture, (&case.controller, &starts), &span);
+        let plain = task.rollout_many(&mixture, (&case.controller, &starts), &span);
+        for (k, start) in starts.iter().enumerate() {
+            let robot = (&case.controller, *start);
+            let alone = task.guarded(&mixture, robot, &span);
+            assert_eq!(format!("{:?}", guarded[k]), format!("{alone:?}"), "{k}");
+            let alone = task.rollout(&mixture, robot, &span);
+            assert_eq!(format!("{:?}", plain[k]), format!("{alone:?}"), "{k}");
+            assert_eq!(guarded[k].divergence.is_some(), k == WRONG, "{k}");
+        }
+    }
+}

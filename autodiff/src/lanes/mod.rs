@@ -120,7 +120,7 @@ pub trait Vectorized<S: Real> {
 }
 
 /// The registers in use on this machine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// What every processor of the target has; scalar code.
     Baseline,
@@ -133,6 +133,28 @@ pub enum Level {
 /// The widest level that this machine has.
 #[inline]
 pub fn level() -> Level {
+    #[cfg(test)]
+    return found().min(CAP.get());
+    #[cfg(not(test))]
+    found()
+}
+
+#[cfg(test)]
+thread_local! {
+    static CAP: std::cell::Cell<Level> = const { std::cell::Cell::new(Level::Avx512) };
+}
+
+/// Does work in narrower registers than this machine's, on this thread.
+#[cfg(test)]
+pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
+    let before = CAP.replace(cap);
+    let done = work();
+    CAP.set(before);
+    done
+}
+
+#[inline]
+fn found() -> Level {
     #[cfg(target_arch = "x86_64")]
     {
         if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {

@@ -3,7 +3,7 @@
 //! `W x` streams the weights once, and so does `W^T y_bar`; each wants them in another order, so
 //! both are kept.
 
-use super::panels::{BATCH, Batch, OuterProducts, Panels, Product};
+use super::panels::{Batch, OuterProducts, Panels, Product};
 use super::row::{Frame, joined};
 use super::{Aligned, Array, Bars, Matrix, Operation, lanes};
 use crate::lanes::{Lane, Vectorized};
@@ -73,8 +73,7 @@ impl<R: Real> Dense<R> {
         (output, places): (Array, &[bool]),
         tanh: bool,
     ) -> Self {
-        let columns = matrix.columns;
-        let tall = matrix.rows.next_multiple_of(lanes::<R>());
+        let (columns, starts) = (matrix.columns, output.starts);
         Self {
             inputs: joined(x),
             inputs_active: x.iter().map(|a| a.id).collect(),
@@ -83,15 +82,11 @@ impl<R: Real> Dense<R> {
             bias,
             output,
             tanh,
-            weights: Panels::zero(matrix.rows, columns),
-            transposed: Panels::zero(columns, matrix.rows),
+            weights: Panels::for_starts(starts, matrix.rows, columns),
+            transposed: Panels::for_starts(starts, columns, matrix.rows),
             weights_bar: Panels::zero(matrix.rows, columns),
-            batch: Batch {
-                x: vec![R::zero(); BATCH * columns],
-                y_bar: Aligned::zeros(BATCH * tall + lanes::<R>()),
-                len: 0,
-            },
-            packed: Vec::with_capacity(columns),
+            batch: Batch::new(starts, matrix.rows, columns),
+            packed: Vec::with_capacity(columns * starts),
             active: Active {
                 inputs: true,
                 weights: true,
@@ -100,18 +95,12 @@ impl<R: Real> Dense<R> {
         }
     }
 
-    /// Rows in whole lanes.
-    fn tall(&self) -> usize {
-        self.matrix.rows.next_multiple_of(lanes::<R>())
-    }
-
     /// Adds `W^T y_bar` to the cotangents of the inputs.
     fn reverse_inputs(&mut self, bars: &mut Bars<R>) {
         self.transposed.back ^= true;
-        let y_bar = self.batch.len * self.tall();
         let mut product = Product {
             matrix: &self.transposed,
-            x: &self.batch.y_bar[y_bar..][..self.matrix.rows],
+            x: self.batch.under_way(),
             start: None,
             y: &mut [],
             tanh: false,
@@ -138,9 +127,7 @@ impl<R: Real> Dense<R> {
     /// Notes this step's outer product; adds the batch up when it is full.
     fn reverse_weights(&mut self, values: Frame<R>) {
         let x = input(&self.inputs, &mut self.packed, values);
-        self.batch.x[self.batch.len * x.len()..][..x.len()].copy_from_slice(x);
-        self.batch.len += 1;
-        if self.batch.len == BATCH {
+        if self.batch.note(x) {
             self.flush();
         }
     }
@@ -150,7 +137,7 @@ impl<R: Real> Dense<R> {
             batch: &self.batch,
             to: &mut self.weights_bar,
         });
-        self.batch.len = 0;
+        self.batch.clear();
     }
 }
 
@@ -199,7 +186,7 @@ impl<R: Real> Operation<R> for Dense<R> {
                 R::vectorize(product);
             }
             Some(Spread { bits, y, .. }) => {
-                product.y = &mut y[..self.matrix.rows];
+                product.y = &mut y[..self.bias.len];
                 R::vectorize(product);
                 R::vectorize(SetOut { bits, y, output });
             }
@@ -207,8 +194,8 @@ impl<R: Real> Operation<R> for Dense<R> {
     }
 
     fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>) {
-        let tall = self.tall();
-        let y_bar = &mut self.batch.y_bar[self.batch.len * tall..];
+        let rows = self.bias.len;
+        let y_bar = self.batch.under_way_mut();
         let (y, bar, tanh) = (
             values.get(self.output),
             &bars.row[self.output.range()],
@@ -219,7 +206,7 @@ impl<R: Real> Operation<R> for Dense<R> {
                 y,
                 bar,
                 tanh,
-                y_bar: &mut y_bar[..self.matrix.rows],
+                y_bar: &mut y_bar[..rows],
             }),
             Some(Spread { bits, bar: all, .. }) => {
                 R::vectorize(Incoming {
@@ -235,11 +222,10 @@ impl<R: Real> Operation<R> for Dense<R> {
                 });
             }
         }
-        let y_bar = &y_bar[..self.matrix.rows];
         if self.active.bias {
             R::vectorize(AddTo {
                 to: bars.get_mut(self.bias),
-                bar: y_bar,
+                bar: self.batch.under_way(),
             });
         }
         if self.active.inputs {
@@ -258,7 +244,7 @@ impl<R: Real> Operation<R> for Dense<R> {
         };
         // A new sweep begins.
         self.weights_bar.entries.fill(R::zero());
-        self.batch.len = 0;
+        self.batch.clear();
     }
 
     fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {

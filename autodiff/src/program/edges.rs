@@ -189,8 +189,11 @@ where
                 group.len,
                 "masks of another width"
             );
-            let mut i = 0;
-            for &bits in &masks.slots {
+            for (lane, &bits) in masks.slots.iter().enumerate() {
+                if bits == 0 {
+                    continue;
+                }
+                let i = lane * L::N;
                 // SAFETY: a group has as many lanes as masks; the slices are as long as it.
                 unsafe {
                     let y = map.kernel.eval(sources.load::<L>(i, L::mask(bits)));
@@ -198,7 +201,6 @@ where
                         y[o].store_at(results[o], i);
                     }
                 }
-                i += L::N;
             }
         }
         for o in 0..O {
@@ -251,9 +253,11 @@ where
                 group.len,
                 "masks of another width"
             );
-            let mut i = 0;
-            for &bits in &masks.slots {
-                let edges = L::mask(bits);
+            for (lane, &bits) in masks.slots.iter().enumerate() {
+                if bits == 0 {
+                    continue;
+                }
+                let (i, edges) = (lane * L::N, L::mask(bits));
                 // SAFETY: a group has as many lanes as masks; what is read and written was
                 // checked to hold the whole group.
                 unsafe {
@@ -274,7 +278,6 @@ where
                         }
                     }
                 }
-                i += L::N;
             }
         }
         if map.ends_active {

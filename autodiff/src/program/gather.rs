@@ -30,6 +30,9 @@ impl Gather {
                 _ => runs.push(Run { from, to, len: 1 }),
             }
         }
+        for Run { from, to, len } in &mut runs {
+            [*from, *to, *len] = [*from, *to, *len].map(|n| n * input.starts);
+        }
         Self {
             input,
             runs,

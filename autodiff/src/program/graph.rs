@@ -51,6 +51,16 @@ impl Bits {
     fn get(&self, place: usize) -> bool {
         self.0[place / WIDEST] >> (place % WIDEST) & 1 == 1
     }
+    /// Every truth value so many times, one after the other.
+    fn repeated(&self, times: usize) -> Self {
+        let mut bits = Self::none(self.0.len() * WIDEST * times);
+        for place in (0..self.0.len() * WIDEST).filter(|&place| self.get(place)) {
+            for copy in 0..times {
+                bits.set(place * times + copy);
+            }
+        }
+        bits
+    }
     /// The truth values lane by lane, one bit each.
     pub(super) fn by_lanes(&self, lanes: usize) -> Vec<u16> {
         let words = self
@@ -107,6 +117,29 @@ impl Graph {
             slots,
             lead,
             slot_of_edge,
+        }))
+    }
+
+    /// As many such graphs, interleaved: node `i` of the `k`th is `i * count + k`, and slots
+    /// likewise. Numbers of edges are the first one's.
+    pub(super) fn side_by_side(&self, count: usize) -> Self {
+        if count == 1 {
+            return self.clone();
+        }
+        let layout = &self.0;
+        let group = |group: &Group| Group {
+            offset: group.offset * count,
+            first_slot: group.first_slot * count,
+            len: group.len * count,
+            is_tail: group.is_tail.repeated(count),
+            is_head: group.is_head.repeated(count),
+        };
+        Self(Arc::new(Layout {
+            nodes: layout.nodes * count,
+            groups: layout.groups.iter().map(group).collect(),
+            slots: layout.slots * count,
+            lead: layout.lead * count,
+            slot_of_edge: layout.slot_of_edge.iter().map(|s| s * count).collect(),
         }))
     }
 

@@ -9,6 +9,11 @@
 //! All arrays of a step but the parameters lie side by side in its **row**, the state first. The
 //! row of the next step begins where this one puts its new state, so that a rollout that keeps
 //! its rows copies nothing: they are the record from which the reverse sweep works.
+//!
+//! A program may run from several starts at once, as many as lanes have room for. Then every
+//! number of a row stands there once for each start, side by side: an array is that many times
+//! as long, and a graph that many graphs interleaved. Operations go over the longer arrays as
+//! over any; only matrices, which all starts share, are multiplied differently.
 
 mod aligned;
 mod dense;
@@ -37,14 +42,16 @@ pub struct Array {
     /// Whether it lies among the parameters, or in the row of each step.
     parameter: bool,
     start: usize,
+    /// Those of all starts together.
     len: usize,
+    starts: usize,
 }
 
 impl Array {
     /// How many numbers the array holds.
     #[allow(clippy::len_without_is_empty)] // an empty array cannot be declared
     pub fn len(self) -> usize {
-        self.len
+        self.len / self.starts
     }
 
     /// Where it lies in its part.
@@ -93,6 +100,8 @@ pub struct Program<R: Real> {
     next: Vec<Option<Array>>,
     inputs: Vec<Array>,
     operations: Vec<Box<dyn Operation<R>>>,
+    /// How many numbers stand side by side for one: the starts it runs from at once.
+    starts: usize,
     /// How many numbers the parameters' arrays and a step's row take so far.
     ends: [usize; 2],
     layout: Layout,
@@ -111,7 +120,7 @@ impl<R: Real> Vectorized<R> for LaneCount {
 }
 
 /// Lanes of this type on this machine.
-fn lanes<R: Real>() -> usize {
+pub(crate) fn lanes<R: Real>() -> usize {
     R::vectorize(LaneCount)
 }
 
@@ -124,6 +133,7 @@ impl<R: Real> Default for Program<R> {
             next: Vec::new(),
             inputs: Vec::new(),
             operations: Vec::new(),
+            starts: 1,
             ends: [0; 2],
             layout: Layout::default(),
             margin: 0,
@@ -133,6 +143,18 @@ impl<R: Real> Default for Program<R> {
 
 /// Declaring what a step works on.
 impl<R: Real> Program<R> {
+    /// A program that runs from so many starts at once: one, or a whole lane of them.
+    pub(crate) fn side_by_side(starts: usize) -> Self {
+        assert!(
+            starts == 1 || starts == lanes::<R>(),
+            "a program runs from one start or from a lane of them"
+        );
+        Self {
+            starts,
+            ..Self::default()
+        }
+    }
+
     /// A parameter: an array that stays the same for all steps.
     pub fn parameter(&mut self, len: usize) -> Array {
         self.align(true);
@@ -182,12 +204,14 @@ impl<R: Real> Program<R> {
             !parameter || self.ends[0] == 0 || self.ends[1] == 0,
             "parameters of a program are declared before its states, inputs and operations"
         );
+        let (starts, len) = (self.starts, len * self.starts);
         let end = &mut self.ends[usize::from(!parameter)];
         let array = Array {
             id: self.arrays.len(),
             parameter,
             start: *end,
             len,
+            starts,
         };
         *end += len;
         self.arrays.push(array);
@@ -214,9 +238,9 @@ impl<R: Real> Program<R> {
     where
         K: Adjoint<I, O>,
     {
-        let len = x[0].len;
+        let len = x[0].len();
         assert!(
-            x.iter().all(|a| a.len == len),
+            x.iter().all(|a| a.len() == len),
             "map: the arrays differ in length"
         );
         let outputs = self.outputs(len);
@@ -253,16 +277,21 @@ impl<R: Real> Program<R> {
         places: &[bool],
         tanh: bool,
     ) -> Array {
-        let columns: usize = x.iter().map(|a| a.len).sum();
+        let columns: usize = x.iter().map(|a| a.len()).sum();
         assert_eq!(
             columns, matrix.columns,
             "dense: inputs and matrix columns differ"
         );
-        assert_eq!(bias.len, matrix.rows, "dense: bias and matrix rows differ");
+        assert_eq!(
+            bias.len(),
+            matrix.rows,
+            "dense: bias and matrix rows differ"
+        );
         let rows = places.iter().filter(|row| **row).count();
         assert_eq!(rows, matrix.rows, "dense: places and matrix rows differ");
         let [output] = self.outputs(places.len());
-        let layer = dense::Dense::new((matrix, bias), x, (output, places), tanh);
+        let places = repeated(places, self.starts);
+        let layer = dense::Dense::new((matrix, bias), x, (output, &places), tanh);
         self.operations.push(Box::new(layer));
         output
     }
@@ -282,18 +311,19 @@ impl<R: Real> Program<R> {
     where
         K: Adjoint<I, O>,
     {
-        let fits = ends.iter().all(|a| a.len == graph.nodes());
+        let fits = ends.iter().all(|a| a.len() == graph.nodes());
         assert!(fits, "map_edges: an array of ends has one value per node");
-        let fits = per_edge.iter().all(|a| a.len == graph.slots());
+        let fits = per_edge.iter().all(|a| a.len() == graph.slots());
         assert!(fits, "map_edges: an array per edge has one value per slot");
-        self.margin = self.margin.max(graph.lead());
+        let interleaved = graph.side_by_side(self.starts);
+        self.margin = self.margin.max(interleaved.lead());
         // Lanes of edges reach past the nodes, but not into what the operation writes.
-        let reach = graph.nodes() + WIDEST;
+        let reach = interleaved.nodes() + WIDEST * self.starts;
         for end in ends.iter().filter(|a| !a.parameter) {
             self.ends[1] = self.ends[1].max(end.start + reach);
         }
         let outputs = self.outputs(graph.nodes());
-        let map = edges::EdgeMap::new(kernel, graph, (ends, per_edge), outputs);
+        let map = edges::EdgeMap::new(kernel, &interleaved, (ends, per_edge), outputs);
         self.operations.push(Box::new(map));
         outputs
     }
@@ -301,7 +331,7 @@ impl<R: Real> Program<R> {
     /// `x[index]` for every index, and zero where there is none.
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
         assert!(
-            indices.iter().flatten().all(|&i| i < x.len),
+            indices.iter().flatten().all(|&i| i < x.len()),
             "gather: an index is out of range"
         );
         let [output] = self.outputs(indices.len());
@@ -309,4 +339,12 @@ impl<R: Real> Program<R> {
             .push(Box::new(gather::Gather::new(x, indices, output)));
         output
     }
+}
+
+/// Every item so many times, one after the other.
+fn repeated<T: Copy>(items: &[T], times: usize) -> Vec<T> {
+    let each = items
+        .iter()
+        .flat_map(|&item| std::iter::repeat_n(item, times));
+    each.collect()
 }

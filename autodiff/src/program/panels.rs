@@ -2,15 +2,20 @@
 //!
 //! The gradient of a layer's weights is gathered over several steps and added as one matrix
 //! product: it then touches the gradient's memory once in [`BATCH`] steps.
+//!
+//! From several starts at once, the lanes are starts: a panel is a few rows, and every weight
+//! serves all starts once it is read. The sums of each have the same order as alone.
 
 use super::{Aligned, lanes};
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
 
-/// Steps whose outer products are added together.
-pub(super) const BATCH: usize = 16;
+/// Steps whose outer products are added together; those of several starts count apart.
+const BATCH: usize = 16;
 /// The most lanes of rows that are worked on at once: their sums stay in registers.
 const PANEL: usize = 4;
+/// Rows that are worked on at once where the lanes are starts.
+const TILE: usize = 16;
 /// Columns that are summed up apart, so that no sum waits for the one before.
 const PHASES: usize = 4;
 
@@ -23,33 +28,67 @@ pub(super) struct Panels<R> {
     pub(super) entries: Aligned<R>,
     rows: usize,
     columns: usize,
-    /// Lanes of rows in a panel; the last one may have fewer.
+    /// Rows in a panel; the last one may have fewer, but whole lanes where the lanes are rows.
     tall: usize,
+    /// What the lanes are.
+    lanes: Across,
     /// Whether the next product begins at the end.
     pub(super) back: bool,
+}
+
+/// What the lanes of a product are.
+#[derive(Clone, Copy, PartialEq)]
+enum Across {
+    Rows,
+    Starts,
+}
+
+impl Across {
+    /// The order of so many columns in a panel: tiles are summed up phase after phase.
+    fn order(self, columns: usize) -> impl Iterator<Item = usize> {
+        let phases = if self == Self::Rows { 1 } else { PHASES };
+        (0..phases).flat_map(move |phase| (phase..columns).step_by(phases))
+    }
 }
 
 impl<R: Real> Panels<R> {
     pub(super) fn zero(rows: usize, columns: usize) -> Self {
         let lanes_of_rows = rows.div_ceil(lanes::<R>());
+        // Two panels at least, or there is nothing to turn round.
+        let tall = lanes_of_rows.div_ceil(2).min(PANEL) * lanes::<R>();
         Self {
             entries: Aligned::zeros(lanes_of_rows * lanes::<R>() * columns),
             rows,
             columns,
-            // Two panels at least, or there is nothing to turn round.
-            tall: lanes_of_rows.div_ceil(2).min(PANEL),
+            tall,
+            lanes: Across::Rows,
+            back: false,
+        }
+    }
+
+    /// For products with the vectors of one start, or of a lane of them.
+    pub(super) fn for_starts(starts: usize, rows: usize, columns: usize) -> Self {
+        if starts == 1 {
+            return Self::zero(rows, columns);
+        }
+        Self {
+            entries: Aligned::zeros(rows.next_multiple_of(TILE) * columns),
+            rows,
+            columns,
+            tall: TILE,
+            lanes: Across::Starts,
             back: false,
         }
     }
 
     /// Calls `f(row, column, entry)` for every entry.
     pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut R)) {
-        let lanes = lanes::<R>();
-        let (height, lanes) = (self.rows.next_multiple_of(lanes), self.tall * lanes);
-        for first in (0..height).step_by(lanes) {
-            let tall = lanes.min(height - first);
+        let height = self.entries.len() / self.columns;
+        for first in (0..height).step_by(self.tall) {
+            let tall = self.tall.min(height - first);
             let panel = &mut self.entries[first * self.columns..][..tall * self.columns];
-            for (column, part) in panel.chunks_exact_mut(tall).enumerate() {
+            let columns = self.lanes.order(self.columns);
+            for (column, part) in columns.zip(panel.chunks_exact_mut(tall)) {
                 for (row, entry) in part.iter_mut().enumerate() {
                     if first + row < self.rows {
                         f(first + row, column, entry);
@@ -60,11 +99,83 @@ impl<R: Real> Panels<R> {
     }
 }
 
+/// Inputs and output cotangents of the last steps, of one start after the other.
 pub(super) struct Batch<R> {
-    pub(super) x: Vec<R>,
-    /// In whole lanes. The last is that of the step that is under way.
-    pub(super) y_bar: Aligned<R>,
-    pub(super) len: usize,
+    x: Vec<R>,
+    /// In whole lanes. The last is that of the step that is under way, if there is one start.
+    y_bar: Aligned<R>,
+    /// The cotangents of the step that is under way, if there are several starts side by side.
+    side_by_side: Aligned<R>,
+    starts: usize,
+    rows: usize,
+    len: usize,
+}
+
+impl<R: Real> Batch<R> {
+    pub(super) fn new(starts: usize, rows: usize, columns: usize) -> Self {
+        let numbers = if starts == 1 { 0 } else { rows * starts };
+        Self {
+            x: vec![R::zero(); BATCH * columns],
+            y_bar: Aligned::zeros(BATCH * rows.next_multiple_of(lanes::<R>()) + lanes::<R>()),
+            // With room for a lane past the last, as above.
+            side_by_side: Aligned::zeros(numbers + lanes::<R>()),
+            starts,
+            rows,
+            len: 0,
+        }
+    }
+
+    /// From one step's cotangents to those of the next.
+    fn tall(&self) -> usize {
+        self.rows.next_multiple_of(lanes::<R>())
+    }
+
+    /// The cotangents of the step that is under way.
+    pub(super) fn under_way(&self) -> &[R] {
+        match self.starts {
+            1 => &self.y_bar[self.len * self.tall()..][..self.rows],
+            starts => &self.side_by_side[..self.rows * starts],
+        }
+    }
+
+    /// The place for these, with room for a lane past the last.
+    pub(super) fn under_way_mut(&mut self) -> &mut [R] {
+        let tall = self.tall();
+        match self.starts {
+            1 => &mut self.y_bar[self.len * tall..],
+            _ => &mut self.side_by_side,
+        }
+    }
+
+    /// Keeps the step that is under way, with its inputs; says whether the batch is full.
+    pub(super) fn note(&mut self, x: &[R]) -> bool {
+        let (starts, tall) = (self.starts, self.tall());
+        let columns = x.len() / starts;
+        if starts == 1 {
+            self.x[self.len * columns..][..columns].copy_from_slice(x);
+        } else {
+            let to = &mut self.x[self.len * columns..][..columns * starts];
+            part(x, (starts, columns), to);
+            let to = &mut self.y_bar[self.len * tall..][..tall * starts];
+            part(&self.side_by_side[..self.rows * starts], (starts, tall), to);
+        }
+        self.len += starts;
+        self.len == BATCH
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+    }
+}
+
+/// Numbers of several starts side by side become those of one after the other, so far apart.
+fn part<R: Real>(side_by_side: &[R], (starts, apart): (usize, usize), to: &mut [R]) {
+    for (start, to) in to.chunks_exact_mut(apart).enumerate() {
+        let of_start = side_by_side[start..].iter().step_by(starts);
+        for (to, &from) in to.iter_mut().zip(of_start) {
+            *to = from;
+        }
+    }
 }
 
 /// `y = start + A x`, or `y += A x` without a start; then `tanh` of it where asked. Every entry
@@ -81,21 +192,21 @@ impl<R: Real> Vectorized<R> for Product<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
-        let height = self.matrix.rows.div_ceil(L::N);
-        let tall = self.matrix.tall;
-        let panels = height.div_ceil(tall);
+        let Panels {
+            rows, tall, back, ..
+        } = *self.matrix;
+        let panels = rows.div_ceil(tall);
         for panel in 0..panels {
-            let first = tall
-                * if self.matrix.back {
-                    panels - 1 - panel
-                } else {
-                    panel
-                };
-            match tall.min(height - first) {
-                1 => self.panel::<L, 1>(first * L::N),
-                2 => self.panel::<L, 2>(first * L::N),
-                3 => self.panel::<L, 3>(first * L::N),
-                _ => self.panel::<L, PANEL>(first * L::N),
+            let first = tall * if back { panels - 1 - panel } else { panel };
+            if self.matrix.lanes == Across::Starts {
+                self.tile::<L>(first);
+                continue;
+            }
+            match tall.min(rows - first).div_ceil(L::N) {
+                1 => self.panel::<L, 1>(first),
+                2 => self.panel::<L, 2>(first),
+                3 => self.panel::<L, 3>(first),
+                _ => self.panel::<L, PANEL>(first),
             }
         }
     }
@@ -139,6 +250,37 @@ impl<R: Real> Product<'_, R> {
     }
 }
 
+impl<R: Real> Product<'_, R> {
+    /// A few rows, for a lane of starts: each sum has the order of [`panel`](Self::panel). Phase
+    /// after phase, as the registers hold more rows that way: the numbers that are read for each
+    /// multiplication, little more than its weight, are what takes the time.
+    #[inline(always)]
+    fn tile<L: Lane<R>>(&mut self, first: usize) {
+        let Panels { rows, columns, .. } = *self.matrix;
+        let mut weights = &self.matrix.entries[first * columns..][..columns * TILE];
+        let mut sums = [[L::zero(); TILE]; PHASES];
+        for phase in 0..PHASES.min(columns) {
+            let (here, rest) = weights.split_at((columns - phase).div_ceil(PHASES) * TILE);
+            let x = self.x[phase * L::N..columns * L::N].chunks(PHASES * L::N);
+            let mut sum = [L::zero(); TILE];
+            for (weights, x) in here.chunks_exact(TILE).zip(x) {
+                let x = L::load(x);
+                for row in 0..TILE {
+                    sum[row] = L::splat(weights[row]).fma(x, sum[row]);
+                }
+            }
+            sums[phase] = sum;
+            weights = rest;
+        }
+        for row in 0..TILE.min(rows - first) {
+            let place = (first + row) * L::N;
+            let start = L::load(&self.start.unwrap_or(self.y)[place..]);
+            let sum = start + ((sums[0][row] + sums[1][row]) + (sums[2][row] + sums[3][row]));
+            (if self.tanh { sum.tanh() } else { sum }).store(&mut self.y[place..]);
+        }
+    }
+}
+
 /// `W_bar += sum over the batch of y_bar x^T`.
 pub(super) struct OuterProducts<'a, R> {
     pub(super) batch: &'a Batch<R>,
@@ -157,7 +299,7 @@ impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
             ..
         } = self.to;
         let height = rows.next_multiple_of(L::N);
-        for first in (0..height).step_by(*tall * L::N) {
+        for first in (0..height).step_by(*tall) {
             let panel = &mut entries[first * *columns..];
             let part = BatchRows {
                 batch: self.batch,
@@ -165,7 +307,7 @@ impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
                 height,
                 first,
             };
-            match (*tall).min((height - first) / L::N) {
+            match (*tall).min(height - first) / L::N {
                 1 => part.add::<L, 1>(panel),
                 2 => part.add::<L, 2>(panel),
                 3 => part.add::<L, 3>(panel),
@@ -186,7 +328,7 @@ struct BatchRows<'a, R> {
 impl<R: Real> BatchRows<'_, R> {
     #[inline(always)]
     fn add<L: Lane<R>, const W: usize>(&self, panel: &mut [R]) {
-        let Batch { x, y_bar, len } = self.batch;
+        let Batch { x, y_bar, len, .. } = self.batch;
         let mut column = 0;
         // Two columns at once: every load of a cotangent serves both.
         while column + 2 <= self.columns {

@@ -23,7 +23,7 @@ impl<R: Real> Program<R> {
     }
 
     fn beyond(&self) -> usize {
-        2 * WIDEST + self.margin
+        2 * WIDEST * self.starts + self.margin
     }
 
     /// How many numbers from the start of a row on a step may touch.
@@ -36,7 +36,7 @@ impl<R: Real> Program<R> {
         self.layout.stride
     }
 
-    /// The number of scalars in a state.
+    /// The number of scalars in a state, those of all starts together.
     pub(crate) fn state_len(&self) -> usize {
         self.states.iter().map(|a| a.len).sum()
     }
@@ -50,7 +50,7 @@ impl<R: Real> Program<R> {
         );
         for (at, (declared, given)) in self.parameters.iter().zip(parameters).enumerate() {
             let len = match declared {
-                Parameter::Array(a) => a.len,
+                Parameter::Array(a) => a.len(),
                 Parameter::Matrix(m) => m.rows * m.columns,
             };
             assert_eq!(
@@ -59,7 +59,10 @@ impl<R: Real> Program<R> {
                 "parameter {at} of a program differs in length"
             );
             if let Parameter::Array(a) = declared {
-                values[a.range()].copy_from_slice(given);
+                let places = values[a.range()].chunks_exact_mut(self.starts);
+                for (place, &given) in places.zip(*given) {
+                    place.fill(given);
+                }
             }
         }
         for operation in &mut self.operations {
@@ -104,12 +107,12 @@ impl<R: Real> Program<R> {
 
     /// Writes the inputs of a step, given those of all steps, into its row.
     pub(crate) fn set_inputs(&self, row: &mut [R], (all, step): (&[f64], usize)) {
-        let len = self.inputs.iter().map(|a| a.len).sum::<usize>();
+        let len = self.inputs.iter().map(|a| a.len()).sum::<usize>();
         let mut given = &all[step * len..][..len];
         for part in &self.inputs {
-            let (here, rest) = given.split_at(part.len);
-            for (to, &from) in row[part.range()].iter_mut().zip(here) {
-                *to = R::lit(from);
+            let (here, rest) = given.split_at(part.len());
+            for (to, &from) in row[part.range()].chunks_exact_mut(self.starts).zip(here) {
+                to.fill(R::lit(from));
             }
             given = rest;
         }
@@ -173,10 +176,16 @@ impl<R: Real> Program<R> {
         self.push_state(bars.row, state_bar);
     }
 
-    /// The cotangents of all parameters after the last reverse step.
+    /// The cotangents of all parameters after the last reverse step, summed over the starts from
+    /// the first to the last.
     pub(crate) fn parameter_bars(&mut self, bars: &[R]) -> Vec<Vec<R>> {
+        let sum = |of_starts: &[R]| {
+            of_starts[1..]
+                .iter()
+                .fold(of_starts[0], |sum, &bar| sum + bar)
+        };
         let bar = |declared: &Parameter| match declared {
-            Parameter::Array(a) => bars[a.range()].to_vec(),
+            Parameter::Array(a) => bars[a.range()].chunks_exact(self.starts).map(sum).collect(),
             Parameter::Matrix(m) => vec![R::zero(); m.rows * m.columns],
         };
         let mut all: Vec<Vec<R>> = self.parameters.iter().map(bar).collect();

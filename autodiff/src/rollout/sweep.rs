@@ -20,8 +20,9 @@ pub(super) struct Sweep<R: Real> {
 }
 
 impl<R: Real> Sweep<R> {
-    pub(super) fn new<M: Model>(rollout: &Rollout<M>, inputs: &[&[R]]) -> Self {
-        let mut program = Program::default();
+    /// For so many starts side by side.
+    pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: usize, inputs: &[&[R]]) -> Self {
+        let mut program = Program::side_by_side(starts);
         rollout.model.record(&mut program);
         let mut program = program.finish();
         let mut parameters = program.parameters();
@@ -90,8 +91,9 @@ pub struct Recorded<R: Real> {
 }
 
 impl<R: Real> Recorded<R> {
-    pub(super) fn new<M: Model>(rollout: &Rollout<M>, inputs: &[&[R]]) -> Self {
-        let sweep = Sweep::new(rollout, inputs);
+    /// For so many starts side by side.
+    pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: usize, inputs: &[&[R]]) -> Self {
+        let sweep = Sweep::new(rollout, starts, inputs);
         let (stride, row) = (sweep.program.stride(), sweep.row(inputs[0]));
         let plan = Plan::new(rollout.memory, rollout.steps, [sweep.state_len(), stride]);
         let leaf = plan.leaf.min(rollout.steps);

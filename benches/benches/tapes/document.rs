@@ -43,7 +43,10 @@ fn page(tapes: &str) -> String {
          ## The robot's rollout\n\n\
          6x6 nodes, 110 edges, 32 hidden units, 4096 steps, f64; microseconds a step. The \
          yardstick is the controller's two matrices times vectors and nothing else: it travels \
-         between machines. `cargo bench -p benches --bench rollout` takes the same figures with \
+         between machines. Eight starts \
+         of one design and controller run together, one a lane, where registers have room for \
+         so many, with the bits of each alone; `cosmic explain --measure` says the same of any \
+         scene. `cargo bench -p benches --bench rollout` takes the same figures with \
          their spread.\n\n{rollouts}\n\
          ## Scalar tapes\n\n\
          The gradient of one step of springs, damping and contact, 36 nodes and 110 springs, by \
@@ -66,17 +69,27 @@ fn rollouts() -> String {
             value_and_design_gradient: design,
             value_and_controller_gradient: controller,
             two_matvecs,
+            eight_starts,
+            eight_starts_and_design_gradient: eight_design,
+            eight_starts_and_controller_gradient: eight_controller,
             ..
         } = measure(&case, &scene.loss);
         // A frozen layout does not depend on the design vectors.
-        let design = case.frozen.is_none().then_some(design);
-        let figures = [Some(rollout), design, Some(controller), Some(two_matvecs)];
-        for (name, unit, digits) in [(name, 1.0, 3), ("… in mat-vecs", two_matvecs, 2)] {
+        let alone = [rollout, design, controller, two_matvecs];
+        let together = [eight_starts, eight_design, eight_controller, f64::NAN];
+        let rows = [
+            (name, alone, [1.0; 4], 3),
+            ("… in mat-vecs", alone, [two_matvecs; 4], 2),
+            ("… each of eight starts together", together, [1.0; 4], 3),
+            ("… in those of one start", together, alone, 2),
+        ];
+        for (name, figures, units, digits) in rows {
             let _ = write!(table, "| {name}");
-            for figure in figures {
-                let _ = match figure {
-                    Some(figure) => write!(table, " | {:.digits$}", figure / unit),
-                    None => write!(table, " | none: frozen"),
+            for (column, (figure, unit)) in figures.into_iter().zip(units).enumerate() {
+                let _ = match (column, figure.is_nan()) {
+                    (1, _) if case.frozen.is_some() => write!(table, " | none: frozen"),
+                    (_, true) => write!(table, " |"),
+                    _ => write!(table, " | {:.digits$}", figure / unit),
                 };
             }
             table += " |\n";

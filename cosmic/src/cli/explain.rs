@@ -303,6 +303,16 @@ fn speed_text(speed: &Speed) -> String {
             speed.value_and_controller_gradient,
         ),
         row("two bare matrix products", speed.two_matvecs),
+        "of eight starts together, each\n".to_owned(),
+        row("rollout", speed.eight_starts),
+        row(
+            "value and design gradient",
+            speed.eight_starts_and_design_gradient,
+        ),
+        row(
+            "value and controller gradient",
+            speed.eight_starts_and_controller_gradient,
+        ),
         format!("  peak memory of the process      {memory}\n"),
     ]
     .concat()
@@ -315,6 +325,10 @@ fn speed_json(speed: &Speed) -> Value {
         "value_and_design_gradient": speed.value_and_design_gradient,
         "value_and_controller_gradient": speed.value_and_controller_gradient,
         "two_matvecs": speed.two_matvecs,
+        "eight_starts": speed.eight_starts,
+        "eight_starts_and_design_gradient": speed.eight_starts_and_design_gradient,
+        "eight_starts_and_controller_gradient": speed.eight_starts_and_controller_gradient,
+        "eight_starts_ratio": speed.eight_starts / speed.rollout,
         "design_ratio": speed.value_and_design_gradient / speed.rollout,
         "controller_ratio": speed.value_and_controller_gradient / speed.rollout,
         "rollout_per_two_matvecs": speed.rollout / speed.two_matvecs,

@@ -9,7 +9,7 @@ use super::reach::Reached;
 use super::{CoDesign, Progress};
 use crate::controller::Controller;
 use crate::design::{self, Material};
-use crate::gradient::Task;
+use crate::gradient::{Task, together};
 use crate::lattice::State;
 use crate::random::{Purpose, stream, symmetric};
 use crate::scatter::{World, draw};
@@ -194,14 +194,20 @@ impl CoDesign {
         controllers: &[&Controller<f64>],
         worlds: &[(Cow<Task>, State<f64>)],
     ) -> Vec<Spreads> {
-        let pairs: Vec<_> = controllers
+        let count = together(controllers.len() * worlds.len());
+        let shared = |a: &(Cow<Task>, _), b: &(Cow<Task>, _)| std::ptr::eq(&*a.0, &*b.0);
+        let groups = worlds.chunk_by(shared).flat_map(|same| same.chunks(count));
+        let groups: Vec<_> = groups.collect();
+        let jobs: Vec<_> = controllers
             .iter()
-            .flat_map(|&c| worlds.iter().map(move |world| (c, world)))
+            .flat_map(|&c| groups.iter().map(move |group| (c, *group)))
             .collect();
-        let reach = |(controller, (task, start)): &(&Controller<f64>, &(Cow<Task>, State<f64>))| {
-            self.reach(mixture, controller, (task, start))
+        let reach = |(controller, group): &(&Controller<f64>, &[(Cow<Task>, State<f64>)])| {
+            let starts: Vec<&State<f64>> = group.iter().map(|(_, start)| start).collect();
+            self.reach_many(mixture, controller, (&group[0].0, &starts))
         };
-        let reached: Vec<Reached> = pairs.par_iter().map(reach).collect();
+        let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
+        let reached = reached.concat();
         let of = |reached: &[Reached]| Spreads {
             displacement: spread(reached, |r| r.moved[0]),
             merit: spread(reached, |r| r.merit),

@@ -37,6 +37,16 @@ impl CoDesign {
         controller: &Controller<f64>,
         (task, start): (&Task, &State<f64>),
     ) -> Reached {
+        self.reach_many(mixture, controller, (task, &[start]))[0]
+    }
+
+    /// The same from several starts.
+    pub fn reach_many(
+        &self,
+        mixture: &[[f64; 3]],
+        controller: &Controller<f64>,
+        (task, starts): (&Task, &[&State<f64>]),
+    ) -> Vec<Reached> {
         let steps = task.physics.steps;
         let far = self.objective.is_far();
         let observed = match far {
@@ -44,13 +54,16 @@ impl CoDesign {
             false => self.objective.observed(steps),
         };
         let span = Span::from_start(observed);
-        let guarded = task.guarded(mixture, (controller, start), &span);
-        let moved = self.moved(start, &guarded);
-        let merit = match far || moved[0].is_nan() {
-            true => moved[0],
-            false => -self.objective.loss(&guarded.trajectory),
+        let all = task.guarded_many(mixture, (controller, starts), &span);
+        let reached = |(&start, guarded): (&&State<f64>, &Guarded)| {
+            let moved = self.moved(start, guarded);
+            let merit = match far || moved[0].is_nan() {
+                true => moved[0],
+                false => -self.objective.loss(&guarded.trajectory),
+            };
+            Reached { moved, merit }
         };
-        Reached { moved, merit }
+        starts.iter().zip(&all).map(reached).collect()
     }
 
     /// From the payload's start to its place in the last state, in the ground's frame; NaN where

@@ -132,6 +132,35 @@ impl Simulator {
         self.trajectory(&rollout.run(&self.flatten(start), &parameters), span)
     }
 
+    /// Steps the same robot from several starts: the bits of as many [rollouts](Simulator::rollout)
+    /// in less time, as the starts run in SIMD lanes.
+    ///
+    /// # Panics
+    /// As [`rollout`](Simulator::rollout).
+    pub fn rollout_many<R: Real>(
+        &self,
+        robot: (&Body<R>, &Controller<R>),
+        starts: &[&State<R>],
+        span: &Span,
+    ) -> Vec<Trajectory<R>> {
+        let (model, parameters) = self.planned(robot);
+        let seen = self.run_many(model, (starts, &parameters), span);
+        seen.iter().map(|s| self.trajectory(s, span)).collect()
+    }
+
+    /// The observed states of a model from each start, as flat arrays.
+    fn run_many<M: Model, R: Real>(
+        &self,
+        model: M,
+        (starts, parameters): (&[&State<R>], &[Vec<R>]),
+        span: &Span,
+    ) -> Vec<Vec<R>> {
+        let parameters: Vec<&[R]> = parameters.iter().map(Vec::as_slice).collect();
+        let starts: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
+        let starts: Vec<&[R]> = starts.iter().map(Vec::as_slice).collect();
+        self.plan(model, span).run_many(&starts, &parameters)
+    }
+
     /// The same states, but on a tape every operation of every step is an entry: what a rollout
     /// costs without a driver. Cotangents are not bounded.
     ///

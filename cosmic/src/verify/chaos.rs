@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::probe::{Probe, distance};
 use crate::case::Case;
 use crate::codesign::Spread;
+use crate::gradient::together;
 use crate::report::sheet::{Cell, Column, Row, Standing, Table};
 
 /// Starts that are compared with the unmoved one.
@@ -92,10 +93,11 @@ impl Chaos {
         let (probe, steps) = (Probe::new(case), case.physics.steps);
         let mut observed: Vec<usize> = (0..steps).step_by(EVERY).collect();
         observed.push(steps);
-        let run = |start| probe.run::<f64>(start, observed.clone());
-        let unmoved = run(&case.start);
+        let run = |starts: &[_]| probe.run_many(starts, &observed);
+        let unmoved = run(std::slice::from_ref(&case.start)).remove(0);
         let starts = probe.moved_starts(STARTS, MOVED);
-        let moved: Vec<_> = starts.par_iter().map(run).collect();
+        let groups = starts.par_chunks(together(STARTS));
+        let moved = groups.map(run).collect::<Vec<_>>().concat();
         let reach = |states: &[crate::lattice::State<f64>]| {
             let (first, last) = (states[0].x[0], states[states.len() - 1].x[0]);
             let way = [0, 1].map(|k| last[k] - first[k]);

@@ -33,6 +33,18 @@ impl<'a> Probe<'a> {
             .rollout(&mixture, robot, &Span::from_start(observed))
     }
 
+    /// The same from several starts, in f64.
+    pub(super) fn run_many(
+        &self,
+        starts: &[State<f64>],
+        observed: &[usize],
+    ) -> Vec<Trajectory<f64>> {
+        let starts: Vec<&State<f64>> = starts.iter().collect();
+        let robot = (&self.case.controller, &starts[..]);
+        let span = Span::from_start(observed.to_vec());
+        self.task.rollout_many(&self.mixture, robot, &span)
+    }
+
     /// So many starts with every coordinate moved by `distance`, up or down; the same for every
     /// case of so many nodes.
     pub(super) fn moved_starts(&self, count: usize, distance: f64) -> Vec<State<f64>> {

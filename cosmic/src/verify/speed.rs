@@ -6,8 +6,11 @@ use std::time::Duration;
 use autodiff::{Memory, Model, Program, Real, Rollout};
 use cpu_time::ThreadTime;
 
+use super::probe::Probe;
 use crate::case::Case;
+use crate::controller::Controller;
 use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
+use crate::lattice::State;
 use crate::objective::{Displacement, Loss};
 use crate::scene::{HorizonMode, LossSettings};
 use crate::simulator::Span;
@@ -16,6 +19,10 @@ use crate::simulator::Span;
 pub const MEASURED_STEPS: usize = 4096;
 /// Times that each measurement is taken; the least counts, as the one least disturbed.
 const REPEATS: usize = 25;
+/// Starts that are run together.
+const STARTS: usize = 8;
+/// How far they are moved apart, m.
+const MOVED: f64 = 1e-9;
 
 /// Microseconds per step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +37,13 @@ pub struct Speed {
     pub value_and_controller_gradient: f64,
     /// The yardstick: nothing but the controller's two matrices times vectors.
     pub two_matvecs: f64,
+    /// Per step and evaluation: a plain rollout, one of eight from starts of their own that run
+    /// together.
+    pub eight_starts: f64,
+    /// The mean loss of the eight and its gradient by the design vectors, per step and evaluation.
+    pub eight_starts_and_design_gradient: f64,
+    /// That by the controller's weights, per step and evaluation.
+    pub eight_starts_and_controller_gradient: f64,
 }
 
 /// Measures a case with a loss. What is done at once, the plan of the rollout and its sine table,
@@ -38,7 +52,7 @@ pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
     let subject = Subject::new(case, loss);
     let steps = subject.steps();
     let matvecs = TwoMatvecs::new(case);
-    let mut least = [Duration::MAX; 4];
+    let mut least = [Duration::MAX; 7];
     for _ in 0..REPEATS {
         // In turns: what disturbs the machine disturbs all of them.
         let times = [
@@ -46,19 +60,26 @@ pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
             timed(|| subject.gradient(DESIGN)),
             timed(|| subject.gradient(CONTROLLER)),
             timed(|| matvecs.run(steps)),
+            timed(|| subject.rollouts()),
+            timed(|| subject.mean_gradient(DESIGN)),
+            timed(|| subject.mean_gradient(CONTROLLER)),
         ];
         for (least, time) in least.iter_mut().zip(times) {
             *least = time.min(*least);
         }
     }
-    let [rollout, design, controller, two_matvecs] =
-        least.map(|time| time.as_secs_f64() * 1e6 / steps as f64);
+    let least = least.map(|time| time.as_secs_f64() * 1e6 / steps as f64);
+    let [rollout, design, controller, two_matvecs, eight @ ..] = least;
+    let [eight_starts, eight_design, eight_controller] = eight.map(|time| time / STARTS as f64);
     Speed {
         steps,
         rollout,
         value_and_design_gradient: design,
         value_and_controller_gradient: controller,
         two_matvecs,
+        eight_starts,
+        eight_starts_and_design_gradient: eight_design,
+        eight_starts_and_controller_gradient: eight_controller,
     }
 }
 
@@ -83,6 +104,8 @@ pub struct Subject<'a> {
     case: &'a Case,
     task: Task,
     inputs: Inputs<f64>,
+    /// Starts near the case's own.
+    starts: Vec<State<f64>>,
     loss: Displacement,
     horizon: Horizon,
 }
@@ -94,6 +117,7 @@ impl<'a> Subject<'a> {
         Self {
             case,
             inputs: case.inputs(),
+            starts: Probe::new(case).moved_starts(STARTS, MOVED),
             loss: Displacement {
                 ground: task.ground(),
                 settings: loss.clone(),
@@ -120,19 +144,45 @@ impl<'a> Subject<'a> {
         self.loss.loss(&self.task.rollout(&mixture, robot, &span))
     }
 
+    /// Eight plain rollouts from other starts: their mean loss.
+    pub fn rollouts(&self) -> f64 {
+        let mixture = self.case.mixture(self.case.projection, &self.inputs.z);
+        self.mean_loss(&mixture, &self.inputs.controller)
+    }
+
     /// The loss and its gradient by some blocks of the inputs, such as
     /// [`DESIGN`] or [`CONTROLLER`]. The design vectors of a frozen layout are its mixture.
     pub fn gradient(&self, blocks: [bool; 7]) -> (f64, Vec<f64>) {
         self.inputs.differentiate(blocks, |inputs| {
-            let mixture = match self.case.frozen {
-                Some(_) => inputs.z.clone(),
-                None => self.case.mixture(self.case.projection, &inputs.z),
-            };
             let robot = (&inputs.controller, &inputs.start);
-            self.task
-                .loss(&mixture, robot, (&self.loss, &self.horizon))
-                .0
+            let task = (&self.loss, &self.horizon);
+            self.task.loss(&self.mixture(inputs), robot, task).0
         })
+    }
+
+    /// The same for the mean loss of eight rollouts from other starts.
+    pub fn mean_gradient(&self, blocks: [bool; 7]) -> (f64, Vec<f64>) {
+        self.inputs.differentiate(blocks, |inputs| {
+            self.mean_loss(&self.mixture(inputs), &inputs.controller)
+        })
+    }
+
+    fn mixture<R: Real>(&self, inputs: &Inputs<R>) -> Vec<[R; 3]> {
+        match self.case.frozen {
+            Some(_) => inputs.z.clone(),
+            None => self.case.mixture(self.case.projection, &inputs.z),
+        }
+    }
+
+    fn mean_loss<R: Real>(&self, mixture: &[[R; 3]], controller: &Controller<R>) -> R {
+        let span = Span::from_start(self.loss.observed(self.horizon.steps));
+        let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
+        let starts: Vec<&State<R>> = starts.iter().collect();
+        let all = self
+            .task
+            .rollout_many(mixture, (controller, &starts), &span);
+        let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
+        R::sum(&losses) * R::lit(1.0 / STARTS as f64)
     }
 }
 

@@ -1,0 +1,154 @@
+//! Several starts at once against each alone, in every register that the machine has.
+
+#[path = "../../tests/net/mod.rs"]
+mod net;
+
+use net::{Loss, NODES};
+use num_traits::Zero;
+
+use crate::lanes::{Level, at_most, level};
+use crate::program::lanes;
+use crate::{CotangentBound, Dual, Memory, Real, Var, gradient_of};
+
+/// Starts near one another, and the parameters of all of them.
+struct Several<R> {
+    loss: Loss,
+    starts: Vec<Vec<R>>,
+    parameters: Vec<Vec<R>>,
+}
+
+impl<R: Real> Several<R> {
+    fn new(count: usize, steps: usize) -> Self {
+        let loss = Loss::new(steps);
+        let x: Vec<R> = loss.point().into_iter().map(R::lit).collect();
+        let (start, mut rest) = x.split_at(2 * NODES);
+        let moved = |k: usize| {
+            let by = |i: usize| R::lit(0.1 * ((k * NODES + i) as f64).cos());
+            (start.iter().enumerate())
+                .map(|(i, &x)| x + by(i))
+                .collect()
+        };
+        let mut take = |len: usize| {
+            let (part, others) = rest.split_at(len);
+            rest = others;
+            part.to_vec()
+        };
+        Self {
+            starts: (0..count).map(moved).collect(),
+            parameters: loss.rollout.model.shapes().map(&mut take).to_vec(),
+            loss,
+        }
+    }
+
+    fn alone(&self) -> Vec<Vec<R>> {
+        let parameters = slices(&self.parameters);
+        let run = |start: &Vec<R>| self.loss.rollout.run(start, &parameters);
+        self.starts.iter().map(run).collect()
+    }
+
+    fn together(&self) -> Vec<Vec<R>> {
+        let (starts, parameters) = (slices(&self.starts), slices(&self.parameters));
+        self.loss.rollout.run_many(&starts, &parameters)
+    }
+
+    /// The gradient of a weighted sum over all that is observed: first the starts' part.
+    fn gradient(&self, together: bool) -> Vec<R> {
+        let x = [self.starts.concat(), self.parameters.concat()].concat();
+        gradient_of(
+            |x: &[Var<R>]| {
+                let mut rest = x;
+                let mut take = |of: &Vec<R>| {
+                    let (part, others) = rest.split_at(of.len());
+                    rest = others;
+                    part.to_vec()
+                };
+                let variables = Several {
+                    loss: self.loss.clone(),
+                    starts: self.starts.iter().map(&mut take).collect(),
+                    parameters: self.parameters.iter().map(&mut take).collect(),
+                };
+                let seen = match together {
+                    true => variables.together(),
+                    false => variables.alone(),
+                };
+                let weighted = seen.concat().into_iter().enumerate();
+                let weighted = weighted.map(|(i, s)| s * s * Var::lit(1.0 + 0.1 * (i % 7) as f64));
+                weighted.fold(Var::zero(), |sum, term| sum + term)
+            },
+            &x,
+        )
+    }
+}
+
+fn slices<R>(of: &[Vec<R>]) -> Vec<&[R]> {
+    of.iter().map(Vec::as_slice).collect()
+}
+
+/// Does it in the registers of every level that the machine has.
+fn at_every_level(check: impl Fn()) {
+    for cap in [Level::Baseline, Level::Avx2, Level::Avx512] {
+        if cap <= level() {
+            at_most(cap, &check);
+        }
+    }
+}
+
+/// From no start to more than three registers of them, whole registers and parts.
+#[test]
+fn states_have_the_bits_of_each_start_alone() {
+    fn check<R: Real + PartialEq>() {
+        let lanes = lanes::<R>();
+        for count in [0, 1, 3, lanes, lanes + 1, 3 * lanes - 1] {
+            let several = Several::<R>::new(count, 64);
+            let (together, alone) = (several.together(), several.alone());
+            assert_eq!(together.len(), count);
+            assert!(together == alone, "{count} starts in {lanes} lanes");
+        }
+    }
+    at_every_level(check::<f64>);
+    at_every_level(check::<f32>);
+    let duals = Several::<Dual<f64, 1>>::new(3, 9);
+    let values = |of: Vec<Vec<Dual<f64, 1>>>| of.concat().iter().map(|x| x.value).collect();
+    let [together, alone]: [Vec<f64>; 2] = [duals.together(), duals.alone()].map(values);
+    assert_eq!(together, alone);
+}
+
+/// The cotangents of starts to the bit, those of parameters but for the order of sums.
+#[test]
+fn gradients_are_the_sums_of_single_ones() {
+    fn check<R: Real + PartialEq>(tolerance: f64) {
+        for count in [1, 3 * lanes::<R>() - 1] {
+            // 37 steps: batches of outer products end full and partly filled.
+            let several = Several::<R>::new(count, 37);
+            let [together, alone] = [true, false].map(|together| several.gradient(together));
+            let of_starts = ..count * 2 * NODES;
+            assert!(together[of_starts] == alone[of_starts], "{count} starts");
+            let scale = alone.iter().fold(R::zero(), |most, g| most.max(g.abs()));
+            for (i, (&a, &b)) in together.iter().zip(&alone).enumerate() {
+                let off = (a - b).abs() / scale;
+                let near = crate::Mask::all(off.le(R::lit(tolerance)));
+                assert!(near, "{i}: {a:?} {b:?} of {scale:?}");
+            }
+        }
+    }
+    // Sums of some 1e3 terms, of which those in the middle may be larger than the whole.
+    at_every_level(|| check::<f64>(1e-12));
+    at_every_level(|| check::<f32>(1e-4));
+}
+
+/// Snapshots hold all starts, and every start's cotangent has its own bound.
+#[test]
+fn memory_and_bounds_are_as_for_one() {
+    let mut several = Several::<f64>::new(lanes::<f64>(), 61);
+    let all = several.gradient(true);
+    several.loss.rollout.memory = Memory::States(13);
+    assert!(several.gradient(true) == all);
+    several.loss.rollout.cotangent_bound = Some(CotangentBound {
+        norm: 0.5,
+        every: 2,
+    });
+    let [together, alone] = [true, false].map(|together| several.gradient(together));
+    let of_starts = ..several.starts.len() * 2 * NODES;
+    assert!(together[of_starts] == alone[of_starts]);
+    assert!(together[of_starts] != all[of_starts]);
+}

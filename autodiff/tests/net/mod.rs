@@ -1,0 +1,144 @@
+//! A rollout to try drivers on: a net of springs with a small controller.
+
+use std::sync::Arc;
+
+use autodiff::{Adjoint, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout};
+
+/// Springs between neighbours of a 4 x 3 grid, driven by a small network that senses the nodes.
+#[derive(Clone)]
+pub(crate) struct Net {
+    pub(crate) graph: Graph,
+    pub(crate) hidden: usize,
+}
+
+pub(crate) const NODES: usize = 12;
+
+impl Net {
+    pub(crate) fn new() -> Self {
+        let mut edges = Vec::new();
+        for node in 0..NODES {
+            for (right, up) in [(1, 0), (0, 1), (1, 1)] {
+                if node % 4 + right < 4 && node / 4 + up < 3 {
+                    edges.push([node, node + right + 4 * up]);
+                }
+            }
+        }
+        Self {
+            graph: Graph::new(NODES, &edges),
+            hidden: 5,
+        }
+    }
+    pub(crate) fn edges(&self) -> usize {
+        self.graph.slot_of_edge().len()
+    }
+    /// Every node's place turned by so many of `NODES + 1`, one of which is free.
+    fn turn(by: usize) -> Vec<Option<usize>> {
+        let place = |k| Some((k + by) % (NODES + 1)).filter(|&from| from < NODES);
+        (0..NODES).map(place).collect()
+    }
+    /// Lengths of the parameters, as declared.
+    pub(crate) fn shapes(&self) -> [usize; 6] {
+        let slots = self.graph.slots();
+        [
+            slots,
+            NODES,
+            self.hidden * (NODES + 1),
+            self.hidden,
+            self.edges() * self.hidden,
+            self.edges(),
+        ]
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Spring;
+impl Kernel<3, 1> for Spring {
+    fn eval<R: Real>(&self, [d, k, u]: [R; 3]) -> [R; 1] {
+        let length = (d * d + R::lit(1e-3)).sqrt();
+        [k * (length - R::lit(0.1) * (R::one() + u)) * d / length]
+    }
+}
+impl Adjoint<3, 1> for Spring {}
+
+#[derive(Clone, Copy)]
+struct Move;
+impl Kernel<4, 2> for Move {
+    fn eval<R: Real>(&self, [x, v, f, w]: [R; 4]) -> [R; 2] {
+        let v = v * R::lit(0.99) + f * w * R::lit(0.01);
+        let v = R::select(x.lt(R::lit(-0.2)), v.max(R::zero()), v);
+        [x + R::lit(0.01) * v, v]
+    }
+}
+impl Adjoint<4, 2> for Move {}
+
+impl Model for Net {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let k = p.parameter(self.graph.slots());
+        let w = p.parameter(NODES);
+        let w1 = p.matrix(self.hidden, NODES + 1);
+        let b1 = p.parameter(self.hidden);
+        let w2 = p.matrix(self.edges(), self.hidden);
+        let b2 = p.parameter(self.edges());
+        let (x, v) = (p.state(NODES), p.state(NODES));
+        let clock = p.input(1);
+        let h = p.dense_tanh(w1, &[x, clock], b1);
+        let edge_of_slot = self.graph.edge_of_slot();
+        let places: Vec<bool> = edge_of_slot.iter().map(Option::is_some).collect();
+        let u = p.dense_tanh_spread((w2, b2), &[h], &places);
+        let [f] = p.map_edges(&self.graph, Spring, ([x], &[k, u]));
+        // Round the corner and back: entries alone and in runs, and places that nothing goes to.
+        let turned = p.gather(f, &Self::turn(1));
+        let f = p.gather(turned, &Self::turn(NODES));
+        let [x_next, v_next] = p.map(Move, [x, v, f, w]);
+        p.advance(x, x_next);
+        p.advance(v, v_next);
+    }
+}
+
+/// A loss of the observed states, as a function of start and parameters in one vector.
+#[derive(Clone)]
+pub(crate) struct Loss {
+    pub(crate) rollout: Rollout<Net>,
+}
+
+impl Loss {
+    pub(crate) fn new(steps: usize) -> Self {
+        let inputs: Arc<[f64]> = (0..steps).map(|n| (0.3 * n as f64).sin()).collect();
+        let observed = vec![0, steps / 2, steps / 2, steps];
+        Self {
+            rollout: Rollout {
+                model: Net::new(),
+                steps,
+                inputs,
+                observed,
+                cotangent_bound: None,
+                memory: Memory::All,
+            },
+        }
+    }
+    pub(crate) fn point(&self) -> Vec<f64> {
+        let len = 2 * NODES + self.rollout.model.shapes().iter().sum::<usize>();
+        // Irregular numbers of order one.
+        (0..len)
+            .map(|i| ((i * i) as f64 * 0.7).sin() * 0.8)
+            .collect()
+    }
+}
+
+impl Function for Loss {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let (start, mut rest) = x.split_at(2 * NODES);
+        let mut parameters = Vec::new();
+        for len in self.rollout.model.shapes() {
+            let (part, others) = rest.split_at(len);
+            parameters.push(part);
+            rest = others;
+        }
+        let seen = self.rollout.run(start, &parameters);
+        let weighted = seen
+            .iter()
+            .enumerate()
+            .map(|(i, &s)| s * s * R::lit(1.0 + i as f64 * 0.1));
+        weighted.fold(R::zero(), |a, b| a + b)
+    }
+}
