@@ -5,7 +5,7 @@ use std::path::Path;
 
 use cosmic::case::Case;
 use cosmic::scene::Scene;
-use cosmic::verify::{Speed, measure};
+use cosmic::verify::{Times, measure};
 
 use crate::Row;
 
@@ -41,9 +41,9 @@ fn page(tapes: &str) -> String {
          cargo bench -p benches --bench tapes --features rivals,xad-rs --ignore-rust-version -- --table\n\
          ```\n\n\
          ## The robot's rollout\n\n\
-         6x6 nodes, 110 edges, 32 hidden units, 4096 steps, f64; microseconds a step. The \
-         yardstick is the controller's two matrices times vectors and nothing else: it travels \
-         between machines. `cargo bench -p benches --bench rollout` takes the same figures with \
+         6x6 nodes, 110 edges, 32 hidden units, 4096 steps; microseconds a step. The \
+         yardstick is the controller's two matrices times vectors in f64 and nothing else: it \
+         travels between machines. The design gradient of a layout is the one by its mixture. `cargo bench -p benches --bench rollout` takes the same figures with \
          their spread.\n\n{rollouts}\n\
          ## Scalar tapes\n\n\
          The gradient of one step of springs, damping and contact, 36 nodes and 110 springs, by \
@@ -58,31 +58,54 @@ fn rollouts() -> String {
         "| design | rollout | value and design gradient | value and controller gradient | \
          two mat-vecs |\n| --- | --- | --- | --- | --- |\n",
     );
-    for (name, scene) in [("mixture", "stability"), ("one-hot", "baseline_tall")] {
-        let scene = Scene::load(scene).expect("the scene is built in");
-        let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
-        let Speed {
-            rollout,
-            value_and_design_gradient: design,
-            value_and_controller_gradient: controller,
-            two_matvecs,
-            ..
-        } = measure(&case, &scene.loss);
-        // A frozen layout does not depend on the design vectors.
-        let design = case.frozen.is_none().then_some(design);
-        let figures = [Some(rollout), design, Some(controller), Some(two_matvecs)];
-        for (name, unit, digits) in [(name, 1.0, 3), ("… in mat-vecs", two_matvecs, 2)] {
-            let _ = write!(table, "| {name}");
-            for figure in figures {
-                let _ = match figure {
-                    Some(figure) => write!(table, " | {:.digits$}", figure / unit),
-                    None => write!(table, " | none: frozen"),
-                };
-            }
-            table += " |\n";
-        }
+    let scene = Scene::load("stability").expect("the scene is built in");
+    let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
+    let mixture = measure(&case, &scene);
+    let scene = Scene::load("baseline_tall").expect("the scene is built in");
+    let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
+    let one_hot = measure(&case, &scene);
+    let unit = mixture.two_matvecs;
+    for (name, times) in [
+        ("mixture, f64", mixture.double),
+        ("mixture, f32", mixture.single),
+        ("one-hot, f64", one_hot.one_hot_double),
+        ("one-hot, f32", one_hot.one_hot_single),
+    ] {
+        row(&mut table, name, (times, unit), (1.0, 3));
+        row(&mut table, "… in mat-vecs", (times, unit), (unit, 2));
     }
+    let [first, last] = mixture.single_errors.map(|error| {
+        format!(
+            "{:.1e} (design) and {:.1e} (controller) over {} steps",
+            error.design, error.controller, error.steps
+        )
+    });
+    let _ = write!(
+        table,
+        "\nGradients in f32 (`gradient.precision`) are off those in f64, of the scene `stability` \
+         at its start and as shares of their length, by {first}, by {last}.\n"
+    );
     table
+}
+
+/// A row of figures in some unit, with so many digits.
+fn row(
+    table: &mut String,
+    name: &str,
+    (times, matvecs): (Times, f64),
+    (unit, digits): (f64, usize),
+) {
+    let figures = [
+        times.rollout,
+        times.value_and_design_gradient,
+        times.value_and_controller_gradient,
+        matvecs,
+    ];
+    let _ = write!(table, "| {name}");
+    for figure in figures {
+        let _ = write!(table, " | {:.digits$}", figure / unit);
+    }
+    *table += " |\n";
 }
 
 /// Processor and registers.

@@ -3,13 +3,14 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use autodiff::{Memory, Model, Program, Real, Rollout};
+use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout};
 use cpu_time::ThreadTime;
 
 use crate::case::Case;
+use crate::design::{VolumeBounds, one_hot, snap};
 use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
 use crate::objective::{Displacement, Loss};
-use crate::scene::{HorizonMode, LossSettings};
+use crate::scene::{GradientSettings, HorizonMode, LossSettings, Scene, VolumeSettings};
 use crate::simulator::Span;
 
 /// Steps of a measured rollout, where the case has as many.
@@ -17,48 +18,101 @@ pub const MEASURED_STEPS: usize = 4096;
 /// Times that each measurement is taken; the least counts, as the one least disturbed.
 const REPEATS: usize = 25;
 
-/// Microseconds per step.
+/// Microseconds per step of one robot in one number type.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Speed {
-    /// Steps of the measured rollouts.
-    pub steps: usize,
-    /// A plain rollout in f64, with its loss.
+pub struct Times {
+    /// A plain rollout, with its loss.
     pub rollout: f64,
     /// The loss and its gradient by the design vectors.
     pub value_and_design_gradient: f64,
     /// The loss and its gradient by the controller's weights.
     pub value_and_controller_gradient: f64,
-    /// The yardstick: nothing but the controller's two matrices times vectors.
-    pub two_matvecs: f64,
 }
 
-/// Measures a case with a loss. What is done at once, the plan of the rollout and its sine table,
-/// is left out.
-pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
-    let subject = Subject::new(case, loss);
+/// What steps cost, and what f32 costs in accuracy.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Speed {
+    /// Steps of the measured rollouts.
+    pub steps: usize,
+    /// The case itself, in f64.
+    pub double: Times,
+    /// The same in f32.
+    pub single: Times,
+    /// A layout of the case's dominant materials within the scene's volume bounds, in f64.
+    pub one_hot_double: Times,
+    /// The same in f32.
+    pub one_hot_single: Times,
+    /// The yardstick: nothing but the controller's two matrices times vectors in f64,
+    /// microseconds per step.
+    pub two_matvecs: f64,
+    /// How far gradients in f32 are from those in f64, over the scene's first and last horizon.
+    pub single_errors: [GradientError; 2],
+}
+
+/// The distance of a gradient in f32 from the one in f64, as a share of that one's length. Both
+/// have the scene's bound on the cotangent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GradientError {
+    /// Steps of the horizon.
+    pub steps: usize,
+    /// By the design vectors.
+    pub design: f64,
+    /// By the controller's weights.
+    pub controller: f64,
+}
+
+/// Measures a case with a scene's loss. What is done at once, the plan of the rollout and its sine
+/// table, is left out.
+pub fn measure(case: &Case, scene: &Scene) -> Speed {
+    let layout = layout(case, &scene.volume);
+    let [subject, one_hot] = [case, &layout].map(|case| Subject::new(case, &scene.loss));
     let steps = subject.steps();
     let matvecs = TwoMatvecs::new(case);
-    let mut least = [Duration::MAX; 4];
+    let mut least = [[Duration::MAX; 3]; 4];
+    let mut least_matvecs = Duration::MAX;
     for _ in 0..REPEATS {
         // In turns: what disturbs the machine disturbs all of them.
         let times = [
-            timed(|| subject.rollout()),
-            timed(|| subject.gradient(DESIGN)),
-            timed(|| subject.gradient(CONTROLLER)),
-            timed(|| matvecs.run(steps)),
+            subject.times::<f64>(),
+            subject.times::<f32>(),
+            one_hot.times::<f64>(),
+            one_hot.times::<f32>(),
         ];
-        for (least, time) in least.iter_mut().zip(times) {
-            *least = time.min(*least);
+        for (least, time) in least.iter_mut().flatten().zip(times.as_flattened()) {
+            *least = (*time).min(*least);
         }
+        least_matvecs = timed(|| matvecs.run(steps)).min(least_matvecs);
     }
-    let [rollout, design, controller, two_matvecs] =
-        least.map(|time| time.as_secs_f64() * 1e6 / steps as f64);
+    let per_step = |time: Duration| time.as_secs_f64() * 1e6 / steps as f64;
+    let [double, single, one_hot_double, one_hot_single] = least.map(|times| {
+        let [rollout, design, controller] = times.map(per_step);
+        Times {
+            rollout,
+            value_and_design_gradient: design,
+            value_and_controller_gradient: controller,
+        }
+    });
     Speed {
         steps,
-        rollout,
-        value_and_design_gradient: design,
-        value_and_controller_gradient: controller,
-        two_matvecs,
+        double,
+        single,
+        one_hot_double,
+        one_hot_single,
+        two_matvecs: per_step(least_matvecs),
+        single_errors: (scene.schedule.horizon)
+            .map(|steps| subject.single_error(steps, &scene.gradient)),
+    }
+}
+
+/// The case with every edge of one material, as the hard snap gives it. Where all mixtures are
+/// alike, the materials that dominate are one and the same: the volume bounds see to actuators.
+fn layout(case: &Case, volume: &VolumeSettings) -> Case {
+    let mixture = case.mixture(case.projection, &case.z);
+    let snapped = snap(&mixture, &VolumeBounds::widened(volume, 0.0));
+    Case {
+        z: one_hot(&snapped.materials),
+        frozen: Some(snapped.materials),
+        ..case.clone()
     }
 }
 
@@ -113,26 +167,62 @@ impl<'a> Subject<'a> {
     }
 
     /// A plain rollout: its loss.
-    pub fn rollout(&self) -> f64 {
-        let mixture = self.case.mixture(self.case.projection, &self.inputs.z);
+    pub fn rollout<R: Real>(&self) -> R {
+        let inputs = self.inputs.lift::<R>();
+        let mixture = self.case.mixture(self.case.projection, &inputs.z);
         let span = Span::from_start(self.loss.observed(self.horizon.steps));
-        let robot = (&self.inputs.controller, &self.inputs.start);
+        let robot = (&inputs.controller, &inputs.start);
         self.loss.loss(&self.task.rollout(&mixture, robot, &span))
     }
 
     /// The loss and its gradient by some blocks of the inputs, such as
     /// [`DESIGN`] or [`CONTROLLER`]. The design vectors of a frozen layout are its mixture.
-    pub fn gradient(&self, blocks: [bool; 7]) -> (f64, Vec<f64>) {
-        self.inputs.differentiate(blocks, |inputs| {
+    pub fn gradient<R: Real>(&self, blocks: [bool; 7]) -> (R, Vec<R>) {
+        self.gradient_over(blocks, &self.horizon)
+    }
+
+    fn gradient_over<R: Real>(&self, blocks: [bool; 7], horizon: &Horizon) -> (R, Vec<R>) {
+        self.inputs.lift().differentiate(blocks, |inputs| {
             let mixture = match self.case.frozen {
                 Some(_) => inputs.z.clone(),
                 None => self.case.mixture(self.case.projection, &inputs.z),
             };
             let robot = (&inputs.controller, &inputs.start);
-            self.task
-                .loss(&mixture, robot, (&self.loss, &self.horizon))
-                .0
+            self.task.loss(&mixture, robot, (&self.loss, horizon)).0
         })
+    }
+
+    /// Times of the rollout and of its gradients by design and controller.
+    fn times<R: Real>(&self) -> [Duration; 3] {
+        [
+            timed(|| self.rollout::<R>()),
+            timed(|| self.gradient::<R>(DESIGN)),
+            timed(|| self.gradient::<R>(CONTROLLER)),
+        ]
+    }
+
+    /// What gradients in f32 are worth over so many steps.
+    fn single_error(&self, steps: usize, settings: &GradientSettings) -> GradientError {
+        let horizon = Horizon {
+            steps: steps.min(self.case.physics.steps),
+            cotangent_bound: settings.cotangent_bound.map(|norm| CotangentBound {
+                norm,
+                every: settings.cotangent_every,
+            }),
+            ..self.horizon
+        };
+        let error = |blocks| {
+            let (_, double) = self.gradient_over::<f64>(blocks, &horizon);
+            let (_, single) = self.gradient_over::<f32>(blocks, &horizon);
+            let pairs = double.iter().zip(&single);
+            let off: f64 = pairs.map(|(d, &s)| (f64::from(s) - d).powi(2)).sum();
+            (off / double.iter().map(|d| d * d).sum::<f64>()).sqrt()
+        };
+        GradientError {
+            steps: horizon.steps,
+            design: error(DESIGN),
+            controller: error(CONTROLLER),
+        }
     }
 }
 
@@ -199,10 +289,24 @@ mod tests {
         (scene.lattice.columns, scene.lattice.rows) = (2, 2);
         scene.physics.steps = 64;
         let case = Case::of_scene(&scene, 0).unwrap();
-        let speed = measure(&case, &scene.loss);
+        scene.schedule.horizon = [4, 64];
+        let speed = measure(&case, &scene);
         assert_eq!(speed.steps, 64);
-        let least = speed.rollout.min(speed.two_matvecs);
-        assert!(least > 0.0 && speed.value_and_design_gradient > speed.rollout);
+        for times in [
+            speed.double,
+            speed.single,
+            speed.one_hot_double,
+            speed.one_hot_single,
+        ] {
+            assert!(times.rollout > 0.0 && times.value_and_design_gradient > times.rollout);
+        }
+        assert!(speed.two_matvecs > 0.0);
+        let [short, long] = speed.single_errors;
+        assert_eq!([short.steps, long.steps], [4, 64]);
+        for error in [short.design, short.controller] {
+            // Some ten roundings of 6e-8 a step, and the same gradient in f64 would be equal.
+            assert!(error > 0.0 && error < 1e-4, "{error}");
+        }
     }
 
     #[cfg(target_os = "linux")]
