@@ -92,10 +92,17 @@ impl<R: Real> Inputs<R> {
 impl Inputs<f64> {
     /// The same numbers as constants of another type.
     pub fn lift<R: Real>(&self) -> Inputs<R> {
+        self.map(R::lit)
+    }
+}
+
+impl<R: Real> Inputs<R> {
+    /// Every number replaced by a function of it.
+    fn map<S>(&self, f: impl Fn(R) -> S) -> Inputs<S> {
         Inputs {
-            z: self.z.iter().map(|z| z.map(R::lit)).collect(),
-            controller: self.controller.map(R::lit),
-            start: self.start.map(R::lit),
+            z: self.z.iter().map(|z| z.map(&f)).collect(),
+            controller: self.controller.map(&f),
+            start: self.start.map(&f),
         }
     }
 
@@ -103,16 +110,29 @@ impl Inputs<f64> {
     pub fn differentiate(
         &self,
         blocks: [bool; 7],
-        function: impl FnOnce(&Inputs<Var<f64>>) -> Var<f64>,
-    ) -> (f64, Vec<f64>) {
+        function: impl FnOnce(&Inputs<Var<R>>) -> Var<R>,
+    ) -> (R, Vec<R>) {
+        let [result] = self.differentiate_each(blocks, |inputs| [function(inputs)]);
+        result
+    }
+
+    /// Values of functions and the gradient of each: one recording, swept once per function.
+    pub fn differentiate_each<const N: usize>(
+        &self,
+        blocks: [bool; 7],
+        functions: impl FnOnce(&Inputs<Var<R>>) -> [Var<R>; N],
+    ) -> [(R, Vec<R>); N] {
         let numbers = self.get(blocks);
         let mut tape = Tape::new();
-        let value = tape.record(&numbers, |variables| {
-            let mut inputs = self.lift();
+        let values = tape.record(&numbers, |variables| {
+            let mut inputs = self.map(Var::constant);
             inputs.set(blocks, variables);
-            function(&inputs)
+            functions(&inputs)
         });
-        (value.value(), tape.pullback(&[value], &[1.0]).to_vec())
+        values.map(|value| {
+            let gradient = tape.pullback(&[value], &[R::one()]).to_vec();
+            (value.value(), gradient)
+        })
     }
 }
 

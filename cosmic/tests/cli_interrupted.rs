@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Bench, Said};
+use common::{Bench, Said, scene};
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
@@ -118,6 +118,32 @@ fn killed_at_any_moment_it_ends_with_the_same_bytes() {
         assert_eq!(said.code, 0, "{wanted}: {said:?}");
         assert_eq!(bench.results(&run), bench.results("whole"), "{wanted}");
     }
+}
+
+#[test]
+fn a_run_with_gradients_in_f32_goes_on_to_the_same_bytes() {
+    let more = "[gradient]\nprecision = \"f32\"\n";
+    let bench = Bench::with(&(scene(ITERATIONS, 1024, "") + more));
+    bench.run("whole", &[]);
+    let summary = bench.json("whole/summary.json");
+    let departures = summary["departures"].to_string();
+    assert!(departures.contains("gradient.precision"), "{departures}");
+    // What is delivered is of a rollout in f64, the one of every other command.
+    let said = bench.cosmic(&["evaluate", "whole/design.json"]);
+    let evaluated: serde_json::Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(
+        evaluated["results"]["displacement"],
+        summary["displacement_along"]
+    );
+    caught(&bench, "a", 60, "KILL");
+    assert_eq!(resume(&bench, "a").code, 0);
+    assert_eq!(bench.results("a"), bench.results("whole"));
+    let double = slow();
+    double.run("whole", &[]);
+    assert_ne!(
+        bench.results("whole")["history.jsonl"],
+        double.results("whole")["history.jsonl"]
+    );
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Wrong scenes: each is refused at its line and column, with what is wrong and what is allowed
 //! there.
 
-use cosmic::scene::{LossKind, Scene, SelectionKind, StartKind};
+use cosmic::scene::{GradientPrecision, LossKind, Scene, SelectionKind, StartKind};
 use cosmic::{Error, error};
 use proptest::prelude::*;
 use std::fs;
@@ -319,6 +319,9 @@ fn departures_are_named_and_can_all_be_switched_off() {
     assert_eq!(options(&scene), Vec::<&str>::new());
     scene.start.kind = StartKind::ThreeLegged;
     assert_eq!(options(&scene), ["start.layout"]);
+    let scene = Scene::parse("f32", "[gradient]\nprecision = \"f32\"").unwrap();
+    assert_eq!(scene.gradient.precision, GradientPrecision::F32);
+    assert!(options(&scene).contains(&"gradient.precision".to_string()));
 }
 
 #[test]

@@ -232,13 +232,14 @@ thread_local! {
     static SPARE: RefCell<Option<Box<dyn Any>>> = const { RefCell::new(None) };
 }
 
-/// So many numbers, of which nothing is known.
+/// So many numbers at least, of which nothing is known.
 fn spare_rows<R: Real>(len: usize) -> Aligned<R> {
     let spare = SPARE.with_borrow_mut(Option::take);
     let rows = spare.and_then(|spare| spare.downcast::<Aligned<R>>().ok());
     match rows {
         Some(rows) if rows.len() >= len => *rows,
-        _ => Aligned::zeros(len),
+        // Room for somewhat longer sweeps to come; what is not touched takes no memory.
+        _ => Aligned::zeros(len + len / 4),
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use cosmic::case::Case;
 use cosmic::scene::Scene;
-use cosmic::verify::{Speed, measure};
+use cosmic::verify::{Times, measure};
 
 use crate::Row;
 
@@ -41,12 +41,12 @@ fn page(tapes: &str) -> String {
          cargo bench -p benches --bench tapes --features rivals,xad-rs --ignore-rust-version -- --table\n\
          ```\n\n\
          ## The robot's rollout\n\n\
-         6x6 nodes, 110 edges, 32 hidden units, 4096 steps, f64; microseconds a step. The \
-         yardstick is the controller's two matrices times vectors and nothing else: it travels \
-         between machines. Eight starts \
-         of one design and controller run together, one a lane, where registers have room for \
-         so many, with the bits of each alone; `cosmic explain --measure` says the same of any \
-         scene. `cargo bench -p benches --bench rollout` takes the same figures with \
+         6x6 nodes, 110 edges, 32 hidden units, 4096 steps; microseconds a step. The \
+         yardstick is the controller's two matrices times vectors in f64 and nothing else: it \
+         travels between machines. The design gradient of a layout is the one by its mixture. \
+         Eight starts of one design and controller run together, one a lane, where registers have \
+         room for so many, with the bits of each alone. `cosmic explain --measure` says the same \
+         of any scene; `cargo bench -p benches --bench rollout` takes the figures with \
          their spread.\n\n{rollouts}\n\
          ## Scalar tapes\n\n\
          The gradient of one step of springs, damping and contact, 36 nodes and 110 springs, by \
@@ -61,41 +61,56 @@ fn rollouts() -> String {
         "| design | rollout | value and design gradient | value and controller gradient | \
          two mat-vecs |\n| --- | --- | --- | --- | --- |\n",
     );
-    for (name, scene) in [("mixture", "stability"), ("one-hot", "baseline_tall")] {
-        let scene = Scene::load(scene).expect("the scene is built in");
-        let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
-        let Speed {
-            rollout,
-            value_and_design_gradient: design,
-            value_and_controller_gradient: controller,
-            two_matvecs,
-            eight_starts,
-            eight_starts_and_design_gradient: eight_design,
-            eight_starts_and_controller_gradient: eight_controller,
-            ..
-        } = measure(&case, &scene.loss);
-        // A frozen layout does not depend on the design vectors.
-        let alone = [rollout, design, controller, two_matvecs];
-        let together = [eight_starts, eight_design, eight_controller, f64::NAN];
-        let rows = [
-            (name, alone, [1.0; 4], 3),
-            ("… in mat-vecs", alone, [two_matvecs; 4], 2),
-            ("… each of eight starts together", together, [1.0; 4], 3),
-            ("… in those of one start", together, alone, 2),
-        ];
-        for (name, figures, units, digits) in rows {
-            let _ = write!(table, "| {name}");
-            for (column, (figure, unit)) in figures.into_iter().zip(units).enumerate() {
-                let _ = match (column, figure.is_nan()) {
-                    (1, _) if case.frozen.is_some() => write!(table, " | none: frozen"),
-                    (_, true) => write!(table, " |"),
-                    _ => write!(table, " | {:.digits$}", figure / unit),
-                };
-            }
-            table += " |\n";
-        }
+    let scene = Scene::load("stability").expect("the scene is built in");
+    let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
+    let mixture = measure(&case, &scene);
+    let scene = Scene::load("baseline_tall").expect("the scene is built in");
+    let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
+    let one_hot = measure(&case, &scene);
+    let unit = mixture.two_matvecs;
+    for (name, times) in [
+        ("mixture, f64", mixture.double),
+        ("mixture, f32", mixture.single),
+        ("one-hot, f64", one_hot.one_hot_double),
+        ("one-hot, f32", one_hot.one_hot_single),
+        ("mixture, each of eight starts", mixture.eight_starts),
+        ("one-hot, each of eight starts", one_hot.eight_starts),
+    ] {
+        row(&mut table, name, (times, unit), (1.0, 3));
+        row(&mut table, "… in mat-vecs", (times, unit), (unit, 2));
     }
+    let [first, last] = mixture.single_errors.map(|error| {
+        format!(
+            "{:.1e} (design) and {:.1e} (controller) over {} steps",
+            error.design, error.controller, error.steps
+        )
+    });
+    let _ = write!(
+        table,
+        "\nGradients in f32 (`gradient.precision`) are off those in f64, of the scene `stability` \
+         at its start and as shares of their length, by {first}, by {last}.\n"
+    );
     table
+}
+
+/// A row of figures in some unit, with so many digits.
+fn row(
+    table: &mut String,
+    name: &str,
+    (times, matvecs): (Times, f64),
+    (unit, digits): (f64, usize),
+) {
+    let figures = [
+        times.rollout,
+        times.value_and_design_gradient,
+        times.value_and_controller_gradient,
+        matvecs,
+    ];
+    let _ = write!(table, "| {name}");
+    for figure in figures {
+        let _ = write!(table, " | {:.digits$}", figure / unit);
+    }
+    *table += " |\n";
 }
 
 /// Processor and registers.

@@ -5,9 +5,9 @@ use super::{print, print_json};
 use crate::case::Case;
 use crate::error::Result;
 use crate::projection::Body;
-use crate::scene::{Contact, Integrator, LossSettings, Scene};
+use crate::scene::{Contact, Integrator, Scene};
 use crate::simulator::stability::{Vibration, stable_step};
-use crate::verify::{Plan, Speed, Term, measure, peak_memory};
+use crate::verify::{GradientError, Plan, Speed, Term, Times, measure, peak_memory};
 use clap::Args;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -32,14 +32,14 @@ impl Arguments {
         let source = Source::find(&self.source)?;
         let case = source.case()?;
         let rollout = RolloutFacts::new(&case);
-        // A scene has a loss of its own; for the rest it is the default scene's.
-        let loss = match &source {
-            Source::Scene(name) => Scene::load(name)?.loss,
-            Source::Design(_) | Source::Case(..) => LossSettings::default(),
+        // A scene has a loss and horizons of its own; for the rest they are the default scene's.
+        let scene = match &source {
+            Source::Scene(name) => Scene::load(name)?,
+            Source::Design(_) | Source::Case(..) => Scene::default(),
         };
-        let speed = self.measure.then(|| measure(&case, &loss));
+        let speed = self.measure.then(|| measure(&case, &scene));
         let plan = match self.measure {
-            true => Plan::measured(&case, &loss),
+            true => Plan::measured(&case, &scene.loss),
             false => Plan::of(&case),
         };
         if !self.json {
@@ -286,52 +286,92 @@ fn plan_json(plan: &Plan) -> Value {
     plan.terms.iter().map(term).collect()
 }
 
+/// The sets of times: what texts call them, and what their keys begin with.
+fn sets(speed: &Speed) -> [(&'static str, &'static str, Times); 5] {
+    [
+        ("", "", speed.double),
+        ("f32, ", "f32_", speed.single),
+        ("one-hot, ", "one_hot_", speed.one_hot_double),
+        ("one-hot f32, ", "one_hot_f32_", speed.one_hot_single),
+        ("one of eight, ", "eight_starts_", speed.eight_starts),
+    ]
+}
+
+/// The times of a set by their keys.
+fn figures(times: &Times) -> [(&'static str, f64); 3] {
+    [
+        ("rollout", times.rollout),
+        ("value_and_design_gradient", times.value_and_design_gradient),
+        (
+            "value_and_controller_gradient",
+            times.value_and_controller_gradient,
+        ),
+    ]
+}
+
 fn speed_text(speed: &Speed) -> String {
     let row = |name: &str, time: f64| {
-        let ratio = time / speed.rollout;
-        format!("  {name:<31} {time:>8.3} us a step, {ratio:>5.2} rollouts\n")
+        let ratio = time / speed.double.rollout;
+        format!("  {name:<43} {time:>8.3} us a step, {ratio:>5.2} rollouts\n")
     };
+    let rows = sets(speed).map(|(name, _, times)| {
+        figures(&times)
+            .map(|(what, time)| row(&format!("{name}{}", what.replace('_', " ")), time))
+            .concat()
+    });
+    let errors = speed.single_errors.map(|error| {
+        let GradientError {
+            steps,
+            design,
+            controller,
+        } = error;
+        format!(
+            "  f32 gradients over {steps} steps are off by {design:.1e} (design) and \
+             {controller:.1e} (controller) of their length\n"
+        )
+    });
     let memory = peak_memory().map_or("unknown".to_owned(), |bytes| {
         format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
     });
     [
         format!("measured over {} steps\n", speed.steps),
-        row("rollout", speed.rollout),
-        row("value and design gradient", speed.value_and_design_gradient),
-        row(
-            "value and controller gradient",
-            speed.value_and_controller_gradient,
-        ),
+        rows.concat(),
         row("two bare matrix products", speed.two_matvecs),
-        "of eight starts together, each\n".to_owned(),
-        row("rollout", speed.eight_starts),
-        row(
-            "value and design gradient",
-            speed.eight_starts_and_design_gradient,
-        ),
-        row(
-            "value and controller gradient",
-            speed.eight_starts_and_controller_gradient,
-        ),
-        format!("  peak memory of the process      {memory}\n"),
+        errors.concat(),
+        format!("  peak memory of the process {memory}\n"),
     ]
     .concat()
 }
 
 fn speed_json(speed: &Speed) -> Value {
-    json!({
+    let Times {
+        rollout,
+        value_and_design_gradient: design,
+        value_and_controller_gradient: controller,
+    } = speed.double;
+    let mut value = json!({
         "steps": speed.steps,
-        "rollout": speed.rollout,
-        "value_and_design_gradient": speed.value_and_design_gradient,
-        "value_and_controller_gradient": speed.value_and_controller_gradient,
         "two_matvecs": speed.two_matvecs,
-        "eight_starts": speed.eight_starts,
-        "eight_starts_and_design_gradient": speed.eight_starts_and_design_gradient,
-        "eight_starts_and_controller_gradient": speed.eight_starts_and_controller_gradient,
-        "eight_starts_ratio": speed.eight_starts / speed.rollout,
-        "design_ratio": speed.value_and_design_gradient / speed.rollout,
-        "controller_ratio": speed.value_and_controller_gradient / speed.rollout,
-        "rollout_per_two_matvecs": speed.rollout / speed.two_matvecs,
+        "design_ratio": design / rollout,
+        "controller_ratio": controller / rollout,
+        "eight_starts_ratio": speed.eight_starts.rollout / rollout,
+        "rollout_per_two_matvecs": rollout / speed.two_matvecs,
         "peak_memory_bytes": peak_memory().map_or(json!("unknown"), |bytes| json!(bytes)),
-    })
+    });
+    for (_, prefix, times) in sets(speed) {
+        for (key, time) in figures(&times) {
+            value[format!("{prefix}{key}")] = json!(time);
+        }
+    }
+    value["f32_gradient_errors"] = (speed.single_errors)
+        .map(|error| {
+            json!({
+                "steps": error.steps,
+                "design": error.design,
+                "controller": error.controller,
+            })
+        })
+        .to_vec()
+        .into();
+    value
 }

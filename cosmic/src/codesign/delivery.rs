@@ -107,7 +107,9 @@ impl CoDesign {
         let (iteration, controller) = entrants[best];
 
         let worlds = self.perturbed_starts(progress.seed, Purpose::Judgement);
-        let spreads = self.spreads(&mixture, &[controller, &progress.controller], &worlds);
+        let last = (best > 0).then_some(&progress.controller);
+        let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
+        let spreads = self.spreads(&mixture, &judged, &worlds);
         let guarded = self.shown_rollout(&mixture, controller);
         let moved = self.moved(&self.start, &guarded);
         let share =
@@ -124,7 +126,7 @@ impl CoDesign {
             along: moved[0],
             selection: selections[best].merit,
             spread: spreads[0].displacement,
-            last: spreads[1].displacement,
+            last: spreads[judged.len() - 1].displacement,
             merit: (!self.objective.is_far()).then_some(spreads[0].merit),
             volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
             trajectory: guarded.trajectory,

@@ -7,10 +7,11 @@ use super::schedule::{Moment, Phase};
 use super::{CoDesign, EVALUATE_EVERY};
 use crate::design::clamp;
 use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
+use crate::lattice::State;
 use crate::objective::{Measures, measures};
 use crate::optimiser::{Linearisation, MmaState, Update, bound_norm};
 use crate::projection::Projection;
-use crate::scene::BinarisationMethod;
+use crate::scene::{BinarisationMethod, GradientPrecision};
 use crate::simulator::Trajectory;
 
 /// A gradient of the displacement loss, and where the payload was after the horizon.
@@ -23,6 +24,31 @@ impl Slope {
     /// Scales the gradient back to a norm where one is set; returns its own.
     fn bound(&mut self, norm: Option<f64>) -> f64 {
         bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
+    }
+}
+
+/// What a gradient is taken by.
+enum Sought<'a> {
+    /// The design, in a projection.
+    Design(Projection),
+    /// The controller of a robot of this mixture.
+    Controller(&'a [[f64; 3]]),
+}
+
+impl Sought<'_> {
+    fn blocks(&self) -> [bool; 7] {
+        match self {
+            Self::Design(_) => DESIGN,
+            Self::Controller(_) => CONTROLLER,
+        }
+    }
+
+    /// The robot's mixture.
+    fn mixture<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Vec<[R; 3]> {
+        match self {
+            Self::Design(projection) => task.mixture(*projection, z),
+            Self::Controller(mixture) => mixture.iter().map(|m| m.map(R::lit)).collect(),
+        }
     }
 }
 
@@ -48,7 +74,7 @@ impl CoDesign {
         let worlds = self.worlds(progress, moment);
         let slope = |projection| {
             self.mean_slope(&worlds, &inputs, |task, inputs| {
-                self.design_slope(task, inputs, (projection, &horizon))
+                self.slope(task, inputs, (&Sought::Design(projection), &horizon))
             })
         };
         let ((performance, stability), evaluated) = rayon::join(
@@ -63,18 +89,11 @@ impl CoDesign {
         record.displacement = evaluated.map(|reached| reached.along());
         record.displacement_horizon = Some(performance.displacement);
 
-        let thresholds = moment.thresholds(&progress.first_measures);
         let is_augmented = self.scene.binarisation.method == BinarisationMethod::Augmented;
-        let mut terms = vec![0.0; 3 * progress.z.len()];
-        let mut rows = self.volume_rows(&inputs, moment);
-        if is_augmented {
-            (_, terms) = inputs.differentiate(DESIGN, |inputs| {
-                let measures = self.measured(&inputs.z);
-                progress.lagrangian.terms(&measures, &thresholds)
-            });
-        } else {
-            self.add_measures(&mut rows, &inputs, &thresholds);
-        }
+        let (rows, terms) = match is_augmented {
+            true => self.augmented(&inputs, progress, moment),
+            false => self.constrained(&inputs, progress, moment),
+        };
         let share = self.scene.schedule.stability_share;
         let before = progress.z.clone();
         let updates = [(performance, 1.0 - share), (stability, share)];
@@ -126,7 +145,7 @@ impl CoDesign {
         let (mut slope, evaluated) = rayon::join(
             || {
                 self.mean_slope(&worlds, &inputs, |task, inputs| {
-                    self.controller_slope(task, inputs, (&mixture, &horizon))
+                    self.slope(task, inputs, (&Sought::Controller(&mixture), &horizon))
                 })
             },
             || full.then(|| self.evaluate(progress)),
@@ -181,28 +200,39 @@ impl CoDesign {
         }
     }
 
-    fn design_slope(
-        &self,
-        task: &Task,
-        inputs: &Inputs<f64>,
-        (projection, horizon): (Projection, &Horizon),
-    ) -> Slope {
-        self.slope(inputs, DESIGN, |inputs| {
-            let mixture = task.mixture(projection, &inputs.z);
-            self.loss_of(task, &mixture, (inputs, horizon))
-        })
+    /// A gradient of the displacement loss, of rollouts in the scene's precision. Where one is not
+    /// finite, be it that f32 does not reach so far, the update that it is for is skipped.
+    fn slope(&self, task: &Task, inputs: &Inputs<f64>, sought: (&Sought, &Horizon)) -> Slope {
+        let (gradient, last) = match self.scene.gradient.precision {
+            GradientPrecision::F64 => self.differentiated(task, inputs, sought),
+            GradientPrecision::F32 => {
+                let (gradient, last) = self.differentiated::<f32>(task, &inputs.lift(), sought);
+                let gradient = gradient.into_iter().map(f64::from).collect();
+                (gradient, last.map(f64::from))
+            }
+        };
+        let [displacement, _] = self.between(&self.start, &last);
+        Slope {
+            gradient,
+            displacement,
+        }
     }
 
-    fn controller_slope(
+    /// The gradient of the displacement loss, and the state after the horizon.
+    fn differentiated<R: Real>(
         &self,
         task: &Task,
-        inputs: &Inputs<f64>,
-        (mixture, horizon): (&[[f64; 3]], &Horizon),
-    ) -> Slope {
-        self.slope(inputs, CONTROLLER, |inputs| {
-            let mixture: Vec<_> = mixture.iter().map(|m| m.map(Var::constant)).collect();
-            self.loss_of(task, &mixture, (inputs, horizon))
-        })
+        inputs: &Inputs<R>,
+        (sought, horizon): (&Sought, &Horizon),
+    ) -> (Vec<R>, State<R>) {
+        let mut last = inputs.start.clone();
+        let (_, gradient) = inputs.differentiate(sought.blocks(), |inputs| {
+            let mixture = sought.mixture(task, &inputs.z);
+            let (loss, trajectory) = self.loss_of(task, &mixture, (inputs, horizon));
+            last = trajectory.at(trajectory.last_step()).map(Var::value);
+            loss
+        });
+        (gradient, last)
     }
 
     /// The displacement loss and the rollout that it is of. With a second goal behind, the mean of
@@ -221,25 +251,6 @@ impl CoDesign {
         };
         let (back, _) = task.loss(mixture, robot, loss);
         (R::lit(0.5) * (ahead - back), trajectory)
-    }
-
-    fn slope(
-        &self,
-        inputs: &Inputs<f64>,
-        blocks: [bool; 7],
-        loss: impl FnOnce(&Inputs<Var<f64>>) -> (Var<f64>, Trajectory<Var<f64>>),
-    ) -> Slope {
-        let mut displacement = f64::NAN;
-        let (_, gradient) = inputs.differentiate(blocks, |inputs| {
-            let (loss, trajectory) = loss(inputs);
-            let last = trajectory.at(trajectory.last_step()).map(Var::value);
-            [displacement, _] = self.between(&self.start, &last);
-            loss
-        });
-        Slope {
-            gradient,
-            displacement,
-        }
     }
 
     /// One update of the design; `None` where its gradient is not finite.
@@ -265,22 +276,58 @@ impl CoDesign {
         measures(&mixture, self.scene.projection.delta)
     }
 
+    /// The volume bounds, and what the augmented objective adds to the loss's gradient.
+    fn augmented(
+        &self,
+        inputs: &Inputs<f64>,
+        progress: &Progress,
+        moment: &Moment,
+    ) -> (Rows, Vec<f64>) {
+        let thresholds = moment.thresholds(&progress.first_measures);
+        let [solid, actuator, (_, terms)] = inputs.differentiate_each(DESIGN, |inputs| {
+            let measures = self.measured(&inputs.z);
+            let terms = progress.lagrangian.terms(&measures, &thresholds);
+            [measures.volume, measures.actuator_volume, terms]
+        });
+        (self.volume_rows(&[solid, actuator], moment), terms)
+    }
+
+    /// The volume bounds and those on the four measures, all on the performance projection (D10)
+    /// and scaled alike. Nothing is added to the loss's gradient.
+    fn constrained(
+        &self,
+        inputs: &Inputs<f64>,
+        progress: &Progress,
+        moment: &Moment,
+    ) -> (Rows, Vec<f64>) {
+        let scale = self.scene.mma.volume_row_scale;
+        let thresholds = moment.thresholds(&progress.first_measures);
+        let [solid, actuator, measures @ ..] = inputs.differentiate_each(DESIGN, |inputs| {
+            let measures = self.measured(&inputs.z);
+            let [a, b, c, d] = measures.constrained();
+            [measures.volume, measures.actuator_volume, a, b, c, d]
+        });
+        let mut rows = self.volume_rows(&[solid, actuator], moment);
+        for ((value, mut gradient), threshold) in measures.into_iter().zip(thresholds) {
+            gradient.iter_mut().for_each(|g| *g *= scale);
+            rows.values.push(scale * (value - threshold));
+            rows.jacobian.push(gradient);
+        }
+        (rows, Vec::new())
+    }
+
     /// The volume bounds and their derivatives by the design, on the performance projection.
-    fn volume_rows(&self, inputs: &Inputs<f64>, moment: &Moment) -> Rows {
+    fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], moment: &Moment) -> Rows {
         let scale = self.scene.mma.volume_row_scale;
         let bounds = moment.volume_bounds();
-        let volume = |pick: fn(&Measures<Var<f64>>) -> Var<f64>| {
-            inputs.differentiate(DESIGN, |inputs| pick(&self.measured(&inputs.z)))
-        };
-        let solid = volume(|m| m.volume);
-        let actuator = volume(|m| m.actuator_volume);
         let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
         let mut rows = Rows {
             values: Vec::new(),
             jacobian: Vec::new(),
         };
-        let both = [(solid, bounds.solid), (actuator, bounds.actuator)];
-        for ((value, gradient), [least, most]) in &both {
+        for ((value, gradient), [least, most]) in
+            volumes.iter().zip([bounds.solid, bounds.actuator])
+        {
             rows.values
                 .extend([scale * (value - most), scale * (least - value)]);
             rows.jacobian
@@ -288,27 +335,17 @@ impl CoDesign {
         }
         rows
     }
-
-    /// Adds the four measures as constraints, on the performance projection (D10) and scaled as
-    /// the volumes are.
-    fn add_measures(&self, rows: &mut Rows, inputs: &Inputs<f64>, thresholds: &[f64; 4]) {
-        let scale = self.scene.mma.volume_row_scale;
-        for (k, threshold) in thresholds.iter().enumerate() {
-            let (value, mut gradient) =
-                inputs.differentiate(DESIGN, |inputs| self.measured(&inputs.z).constrained()[k]);
-            gradient.iter_mut().for_each(|g| *g *= scale);
-            rows.values.push(scale * (value - threshold));
-            rows.jacobian.push(gradient);
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::Sought;
     use crate::codesign::{CoDesign, Record, optimise};
     use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs};
     use crate::projection::Projection;
-    use crate::scene::{BinarisationMethod, HorizonMode, LossKind, Scene};
+    use crate::scene::{
+        BinarisationMethod, GradientPrecision, HorizonMode, LossKind, Scene, TaskKind,
+    };
 
     fn tiny() -> Scene {
         let mut scene = Scene::default();
@@ -365,6 +402,58 @@ mod tests {
             assert!((difference - slope).abs() < 1e-7 * slope.abs() + 1e-11);
             assert!(slope != 0.0);
         }
+    }
+
+    #[test]
+    fn slopes_in_f32_are_those_in_f64_to_their_digits() {
+        let mut scene = tiny();
+        // From among all materials: a start with a slope by everything.
+        scene.start.tilt = 0.2;
+        let double = CoDesign::new(&scene).unwrap();
+        scene.gradient.precision = GradientPrecision::F32;
+        let single = CoDesign::new(&scene).unwrap();
+        let progress = double.begin(1).unwrap();
+        let inputs = double.inputs(&progress);
+        let mixture = double.mixture(&progress);
+        let horizon = Horizon {
+            steps: 24,
+            mode: HorizonMode::Head,
+            cotangent_bound: None,
+        };
+        for sought in [
+            Sought::Design(Projection::Performance),
+            Sought::Design(Projection::Stability),
+            Sought::Controller(&mixture),
+        ] {
+            let [a, b] = [&double, &single]
+                .map(|codesign| codesign.slope(&codesign.task, &inputs, (&sought, &horizon)));
+            let off: f64 = (a.gradient.iter().zip(&b.gradient))
+                .map(|(a, b)| (a - b).powi(2))
+                .sum();
+            let norm: f64 = a.gradient.iter().map(|g| g * g).sum();
+            // 24 steps of some hundred operations, each rounded at 6e-8, that add up as they
+            // come: 24 * 100^(1/2) * 6e-8. Where both were of one type, they would be equal.
+            let (share, tolerance) = ((off / norm).sqrt(), 1.5e-5);
+            assert!(share > 0.0 && share < tolerance, "{share}");
+            assert!(norm > 0.0);
+            // Of 0.3 m, at the same digits.
+            assert!((a.displacement - b.displacement).abs() < 0.3 * tolerance);
+        }
+    }
+
+    /// What f32 does not reach is skipped, as what f64 does not reach is; the run goes on.
+    #[test]
+    fn a_slope_beyond_f32_is_skipped() {
+        let mut scene = tiny();
+        // Large against f32's 3e38 and nothing to f64.
+        scene.objective.task = TaskKind::Economy;
+        scene.objective.energy_price = 1e38;
+        scene.gradient.cotangent_bound = None;
+        scene.gradient.precision = GradientPrecision::F32;
+        let skipped = |records: &[Record]| records.iter().map(|r| r.skipped).sum::<usize>();
+        let beyond = skipped(&records(&scene));
+        scene.gradient.precision = GradientPrecision::F64;
+        assert!(beyond > skipped(&records(&scene)), "{beyond}");
     }
 
     fn records(scene: &Scene) -> Vec<Record> {

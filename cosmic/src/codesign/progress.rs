@@ -127,7 +127,7 @@ pub struct Record {
     /// Displacement along the ground of a full rollout at the iteration's start; not every
     /// iteration of the co-design has one.
     pub displacement: Option<f64>,
-    /// Displacement along the ground after the horizon.
+    /// Displacement along the ground after the horizon, in the rollout of the gradient.
     pub displacement_horizon: Option<f64>,
     /// Steps that carried the gradient.
     pub horizon: usize,

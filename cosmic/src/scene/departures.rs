@@ -1,6 +1,9 @@
 //! The options by which a scene departs from the paper on purpose.
 
-use super::{BinarisationMethod, Layout, LossKind, Scene, SelectionKind, StartKind, TaskKind};
+use super::{
+    BinarisationMethod, GradientPrecision, Layout, LossKind, Scene, SelectionKind, StartKind,
+    TaskKind,
+};
 use serde::{Deserialize, Serialize};
 
 /// A named option that differs from what the paper does.
@@ -28,6 +31,11 @@ impl Scene {
                 self.gradient.cotangent_bound.is_some(),
                 "gradient.cotangent_bound",
                 "the state's cotangent is bounded in the reverse sweep: gradients are not exact",
+            ),
+            (
+                self.gradient.precision == GradientPrecision::F32,
+                "gradient.precision",
+                "gradients are of rollouts in f32, which has seven digits",
             ),
             (
                 self.selection.kind == SelectionKind::Median,

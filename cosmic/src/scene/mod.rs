@@ -30,8 +30,8 @@ pub use design::{
 pub use field::Named;
 pub use layout::LAYOUT_SIDE;
 pub use optimisation::{
-    AdamSettings, GradientSettings, HorizonMode, LossKind, LossSettings, MmaSettings, Pass,
-    ScheduleSettings, SelectionKind, SelectionSettings,
+    AdamSettings, GradientPrecision, GradientSettings, HorizonMode, LossKind, LossSettings,
+    MmaSettings, Pass, ScheduleSettings, SelectionKind, SelectionSettings,
 };
 pub use robot::{
     Contact, ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,

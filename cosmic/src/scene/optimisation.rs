@@ -150,6 +150,9 @@ pub struct GradientSettings {
     pub cotangent_bound: Option<f64>,
     /// Steps from one check of the cotangent to the next.
     pub cotangent_every: usize,
+    /// Number type of the rollouts that gradients are taken of; full rollouts, by which controllers
+    /// are chosen and results are quoted, are in f64 always.
+    pub precision: GradientPrecision,
 }
 
 impl Default for GradientSettings {
@@ -158,8 +161,26 @@ impl Default for GradientSettings {
             design_norm: Some(0.3),
             cotangent_bound: Some(3.0),
             cotangent_every: 16,
+            precision: GradientPrecision::F64,
         }
     }
+}
+
+/// The number type of a rollout.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GradientPrecision {
+    /// Sixteen digits.
+    F64,
+    /// Seven digits, at less of the time.
+    F32,
+}
+
+impl Named for GradientPrecision {
+    const ALL: &'static [(&'static str, Self)] = &[
+        ("f64", GradientPrecision::F64),
+        ("f32", GradientPrecision::F32),
+    ];
 }
 
 /// The displacement loss that gradients are taken of; what is reported is the final displacement.

@@ -285,6 +285,7 @@ const GRADIENT: &[Field] = &[
     field("cotangent_every", STEPS, |s| {
         Count(&mut s.gradient.cotangent_every)
     }),
+    field("precision", NONE, |s| Choice(&mut s.gradient.precision)),
 ];
 
 const LOSS: &[Field] = &[

@@ -17,5 +17,7 @@ pub use chaos::{Chaos, Predictable};
 pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients};
 pub use plan::{Plan, Term};
 pub use slopes::{Gradients, Slopes, Way};
-pub use speed::{MEASURED_STEPS, Speed, Subject, TwoMatvecs, measure, peak_memory};
+pub use speed::{
+    GradientError, MEASURED_STEPS, Speed, Subject, Times, TwoMatvecs, measure, peak_memory,
+};
 pub use step::stable_steps;

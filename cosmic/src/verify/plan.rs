@@ -103,7 +103,7 @@ impl Plan {
         let mut least = [f64::INFINITY; 3];
         for _ in 0..ROUNDS {
             for (least, blocks) in least.iter_mut().zip([DESIGN, CONTROLLER, both]) {
-                *least = least.min(timed(|| subject.gradient(blocks)).as_secs_f64());
+                *least = least.min(timed(|| subject.gradient::<f64>(blocks)).as_secs_f64());
             }
         }
         let [design, controller, both] = least.map(|t| t * 1e6 / subject.steps() as f64);

@@ -3,16 +3,17 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use autodiff::{Memory, Model, Program, Real, Rollout};
+use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout};
 use cpu_time::ThreadTime;
 
 use super::probe::Probe;
 use crate::case::Case;
 use crate::controller::Controller;
+use crate::design::{VolumeBounds, one_hot, snap};
 use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
 use crate::lattice::State;
 use crate::objective::{Displacement, Loss};
-use crate::scene::{HorizonMode, LossSettings};
+use crate::scene::{GradientSettings, HorizonMode, LossSettings, Scene, VolumeSettings};
 use crate::simulator::Span;
 
 /// Steps of a measured rollout, where the case has as many.
@@ -20,66 +21,109 @@ pub const MEASURED_STEPS: usize = 4096;
 /// Times that each measurement is taken; the least counts, as the one least disturbed.
 const REPEATS: usize = 25;
 /// Starts that are run together.
-const STARTS: usize = 8;
+const STARTS: u32 = 8;
 /// How far they are moved apart, m.
 const MOVED: f64 = 1e-9;
 
-/// Microseconds per step.
+/// Microseconds per step of one robot in one number type.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Speed {
-    /// Steps of the measured rollouts.
-    pub steps: usize,
-    /// A plain rollout in f64, with its loss.
+pub struct Times {
+    /// A plain rollout, with its loss.
     pub rollout: f64,
     /// The loss and its gradient by the design vectors.
     pub value_and_design_gradient: f64,
     /// The loss and its gradient by the controller's weights.
     pub value_and_controller_gradient: f64,
-    /// The yardstick: nothing but the controller's two matrices times vectors.
-    pub two_matvecs: f64,
-    /// Per step and evaluation: a plain rollout, one of eight from starts of their own that run
-    /// together.
-    pub eight_starts: f64,
-    /// The mean loss of the eight and its gradient by the design vectors, per step and evaluation.
-    pub eight_starts_and_design_gradient: f64,
-    /// That by the controller's weights, per step and evaluation.
-    pub eight_starts_and_controller_gradient: f64,
 }
 
-/// Measures a case with a loss. What is done at once, the plan of the rollout and its sine table,
-/// is left out.
-pub fn measure(case: &Case, loss: &LossSettings) -> Speed {
-    let subject = Subject::new(case, loss);
+/// What steps cost, and what f32 costs in accuracy.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Speed {
+    /// Steps of the measured rollouts.
+    pub steps: usize,
+    /// The case itself, in f64.
+    pub double: Times,
+    /// The same in f32.
+    pub single: Times,
+    /// The case in f64, each of eight starts of its own that run together; losses are their mean.
+    pub eight_starts: Times,
+    /// A layout of the case's dominant materials within the scene's volume bounds, in f64.
+    pub one_hot_double: Times,
+    /// The same in f32.
+    pub one_hot_single: Times,
+    /// The yardstick: nothing but the controller's two matrices times vectors in f64,
+    /// microseconds per step.
+    pub two_matvecs: f64,
+    /// How far gradients in f32 are from those in f64, over the scene's first and last horizon.
+    pub single_errors: [GradientError; 2],
+}
+
+/// The distance of a gradient in f32 from the one in f64, as a share of that one's length. Both
+/// have the scene's bound on the cotangent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GradientError {
+    /// Steps of the horizon.
+    pub steps: usize,
+    /// By the design vectors.
+    pub design: f64,
+    /// By the controller's weights.
+    pub controller: f64,
+}
+
+/// Measures a case with a scene's loss. What is done at once, the plan of the rollout and its sine
+/// table, is left out.
+pub fn measure(case: &Case, scene: &Scene) -> Speed {
+    let layout = layout(case, &scene.volume);
+    let [subject, one_hot] = [case, &layout].map(|case| Subject::new(case, &scene.loss));
     let steps = subject.steps();
     let matvecs = TwoMatvecs::new(case);
-    let mut least = [Duration::MAX; 7];
+    let mut least = [[Duration::MAX; 3]; 5];
+    let mut least_matvecs = Duration::MAX;
     for _ in 0..REPEATS {
         // In turns: what disturbs the machine disturbs all of them.
         let times = [
-            timed(|| subject.rollout()),
-            timed(|| subject.gradient(DESIGN)),
-            timed(|| subject.gradient(CONTROLLER)),
-            timed(|| matvecs.run(steps)),
-            timed(|| subject.rollouts()),
-            timed(|| subject.mean_gradient(DESIGN)),
-            timed(|| subject.mean_gradient(CONTROLLER)),
+            subject.times::<f64>(),
+            subject.times::<f32>(),
+            one_hot.times::<f64>(),
+            one_hot.times::<f32>(),
+            subject.times_of_eight(),
         ];
-        for (least, time) in least.iter_mut().zip(times) {
-            *least = time.min(*least);
+        for (least, time) in least.iter_mut().flatten().zip(times.as_flattened()) {
+            *least = (*time).min(*least);
         }
+        least_matvecs = timed(|| matvecs.run(steps)).min(least_matvecs);
     }
-    let least = least.map(|time| time.as_secs_f64() * 1e6 / steps as f64);
-    let [rollout, design, controller, two_matvecs, eight @ ..] = least;
-    let [eight_starts, eight_design, eight_controller] = eight.map(|time| time / STARTS as f64);
+    let per_step = |time: Duration| time.as_secs_f64() * 1e6 / steps as f64;
+    let [double, single, one_hot_double, one_hot_single, eight_starts] = least.map(|times| {
+        let [rollout, design, controller] = times.map(per_step);
+        Times {
+            rollout,
+            value_and_design_gradient: design,
+            value_and_controller_gradient: controller,
+        }
+    });
     Speed {
         steps,
-        rollout,
-        value_and_design_gradient: design,
-        value_and_controller_gradient: controller,
-        two_matvecs,
+        double,
+        single,
+        one_hot_double,
+        one_hot_single,
         eight_starts,
-        eight_starts_and_design_gradient: eight_design,
-        eight_starts_and_controller_gradient: eight_controller,
+        two_matvecs: per_step(least_matvecs),
+        single_errors: (scene.schedule.horizon)
+            .map(|steps| subject.single_error(steps, &scene.gradient)),
+    }
+}
+
+/// The case with every edge of one material, as the hard snap gives it. Where all mixtures are
+/// alike, the materials that dominate are one and the same: the volume bounds see to actuators.
+fn layout(case: &Case, volume: &VolumeSettings) -> Case {
+    let mixture = case.mixture(case.projection, &case.z);
+    let snapped = snap(&mixture, &VolumeBounds::widened(volume, 0.0));
+    Case {
+        z: one_hot(&snapped.materials),
+        frozen: Some(snapped.materials),
+        ..case.clone()
     }
 }
 
@@ -117,7 +161,7 @@ impl<'a> Subject<'a> {
         Self {
             case,
             inputs: case.inputs(),
-            starts: Probe::new(case).moved_starts(STARTS, MOVED),
+            starts: Probe::new(case).moved_starts(STARTS as usize, MOVED),
             loss: Displacement {
                 ground: task.ground(),
                 settings: loss.clone(),
@@ -137,11 +181,18 @@ impl<'a> Subject<'a> {
     }
 
     /// A plain rollout: its loss.
-    pub fn rollout(&self) -> f64 {
-        let mixture = self.case.mixture(self.case.projection, &self.inputs.z);
+    pub fn rollout<R: Real>(&self) -> R {
+        let inputs = self.inputs.lift::<R>();
+        let mixture = self.case.mixture(self.case.projection, &inputs.z);
         let span = Span::from_start(self.loss.observed(self.horizon.steps));
-        let robot = (&self.inputs.controller, &self.inputs.start);
+        let robot = (&inputs.controller, &inputs.start);
         self.loss.loss(&self.task.rollout(&mixture, robot, &span))
+    }
+
+    /// The loss and its gradient by some blocks of the inputs, such as
+    /// [`DESIGN`] or [`CONTROLLER`]. The design vectors of a frozen layout are its mixture.
+    pub fn gradient<R: Real>(&self, blocks: [bool; 7]) -> (R, Vec<R>) {
+        self.gradient_over(blocks, &self.horizon)
     }
 
     /// Eight plain rollouts from other starts: their mean loss.
@@ -150,23 +201,24 @@ impl<'a> Subject<'a> {
         self.mean_loss(&mixture, &self.inputs.controller)
     }
 
-    /// The loss and its gradient by some blocks of the inputs, such as
-    /// [`DESIGN`] or [`CONTROLLER`]. The design vectors of a frozen layout are its mixture.
-    pub fn gradient(&self, blocks: [bool; 7]) -> (f64, Vec<f64>) {
-        self.inputs.differentiate(blocks, |inputs| {
-            let robot = (&inputs.controller, &inputs.start);
-            let task = (&self.loss, &self.horizon);
-            self.task.loss(&self.mixture(inputs), robot, task).0
-        })
-    }
-
-    /// The same for the mean loss of eight rollouts from other starts.
+    /// The mean loss of eight rollouts from other starts, and its gradient.
     pub fn mean_gradient(&self, blocks: [bool; 7]) -> (f64, Vec<f64>) {
         self.inputs.differentiate(blocks, |inputs| {
             self.mean_loss(&self.mixture(inputs), &inputs.controller)
         })
     }
 
+    fn mean_loss<R: Real>(&self, mixture: &[[R; 3]], controller: &Controller<R>) -> R {
+        let span = Span::from_start(self.loss.observed(self.horizon.steps));
+        let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
+        let starts: Vec<&State<R>> = starts.iter().collect();
+        let robots = (controller, &starts[..]);
+        let all = self.task.rollout_many(mixture, robots, &span);
+        let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
+        R::sum(&losses) * R::lit(1.0 / f64::from(STARTS))
+    }
+
+    /// The mixture that gradients are of: that of a frozen layout is its design vectors.
     fn mixture<R: Real>(&self, inputs: &Inputs<R>) -> Vec<[R; 3]> {
         match self.case.frozen {
             Some(_) => inputs.z.clone(),
@@ -174,15 +226,58 @@ impl<'a> Subject<'a> {
         }
     }
 
-    fn mean_loss<R: Real>(&self, mixture: &[[R; 3]], controller: &Controller<R>) -> R {
-        let span = Span::from_start(self.loss.observed(self.horizon.steps));
-        let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
-        let starts: Vec<&State<R>> = starts.iter().collect();
-        let all = self
-            .task
-            .rollout_many(mixture, (controller, &starts), &span);
-        let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
-        R::sum(&losses) * R::lit(1.0 / STARTS as f64)
+    fn gradient_over<R: Real>(&self, blocks: [bool; 7], horizon: &Horizon) -> (R, Vec<R>) {
+        self.inputs.lift().differentiate(blocks, |inputs| {
+            let (mixture, robot) = (self.mixture(inputs), (&inputs.controller, &inputs.start));
+            self.task.loss(&mixture, robot, (&self.loss, horizon)).0
+        })
+    }
+
+    /// Times of the rollout and of its gradients by design and controller.
+    fn times<R: Real>(&self) -> [Duration; 3] {
+        [
+            timed(|| self.rollout::<R>()),
+            timed(|| self.gradient::<R>(DESIGN)),
+            timed(|| self.gradient::<R>(CONTROLLER)),
+        ]
+    }
+
+    /// The same for eight starts together, for each of them.
+    fn times_of_eight(&self) -> [Duration; 3] {
+        let all = [
+            timed(|| self.rollouts()),
+            timed(|| self.mean_gradient(DESIGN)),
+            timed(|| self.mean_gradient(CONTROLLER)),
+        ];
+        all.map(|time| time / STARTS)
+    }
+
+    /// What gradients in f32 are worth over so many steps.
+    fn single_error(&self, steps: usize, settings: &GradientSettings) -> GradientError {
+        let horizon = Horizon {
+            steps: steps.min(self.case.physics.steps),
+            cotangent_bound: settings.cotangent_bound.map(|norm| CotangentBound {
+                norm,
+                every: settings.cotangent_every,
+            }),
+            ..self.horizon
+        };
+        let error = |blocks| {
+            let (_, double) = self.gradient_over::<f64>(blocks, &horizon);
+            let (_, single) = self.gradient_over::<f32>(blocks, &horizon);
+            let pairs = double.iter().zip(&single);
+            let off: f64 = pairs.map(|(d, &s)| (f64::from(s) - d).powi(2)).sum();
+            let length: f64 = double.iter().map(|d| d * d).sum();
+            match off == 0.0 {
+                true => 0.0,
+                false => (off / length).sqrt(),
+            }
+        };
+        GradientError {
+            steps: horizon.steps,
+            design: error(DESIGN),
+            controller: error(CONTROLLER),
+        }
     }
 }
 
@@ -249,10 +344,25 @@ mod tests {
         (scene.lattice.columns, scene.lattice.rows) = (2, 2);
         scene.physics.steps = 64;
         let case = Case::of_scene(&scene, 0).unwrap();
-        let speed = measure(&case, &scene.loss);
+        scene.schedule.horizon = [32, 64];
+        let speed = measure(&case, &scene);
         assert_eq!(speed.steps, 64);
-        let least = speed.rollout.min(speed.two_matvecs);
-        assert!(least > 0.0 && speed.value_and_design_gradient > speed.rollout);
+        for times in [
+            speed.double,
+            speed.single,
+            speed.one_hot_double,
+            speed.one_hot_single,
+            speed.eight_starts,
+        ] {
+            assert!(times.rollout > 0.0 && times.value_and_design_gradient > times.rollout);
+        }
+        assert!(speed.two_matvecs > 0.0);
+        let [short, long] = speed.single_errors;
+        assert_eq!([short.steps, long.steps], [32, 64]);
+        for error in [long.design, long.controller] {
+            // Some ten roundings of 6e-8 a step, and the same gradient in f64 would be equal.
+            assert!(error > 0.0 && error < 1e-4, "{error}");
+        }
     }
 
     #[cfg(target_os = "linux")]

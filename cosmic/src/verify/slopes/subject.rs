@@ -1,7 +1,7 @@
 //! The displacement of a case as a function of its design and controller, and its gradient in
 //! every way there is.
 
-use autodiff::{Dual, Real, Tape, Var};
+use autodiff::{Dual, Real, Var};
 use rand::RngExt;
 
 use crate::case::Case;
@@ -137,15 +137,7 @@ impl<'a> Subject<'a> {
     }
 
     fn reverse<R: Real>(&self, loss: impl FnOnce(&Inputs<Var<R>>) -> Var<R>) -> Vec<R> {
-        let numbers = self.inputs.get(self.blocks);
-        let numbers: Vec<R> = numbers.iter().map(|&x| R::lit(x)).collect();
-        let mut tape = Tape::new();
-        let value = tape.record(&numbers, |variables| {
-            let mut inputs = self.inputs.lift();
-            inputs.set(self.blocks, variables);
-            loss(&inputs)
-        });
-        tape.pullback(&[value], &[R::one()]).to_vec()
+        self.inputs.lift().differentiate(self.blocks, loss).1
     }
 
     /// A gradient's slopes along the directions.
