@@ -251,33 +251,43 @@ impl<R: Real> Product<'_, R> {
 }
 
 impl<R: Real> Product<'_, R> {
-    /// A few rows, for a lane of starts: each sum has the order of [`panel`](Self::panel). Phase
-    /// after phase, as the registers hold more rows that way: the numbers that are read for each
-    /// multiplication, little more than its weight, are what takes the time.
+    /// A few rows, for a lane of starts: each sum has the order of [`panel`](Self::panel).
     #[inline(always)]
     fn tile<L: Lane<R>>(&mut self, first: usize) {
-        let Panels { rows, columns, .. } = *self.matrix;
-        let mut weights = &self.matrix.entries[first * columns..][..columns * TILE];
-        let mut sums = [[L::zero(); TILE]; PHASES];
-        for phase in 0..PHASES.min(columns) {
-            let (here, rest) = weights.split_at((columns - phase).div_ceil(PHASES) * TILE);
-            let x = self.x[phase * L::N..columns * L::N].chunks(PHASES * L::N);
-            let mut sum = [L::zero(); TILE];
-            for (weights, x) in here.chunks_exact(TILE).zip(x) {
-                let x = L::load(x);
-                for row in 0..TILE {
-                    sum[row] = L::splat(weights[row]).fma(x, sum[row]);
-                }
-            }
-            sums[phase] = sum;
-            weights = rest;
+        let (mut sums, more) = (self.phase::<L>(first, 0), self.phase::<L>(first, 1));
+        for row in 0..TILE {
+            sums[row] += more[row];
         }
-        for row in 0..TILE.min(rows - first) {
+        let (third, last) = (self.phase::<L>(first, 2), self.phase::<L>(first, 3));
+        for row in 0..TILE {
+            sums[row] += third[row] + last[row];
+        }
+        for row in 0..TILE.min(self.matrix.rows - first) {
             let place = (first + row) * L::N;
             let start = L::load(&self.start.unwrap_or(self.y)[place..]);
-            let sum = start + ((sums[0][row] + sums[1][row]) + (sums[2][row] + sums[3][row]));
+            let sum = start + sums[row];
             (if self.tanh { sum.tanh() } else { sum }).store(&mut self.y[place..]);
         }
+    }
+
+    /// The sums of every fourth column. One phase at a time, as the registers hold more rows that
+    /// way: what is read for a multiplication is then little more than its weight.
+    #[inline(always)]
+    fn phase<L: Lane<R>>(&self, first: usize, phase: usize) -> [L; TILE] {
+        let columns = self.matrix.columns;
+        let before = (0..phase).map(|p| columns.saturating_sub(p).div_ceil(PHASES));
+        let place = first * columns + before.sum::<usize>() * TILE;
+        let count = columns.saturating_sub(phase).div_ceil(PHASES);
+        let weights = self.matrix.entries[place..][..count * TILE].chunks_exact(TILE);
+        let x = self.x[(phase * L::N).min(self.x.len())..].chunks(PHASES * L::N);
+        let mut sums = [L::zero(); TILE];
+        for (weights, x) in weights.zip(x) {
+            let x = L::load(x);
+            for row in 0..TILE {
+                sums[row] = L::splat(weights[row]).fma(x, sums[row]);
+            }
+        }
+        sums
     }
 }
 
