@@ -139,3 +139,13 @@ fn lengths_are_checked() {
     let message = panic_message(|| Dual::<f64, 2>::variable(1.0, 2));
     assert!(message.contains("2 directions"), "{message}");
 }
+
+#[test]
+fn an_empty_tape_says_so() {
+    let mut tape = Tape::new();
+    assert!(tape.is_empty());
+    tape.record(&[2.0], |_| ());
+    assert!(!tape.is_empty(), "an input is an entry");
+    tape.record(&[] as &[f64], |_| ());
+    assert!(tape.is_empty(), "the last recording counts");
+}
