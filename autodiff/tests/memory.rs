@@ -105,9 +105,7 @@ fn no_step_is_done_oftener_than_the_rule_says() {
         for repetitions in 1..5 {
             let steps = stretches(snapshots, repetitions);
             // The first snapshots are taken as the rollout runs anyway.
-            let on_the_way: usize = (2..=snapshots)
-                .map(|s| stretches(s, repetitions - 1))
-                .sum();
+            let on_the_way: usize = (2..=snapshots).map(|s| stretches(s, repetitions - 1)).sum();
             let expected = steps + back(snapshots, repetitions) - on_the_way;
             let memory = Memory::States(snapshots + row);
             assert_eq!(

@@ -126,6 +126,25 @@ fn cotangent_bound_holds_back_and_is_off_by_default() {
     );
 }
 
+/// A cotangent whose square overflows is no zero.
+#[test]
+fn a_cotangent_too_large_to_be_measured_is_told() {
+    struct Huge(Loss);
+    impl Function for Huge {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            self.0.eval(x) * R::lit(1e200)
+        }
+    }
+    let mut loss = Loss::new(12);
+    let x = loss.point();
+    loss.rollout.cotangent_bound = Some(CotangentBound {
+        norm: 3.0,
+        every: 4,
+    });
+    let (_, gradient) = value_and_gradient(&Huge(loss), &x);
+    assert!(gradient[..2 * NODES].iter().all(|g| g.is_nan()));
+}
+
 #[test]
 fn any_memory_gives_the_same_bits() {
     // 61 steps in stretches of various lengths; no power of two, and no multiple of a batch.

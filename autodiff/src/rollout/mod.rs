@@ -123,6 +123,8 @@ impl<M: Model> Rollout<M> {
             let limit = R::lit(norm);
             let exceeds = (limit * limit).lt(squared);
             let factor = R::select(exceeds, limit * squared.rsqrt(), R::one());
+            // A square that overflows would make zeros of numbers that are merely large.
+            let factor = R::select(squared.finite(), factor, R::lit(f64::NAN));
             for bar in state_bar[start..].iter_mut().step_by(starts) {
                 *bar *= factor;
             }

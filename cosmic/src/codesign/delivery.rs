@@ -162,7 +162,7 @@ impl CoDesign {
     }
 
     /// The worlds by which a controller is chosen: scattered where the robot is to be robust.
-    fn selecting_worlds(&self, seed: u64) -> Vec<(Cow<'_, Task>, State<f64>)> {
+    fn selecting_worlds(&self, seed: u64) -> Vec<Place<'_>> {
         let (robust, selection) = (&self.scene.robust, &self.scene.selection);
         if robust.samples == 0 {
             return self.perturbed_starts(seed, Purpose::Selection);
@@ -176,7 +176,7 @@ impl CoDesign {
     }
 
     /// Starts with every coordinate moved by as much as the scene says, up or down.
-    fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<(Cow<'_, Task>, State<f64>)> {
+    fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Place<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
         let mut moved = |x: f64| x + settings.perturbation.copysign(symmetric(&mut stream, 1.0));
@@ -194,17 +194,17 @@ impl CoDesign {
         &self,
         mixture: &[[f64; 3]],
         controllers: &[&Controller<f64>],
-        worlds: &[(Cow<Task>, State<f64>)],
+        worlds: &[Place],
     ) -> Vec<Spreads> {
         let count = together(controllers.len() * worlds.len());
-        let shared = |a: &(Cow<Task>, _), b: &(Cow<Task>, _)| std::ptr::eq(&*a.0, &*b.0);
+        let shared = |a: &Place, b: &Place| std::ptr::eq(&*a.0, &*b.0);
         let groups = worlds.chunk_by(shared).flat_map(|same| same.chunks(count));
         let groups: Vec<_> = groups.collect();
         let jobs: Vec<_> = controllers
             .iter()
             .flat_map(|&c| groups.iter().map(move |group| (c, *group)))
             .collect();
-        let reach = |(controller, group): &(&Controller<f64>, &[(Cow<Task>, State<f64>)])| {
+        let reach = |(controller, group): &(&Controller<f64>, &[Place])| {
             let starts: Vec<&State<f64>> = group.iter().map(|(_, start)| start).collect();
             self.reach_many(mixture, controller, (&group[0].0, &starts))
         };
@@ -217,6 +217,9 @@ impl CoDesign {
         reached.chunks_exact(worlds.len()).map(of).collect()
     }
 }
+
+/// A world, and where a robot starts in it.
+type Place<'a> = (Cow<'a, Task>, State<f64>);
 
 /// What a controller does over several worlds.
 struct Spreads {
