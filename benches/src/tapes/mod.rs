@@ -1,5 +1,5 @@
 //! The gradient of one step of springs, on our tape, on those of other crates and through our
-//! kernels: what `--bench tapes` times and `--bench instructions` counts.
+//! kernels: what `--bench tapes` times.
 
 #[rustfmt::skip]
 mod adjoints;
