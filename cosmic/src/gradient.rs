@@ -272,14 +272,14 @@ impl Task {
         (controller, starts): (&Controller<f64>, &[&State<f64>]),
         span: &Span,
     ) -> Vec<Guarded> {
-        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        let body = self.body(mixture);
         self.simulator
             .guarded_many((&body, controller), starts, span)
     }
 
     /// The time step against the vibrations of a mixture's robot at rest in these positions.
     pub fn step_check(&self, mixture: &[[f64; 3]], positions: &[[f64; 2]]) -> StepCheck {
-        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        let body = self.body(mixture);
         let vibration = Vibration::new(&self.lattice, &body, positions);
         StepCheck::new(&vibration, &self.physics)
     }
@@ -291,7 +291,7 @@ impl Task {
         (controller, start): (&Controller<R>, &State<R>),
         span: &Span,
     ) -> Trajectory<R> {
-        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        let body = self.body(mixture);
         self.simulator
             .rollout_in_full((&body, controller), start, span)
     }

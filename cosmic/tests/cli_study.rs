@@ -184,7 +184,8 @@ fn what_an_ablation_holds_does_not_move() {
 
 #[test]
 fn runs_that_diverge_are_told_and_counted() {
-    let bench = bench(&LITTLE.replace("steps = 64", "steps = 64\ndt = 1.0"));
+    let unstable = "steps = 64\ndt = 1.0\nunstable_step = \"warn\"";
+    let bench = bench(&LITTLE.replace("steps = 64", unstable));
     done(&bench, "ablation", "a", &["--seeds", "1"]);
     let document = fs::read_to_string(bench.path("a/ablation.md")).unwrap();
     let said = document.matches("0, 0 of 1, 1 diverged").count();

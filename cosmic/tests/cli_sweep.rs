@@ -160,7 +160,7 @@ fn status_and_merge_read_what_is_there() {
 
 #[test]
 fn a_diverged_run_is_over() {
-    let bench = Bench::with(&common::scene(8, 64, "dt = 1.0"));
+    let bench = Bench::with(&common::scene(8, 64, "dt = 1.0\nunstable_step = \"warn\""));
     let said = bench.cosmic(&["sweep", "plan", &bench.scene, "--seeds", "1", "--out", "s"]);
     assert_eq!(said.code, 0, "{said:?}");
     let said = bench.cosmic(&["sweep", "run", "s", "--index", "all"]);

@@ -148,7 +148,8 @@ fn several_starts_together_are_judged_one_by_one() {
         for (k, start) in starts.iter_mut().enumerate() {
             start.x[k % 4][0] += 1e-3 * k as f64;
         }
-        starts[WRONG].v[1] = [2e6, 0.0];
+        // Of the upper row: the ground would stop it.
+        starts[WRONG].v[3] = [2e6, 0.0];
         let starts: Vec<_> = starts.iter().collect();
         let span = Span::from_start(vec![0, 7, case.physics.steps]);
         let guarded = task.guarded_many(&mixture, (&case.controller, &starts), &span);
