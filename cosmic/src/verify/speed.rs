@@ -77,31 +77,32 @@ pub fn measure(case: &Case, scene: &Scene) -> Speed {
     let [subject, one_hot] = [case, &layout].map(|case| Subject::new(case, &scene.loss));
     let steps = subject.steps();
     let matvecs = TwoMatvecs::new(case);
-    let mut least = [[Duration::MAX; 3]; 5];
-    let mut least_matvecs = Duration::MAX;
-    for _ in 0..REPEATS {
-        // In turns: what disturbs the machine disturbs all of them.
-        let times = [
-            subject.times::<f64>(),
-            subject.times::<f32>(),
-            one_hot.times::<f64>(),
-            one_hot.times::<f32>(),
-            subject.times_of_eight(),
-        ];
-        for (least, time) in least.iter_mut().flatten().zip(times.as_flattened()) {
-            *least = (*time).min(*least);
-        }
-        least_matvecs = timed(|| matvecs.run(steps)).min(least_matvecs);
-    }
     let per_step = |time: Duration| time.as_secs_f64() * 1e6 / steps as f64;
-    let [double, single, one_hot_double, one_hot_single, eight_starts] = least.map(|times| {
-        let [rollout, design, controller] = times.map(per_step);
+    // One set after the other: a change of number type or size gives up the memory of the rows.
+    let least = |times: &mut dyn FnMut() -> [Duration; 3]| {
+        let mut least = [Duration::MAX; 3];
+        for _ in 0..REPEATS {
+            for (least, time) in least.iter_mut().zip(times()) {
+                *least = time.min(*least);
+            }
+        }
+        let [rollout, design, controller] = least.map(per_step);
         Times {
             rollout,
             value_and_design_gradient: design,
             value_and_controller_gradient: controller,
         }
+    };
+    let mut least_matvecs = Duration::MAX;
+    let double = least(&mut || {
+        // In turns with the yardstick: what disturbs the machine disturbs both.
+        least_matvecs = timed(|| matvecs.run(steps)).min(least_matvecs);
+        subject.times::<f64>()
     });
+    let single = least(&mut || subject.times::<f32>());
+    let one_hot_double = least(&mut || one_hot.times::<f64>());
+    let one_hot_single = least(&mut || one_hot.times::<f32>());
+    let eight_starts = least(&mut || subject.times_of_eight());
     Speed {
         steps,
         double,
