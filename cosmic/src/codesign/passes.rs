@@ -102,13 +102,9 @@ impl CoDesign {
             for (g, term) in slope.gradient.iter_mut().zip(&terms) {
                 *g += term;
             }
-            let memory = &mut progress.mma[k];
-            match self.update_design(k, memory, &before, (&slope.gradient, &rows)) {
+            match self.update_design(k, &mut progress.mma[k], &before, (&slope.gradient, &rows)) {
                 Some(update) => {
-                    let moved = progress.z.as_flattened_mut().iter_mut().zip(&update.point);
-                    for ((z, point), from) in moved.zip(before.as_flattened()) {
-                        *z += share * (point - from);
-                    }
+                    blend(&mut progress.z, &before, (&update.point, share));
                     record.mma[k] = Some(MmaDiagnostics {
                         newton_steps: update.newton_steps,
                         residual: update.residual,
@@ -334,6 +330,14 @@ impl CoDesign {
                 .extend([row(gradient, 1.0), row(gradient, -1.0)]);
         }
         rows
+    }
+}
+
+/// Moves design vectors by a share of the way that an optimiser went from a point.
+fn blend(z: &mut [[f64; 3]], from: &[[f64; 3]], (to, share): (&[f64], f64)) {
+    let places = z.as_flattened_mut().iter_mut().zip(from.as_flattened());
+    for ((z, from), to) in places.zip(to) {
+        *z += share * (to - from);
     }
 }
 
