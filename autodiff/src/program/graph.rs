@@ -7,14 +7,14 @@
 
 use std::sync::Arc;
 
-use super::WIDEST;
+use super::{WIDEST, lanes};
 use crate::real::Real;
 
 /// A directed graph, and the slot layout of arrays along its edges.
 #[derive(Clone, Debug)]
 pub struct Graph(Arc<Layout>);
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Layout {
     nodes: usize,
     groups: Vec<Group>,
@@ -25,7 +25,7 @@ struct Layout {
 }
 
 /// Edges `(i, i + offset)`; the slot of tail `i` is `first_slot + i`.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Group {
     pub(super) offset: usize,
     pub(super) first_slot: usize,
@@ -37,8 +37,14 @@ pub(super) struct Group {
     pub(super) is_head: Bits,
 }
 
+impl Group {
+    fn has(&self, slot: usize) -> bool {
+        (self.first_slot..self.first_slot + self.len).contains(&slot)
+    }
+}
+
 /// A truth value per place, in words of the widest lane.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Bits(Vec<u16>);
 
 impl Bits {
@@ -47,6 +53,9 @@ impl Bits {
     }
     fn set(&mut self, place: usize) {
         self.0[place / WIDEST] |= 1 << (place % WIDEST);
+    }
+    fn clear(&mut self, place: usize) {
+        self.0[place / WIDEST] &= !(1 << (place % WIDEST));
     }
     fn get(&self, place: usize) -> bool {
         self.0[place / WIDEST] >> (place % WIDEST) & 1 == 1
@@ -63,10 +72,11 @@ impl Bits {
     }
     /// The truth values lane by lane, one bit each.
     pub(super) fn by_lanes(&self, lanes: usize) -> Vec<u16> {
-        let words = self
-            .0
-            .iter()
-            .flat_map(|&word| (0..WIDEST).step_by(lanes).map(move |k| word >> k));
+        let of_lane = u16::MAX >> (WIDEST - lanes);
+        let words = self.0.iter().flat_map(|&word| {
+            let lanes = (0..WIDEST).step_by(lanes);
+            lanes.map(move |k| word >> k & of_lane)
+        });
         words.collect()
     }
 }
@@ -120,6 +130,31 @@ impl Graph {
         }))
     }
 
+    /// The same graph without the edges that are marked, one truth value per edge. Nodes, slots
+    /// and the numbers of edges stay; the slots of what is left out are ghosts, and lanes of
+    /// nothing but ghosts cost no work in [`Program::map_edges`](super::Program::map_edges).
+    ///
+    /// # Panics
+    /// Unless there is one truth value per edge.
+    #[must_use]
+    pub fn without(&self, marked: &[bool]) -> Self {
+        let mut layout = Layout::clone(&self.0);
+        assert_eq!(
+            marked.len(),
+            layout.slot_of_edge.len(),
+            "one truth value per edge is needed"
+        );
+        let slots = layout.slot_of_edge.iter().zip(marked);
+        for (&slot, _) in slots.filter(|(_, marked)| **marked) {
+            let group = layout.groups.iter_mut().find(|group| group.has(slot));
+            let group = group.expect("every slot has its group");
+            let tail = slot - group.first_slot;
+            group.is_tail.clear(tail);
+            group.is_head.clear(tail + group.offset);
+        }
+        Self(Arc::new(layout))
+    }
+
     /// As many such graphs, interleaved: node `i` of the `k`th is `i * count + k`, and slots
     /// likewise. Numbers of edges are the first one's.
     pub(super) fn side_by_side(&self, count: usize) -> Self {
@@ -153,18 +188,35 @@ impl Graph {
         self.0.slots
     }
 
-    /// The slot of every edge.
+    /// The slot of every edge, [left out](Graph::without) or not.
     pub fn slot_of_edge(&self) -> &[usize] {
         &self.0.slot_of_edge
     }
 
-    /// The edge of every slot, for [`Program::gather`](super::Program::gather).
+    /// The edge of every slot, for [`Program::gather`](super::Program::gather); none of ghosts.
     pub fn edge_of_slot(&self) -> Vec<Option<usize>> {
         let mut edges = vec![None; self.0.slots];
         for (edge, &slot) in self.0.slot_of_edge.iter().enumerate() {
-            edges[slot] = Some(edge);
+            edges[slot] = self.holds(slot).then_some(edge);
         }
         edges
+    }
+
+    /// Registers of `R` that work on edges goes through on this machine: those that have a slot
+    /// with an edge.
+    pub fn lanes<R: Real>(&self) -> usize {
+        let in_use = |group: &Group| {
+            let words = group.is_tail.by_lanes(lanes::<R>());
+            words.into_iter().filter(|&word| word != 0).count()
+        };
+        self.0.groups.iter().map(in_use).sum()
+    }
+
+    /// Whether an edge is in this slot.
+    fn holds(&self, slot: usize) -> bool {
+        let holds = |group: &Group| group.is_tail.get(slot - group.first_slot);
+        let mut groups = self.0.groups.iter();
+        groups.find(|group| group.has(slot)).is_some_and(holds)
     }
 
     /// Values per edge in the slot layout, zero in ghosts.
@@ -175,7 +227,8 @@ impl Graph {
             "one value per edge is needed"
         );
         let mut slots = vec![R::zero(); self.0.slots];
-        for (&value, &slot) in per_edge.iter().zip(&self.0.slot_of_edge) {
+        let places = per_edge.iter().zip(&self.0.slot_of_edge);
+        for (&value, &slot) in places.filter(|(_, slot)| self.holds(**slot)) {
             slots[slot] = value;
         }
         slots

@@ -1,0 +1,147 @@
+//! Graphs without some of their edges.
+
+use autodiff::{
+    Adjoint, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout, value_and_gradient,
+};
+
+const NODES: usize = 40;
+
+/// A chain of nodes with springs to the next and to the third one.
+#[derive(Clone)]
+struct Chain(Graph);
+
+fn edges() -> Vec<[usize; 2]> {
+    let springs = |reach: usize| (0..NODES - reach).map(move |i| [i, i + reach]);
+    springs(1).chain(springs(3)).collect()
+}
+
+/// Edges to leave out: first of all whole registers full of them, then every third.
+fn marked() -> Vec<bool> {
+    (0..edges().len())
+        .map(|e| e < 17 || (e > 30 && e % 3 == 0))
+        .collect()
+}
+
+#[derive(Clone, Copy)]
+struct Spring;
+impl Kernel<2, 1> for Spring {
+    fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
+        [k * d / (d * d + R::lit(1e-3)).sqrt()]
+    }
+}
+impl Adjoint<2, 1> for Spring {}
+
+#[derive(Clone, Copy)]
+struct Move;
+impl Kernel<3, 2> for Move {
+    fn eval<R: Real>(&self, [x, v, f]: [R; 3]) -> [R; 2] {
+        let v = v * R::lit(0.99) + f * R::lit(0.05);
+        [x + R::lit(0.05) * v, v]
+    }
+}
+impl Adjoint<3, 2> for Move {}
+
+impl Model for Chain {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let k = p.parameter(self.0.slots());
+        let (x, v) = (p.state(NODES), p.state(NODES));
+        let [f] = p.map_edges(&self.0, Spring, ([x], &[k]));
+        let [x_next, v_next] = p.map(Move, [x, v, f]);
+        p.advance(x, x_next);
+        p.advance(v, v_next);
+    }
+}
+
+/// The weighted sum of the squares of what is observed, by start and stiffnesses in slots.
+struct Loss(Rollout<Chain>);
+
+impl Loss {
+    fn of(graph: Graph) -> Self {
+        Self(Rollout {
+            model: Chain(graph),
+            steps: 25,
+            inputs: [].into(),
+            observed: vec![10, 25],
+            cotangent_bound: None,
+            memory: Memory::All,
+        })
+    }
+}
+
+impl Function for Loss {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let (start, stiffness) = x.split_at(2 * NODES);
+        let moved: Vec<R> = start.iter().map(|&x| x * R::lit(1.1)).collect();
+        let seen = self.0.run_many(&[start, &moved], &[stiffness]).concat();
+        let weights = (0..seen.len()).map(|i| R::lit(1.0 + 0.01 * i as f64));
+        let weighted: Vec<R> = seen.iter().zip(weights).map(|(&s, w)| s * w).collect();
+        R::dot(&seen, &weighted)
+    }
+}
+
+/// What has no stiffness pulls on nothing, and sums with zeros more have the same bits: left out,
+/// it changes neither the value nor any gradient but its own.
+#[test]
+fn edges_that_are_left_out_are_as_edges_that_give_zero() {
+    let (full, marked) = (Graph::new(NODES, &edges()), marked());
+    let less = full.without(&marked);
+    let stiffness = |graph: &Graph| {
+        let of_edge = |(e, &left_out): (usize, &bool)| match left_out {
+            true => 0.0,
+            false => 1.0 + (e as f64).sin(),
+        };
+        graph.to_slots(&marked.iter().enumerate().map(of_edge).collect::<Vec<f64>>())
+    };
+    let start = (0..2 * NODES).map(|i| ((i * i) as f64 * 0.7).sin());
+    let x: Vec<f64> = start.chain(stiffness(&full)).collect();
+    assert_eq!(stiffness(&full), stiffness(&less));
+    let (value, gradient) = value_and_gradient(&Loss::of(full.clone()), &x);
+    let (value_less, gradient_less) = value_and_gradient(&Loss::of(less), &x);
+    assert_eq!(value, value_less);
+    assert_eq!(gradient[..2 * NODES], gradient_less[..2 * NODES]);
+    for (edge, &slot) in full.slot_of_edge().iter().enumerate() {
+        let place = 2 * NODES + slot;
+        match marked[edge] {
+            true => assert!(gradient[place] != 0.0 && gradient_less[place] == 0.0),
+            false => assert_eq!(gradient[place], gradient_less[place], "edge {edge}"),
+        }
+    }
+}
+
+#[test]
+fn what_is_left_out_is_a_ghost() {
+    let (full, marked) = (Graph::new(NODES, &edges()), marked());
+    let less = full.without(&marked);
+    assert_eq!(full.slots(), less.slots());
+    assert_eq!(full.slot_of_edge(), less.slot_of_edge());
+    let of_slot = less.edge_of_slot();
+    for (edge, &slot) in full.slot_of_edge().iter().enumerate() {
+        assert_eq!(of_slot[slot], (!marked[edge]).then_some(edge));
+    }
+    let ones = less.to_slots(&vec![1.0; marked.len()]);
+    let left = marked.iter().filter(|marked| !**marked).count();
+    assert_eq!(ones.iter().sum::<f64>(), left as f64);
+    // The seventeen edges of one direction that go first fill two registers of eight and more.
+    assert!(less.lanes::<f64>() + 2 <= full.lanes::<f64>());
+    let none = full.without(&vec![true; marked.len()]);
+    assert_eq!((none.lanes::<f64>(), none.lanes::<f32>()), (0, 0));
+    assert!(full.lanes::<f32>() <= full.lanes::<f64>());
+}
+
+/// Without any edge nodes go on as they are.
+#[test]
+fn nothing_pulls_in_a_graph_without_any_edge() {
+    let full = Graph::new(NODES, &edges());
+    let loss = Loss::of(full.without(&vec![true; edges().len()]));
+    let start: Vec<f64> = (0..2 * NODES).map(|i| (i as f64).cos()).collect();
+    let seen = (loss.0).run(&start, &[&vec![1.0; full.slots()]]);
+    let velocity = seen[seen.len() - NODES];
+    // 25 roundings of what 0.99 leaves.
+    assert!((velocity - start[NODES] * 0.99f64.powi(25)).abs() < 1e-15);
+}
+
+#[test]
+#[should_panic(expected = "one truth value per edge")]
+fn every_edge_has_its_truth_value() {
+    let _ = Graph::new(NODES, &edges()).without(&[true]);
+}
