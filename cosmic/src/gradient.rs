@@ -321,19 +321,16 @@ impl Task {
             observed: loss.observed(steps),
             cotangent_bound: horizon.cotangent_bound,
         };
-        let mut start = start.clone();
+        let (body, mut start) = (self.body(mixture), start.clone());
         if horizon.mode == HorizonMode::Tail {
             span.first = self.physics.steps - steps;
             let head = Span::from_start(vec![span.first]);
-            let detached = mixture.iter().map(|m| m.map(R::detach)).collect::<Vec<_>>();
-            let reached = self.rollout(
-                &detached,
-                (&controller.map(R::detach), &start.map(R::detach)),
-                &head,
-            );
+            // The same body: one that a gradient is asked by is not another one before the horizon.
+            let robot = (&body.map(R::detach), &controller.map(R::detach));
+            let reached = self.simulator.rollout(robot, &start.map(R::detach), &head);
             start = reached.states[0].clone();
         }
-        let trajectory = self.rollout(mixture, (controller, &start), &span);
+        let trajectory = self.simulator.rollout((&body, controller), &start, &span);
         (loss.loss(&trajectory), trajectory)
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::design::{self, Material};
 use crate::lattice::Lattice;
-use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings};
+use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings, VoidEdges};
 
 /// The two projections of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,6 +78,22 @@ pub fn one_hot<R: Real>(materials: &[Material]) -> Vec<[R; 3]> {
     vectors.into_iter().map(|m| m.map(R::lit)).collect()
 }
 
+/// Whether a mixture is a layout: exactly one material per edge (D7), as constants. A softmax that
+/// comes ever so close is none, nor is a layout that something is differentiated by.
+pub fn is_layout<R: Real>(mixture: &[[R; 3]]) -> bool {
+    let is_one_hot = |m: &[R; 3]| {
+        let whole = m.iter().filter(|share| is_whole(**share)).count();
+        let none = m.iter().filter(|share| share.is_zero()).count();
+        (whole, none) == (1, 2)
+    };
+    mixture.iter().all(is_one_hot)
+}
+
+/// Whether a share is one, and a constant: to a variable that is zero now, `is_zero` says no.
+fn is_whole<R: Real>(share: R) -> bool {
+    (share - R::one()).is_zero()
+}
+
 /// `softmax(beta z)`.
 ///
 /// The largest entry is taken off first and the rest multiplied after: no exponential can
@@ -113,6 +129,8 @@ pub struct Body<R> {
 
 impl<R: Real> Body<R> {
     /// The body of a mixture: every property of an edge is the mixture's mean of its materials'.
+    ///
+    /// Where the physics drop void edges, those of a [layout](is_layout) have no stiffness at all.
     pub fn new(
         mixture: &[[R; 3]],
         lattice: &Lattice,
@@ -124,16 +142,30 @@ impl<R: Real> Body<R> {
             |(m, &length): (&[R; 3], &f64)| mean_property(m, &materials.density) * R::lit(length);
         let edges = mixture.iter().zip(&lattice.rest_length);
         let edge_masses: Vec<R> = edges.map(edge_mass).collect();
+        let drops = physics.void_edges == VoidEdges::Drop && is_layout(mixture);
+        let stiffness = |m: &[R; 3]| match drops && is_whole(m[Material::Void as usize]) {
+            true => R::zero(),
+            false => mean_property(&penalised(m, materials), &materials.stiffness),
+        };
         Self {
-            stiffness: mixture
-                .iter()
-                .map(|m| mean_property(&penalised(m, materials), &materials.stiffness))
-                .collect(),
+            stiffness: mixture.iter().map(stiffness).collect(),
             strain: mixture
                 .iter()
                 .map(|m| m[Material::Actuator as usize] * strain)
                 .collect(),
             mass: node_masses(&edge_masses, lattice, physics),
+        }
+    }
+}
+
+impl<R: Real> Body<R> {
+    /// The same body with every number replaced by a function of it.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Body<S> {
+        let each = |numbers: &[R]| numbers.iter().map(|&x| f(x)).collect();
+        Body {
+            stiffness: each(&self.stiffness),
+            strain: each(&self.strain),
+            mass: each(&self.mass),
         }
     }
 }

@@ -280,6 +280,7 @@ fn physics(scene: &RawScene, steps: usize) -> PhysicsSettings {
         friction: scene.mu,
         stiffening: scene.stiffening,
         bending_radius: scene.bending_radius,
+        void_edges: scene.void_edges,
         // A case is evaluated, and that never refuses.
         unstable_step: UnstableStep::Warn,
     }

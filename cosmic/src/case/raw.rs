@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::controller::Weights;
 use crate::design::Material;
 use crate::projection::Projection;
-use crate::scene::{Contact, Integrator};
+use crate::scene::{Contact, Integrator, VoidEdges};
 
 /// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
 pub(super) const FORMAT: &str = "cosmic-case";
@@ -71,6 +71,8 @@ pub(super) struct RawScene {
     pub(super) stiffening: f64,
     #[serde(default, skip_serializing_if = "is_off")]
     pub(super) bending_radius: f64,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub(super) void_edges: VoidEdges,
     pub(super) omega: f64,
     pub(super) n_cpg: usize,
     pub(super) goal: [f64; 2],
@@ -104,8 +106,8 @@ fn is_single(substeps: &usize) -> bool {
     *substeps == 1
 }
 
-fn is_default(integrator: &Integrator) -> bool {
-    *integrator == Integrator::default()
+fn is_default<T: Default + PartialEq>(option: &T) -> bool {
+    *option == T::default()
 }
 
 #[derive(Deserialize, Serialize)]

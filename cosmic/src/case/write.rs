@@ -115,6 +115,7 @@ impl Case {
             mu: physics.friction,
             stiffening: physics.stiffening,
             bending_radius: physics.bending_radius,
+            void_edges: physics.void_edges,
             omega: observation.omega,
             n_cpg: observation.clocks,
             goal: observation.goal,

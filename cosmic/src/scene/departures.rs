@@ -2,7 +2,7 @@
 
 use super::{
     BinarisationMethod, GradientPrecision, Layout, LossKind, Scene, SelectionKind, StartKind,
-    TaskKind,
+    TaskKind, VoidEdges,
 };
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +66,11 @@ impl Scene {
                 self.physics.bending_radius > 0.0,
                 "physics.bending_radius",
                 "bars in line resist bending at the node between them",
+            ),
+            (
+                self.physics.void_edges == VoidEdges::Drop,
+                "physics.void_edges",
+                "void edges of a one-hot layout do not pull",
             ),
             (
                 self.objective.task != TaskKind::Far,

@@ -35,7 +35,7 @@ pub use optimisation::{
 };
 pub use robot::{
     Contact, ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,
-    UnstableStep,
+    UnstableStep, VoidEdges,
 };
 
 use serde::Serialize;

@@ -61,6 +61,8 @@ pub struct PhysicsSettings {
     pub stiffening: f64,
     /// Radius of gyration of the bars' section, m: above 0 bars in line resist bending (paper: 0).
     pub bending_radius: f64,
+    /// Whether void edges pull: dropped, those of an exactly one-hot layout do not (paper: they do).
+    pub void_edges: VoidEdges,
     /// What an optimisation does about a time step with which the robot's vibrations grow.
     pub unstable_step: UnstableStep,
 }
@@ -82,6 +84,7 @@ impl Default for PhysicsSettings {
             friction: 2.5,
             stiffening: 0.0,
             bending_radius: 0.0,
+            void_edges: VoidEdges::Keep,
             unstable_step: UnstableStep::Error,
         }
     }
@@ -105,6 +108,23 @@ impl Named for Integrator {
         ("symplectic_euler", Integrator::SymplecticEuler),
         ("leapfrog", Integrator::Leapfrog),
     ];
+}
+
+/// What becomes of the void edges of a layout, whose stiffness is next to nothing.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VoidEdges {
+    /// They pull with the stiffness of void.
+    #[default]
+    Keep,
+    /// They do not pull at all, and no step computes them; their mass stays. Mixtures, and designs
+    /// that something is differentiated by, keep theirs.
+    Drop,
+}
+
+impl Named for VoidEdges {
+    const ALL: &'static [(&'static str, Self)] =
+        &[("keep", VoidEdges::Keep), ("drop", VoidEdges::Drop)];
 }
 
 /// What becomes of a run whose time step is beyond the stable one.

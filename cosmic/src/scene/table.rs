@@ -113,6 +113,7 @@ const PHYSICS: &[Field] = &[
     field("bending_radius", within(0.0, 1.0), |s| {
         Number(&mut s.physics.bending_radius)
     }),
+    field("void_edges", NONE, |s| Choice(&mut s.physics.void_edges)),
     field("unstable_step", NONE, |s| {
         Choice(&mut s.physics.unstable_step)
     }),

@@ -57,7 +57,10 @@ impl Simulator {
             ground: &self.ground,
         };
         let activation = controller.activation(&observation(&self.controller, &moment));
-        let of_node = |&(_, ends): &(usize, &[usize; 2])| ends.contains(&node);
+        // Without stiffness there is no pull, be the nodes where they may.
+        let of_node = |&(edge, ends): &(usize, &[usize; 2])| {
+            ends.contains(&node) && body.stiffness[edge] != 0.0
+        };
         let edges: Vec<(usize, &[usize; 2])> = self
             .lattice
             .edges

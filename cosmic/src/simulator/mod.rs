@@ -206,13 +206,11 @@ impl Simulator {
         &self,
         (body, controller): (&Body<R>, &Controller<R>),
     ) -> (Robot, Vec<Vec<R>>) {
-        let graph = &self.robot.graph;
-        let strain = graph.to_slots(&body.strain);
-        let robot = self.robot.for_strain(&strain);
+        let robot = self.robot.for_body(body);
         let mut parameters = vec![
-            graph.to_slots(&body.stiffness),
+            robot.graph.to_slots(&body.stiffness),
             self.rest_length.iter().map(|&l| R::lit(l)).collect(),
-            strain,
+            robot.graph.to_slots(&body.strain),
             body.mass.iter().map(|m| m.recip()).collect(),
         ];
         parameters.extend(self.network(&robot, controller));

@@ -6,6 +6,7 @@ use super::bending::Bending;
 use super::mechanics::Mechanics;
 use super::trap::{Unwatched, Watch, Watched};
 use crate::lattice::Lattice;
+use crate::projection::Body;
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
 /// A term of a step that is left out where it makes no difference.
@@ -17,6 +18,8 @@ pub enum Spare {
     Velocities,
     /// Outputs of the controller for edges that do not strain.
     Outputs,
+    /// Edges without any stiffness.
+    Edges,
 }
 
 /// The robot as a [`Model`]: what a rollout computes in every step is settled here, before it.
@@ -37,8 +40,10 @@ pub(super) struct Robot {
     hidden: usize,
     /// Whether the controller sees positions and velocities.
     senses: [bool; 2],
-    /// Whether edges that do not strain keep their outputs.
+    /// Whether edges that do not strain keep their outputs, and whether edges are kept that do not
+    /// pull.
     keeps_outputs: bool,
+    keeps_edges: bool,
     pub(super) mechanics: Mechanics,
 }
 
@@ -60,18 +65,26 @@ impl Robot {
             hidden: controller.hidden,
             senses: controller.senses(),
             keeps_outputs: false,
+            keeps_edges: false,
             mechanics: Mechanics::new(lattice, physics),
         }
     }
 
-    /// The same robot without the outputs of the controller for edges that do not strain, in
-    /// slots: zero times an activation is zero whatever the activation.
-    pub(super) fn for_strain<R: Real>(&self, strain: &[R]) -> Self {
+    /// The same robot without what a body has no use for: edges without stiffness, which pull on
+    /// nothing however far they are stretched, and outputs of the controller for edges that do not
+    /// strain, or are not there: zero times an activation is zero whatever the activation.
+    pub(super) fn for_body<R: Real>(&self, body: &Body<R>) -> Self {
         let mut robot = self.clone();
-        let keeps = self.keeps_outputs;
+        let slack = |stiffness: &R| !self.keeps_edges && stiffness.is_zero();
+        let slack: Vec<bool> = body.stiffness.iter().map(slack).collect();
+        if slack.contains(&true) {
+            robot.graph = self.graph.without(&slack);
+        }
+        let edges = robot.graph.edge_of_slot();
+        let strains = |edge: usize| self.keeps_outputs || !body.strain[edge].is_zero();
         robot
             .actuated
-            .retain(|&slot| keeps || !strain[slot].is_zero());
+            .retain(|&slot| edges[slot].is_some_and(strains));
         robot
     }
 
@@ -81,6 +94,7 @@ impl Robot {
             Spare::Positions => self.senses[0] = true,
             Spare::Velocities => self.senses[1] = true,
             Spare::Outputs => self.keeps_outputs = true,
+            Spare::Edges => self.keeps_edges = true,
         }
     }
 

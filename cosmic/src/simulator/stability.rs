@@ -70,9 +70,8 @@ impl<'a> Vibration<'a> {
     /// that would swing faster alone.
     pub fn bounding_node(&self) -> usize {
         let mu = self.node_frequencies(1.0);
-        let sum = |&&[i, j]: &&[usize; 2]| mu[i] + mu[j];
-        let edges = self.lattice.edges.iter();
-        let ends = edges.max_by(|a, b| sum(a).total_cmp(&sum(b)));
+        let sum = |&[i, j]: &[usize; 2]| mu[i] + mu[j];
+        let ends = self.joined().max_by(|a, b| sum(a).total_cmp(&sum(b)));
         ends.map_or(0, |&[i, j]| if mu[j] > mu[i] { j } else { i })
     }
 
@@ -158,11 +157,14 @@ impl<'a> Vibration<'a> {
     }
 
     fn over_edges(&self, mu: &[f64]) -> f64 {
-        let edges = self.lattice.edges.iter();
-        edges
-            .map(|&[i, j]| mu[i] + mu[j])
-            .fold(0.0, f64::max)
-            .sqrt()
+        let sums = self.joined().map(|&[i, j]| mu[i] + mu[j]);
+        sums.fold(0.0, f64::max).sqrt()
+    }
+
+    /// The edges that join their nodes: those with any stiffness.
+    fn joined(&self) -> impl Iterator<Item = &'a [usize; 2]> {
+        let edges = self.lattice.edges.iter().zip(&self.body.stiffness);
+        edges.filter(|(_, k)| **k != 0.0).map(|(nodes, _)| nodes)
     }
 }
 
