@@ -1,5 +1,6 @@
 //! `cosmic explain` as a user meets it.
 
+use cosmic::scene::{Scene, VoidEdges};
 use serde_json::Value;
 use std::fs;
 
@@ -67,6 +68,51 @@ fn a_step_is_measured() {
     assert_eq!(
         measured["peak_memory_bytes"].is_u64(),
         cfg!(target_os = "linux")
+    );
+}
+
+#[test]
+fn void_edges_are_accounted_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = Scene::load("baseline_tall").unwrap();
+    scene.physics.void_edges = VoidEdges::Drop;
+    fs::write(folder.path().join("dropped.toml"), scene.to_toml()).unwrap();
+    let explain = |source: &str| {
+        let told = cosmic_in(folder.path(), &["explain", source, "--json"]);
+        serde_json::from_str::<Value>(&told.out).unwrap()
+    };
+    for (source, is_dropped) in [("baseline_tall", false), ("dropped.toml", true)] {
+        let json = explain(source);
+        let plan = json["plan"].as_array().unwrap();
+        let term = plan.iter().find(|t| t["term"] == "void edges").unwrap();
+        assert_eq!(term["kept"], !is_dropped);
+        let why = format!(
+            "physics.void_edges is {:?}",
+            if is_dropped { "drop" } else { "keep" }
+        );
+        assert!(term["why"].as_str().unwrap().contains(&why), "{term}");
+        let voids = &json["void_edges"];
+        assert_eq!(voids["dropped"], is_dropped);
+        let number = |key: &str| voids[key].as_f64().unwrap();
+        assert!(number("edges") > 40.0 && number("registers_without") <= number("registers"));
+        // Eight edges at a node at most, of 1e-7 N/m each.
+        assert!(number("force") > 0.0 && number("force") <= 8.0e-7 * (1.0 + 1e-12));
+        assert!(voids["body"]["displacement"].as_f64() > Some(0.0));
+        assert!(voids["saving"].is_null());
+    }
+    assert!(explain("stability").get("void_edges").is_none());
+    let told = cosmic_in(folder.path(), &["explain", "dropped.toml"]);
+    assert!(
+        told.out.contains("void edges pull a node with"),
+        "{}",
+        told.out
+    );
+    let text = scene.to_toml().replace("\"drop\"", "\"dropped\"");
+    fs::write(folder.path().join("wrong.toml"), text).unwrap();
+    let told = cosmic_in(folder.path(), &["explain", "wrong.toml"]);
+    assert!(
+        told.code == 2 && told.error.contains("\"keep\" or \"drop\""),
+        "{told:?}"
     );
 }
 

@@ -5,7 +5,7 @@ use cosmic::codesign::{CoDesign, Progress};
 use cosmic::design::Material;
 use cosmic::lattice::Lattice;
 use cosmic::record::{DesignFile, Plan};
-use cosmic::scene::{Contact, Integrator, Scene};
+use cosmic::scene::{Contact, Integrator, Scene, VoidEdges};
 use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
 use proptest::prelude::*;
 use std::num::NonZeroUsize;
@@ -73,6 +73,9 @@ proptest! {
         physics.substeps = substeps;
         if leapfrog {
             (physics.integrator, physics.contact) = (Integrator::Leapfrog, Contact::Coulomb);
+        }
+        if substeps == 2 {
+            physics.void_edges = VoidEdges::Drop;
         }
         case.frozen = layout.then(|| vec![Material::Skeleton; 6]);
         let read = Case::parse("case.json", &case.to_json()).unwrap();

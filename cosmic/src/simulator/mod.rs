@@ -115,6 +115,12 @@ impl Simulator {
         other
     }
 
+    /// Registers full of edges that a step of a body goes through on this machine, in f64. Edges
+    /// without any stiffness are left out, and registers that are left empty.
+    pub fn edge_registers(&self, body: &Body<f64>) -> usize {
+        self.robot.for_body(body).graph.lanes::<f64>()
+    }
+
     /// Steps a robot from a state in the world's frame.
     ///
     /// # Panics

@@ -11,6 +11,7 @@ mod slopes;
 mod speed;
 pub mod stability;
 mod step;
+mod voids;
 
 pub use accuracy::{Accuracy, Energy, Method, Precision, Run};
 pub use chaos::{Chaos, Predictable};
@@ -21,3 +22,4 @@ pub use speed::{
     GradientError, MEASURED_STEPS, Speed, Subject, Times, TwoMatvecs, measure, peak_memory,
 };
 pub use step::stable_steps;
+pub use voids::{Pull, Voids};

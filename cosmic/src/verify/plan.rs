@@ -5,11 +5,12 @@
 //! that is left out by putting it back.
 
 use super::speed::{Subject, timed};
+use super::voids::Voids;
 use crate::case::Case;
 use crate::gradient::{CONTROLLER, DESIGN};
 use crate::lattice::Ground;
 use crate::projection::Body;
-use crate::scene::{Contact, LossSettings, PhysicsSettings};
+use crate::scene::{Contact, LossSettings, PhysicsSettings, VoidEdges};
 use crate::simulator::{Simulator, Span, Spare};
 
 /// Steps of a measured rollout.
@@ -39,6 +40,8 @@ pub struct Plan {
     pub terms: Vec<Term>,
     /// Microseconds a step, where they were measured.
     pub step: Option<f64>,
+    /// What is to be said of the void edges of a layout; `None` for a mixture.
+    pub voids: Option<Voids>,
 }
 
 /// What is known of a case's rollout, as far as terms depend on it.
@@ -54,17 +57,18 @@ struct Facts<'a> {
 impl Plan {
     /// The plan of a case's rollout.
     pub fn of(case: &Case) -> Self {
+        let voids = Voids::of(case);
         Self {
-            terms: Facts::new(case).terms(),
+            terms: Facts::new(case).terms(voids.as_ref()),
             step: None,
+            voids,
         }
     }
 
     /// The plan, every term timed that can be put in or left out; the losses are for the gradients.
     pub fn measured(case: &Case, loss: &LossSettings) -> Self {
-        let facts = Facts::new(case);
-        let mut plan = Self::of(case);
-        let variants = facts.variants();
+        let (facts, mut plan) = (Facts::new(case), Self::of(case));
+        let variants = facts.variants(plan.voids.as_ref());
         let times = least_times(&variants);
         let as_planned = times[0];
         for (variant, time) in variants.iter().zip(times).skip(1) {
@@ -79,6 +83,7 @@ impl Plan {
             }
         }
         plan.split_network();
+        plan.add_saving(&facts);
         plan.add_gradients(case, loss);
         plan.step = Some(as_planned);
         plan
@@ -94,6 +99,16 @@ impl Plan {
                 .zip(output)
                 .map(|(both, output)| (both - output).max(0.0));
         }
+    }
+
+    /// What a step without void edges saves, alone and with others.
+    fn add_saving(&mut self, facts: &Facts) {
+        let Some(voids) = &mut self.voids else { return };
+        let time = |term: &Term| term.time.filter(|_| term.name == VOID_EDGES);
+        let single = self.terms.iter().find_map(time).unwrap_or(0.0);
+        let simulator = facts.simulator(|_| ());
+        let of_eight = voids.saving_of_eight(facts.case, &simulator, [STEPS, ROUNDS]);
+        voids.saving = Some([single, of_eight]);
     }
 
     /// What the gradients that an update does not ask for would cost.
@@ -121,6 +136,7 @@ const IDLE: &str = "idle outputs";
 const POSITIONS: &str = "sight of positions";
 const VELOCITIES: &str = "sight of velocities";
 const BENDING: &str = "bending of bars";
+const VOID_EDGES: &str = "void edges";
 const STIFFENING: &str = "stiffening springs";
 const GROUND: &str = "contact with the ground";
 const FRICTION: &str = "Coulomb friction";
@@ -150,12 +166,12 @@ impl<'a> Facts<'a> {
         }
     }
 
-    fn terms(&self) -> Vec<Term> {
+    fn terms(&self, voids: Option<&Voids>) -> Vec<Term> {
         let physics = &self.case.physics;
         let mut terms = self.controller_terms();
         terms.extend([
             term("springs", true, self.springs()),
-            self.void_edges(),
+            self.void_edges(voids),
             term(
                 STIFFENING,
                 physics.stiffening > 0.0,
@@ -227,26 +243,25 @@ impl<'a> Facts<'a> {
         }
     }
 
-    /// Void edges of a layout are not dropped; this says what dropping them would change.
-    fn void_edges(&self) -> Term {
-        let Some(materials) = &self.case.frozen else {
-            return term("void edges", true, "no edge of a mixture is void");
+    fn void_edges(&self, voids: Option<&Voids>) -> Term {
+        let Some(voids) = voids else {
+            return term(VOID_EDGES, true, "no edge of a mixture is void");
         };
-        let void = |edge: usize| materials[edge] == crate::design::Material::Void;
-        let mut pull = vec![0.0; self.case.lattice.nodes()];
-        for (edge, nodes) in self.case.lattice.edges.iter().enumerate() {
-            for &node in nodes.iter().filter(|_| void(edge)) {
-                pull[node] += self.body.stiffness[edge] / self.body.mass[node];
-            }
-        }
-        let most = pull.into_iter().fold(0.0, f64::max);
+        let (edges, [all, without]) = (voids.edges, voids.registers);
+        let why = match (self.case.physics.void_edges, voids.dropped) {
+            (VoidEdges::Drop, _) => "physics.void_edges is \"drop\"",
+            (VoidEdges::Keep, true) => "void has no stiffness",
+            (VoidEdges::Keep, false) => "physics.void_edges is \"keep\"",
+        };
+        let (of, registers) = (self.case.lattice.edges.len(), all - without);
+        let emptied = match voids.dropped {
+            true => "hold no other edge and are skipped",
+            false => "hold no other edge",
+        };
         term(
-            "void edges",
-            true,
-            format!(
-                "they share lanes with others, so that none is saved without them; they add at \
-                 most {most:.1e} m/s2 a metre of stretch to a node"
-            ),
+            VOID_EDGES,
+            !voids.dropped,
+            format!("{edges} of {of}: {why}; {registers} of {all} registers of edges {emptied}"),
         )
     }
 
@@ -293,7 +308,7 @@ struct Variant<'a> {
 
 impl<'a> Facts<'a> {
     /// The rollout as it is planned, and one for every term that can be turned over.
-    fn variants(&self) -> Vec<Variant<'a>> {
+    fn variants(&self, voids: Option<&Voids>) -> Vec<Variant<'a>> {
         let physics = &self.case.physics;
         let as_planned = || self.simulator(|_| ());
         let variant = |term, simulator, body| Variant {
@@ -335,6 +350,10 @@ impl<'a> Facts<'a> {
             Contact::Coulomb => add(FRICTION, turned(Contact::Infinite)),
             _ => add(FRICTION, turned(Contact::Coulomb)),
         }
+        variants.extend(voids.map(|voids| {
+            let (simulator, body) = voids.turned_over(self.case, as_planned());
+            variant(VOID_EDGES, simulator, body)
+        }));
         if self.outputs[0] > 0 {
             let strains = self.body.strain.iter().position(|strain| *strain != 0.0);
             for (term, kept) in [(HIDDEN, None), (OUTPUT, strains)] {

@@ -1,0 +1,275 @@
+//! Void edges of a layout, kept and dropped.
+
+use autodiff::{CotangentBound, Dual, Real};
+use cosmic::case::Case;
+use cosmic::design::Material::{self, Void};
+use cosmic::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
+use cosmic::lattice::State;
+use cosmic::objective::Displacement;
+use cosmic::projection::{Body, Variation};
+use cosmic::scene::{Contact, HorizonMode, PhysicsSettings, Scene, VoidEdges};
+use cosmic::simulator::stability::Vibration;
+use cosmic::simulator::{Simulator, Span, Spare};
+use cosmic::verify::Voids;
+
+const STEPS: usize = 256;
+
+fn case(scene: &str, void_edges: VoidEdges) -> Case {
+    let mut scene = Scene::load(scene).unwrap();
+    (scene.physics.steps, scene.physics.void_edges) = (STEPS, void_edges);
+    Case::of_scene(&scene, 3).unwrap()
+}
+
+/// The same robot in another world.
+fn with(case: &Case, change: impl FnOnce(&mut PhysicsSettings)) -> Case {
+    let mut case = case.clone();
+    change(&mut case.physics);
+    case
+}
+
+/// Robots of 6 x 6 nodes that walk on three legs, whole and with nothing but void from the fourth
+/// row up, and one that is all void.
+fn layouts(void_edges: VoidEdges) -> [Case; 3] {
+    let tall = case("baseline_tall", void_edges);
+    let materials = tall.frozen.clone().unwrap();
+    let cut = |from: usize| {
+        let pairs = tall.lattice.edges.iter().zip(&materials);
+        let material = |(edge, &own): (&[usize; 2], &Material)| match edge[1] < from {
+            true => own,
+            false => Void,
+        };
+        Case {
+            frozen: Some(pairs.map(material).collect()),
+            ..tall.clone()
+        }
+    };
+    [tall.clone(), cut(24), cut(0)]
+}
+
+fn body(case: &Case) -> Body<f64> {
+    let mixture = case.mixture(case.projection, &case.z);
+    case.task().body(&mixture)
+}
+
+fn simulator(case: &Case) -> Simulator {
+    Simulator::new(&case.lattice, &case.physics, &case.observation)
+}
+
+/// All states of a rollout, from the start on.
+fn states(case: &Case, simulator: &Simulator) -> Vec<State<f64>> {
+    let span = Span::from_start((0..=STEPS).collect());
+    let robot = (&body(case), &case.controller);
+    simulator.rollout(robot, &case.start, &span).states
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+#[test]
+fn void_edges_are_kept_unless_a_scene_says_otherwise() {
+    assert_eq!(Scene::default().physics.void_edges, VoidEdges::Keep);
+    for case in layouts(VoidEdges::Keep) {
+        let void = case.materials.stiffness[0];
+        assert!(body(&case).stiffness.iter().all(|k| *k >= void));
+        let simulator = simulator(&case);
+        let [all, without] = Voids::of(&case).unwrap().registers;
+        assert_eq!(simulator.edge_registers(&body(&case)), all);
+        assert!(without <= all);
+        assert_eq!(
+            states(&case, &simulator),
+            states(&case, &simulator.keeping(Spare::Edges))
+        );
+    }
+}
+
+/// The bound that `explain` prints: per metre of stretch, for nodes of the body and for others.
+#[test]
+fn dropping_void_edges_changes_less_than_is_said() {
+    for [kept, dropped] in
+        [0, 1].map(|k| [VoidEdges::Keep, VoidEdges::Drop].map(|choice| layouts(choice)[k].clone()))
+    {
+        let [before, after] = [&kept, &dropped].map(|case| states(case, &simulator(case)));
+        let (voids, materials) = (Voids::of(&dropped).unwrap(), kept.frozen.unwrap());
+        let stretch = |state: &State<f64>, edge: usize| {
+            let [i, j] = kept.lattice.edges[edge];
+            (distance(state.x[i], state.x[j]) - kept.lattice.rest_length[edge]).abs()
+        };
+        let void: Vec<usize> = (0..materials.len())
+            .filter(|&edge| materials[edge] == Void)
+            .collect();
+        let stretches = before.iter().chain(&after);
+        let stretches = stretches.flat_map(|state| void.iter().map(|&edge| stretch(state, edge)));
+        let longest = stretches.fold(0.0, f64::max);
+        let mut most = [0.0_f64; 2];
+        for node in 0..kept.lattice.nodes() {
+            let solid =
+                |edge: usize| kept.lattice.edges[edge].contains(&node) && materials[edge] != Void;
+            let pull = match (0..materials.len()).any(solid) {
+                true => voids.body,
+                false => voids.detached,
+            };
+            let bound = pull.unwrap().displacement * longest;
+            for (a, b) in before.iter().zip(&after) {
+                let apart = distance(a.x[node], b.x[node]);
+                assert!(apart <= bound, "node {node}: {apart} m, bound {bound} m");
+                most = [most[0].max(apart), most[1].max(apart / bound)];
+            }
+        }
+        let [apart, share] = most;
+        println!(
+            "{} void edges stretched by {longest:.2} m: {apart:.1e} m, {share:.2} of the bound",
+            voids.edges
+        );
+        // There is something to bound, and the robot has moved.
+        assert!(apart > 0.0 && longest > 0.01);
+        let way = |node: usize| distance(before[STEPS].x[node], before[0].x[node]);
+        assert!((0..kept.lattice.nodes()).map(way).fold(0.0, f64::max) > 0.01);
+    }
+}
+
+/// Void without any stiffness, every edge of it computed, is what dropped edges are held against:
+/// sums of the same terms in the same order, some of which are zero. So bits are equal.
+#[test]
+fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
+    let worlds: [fn(&mut PhysicsSettings); 4] = [
+        |_| (),
+        |p| p.bending_radius = 0.02,
+        |p| (p.stiffening, p.contact) = (50.0, Contact::Coulomb),
+        |p| (p.substeps, p.incline_deg) = (2, 10.0),
+    ];
+    for (layout, world) in layouts(VoidEdges::Drop)
+        .iter()
+        .flat_map(|layout| worlds.map(|world| (layout, world)))
+    {
+        let dropped = with(layout, world);
+        let mut slack = with(&dropped, |p| p.void_edges = VoidEdges::Keep);
+        slack.materials.stiffness[0] = 0.0;
+        let all = states(&slack, &simulator(&slack).keeping(Spare::Edges));
+        assert_eq!(all, states(&slack, &simulator(&slack)));
+        assert_eq!(all, states(&dropped, &simulator(&dropped)));
+        // Guarded, and together with others: the same bits.
+        let (robot, span) = (
+            (body(&dropped), &dropped.controller),
+            Span::from_start(vec![STEPS]),
+        );
+        let starts = [&dropped.start; 9];
+        let guarded = simulator(&dropped).guarded_many((&robot.0, robot.1), &starts, &span);
+        for guarded in guarded {
+            assert_eq!(guarded.divergence, None);
+            assert_eq!(guarded.trajectory.states[0], all[STEPS]);
+        }
+    }
+}
+
+fn task_loss<R: Real>(
+    (case, task): (&Case, &Task),
+    (mixture, inputs): (&[[R; 3]], &Inputs<R>),
+    mode: HorizonMode,
+) -> R {
+    let horizon = Horizon {
+        steps: STEPS / 2,
+        mode,
+        cotangent_bound: None::<CotangentBound>,
+    };
+    let robot = (&inputs.controller, &inputs.start);
+    let loss = Displacement::at_end(task.ground());
+    assert!(case.physics.steps == STEPS);
+    task.loss(mixture, robot, (&loss, &horizon)).0
+}
+
+const MODES: [HorizonMode; 2] = [HorizonMode::Head, HorizonMode::Tail];
+
+/// The bits of value and gradient do not know whether a scene drops void edges.
+#[test]
+fn nothing_is_dropped_while_a_design_gradient_is_asked_for() {
+    for mode in MODES {
+        let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| {
+            let case = case("baseline_tall", choice);
+            let mut inputs = case.inputs();
+            inputs.z = case.mixture(case.projection, &case.z);
+            let task = case.task();
+            let loss = |inputs: &Inputs<_>| task_loss((&case, &task), (&inputs.z, inputs), mode);
+            let reverse = inputs.differentiate(DESIGN, loss);
+            let mut moved = inputs.lift::<Dual<f64, 1>>();
+            moved.z[40][0].tangent[0] = 1.0;
+            let forward = task_loss((&case, &task), (&moved.z, &moved), mode);
+            (reverse, (forward.value, forward.tangent))
+        });
+        assert_eq!(kept, dropped);
+        let ((_, gradient), (_, tangent)) = kept;
+        assert!(gradient.iter().any(|g| *g != 0.0) && tangent != [0.0]);
+    }
+}
+
+/// The controller's gradient is that of the robot without void edges.
+#[test]
+fn the_gradient_by_weights_is_of_the_robot_that_runs() {
+    for mode in MODES {
+        let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| {
+            let case = case("baseline_tall", choice);
+            let (inputs, task) = (case.inputs(), case.task());
+            let (value, gradient) = inputs.differentiate(CONTROLLER, |inputs: &Inputs<_>| {
+                let mixture = case.mixture(case.projection, &inputs.z);
+                task_loss((&case, &task), (&mixture, inputs), mode)
+            });
+            let mixture = case.mixture(case.projection, &case.z);
+            assert_eq!(value, task_loss((&case, &task), (&mixture, &inputs), mode));
+            (value, gradient)
+        });
+        assert!(kept.0 != dropped.0, "{mode:?}: nothing is dropped");
+        let length = |g: &[f64]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let off: Vec<f64> = kept.1.iter().zip(&dropped.1).map(|(a, b)| a - b).collect();
+        // Positions differ by some 1e-7 m, of robots of 0.1 m a cell.
+        assert!(length(&off) < 1e-4 * length(&kept.1), "{mode:?}");
+    }
+}
+
+/// Neither a start's even mixture nor the softmax of one-hot design vectors is a layout.
+#[test]
+fn mixtures_keep_what_they_have() {
+    let mut sharp = case("baseline_tall", VoidEdges::Drop);
+    sharp.frozen = None;
+    for dropped in [case("stability", VoidEdges::Drop), sharp] {
+        let kept = with(&dropped, |p| p.void_edges = VoidEdges::Keep);
+        assert_eq!(Voids::of(&dropped), None);
+        assert_eq!(body(&kept), body(&dropped));
+        assert_eq!(
+            states(&kept, &simulator(&kept)),
+            states(&dropped, &simulator(&dropped))
+        );
+    }
+}
+
+/// What does not pull is in no vibration either, and masses stay; nor does a robot as built get
+/// back what was dropped.
+#[test]
+fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
+    let pairs = layouts(VoidEdges::Keep)
+        .into_iter()
+        .zip(layouts(VoidEdges::Drop));
+    for (kept, dropped) in pairs {
+        let [with_void, without] = [&kept, &dropped].map(body);
+        assert_eq!(with_void.mass, without.mass);
+        let vibration = |body| Vibration::new(&kept.lattice, body, &kept.start.x);
+        let [before, after] = [&with_void, &without].map(|body| {
+            let vibration = vibration(body);
+            let (bound, fastest) = (vibration.edge_bound(), vibration.largest_frequency());
+            assert!(fastest <= bound);
+            [bound, fastest]
+        });
+        assert!(after[0] <= before[0]);
+        // Frequencies squared move by at most 8 edges of 1e-7 N/m on two nodes of 1e-4 kg.
+        let most = 2.0 * 8.0 * kept.materials.stiffness[0] / kept.physics.node_mass;
+        // The power iteration stops within 1e-8 of the square.
+        let rounding = 1e-8 * before[1].powi(2);
+        assert!((before[1].powi(2) - after[1].powi(2)).abs() < most + rounding);
+        let as_built = Variation {
+            stiffness: vec![1.1; with_void.stiffness.len()],
+            mass: vec![0.9; with_void.mass.len()],
+        };
+        let zeros = |body: &Body<f64>| body.stiffness.iter().filter(|k| **k == 0.0).count();
+        assert_eq!(zeros(&without), Voids::of(&kept).unwrap().edges);
+        assert_eq!(zeros(&without.clone().varied(&as_built)), zeros(&without));
+    }
+}
