@@ -313,7 +313,7 @@ fn voids_text(voids: &Voids) -> String {
          verify --accuracy\n{saving}",
         voids.force,
         pull("nodes of the body", voids.body),
-        pull("nodes without solid edges", voids.detached),
+        pull("detached nodes", voids.detached),
     )
 }
 

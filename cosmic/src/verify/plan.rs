@@ -236,7 +236,8 @@ impl<'a> Facts<'a> {
     }
 
     fn springs(&self) -> String {
-        let edges = self.case.lattice.edges.len();
+        let pulling = self.body.stiffness.iter().filter(|k| **k != 0.0);
+        let edges = pulling.count();
         match self.case.physics.substeps {
             1 => format!("{edges} edges, in whole lanes"),
             substeps => format!("{edges} edges, {substeps} times a step"),
