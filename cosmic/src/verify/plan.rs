@@ -5,7 +5,7 @@
 //! that is left out by putting it back.
 
 use super::speed::{Subject, timed};
-use super::voids::Voids;
+use super::voids::{Voids, saving_of_eight};
 use crate::case::Case;
 use crate::gradient::{CONTROLLER, DESIGN};
 use crate::lattice::Ground;
@@ -107,7 +107,7 @@ impl Plan {
         let time = |term: &Term| term.time.filter(|_| term.name == VOID_EDGES);
         let single = self.terms.iter().find_map(time).unwrap_or(0.0);
         let simulator = facts.simulator(|_| ());
-        let of_eight = voids.saving_of_eight(facts.case, &simulator, [STEPS, ROUNDS]);
+        let of_eight = saving_of_eight(facts.case, &simulator, [STEPS, ROUNDS]);
         voids.saving = Some([single, of_eight]);
     }
 

@@ -99,33 +99,32 @@ impl Voids {
             false => (simulator, body(case, VoidEdges::Drop)),
         }
     }
+}
 
-    /// Microseconds a step that each of eight rollouts of so many steps, which run together, saves
-    /// without void edges; the least of so many rounds.
-    pub(super) fn saving_of_eight(
-        &self,
-        case: &Case,
-        simulator: &Simulator,
-        [steps, rounds]: [usize; 2],
-    ) -> f64 {
-        let starts = Probe::new(case).moved_starts(EIGHT, MOVED);
-        let starts: Vec<&State<f64>> = starts.iter().collect();
-        let span = Span::from_start(vec![steps]);
-        let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| body(case, choice));
-        let mut ways = [
-            (simulator.keeping(Spare::Edges), kept, f64::INFINITY),
-            (simulator.clone(), dropped, f64::INFINITY),
-        ];
-        for _ in 0..rounds {
-            for (simulator, body, least) in &mut ways {
-                let robot = (&*body, &case.controller);
-                let time = timed(|| simulator.rollout_many(robot, &starts, &span));
-                *least = least.min(time.as_secs_f64() * 1e6 / (steps * EIGHT) as f64);
-            }
+/// Microseconds a step that each of eight rollouts of so many steps, which run together, saves
+/// without void edges; the least of so many rounds.
+pub(super) fn saving_of_eight(
+    case: &Case,
+    simulator: &Simulator,
+    [steps, rounds]: [usize; 2],
+) -> f64 {
+    let starts = Probe::new(case).moved_starts(EIGHT, MOVED);
+    let starts: Vec<&State<f64>> = starts.iter().collect();
+    let span = Span::from_start(vec![steps]);
+    let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| body(case, choice));
+    let mut ways = [
+        (simulator.keeping(Spare::Edges), kept, f64::INFINITY),
+        (simulator.clone(), dropped, f64::INFINITY),
+    ];
+    for _ in 0..rounds {
+        for (simulator, body, least) in &mut ways {
+            let robot = (&*body, &case.controller);
+            let time = timed(|| simulator.rollout_many(robot, &starts, &span));
+            *least = least.min(time.as_secs_f64() * 1e6 / (steps * EIGHT) as f64);
         }
-        let [(.., kept), (.., dropped)] = ways;
-        (kept - dropped).max(0.0)
     }
+    let [(.., kept), (.., dropped)] = ways;
+    (kept - dropped).max(0.0)
 }
 
 /// The body of a case, its void edges kept or dropped.
