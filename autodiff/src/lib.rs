@@ -211,7 +211,7 @@ pub use drivers::{
 pub use element::Element;
 pub use forward::Dual;
 pub use fused::Fused;
-pub use kernel::{Adjoint, Kernel};
+pub use kernel::{Adjoint, Kernel, Partials};
 pub use program::{Array, Graph, Matrix, Program};
 pub use real::{Mask, Real};
 pub use reverse::{Tape, Var};

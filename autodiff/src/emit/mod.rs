@@ -1,8 +1,8 @@
-//! Writes the adjoint of a [`Kernel`] as straight-line Rust.
+//! Writes the adjoint of a [`Kernel`], or all its partials, as straight-line Rust.
 //!
 //! The kernel is run once on the reverse tape over symbols, numbers that note how they were
 //! made: the pullback then *is* the formula of the adjoint. What is printed is checked in beside
-//! the kernel, and a test compares it with what [`adjoint`] prints today.
+//! the kernel, and a test compares it with what [`adjoint`] or [`partials`] prints today.
 //!
 //! A product with a cotangent goes through [`Real::chain`](crate::Real::chain) only where the partial may be
 //! infinite: where it comes from a quotient, root or logarithm of something that is not a sum of
@@ -12,8 +12,10 @@ mod graph;
 mod print;
 mod symbol;
 
+use num_traits::One;
+
 use crate::kernel::Kernel;
-use crate::reverse::Tape;
+use crate::reverse::{Tape, Var};
 use graph::{GRAPH, Node, place};
 use print::Printer;
 use symbol::Symbol;
@@ -34,40 +36,102 @@ pub fn adjoint<K, const I: usize, const O: usize>(
 where
     K: Kernel<I, O>,
 {
-    // Numbers that no kernel has among its literals.
-    let stand_ins = |seed: f64| (1..=fields.len()).map(move |k| (seed + k as f64).sqrt().fract());
-    let [text, again] = [std::f64::consts::E, std::f64::consts::PI].map(|seed| {
-        let values: Vec<f64> = stand_ins(seed).collect();
-        let named: Vec<_> = fields.iter().copied().zip(values.iter().copied()).collect();
-        body(&build(&values), &named)
+    let body = body(name, fields, |values, named| {
+        let mut tape = Tape::new();
+        let (x, y_bar) = (inputs::<I>(0), inputs::<O>(I));
+        let y = record(&build(values), &mut tape, &x);
+        let x_bar = places(tape.pullback(&y, &y_bar));
+        let (text, lists) = print((I, O), named, &[x_bar]);
+        text + &lists[0]
     });
-    assert_eq!(
-        text, again,
-        "a literal of the kernel {name} depends on a field"
-    );
-    let body = text
-        .lines()
-        .map(|line| format!("        {line}\n"))
-        .collect::<String>();
     format!(
         "impl Adjoint<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
          fn vjp<R: Real>(&self, x: [R; {I}], y_bar: [R; {O}]) -> [R; {I}] {{\n{body}    }}\n}}\n"
     )
 }
 
-/// The statements of `vjp` for a kernel whose fields have the values named.
-fn body<K, const I: usize, const O: usize>(kernel: &K, fields: &[(&str, f64)]) -> String
+/// An `impl Partials` for the kernel type `name`, as Rust source: a pullback for every result,
+/// and what they share with each other and with the values is computed once. The arguments are
+/// those of [`adjoint`].
+///
+/// # Panics
+/// As [`adjoint`].
+pub fn partials<K, const I: usize, const O: usize>(
+    name: &str,
+    fields: &[&str],
+    build: impl Fn(&[f64]) -> K,
+) -> String
 where
     K: Kernel<I, O>,
 {
-    GRAPH.take();
-    let input = |k: usize| Symbol(place(Node::Input(k as u32)));
-    let x: [Symbol; I] = std::array::from_fn(input);
-    let y_bar: [Symbol; O] = std::array::from_fn(|k| input(I + k));
-    let mut tape = Tape::new();
-    let y = tape.record(&x, |x| {
-        kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k]))
+    let body = body(name, fields, |values, named| {
+        let mut tape = Tape::new();
+        let y = record(&build(values), &mut tape, &inputs::<I>(0));
+        let mut rows = vec![places(&y.map(Var::value))];
+        rows.extend((0..O).map(|o| places(tape.pullback(&y[o..=o], &[Symbol::one()]))));
+        let (text, lists) = print((I, 0), named, &rows);
+        format!("{text}({}, [{}])", lists[0], lists[1..].join(", "))
     });
-    let x_bar: Vec<u32> = tape.pullback(&y, &y_bar).iter().map(|s| s.0).collect();
-    GRAPH.with_borrow(|graph| Printer::new(graph, (I, O), fields).print(&x_bar))
+    format!(
+        "impl Partials<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
+         fn partials<R: Real>(&self, x: [R; {I}]) -> ([R; {O}], [[R; {I}]; {O}]) {{\n{body}    \
+         }}\n}}\n"
+    )
+}
+
+/// The lines of a function, indented: what `print` makes of values for the fields and of the
+/// fields' names beside them.
+///
+/// # Panics
+/// If that depends on the values.
+fn body(
+    name: &str,
+    fields: &[&str],
+    print: impl Fn(&[f64], &[(&str, f64)]) -> String,
+) -> String {
+    // Numbers that no kernel has among its literals.
+    let stand_ins = |seed: f64| (1..=fields.len()).map(move |k| (seed + k as f64).sqrt().fract());
+    let [text, again] = [std::f64::consts::E, std::f64::consts::PI].map(|seed| {
+        let values: Vec<f64> = stand_ins(seed).collect();
+        let named: Vec<_> = fields.iter().copied().zip(values.iter().copied()).collect();
+        GRAPH.take();
+        print(&values, &named)
+    });
+    assert_eq!(
+        text, again,
+        "a literal of the kernel {name} depends on a field"
+    );
+    text.lines().map(|line| format!("        {line}\n")).collect()
+}
+
+/// `N` inputs of the formula, from the one numbered `first` on.
+fn inputs<const N: usize>(first: usize) -> [Symbol; N] {
+    std::array::from_fn(|k| Symbol(place(Node::Input((first + k) as u32))))
+}
+
+/// The kernel's results.
+fn record<K, const I: usize, const O: usize>(
+    kernel: &K,
+    tape: &mut Tape<Symbol>,
+    x: &[Symbol; I],
+) -> [Var<Symbol>; O]
+where
+    K: Kernel<I, O>,
+{
+    tape.record(x, |x| {
+        kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k]))
+    })
+}
+
+fn places(symbols: &[Symbol]) -> Vec<u32> {
+    symbols.iter().map(|symbol| symbol.0).collect()
+}
+
+/// The statements that compute some rows of the formula, and each row as an array.
+fn print(
+    sizes: (usize, usize),
+    fields: &[(&str, f64)],
+    rows: &[Vec<u32>],
+) -> (String, Vec<String>) {
+    GRAPH.with_borrow(|graph| Printer::new(graph, sizes, fields).print(rows))
 }

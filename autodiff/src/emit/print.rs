@@ -26,8 +26,9 @@ impl<'a> Printer<'a> {
         }
     }
 
-    pub(super) fn print(mut self, outputs: &[u32]) -> String {
-        let mut pending = outputs.to_vec();
+    /// The statements that compute some rows of the formula, and each row as an array.
+    pub(super) fn print(mut self, rows: &[Vec<u32>]) -> (String, Vec<String>) {
+        let mut pending = rows.concat();
         while let Some(place) = pending.pop() {
             self.reads[place as usize] += 1;
             if self.reads[place as usize] == 1 {
@@ -45,20 +46,21 @@ impl<'a> Printer<'a> {
         let (inputs, cotangents) = self.sizes;
         let mut text = String::new();
         let _ = writeln!(text, "let [{}] = x;", names('x', 0..inputs));
-        let _ = writeln!(
-            text,
-            "let [{}] = y_bar;",
-            names('y', inputs..inputs + cotangents)
-        );
+        if cotangents > 0 {
+            let names = names('y', inputs..inputs + cotangents);
+            let _ = writeln!(text, "let [{names}] = y_bar;");
+        }
         for (place, (node, _)) in self.graph.nodes.iter().enumerate() {
             let leaf = matches!(node, Node::Input(_));
             if self.reads[place] > 0 && !leaf && !self.is_folded(place as u32) {
                 let _ = writeln!(text, "let t{place} = {};", self.formula(*node));
             }
         }
-        let outputs: Vec<String> = outputs.iter().map(|&place| self.name(place)).collect();
-        let _ = writeln!(text, "[{}]", outputs.join(", "));
-        text
+        let row = |row: &Vec<u32>| {
+            let names: Vec<String> = row.iter().map(|&place| self.name(place)).collect();
+            format!("[{}]", names.join(", "))
+        };
+        (text, rows.iter().map(row).collect())
     }
 
     /// A product that only one sum reads goes into it.

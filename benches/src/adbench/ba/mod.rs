@@ -3,9 +3,14 @@
 //! A reprojection depends on 15 numbers, so the Jacobian is forward mode over 15 directions,
 //! one observation a lane. Repeated cameras, points and weights are treated as different ones.
 
+#[cfg(test)]
+mod emission;
+#[rustfmt::skip]
+mod partials;
+
 use std::path::Path;
 
-use autodiff::{Kernel, Real, batch};
+use autodiff::{Kernel, Partials, Real, batch};
 use serde_json::{Value, json};
 
 use super::input::{self, Error, Tokens};
