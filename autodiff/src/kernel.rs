@@ -34,6 +34,13 @@ pub trait Adjoint<const I: usize, const O: usize>: Kernel<I, O> {
         }
         x_bar
     }
+
+    /// The same, given also the results: what stands there need not be computed again. It is
+    /// what the reverse sweep of [`Program::map`](crate::Program::map) calls.
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; I], _y: [R; O], y_bar: [R; O]) -> [R; I] {
+        self.vjp(x, y_bar)
+    }
 }
 
 /// All partials of a [`Kernel`] at once. `impl Partials<I, O> for K {}` is enough: it then runs

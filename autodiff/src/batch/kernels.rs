@@ -1,7 +1,5 @@
 //! A kernel at many points at once: its values, or its Jacobians.
 
-use num_traits::Zero;
-
 use crate::kernel::{Kernel, Partials};
 use crate::lanes::{Lane, Vectorized, WIDEST};
 use crate::real::Real;

@@ -17,7 +17,7 @@ use num_traits::One;
 use crate::kernel::Kernel;
 use crate::reverse::{Tape, Var};
 use graph::{GRAPH, Node, place};
-use print::Printer;
+use print::{Formula, Printer};
 use symbol::Symbol;
 
 /// An `impl Adjoint` for the kernel type `name`, as Rust source.
@@ -37,16 +37,40 @@ where
     K: Kernel<I, O>,
 {
     let body = body(name, fields, |values, named| {
-        let mut tape = Tape::new();
-        let (x, y_bar) = (inputs::<I>(0), inputs::<O>(I));
-        let y = record(&build(values), &mut tape, &x);
-        let x_bar = places(tape.pullback(&y, &y_bar));
-        let (text, lists) = print((I, O), named, &[x_bar]);
+        let formula = Formula {
+            results: Vec::new(),
+            ..pulled_back(&build(values))
+        };
+        let (text, lists) = print(&formula, named);
         text + &lists[0]
     });
     format!(
         "impl Adjoint<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
          fn vjp<R: Real>(&self, x: [R; {I}], y_bar: [R; {O}]) -> [R; {I}] {{\n{body}    }}\n}}\n"
+    )
+}
+
+/// An `impl Adjoint` that is given the kernel's results, as Rust source: what they contain, a
+/// hyperbolic tangent for example, is not computed again. The arguments are those of [`adjoint`].
+///
+/// # Panics
+/// As [`adjoint`].
+pub fn adjoint_with_results<K, const I: usize, const O: usize>(
+    name: &str,
+    fields: &[&str],
+    build: impl Fn(&[f64]) -> K,
+) -> String
+where
+    K: Kernel<I, O>,
+{
+    let body = body(name, fields, |values, named| {
+        let (text, lists) = print(&pulled_back(&build(values)), named);
+        text + &lists[0]
+    });
+    format!(
+        "impl Adjoint<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
+         fn vjp_with_results<R: Real>(&self, x: [R; {I}], y: [R; {O}], y_bar: [R; {O}]) \
+         -> [R; {I}] {{\n{body}    }}\n}}\n"
     )
 }
 
@@ -69,7 +93,12 @@ where
         let y = record(&build(values), &mut tape, &inputs::<I>(0));
         let mut rows = vec![places(&y.map(Var::value))];
         rows.extend((0..O).map(|o| places(tape.pullback(&y[o..=o], &[Symbol::one()]))));
-        let (text, lists) = print((I, 0), named, &rows);
+        let formula = Formula {
+            sizes: (I, 0),
+            results: Vec::new(),
+            rows,
+        };
+        let (text, lists) = print(&formula, named);
         format!("{text}({}, [{}])", lists[0], lists[1..].join(", "))
     });
     format!(
@@ -123,15 +152,26 @@ where
     })
 }
 
+/// The cotangents of a kernel's inputs, its results given.
+fn pulled_back<K, const I: usize, const O: usize>(kernel: &K) -> Formula
+where
+    K: Kernel<I, O>,
+{
+    let mut tape = Tape::new();
+    let (x, y_bar) = (inputs::<I>(0), inputs::<O>(I));
+    let y = record(kernel, &mut tape, &x);
+    Formula {
+        sizes: (I, O),
+        results: places(&y.map(Var::value)),
+        rows: vec![places(tape.pullback(&y, &y_bar))],
+    }
+}
+
 fn places(symbols: &[Symbol]) -> Vec<u32> {
     symbols.iter().map(|symbol| symbol.0).collect()
 }
 
-/// The statements that compute some rows of the formula, and each row as an array.
-fn print(
-    sizes: (usize, usize),
-    fields: &[(&str, f64)],
-    rows: &[Vec<u32>],
-) -> (String, Vec<String>) {
-    GRAPH.with_borrow(|graph| Printer::new(graph, sizes, fields).print(rows))
+/// The statements that compute the rows of a formula, and each row as an array.
+fn print(formula: &Formula, fields: &[(&str, f64)]) -> (String, Vec<String>) {
+    GRAPH.with_borrow(|graph| Printer::new(graph, formula, fields).print())
 }

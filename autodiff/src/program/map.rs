@@ -187,15 +187,16 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
             outputs,
             active,
         } = self.map;
-        let (mut x, mut y_bar) = ([L::zero(); I], [L::zero(); O]);
+        let (mut x, mut y, mut y_bar) = ([L::zero(); I], [L::zero(); O], [L::zero(); O]);
         for k in 0..I {
             // SAFETY: the caller's promise, here and below.
             x[k] = unsafe { load::<R, L, WHOLE>(self.values.part(inputs[k]), inputs[k], i) };
         }
         for k in 0..O {
+            y[k] = unsafe { load::<R, L, WHOLE>(self.values.row, outputs[k], i) };
             y_bar[k] = unsafe { load::<R, L, WHOLE>(self.bars.row, outputs[k], i) };
         }
-        let x_bar = kernel.vjp(x, y_bar);
+        let x_bar = kernel.vjp_with_results(x, y, y_bar);
         for k in 0..I {
             if active[k] {
                 let part = self.bars.part_mut(inputs[k]);
@@ -220,6 +221,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
         let len = inputs[0].len;
         let Frame { parameters, row } = self.values;
         check([parameters, row], inputs, len);
+        check([parameters, row], outputs, len);
         let bars = [&*self.bars.parameters, &*self.bars.row];
         check(bars, inputs, len);
         check(bars, outputs, len);

@@ -1,0 +1,39 @@
+//! Writes `adjoints.rs`, and tests that it is up to date.
+
+use std::path::Path;
+
+use autodiff::emit::adjoint_with_results;
+
+use super::{Add, Cell, Change, Gate, Hidden, Prediction, Product};
+
+const HEADER: &str = "\
+//! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
+//! a kernel: `EMIT=1 cargo test -p benches --lib lstm`.
+
+use autodiff::{Adjoint, Real};
+
+use super::{Add, Cell, Change, Gate, Hidden, Prediction, Product};
+";
+
+#[test]
+fn adjoints_are_fresh() {
+    let parts = [
+        adjoint_with_results("Gate", &[], |_| Gate),
+        adjoint_with_results("Change", &[], |_| Change),
+        adjoint_with_results("Cell", &[], |_| Cell),
+        adjoint_with_results("Hidden", &[], |_| Hidden),
+        adjoint_with_results("Product", &[], |_| Product),
+        adjoint_with_results("Prediction", &[], |_| Prediction),
+        adjoint_with_results("Add", &[], |_| Add),
+    ];
+    let emitted = [HEADER, &parts.join("\n")].join("\n");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/adbench/lstm/adjoints.rs");
+    if std::env::var_os("EMIT").is_some() {
+        std::fs::write(&path, &emitted).expect("the source folder can be written");
+    }
+    let checked_in = std::fs::read_to_string(&path).expect("the adjoints are checked in");
+    assert!(
+        checked_in == emitted,
+        "the kernels have changed: see the head of {path:?}"
+    );
+}
