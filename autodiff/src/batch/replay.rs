@@ -162,7 +162,10 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     fn forward_dot(&self, a: Place, b: Place, len: usize) -> Block<L, W> {
         let mut y = [L::zero(); W];
         if a.is_shared() && !b.is_shared() {
-            let (a, b) = (&self.memory.shared[a.at()..][..len], &self.memory.values[b.at()..][..len]);
+            let (a, b) = (
+                &self.memory.shared[a.at()..][..len],
+                &self.memory.values[b.at()..][..len],
+            );
             for j in 0..len {
                 let factor = L::splat(a[j]);
                 for w in 0..W {
@@ -262,7 +265,10 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             &self.memory.shared[at_a..][..len],
             &mut self.memory.shared_bars[at_a..][..len],
         );
-        let (b, b_bar) = (&self.memory.values[at_b..][..len], &mut self.memory.bars[at_b..][..len]);
+        let (b, b_bar) = (
+            &self.memory.values[at_b..][..len],
+            &mut self.memory.bars[at_b..][..len],
+        );
         for j in 0..len {
             let factor = L::splat(a[j]);
             for w in 0..W {
@@ -358,7 +364,11 @@ fn binary<L: Real>(f: Binary, a: L, b: L) -> (L, [L; 2]) {
 
 /// The frequent ones have a loop of their own, which asks once what is to be done.
 #[inline(always)]
-fn forward_binary<L: Real, const W: usize>(f: Binary, a: Block<L, W>, b: Block<L, W>) -> Block<L, W> {
+fn forward_binary<L: Real, const W: usize>(
+    f: Binary,
+    a: Block<L, W>,
+    b: Block<L, W>,
+) -> Block<L, W> {
     let mut y = a;
     match f {
         Binary::Add => {
@@ -386,7 +396,11 @@ fn forward_binary<L: Real, const W: usize>(f: Binary, a: Block<L, W>, b: Block<L
 }
 
 #[inline(always)]
-fn reverse_binary<L: Real, const W: usize>(f: Binary, [a, b]: [Block<L, W>; 2], bar: Block<L, W>) -> [Block<L, W>; 2] {
+fn reverse_binary<L: Real, const W: usize>(
+    f: Binary,
+    [a, b]: [Block<L, W>; 2],
+    bar: Block<L, W>,
+) -> [Block<L, W>; 2] {
     let mut parts = [bar; 2];
     match f {
         Binary::Add => {}

@@ -53,6 +53,20 @@ where
 /// An `impl Adjoint` that is given the kernel's results, as Rust source: what they contain, a
 /// hyperbolic tangent for example, is not computed again. The arguments are those of [`adjoint`].
 ///
+/// ```
+/// use autodiff::{Kernel, Real, emit};
+///
+/// struct Squash;
+/// impl Kernel<1, 1> for Squash {
+///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///         [x.tanh()]
+///     }
+/// }
+/// let source = emit::adjoint_with_results("Squash", &[], |_| Squash);
+/// assert!(source.starts_with("impl Adjoint<1, 1> for Squash"));
+/// assert!(!source.contains("tanh"));
+/// ```
+///
 /// # Panics
 /// As [`adjoint`].
 pub fn adjoint_with_results<K, const I: usize, const O: usize>(
@@ -77,6 +91,20 @@ where
 /// An `impl Partials` for the kernel type `name`, as Rust source: a pullback for every result,
 /// and what they share with each other and with the values is computed once. The arguments are
 /// those of [`adjoint`].
+///
+/// ```
+/// use autodiff::{Kernel, Real, emit};
+///
+/// struct Area;
+/// impl Kernel<2, 1> for Area {
+///     fn eval<R: Real>(&self, [width, height]: [R; 2]) -> [R; 1] {
+///         [width * height]
+///     }
+/// }
+/// let source = emit::partials("Area", &[], |_| Area);
+/// assert!(source.starts_with("impl Partials<2, 1> for Area"));
+/// assert!(source.contains("[[x1, x0]]"));
+/// ```
 ///
 /// # Panics
 /// As [`adjoint`].
@@ -113,11 +141,7 @@ where
 ///
 /// # Panics
 /// If that depends on the values.
-fn body(
-    name: &str,
-    fields: &[&str],
-    print: impl Fn(&[f64], &[(&str, f64)]) -> String,
-) -> String {
+fn body(name: &str, fields: &[&str], print: impl Fn(&[f64], &[(&str, f64)]) -> String) -> String {
     // Numbers that no kernel has among its literals.
     let stand_ins = |seed: f64| (1..=fields.len()).map(move |k| (seed + k as f64).sqrt().fract());
     let [text, again] = [std::f64::consts::E, std::f64::consts::PI].map(|seed| {
@@ -130,7 +154,9 @@ fn body(
         text, again,
         "a literal of the kernel {name} depends on a field"
     );
-    text.lines().map(|line| format!("        {line}\n")).collect()
+    text.lines()
+        .map(|line| format!("        {line}\n"))
+        .collect()
 }
 
 /// `N` inputs of the formula, from the one numbered `first` on.
@@ -147,9 +173,7 @@ fn record<K, const I: usize, const O: usize>(
 where
     K: Kernel<I, O>,
 {
-    tape.record(x, |x| {
-        kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k]))
-    })
+    tape.record(x, |x| kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k])))
 }
 
 /// The cotangents of a kernel's inputs, its results given.

@@ -1,5 +1,5 @@
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
-//! a kernel: `EMIT=1 cargo test -p benches --lib lstm`.
+//! a kernel: `EMIT=1 cargo test -p benches --lib are_fresh`.
 
 use autodiff::{Adjoint, Real};
 
