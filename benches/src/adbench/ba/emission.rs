@@ -1,10 +1,10 @@
 //! Writes `partials.rs`, and tests that it is up to date.
 
-use std::path::Path;
-
 use autodiff::emit::partials;
+use autodiff::{Kernel, Partials, Real};
 
-use super::{Reprojection, WeightError};
+use super::{INPUTS, Reprojection, WeightError};
+use crate::emitted::assert_fresh;
 
 const HEADER: &str = "\
 //! Partials of the kernels, emitted from recordings of them: not to be edited. After a change of
@@ -21,14 +21,40 @@ fn partials_are_fresh() {
         partials("Reprojection", &[], |_| Reprojection),
         partials("WeightError", &[], |_| WeightError),
     ];
-    let emitted = [HEADER, &parts.join("\n")].join("\n");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/adbench/ba/partials.rs");
-    if std::env::var_os("EMIT").is_some() {
-        std::fs::write(&path, &emitted).expect("the source folder can be written");
+    assert_fresh("src/adbench/ba/partials.rs", HEADER, &parts);
+}
+
+/// The same kernel, differentiated by dual numbers.
+struct Plain;
+
+impl Kernel<INPUTS, 2> for Plain {
+    #[inline(always)]
+    fn eval<R: Real>(&self, x: [R; INPUTS]) -> [R; 2] {
+        Reprojection.eval(x)
     }
-    let checked_in = std::fs::read_to_string(&path).expect("the partials are checked in");
-    assert!(
-        checked_in == emitted,
-        "the kernels have changed: see the head of {path:?}"
-    );
+}
+
+impl Partials<INPUTS, 2> for Plain {}
+
+#[test]
+fn emitted_partials_are_those_of_duals_also_without_rotation() {
+    let numbers = |i: usize| std::array::from_fn(|k| ((7 * i + 3 * k) as f64 * 0.618).fract());
+    for i in 0..9 {
+        let mut x: [f64; INPUTS] = numbers(i);
+        if i % 3 == 0 {
+            x[..3].fill(0.0);
+        }
+        x[13] += 3.0; // in front of the camera
+        let ((y, rows), (expected, expected_rows)) = (Reprojection.partials(x), Plain.partials(x));
+        for o in 0..2 {
+            // Some tens of roundings of terms of order one.
+            assert!((y[o] - expected[o]).abs() <= 1e-14);
+            for (got, expected) in rows[o].iter().zip(expected_rows[o]) {
+                assert!(
+                    (got - expected).abs() <= 1e-13,
+                    "{x:?}: {got} and {expected}"
+                );
+            }
+        }
+    }
 }

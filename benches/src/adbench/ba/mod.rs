@@ -1,7 +1,8 @@
 //! Bundle adjustment: where cameras see points, and how far off that is.
 //!
 //! A reprojection is two results of 15 numbers: the Jacobian is a pullback for each result, by
-//! code that is emitted from a recording of the kernel, one observation a lane. Repeated cameras, points and weights are treated as different ones.
+//! code that is emitted from a recording of the kernel, one observation a lane. Repeated cameras,
+//! points and weights are treated as different ones.
 
 #[cfg(test)]
 mod emission;
@@ -10,7 +11,7 @@ mod partials;
 
 use std::path::Path;
 
-use autodiff::{Kernel, Partials, Real, batch};
+use autodiff::{Kernel, Real, batch};
 use serde_json::{Value, json};
 
 use super::input::{self, Error, Tokens};

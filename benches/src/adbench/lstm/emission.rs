@@ -1,10 +1,9 @@
 //! Writes `adjoints.rs`, and tests that it is up to date.
 
-use std::path::Path;
-
 use autodiff::emit::adjoint_with_results;
 
 use super::{Add, Cell, Change, Gate, Hidden, Prediction, Product};
+use crate::emitted::assert_fresh;
 
 const HEADER: &str = "\
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
@@ -26,14 +25,5 @@ fn adjoints_are_fresh() {
         adjoint_with_results("Prediction", &[], |_| Prediction),
         adjoint_with_results("Add", &[], |_| Add),
     ];
-    let emitted = [HEADER, &parts.join("\n")].join("\n");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/adbench/lstm/adjoints.rs");
-    if std::env::var_os("EMIT").is_some() {
-        std::fs::write(&path, &emitted).expect("the source folder can be written");
-    }
-    let checked_in = std::fs::read_to_string(&path).expect("the adjoints are checked in");
-    assert!(
-        checked_in == emitted,
-        "the kernels have changed: see the head of {path:?}"
-    );
+    assert_fresh("src/adbench/lstm/adjoints.rs", HEADER, &parts);
 }
