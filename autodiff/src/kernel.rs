@@ -34,4 +34,31 @@ pub trait Adjoint<const I: usize, const O: usize>: Kernel<I, O> {
         }
         x_bar
     }
+
+    /// The same, given also the results: what stands there need not be computed again. It is
+    /// what the reverse sweep of [`Program::map`](crate::Program::map) calls.
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; I], _y: [R; O], y_bar: [R; O]) -> [R; I] {
+        self.vjp(x, y_bar)
+    }
+}
+
+/// All partials of a [`Kernel`] at once. `impl Partials<I, O> for K {}` is enough: it then runs
+/// the kernel on dual numbers. Straight-line code emitted from a recording may override it.
+pub trait Partials<const I: usize, const O: usize>: Kernel<I, O> {
+    /// The results, and per result its partials by every input.
+    #[inline(always)]
+    fn partials<R: Real>(&self, x: [R; I]) -> ([R; O], [[R; I]; O]) {
+        let mut seeded = [Dual::<R, I>::zero(); I];
+        for i in 0..I {
+            seeded[i] = Dual::variable(x[i], i);
+        }
+        let y = self.eval(seeded);
+        let (mut values, mut partials) = ([R::zero(); O], [[R::zero(); I]; O]);
+        for o in 0..O {
+            values[o] = y[o].value;
+            partials[o] = y[o].tangent;
+        }
+        (values, partials)
+    }
 }

@@ -122,7 +122,7 @@
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
 //! | the same from many starts with shared parameters | [`Rollout::run_many`] | about half of one by one, in lanes over the starts |
 //! | gradient of a sum over data | [`batch::Sum`] | a few, in lanes over the data |
-//! | Jacobian of many small functions | [`batch::jacobians`] | those of one function, in lanes |
+//! | Jacobian of many small functions | [`batch::jacobians`] | those of one function, in lanes; a few where the kernel's partials are emitted ([`emit::partials`]) |
 //!
 //! Three tiers of reverse mode stand behind this, and mix freely:
 //!
@@ -211,7 +211,7 @@ pub use drivers::{
 pub use element::Element;
 pub use forward::Dual;
 pub use fused::Fused;
-pub use kernel::{Adjoint, Kernel};
+pub use kernel::{Adjoint, Kernel, Partials};
 pub use program::{Array, Graph, Matrix, Program};
 pub use real::{Mask, Real};
 pub use reverse::{Tape, Var};

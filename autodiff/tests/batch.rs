@@ -2,7 +2,7 @@
 
 use autodiff::batch::{self, Sum, Summand};
 use autodiff::custom::{Rule, apply};
-use autodiff::{Function, Kernel, Mask, Real, VectorFunction, gradient, hessian, jvp};
+use autodiff::{Function, Kernel, Mask, Partials, Real, VectorFunction, gradient, hessian, jvp};
 
 /// Every operation that a trace records, kinks and selections included.
 #[derive(Clone)]
@@ -106,6 +106,19 @@ fn the_sum_is_that_of_its_terms() {
 fn no_data_sum_to_zero() {
     let total = Total(Sum::new(Everything, &data(0)));
     assert_eq!(Function::eval(&total, &AT), 0.0);
+}
+
+/// Working memory goes from one gradient to the next, also of another number type and length.
+#[test]
+fn memory_that_is_used_again_changes_nothing() {
+    for count in [5, 70] {
+        let total = Total(Sum::new(Everything, &data(count)));
+        let first = gradient(&total, &AT);
+        hessian(&total, &AT);
+        let other = AT.map(|x| x + 0.3);
+        assert_ne!(gradient(&total, &other), first);
+        assert_eq!(gradient(&total, &AT), first);
+    }
 }
 
 /// The Hessian replays on duals.
@@ -216,6 +229,8 @@ impl Kernel<3, 2> for Couple {
         [x * y.sin() + z, (x - z).exp() * y]
     }
 }
+
+impl Partials<3, 2> for Couple {}
 
 impl VectorFunction for Couple {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {

@@ -1,9 +1,6 @@
 //! A kernel at many points at once: its values, or its Jacobians.
 
-use num_traits::Zero;
-
-use crate::forward::Dual;
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, Partials};
 use crate::lanes::{Lane, Vectorized, WIDEST};
 use crate::real::Real;
 
@@ -48,7 +45,7 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 /// compression without a colouring to find.
 ///
 /// ```
-/// use autodiff::{Kernel, Real, batch};
+/// use autodiff::{Kernel, Partials, Real, batch};
 ///
 /// struct Area;
 /// impl Kernel<2, 1> for Area {
@@ -57,13 +54,14 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 ///         [width * height]
 ///     }
 /// }
+/// impl Partials<2, 1> for Area {}
 ///
 /// let sheets = [[1.0, 2.0], [3.0, 4.0]];
 /// let mut rows = Vec::new();
 /// batch::jacobians(&Area, sheets.len(), |i| sheets[i], |_, area| rows.push(area.row(0)));
 /// assert_eq!(rows, [[2.0, 1.0], [4.0, 3.0]]);
 /// ```
-pub fn jacobians<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
+pub fn jacobians<R: Real, K: Partials<I, O>, const I: usize, const O: usize>(
     kernel: &K,
     count: usize,
     input: impl Fn(usize) -> [R; I],
@@ -179,7 +177,7 @@ struct Jacobians<'a, K, F, G, const I: usize, const O: usize> {
 impl<R, K, F, G, const I: usize, const O: usize> Vectorized<R> for Jacobians<'_, K, F, G, I, O>
 where
     R: Real,
-    K: Kernel<I, O>,
+    K: Partials<I, O>,
     F: Fn(usize) -> [R; I],
     G: FnMut(usize, LocalJacobian<'_, R, I, O>),
 {
@@ -190,15 +188,11 @@ where
         let mut partials = [[[R::zero(); WIDEST]; I]; O];
         for first in (0..self.count).step_by(L::N) {
             let x = gather::<R, L, I>(&self.input, [first, self.count - 1], &mut rows);
-            let mut seeded = [Dual::<L, I>::zero(); I];
-            for i in 0..I {
-                seeded[i] = Dual::variable(x[i], i);
-            }
-            let y = self.kernel.eval(seeded);
+            let (y, by_x) = self.kernel.partials(x);
             for o in 0..O {
-                y[o].value.store(&mut values[o]);
+                y[o].store(&mut values[o]);
                 for i in 0..I {
-                    y[o].tangent[i].store(&mut partials[o][i]);
+                    by_x[o][i].store(&mut partials[o][i]);
                 }
             }
             for lane in 0..L::N.min(self.count - first) {

@@ -3,52 +3,80 @@
 //! Each number of the trace is a few registers wide, so that finding out what an operation is
 //! costs little beside doing it.
 
+use std::any::Any;
+
 use super::trace::{Binary, Logic, Op, Place, Trace, Unary};
 use crate::lanes::Lane;
 use crate::real::{Mask, Real};
 use crate::rule;
 
-/// Registers to a number.
+/// Registers to a number, where there are points enough to fill them.
 pub(super) const WIDE: usize = 4;
 
-/// A number of the trace for `WIDE * L::N` points.
-type Block<L> = [L; WIDE];
+/// A number of the trace for `W * L::N` points.
+type Block<L, const W: usize> = [L; W];
+
+/// The numbers that a trace is replayed on, without their number type: memory worth keeping.
+pub(super) type Spare = Box<dyn Any + Send>;
 
 /// A trace with the numbers it is replayed on.
-pub(super) struct Replay<'a, R, L> {
+pub(super) struct Replay<'a, R, L, const W: usize> {
     trace: &'a Trace,
+    memory: Box<Memory<R, L, W>>,
+}
+
+struct Memory<R, L, const W: usize> {
     /// Shared arguments and constants, the same for all points ...
     shared: Vec<R>,
     /// ... and their cotangents, one part to each lane.
     shared_bars: Vec<L>,
-    values: Vec<Block<L>>,
-    bars: Vec<Block<L>>,
+    values: Vec<Block<L, W>>,
+    bars: Vec<Block<L, W>>,
     /// Partials of functions of one number, from the forward to the reverse sweep.
-    partials: Vec<Block<L>>,
+    partials: Vec<Block<L, W>>,
 }
 
-impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
+impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
+    /// Over memory of an earlier replay, if that was of the same number type.
     #[inline(always)]
-    pub(super) fn new(trace: &'a Trace, arguments: &[R]) -> Self {
-        let mut shared = arguments.to_vec();
+    pub(super) fn new(trace: &'a Trace, arguments: &[R], spare: Option<Spare>) -> Self {
+        let spare = spare.and_then(|spare| spare.downcast::<Memory<R, L, W>>().ok());
+        let mut memory = spare.unwrap_or_else(|| {
+            Box::new(Memory {
+                shared: Vec::new(),
+                shared_bars: Vec::new(),
+                values: Vec::new(),
+                bars: Vec::new(),
+                partials: Vec::new(),
+            })
+        });
+        memory.shared.clear();
+        memory.shared.extend_from_slice(arguments);
         for &constant in &trace.constants {
-            shared.push(R::lit(constant));
+            memory.shared.push(R::lit(constant));
         }
-        let (zero, own) = ([L::zero(); WIDE], trace.arguments[1] + trace.ops.len());
-        Self {
-            trace,
-            shared_bars: vec![L::zero(); shared.len()],
-            shared,
-            values: vec![zero; own],
-            bars: vec![zero; own],
-            partials: vec![zero; trace.kept],
-        }
+        let (zero, own) = ([L::zero(); W], trace.arguments[1] + trace.ops.len());
+        memory.shared_bars.clear();
+        memory.shared_bars.resize(memory.shared.len(), L::zero());
+        // Own cotangents too: a panic may have ended the earlier replay before they were zero.
+        memory.bars.clear();
+        memory.bars.resize(own, zero);
+        // These are written before they are read.
+        memory.values.resize(own, zero);
+        memory.partials.resize(trace.kept, zero);
+        Self { trace, memory }
+    }
+
+    /// The memory, for the next replay.
+    #[inline(always)]
+    pub(super) fn into_spare(self) -> Spare {
+        self.memory
     }
 
     /// The own arguments of the next block.
     #[inline(always)]
-    pub(super) fn arguments(&mut self) -> &mut [Block<L>] {
-        &mut self.values[..self.trace.arguments[1]]
+    pub(super) fn arguments(&mut self) -> &mut [Block<L, W>] {
+        &mut self.memory.values[..self.trace.arguments[1]]
     }
 
     /// The cotangents of the shared arguments, all points together.
@@ -56,7 +84,7 @@ impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
     pub(super) fn shared_bars(&self) -> Vec<R> {
         let mut lanes = [R::zero(); crate::lanes::WIDEST];
         let mut totals = Vec::with_capacity(self.trace.arguments[0]);
-        for bar in &self.shared_bars[..self.trace.arguments[0]] {
+        for bar in &self.memory.shared_bars[..self.trace.arguments[0]] {
             bar.store(&mut lanes);
             totals.push(R::sum(&lanes[..L::N]));
         }
@@ -64,25 +92,25 @@ impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
     }
 
     #[inline(always)]
-    fn get(&self, place: Place) -> Block<L> {
+    fn get(&self, place: Place) -> Block<L, W> {
         if place.is_shared() {
-            [L::splat(self.shared[place.at()]); WIDE]
+            [L::splat(self.memory.shared[place.at()]); W]
         } else {
-            self.values[place.at()]
+            self.memory.values[place.at()]
         }
     }
 
     /// Adds to the cotangent of a place.
     #[inline(always)]
-    fn add(&mut self, place: Place, part: Block<L>) {
+    fn add(&mut self, place: Place, part: Block<L, W>) {
         if place.is_shared() {
-            let bar = &mut self.shared_bars[place.at()];
-            for w in 0..WIDE {
+            let bar = &mut self.memory.shared_bars[place.at()];
+            for w in 0..W {
                 *bar += part[w];
             }
         } else {
-            let bar = &mut self.bars[place.at()];
-            for w in 0..WIDE {
+            let bar = &mut self.memory.bars[place.at()];
+            for w in 0..W {
                 bar[w] += part[w];
             }
         }
@@ -90,34 +118,34 @@ impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
 
     /// Computes all operations and returns the result.
     #[inline(always)]
-    pub(super) fn forward(&mut self, result: Place) -> Block<L> {
+    pub(super) fn forward(&mut self, result: Place) -> Block<L, W> {
         let trace = self.trace;
-        let mut y = [L::zero(); WIDE];
+        let mut y = [L::zero(); W];
         for (i, op) in trace.ops.iter().enumerate() {
             match *op {
                 Op::Unary { f, x, keep } => {
                     let x = self.get(x);
-                    let partials = &mut self.partials[keep as usize];
-                    for w in 0..WIDE {
+                    let partials = &mut self.memory.partials[keep as usize];
+                    for w in 0..W {
                         (y[w], partials[w]) = unary(f, x[w]);
                     }
                 }
                 Op::Binary { f, x: [a, b] } => y = forward_binary(f, self.get(a), self.get(b)),
                 Op::Fma { x: [a, b, c] } => {
                     let (a, b, c) = (self.get(a), self.get(b), self.get(c));
-                    for w in 0..WIDE {
+                    for w in 0..W {
                         y[w] = a[w].fma(b[w], c[w]);
                     }
                 }
                 Op::Logic { f, x: [a, b] } => {
                     let (a, b) = (self.get(a), self.get(b));
-                    for w in 0..WIDE {
+                    for w in 0..W {
                         y[w] = logic(f, a[w], b[w]);
                     }
                 }
                 Op::Select { mask, x: [a, b] } => {
                     let (mask, a, b) = (self.get(mask), self.get(a), self.get(b));
-                    for w in 0..WIDE {
+                    for w in 0..W {
                         y[w] = L::select(holds(mask[w]), a[w], b[w]);
                     }
                 }
@@ -125,19 +153,22 @@ impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
                 Op::Dot { x: [a, b], len } => y = self.forward_dot(a, b, len as usize),
                 Op::Sum { x, len } => y = self.forward_sum(x, len as usize),
             }
-            self.values[trace.arguments[1] + i] = y;
+            self.memory.values[trace.arguments[1] + i] = y;
         }
         self.get(result)
     }
 
     #[inline(always)]
-    fn forward_dot(&self, a: Place, b: Place, len: usize) -> Block<L> {
-        let mut y = [L::zero(); WIDE];
+    fn forward_dot(&self, a: Place, b: Place, len: usize) -> Block<L, W> {
+        let mut y = [L::zero(); W];
         if a.is_shared() && !b.is_shared() {
-            let (a, b) = (&self.shared[a.at()..][..len], &self.values[b.at()..][..len]);
+            let (a, b) = (
+                &self.memory.shared[a.at()..][..len],
+                &self.memory.values[b.at()..][..len],
+            );
             for j in 0..len {
                 let factor = L::splat(a[j]);
-                for w in 0..WIDE {
+                for w in 0..W {
                     y[w] = b[j][w].fma(factor, y[w]);
                 }
             }
@@ -145,7 +176,7 @@ impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
         }
         for j in 0..len {
             let (a, b) = (self.get(a.plus(j)), self.get(b.plus(j)));
-            for w in 0..WIDE {
+            for w in 0..W {
                 y[w] = a[w].fma(b[w], y[w]);
             }
         }
@@ -153,11 +184,11 @@ impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
     }
 
     #[inline(always)]
-    fn forward_sum(&self, x: Place, len: usize) -> Block<L> {
-        let mut y = [L::zero(); WIDE];
+    fn forward_sum(&self, x: Place, len: usize) -> Block<L, W> {
+        let mut y = [L::zero(); W];
         for j in 0..len {
             let x = self.get(x.plus(j));
-            for w in 0..WIDE {
+            for w in 0..W {
                 y[w] += x[w];
             }
         }
@@ -167,19 +198,19 @@ impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
     /// Carries the cotangent of the result back. Cotangents of own places are zero before and
     /// after.
     #[inline(always)]
-    pub(super) fn reverse(&mut self, result: Place, bar: Block<L>) {
+    pub(super) fn reverse(&mut self, result: Place, bar: Block<L, W>) {
         let trace = self.trace;
         self.add(result, bar);
         for (i, op) in trace.ops.iter().enumerate().rev() {
             let place = trace.arguments[1] + i;
-            let bar = self.bars[place];
+            let bar = self.memory.bars[place];
             if is_zero(bar) {
                 continue;
             }
-            self.bars[place] = [L::zero(); WIDE];
+            self.memory.bars[place] = [L::zero(); W];
             match *op {
                 Op::Unary { x, keep, .. } => {
-                    let partial = self.partials[keep as usize];
+                    let partial = self.memory.partials[keep as usize];
                     self.add(x, chain(partial, bar));
                 }
                 Op::Binary { f, x: [a, b] } => {
@@ -195,7 +226,7 @@ impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
                 }
                 Op::Select { mask, x: [a, b] } => {
                     let (mask, mut parts) = (self.get(mask), [bar; 2]);
-                    for w in 0..WIDE {
+                    for w in 0..W {
                         let [by_a, by_b] = rule::select(holds(mask[w]));
                         parts[0][w] = L::chain(by_a, bar[w]);
                         parts[1][w] = L::chain(by_b, bar[w]);
@@ -213,13 +244,13 @@ impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
                 }
             }
         }
-        for bar in &mut self.bars[..trace.arguments[1]] {
-            *bar = [L::zero(); WIDE];
+        for bar in &mut self.memory.bars[..trace.arguments[1]] {
+            *bar = [L::zero(); W];
         }
     }
 
     #[inline(always)]
-    fn reverse_dot(&mut self, [a, b]: [Place; 2], len: usize, bar: Block<L>) {
+    fn reverse_dot(&mut self, [a, b]: [Place; 2], len: usize, bar: Block<L, W>) {
         if !a.is_shared() || b.is_shared() || has_zero(bar) {
             for j in 0..len {
                 let (a, b) = (a.plus(j), b.plus(j));
@@ -231,13 +262,16 @@ impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
         }
         let (at_a, at_b) = (a.at(), b.at());
         let (a, a_bar) = (
-            &self.shared[at_a..][..len],
-            &mut self.shared_bars[at_a..][..len],
+            &self.memory.shared[at_a..][..len],
+            &mut self.memory.shared_bars[at_a..][..len],
         );
-        let (b, b_bar) = (&self.values[at_b..][..len], &mut self.bars[at_b..][..len]);
+        let (b, b_bar) = (
+            &self.memory.values[at_b..][..len],
+            &mut self.memory.bars[at_b..][..len],
+        );
         for j in 0..len {
             let factor = L::splat(a[j]);
-            for w in 0..WIDE {
+            for w in 0..W {
                 a_bar[j] = bar[w].fma(b[j][w], a_bar[j]);
                 b_bar[j][w] = bar[w].fma(factor, b_bar[j][w]);
             }
@@ -246,17 +280,17 @@ impl<'a, R: Real, L: Lane<R>> Replay<'a, R, L> {
 }
 
 #[inline(always)]
-fn chain<L: Real>(partial: Block<L>, bar: Block<L>) -> Block<L> {
+fn chain<L: Real, const W: usize>(partial: Block<L, W>, bar: Block<L, W>) -> Block<L, W> {
     let mut part = bar;
-    for w in 0..WIDE {
+    for w in 0..W {
         part[w] = L::chain(partial[w], bar[w]);
     }
     part
 }
 
 #[inline(always)]
-fn is_zero<L: Real>(block: Block<L>) -> bool {
-    for w in 0..WIDE {
+fn is_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
+    for w in 0..W {
         if !block[w].is_zero() {
             return false;
         }
@@ -266,10 +300,10 @@ fn is_zero<L: Real>(block: Block<L>) -> bool {
 
 /// Whether any lane's primal is zero.
 #[inline(always)]
-fn has_zero<L: Real>(block: Block<L>) -> bool {
+fn has_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
     let zero = L::zero();
     let mut found = L::Mask::splat(false);
-    for w in 0..WIDE {
+    for w in 0..W {
         found = found | (block[w].le(zero) & zero.le(block[w]));
     }
     found.any()
@@ -330,26 +364,30 @@ fn binary<L: Real>(f: Binary, a: L, b: L) -> (L, [L; 2]) {
 
 /// The frequent ones have a loop of their own, which asks once what is to be done.
 #[inline(always)]
-fn forward_binary<L: Real>(f: Binary, a: Block<L>, b: Block<L>) -> Block<L> {
+fn forward_binary<L: Real, const W: usize>(
+    f: Binary,
+    a: Block<L, W>,
+    b: Block<L, W>,
+) -> Block<L, W> {
     let mut y = a;
     match f {
         Binary::Add => {
-            for w in 0..WIDE {
+            for w in 0..W {
                 y[w] = a[w] + b[w];
             }
         }
         Binary::Sub => {
-            for w in 0..WIDE {
+            for w in 0..W {
                 y[w] = a[w] - b[w];
             }
         }
         Binary::Mul => {
-            for w in 0..WIDE {
+            for w in 0..W {
                 y[w] = a[w] * b[w];
             }
         }
         _ => {
-            for w in 0..WIDE {
+            for w in 0..W {
                 y[w] = binary(f, a[w], b[w]).0;
             }
         }
@@ -358,18 +396,22 @@ fn forward_binary<L: Real>(f: Binary, a: Block<L>, b: Block<L>) -> Block<L> {
 }
 
 #[inline(always)]
-fn reverse_binary<L: Real>(f: Binary, [a, b]: [Block<L>; 2], bar: Block<L>) -> [Block<L>; 2] {
+fn reverse_binary<L: Real, const W: usize>(
+    f: Binary,
+    [a, b]: [Block<L, W>; 2],
+    bar: Block<L, W>,
+) -> [Block<L, W>; 2] {
     let mut parts = [bar; 2];
     match f {
         Binary::Add => {}
         Binary::Sub => {
-            for w in 0..WIDE {
+            for w in 0..W {
                 parts[1][w] = -bar[w];
             }
         }
         Binary::Mul => parts = [chain(b, bar), chain(a, bar)],
         _ => {
-            for w in 0..WIDE {
+            for w in 0..W {
                 let [by_a, by_b] = binary(f, a[w], b[w]).1;
                 parts[0][w] = L::chain(by_a, bar[w]);
                 parts[1][w] = L::chain(by_b, bar[w]);

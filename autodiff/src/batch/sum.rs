@@ -1,10 +1,10 @@
 //! A sum over data, and its gradient by the parameters that all data share.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use num_traits::Zero;
 
-use super::replay::{Replay, WIDE};
+use super::replay::{Replay, Spare, WIDE};
 use super::trace::{Trace, trace};
 use crate::fused::Fused;
 use crate::lanes::{Lane, Vectorized, WIDEST};
@@ -55,6 +55,8 @@ pub struct Sum<S> {
     count: usize,
     /// Per number of a datum that number of all data, the last repeated to fill whole blocks.
     columns: Arc<[Vec<f64>]>,
+    /// What the last gradient was computed on, for the next one.
+    spare: Arc<Mutex<Option<Spare>>>,
 }
 
 impl<S: Summand> Sum<S> {
@@ -80,12 +82,19 @@ impl<S: Summand> Sum<S> {
             summand,
             count: data.len(),
             columns: columns.into(),
+            spare: Arc::default(),
         }
     }
 
     /// The sum, given the shared parameters.
     pub fn run<R: Real>(&self, shared: &[R]) -> R {
         R::fused(self.clone(), &[shared])[0]
+    }
+
+    /// The place for working memory. That it is there or not changes no result.
+    fn spare(&self) -> MutexGuard<'_, Option<Spare>> {
+        let lock = self.spare.lock();
+        lock.unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     /// The sum and its gradient, over an ordinary tape.
@@ -166,6 +175,7 @@ impl<R: Real, S: Summand> Vectorized<R> for Value<'_, S, R> {
             summand,
             count,
             columns,
+            ..
         } = self.sum;
         let mut shared = Vec::with_capacity(self.shared.len());
         for &number in self.shared {
@@ -199,18 +209,30 @@ impl<R: Real, S: Summand> Vectorized<R> for ValueAndGradient<'_, S, R> {
     type Output = (R, Vec<R>);
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> (R, Vec<R>) {
+        if self.sum.count <= L::N {
+            self.replay::<L, 1>()
+        } else {
+            self.replay::<L, WIDE>()
+        }
+    }
+}
+
+impl<R: Real, S: Summand> ValueAndGradient<'_, S, R> {
+    /// With `W` registers to a number.
+    #[inline(always)]
+    fn replay<L: Lane<R>, const W: usize>(self) -> (R, Vec<R>) {
         let Sum { count, columns, .. } = self.sum;
-        let mut replay = Replay::<R, L>::new(self.trace, self.shared);
+        let mut replay = Replay::<R, L, W>::new(self.trace, self.shared, self.sum.spare().take());
         let mut total = R::zero();
-        for first in (0..*count).step_by(WIDE * L::N) {
+        for first in (0..*count).step_by(W * L::N) {
             for (number, column) in replay.arguments().iter_mut().zip(&columns[..]) {
-                for w in 0..WIDE {
+                for w in 0..W {
                     number[w] = load(column, first + w * L::N);
                 }
             }
             let terms = replay.forward(self.trace.result);
             let mut bars = terms;
-            for w in 0..WIDE {
+            for w in 0..W {
                 // Past the last datum there are copies of it, which count for nothing.
                 let counted = count.saturating_sub(first + w * L::N).min(L::N);
                 let mut lanes = [R::zero(); WIDEST];
@@ -225,6 +247,8 @@ impl<R: Real, S: Summand> Vectorized<R> for ValueAndGradient<'_, S, R> {
             }
             replay.reverse(self.trace.result, bars);
         }
-        (total, replay.shared_bars())
+        let gradient = replay.shared_bars();
+        *self.sum.spare() = Some(replay.into_spare());
+        (total, gradient)
     }
 }

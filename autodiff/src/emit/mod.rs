@@ -1,8 +1,8 @@
-//! Writes the adjoint of a [`Kernel`] as straight-line Rust.
+//! Writes the adjoint of a [`Kernel`], or all its partials, as straight-line Rust.
 //!
 //! The kernel is run once on the reverse tape over symbols, numbers that note how they were
 //! made: the pullback then *is* the formula of the adjoint. What is printed is checked in beside
-//! the kernel, and a test compares it with what [`adjoint`] prints today.
+//! the kernel, and a test compares it with what [`adjoint`] or [`partials`] prints today.
 //!
 //! A product with a cotangent goes through [`Real::chain`](crate::Real::chain) only where the partial may be
 //! infinite: where it comes from a quotient, root or logarithm of something that is not a sum of
@@ -12,10 +12,12 @@ mod graph;
 mod print;
 mod symbol;
 
+use num_traits::One;
+
 use crate::kernel::Kernel;
-use crate::reverse::Tape;
+use crate::reverse::{Tape, Var};
 use graph::{GRAPH, Node, place};
-use print::Printer;
+use print::{Formula, Printer};
 use symbol::Symbol;
 
 /// An `impl Adjoint` for the kernel type `name`, as Rust source.
@@ -34,40 +36,166 @@ pub fn adjoint<K, const I: usize, const O: usize>(
 where
     K: Kernel<I, O>,
 {
-    // Numbers that no kernel has among its literals.
-    let stand_ins = |seed: f64| (1..=fields.len()).map(move |k| (seed + k as f64).sqrt().fract());
-    let [text, again] = [std::f64::consts::E, std::f64::consts::PI].map(|seed| {
-        let values: Vec<f64> = stand_ins(seed).collect();
-        let named: Vec<_> = fields.iter().copied().zip(values.iter().copied()).collect();
-        body(&build(&values), &named)
+    let body = body(name, fields, |values, named| {
+        let formula = Formula {
+            results: Vec::new(),
+            ..pulled_back(&build(values))
+        };
+        let (text, lists) = print(&formula, named);
+        text + &lists[0]
     });
-    assert_eq!(
-        text, again,
-        "a literal of the kernel {name} depends on a field"
-    );
-    let body = text
-        .lines()
-        .map(|line| format!("        {line}\n"))
-        .collect::<String>();
     format!(
         "impl Adjoint<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
          fn vjp<R: Real>(&self, x: [R; {I}], y_bar: [R; {O}]) -> [R; {I}] {{\n{body}    }}\n}}\n"
     )
 }
 
-/// The statements of `vjp` for a kernel whose fields have the values named.
-fn body<K, const I: usize, const O: usize>(kernel: &K, fields: &[(&str, f64)]) -> String
+/// An `impl Adjoint` that is given the kernel's results, as Rust source: what they contain, a
+/// hyperbolic tangent for example, is not computed again. The arguments are those of [`adjoint`].
+///
+/// ```
+/// use autodiff::{Kernel, Real, emit};
+///
+/// struct Squash;
+/// impl Kernel<1, 1> for Squash {
+///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///         [x.tanh()]
+///     }
+/// }
+/// let source = emit::adjoint_with_results("Squash", &[], |_| Squash);
+/// assert!(source.starts_with("impl Adjoint<1, 1> for Squash"));
+/// assert!(!source.contains("tanh"));
+/// ```
+///
+/// # Panics
+/// As [`adjoint`].
+pub fn adjoint_with_results<K, const I: usize, const O: usize>(
+    name: &str,
+    fields: &[&str],
+    build: impl Fn(&[f64]) -> K,
+) -> String
 where
     K: Kernel<I, O>,
 {
-    GRAPH.take();
-    let input = |k: usize| Symbol(place(Node::Input(k as u32)));
-    let x: [Symbol; I] = std::array::from_fn(input);
-    let y_bar: [Symbol; O] = std::array::from_fn(|k| input(I + k));
-    let mut tape = Tape::new();
-    let y = tape.record(&x, |x| {
-        kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k]))
+    let body = body(name, fields, |values, named| {
+        let (text, lists) = print(&pulled_back(&build(values)), named);
+        text + &lists[0]
     });
-    let x_bar: Vec<u32> = tape.pullback(&y, &y_bar).iter().map(|s| s.0).collect();
-    GRAPH.with_borrow(|graph| Printer::new(graph, (I, O), fields).print(&x_bar))
+    format!(
+        "impl Adjoint<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
+         fn vjp_with_results<R: Real>(&self, x: [R; {I}], y: [R; {O}], y_bar: [R; {O}]) \
+         -> [R; {I}] {{\n{body}    }}\n}}\n"
+    )
+}
+
+/// An `impl Partials` for the kernel type `name`, as Rust source: a pullback for every result,
+/// and what they share with each other and with the values is computed once. The arguments are
+/// those of [`adjoint`].
+///
+/// ```
+/// use autodiff::{Kernel, Real, emit};
+///
+/// struct Area;
+/// impl Kernel<2, 1> for Area {
+///     fn eval<R: Real>(&self, [width, height]: [R; 2]) -> [R; 1] {
+///         [width * height]
+///     }
+/// }
+/// let source = emit::partials("Area", &[], |_| Area);
+/// assert!(source.starts_with("impl Partials<2, 1> for Area"));
+/// assert!(source.contains("[[x1, x0]]"));
+/// ```
+///
+/// # Panics
+/// As [`adjoint`].
+pub fn partials<K, const I: usize, const O: usize>(
+    name: &str,
+    fields: &[&str],
+    build: impl Fn(&[f64]) -> K,
+) -> String
+where
+    K: Kernel<I, O>,
+{
+    let body = body(name, fields, |values, named| {
+        let mut tape = Tape::new();
+        let y = record(&build(values), &mut tape, &inputs::<I>(0));
+        let mut rows = vec![places(&y.map(Var::value))];
+        rows.extend((0..O).map(|o| places(tape.pullback(&y[o..=o], &[Symbol::one()]))));
+        let formula = Formula {
+            sizes: (I, 0),
+            results: Vec::new(),
+            rows,
+        };
+        let (text, lists) = print(&formula, named);
+        format!("{text}({}, [{}])", lists[0], lists[1..].join(", "))
+    });
+    format!(
+        "impl Partials<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
+         fn partials<R: Real>(&self, x: [R; {I}]) -> ([R; {O}], [[R; {I}]; {O}]) {{\n{body}    \
+         }}\n}}\n"
+    )
+}
+
+/// The lines of a function, indented: what `print` makes of values for the fields and of the
+/// fields' names beside them.
+///
+/// # Panics
+/// If that depends on the values.
+fn body(name: &str, fields: &[&str], print: impl Fn(&[f64], &[(&str, f64)]) -> String) -> String {
+    // Numbers that no kernel has among its literals.
+    let stand_ins = |seed: f64| (1..=fields.len()).map(move |k| (seed + k as f64).sqrt().fract());
+    let [text, again] = [std::f64::consts::E, std::f64::consts::PI].map(|seed| {
+        let values: Vec<f64> = stand_ins(seed).collect();
+        let named: Vec<_> = fields.iter().copied().zip(values.iter().copied()).collect();
+        GRAPH.take();
+        print(&values, &named)
+    });
+    assert_eq!(
+        text, again,
+        "a literal of the kernel {name} depends on a field"
+    );
+    text.lines()
+        .map(|line| format!("        {line}\n"))
+        .collect()
+}
+
+/// `N` inputs of the formula, from the one numbered `first` on.
+fn inputs<const N: usize>(first: usize) -> [Symbol; N] {
+    std::array::from_fn(|k| Symbol(place(Node::Input((first + k) as u32))))
+}
+
+/// The kernel's results.
+fn record<K, const I: usize, const O: usize>(
+    kernel: &K,
+    tape: &mut Tape<Symbol>,
+    x: &[Symbol; I],
+) -> [Var<Symbol>; O]
+where
+    K: Kernel<I, O>,
+{
+    tape.record(x, |x| kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k])))
+}
+
+/// The cotangents of a kernel's inputs, its results given.
+fn pulled_back<K, const I: usize, const O: usize>(kernel: &K) -> Formula
+where
+    K: Kernel<I, O>,
+{
+    let mut tape = Tape::new();
+    let (x, y_bar) = (inputs::<I>(0), inputs::<O>(I));
+    let y = record(kernel, &mut tape, &x);
+    Formula {
+        sizes: (I, O),
+        results: places(&y.map(Var::value)),
+        rows: vec![places(tape.pullback(&y, &y_bar))],
+    }
+}
+
+fn places(symbols: &[Symbol]) -> Vec<u32> {
+    symbols.iter().map(|symbol| symbol.0).collect()
+}
+
+/// The statements that compute the rows of a formula, and each row as an array.
+fn print(formula: &Formula, fields: &[(&str, f64)]) -> (String, Vec<String>) {
+    GRAPH.with_borrow(|graph| Printer::new(graph, formula, fields).print())
 }

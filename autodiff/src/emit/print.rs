@@ -4,9 +4,19 @@ use std::fmt::Write;
 
 use super::graph::{Graph, Node};
 
+/// What a function is to compute.
+pub(super) struct Formula {
+    /// How many inputs come first among the nodes, and how many cotangents after them.
+    pub(super) sizes: (usize, usize),
+    /// The results of the kernel, where they are given.
+    pub(super) results: Vec<u32>,
+    /// The nodes wanted.
+    pub(super) rows: Vec<Vec<u32>>,
+}
+
 pub(super) struct Printer<'a> {
     graph: &'a Graph,
-    sizes: (usize, usize),
+    formula: &'a Formula,
     fields: &'a [(&'a str, f64)],
     /// How often each node is read.
     reads: Vec<usize>,
@@ -15,50 +25,68 @@ pub(super) struct Printer<'a> {
 impl<'a> Printer<'a> {
     pub(super) fn new(
         graph: &'a Graph,
-        sizes: (usize, usize),
+        formula: &'a Formula,
         fields: &'a [(&'a str, f64)],
     ) -> Self {
         Self {
             graph,
-            sizes,
+            formula,
             fields,
             reads: vec![0; graph.nodes.len()],
         }
     }
 
-    pub(super) fn print(mut self, outputs: &[u32]) -> String {
-        let mut pending = outputs.to_vec();
+    /// The statements that compute the rows, and each row as an array.
+    pub(super) fn print(mut self) -> (String, Vec<String>) {
+        let Formula {
+            sizes: (inputs, cotangents),
+            results,
+            rows,
+        } = self.formula;
+        let mut pending = rows.concat();
         while let Some(place) = pending.pop() {
             self.reads[place as usize] += 1;
-            if self.reads[place as usize] == 1 {
+            if self.reads[place as usize] == 1 && self.given(place).is_none() {
                 pending.extend(self.graph.nodes[place as usize].0.operands());
             }
         }
-        let names = |letter: char, places: std::ops::Range<usize>| {
-            let first = places.start;
-            let name = |place: usize| match self.reads[place] > 0 {
-                true => format!("{letter}{}", place - first),
-                false => "_".to_owned(),
-            };
-            places.map(name).collect::<Vec<_>>().join(", ")
-        };
-        let (inputs, cotangents) = self.sizes;
         let mut text = String::new();
-        let _ = writeln!(text, "let [{}] = x;", names('x', 0..inputs));
-        let _ = writeln!(
-            text,
-            "let [{}] = y_bar;",
-            names('y', inputs..inputs + cotangents)
-        );
+        let all: Vec<u32> = (0..(inputs + cotangents) as u32).collect();
+        let (x, y_bar) = all.split_at(*inputs);
+        for (letter, places, array) in [('x', x, "x"), ('r', results, "y"), ('y', y_bar, "y_bar")] {
+            if !places.is_empty() {
+                let _ = writeln!(text, "let [{}] = {array};", self.names(letter, places));
+            }
+        }
         for (place, (node, _)) in self.graph.nodes.iter().enumerate() {
-            let leaf = matches!(node, Node::Input(_));
-            if self.reads[place] > 0 && !leaf && !self.is_folded(place as u32) {
+            let place = place as u32;
+            let leaf = matches!(node, Node::Input(_)) || self.given(place).is_some();
+            if self.reads[place as usize] > 0 && !leaf && !self.is_folded(place) {
                 let _ = writeln!(text, "let t{place} = {};", self.formula(*node));
             }
         }
-        let outputs: Vec<String> = outputs.iter().map(|&place| self.name(place)).collect();
-        let _ = writeln!(text, "[{}]", outputs.join(", "));
-        text
+        let row = |row: &Vec<u32>| {
+            let names: Vec<String> = row.iter().map(|&place| self.name(place)).collect();
+            format!("[{}]", names.join(", "))
+        };
+        (text, rows.iter().map(row).collect())
+    }
+
+    /// The names by which an argument is taken apart; none for what is not read, or has another.
+    fn names(&self, letter: char, places: &[u32]) -> String {
+        let name = |(k, &place): (usize, &u32)| {
+            let own = format!("{letter}{k}");
+            let used = self.reads[place as usize] > 0 && self.name(place) == own;
+            if used { own } else { "_".to_owned() }
+        };
+        let names: Vec<String> = places.iter().enumerate().map(name).collect();
+        names.join(", ")
+    }
+
+    /// Which result a node is, if the results are given.
+    fn given(&self, place: u32) -> Option<usize> {
+        let results = &self.formula.results;
+        results.iter().position(|&result| result == place)
     }
 
     /// A product that only one sum reads goes into it.
@@ -80,6 +108,7 @@ impl<'a> Printer<'a> {
     fn is_lone_product(&self, place: u32) -> bool {
         matches!(self.graph.nodes[place as usize].0, Node::Mul(..))
             && self.reads[place as usize] == 1
+            && self.given(place).is_none()
     }
 
     /// The product among two terms that becomes part of a fused one, and the other term.
@@ -92,10 +121,12 @@ impl<'a> Printer<'a> {
     }
 
     fn name(&self, place: u32) -> String {
-        match self.graph.nodes[place as usize].0 {
-            Node::Input(k) if (k as usize) < self.sizes.0 => format!("x{k}"),
-            Node::Input(k) => format!("y{}", k as usize - self.sizes.0),
-            _ => format!("t{place}"),
+        let inputs = self.formula.sizes.0;
+        match (self.graph.nodes[place as usize].0, self.given(place)) {
+            (Node::Input(k), _) if (k as usize) < inputs => format!("x{k}"),
+            (Node::Input(k), _) => format!("y{}", k as usize - inputs),
+            (_, Some(result)) => format!("r{result}"),
+            (_, None) => format!("t{place}"),
         }
     }
 

@@ -175,6 +175,7 @@ struct Reverse<'a, 'b, K, R, const I: usize, const O: usize> {
 struct ReverseLanes<'a, K, R, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
+    y: [&'a [R]; O],
     y_bar: [&'a [R]; O],
     /// Where the cotangents of the inputs lie, and from where on, of those that are wanted.
     bars: [&'a mut [R]; 2],
@@ -187,15 +188,16 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
 {
     #[inline(always)]
     unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize) {
-        let (mut x, mut y_bar) = ([L::zero(); I], [L::zero(); O]);
+        let (mut x, mut y, mut y_bar) = ([L::zero(); I], [L::zero(); O], [L::zero(); O]);
         for k in 0..I {
             // SAFETY: the caller's promise, here and below.
             x[k] = unsafe { load::<R, L, WHOLE>(self.x[k], i) };
         }
         for k in 0..O {
+            y[k] = unsafe { load::<R, L, WHOLE>(self.y[k], i) };
             y_bar[k] = unsafe { load::<R, L, WHOLE>(self.y_bar[k], i) };
         }
-        let x_bar = self.kernel.vjp(x, y_bar);
+        let x_bar = self.kernel.vjp_with_results(x, y, y_bar);
         for k in 0..I {
             if let Some((part, start)) = self.wanted[k] {
                 // SAFETY: what is wanted was checked to lie in its part.
@@ -226,6 +228,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
         let mut lanes = ReverseLanes {
             kernel,
             x: inputs.map(|input| &self.values.get(input)[..len]),
+            y: outputs.map(|output| &self.values.get(output)[..len]),
             y_bar: [&[]; O],
             bars: [row, self.bars.parameters],
             wanted: [None; I],

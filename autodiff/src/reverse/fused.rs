@@ -72,7 +72,8 @@ impl<R: Real> FusedEntry<R> {
 
 /// [`Real::fused`] of the reverse variable.
 pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec<Var<R>> {
-    let values: SmallVec<[Vec<R>; 4]> = inputs.iter().map(|slice| values(slice)).collect();
+    let values = |slice: &&[Var<R>]| slice.iter().map(|x| x.value).collect();
+    let values: SmallVec<[Vec<R>; 4]> = inputs.iter().map(values).collect();
     let values: SmallVec<[&[R]; 4]> = values.iter().map(Vec::as_slice).collect();
     let generation = inputs.iter().copied().flatten().fold(CONSTANT, Var::common);
     if generation == CONSTANT {
@@ -105,7 +106,7 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
     (0..).zip(outputs).map(variable).collect()
 }
 
-/// The inner values of a slice.
-pub(super) fn values<R: Real>(slice: &[Var<R>]) -> Vec<R> {
+/// The inner values of a slice; few of them stay out of the heap.
+pub(super) fn values<R: Real>(slice: &[Var<R>]) -> SmallVec<[R; 8]> {
     slice.iter().map(|x| x.value).collect()
 }

@@ -41,6 +41,10 @@ impl<R: Real> Arena<R> {
             partials: [R::zero(), R::zero()],
             parents: [NONE, NONE],
         };
+        if self.entries.capacity() == 0 {
+            // A vector that starts with few places moves several times on a short recording.
+            self.entries.reserve(2 * inputs + 32);
+        }
         // An input's entry is a place and is never read: what stood there may stay.
         self.entries.truncate(inputs);
         self.entries.resize(index(inputs) as usize, entry);

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use autodiff::batch::{Sum, Summand};
-use autodiff::{Function, Real, value_and_gradient};
+use autodiff::{Function, Real, Tape};
 use serde_json::{Value, json};
 
 use super::Problem;
@@ -17,6 +17,8 @@ pub struct Gmm {
     parameters: Vec<f64>,
     value: f64,
     gradient: Vec<f64>,
+    /// Recorded anew for every derivative, in the same memory.
+    tape: Tape<f64>,
 }
 
 /// The objective as a function of the parameters.
@@ -209,6 +211,7 @@ impl Gmm {
             parameters,
             value: 0.0,
             gradient: Vec::new(),
+            tape: Tape::new(),
         })
     }
 }
@@ -219,7 +222,12 @@ impl Problem for Gmm {
     }
 
     fn derivative(&mut self) {
-        (self.value, self.gradient) = value_and_gradient(&self.mixture, &self.parameters);
+        let (tape, mixture) = (&mut self.tape, &self.mixture);
+        let value = tape.record(&self.parameters, |x| mixture.eval(x));
+        self.value = value.value();
+        self.gradient.clear();
+        let gradient = tape.pullback(&[value], &[1.0]);
+        self.gradient.extend_from_slice(gradient);
     }
 
     fn answer(&self) -> Value {

@@ -6,8 +6,8 @@
 //! | problem | how its derivative is had |
 //! | --- | --- |
 //! | [`gmm`] | reverse mode: a sum over data, replayed in lanes over blocks of them |
-//! | [`ba`] | forward mode: the local Jacobian of every observation, in lanes over observations |
-//! | [`lstm`] | reverse mode: a rollout, a step for each character |
+//! | [`ba`] | the local Jacobian of every observation, by code emitted from the reverse tape, in lanes over observations |
+//! | [`lstm`] | reverse mode: a rollout, a step for each character, adjoints emitted |
 //! | [`hand`] | forward mode: four directions serve all fingers, in lanes over vertices |
 
 pub mod answer;

@@ -106,7 +106,8 @@ off, and its two times need not have been taken under equal load.
 
 - *objective*: the generic source as plain `f64`, in SIMD lanes. A slower objective would make
   the ratio look better; the times decide.
-- *derivative*: objective and gradient or Jacobian, everything recorded and computed afresh.
+- *derivative*: objective and gradient or Jacobian, everything recorded and computed afresh, in
+  memory that is kept.
 - *error*: the largest `max |a - b| / max |b|` of any field against the reference answers; a case
   out of tolerance is not timed.
 - *C++*: hand-written derivatives in C++, times taken elsewhere, for a sense of scale.

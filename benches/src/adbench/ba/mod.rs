@@ -1,7 +1,13 @@
 //! Bundle adjustment: where cameras see points, and how far off that is.
 //!
-//! A reprojection depends on 15 numbers, so the Jacobian is forward mode over 15 directions,
-//! one observation a lane. Repeated cameras, points and weights are treated as different ones.
+//! A reprojection is two results of 15 numbers: the Jacobian is a pullback for each result, by
+//! code that is emitted from a recording of the kernel, one observation a lane. Repeated cameras,
+//! points and weights are treated as different ones.
+
+#[cfg(test)]
+mod emission;
+#[rustfmt::skip]
+mod partials;
 
 use std::path::Path;
 

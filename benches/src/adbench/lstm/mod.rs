@@ -4,10 +4,15 @@
 //! A character is a step of a rollout: the state is every layer's hidden and cell values and the
 //! loss so far, the parameters are the weights.
 
+#[rustfmt::skip]
+mod adjoints;
+#[cfg(test)]
+mod emission;
+
 use std::path::Path;
 
 use autodiff::value_and_gradient;
-use autodiff::{Adjoint, Array, Function, Kernel, Memory, Model, Program, Real, Rollout};
+use autodiff::{Array, Function, Kernel, Memory, Model, Program, Real, Rollout};
 use serde_json::{Value, json};
 
 use super::Problem;
@@ -38,13 +43,13 @@ struct Cells {
     bits: usize,
 }
 
-/// `1 / (1 + exp(-(x w + b)))`.
+/// `tanh((x w + b) / 2)`, of which `sigmoid(x w + b)` is [`opened`].
 struct Gate;
 /// `tanh(x w + b)`.
 struct Change;
-/// The new cell value, from the old, forget gate, input gate and change.
+/// The new cell value, from the old, forget gate, input gate and change, and its `tanh`.
 struct Cell;
-/// The new hidden value, from output gate and new cell value.
+/// The new hidden value, from output gate and the `tanh` of the new cell value.
 struct Hidden;
 /// A product of two.
 struct Product;
@@ -56,9 +61,14 @@ struct Add;
 impl Kernel<3, 1> for Gate {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, weight, bias]: [R; 3]) -> [R; 1] {
-        let z = x.fma(weight, bias);
-        [(R::one() + (-z).exp()).recip()]
+        [(R::lit(0.5) * x.fma(weight, bias)).tanh()]
     }
+}
+
+/// `1 / (1 + exp(-z))`, given `tanh(z / 2)`.
+#[inline(always)]
+fn opened<R: Real>(gate: R) -> R {
+    R::lit(0.5).fma(gate, R::lit(0.5))
 }
 
 impl Kernel<3, 1> for Change {
@@ -68,17 +78,18 @@ impl Kernel<3, 1> for Change {
     }
 }
 
-impl Kernel<4, 1> for Cell {
+impl Kernel<4, 2> for Cell {
     #[inline(always)]
-    fn eval<R: Real>(&self, [cell, forget, input, change]: [R; 4]) -> [R; 1] {
-        [cell.fma(forget, input * change)]
+    fn eval<R: Real>(&self, [cell, forget, input, change]: [R; 4]) -> [R; 2] {
+        let new = cell.fma(opened(forget), opened(input) * change);
+        [new, new.tanh()]
     }
 }
 
 impl Kernel<2, 1> for Hidden {
     #[inline(always)]
-    fn eval<R: Real>(&self, [output, cell]: [R; 2]) -> [R; 1] {
-        [output * cell.tanh()]
+    fn eval<R: Real>(&self, [output, squashed]: [R; 2]) -> [R; 1] {
+        [opened(output) * squashed]
     }
 }
 
@@ -103,14 +114,6 @@ impl Kernel<4, 1> for Add {
         [loss + matched - ones * normaliser.ln()]
     }
 }
-
-impl Adjoint<3, 1> for Gate {}
-impl Adjoint<3, 1> for Change {}
-impl Adjoint<4, 1> for Cell {}
-impl Adjoint<2, 1> for Hidden {}
-impl Adjoint<2, 1> for Product {}
-impl Adjoint<4, 2> for Prediction {}
-impl Adjoint<4, 1> for Add {}
 
 impl Model for Cells {
     /// Parameters: the vectors of the file in order; a row of ones, a two and a zero, to sum with.
@@ -150,8 +153,8 @@ fn layer<R: Real>(program: &mut Program<R>, x: Array, [weights, state]: [&[Array
     let [input] = program.map(Gate, [hidden, weights[1], weights[5]]);
     let [output] = program.map(Gate, [x, weights[2], weights[6]]);
     let [change] = program.map(Change, [hidden, weights[3], weights[7]]);
-    let [new_cell] = program.map(Cell, [cell, forget, input, change]);
-    let [new_hidden] = program.map(Hidden, [output, new_cell]);
+    let [new_cell, squashed] = program.map(Cell, [cell, forget, input, change]);
+    let [new_hidden] = program.map(Hidden, [output, squashed]);
     program.advance(cell, new_cell);
     program.advance(hidden, new_hidden);
     new_hidden

@@ -1,0 +1,166 @@
+//! Emitted derivatives of kernels: up to date, and those of dual numbers.
+
+use std::path::Path;
+
+use autodiff::emit::{adjoint_with_results, partials};
+use autodiff::{
+    Adjoint, Function, Kernel, Memory, Model, Partials, Program, Real, Rollout, batch,
+    value_and_gradient,
+};
+
+#[rustfmt::skip]
+mod written;
+
+const HEADER: &str = "\
+//! Derivatives of the kernels, emitted from recordings of them: not to be edited. After a change:
+//! `EMIT=1 cargo test -p autodiff --test emitted`.
+
+use autodiff::{Adjoint, Partials, Real};
+
+use super::Bent;
+";
+
+/// A field, a root that may be of zero, a result that is an input, and one that is read again.
+#[derive(Clone, Copy)]
+struct Bent {
+    stiffness: f64,
+}
+
+impl Kernel<2, 3> for Bent {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 3] {
+        let bent = (R::lit(self.stiffness) * x * y).tanh();
+        [bent, y, x.abs().sqrt() / (R::one() + bent * bent)]
+    }
+}
+
+/// The same with derivatives by dual numbers.
+#[derive(Clone, Copy)]
+struct Plain(Bent);
+
+impl Kernel<2, 3> for Plain {
+    #[inline(always)]
+    fn eval<R: Real>(&self, x: [R; 2]) -> [R; 3] {
+        self.0.eval(x)
+    }
+}
+
+impl Adjoint<2, 3> for Plain {}
+impl Partials<2, 3> for Plain {}
+
+#[test]
+fn what_is_written_is_up_to_date() {
+    let build = |fields: &[f64]| Bent {
+        stiffness: fields[0],
+    };
+    let fields = ["self.stiffness"];
+    let parts = [
+        adjoint_with_results("Bent", &fields, build),
+        partials("Bent", &fields, build),
+    ];
+    let emitted = [HEADER, &parts.join("\n")].join("\n");
+    if std::env::var_os("EMIT").is_some() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/emitted/written.rs");
+        std::fs::write(path, &emitted).expect("the tests' folder can be written");
+    }
+    // The function that has the results does not compute them again.
+    assert!(!parts[0].contains("tanh"), "{}", parts[0]);
+    assert!(
+        include_str!("written.rs") == emitted,
+        "the kernel has changed"
+    );
+}
+
+const BENT: Bent = Bent { stiffness: 0.8 };
+
+fn assert_close(got: &[f64], expected: &[f64]) {
+    for (g, e) in got.iter().zip(expected) {
+        // A few operations in another order; infinities must be the same.
+        assert!(
+            g == e || (g - e).abs() <= 1e-14 * e.abs(),
+            "{got:?} and {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn emitted_partials_are_those_of_duals() {
+    // A root of zero among the points: its derivative is infinite in both.
+    let points: Vec<[f64; 2]> = (0..21)
+        .map(|i| [0.25 * f64::from(i) - 2.5, 1.5 - 0.2 * f64::from(i)])
+        .collect();
+    let mut expected = Vec::new();
+    let count = points.len();
+    batch::jacobians(
+        &Plain(BENT),
+        count,
+        |i| points[i],
+        |_, by_x| {
+            let values: [f64; 3] = std::array::from_fn(|o| by_x.value(o));
+            expected.push((values, std::array::from_fn::<_, 3, _>(|o| by_x.row(o))));
+        },
+    );
+    batch::jacobians(
+        &BENT,
+        count,
+        |i| points[i],
+        |i, by_x| {
+            let (values, rows) = &expected[i];
+            for o in 0..3 {
+                assert_close(&[by_x.value(o)], &[values[o]]);
+                assert_close(&by_x.row(o), &rows[o]);
+            }
+        },
+    );
+}
+
+/// A state of odd length, so that lanes are left over.
+const STATE: usize = 11;
+
+#[derive(Clone)]
+struct Steps<K>(K);
+
+impl<K: Adjoint<2, 3> + Clone + Sync> Model for Steps<K> {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let pull = program.parameter(STATE);
+        let x = program.state(STATE);
+        let [_, _, root] = program.map(self.0.clone(), [x, pull]);
+        let [next, _, _] = program.map(self.0.clone(), [root, pull]);
+        program.advance(x, next);
+    }
+}
+
+struct Sum<K>(Rollout<Steps<K>>);
+
+impl<K: Adjoint<2, 3> + Clone + Sync> Function for Sum<K> {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let (start, pull) = x.split_at(STATE);
+        R::sum(&self.0.run(start, &[pull]))
+    }
+}
+
+fn gradient<K: Adjoint<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> Vec<f64> {
+    let rollout = Rollout {
+        model: Steps(kernel),
+        steps: 9,
+        inputs: [].into(),
+        observed: vec![9],
+        cotangent_bound: None,
+        memory,
+    };
+    let x: Vec<f64> = (0..2 * STATE).map(|i| 0.4 + 0.05 * i as f64).collect();
+    value_and_gradient(&Sum(rollout), &x).1
+}
+
+#[test]
+fn a_program_gives_the_adjoint_the_results_of_its_own_step() {
+    let expected = gradient(Plain(BENT), Memory::All);
+    assert!(expected.iter().all(|g| *g > 0.0), "{expected:?}");
+    for memory in [Memory::All, Memory::States(30)] {
+        let got = gradient(BENT, memory);
+        for (g, e) in got.iter().zip(&expected) {
+            // Eighteen kernels' roundings in another order.
+            assert!((g - e).abs() <= 1e-13 * e.abs(), "{got:?} and {expected:?}");
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
+//! a kernel: `EMIT=1 cargo test -p benches --lib are_fresh`.
+
+use autodiff::{Adjoint, Real};
+
+use super::{Add, Cell, Change, Gate, Hidden, Prediction, Product};
+
+impl Adjoint<3, 1> for Gate {
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
+        let [x0, x1, _] = x;
+        let [r0] = y;
+        let [y0] = y_bar;
+        let t5 = R::lit(0.5);
+        let t7 = R::lit(1.0);
+        let t10 = t7 - r0;
+        let t11 = t7 + r0;
+        let t12 = t10 * t11;
+        let t13 = y0 * t12;
+        let t14 = t5 * t13;
+        let t15 = x1 * t14;
+        let t16 = x0 * t14;
+        [t15, t16, t14]
+    }
+}
+
+impl Adjoint<3, 1> for Change {
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
+        let [x0, x1, _] = x;
+        let [r0] = y;
+        let [y0] = y_bar;
+        let t6 = R::lit(1.0);
+        let t8 = t6 - r0;
+        let t9 = t6 + r0;
+        let t10 = t8 * t9;
+        let t11 = y0 * t10;
+        let t12 = x1 * t11;
+        let t13 = x0 * t11;
+        [t12, t13, t11]
+    }
+}
+
+impl Adjoint<4, 2> for Cell {
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 2], y_bar: [R; 2]) -> [R; 4] {
+        let [x0, x1, x2, x3] = x;
+        let [_, r1] = y;
+        let [y0, y1] = y_bar;
+        let t7 = R::lit(0.5);
+        let t8 = t7.fma(x1, t7);
+        let t9 = R::lit(1.0);
+        let t10 = t7.fma(x2, t7);
+        let t14 = t9 - r1;
+        let t15 = t9 + r1;
+        let t16 = t14 * t15;
+        let t18 = y1.fma(t16, y0);
+        let t19 = t8 * t18;
+        let t20 = x0 * t18;
+        let t21 = x3 * t18;
+        let t22 = t10 * t18;
+        let t23 = t7 * t21;
+        let t24 = t7 * t20;
+        [t19, t24, t23, t22]
+    }
+}
+
+impl Adjoint<2, 1> for Hidden {
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 1], y_bar: [R; 1]) -> [R; 2] {
+        let [x0, x1] = x;
+        let [_] = y;
+        let [y0] = y_bar;
+        let t4 = R::lit(0.5);
+        let t5 = t4.fma(x0, t4);
+        let t8 = x1 * y0;
+        let t9 = y0 * t5;
+        let t10 = t4 * t8;
+        [t10, t9]
+    }
+}
+
+impl Adjoint<2, 1> for Product {
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 1], y_bar: [R; 1]) -> [R; 2] {
+        let [x0, x1] = x;
+        let [_] = y;
+        let [y0] = y_bar;
+        let t5 = x1 * y0;
+        let t6 = x0 * y0;
+        [t5, t6]
+    }
+}
+
+impl Adjoint<4, 2> for Prediction {
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 2], y_bar: [R; 2]) -> [R; 4] {
+        let [x0, x1, x2, x3] = x;
+        let [r0, _] = y;
+        let [y0, y1] = y_bar;
+        let t7 = x0.fma(x1, x2);
+        let t11 = x3 * y1;
+        let t12 = y1 * t7;
+        let t14 = y0.fma(r0, t11);
+        let t15 = x1 * t14;
+        let t16 = x0 * t14;
+        [t15, t16, t14, t12]
+    }
+}
+
+impl Adjoint<4, 1> for Add {
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 1], y_bar: [R; 1]) -> [R; 4] {
+        let [_, _, x2, x3] = x;
+        let [_] = y;
+        let [y0] = y_bar;
+        let t5 = R::lit(0.0);
+        let t8 = x2.ln();
+        let t9 = x2.recip();
+        let t10 = x2.lt(t5);
+        let t11 = R::select(t10, t8, t9);
+        let t15 = -y0;
+        let t16 = R::chain(t8, t15);
+        let t17 = x3 * t15;
+        let t18 = t11 * t17;
+        [y0, y0, t18, t16]
+    }
+}
