@@ -1,4 +1,5 @@
 //! Benchmarks across both crates.
 
 pub mod adbench;
+pub mod callgrind;
 pub mod tapes;
