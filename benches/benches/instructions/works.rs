@@ -74,8 +74,6 @@ fn robot() -> Table {
             row("mixture, f32", in_type::<f32>(mixture)),
             row("one-hot, f64", in_type::<f64>(one_hot)),
             row("one-hot, f32", in_type::<f32>(one_hot)),
-            row("mixture, each of eight starts", eight_starts(mixture)),
-            row("one-hot, each of eight starts", eight_starts(one_hot)),
         ],
         base: Base::Table,
     }
@@ -103,8 +101,8 @@ fn matvecs(scene: &'static str) -> Work {
     }
 }
 
-/// Work on a rollout of a scene's robot, of so many starts together.
-fn rollout(scene: &'static str, starts: u32, work: impl Fn(&Subject<'_>) + 'static) -> Work {
+/// Work on a rollout of a scene's robot.
+fn rollout(scene: &'static str, work: impl Fn(&Subject<'_>) + 'static) -> Work {
     let run = move |repeats| {
         let scene = load(scene);
         let case = case(&scene);
@@ -116,30 +114,18 @@ fn rollout(scene: &'static str, starts: u32, work: impl Fn(&Subject<'_>) + 'stat
     Work {
         run: Box::new(run),
         repeats: 1,
-        units: MEASURED_STEPS as f64 * f64::from(starts),
+        units: MEASURED_STEPS as f64,
     }
 }
 
 fn in_type<R: Real>(scene: &'static str) -> Vec<Work> {
     let gradient = |blocks| {
-        rollout(scene, 1, move |subject| {
+        rollout(scene, move |subject| {
             black_box(subject.gradient::<R>(blocks));
         })
     };
-    let plain = rollout(scene, 1, |subject| {
+    let plain = rollout(scene, |subject| {
         black_box(subject.rollout::<R>());
-    });
-    vec![plain, gradient(DESIGN), gradient(CONTROLLER)]
-}
-
-fn eight_starts(scene: &'static str) -> Vec<Work> {
-    let gradient = |blocks| {
-        rollout(scene, 8, move |subject| {
-            black_box(subject.mean_gradient(blocks));
-        })
-    };
-    let plain = rollout(scene, 8, |subject| {
-        black_box(subject.rollouts());
     });
     vec![plain, gradient(DESIGN), gradient(CONTROLLER)]
 }
