@@ -6,6 +6,7 @@ mod net;
 use net::{Loss, NODES};
 use num_traits::Zero;
 
+use super::many::Many;
 use crate::lanes::{Level, at_most, level};
 use crate::program::lanes;
 use crate::{CotangentBound, Dual, Memory, Real, Var, gradient_of};
@@ -96,6 +97,28 @@ fn at_every_level(check: impl Fn()) {
             at_most(cap, &check);
         }
     }
+}
+
+/// Whole registers, then one for more than half a register's starts, or each of them alone.
+#[test]
+fn starts_fill_registers() {
+    at_every_level(|| {
+        let lanes = lanes::<f64>();
+        for starts in 0..=3 * lanes {
+            let rollout = Loss::new(1).rollout;
+            let groups = Many { rollout, starts }.groups::<f64>();
+            let members: Vec<usize> = groups.iter().flat_map(|g| g.starts.clone()).collect();
+            assert!(members.into_iter().eq(0..starts), "each once, in order");
+            let (full, left) = (starts / lanes, starts % lanes);
+            let together = 2 * left > lanes;
+            let expected = full + if together { 1 } else { left };
+            assert_eq!(groups.len(), expected, "{starts} starts in {lanes} lanes");
+            let wide = groups.iter().filter(|group| group.lanes == lanes).count();
+            if lanes > 1 {
+                assert_eq!(wide, full + usize::from(together));
+            }
+        }
+    });
 }
 
 /// From no start to more than three registers of them, whole registers and parts.
