@@ -15,12 +15,12 @@ pub(crate) fn write(page: &str) -> std::io::Result<&'static str> {
 pub(crate) fn page(tables: &[Table], counts: &[f64], valgrind: &str) -> String {
     let mut page = format!(
         "# Instructions\n\n\
-         What [speed.md](speed.md) and [adbench.md](adbench.md) time, in instructions: another \
-         machine under another load counts the same, to the little that allocation and hashing \
-         vary. Counted by callgrind ({valgrind}) on AVX2 lanes: valgrind knows no AVX-512, with \
-         which it is less. Each count is the difference of two processes that do the work once \
-         and more often, so that neither start nor setup is in it. Instructions are not time: \
-         they tell whether a change made more work, not whether memory waits. This page is \
+         What [speed.md](speed.md) and [adbench.md](adbench.md) time, in instructions: a busy \
+         machine counts the same as a quiet one, and two runs of a program agree to the last \
+         instruction. Counted by callgrind ({valgrind}) on AVX2 lanes: valgrind knows no AVX-512, \
+         with which it is less. Each count is the difference of two processes that do the work \
+         once and more often, so that neither start nor setup is in it. Instructions are not \
+         time: they tell whether a change made more work, not whether memory waits. This page is \
          written by\n\n```sh\n\
          cargo bench -p benches --bench instructions -- --table\n```\n"
     );
