@@ -1,7 +1,9 @@
 //! A kernel mapped over the edges of a graph, its results summed up at their nodes.
 #![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
 
-use super::graph::{Graph, Group};
+use std::ops::Range;
+
+use super::graph::Graph;
 use super::row::Frame;
 use super::{Aligned, Array, Bars, Operation, WIDEST, lanes};
 use crate::kernel::Adjoint;
@@ -14,38 +16,106 @@ use crate::real::Real;
 /// Lanes reach past a group's edges, and past the nodes: what they read there is masked.
 pub(super) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
     kernel: K,
-    graph: Graph,
-    masks: Vec<Masks>,
+    plan: Plan,
     /// Per node.
     ends: [Array; C],
     /// Per slot.
     per_edge: Vec<Array>,
     /// Per node.
     sums: [Array; O],
-    /// Results, or cotangents of differences, per slot; with room for lanes that reach past.
+    /// Results, or cotangents of differences, per slot.
     scratch: Vec<Aligned<R>>,
     ends_active: bool,
     per_edge_active: Vec<bool>,
 }
 
-/// For a group of edges, a word of bits per lane: which slots hold edges; which nodes are tails,
-/// and which are heads.
-struct Masks {
-    slots: Vec<u16>,
-    nodes: Vec<[u16; 2]>,
+/// A graph as the lanes that are gone through, so that no step works them out again.
+struct Plan {
+    edges: Vec<LaneOfEdges>,
+    ends: Vec<LaneOfEnds>,
+    /// For one lane of nodes after the other, which of these lie at them.
+    at_nodes: Vec<Range<usize>>,
+    /// How many nodes, how many slots and how much scratch lanes touch.
+    reach: [usize; 3],
 }
 
-impl Masks {
-    fn new(group: &Group, lanes: usize) -> Self {
-        let [mut slots, heads] = [&group.is_tail, &group.is_head].map(|bits| bits.by_lanes(lanes));
-        let nodes = slots
-            .iter()
-            .zip(heads)
-            .map(|(&tail, head)| [tail, head])
-            .collect();
-        slots.truncate(group.len / lanes);
-        Self { slots, nodes }
+/// Slots side by side, and a bit for each that has an edge.
+#[derive(Clone, Copy)]
+struct LaneOfEdges {
+    slot: usize,
+    scratch: usize,
+    tail: usize,
+    head: usize,
+    bits: u16,
+}
+
+/// The edges of one group at nodes side by side: where the scratch has those of which they are
+/// tails, and those of which they are heads; and a bit for each that there is.
+#[derive(Clone, Copy)]
+struct LaneOfEnds {
+    as_tail: usize,
+    as_head: usize,
+    tails: u16,
+    heads: u16,
+}
+
+impl Plan {
+    fn new(graph: &Graph, lanes: usize) -> Self {
+        // Room for the first slots as those of heads; whole lines, as all that is stored is.
+        let lead = graph.lead().next_multiple_of(WIDEST);
+        let mut edges = Vec::new();
+        let mut at_nodes = vec![Vec::new(); graph.nodes().div_ceil(lanes)];
+        for group in graph.groups() {
+            let [tails, heads] = [&group.is_tail, &group.is_head].map(|bits| bits.by_lanes(lanes));
+            for (lane, (tails, heads)) in tails.into_iter().zip(heads).enumerate() {
+                let tail = lane * lanes;
+                let (slot, head) = (group.first_slot + tail, tail + group.offset);
+                let scratch = lead + slot;
+                if tails != 0 {
+                    edges.push(LaneOfEdges {
+                        slot,
+                        scratch,
+                        tail,
+                        head,
+                        bits: tails,
+                    });
+                }
+                if tails | heads != 0 {
+                    at_nodes[lane].push(LaneOfEnds {
+                        as_tail: scratch,
+                        as_head: scratch - group.offset,
+                        tails,
+                        heads,
+                    });
+                }
+            }
+        }
+        let reach = |of: fn(&LaneOfEdges) -> usize| {
+            let last = edges.iter().map(of).max();
+            last.map_or(0, |last| last + lanes)
+        };
+        let ends: Vec<LaneOfEnds> = at_nodes.concat();
+        let last = ends.iter().map(|e| e.as_tail).max();
+        Self {
+            reach: [
+                reach(|e| e.head),
+                reach(|e| e.slot),
+                last.map_or(0, |last| last + lanes),
+            ],
+            at_nodes: ranges(&at_nodes),
+            edges,
+            ends,
+        }
     }
+}
+
+/// Where the items of each list are once all lie one after the other.
+fn ranges<T>(lists: &[Vec<T>]) -> Vec<Range<usize>> {
+    let ends = lists.iter().scan(0, |end, list| {
+        *end += list.len();
+        Some(*end - list.len()..*end)
+    });
+    ends.collect()
 }
 
 impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C, I, O> {
@@ -60,69 +130,70 @@ impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C
             I,
             "map_edges: the kernel has another number of inputs"
         );
-        let room = graph.lead() + graph.slots() + graph.nodes() + WIDEST;
+        let plan = Plan::new(graph, lanes::<R>());
+        let [.., room] = plan.reach;
         Self {
             kernel,
-            masks: graph
-                .groups()
-                .iter()
-                .map(|g| Masks::new(g, lanes::<R>()))
-                .collect(),
-            graph: graph.clone(),
             ends,
             per_edge_active: vec![true; per_edge.len()],
             per_edge: per_edge.to_vec(),
             sums,
             scratch: (0..C.max(O)).map(|_| Aligned::zeros(room)).collect(),
             ends_active: true,
+            plan,
         }
     }
-}
 
-/// What the edges of one group read: one slice each, all as long as the group.
-struct Sources<'a, R, const C: usize, const I: usize> {
-    tails: [&'a [R]; C],
-    heads: [&'a [R]; C],
-    /// The last `I - C` of these are used.
-    per_edge: [&'a [R]; I],
-}
-
-impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
+    /// What the edges read.
+    ///
+    /// # Panics
+    /// Unless all that they do lies in its part.
     #[inline(always)]
-    fn new(values: Frame<'a, R>, ends: &[Array; C], per_edge: &[Array], group: &Group) -> Self {
-        let nothing = &values.row[..0];
-        let mut sources = Self {
-            tails: [nothing; C],
-            heads: [nothing; C],
-            per_edge: [nothing; I],
+    fn sources<'a>(&self, values: Frame<'a, R>) -> Sources<'a, R, C, I> {
+        let [nodes, slots, _] = self.plan.reach;
+        let mut sources = Sources {
+            ends: [values.row; C],
+            per_edge: [values.row; I],
         };
         for c in 0..C {
-            let part = values.part(ends[c]);
-            sources.tails[c] = &part[ends[c].start..][..group.len];
-            sources.heads[c] = &part[ends[c].start + group.offset..][..group.len];
+            let array = self.ends[c];
+            sources.ends[c] = &values.part(array)[array.start..][..nodes];
         }
         for k in C..I {
-            let array = per_edge[k - C];
-            sources.per_edge[k] =
-                &values.part(array)[array.start + group.first_slot..][..group.len];
+            let array = self.per_edge[k - C];
+            sources.per_edge[k] = &values.part(array)[array.start..][..slots];
         }
         sources
     }
+}
 
-    /// The kernel's inputs for the lane of edges from `i` on.
+/// What the edges read: arrays over the nodes, and over the slots. Of the latter, the last `I - C`
+/// are used.
+struct Sources<'a, R, const C: usize, const I: usize> {
+    ends: [&'a [R]; C],
+    per_edge: [&'a [R]; I],
+}
+
+impl<R: Real, const C: usize, const I: usize> Sources<'_, R, C, I> {
+    /// The kernel's inputs for a lane of edges.
     ///
     /// # Safety
-    /// The group has `i + N` slots.
+    /// The lane is of the plan whose reach the slices have.
     #[inline(always)]
-    unsafe fn load<L: Lane<R>>(&self, i: usize, edges: L::Mask) -> [L; I] {
+    unsafe fn load<L: Lane<R>>(&self, lane: LaneOfEdges) -> [L; I] {
+        let LaneOfEdges {
+            slot, tail, head, ..
+        } = lane;
+        let edges = L::mask(lane.bits);
         let mut x = [L::zero(); I];
         for c in 0..C {
-            // SAFETY, here and below: every slice is as long as the group.
-            let stretch = unsafe { L::load_at(self.heads[c], i) - L::load_at(self.tails[c], i) };
+            // SAFETY, here and below: the caller's promise.
+            let stretch =
+                unsafe { L::load_at(self.ends[c], head) - L::load_at(self.ends[c], tail) };
             x[c] = L::select(edges, stretch, L::zero());
         }
         for k in C..I {
-            x[k] = unsafe { L::load_at(self.per_edge[k], i) };
+            x[k] = unsafe { L::load_at(self.per_edge[k], slot) };
         }
         x
     }
@@ -176,38 +247,21 @@ where
             parameters,
             row,
         } = self;
-        let values = Frame { parameters, row };
-        let lead = map.graph.lead();
-        for (group, masks) in map.graph.groups().iter().zip(&map.masks) {
-            let sources = Sources::<R, C, I>::new(values, &map.ends, &map.per_edge, group);
-            let mut results: [&mut [R]; O] = std::array::from_fn(|_| Default::default());
-            for (result, scratch) in results.iter_mut().zip(&mut map.scratch) {
-                *result = &mut scratch[lead + group.first_slot..][..group.len];
-            }
-            assert_eq!(
-                masks.slots.len() * L::N,
-                group.len,
-                "masks of another width"
-            );
-            for (lane, &bits) in masks.slots.iter().enumerate() {
-                if bits == 0 {
-                    continue;
-                }
-                let i = lane * L::N;
-                // SAFETY: a group has as many lanes as masks; the slices are as long as it.
-                unsafe {
-                    let y = map.kernel.eval(sources.load::<L>(i, L::mask(bits)));
-                    for o in 0..O {
-                        y[o].store_at(results[o], i);
-                    }
+        let sources = map.sources(Frame { parameters, row });
+        let mut results = slices::<R, O>(&mut map.scratch, &map.plan);
+        for &lane in &map.plan.edges {
+            // SAFETY: the sources and the results have the plan's reach.
+            unsafe {
+                let y = map.kernel.eval(sources.load::<L>(lane));
+                for o in 0..O {
+                    y[o].store_at(results[o], lane.scratch);
                 }
             }
         }
-        for o in 0..O {
+        collect::<R, L, O>(&map.plan, &results, |o, node, sum| {
             let nodes = &mut row[map.sums[o].range()];
-            let edges = (&map.graph, &map.masks[..], &map.scratch[o][..]);
-            collect_all::<R, L>(edges, nodes, Sum::Set);
-        }
+            sum.store_up_to(&mut nodes[node..]);
+        });
     }
 }
 
@@ -227,135 +281,91 @@ where
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let Self { map, values, bars } = self;
-        for (group, masks) in map.graph.groups().iter().zip(&map.masks) {
-            let sources = Sources::<R, C, I>::new(values, &map.ends, &map.per_edge, group);
-            let place = map.graph.lead() + group.first_slot;
-            let mut ends_bar: [&mut [R]; C] = std::array::from_fn(|_| Default::default());
-            for (bar, scratch) in ends_bar.iter_mut().zip(&mut map.scratch) {
-                *bar = &mut scratch[place..][..group.len];
-            }
-            let mut sums = [0; O];
-            for o in 0..O {
-                sums[o] = map.sums[o].start;
-                let reach = sums[o] + group.offset + group.len;
-                assert!(reach <= bars.row.len(), "sums outside their row");
-            }
-            let mut wanted = [None; I];
-            for k in C..I {
-                let (array, active) = (map.per_edge[k - C], map.per_edge_active[k - C]);
-                let first = array.start + group.first_slot;
-                let fits = first + group.len <= bars.part(array).len();
-                assert!(fits, "slots outside their part");
-                wanted[k] = active.then_some((array, first));
-            }
-            assert_eq!(
-                masks.slots.len() * L::N,
-                group.len,
-                "masks of another width"
+        let sources = map.sources(values);
+        let [nodes, slots, _] = map.plan.reach;
+        for sum in &map.sums {
+            assert!(
+                sum.start + nodes <= bars.row.len(),
+                "sums outside their row"
             );
-            for (lane, &bits) in masks.slots.iter().enumerate() {
-                if bits == 0 {
-                    continue;
+        }
+        let mut wanted = [None; I];
+        for k in C..I {
+            let (array, active) = (map.per_edge[k - C], map.per_edge_active[k - C]);
+            let fits = array.start + slots <= bars.part(array).len();
+            assert!(fits, "slots outside their part");
+            wanted[k] = active.then_some(array);
+        }
+        let mut ends_bar = slices::<R, C>(&mut map.scratch, &map.plan);
+        for &lane in &map.plan.edges {
+            // SAFETY: all that is read and written was checked to have the plan's reach.
+            unsafe {
+                let mut y_bar = [L::zero(); O];
+                for o in 0..O {
+                    let sums = map.sums[o].start;
+                    let head = L::load_at(bars.row, sums + lane.head);
+                    let tail_less_head = L::load_at(bars.row, sums + lane.tail) - head;
+                    y_bar[o] = L::select(L::mask(lane.bits), tail_less_head, L::zero());
                 }
-                let (i, edges) = (lane * L::N, L::mask(bits));
-                // SAFETY: a group has as many lanes as masks; what is read and written was
-                // checked to hold the whole group.
-                unsafe {
-                    let mut y_bar = [L::zero(); O];
-                    for o in 0..O {
-                        let head = L::load_at(bars.row, sums[o] + i + group.offset);
-                        let tail_less_head = L::load_at(bars.row, sums[o] + i) - head;
-                        y_bar[o] = L::select(edges, tail_less_head, L::zero());
-                    }
-                    let x_bar = map.kernel.vjp(sources.load::<L>(i, edges), y_bar);
-                    for c in 0..C {
-                        x_bar[c].store_at(ends_bar[c], i);
-                    }
-                    for k in C..I {
-                        if let Some((array, first)) = wanted[k] {
-                            let part = bars.part_mut(array);
-                            (L::load_at(part, first + i) + x_bar[k]).store_at(part, first + i);
-                        }
+                let x_bar = map.kernel.vjp(sources.load::<L>(lane), y_bar);
+                for c in 0..C {
+                    x_bar[c].store_at(ends_bar[c], lane.scratch);
+                }
+                for k in C..I {
+                    if let Some(array) = wanted[k] {
+                        let (part, place) = (bars.part_mut(array), array.start + lane.slot);
+                        (L::load_at(part, place) + x_bar[k]).store_at(part, place);
                     }
                 }
             }
         }
         if map.ends_active {
-            for c in 0..C {
-                let nodes = bars.get_mut(map.ends[c]);
-                let edges = (&map.graph, &map.masks[..], &map.scratch[c][..]);
-                collect_all::<R, L>(edges, nodes, Sum::Subtract);
+            collect::<R, L, C>(&map.plan, &ends_bar, |c, node, sum| {
+                let nodes = &mut bars.get_mut(map.ends[c])[node..];
+                (L::load_up_to(nodes) - sum).store_up_to(nodes);
+            });
+        }
+    }
+}
+
+/// The first of the scratch, as far as a plan's lanes reach.
+#[inline(always)]
+fn slices<'a, R: Real, const N: usize>(
+    scratch: &'a mut [Aligned<R>],
+    plan: &Plan,
+) -> [&'a mut [R]; N] {
+    let [.., room] = plan.reach;
+    let mut slices = [(); N].map(|()| &mut [][..]);
+    for (slice, scratch) in slices.iter_mut().zip(scratch) {
+        *slice = &mut scratch[..room];
+    }
+    slices
+}
+
+/// For every lane of nodes and every array of values per slot, the sum over the nodes' edges,
+/// plus where a node is the tail and minus where it is the head.
+#[inline(always)]
+fn collect<R: Real, L: Lane<R>, const N: usize>(
+    plan: &Plan,
+    values: &[&mut [R]; N],
+    mut take: impl FnMut(usize, usize, L),
+) {
+    for (k, at_node) in plan.at_nodes.iter().enumerate() {
+        let mut sums = [L::zero(); N];
+        for lane in &plan.ends[at_node.clone()] {
+            let [tails, heads] = [lane.tails, lane.heads].map(L::mask);
+            for n in 0..N {
+                // SAFETY: the values have the plan's reach.
+                let (as_tail, as_head) = unsafe {
+                    let tail = L::load_at(values[n], lane.as_tail);
+                    (tail, L::load_at(values[n], lane.as_head))
+                };
+                sums[n] += L::select(tails, as_tail, L::zero());
+                sums[n] -= L::select(heads, as_head, L::zero());
             }
         }
-    }
-}
-
-/// What becomes of a node's sum.
-#[derive(Clone, Copy)]
-enum Sum {
-    Set,
-    Add,
-    Subtract,
-}
-
-/// A graph, its masks, and values per slot.
-type Edges<'a, R> = (&'a Graph, &'a [Masks], &'a [R]);
-
-/// Per node the sum over its edges, plus where it is the tail and minus where it is the head.
-#[inline(always)]
-fn collect_all<R: Real, L: Lane<R>>(edges: Edges<R>, nodes: &mut [R], mut sum: Sum) {
-    let groups = edges.0.groups().len();
-    let mut first = 0;
-    while first < groups {
-        match groups - first {
-            1 => collect::<R, L, 1>(edges, first, nodes, sum),
-            2 => collect::<R, L, 2>(edges, first, nodes, sum),
-            3 => collect::<R, L, 3>(edges, first, nodes, sum),
-            _ => collect::<R, L, 4>(edges, first, nodes, sum),
+        for n in 0..N {
+            take(n, k * L::N, sums[n]);
         }
-        first += 4;
-        if let Sum::Set = sum {
-            sum = Sum::Add;
-        }
-    }
-}
-
-/// The same for `G` groups from the `first` on: the four of a lattice are summed up in a
-/// register.
-#[inline(always)]
-fn collect<R: Real, L: Lane<R>, const G: usize>(
-    (graph, masks, slots): Edges<R>,
-    first: usize,
-    nodes: &mut [R],
-    sum: Sum,
-) {
-    let whole = nodes.len().next_multiple_of(L::N);
-    let (mut as_tail, mut as_head) = ([slots; G], [slots; G]);
-    let mut bits: [&[[u16; 2]]; G] = [&[]; G];
-    for g in 0..G {
-        let group = &graph.groups()[first + g];
-        let place = graph.lead() + group.first_slot;
-        as_tail[g] = &slots[place..][..whole];
-        as_head[g] = &slots[place - group.offset..][..whole];
-        bits[g] = &masks[first + g].nodes[..whole / L::N];
-    }
-    for k in 0..whole / L::N {
-        let i = k * L::N;
-        let mut total = L::zero();
-        for g in 0..G {
-            let [tail, head] = [L::mask(bits[g][k][0]), L::mask(bits[g][k][1])];
-            // SAFETY: the slices hold all whole lanes.
-            let (as_tail, as_head) =
-                unsafe { (L::load_at(as_tail[g], i), L::load_at(as_head[g], i)) };
-            total += L::select(tail, as_tail, L::zero());
-            total -= L::select(head, as_head, L::zero());
-        }
-        let to = &mut nodes[i..];
-        let result = match sum {
-            Sum::Set => total,
-            Sum::Add => L::load_up_to(to) + total,
-            Sum::Subtract => L::load_up_to(to) - total,
-        };
-        result.store_up_to(to);
     }
 }

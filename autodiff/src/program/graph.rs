@@ -63,10 +63,11 @@ impl Bits {
     }
     /// The truth values lane by lane, one bit each.
     pub(super) fn by_lanes(&self, lanes: usize) -> Vec<u16> {
-        let words = self
-            .0
-            .iter()
-            .flat_map(|&word| (0..WIDEST).step_by(lanes).map(move |k| word >> k));
+        let of_lane = u16::MAX >> (WIDEST - lanes);
+        let words = self.0.iter().flat_map(|&word| {
+            let lanes = (0..WIDEST).step_by(lanes);
+            lanes.map(move |k| word >> k & of_lane)
+        });
         words.collect()
     }
 }

@@ -48,17 +48,18 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for
     }
 }
 
-/// A lane of an array from its `i`th entry on: a `WHOLE` one, or what is left.
+/// The lane of an array from its `i`th entry on: a `WHOLE` one, or what is left.
 ///
 /// # Safety
-/// The array lies in its part and, for a whole lane, has `i + N` entries.
+/// The array has `i + N` entries, or at least `i` and not as many.
 #[inline(always)]
-unsafe fn load<R: Real, L: Lane<R>, const WHOLE: bool>(part: &[R], a: Array, i: usize) -> L {
+unsafe fn load<R: Real, L: Lane<R>, const WHOLE: bool>(array: &[R], i: usize) -> L {
     // SAFETY: the caller's promise.
-    if WHOLE {
-        unsafe { L::load_at(part, a.start + i) }
-    } else {
-        L::load_up_to(&part[a.start + i..a.start + a.len])
+    unsafe {
+        match WHOLE {
+            true => L::load_at(array, i),
+            false => L::load_part(array.get_unchecked(i..)),
+        }
     }
 }
 
@@ -67,31 +68,28 @@ unsafe fn load<R: Real, L: Lane<R>, const WHOLE: bool>(part: &[R], a: Array, i: 
 /// # Safety
 /// As there.
 #[inline(always)]
-unsafe fn store<R: Real, L: Lane<R>, const WHOLE: bool>(
-    part: &mut [R],
-    (a, i): (Array, usize),
-    value: L,
-) {
+unsafe fn store<R: Real, L: Lane<R>, const WHOLE: bool>(array: &mut [R], i: usize, value: L) {
     // SAFETY: the caller's promise.
-    if WHOLE {
-        unsafe { value.store_at(part, a.start + i) }
-    } else {
-        value.store_up_to(&mut part[a.start + i..a.start + a.len]);
+    unsafe {
+        match WHOLE {
+            true => value.store_at(array, i),
+            false => value.store_part(array.get_unchecked_mut(i..)),
+        }
     }
 }
 
-/// Work on the lanes of a map's arrays.
+/// Work on the lanes of arrays of one length.
 trait Lanes<R> {
     /// The lane from the `i`th entries on.
     ///
     /// # Safety
-    /// As for [`load`], for all arrays of the map.
+    /// As for [`load`], for all arrays.
     unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize);
 
-    /// All lanes of arrays of a length.
+    /// All lanes.
     ///
     /// # Safety
-    /// All arrays of the map lie in their parts and have this length.
+    /// All arrays have this length.
     #[inline(always)]
     unsafe fn lanes<L: Lane<R>>(&mut self, len: usize) {
         let mut i = 0;
@@ -114,29 +112,25 @@ struct Forward<'a, K, R, const I: usize, const O: usize> {
     row: &'a mut [R],
 }
 
+struct ForwardLanes<'a, K, R, const I: usize, const O: usize> {
+    kernel: &'a K,
+    x: [&'a [R]; I],
+    y: [&'a mut [R]; O],
+}
+
 impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
-    for Forward<'_, K, R, I, O>
+    for ForwardLanes<'_, K, R, I, O>
 {
     #[inline(always)]
     unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize) {
-        let Map {
-            kernel,
-            inputs,
-            outputs,
-            ..
-        } = self.map;
-        let values = Frame {
-            parameters: self.parameters,
-            row: self.row,
-        };
         let mut x = [L::zero(); I];
         for k in 0..I {
             // SAFETY: the caller's promise, here and below.
-            x[k] = unsafe { load::<R, L, WHOLE>(values.part(inputs[k]), inputs[k], i) };
+            x[k] = unsafe { load::<R, L, WHOLE>(self.x[k], i) };
         }
-        let y = kernel.eval(x);
+        let y = self.kernel.eval(x);
         for k in 0..O {
-            unsafe { store::<R, L, WHOLE>(self.row, (outputs[k], i), y[k]) };
+            unsafe { store::<R, L, WHOLE>(self.y[k], i, y[k]) };
         }
     }
 }
@@ -146,27 +140,29 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
 {
     type Output = ();
     #[inline(always)]
-    fn run<L: Lane<R>>(mut self) {
+    fn run<L: Lane<R>>(self) {
         let Map {
-            inputs, outputs, ..
+            kernel,
+            inputs,
+            outputs,
+            ..
         } = self.map;
-        let len = inputs[0].len;
-        check([self.parameters, self.row], inputs, len);
-        check([self.parameters, self.row], outputs, len);
-        // SAFETY: the arrays were checked.
-        unsafe { self.lanes::<L>(len) }
-    }
-}
-
-/// Panics unless the arrays lie in their parts and are as long as the first.
-#[inline(always)]
-fn check<R: Real>([parameters, row]: [&[R]; 2], arrays: &[Array], len: usize) {
-    let values = Frame { parameters, row };
-    for &a in arrays {
-        assert!(
-            a.len == len && a.start + len <= values.part(a).len(),
-            "an array lies outside its part"
-        );
+        let (row, after) = self.row.split_at_mut(outputs[0].start);
+        let values = Frame {
+            parameters: self.parameters,
+            row,
+        };
+        let len = outputs[0].len;
+        let mut lanes = ForwardLanes {
+            kernel,
+            x: inputs.map(|input| &values.get(input)[..len]),
+            y: [(); O].map(|()| &mut [][..]),
+        };
+        for (y, output) in lanes.y.iter_mut().zip(after.chunks_exact_mut(len)) {
+            *y = output;
+        }
+        // SAFETY: the slices have this length.
+        unsafe { lanes.lanes::<L>(len) }
     }
 }
 
@@ -176,32 +172,37 @@ struct Reverse<'a, 'b, K, R, const I: usize, const O: usize> {
     bars: &'a mut Bars<'b, R>,
 }
 
+struct ReverseLanes<'a, K, R, const I: usize, const O: usize> {
+    kernel: &'a K,
+    x: [&'a [R]; I],
+    y_bar: [&'a [R]; O],
+    /// Where the cotangents of the inputs lie, and from where on, of those that are wanted.
+    bars: [&'a mut [R]; 2],
+    wanted: [Option<(usize, usize)>; I],
+    len: usize,
+}
+
 impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
-    for Reverse<'_, '_, K, R, I, O>
+    for ReverseLanes<'_, K, R, I, O>
 {
     #[inline(always)]
     unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize) {
-        let Map {
-            kernel,
-            inputs,
-            outputs,
-            active,
-        } = self.map;
         let (mut x, mut y_bar) = ([L::zero(); I], [L::zero(); O]);
         for k in 0..I {
             // SAFETY: the caller's promise, here and below.
-            x[k] = unsafe { load::<R, L, WHOLE>(self.values.part(inputs[k]), inputs[k], i) };
+            x[k] = unsafe { load::<R, L, WHOLE>(self.x[k], i) };
         }
         for k in 0..O {
-            y_bar[k] = unsafe { load::<R, L, WHOLE>(self.bars.row, outputs[k], i) };
+            y_bar[k] = unsafe { load::<R, L, WHOLE>(self.y_bar[k], i) };
         }
-        let x_bar = kernel.vjp(x, y_bar);
+        let x_bar = self.kernel.vjp(x, y_bar);
         for k in 0..I {
-            if active[k] {
-                let part = self.bars.part_mut(inputs[k]);
+            if let Some((part, start)) = self.wanted[k] {
+                // SAFETY: what is wanted was checked to lie in its part.
                 unsafe {
-                    let bar: L = load::<R, L, WHOLE>(part, inputs[k], i);
-                    store::<R, L, WHOLE>(part, (inputs[k], i), bar + x_bar[k]);
+                    let bar = self.bars[part].get_unchecked_mut(start..start + self.len);
+                    let sum = load::<R, L, WHOLE>(bar, i) + x_bar[k];
+                    store::<R, L, WHOLE>(bar, i, sum);
                 }
             }
         }
@@ -213,17 +214,33 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
 {
     type Output = ();
     #[inline(always)]
-    fn run<L: Lane<R>>(mut self) {
+    fn run<L: Lane<R>>(self) {
         let Map {
-            inputs, outputs, ..
+            kernel,
+            inputs,
+            outputs,
+            active,
         } = self.map;
-        let len = inputs[0].len;
-        let Frame { parameters, row } = self.values;
-        check([parameters, row], inputs, len);
-        let bars = [&*self.bars.parameters, &*self.bars.row];
-        check(bars, inputs, len);
-        check(bars, outputs, len);
-        // SAFETY: the arrays were checked.
-        unsafe { self.lanes::<L>(len) }
+        let len = outputs[0].len;
+        let (row, after) = self.bars.row.split_at_mut(outputs[0].start);
+        let mut lanes = ReverseLanes {
+            kernel,
+            x: inputs.map(|input| &self.values.get(input)[..len]),
+            y_bar: [&[]; O],
+            bars: [row, self.bars.parameters],
+            wanted: [None; I],
+            len,
+        };
+        for (y_bar, output) in lanes.y_bar.iter_mut().zip(after.chunks_exact(len)) {
+            *y_bar = output;
+        }
+        for k in 0..I {
+            let (part, start) = (usize::from(inputs[k].parameter), inputs[k].start);
+            let fits = start + len <= lanes.bars[part].len();
+            assert!(fits, "an array lies outside its part");
+            lanes.wanted[k] = active[k].then_some((part, start));
+        }
+        // SAFETY: the slices have this length.
+        unsafe { lanes.lanes::<L>(len) }
     }
 }

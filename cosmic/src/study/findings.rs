@@ -11,7 +11,7 @@ use crate::report::decimals;
 
 /// What is asked, the trial that answers, the one it is held against, and what the paper says
 /// where it does.
-const QUESTIONS: [(&str, &str, &str, Option<&str>); 10] = [
+const QUESTIONS: [(&str, &str, &str, Option<&str>); 11] = [
     (
         "Does penalised stiffness (SIMP) harm?",
         "simp",
@@ -63,6 +63,12 @@ const QUESTIONS: [(&str, &str, &str, Option<&str>); 10] = [
     (
         "What does the choice of the delivered controller bring?",
         "last-iterate",
+        REFERENCE,
+        None,
+    ),
+    (
+        "Do gradients in f32 cost distance?",
+        "single-precision",
         REFERENCE,
         None,
     ),

@@ -259,7 +259,7 @@ kind = \"last\"
 ";
 
 /// Changes of a built-in scene: the trial's name, what a reader calls it, the scene, the change.
-const FINDINGS: [(&str, &str, &str, &str); 13] = [
+const FINDINGS: [(&str, &str, &str, &str); 14] = [
     (REFERENCE, "the default", "stability", ""),
     (
         "simp",
@@ -314,6 +314,12 @@ const FINDINGS: [(&str, &str, &str, &str); 13] = [
         "without selection.kind",
         "stability",
         "[selection]\nkind = \"last\"",
+    ),
+    (
+        "single-precision",
+        "gradients in f32",
+        "stability",
+        "[gradient]\nprecision = \"f32\"",
     ),
     ("c", "c as by default", "three_legged", ""),
     (
