@@ -1,9 +1,8 @@
 //! Programs of shapes that the net of springs has not, against the same steps written out.
 
-mod common;
-
-use autodiff::{Adjoint, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout};
-use common::gradients;
+use autodiff::{
+    Adjoint, Dual, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout, gradient,
+};
 
 // As few as do where Miri interprets them.
 const NODES: usize = if cfg!(miri) { 7 } else { 11 };
@@ -74,20 +73,31 @@ fn assert_close(a: &[f64], b: &[f64]) {
     }
 }
 
-/// Value and gradient of both, in every mode.
+/// Value, gradient and the derivative of the gradient in one direction, of both.
 #[track_caller]
 fn assert_same(model: impl Step) {
     let len = model.shapes().iter().sum();
     let x: Vec<f64> = (0..len).map(|i| (1.3 * i as f64 + 0.4).sin()).collect();
+    let along: Vec<Dual<f64, 1>> = (x.iter().rev().zip(&x))
+        .map(|(&tangent, &value)| Dual {
+            value,
+            tangent: [tangent],
+        })
+        .collect();
     let of = |as_program| Steps {
         model: model.clone(),
         as_program,
     };
     let (program, plain) = (of(true), of(false));
     assert_close(&[program.eval(&x)], &[plain.eval(&x)]);
-    for ((_, ours), (_, plain)) in gradients(&program, &x).iter().zip(gradients(&plain, &x)) {
-        assert_close(ours, &plain);
-    }
+    let [ours, plains] = [&program, &plain].map(|steps| (steps.eval(&along), gradient(steps, &x)));
+    assert_close(&ours.0.tangent, &plains.0.tangent);
+    assert_close(&ours.1, &plains.1);
+    let second = |steps| -> Vec<f64> {
+        let gradient = gradient(steps, &along);
+        gradient.iter().map(|g| g.tangent[0]).collect()
+    };
+    assert_close(&second(&program), &second(&plain));
 }
 
 /// A rotation of `(x, y)`.

@@ -248,7 +248,7 @@ where
             row,
         } = self;
         let sources = map.sources(Frame { parameters, row });
-        let mut results = slices::<R, O>(&mut map.scratch, &map.plan);
+        let results = slices::<R, O>(&mut map.scratch, &map.plan);
         for &lane in &map.plan.edges {
             // SAFETY: the sources and the results have the plan's reach.
             unsafe {
@@ -296,7 +296,7 @@ where
             assert!(fits, "slots outside their part");
             wanted[k] = active.then_some(array);
         }
-        let mut ends_bar = slices::<R, C>(&mut map.scratch, &map.plan);
+        let ends_bar = slices::<R, C>(&mut map.scratch, &map.plan);
         for &lane in &map.plan.edges {
             // SAFETY: all that is read and written was checked to have the plan's reach.
             unsafe {
