@@ -28,6 +28,9 @@ impl Summand for Everything {
         // Runs of places: shared and own, own and own, own and shared, none.
         let dots = R::dot(shared, &scratch[1..4]) + R::dot(&scratch[2..], &scratch[2..]);
         let dots = dots + R::dot(datum, &shared[..2]) + R::dot(&[b, x], &[y, a]);
+        // Shared and own, of which some data have no use.
+        let dots = dots + R::dot(&shared[..2], datum);
+        let dots = dots + R::select(inside, R::dot(&shared[1..], datum), x);
         dots + R::sum(datum) * R::sum(&[a, y, c]) + R::sum(scratch)
     }
 }

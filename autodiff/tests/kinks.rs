@@ -3,7 +3,7 @@
 
 mod common;
 
-use autodiff::{Function, Real, gradient, hessian};
+use autodiff::{Function, Real, Tape, Var, gradient, hessian};
 use common::{assert_gradient, forward_gradient};
 
 const INF: f64 = f64::INFINITY;
@@ -110,6 +110,17 @@ fn select_passes_the_chosen_operand_alone() {
     assert_gradient(&Kink::Select, &[0.0], &[2.0]);
     assert_gradient(&Kink::Select, &[-1.0], &[2.0]);
     assert_gradient(&Kink::Select, &[4.0], &[-0.0625]);
+}
+
+/// Where all lanes choose alike, the choice is the operand itself.
+#[test]
+fn a_choice_of_all_lanes_is_not_recorded() {
+    let mut tape = Tape::new();
+    for (mask, chosen) in [(true, 3.0), (false, 4.0)] {
+        let y = tape.record(&[3.0, 4.0], |x| Var::select(mask, x[0], x[1]));
+        assert_eq!(y.value(), chosen);
+        assert_eq!(tape.len(), 2, "the inputs and nothing else");
+    }
 }
 
 #[test]

@@ -68,6 +68,11 @@ fn variables_of_two_tapes_do_not_mix() {
         gradient_of(|x| Var::constant(inner(x[0])), &[1.0]);
     });
     assert!(message.contains("nest by type"), "{message}");
+    let message = panic_message(|| {
+        let inner = |x: Var<f64>| gradient_of(|y| Var::sum(&[x, y[0]]), &[1.0])[0];
+        gradient_of(|x| Var::constant(inner(x[0])), &[1.0]);
+    });
+    assert!(message.contains("nest by type"), "of a sum: {message}");
 }
 
 #[test]

@@ -14,10 +14,15 @@ fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
         / scale
 }
 
+/// So many steps, or the few that Miri has time for.
+fn steps(all: usize) -> usize {
+    if cfg!(miri) { all.min(7) } else { all }
+}
+
 #[test]
 fn reverse_sweep_agrees_with_duals_tape_and_differences() {
     // 37 steps: batches of outer products end full and partly filled.
-    let loss = Loss::new(37);
+    let loss = Loss::new(steps(37));
     let x = loss.point();
     let (value, gradient) = value_and_gradient(&loss, &x);
     let relative = (value - loss.eval(&x)).abs() / value.abs();
@@ -62,7 +67,7 @@ fn whole_rollout_on_the_scalar_tape_gives_the_same_gradient() {
             self.0.eval(&dual).value
         }
     }
-    let loss = Loss::new(9);
+    let loss = Loss::new(steps(9));
     let x = loss.point();
     let (_, fused) = value_and_gradient(&loss, &x);
     let (_, scalars) = value_and_gradient(&Scalars(loss), &x);
@@ -71,7 +76,7 @@ fn whole_rollout_on_the_scalar_tape_gives_the_same_gradient() {
 
 #[test]
 fn single_precision_gradient_is_single_precise() {
-    let loss = Loss::new(20);
+    let loss = Loss::new(steps(20));
     let x = loss.point();
     let (_, double) = value_and_gradient(&loss, &x);
     let single: Vec<f32> = x.iter().map(|&x| x as f32).collect();
@@ -83,7 +88,7 @@ fn single_precision_gradient_is_single_precise() {
 
 #[test]
 fn constants_get_no_cotangent_and_do_not_disturb_the_rest() {
-    let loss = Loss::new(19);
+    let loss = Loss::new(steps(19));
     let x = loss.point();
     let (_, all) = value_and_gradient(&loss, &x);
     let [k, w, w1, ..] = loss.rollout.model.shapes();
@@ -102,7 +107,7 @@ fn constants_get_no_cotangent_and_do_not_disturb_the_rest() {
 
 #[test]
 fn cotangent_bound_holds_back_and_is_off_by_default() {
-    let mut loss = Loss::new(30);
+    let mut loss = Loss::new(steps(30));
     let x = loss.point();
     let (_, exact) = value_and_gradient(&loss, &x);
     loss.rollout.cotangent_bound = Some(CotangentBound {
@@ -135,7 +140,7 @@ fn a_cotangent_too_large_to_be_measured_is_told() {
             self.0.eval(x) * R::lit(1e200)
         }
     }
-    let mut loss = Loss::new(12);
+    let mut loss = Loss::new(steps(12));
     let x = loss.point();
     loss.rollout.cotangent_bound = Some(CotangentBound {
         norm: 3.0,
@@ -148,7 +153,7 @@ fn a_cotangent_too_large_to_be_measured_is_told() {
 #[test]
 fn any_memory_gives_the_same_bits() {
     // 61 steps in stretches of various lengths; no power of two, and no multiple of a batch.
-    let mut loss = Loss::new(61);
+    let mut loss = Loss::new(steps(61));
     let x = loss.point();
     let all = value_and_gradient(&loss, &x);
     for states in [12, 13, 20, 57, 200, 100_000] {
@@ -160,7 +165,7 @@ fn any_memory_gives_the_same_bits() {
 /// A tape can be pulled back more than once, from whatever its rollout has kept.
 #[test]
 fn a_second_pullback_has_the_same_bits() {
-    let mut loss = Loss::new(40);
+    let mut loss = Loss::new(steps(40));
     let x = loss.point();
     for memory in [Memory::All, Memory::States(12)] {
         loss.rollout.memory = memory;

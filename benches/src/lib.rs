@@ -1,6 +1,7 @@
 //! Benchmarks across both crates.
 
 pub mod adbench;
+pub mod callgrind;
 #[cfg(test)]
 mod emitted;
 pub mod tapes;

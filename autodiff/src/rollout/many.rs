@@ -23,8 +23,8 @@ pub(super) struct Many<M> {
 /// the last start.
 #[derive(Clone)]
 pub(super) struct Group {
-    starts: Range<usize>,
-    lanes: usize,
+    pub(super) starts: Range<usize>,
+    pub(super) lanes: usize,
 }
 
 impl Group {
@@ -51,7 +51,7 @@ impl Group {
 
 impl<M: Model> Many<M> {
     /// Half a register's starts cost about as much together as alone.
-    fn groups<R: Real>(&self) -> Vec<Group> {
+    pub(super) fn groups<R: Real>(&self) -> Vec<Group> {
         let (mut groups, mut first) = (Vec::new(), 0);
         while first < self.starts {
             let left = self.starts - first;

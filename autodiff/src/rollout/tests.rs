@@ -6,6 +6,7 @@ mod net;
 use net::{Loss, NODES};
 use num_traits::Zero;
 
+use super::many::Many;
 use crate::lanes::{Level, at_most, level};
 use crate::program::lanes;
 use crate::{CotangentBound, Dual, Memory, Real, Var, gradient_of};
@@ -84,6 +85,11 @@ fn slices<R>(of: &[Vec<R>]) -> Vec<&[R]> {
     of.iter().map(Vec::as_slice).collect()
 }
 
+/// So many steps, or the few that Miri has time for.
+fn steps(all: usize) -> usize {
+    if cfg!(miri) { all.min(7) } else { all }
+}
+
 /// Does it in the registers of every level that the machine has.
 fn at_every_level(check: impl Fn()) {
     for cap in [Level::Baseline, Level::Avx2, Level::Avx512] {
@@ -93,13 +99,35 @@ fn at_every_level(check: impl Fn()) {
     }
 }
 
+/// Whole registers, then one for more than half a register's starts, or each of them alone.
+#[test]
+fn starts_fill_registers() {
+    at_every_level(|| {
+        let lanes = lanes::<f64>();
+        for starts in 0..=3 * lanes {
+            let rollout = Loss::new(1).rollout;
+            let groups = Many { rollout, starts }.groups::<f64>();
+            let members: Vec<usize> = groups.iter().flat_map(|g| g.starts.clone()).collect();
+            assert!(members.into_iter().eq(0..starts), "each once, in order");
+            let (full, left) = (starts / lanes, starts % lanes);
+            let together = 2 * left > lanes;
+            let expected = full + if together { 1 } else { left };
+            assert_eq!(groups.len(), expected, "{starts} starts in {lanes} lanes");
+            let wide = groups.iter().filter(|group| group.lanes == lanes).count();
+            if lanes > 1 {
+                assert_eq!(wide, full + usize::from(together));
+            }
+        }
+    });
+}
+
 /// From no start to more than three registers of them, whole registers and parts.
 #[test]
 fn states_have_the_bits_of_each_start_alone() {
     fn check<R: Real + PartialEq>() {
         let lanes = lanes::<R>();
         for count in [0, 1, 3, lanes, lanes + 1, 3 * lanes - 1] {
-            let several = Several::<R>::new(count, 64);
+            let several = Several::<R>::new(count, steps(64));
             let (together, alone) = (several.together(), several.alone());
             assert_eq!(together.len(), count);
             assert!(together == alone, "{count} starts in {lanes} lanes");
@@ -119,7 +147,7 @@ fn gradients_are_the_sums_of_single_ones() {
     fn check<R: Real + PartialEq>(tolerance: f64) {
         for count in [1, 3 * lanes::<R>() - 1] {
             // 37 steps: batches of outer products end full and partly filled.
-            let several = Several::<R>::new(count, 37);
+            let several = Several::<R>::new(count, steps(37));
             let [together, alone] = [true, false].map(|together| several.gradient(together));
             let of_starts = ..count * 2 * NODES;
             assert!(together[of_starts] == alone[of_starts], "{count} starts");
@@ -139,7 +167,7 @@ fn gradients_are_the_sums_of_single_ones() {
 /// Snapshots hold all starts, and every start's cotangent has its own bound.
 #[test]
 fn memory_and_bounds_are_as_for_one() {
-    let mut several = Several::<f64>::new(lanes::<f64>(), 61);
+    let mut several = Several::<f64>::new(lanes::<f64>(), steps(61));
     let all = several.gradient(true);
     several.loss.rollout.memory = Memory::States(13);
     assert!(several.gradient(true) == all);

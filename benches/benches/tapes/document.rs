@@ -47,7 +47,7 @@ fn page(tapes: &str) -> String {
          Eight starts of one design and controller run together, one a lane, where registers have \
          room for so many, with the bits of each alone. `cosmic explain --measure` says the same \
          of any scene; `cargo bench -p benches --bench rollout` takes the figures with \
-         their spread.\n\n{rollouts}\n\
+         their spread, [instructions.md](instructions.md) counts instead of timing.\n\n{rollouts}\n\
          ## Scalar tapes\n\n\
          The gradient of one step of springs, damping and contact, 36 nodes and 110 springs, by \
          all positions, velocities and stiffnesses: plain scalar code, one source for all tapes, \

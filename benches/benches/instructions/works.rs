@@ -1,0 +1,215 @@
+//! What is counted: the works of the other benches.
+
+use std::hint::black_box;
+use std::path::Path;
+
+use autodiff::Real;
+use benches::adbench::{self, Problem};
+use benches::tapes::rivals::{self, Gradient};
+use benches::tapes::step::Lattice;
+use benches::tapes::{inputs, kernels};
+use cosmic::case::Case;
+use cosmic::gradient::{CONTROLLER, DESIGN};
+use cosmic::scene::Scene;
+use cosmic::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
+
+/// Work to be counted. Its setup is done anew in every process, whatever the repetitions.
+pub(crate) struct Work {
+    /// Sets up, and repeats the work so many times.
+    pub(crate) run: Box<dyn Fn(u64)>,
+    /// Repetitions that are counted: one where it has thousands of steps.
+    pub(crate) repeats: u64,
+    /// Units of a repetition, such as time steps.
+    pub(crate) units: f64,
+}
+
+/// What counts are compared to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Base {
+    /// The first figure of the table.
+    Table,
+    /// The first figure of each row.
+    Row,
+}
+
+/// A table of works.
+pub(crate) struct Table {
+    pub(crate) title: &'static str,
+    pub(crate) about: &'static str,
+    /// The names of the columns, that of the rows first.
+    pub(crate) columns: &'static [&'static str],
+    pub(crate) rows: Vec<(String, Vec<Work>)>,
+    pub(crate) base: Base,
+}
+
+impl Table {
+    /// All works, row by row.
+    pub(crate) fn works(&self) -> impl Iterator<Item = &Work> {
+        self.rows.iter().flat_map(|(_, works)| works)
+    }
+}
+
+/// All tables.
+pub(crate) fn tables() -> Vec<Table> {
+    vec![robot(), tapes(), problems()]
+}
+
+fn robot() -> Table {
+    let (mixture, one_hot) = ("stability", "baseline_tall");
+    let row = |name: &str, works| (name.to_owned(), works);
+    Table {
+        title: "The robot's rollout",
+        about: "6x6 nodes, 110 edges, 32 hidden units: instructions a step of 4096, with their share \
+                of what a rollout does at its beginning and end. In brackets: times the two bare \
+                mat-vecs of the controller in f64.",
+        columns: &[
+            "design",
+            "rollout",
+            "value and design gradient",
+            "value and controller gradient",
+        ],
+        rows: vec![
+            row("nothing but two mat-vecs, f64", vec![matvecs(mixture)]),
+            row("mixture, f64", in_type::<f64>(mixture)),
+            row("mixture, f32", in_type::<f32>(mixture)),
+            row("one-hot, f64", in_type::<f64>(one_hot)),
+            row("one-hot, f32", in_type::<f32>(one_hot)),
+        ],
+        base: Base::Table,
+    }
+}
+
+fn case(scene: &Scene) -> Case {
+    Case::of_scene(scene, 0).expect("a built-in scene is complete")
+}
+
+fn load(scene: &str) -> Scene {
+    Scene::load(scene).expect("the scene is built in")
+}
+
+fn matvecs(scene: &'static str) -> Work {
+    let run = move |repeats| {
+        let matvecs = TwoMatvecs::new(&case(&load(scene)));
+        for _ in 0..repeats {
+            black_box(matvecs.run(MEASURED_STEPS));
+        }
+    };
+    Work {
+        run: Box::new(run),
+        repeats: 1,
+        units: MEASURED_STEPS as f64,
+    }
+}
+
+/// Work on a rollout of a scene's robot.
+fn rollout(scene: &'static str, work: impl Fn(&Subject<'_>) + 'static) -> Work {
+    let run = move |repeats| {
+        let scene = load(scene);
+        let case = case(&scene);
+        let subject = Subject::new(&case, &scene.loss);
+        for _ in 0..repeats {
+            work(&subject);
+        }
+    };
+    Work {
+        run: Box::new(run),
+        repeats: 1,
+        units: MEASURED_STEPS as f64,
+    }
+}
+
+fn in_type<R: Real>(scene: &'static str) -> Vec<Work> {
+    let gradient = |blocks| {
+        rollout(scene, move |subject| {
+            black_box(subject.gradient::<R>(blocks));
+        })
+    };
+    let plain = rollout(scene, |subject| {
+        black_box(subject.rollout::<R>());
+    });
+    vec![plain, gradient(DESIGN), gradient(CONTROLLER)]
+}
+
+/// Steps of the rollouts that kernels are counted in.
+const STEPS: usize = 256;
+
+fn tapes() -> Table {
+    let row = |name: &str, work| (name.to_owned(), vec![work]);
+    Table {
+        title: "Scalar tapes",
+        about: "The gradient of one step of springs, as in [speed.md](speed.md). In brackets: \
+                times the primal.",
+        columns: &["one step", "instructions"],
+        rows: vec![
+            row("primal, scalar f64", spring_step(1, || Box::new(plain))),
+            row("`Tape` of this crate", spring_step(1, rivals::ours)),
+            #[cfg(feature = "xad-rs")]
+            row("xad-rs 1.0", spring_step(1, rivals::xad::gradient)),
+            #[cfg(feature = "rivals")]
+            row("reverse 0.2", spring_step(1, rivals::reverse::gradient)),
+            #[cfg(feature = "rivals")]
+            row("ad_trait 0.3", spring_step(1, rivals::ad_trait::gradient)),
+            #[cfg(feature = "rivals")]
+            row("echidna 0.15", spring_step(1, rivals::echidna::gradient)),
+            row(
+                "primal, kernels in lanes",
+                spring_step(STEPS, || kernels::value(&Lattice::default(), STEPS)),
+            ),
+            row(
+                "kernels of this crate",
+                spring_step(STEPS, || kernels::gradient(&Lattice::default(), STEPS)),
+            ),
+        ],
+        base: Base::Table,
+    }
+}
+
+fn plain(lattice: &Lattice, inputs: &[f64]) -> (f64, Vec<f64>) {
+    (lattice.step(inputs), Vec::new())
+}
+
+fn spring_step(steps: usize, gradient: impl Fn() -> Gradient + 'static) -> Work {
+    let run = move |repeats| {
+        let (lattice, inputs, mut gradient) = (Lattice::default(), inputs(), gradient());
+        for _ in 0..repeats {
+            black_box(gradient(&lattice, black_box(&inputs)));
+        }
+    };
+    Work {
+        run: Box::new(run),
+        repeats: 16,
+        units: steps as f64,
+    }
+}
+
+fn problems() -> Table {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/adbench");
+    let cases = adbench::cases(&folder).expect("the problems of this workspace are readable");
+    let row = |case: adbench::Case| {
+        let objective = problem(case.clone(), |problem| problem.objective());
+        let derivative = problem(case.clone(), |problem| problem.derivative());
+        (case.name, vec![objective, derivative])
+    };
+    Table {
+        title: "ADBench",
+        about: "Objectives and derivatives of [adbench.md](adbench.md). In brackets: times the \
+                objective.",
+        columns: &["case", "objective", "objective and derivative"],
+        rows: cases.into_iter().map(row).collect(),
+        base: Base::Row,
+    }
+}
+
+fn problem(case: adbench::Case, work: impl Fn(&mut dyn Problem) + 'static) -> Work {
+    let run = move |repeats| {
+        let mut problem = adbench::open(case.kind, &case.file, None).expect("it was read before");
+        for _ in 0..repeats {
+            work(&mut *problem);
+        }
+    };
+    Work {
+        run: Box::new(run),
+        repeats: 2,
+        units: 1.0,
+    }
+}
