@@ -130,7 +130,8 @@ impl Simulator {
         let last = &seen[seen.len().saturating_sub(size)..];
         // The trap is set in the ground's frame; far above the world's origin it proves nothing.
         let high = self.ground.height.abs() + TRAP >= ABSURD;
-        if !high && last.iter().all(|c| c.is_finite()) {
+        // The last place has been in no trap. Two components below half of it are within it.
+        if !high && last.iter().all(|c| c.abs() < 0.5 * TRAP) {
             return Guarded {
                 trajectory: self.trajectory(seen, span),
                 divergence: None,

@@ -7,8 +7,9 @@ use autodiff::{Adjoint, Kernel, Real};
 /// world's: half is below every absurd number.
 pub(super) const TRAP: f64 = 5e5;
 
-/// A node's step with a trap: a node that gets beyond [`TRAP`], or is no number, is at NaN from
-/// then on, and so the last state tells of every step. All other nodes get the same bits.
+/// A node's step with a trap: a node that is too fast after it or was too far before it, by
+/// [`TRAP`], or is no number, has no speed from then on, and a step later no place; and so the last
+/// state tells of every step, but of its own place. All other nodes get the same bits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trapped<K>(pub(super) K);
 
@@ -39,11 +40,14 @@ impl Watch for Watched {
 impl<K: Kernel<7, 4>> Kernel<7, 4> for Trapped<K> {
     #[inline(always)]
     fn eval<R: Real>(&self, node: [R; 7]) -> [R; 4] {
-        let [x, y, vx, vy] = self.0.eval(node);
-        let squared = x.fma(x, y.fma(y, vx.fma(vx, vy * vy)));
+        let [x, y, ..] = node;
+        let [new_x, new_y, vx, vy] = self.0.eval(node);
+        // The place before, and the speed after: both are there before the new place is, which
+        // the whole next step waits for. A guard that it waited for as well cost twice as much.
+        let squared = vx.fma(vx, vy.fma(vy, x.fma(x, y * y)));
         // No NaN is less than anything.
         let sane = squared.lt(R::lit(TRAP * TRAP));
-        [R::select(sane, x, R::lit(f64::NAN)), y, vx, vy]
+        [new_x, new_y, R::select(sane, vx, R::lit(f64::NAN)), vy]
     }
 }
 
@@ -68,7 +72,7 @@ mod tests {
     fn a_trap_catches_what_is_absurd_and_leaves_the_rest_alone() {
         let node = |speed: f64| [0.3, 0.2, speed, -0.5, 1e-3, 2e-3, 40.0];
         let plain = Sticking(flight());
-        let caught = |node: [f64; 7]| Trapped(plain).eval(node)[0].is_nan();
+        let caught = |node: [f64; 7]| Trapped(plain).eval(node)[2].is_nan();
         for speed in [0.4, -0.5] {
             let node = node(speed);
             assert_eq!(Trapped(plain).eval(node), plain.eval(node));
