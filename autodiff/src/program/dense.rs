@@ -34,12 +34,16 @@ pub(super) struct Dense<R> {
 
 /// An output in which the rows are set out among zeros.
 struct Spread<R> {
-    /// For each lane of the output, which of its places have a row.
-    bits: Vec<u16>,
-    /// The rows' values, and the cotangents of what `tanh` is taken of, at the rows' places in
-    /// the output. With room for a lane past the last.
+    lanes: Vec<LaneOfRows>,
+    /// The rows' values, with room for a lane past the last.
     y: Aligned<R>,
-    bar: Aligned<R>,
+}
+
+/// A lane of the output: its first row, and a bit for each of its places that has one.
+#[derive(Clone, Copy)]
+struct LaneOfRows {
+    first: usize,
+    bits: u16,
 }
 
 /// Which cotangents are asked for.
@@ -52,16 +56,18 @@ struct Active {
 impl<R: Real> Spread<R> {
     /// `None` where there are no gaps.
     fn new(places: &[bool]) -> Option<Self> {
-        let bits = |places: &[bool]| {
-            let set = places.iter().rev();
-            set.fold(0, |bits, &row| bits << 1 | u16::from(row))
+        let count = |places: &[bool]| places.iter().filter(|row| **row).count();
+        let (lanes, rows) = (lanes::<R>(), count(places));
+        let lane = |(k, part): (usize, &[bool])| LaneOfRows {
+            first: count(&places[..k * lanes]),
+            bits: part
+                .iter()
+                .rev()
+                .fold(0, |bits, &row| bits << 1 | u16::from(row)),
         };
-        let lanes = lanes::<R>();
-        let rows = places.iter().filter(|row| **row).count();
         (rows < places.len()).then(|| Self {
-            bits: places.chunks(lanes).map(bits).collect(),
-            y: Aligned::zeros(rows + 2 * lanes),
-            bar: Aligned::zeros(places.len() + lanes),
+            lanes: places.chunks(lanes).enumerate().map(lane).collect(),
+            y: Aligned::zeros(rows + lanes),
         })
     }
 }
@@ -172,7 +178,6 @@ impl<R: Real> Operation<R> for Dense<R> {
         self.weights.back ^= true;
         let (row, output) = row.split_at_mut(self.output.start);
         let values = Frame { parameters, row };
-        let output = &mut output[..self.output.len];
         let mut product = Product {
             matrix: &self.weights,
             x: input(&self.inputs, &mut self.packed, values),
@@ -182,46 +187,28 @@ impl<R: Real> Operation<R> for Dense<R> {
         };
         match &mut self.spread {
             None => {
-                product.y = output;
+                product.y = &mut output[..self.output.len];
                 R::vectorize(product);
             }
-            Some(Spread { bits, y, .. }) => {
+            Some(Spread { lanes, y }) => {
                 product.y = &mut y[..self.bias.len];
                 R::vectorize(product);
-                R::vectorize(SetOut { bits, y, output });
+                R::vectorize(SetOut { lanes, y, output });
             }
         }
     }
 
     fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>) {
-        let rows = self.bias.len;
-        let y_bar = self.batch.under_way_mut();
-        let (y, bar, tanh) = (
-            values.get(self.output),
-            &bars.row[self.output.range()],
-            self.tanh,
-        );
-        match &mut self.spread {
-            None => R::vectorize(Incoming {
-                y,
-                bar,
-                tanh,
-                y_bar: &mut y_bar[..rows],
-            }),
-            Some(Spread { bits, bar: all, .. }) => {
-                R::vectorize(Incoming {
-                    y,
-                    bar,
-                    tanh,
-                    y_bar: &mut all[..y.len()],
-                });
-                R::vectorize(PickUp {
-                    bits,
-                    from: all,
-                    to: y_bar,
-                });
-            }
-        }
+        let start = self.output.start;
+        let (y, bar) = (&values.row[start..], &bars.row[start..]);
+        R::vectorize(Incoming {
+            y,
+            bar,
+            rows: self.output.len,
+            lanes: self.spread.as_ref().map(|spread| &spread.lanes[..]),
+            tanh: self.tanh,
+            y_bar: self.batch.under_way_mut(),
+        });
         if self.active.bias {
             R::vectorize(AddTo {
                 to: bars.get_mut(self.bias),
@@ -258,9 +245,9 @@ impl<R: Real> Operation<R> for Dense<R> {
     }
 }
 
-/// Writes rows to their places in the output.
+/// Writes rows to their places in the output, up to the end of its last lane.
 struct SetOut<'a, R> {
-    bits: &'a [u16],
+    lanes: &'a [LaneOfRows],
     y: &'a [R],
     output: &'a mut [R],
 }
@@ -269,32 +256,9 @@ impl<R: Real> Vectorized<R> for SetOut<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let mut row = 0;
-        for (lane, &bits) in self.bits.iter().enumerate() {
-            let rows = L::load(&self.y[row..]).expand(bits);
-            rows.store_up_to(&mut self.output[lane * L::N..]);
-            row += bits.count_ones() as usize;
-        }
-    }
-}
-
-/// Collects rows from their places in the output. Every lane is written whole; the next one
-/// begins where its rows end.
-struct PickUp<'a, R> {
-    bits: &'a [u16],
-    from: &'a [R],
-    to: &'a mut [R],
-}
-
-impl<R: Real> Vectorized<R> for PickUp<'_, R> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let mut row = 0;
-        for (lane, &bits) in self.bits.iter().enumerate() {
-            let rows = L::load(&self.from[lane * L::N..]).compress(bits);
-            rows.store(&mut self.to[row..]);
-            row += bits.count_ones() as usize;
+        for (lane, output) in self.lanes.iter().zip(self.output.chunks_exact_mut(L::N)) {
+            let rows = L::load(&self.y[lane.first..]).expand(lane.bits);
+            rows.store(output);
         }
     }
 }
@@ -303,7 +267,12 @@ impl<R: Real> Vectorized<R> for PickUp<'_, R> {
 struct Incoming<'a, R> {
     y: &'a [R],
     bar: &'a [R],
+    /// How many rows the output has, where there are no gaps.
+    rows: usize,
+    /// Where there are.
+    lanes: Option<&'a [LaneOfRows]>,
     tanh: bool,
+    /// With room for a lane past the last.
     y_bar: &'a mut [R],
 }
 
@@ -311,13 +280,32 @@ impl<R: Real> Vectorized<R> for Incoming<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        for i in (0..self.y.len()).step_by(L::N) {
-            let (y, mut bar) = (L::load_up_to(&self.y[i..]), L::load_up_to(&self.bar[i..]));
-            if self.tanh {
-                bar = L::chain((-y).fma(y, L::one()), bar);
+        let both = self.y.chunks_exact(L::N).zip(self.bar.chunks_exact(L::N));
+        match self.lanes {
+            None => {
+                let to = self.y_bar[..self.rows].chunks_mut(L::N);
+                for (to, (y, bar)) in to.zip(both) {
+                    inner::<R, L>(self.tanh, y, bar).store_up_to(to);
+                }
             }
-            bar.store_up_to(&mut self.y_bar[i..]);
+            // Every lane is written whole; the next one begins where its rows end.
+            Some(lanes) => {
+                for (lane, (y, bar)) in lanes.iter().zip(both) {
+                    let rows = inner::<R, L>(self.tanh, y, bar).compress(lane.bits);
+                    rows.store(&mut self.y_bar[lane.first..]);
+                }
+            }
         }
+    }
+}
+
+/// The cotangent of what `tanh` is taken of, if it is, from the value and the output's.
+#[inline(always)]
+fn inner<R: Real, L: Lane<R>>(tanh: bool, y: &[R], bar: &[R]) -> L {
+    let (y, bar) = (L::load(y), L::load(bar));
+    match tanh {
+        true => L::chain((-y).fma(y, L::one()), bar),
+        false => bar,
     }
 }
 

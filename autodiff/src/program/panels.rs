@@ -18,6 +18,8 @@ const PANEL: usize = 4;
 const TILE: usize = 16;
 /// Columns that are summed up apart, so that no sum waits for the one before.
 const PHASES: usize = 4;
+/// Bytes of a matrix beyond which two of its kind do not fit the first cache together.
+const LARGE: usize = 24 << 10;
 
 /// A matrix in panels of some lanes of rows; within a panel column after column.
 ///
@@ -54,10 +56,12 @@ impl Across {
 impl<R: Real> Panels<R> {
     pub(super) fn zero(rows: usize, columns: usize) -> Self {
         let lanes_of_rows = rows.div_ceil(lanes::<R>());
-        // Two panels at least, or there is nothing to turn round.
-        let tall = lanes_of_rows.div_ceil(2).min(PANEL) * lanes::<R>();
+        let entries = Aligned::zeros(lanes_of_rows * lanes::<R>() * columns);
+        // Two panels at least of a large one, or there is nothing to turn round.
+        let least = 1 + usize::from(size_of_val(&entries[..]) > LARGE);
+        let tall = lanes_of_rows.div_ceil(least).min(PANEL) * lanes::<R>();
         Self {
-            entries: Aligned::zeros(lanes_of_rows * lanes::<R>() * columns),
+            entries,
             rows,
             columns,
             tall,
@@ -318,10 +322,10 @@ impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
                 first,
             };
             match (*tall).min(height - first) / L::N {
-                1 => part.add::<L, 1>(panel),
-                2 => part.add::<L, 2>(panel),
-                3 => part.add::<L, 3>(panel),
-                _ => part.add::<L, PANEL>(panel),
+                1 => part.add::<L, 1, 8>(panel),
+                2 => part.add::<L, 2, 4>(panel),
+                3 => part.add::<L, 3, 2>(panel),
+                _ => part.add::<L, PANEL, 2>(panel),
             }
         }
     }
@@ -336,38 +340,39 @@ struct BatchRows<'a, R> {
 }
 
 impl<R: Real> BatchRows<'_, R> {
+    /// To a panel of `W` lanes of rows, `C` columns at once: every load of a cotangent serves all
+    /// of them, and none of their sums waits for the one before.
     #[inline(always)]
-    fn add<L: Lane<R>, const W: usize>(&self, panel: &mut [R]) {
+    fn add<L: Lane<R>, const W: usize, const C: usize>(&self, panel: &mut [R]) {
+        let whole = self.columns / C * C;
+        for column in (0..whole).step_by(C) {
+            self.add_columns::<L, W, C>(panel, column);
+        }
+        for column in whole..self.columns {
+            self.add_columns::<L, W, 1>(panel, column);
+        }
+    }
+
+    #[inline(always)]
+    fn add_columns<L: Lane<R>, const W: usize, const C: usize>(
+        &self,
+        panel: &mut [R],
+        column: usize,
+    ) {
         let Batch { x, y_bar, len, .. } = self.batch;
-        let mut column = 0;
-        // Two columns at once: every load of a cotangent serves both.
-        while column + 2 <= self.columns {
-            let mut sums = [[L::zero(); W]; 2];
-            for s in 0..*len {
-                let x = &x[s * self.columns + column..][..2];
-                let (x0, x1) = (L::splat(x[0]), L::splat(x[1]));
-                let y_bar = &y_bar[s * self.height + self.first..];
-                for w in 0..W {
-                    let y_bar = L::load(&y_bar[w * L::N..]);
-                    sums[0][w] = y_bar.fma(x0, sums[0][w]);
-                    sums[1][w] = y_bar.fma(x1, sums[1][w]);
+        let mut sums = [[L::zero(); W]; C];
+        for s in 0..*len {
+            let x = &x[s * self.columns + column..][..C];
+            let y_bar = &y_bar[s * self.height + self.first..][..W * L::N];
+            for w in 0..W {
+                let y_bar = L::load(&y_bar[w * L::N..]);
+                for c in 0..C {
+                    sums[c][w] = y_bar.fma(L::splat(x[c]), sums[c][w]);
                 }
-            }
-            for sum in sums {
-                add_to::<R, L, W>(&mut panel[column * W * L::N..], sum);
-                column += 1;
             }
         }
-        if column < self.columns {
-            let mut sum = [L::zero(); W];
-            for s in 0..*len {
-                let x0 = L::splat(x[s * self.columns + column]);
-                let y_bar = &y_bar[s * self.height + self.first..];
-                for w in 0..W {
-                    sum[w] = L::load(&y_bar[w * L::N..]).fma(x0, sum[w]);
-                }
-            }
-            add_to::<R, L, W>(&mut panel[column * W * L::N..], sum);
+        for c in 0..C {
+            add_to::<R, L, W>(&mut panel[(column + c) * W * L::N..], sums[c]);
         }
     }
 }
