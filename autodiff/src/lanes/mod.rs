@@ -48,6 +48,38 @@ pub trait Lane<S>: Real {
         // SAFETY: the caller's promise.
         self.store(unsafe { to.get_unchecked_mut(at..at + Self::N) });
     }
+    /// So many scalars, the second number, from the first number on, and zeros.
+    ///
+    /// # Safety
+    /// The slice holds them, and they are no more than `N`.
+    #[allow(unsafe_code)] // As above.
+    #[inline(always)]
+    unsafe fn load_n(from: &[S], (at, n): (usize, usize)) -> Self {
+        debug_assert!(n <= Self::N && at + n <= from.len());
+        // SAFETY: the caller's promise.
+        unsafe {
+            match n == Self::N {
+                true => Self::load_at(from, at),
+                false => Self::load_part(from.get_unchecked(at..at + n)),
+            }
+        }
+    }
+    /// The counterpart of [`load_n`](Lane::load_n).
+    ///
+    /// # Safety
+    /// As there.
+    #[allow(unsafe_code)] // As above.
+    #[inline(always)]
+    unsafe fn store_n(self, to: &mut [S], (at, n): (usize, usize)) {
+        debug_assert!(n <= Self::N && at + n <= to.len());
+        // SAFETY: the caller's promise.
+        unsafe {
+            match n == Self::N {
+                true => self.store_at(to, at),
+                false => self.store_part(to.get_unchecked_mut(at..at + n)),
+            }
+        }
+    }
     /// The mask that is true in lane `k` where bit `k` is set.
     fn mask(bits: u16) -> Self::Mask;
     /// The first lanes in their order at the places of the set bits; zeros elsewhere.

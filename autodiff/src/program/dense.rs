@@ -318,9 +318,9 @@ impl<R: Real> Vectorized<R> for AddTo<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        for i in (0..self.bar.len()).step_by(L::N) {
-            let to = &mut self.to[i..];
-            (L::load_up_to(to) + L::load_up_to(&self.bar[i..])).store_up_to(to);
+        let both = self.to.chunks_mut(L::N).zip(self.bar.chunks(L::N));
+        for (to, bar) in both {
+            (L::load_up_to(to) + L::load_up_to(bar)).store_up_to(to);
         }
     }
 }

@@ -258,9 +258,11 @@ where
                 }
             }
         }
-        collect::<R, L, O>(&map.plan, &results, |o, node, sum| {
-            let nodes = &mut row[map.sums[o].range()];
-            sum.store_up_to(&mut nodes[node..]);
+        let Array { start, len, .. } = map.sums[0];
+        let sums = &mut row[start..start + O * len];
+        collect::<R, L, O>(&map.plan, &results, len, |o, (node, n), sum| {
+            // SAFETY: the sums lie one after the other, and the nodes are theirs.
+            unsafe { sum.store_n(sums, (o * len + node, n)) };
         });
     }
 }
@@ -320,10 +322,20 @@ where
             }
         }
         if map.ends_active {
-            collect::<R, L, C>(&map.plan, &ends_bar, |c, node, sum| {
-                let nodes = &mut bars.get_mut(map.ends[c])[node..];
-                (L::load_up_to(nodes) - sum).store_up_to(nodes);
-            });
+            for end in map.ends {
+                let fits = end.start + end.len <= bars.part(end).len();
+                assert!(fits, "ends outside their part");
+            }
+            collect::<R, L, C>(
+                &map.plan,
+                &ends_bar,
+                map.ends[0].len,
+                |c, (node, n), sum| {
+                    let (part, at) = (bars.part_mut(map.ends[c]), (map.ends[c].start + node, n));
+                    // SAFETY: the nodes lie in their part, as was checked.
+                    unsafe { (L::load_n(part, at) - sum).store_n(part, at) };
+                },
+            );
         }
     }
 }
@@ -343,14 +355,17 @@ fn slices<'a, R: Real, const N: usize>(
 }
 
 /// For every lane of nodes and every array of values per slot, the sum over the nodes' edges,
-/// plus where a node is the tail and minus where it is the head.
+/// plus where a node is the tail and minus where it is the head; with the lane's first node, and
+/// how many there are.
 #[inline(always)]
 fn collect<R: Real, L: Lane<R>, const N: usize>(
     plan: &Plan,
     values: &[&mut [R]; N],
-    mut take: impl FnMut(usize, usize, L),
+    nodes: usize,
+    mut take: impl FnMut(usize, (usize, usize), L),
 ) {
     for (k, at_node) in plan.at_nodes.iter().enumerate() {
+        let node = k * L::N;
         let mut sums = [L::zero(); N];
         for lane in &plan.ends[at_node.clone()] {
             let [tails, heads] = [lane.tails, lane.heads].map(L::mask);
@@ -365,7 +380,7 @@ fn collect<R: Real, L: Lane<R>, const N: usize>(
             }
         }
         for n in 0..N {
-            take(n, k * L::N, sums[n]);
+            take(n, (node, L::N.min(nodes - node)), sums[n]);
         }
     }
 }

@@ -48,43 +48,13 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for
     }
 }
 
-/// The lane of an array from its `i`th entry on: a `WHOLE` one, or what is left.
-///
-/// # Safety
-/// The array has `i + N` entries, or at least `i` and not as many.
-#[inline(always)]
-unsafe fn load<R: Real, L: Lane<R>, const WHOLE: bool>(array: &[R], i: usize) -> L {
-    // SAFETY: the caller's promise.
-    unsafe {
-        match WHOLE {
-            true => L::load_at(array, i),
-            false => L::load_part(array.get_unchecked(i..)),
-        }
-    }
-}
-
-/// The counterpart of [`load`].
-///
-/// # Safety
-/// As there.
-#[inline(always)]
-unsafe fn store<R: Real, L: Lane<R>, const WHOLE: bool>(array: &mut [R], i: usize, value: L) {
-    // SAFETY: the caller's promise.
-    unsafe {
-        match WHOLE {
-            true => value.store_at(array, i),
-            false => value.store_part(array.get_unchecked_mut(i..)),
-        }
-    }
-}
-
 /// Work on the lanes of arrays of one length.
 trait Lanes<R> {
-    /// The lane from the `i`th entries on.
+    /// The lane of so many entries, the second number, from the first number on.
     ///
     /// # Safety
-    /// As for [`load`], for all arrays.
-    unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize);
+    /// All arrays have these entries, which are no more than `N`.
+    unsafe fn lane<L: Lane<R>>(&mut self, at: (usize, usize));
 
     /// All lanes.
     ///
@@ -93,14 +63,14 @@ trait Lanes<R> {
     #[inline(always)]
     unsafe fn lanes<L: Lane<R>>(&mut self, len: usize) {
         let mut i = 0;
-        // SAFETY: whole lanes end within the arrays.
+        // SAFETY: the lanes end within the arrays.
         unsafe {
             while i + L::N <= len {
-                self.lane::<L, true>(i);
+                self.lane::<L>((i, L::N));
                 i += L::N;
             }
             if i < len {
-                self.lane::<L, false>(i);
+                self.lane::<L>((i, len - i));
             }
         }
     }
@@ -122,15 +92,15 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
     for ForwardLanes<'_, K, R, I, O>
 {
     #[inline(always)]
-    unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize) {
+    unsafe fn lane<L: Lane<R>>(&mut self, at: (usize, usize)) {
         let mut x = [L::zero(); I];
         for k in 0..I {
             // SAFETY: the caller's promise, here and below.
-            x[k] = unsafe { load::<R, L, WHOLE>(self.x[k], i) };
+            x[k] = unsafe { L::load_n(self.x[k], at) };
         }
         let y = self.kernel.eval(x);
         for k in 0..O {
-            unsafe { store::<R, L, WHOLE>(self.y[k], i, y[k]) };
+            unsafe { y[k].store_n(self.y[k], at) };
         }
     }
 }
@@ -187,15 +157,15 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
     for ReverseLanes<'_, K, R, I, O>
 {
     #[inline(always)]
-    unsafe fn lane<L: Lane<R>, const WHOLE: bool>(&mut self, i: usize) {
+    unsafe fn lane<L: Lane<R>>(&mut self, at: (usize, usize)) {
         let (mut x, mut y, mut y_bar) = ([L::zero(); I], [L::zero(); O], [L::zero(); O]);
         for k in 0..I {
             // SAFETY: the caller's promise, here and below.
-            x[k] = unsafe { load::<R, L, WHOLE>(self.x[k], i) };
+            x[k] = unsafe { L::load_n(self.x[k], at) };
         }
         for k in 0..O {
-            y[k] = unsafe { load::<R, L, WHOLE>(self.y[k], i) };
-            y_bar[k] = unsafe { load::<R, L, WHOLE>(self.y_bar[k], i) };
+            y[k] = unsafe { L::load_n(self.y[k], at) };
+            y_bar[k] = unsafe { L::load_n(self.y_bar[k], at) };
         }
         let x_bar = self.kernel.vjp_with_results(x, y, y_bar);
         for k in 0..I {
@@ -203,8 +173,8 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
                 // SAFETY: what is wanted was checked to lie in its part.
                 unsafe {
                     let bar = self.bars[part].get_unchecked_mut(start..start + self.len);
-                    let sum = load::<R, L, WHOLE>(bar, i) + x_bar[k];
-                    store::<R, L, WHOLE>(bar, i, sum);
+                    let sum = L::load_n(bar, at) + x_bar[k];
+                    sum.store_n(bar, at);
                 }
             }
         }
