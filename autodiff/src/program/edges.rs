@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::graph::Graph;
-use super::row::Frame;
+use super::row::{Frame, Reach};
 use super::{Aligned, Array, Bars, Operation, WIDEST, lanes};
 use crate::kernel::Adjoint;
 use crate::lanes::{Lane, Vectorized};
@@ -17,16 +17,14 @@ use crate::real::Real;
 pub(super) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
     kernel: K,
     plan: Plan,
-    /// Per node.
-    ends: [Array; C],
-    /// Per slot.
-    per_edge: Vec<Array>,
-    /// Per node.
+    /// `C` arrays per node, then those per slot.
+    inputs: [Array; I],
+    active: [bool; I],
+    /// Per node, one after the other.
     sums: [Array; O],
-    /// Results, or cotangents of differences, per slot.
-    scratch: Vec<Aligned<R>>,
-    ends_active: bool,
-    per_edge_active: Vec<bool>,
+    reach: Reach,
+    /// Results, or cotangents of differences, per slot: one array of them after the other.
+    scratch: Aligned<R>,
 }
 
 /// A graph as the lanes that are gone through, so that no step works them out again.
@@ -35,8 +33,11 @@ struct Plan {
     ends: Vec<LaneOfEnds>,
     /// For one lane of nodes after the other, which of these lie at them.
     at_nodes: Vec<Range<usize>>,
-    /// How many nodes, how many slots and how much scratch lanes touch.
-    reach: [usize; 3],
+    /// How many nodes lanes touch, and how many slots.
+    nodes: usize,
+    slots: usize,
+    /// How long an array of scratch is.
+    room: usize,
 }
 
 /// Slots side by side, and a bit for each that has an edge.
@@ -97,11 +98,9 @@ impl Plan {
         let ends: Vec<LaneOfEnds> = at_nodes.concat();
         let last = ends.iter().map(|e| e.as_tail).max();
         Self {
-            reach: [
-                reach(|e| e.head),
-                reach(|e| e.slot),
-                last.map_or(0, |last| last + lanes),
-            ],
+            nodes: reach(|e| e.head),
+            slots: reach(|e| e.slot),
+            room: last.map_or(0, |last| (last + lanes).next_multiple_of(WIDEST)),
             at_nodes: ranges(&at_nodes),
             edges,
             ends,
@@ -131,54 +130,45 @@ impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C
             "map_edges: the kernel has another number of inputs"
         );
         let plan = Plan::new(graph, lanes::<R>());
-        let [.., room] = plan.reach;
+        let mut inputs = [sums[0]; I];
+        inputs[..C].copy_from_slice(&ends);
+        inputs[C..].copy_from_slice(per_edge);
+        let len = |k| if k < C { plan.nodes } else { plan.slots };
+        let lens = inputs.iter().enumerate().map(|(k, &array)| (array, len(k)));
+        let sums_len = |&array| (array, plan.nodes.max(graph.nodes()));
         Self {
             kernel,
-            ends,
-            per_edge_active: vec![true; per_edge.len()],
-            per_edge: per_edge.to_vec(),
+            inputs,
+            active: [true; I],
+            reach: Reach::new(lens.chain(sums.iter().map(sums_len))),
             sums,
-            scratch: (0..C.max(O)).map(|_| Aligned::zeros(room)).collect(),
-            ends_active: true,
+            scratch: Aligned::zeros(C.max(O) * plan.room),
             plan,
         }
     }
+}
 
-    /// What the edges read.
-    ///
-    /// # Panics
-    /// Unless all that they do lies in its part.
+/// What the edges read: arrays over the nodes, then over the slots.
+struct Sources<'a, R, const C: usize, const I: usize>([&'a [R]; I]);
+
+impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
+    /// # Safety
+    /// The plan's reach from the arrays on was checked.
     #[inline(always)]
-    fn sources<'a>(&self, values: Frame<'a, R>) -> Sources<'a, R, C, I> {
-        let [nodes, slots, _] = self.plan.reach;
-        let mut sources = Sources {
-            ends: [values.row; C],
-            per_edge: [values.row; I],
-        };
-        for c in 0..C {
-            let array = self.ends[c];
-            sources.ends[c] = &values.part(array)[array.start..][..nodes];
+    unsafe fn new(inputs: &[Array; I], plan: &Plan, values: Frame<'a, R>) -> Self {
+        let mut sources = [values.row; I];
+        for k in 0..I {
+            let len = if k < C { plan.nodes } else { plan.slots };
+            // SAFETY: the caller's promise.
+            sources[k] = unsafe { values.reached(inputs[k], len) };
         }
-        for k in C..I {
-            let array = self.per_edge[k - C];
-            sources.per_edge[k] = &values.part(array)[array.start..][..slots];
-        }
-        sources
+        Self(sources)
     }
-}
 
-/// What the edges read: arrays over the nodes, and over the slots. Of the latter, the last `I - C`
-/// are used.
-struct Sources<'a, R, const C: usize, const I: usize> {
-    ends: [&'a [R]; C],
-    per_edge: [&'a [R]; I],
-}
-
-impl<R: Real, const C: usize, const I: usize> Sources<'_, R, C, I> {
     /// The kernel's inputs for a lane of edges.
     ///
     /// # Safety
-    /// The lane is of the plan whose reach the slices have.
+    /// The lane is of the plan.
     #[inline(always)]
     unsafe fn load<L: Lane<R>>(&self, lane: LaneOfEdges) -> [L; I] {
         let LaneOfEdges {
@@ -186,14 +176,14 @@ impl<R: Real, const C: usize, const I: usize> Sources<'_, R, C, I> {
         } = lane;
         let edges = L::mask(lane.bits);
         let mut x = [L::zero(); I];
-        for c in 0..C {
+        for k in 0..I {
             // SAFETY, here and below: the caller's promise.
-            let stretch =
-                unsafe { L::load_at(self.ends[c], head) - L::load_at(self.ends[c], tail) };
-            x[c] = L::select(edges, stretch, L::zero());
-        }
-        for k in C..I {
-            x[k] = unsafe { L::load_at(self.per_edge[k], slot) };
+            x[k] = if k < C {
+                let stretch = unsafe { L::load_at(self.0[k], head) - L::load_at(self.0[k], tail) };
+                L::select(edges, stretch, L::zero())
+            } else {
+                unsafe { L::load_at(self.0[k], slot) }
+            };
         }
         x
     }
@@ -222,8 +212,7 @@ where
         });
     }
     fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
-        self.ends_active = self.ends.iter().any(|a| arrays[a.id]);
-        self.per_edge_active = self.per_edge.iter().map(|a| arrays[a.id]).collect();
+        self.active = self.inputs.map(|a| arrays[a.id]);
     }
 }
 
@@ -247,20 +236,23 @@ where
             parameters,
             row,
         } = self;
-        let sources = map.sources(Frame { parameters, row });
-        let results = slices::<R, O>(&mut map.scratch, &map.plan);
-        for &lane in &map.plan.edges {
-            // SAFETY: the sources and the results have the plan's reach.
-            unsafe {
+        map.reach.check(parameters, row);
+        let Plan { room, .. } = map.plan;
+        let results = &mut map.scratch[..O * room];
+        // SAFETY: the reach was checked, and the results have the plan's room.
+        unsafe {
+            let values = Frame { parameters, row };
+            let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, values);
+            for &lane in &map.plan.edges {
                 let y = map.kernel.eval(sources.load::<L>(lane));
                 for o in 0..O {
-                    y[o].store_at(results[o], lane.scratch);
+                    y[o].store_at(results, o * room + lane.scratch);
                 }
             }
         }
         let Array { start, len, .. } = map.sums[0];
         let sums = &mut row[start..start + O * len];
-        collect::<R, L, O>(&map.plan, &results, len, |o, (node, n), sum| {
+        collect::<R, L, O>(&map.plan, results, len, |o, (node, n), sum| {
             // SAFETY: the sums lie one after the other, and the nodes are theirs.
             unsafe { sum.store_n(sums, (o * len + node, n)) };
         });
@@ -283,25 +275,14 @@ where
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let Self { map, values, bars } = self;
-        let sources = map.sources(values);
-        let [nodes, slots, _] = map.plan.reach;
-        for sum in &map.sums {
-            assert!(
-                sum.start + nodes <= bars.row.len(),
-                "sums outside their row"
-            );
-        }
-        let mut wanted = [None; I];
-        for k in C..I {
-            let (array, active) = (map.per_edge[k - C], map.per_edge_active[k - C]);
-            let fits = array.start + slots <= bars.part(array).len();
-            assert!(fits, "slots outside their part");
-            wanted[k] = active.then_some(array);
-        }
-        let ends_bar = slices::<R, C>(&mut map.scratch, &map.plan);
-        for &lane in &map.plan.edges {
-            // SAFETY: all that is read and written was checked to have the plan's reach.
-            unsafe {
+        map.reach.check(values.parameters, values.row);
+        map.reach.check(bars.parameters, bars.row);
+        let Plan { room, .. } = map.plan;
+        let ends_bar = &mut map.scratch[..C * room];
+        // SAFETY: the reach was checked, and the cotangents of ends have the plan's room.
+        unsafe {
+            let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, values);
+            for &lane in &map.plan.edges {
                 let mut y_bar = [L::zero(); O];
                 for o in 0..O {
                     let sums = map.sums[o].start;
@@ -311,47 +292,26 @@ where
                 }
                 let x_bar = map.kernel.vjp(sources.load::<L>(lane), y_bar);
                 for c in 0..C {
-                    x_bar[c].store_at(ends_bar[c], lane.scratch);
+                    x_bar[c].store_at(ends_bar, c * room + lane.scratch);
                 }
                 for k in C..I {
-                    if let Some(array) = wanted[k] {
+                    if map.active[k] {
+                        let array = map.inputs[k];
                         let (part, place) = (bars.part_mut(array), array.start + lane.slot);
                         (L::load_at(part, place) + x_bar[k]).store_at(part, place);
                     }
                 }
             }
         }
-        if map.ends_active {
-            for end in map.ends {
-                let fits = end.start + end.len <= bars.part(end).len();
-                assert!(fits, "ends outside their part");
-            }
-            collect::<R, L, C>(
-                &map.plan,
-                &ends_bar,
-                map.ends[0].len,
-                |c, (node, n), sum| {
-                    let (part, at) = (bars.part_mut(map.ends[c]), (map.ends[c].start + node, n));
-                    // SAFETY: the nodes lie in their part, as was checked.
-                    unsafe { (L::load_n(part, at) - sum).store_n(part, at) };
-                },
-            );
+        let ends = &map.inputs[..C];
+        if map.active[..C].contains(&true) {
+            collect::<R, L, C>(&map.plan, ends_bar, ends[0].len, |c, (node, n), sum| {
+                let (part, at) = (bars.part_mut(ends[c]), (ends[c].start + node, n));
+                // SAFETY: the nodes lie within the reach that was checked.
+                unsafe { (L::load_n(part, at) - sum).store_n(part, at) };
+            });
         }
     }
-}
-
-/// The first of the scratch, as far as a plan's lanes reach.
-#[inline(always)]
-fn slices<'a, R: Real, const N: usize>(
-    scratch: &'a mut [Aligned<R>],
-    plan: &Plan,
-) -> [&'a mut [R]; N] {
-    let [.., room] = plan.reach;
-    let mut slices = [(); N].map(|()| &mut [][..]);
-    for (slice, scratch) in slices.iter_mut().zip(scratch) {
-        *slice = &mut scratch[..room];
-    }
-    slices
 }
 
 /// For every lane of nodes and every array of values per slot, the sum over the nodes' edges,
@@ -360,10 +320,14 @@ fn slices<'a, R: Real, const N: usize>(
 #[inline(always)]
 fn collect<R: Real, L: Lane<R>, const N: usize>(
     plan: &Plan,
-    values: &[&mut [R]; N],
+    values: &[R],
     nodes: usize,
     mut take: impl FnMut(usize, (usize, usize), L),
 ) {
+    assert!(
+        N * plan.room <= values.len(),
+        "an array of scratch is missing"
+    );
     for (k, at_node) in plan.at_nodes.iter().enumerate() {
         let node = k * L::N;
         let mut sums = [L::zero(); N];
@@ -372,8 +336,8 @@ fn collect<R: Real, L: Lane<R>, const N: usize>(
             for n in 0..N {
                 // SAFETY: the values have the plan's reach.
                 let (as_tail, as_head) = unsafe {
-                    let tail = L::load_at(values[n], lane.as_tail);
-                    (tail, L::load_at(values[n], lane.as_head))
+                    let tail = L::load_at(values, n * plan.room + lane.as_tail);
+                    (tail, L::load_at(values, n * plan.room + lane.as_head))
                 };
                 sums[n] += L::select(tails, as_tail, L::zero());
                 sums[n] -= L::select(heads, as_head, L::zero());

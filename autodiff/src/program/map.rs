@@ -1,7 +1,7 @@
 //! A kernel mapped over arrays.
 #![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
 
-use super::row::Frame;
+use super::row::{Frame, Reach};
 use super::{Array, Bars, Operation};
 use crate::kernel::Adjoint;
 use crate::lanes::{Lane, Vectorized};
@@ -10,18 +10,38 @@ use crate::real::Real;
 pub(super) struct Map<K, const I: usize, const O: usize> {
     kernel: K,
     inputs: [Array; I],
+    /// One after the other.
     outputs: [Array; O],
     active: [bool; I],
+    reach: Reach,
 }
 
 impl<K, const I: usize, const O: usize> Map<K, I, O> {
     pub(super) fn new(kernel: K, inputs: [Array; I], outputs: [Array; O]) -> Self {
+        let Array { start, len, .. } = outputs[0];
+        let before = |a: &Array| a.parameter || a.start + len <= start;
+        assert!(inputs.iter().all(before), "map: an array comes later");
         Self {
             kernel,
             inputs,
             outputs,
             active: [true; I],
+            reach: Reach::new(inputs.iter().chain(&outputs).map(|&array| (array, len))),
         }
+    }
+
+    /// What the kernel reads.
+    ///
+    /// # Safety
+    /// The reach was checked.
+    #[inline(always)]
+    unsafe fn sources<'a, R: Copy>(&self, values: Frame<'a, R>) -> [&'a [R]; I] {
+        let mut sources = [values.row; I];
+        for k in 0..I {
+            // SAFETY: the caller's promise.
+            sources[k] = unsafe { values.reached(self.inputs[k], self.outputs[0].len) };
+        }
+        sources
     }
 }
 
@@ -49,7 +69,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for
 }
 
 /// Work on the lanes of arrays of one length.
-trait Lanes<R> {
+trait Lanes<R, const O: usize> {
     /// The lane of so many entries, the second number, from the first number on.
     ///
     /// # Safety
@@ -82,25 +102,28 @@ struct Forward<'a, K, R, const I: usize, const O: usize> {
     row: &'a mut [R],
 }
 
-struct ForwardLanes<'a, K, R, const I: usize, const O: usize> {
+struct ForwardLanes<'a, K, R, const I: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
-    y: [&'a mut [R]; O],
+    /// The results one after the other, each so long.
+    y: &'a mut [R],
+    len: usize,
 }
 
-impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
-    for ForwardLanes<'_, K, R, I, O>
+impl<R: Real, K, const I: usize, const O: usize> Lanes<R, O> for ForwardLanes<'_, K, R, I>
+where
+    K: Adjoint<I, O>,
 {
     #[inline(always)]
-    unsafe fn lane<L: Lane<R>>(&mut self, at: (usize, usize)) {
+    unsafe fn lane<L: Lane<R>>(&mut self, (i, n): (usize, usize)) {
         let mut x = [L::zero(); I];
         for k in 0..I {
             // SAFETY: the caller's promise, here and below.
-            x[k] = unsafe { L::load_n(self.x[k], at) };
+            x[k] = unsafe { L::load_n(self.x[k], (i, n)) };
         }
         let y = self.kernel.eval(x);
         for k in 0..O {
-            unsafe { y[k].store_n(self.y[k], at) };
+            unsafe { y[k].store_n(self.y, (k * self.len + i, n)) };
         }
     }
 }
@@ -111,28 +134,24 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let Map {
-            kernel,
-            inputs,
-            outputs,
-            ..
-        } = self.map;
-        let (row, after) = self.row.split_at_mut(outputs[0].start);
-        let values = Frame {
-            parameters: self.parameters,
+        let Self {
+            map,
+            parameters,
             row,
-        };
-        let len = outputs[0].len;
-        let mut lanes = ForwardLanes {
-            kernel,
-            x: inputs.map(|input| &values.get(input)[..len]),
-            y: [(); O].map(|()| &mut [][..]),
-        };
-        for (y, output) in lanes.y.iter_mut().zip(after.chunks_exact_mut(len)) {
-            *y = output;
+        } = self;
+        map.reach.check(parameters, row);
+        let Array { start, len, .. } = map.outputs[0];
+        let (row, after) = row.split_at_mut(start);
+        // SAFETY: the reach was checked, and inputs lie before the outputs.
+        unsafe {
+            let mut lanes = ForwardLanes {
+                kernel: &map.kernel,
+                x: map.sources(Frame { parameters, row }),
+                y: &mut after[..O * len],
+                len,
+            };
+            lanes.lanes::<L>(len);
         }
-        // SAFETY: the slices have this length.
-        unsafe { lanes.lanes::<L>(len) }
     }
 }
 
@@ -142,40 +161,43 @@ struct Reverse<'a, 'b, K, R, const I: usize, const O: usize> {
     bars: &'a mut Bars<'b, R>,
 }
 
-struct ReverseLanes<'a, K, R, const I: usize, const O: usize> {
-    kernel: &'a K,
+struct ReverseLanes<'a, 'b, K, R, const I: usize, const O: usize> {
+    map: &'a Map<K, I, O>,
     x: [&'a [R]; I],
-    y: [&'a [R]; O],
-    y_bar: [&'a [R]; O],
-    /// Where the cotangents of the inputs lie, and from where on, of those that are wanted.
-    bars: [&'a mut [R]; 2],
-    wanted: [Option<(usize, usize)>; I],
-    len: usize,
+    /// The results one after the other.
+    y: &'a [R],
+    bars: &'a mut Bars<'b, R>,
 }
 
-impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Lanes<R>
-    for ReverseLanes<'_, K, R, I, O>
+impl<R: Real, K, const I: usize, const O: usize> Lanes<R, O> for ReverseLanes<'_, '_, K, R, I, O>
+where
+    K: Adjoint<I, O>,
 {
     #[inline(always)]
-    unsafe fn lane<L: Lane<R>>(&mut self, at: (usize, usize)) {
+    unsafe fn lane<L: Lane<R>>(&mut self, (i, n): (usize, usize)) {
+        let Map {
+            kernel,
+            inputs,
+            outputs,
+            active,
+            ..
+        } = self.map;
+        let Array { start, len, .. } = outputs[0];
         let (mut x, mut y, mut y_bar) = ([L::zero(); I], [L::zero(); O], [L::zero(); O]);
         for k in 0..I {
             // SAFETY: the caller's promise, here and below.
-            x[k] = unsafe { L::load_n(self.x[k], at) };
+            x[k] = unsafe { L::load_n(self.x[k], (i, n)) };
         }
         for k in 0..O {
-            y[k] = unsafe { L::load_n(self.y[k], at) };
-            y_bar[k] = unsafe { L::load_n(self.y_bar[k], at) };
+            let place = k * len + i;
+            y[k] = unsafe { L::load_n(self.y, (place, n)) };
+            y_bar[k] = unsafe { L::load_n(self.bars.row, (start + place, n)) };
         }
-        let x_bar = self.kernel.vjp_with_results(x, y, y_bar);
+        let x_bar = kernel.vjp_with_results(x, y, y_bar);
         for k in 0..I {
-            if let Some((part, start)) = self.wanted[k] {
-                // SAFETY: what is wanted was checked to lie in its part.
-                unsafe {
-                    let bar = self.bars[part].get_unchecked_mut(start..start + self.len);
-                    let sum = L::load_n(bar, at) + x_bar[k];
-                    sum.store_n(bar, at);
-                }
+            if active[k] {
+                let (part, at) = (self.bars.part_mut(inputs[k]), (inputs[k].start + i, n));
+                unsafe { (L::load_n(part, at) + x_bar[k]).store_n(part, at) };
             }
         }
     }
@@ -187,33 +209,19 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let Map {
-            kernel,
-            inputs,
-            outputs,
-            active,
-        } = self.map;
-        let len = outputs[0].len;
-        let (row, after) = self.bars.row.split_at_mut(outputs[0].start);
-        let mut lanes = ReverseLanes {
-            kernel,
-            x: inputs.map(|input| &self.values.get(input)[..len]),
-            y: outputs.map(|output| &self.values.get(output)[..len]),
-            y_bar: [&[]; O],
-            bars: [row, self.bars.parameters],
-            wanted: [None; I],
-            len,
-        };
-        for (y_bar, output) in lanes.y_bar.iter_mut().zip(after.chunks_exact(len)) {
-            *y_bar = output;
+        let Self { map, values, bars } = self;
+        map.reach.check(values.parameters, values.row);
+        map.reach.check(bars.parameters, bars.row);
+        let Array { start, len, .. } = map.outputs[0];
+        // SAFETY: the reach was checked.
+        unsafe {
+            let mut lanes = ReverseLanes {
+                map,
+                x: map.sources(values),
+                y: &values.row[start..start + O * len],
+                bars,
+            };
+            lanes.lanes::<L>(len);
         }
-        for k in 0..I {
-            let (part, start) = (usize::from(inputs[k].parameter), inputs[k].start);
-            let fits = start + len <= lanes.bars[part].len();
-            assert!(fits, "an array lies outside its part");
-            lanes.wanted[k] = active[k].then_some((part, start));
-        }
-        // SAFETY: the slices have this length.
-        unsafe { lanes.lanes::<L>(len) }
     }
 }

@@ -9,7 +9,7 @@ pub(super) struct Frame<'a, R> {
     pub(super) row: &'a [R],
 }
 
-impl<'a, R> Frame<'a, R> {
+impl<'a, R: Copy> Frame<'a, R> {
     /// The part in which an array lies.
     #[inline(always)]
     pub(super) fn part(self, array: Array) -> &'a [R] {
@@ -22,6 +22,48 @@ impl<'a, R> Frame<'a, R> {
     #[inline(always)]
     pub(super) fn get(self, array: Array) -> &'a [R] {
         &self.part(array)[array.range()]
+    }
+    /// So many numbers from the start of an array on, without a check.
+    ///
+    /// # Safety
+    /// They are within a [`Reach`] that was checked.
+    #[allow(unsafe_code)] // Checks were a twelfth of a rollout's instructions.
+    #[inline(always)]
+    pub(super) unsafe fn reached(self, array: Array, len: usize) -> &'a [R] {
+        let range = array.start..array.start + len;
+        debug_assert!(range.end <= self.part(array).len());
+        // SAFETY: the caller's promise.
+        unsafe { self.part(array).get_unchecked(range) }
+    }
+}
+
+/// How far the arrays of an operation reach into the two parts. A step that checks this once need
+/// not check every array.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Reach {
+    parameters: usize,
+    row: usize,
+}
+
+impl Reach {
+    /// Of so many numbers from the start of each array on.
+    pub(super) fn new(arrays: impl IntoIterator<Item = (Array, usize)>) -> Self {
+        let mut reach = Self::default();
+        for (array, len) in arrays {
+            let end = match array.parameter {
+                true => &mut reach.parameters,
+                false => &mut reach.row,
+            };
+            *end = (array.start + len).max(*end);
+        }
+        reach
+    }
+    /// # Panics
+    /// Unless the parts are as long as that.
+    #[inline(always)]
+    pub(super) fn check<R>(self, parameters: &[R], row: &[R]) {
+        let fits = self.parameters <= parameters.len() && self.row <= row.len();
+        assert!(fits, "arrays reach beyond the numbers of a step");
     }
 }
 
