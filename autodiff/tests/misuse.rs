@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use autodiff::{Dual, Real, Tape, Var, gradient_of};
+use autodiff::{Adjoint, Array, Dual, Graph, Kernel, Program, Real, Tape, Var, gradient_of};
 
 fn panic_message<T>(action: impl FnOnce() -> T) -> String {
     let caught = catch_unwind(AssertUnwindSafe(action));
@@ -153,4 +153,43 @@ fn an_empty_tape_says_so() {
     assert!(!tape.is_empty(), "an input is an entry");
     tape.record(&[] as &[f64], |_| ());
     assert!(tape.is_empty(), "the last recording counts");
+}
+
+struct Twice;
+
+impl Kernel<1, 1> for Twice {
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [x + x]
+    }
+}
+
+impl Adjoint<1, 1> for Twice {}
+
+#[test]
+fn arrays_of_another_program_are_refused() {
+    type Use = fn(&mut Program<f64>, Array);
+    let uses: [Use; 5] = [
+        |program, array| _ = program.map(Twice, [array]),
+        |program, array| _ = program.gather(array, &[Some(0)]),
+        |program, array| {
+            let graph = Graph::new(2, &[[0, 1]]);
+            _ = program.map_edges(&graph, Twice, ([array], &[]));
+        },
+        |program, array| {
+            let (matrix, bias) = (program.matrix(1, 2), program.parameter(1));
+            _ = program.dense(matrix, &[array], bias);
+        },
+        |program, array| {
+            let state = program.state(2);
+            program.advance(state, array);
+        },
+    ];
+    for (k, of_program) in uses.into_iter().enumerate() {
+        let mut other = Program::default();
+        let apart = (0..9).map(|_| other.parameter(2)).last();
+        let foreign = apart.expect("there are nine");
+        let message = panic_message(|| of_program(&mut Program::default(), foreign));
+        assert!(message.contains("of another program"), "{k}: {message}");
+        of_program(&mut other, foreign);
+    }
 }

@@ -193,6 +193,7 @@ impl<R: Real> Program<R> {
     pub fn advance(&mut self, state: Array, next: Array) {
         let part = self.states.iter().position(|s| *s == state);
         let part = part.expect("advance: the first array is no part of the state");
+        self.know(&[next]);
         assert_eq!(state.len, next.len, "advance: the arrays differ in length");
         self.next[part] = Some(next);
     }
@@ -231,13 +232,20 @@ impl<R: Real> Program<R> {
     }
 }
 
-/// The operations.
+/// The operations. Each panics where a handle is of another program.
 impl<R: Real> Program<R> {
+    /// What an operation reads has to be there, and before it: steps do not check that.
+    fn know(&self, arrays: &[Array]) {
+        let known = |array: &Array| self.arrays.get(array.id) == Some(array);
+        assert!(arrays.iter().all(known), "an array is of another program");
+    }
+
     /// Maps a kernel over arrays of one length.
     pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
     where
         K: Adjoint<I, O>,
     {
+        self.know(&x);
         let len = x[0].len();
         assert!(
             x.iter().all(|a| a.len() == len),
@@ -277,6 +285,8 @@ impl<R: Real> Program<R> {
         places: &[bool],
         tanh: bool,
     ) -> Array {
+        self.know(x);
+        self.know(&[bias]);
         let columns: usize = x.iter().map(|a| a.len()).sum();
         assert_eq!(
             columns, matrix.columns,
@@ -311,6 +321,8 @@ impl<R: Real> Program<R> {
     where
         K: Adjoint<I, O>,
     {
+        self.know(&ends);
+        self.know(per_edge);
         let fits = ends.iter().all(|a| a.len() == graph.nodes());
         assert!(fits, "map_edges: an array of ends has one value per node");
         let fits = per_edge.iter().all(|a| a.len() == graph.slots());
@@ -330,6 +342,7 @@ impl<R: Real> Program<R> {
 
     /// `x[index]` for every index, and zero where there is none.
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
+        self.know(&[x]);
         assert!(
             indices.iter().flatten().all(|&i| i < x.len()),
             "gather: an index is out of range"
