@@ -85,6 +85,16 @@ impl<R: Real> Panels<R> {
         }
     }
 
+    /// The first rows of the panels, in the order of the next product.
+    #[inline(always)]
+    fn firsts(&self) -> impl Iterator<Item = usize> {
+        let Self {
+            rows, tall, back, ..
+        } = *self;
+        let panels = rows.div_ceil(tall);
+        (0..panels).map(move |panel| tall * if back { panels - 1 - panel } else { panel })
+    }
+
     /// Calls `f(row, column, entry)` for every entry.
     pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut R)) {
         let height = self.entries.len() / self.columns;
@@ -196,21 +206,22 @@ impl<R: Real> Vectorized<R> for Product<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
-        let Panels {
-            rows, tall, back, ..
-        } = *self.matrix;
-        let panels = rows.div_ceil(tall);
-        for panel in 0..panels {
-            let first = tall * if back { panels - 1 - panel } else { panel };
-            if self.matrix.lanes == Across::Starts {
-                self.tile::<L>(first);
-                continue;
+        let Panels { rows, tall, .. } = *self.matrix;
+        match self.matrix.lanes {
+            Across::Starts => {
+                for first in self.matrix.firsts() {
+                    self.tile::<L>(first);
+                }
             }
-            match tall.min(rows - first).div_ceil(L::N) {
-                1 => self.panel::<L, 1>(first),
-                2 => self.panel::<L, 2>(first),
-                3 => self.panel::<L, 3>(first),
-                _ => self.panel::<L, PANEL>(first),
+            Across::Rows => {
+                for first in self.matrix.firsts() {
+                    match tall.min(rows - first).div_ceil(L::N) {
+                        1 => self.panel::<L, 1>(first),
+                        2 => self.panel::<L, 2>(first),
+                        3 => self.panel::<L, 3>(first),
+                        _ => self.panel::<L, PANEL>(first),
+                    }
+                }
             }
         }
     }
