@@ -122,48 +122,46 @@ pub(super) struct Batch<R> {
     side_by_side: Aligned<R>,
     starts: usize,
     rows: usize,
+    /// From one step's cotangents to those of the next.
+    tall: usize,
     len: usize,
 }
 
 impl<R: Real> Batch<R> {
     pub(super) fn new(starts: usize, rows: usize, columns: usize) -> Self {
         let numbers = if starts == 1 { 0 } else { rows * starts };
+        let tall = rows.next_multiple_of(lanes::<R>());
         Self {
             x: vec![R::zero(); BATCH * columns],
-            y_bar: Aligned::zeros(BATCH * rows.next_multiple_of(lanes::<R>()) + lanes::<R>()),
+            y_bar: Aligned::zeros(BATCH * tall + lanes::<R>()),
             // With room for a lane past the last, as above.
             side_by_side: Aligned::zeros(numbers + lanes::<R>()),
             starts,
             rows,
+            tall,
             len: 0,
         }
-    }
-
-    /// From one step's cotangents to those of the next.
-    fn tall(&self) -> usize {
-        self.rows.next_multiple_of(lanes::<R>())
     }
 
     /// The cotangents of the step that is under way.
     pub(super) fn under_way(&self) -> &[R] {
         match self.starts {
-            1 => &self.y_bar[self.len * self.tall()..][..self.rows],
+            1 => &self.y_bar[self.len * self.tall..][..self.rows],
             starts => &self.side_by_side[..self.rows * starts],
         }
     }
 
     /// The place for these, with room for a lane past the last.
     pub(super) fn under_way_mut(&mut self) -> &mut [R] {
-        let tall = self.tall();
         match self.starts {
-            1 => &mut self.y_bar[self.len * tall..],
+            1 => &mut self.y_bar[self.len * self.tall..],
             _ => &mut self.side_by_side,
         }
     }
 
     /// Keeps the step that is under way, with its inputs; says whether the batch is full.
     pub(super) fn note(&mut self, x: &[R]) -> bool {
-        let (starts, tall) = (self.starts, self.tall());
+        let (starts, tall) = (self.starts, self.tall);
         let columns = x.len() / starts;
         if starts == 1 {
             self.x[self.len * columns..][..columns].copy_from_slice(x);
