@@ -156,9 +156,7 @@ impl<R: Real> Body<R> {
             mass: node_masses(&edge_masses, lattice, physics),
         }
     }
-}
 
-impl<R: Real> Body<R> {
     /// The same body with every number replaced by a function of it.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> Body<S> {
         let each = |numbers: &[R]| numbers.iter().map(|&x| f(x)).collect();
