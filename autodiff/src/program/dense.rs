@@ -35,7 +35,9 @@ pub(super) struct Dense<R> {
 /// An output in which the rows are set out among zeros.
 struct Spread<R> {
     lanes: Vec<LaneOfRows>,
-    /// The rows' values, with room for a lane past the last.
+    /// Which lanes of the output are rows, where the lanes are starts.
+    places: Vec<usize>,
+    /// The rows' values where they are not, with room for a lane past the last.
     y: Aligned<R>,
 }
 
@@ -55,9 +57,10 @@ struct Active {
 
 impl<R: Real> Spread<R> {
     /// `None` where there are no gaps.
-    fn new(places: &[bool]) -> Option<Self> {
+    fn new(places: &[bool], starts: usize) -> Option<Self> {
         let count = |places: &[bool]| places.iter().filter(|row| **row).count();
         let (lanes, rows) = (lanes::<R>(), count(places));
+        let rows_of_starts = (0..places.len() / starts).filter(|k| places[k * starts]);
         let lane = |(k, part): (usize, &[bool])| LaneOfRows {
             first: count(&places[..k * lanes]),
             bits: part
@@ -67,6 +70,7 @@ impl<R: Real> Spread<R> {
         };
         (rows < places.len()).then(|| Self {
             lanes: places.chunks(lanes).enumerate().map(lane).collect(),
+            places: rows_of_starts.filter(|_| starts > 1).collect(),
             y: Aligned::zeros(rows + lanes),
         })
     }
@@ -83,7 +87,7 @@ impl<R: Real> Dense<R> {
         Self {
             inputs: joined(x),
             inputs_active: x.iter().map(|a| a.id).collect(),
-            spread: Spread::new(places),
+            spread: Spread::new(places, starts),
             matrix,
             bias,
             output,
@@ -109,6 +113,7 @@ impl<R: Real> Dense<R> {
             x: self.batch.under_way(),
             start: None,
             y: &mut [],
+            places: &[],
             tanh: false,
         };
         if let &[input] = &self.inputs[..] {
@@ -183,6 +188,7 @@ impl<R: Real> Operation<R> for Dense<R> {
             x: input(&self.inputs, &mut self.packed, values),
             start: Some(values.get(self.bias)),
             y: &mut [],
+            places: &[],
             tanh: self.tanh,
         };
         match &mut self.spread {
@@ -190,7 +196,12 @@ impl<R: Real> Operation<R> for Dense<R> {
                 product.y = &mut output[..self.output.len];
                 R::vectorize(product);
             }
-            Some(Spread { lanes, y }) => {
+            Some(Spread { lanes, places, .. }) if !places.is_empty() => {
+                (product.y, product.places) = (&mut output[..self.output.len], places);
+                R::vectorize(product);
+                R::vectorize(Gaps { lanes, output });
+            }
+            Some(Spread { lanes, y, .. }) => {
                 product.y = &mut y[..self.bias.len];
                 R::vectorize(product);
                 R::vectorize(SetOut { lanes, y, output });
@@ -259,6 +270,24 @@ impl<R: Real> Vectorized<R> for SetOut<'_, R> {
         for (lane, output) in self.lanes.iter().zip(self.output.chunks_exact_mut(L::N)) {
             let rows = L::load(&self.y[lane.first..]).expand(lane.bits);
             rows.store(output);
+        }
+    }
+}
+
+/// Writes the zeros among rows, where the lanes are starts.
+struct Gaps<'a, R> {
+    lanes: &'a [LaneOfRows],
+    output: &'a mut [R],
+}
+
+impl<R: Real> Vectorized<R> for Gaps<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        for (lane, output) in self.lanes.iter().zip(self.output.chunks_exact_mut(L::N)) {
+            if lane.bits == 0 {
+                L::zero().store(output);
+            }
         }
     }
 }

@@ -197,6 +197,8 @@ pub(super) struct Product<'a, R> {
     pub(super) x: &'a [R],
     pub(super) start: Option<&'a [R]>,
     pub(super) y: &'a mut [R],
+    /// Where the rows stand in `y`, if not in their order: that only where the lanes are starts.
+    pub(super) places: &'a [usize],
     pub(super) tanh: bool,
 }
 
@@ -275,10 +277,14 @@ impl<R: Real> Product<'_, R> {
         for row in 0..TILE {
             sums[row] += third[row] + last[row];
         }
-        for row in 0..TILE.min(self.matrix.rows - first) {
-            let place = (first + row) * L::N;
-            let start = L::load(&self.start.unwrap_or(self.y)[place..]);
-            let sum = start + sums[row];
+        for k in 0..TILE.min(self.matrix.rows - first) {
+            let row = first + k;
+            let place = self.places.get(row).copied().unwrap_or(row) * L::N;
+            let start = match self.start {
+                Some(start) => L::load(&start[row * L::N..]),
+                None => L::load(&self.y[place..]),
+            };
+            let sum = start + sums[k];
             (if self.tanh { sum.tanh() } else { sum }).store(&mut self.y[place..]);
         }
     }
