@@ -32,17 +32,20 @@
 //! # Ok::<(), cosmic::Error>(())
 //! ```
 
+mod average;
 mod delivery;
 mod passes;
 mod progress;
 mod reach;
 mod robust;
 mod schedule;
+mod settle;
 
 pub use delivery::{Delivery, Spread};
 pub use progress::{Candidate, MmaDiagnostics, Progress, Record};
 pub use reach::Reached;
 pub use schedule::Phase;
+pub use settle::Settled;
 
 use autodiff::CotangentBound;
 
@@ -168,6 +171,8 @@ impl CoDesign {
             flips: 0,
             skipped: 0,
             candidates: Vec::new(),
+            design_mean: [Vec::new(), Vec::new()],
+            settled: None,
             z,
             materials,
             controller,

@@ -99,6 +99,18 @@ impl Moment<'_> {
         (at(settings.confidence), at(settings.nudge))
     }
 
+    /// The iterations at the end of the fine-tuning that settle.
+    fn settling(&self) -> usize {
+        let schedule = &self.scene.schedule;
+        let tuned = schedule.iterations.saturating_sub(schedule.snap_at);
+        (schedule.settle * tuned as f64) as usize
+    }
+
+    /// Whether this is one of them.
+    pub(super) fn settles(&self) -> bool {
+        self.iteration + self.settling() > self.scene.schedule.iterations
+    }
+
     /// Adam's learning rate.
     pub(super) fn learning_rate(&self) -> f64 {
         let (schedule, adam) = (&self.scene.schedule, &self.scene.adam);
@@ -106,11 +118,13 @@ impl Moment<'_> {
             return adam.rate;
         }
         let over = [schedule.snap_at + 1, schedule.iterations];
-        ramp(
-            self.iteration,
-            [adam.fine_rate, adam.fine_rate * adam.fine_decay],
-            over,
-        )
+        let ends = [adam.fine_rate, adam.fine_rate * adam.fine_decay];
+        // Nobody looks at what the last update does: where controllers settle, it does nothing.
+        let left = match self.settles() {
+            true => (schedule.iterations - self.iteration) as f64 / self.settling() as f64,
+            false => 1.0,
+        };
+        left * ramp(self.iteration, ends, over)
     }
 }
 

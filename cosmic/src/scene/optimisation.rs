@@ -22,6 +22,9 @@ pub struct ScheduleSettings {
     pub cycle: Vec<Pass>,
     /// Share of the stability projection's update in a design pass (paper silent).
     pub stability_share: f64,
+    /// Share of the fine-tuning at its end that goes on from the best controller and takes updates
+    /// back that lose distance (paper: 0).
+    pub settle: f64,
 }
 
 impl Default for ScheduleSettings {
@@ -37,6 +40,7 @@ impl Default for ScheduleSettings {
             snap_at: 240,
             cycle: vec![D, C, D, C, D, D, C, D, C, D],
             stability_share: 1.0 / 3.0,
+            settle: 0.25,
         }
     }
 }
@@ -146,6 +150,9 @@ impl Default for AdamSettings {
 pub struct GradientSettings {
     /// Bound on the norm of the displacement's design gradient, or "off" (paper silent).
     pub design_norm: Option<f64>,
+    /// Share that is kept of the mean of earlier design gradients, each bounded, in the mean with
+    /// the next; 0 takes every gradient as it is (paper: 0).
+    pub design_memory: f64,
     /// Bound on the norm of the state's cotangent in the reverse sweep, or "off" (paper: off).
     pub cotangent_bound: Option<f64>,
     /// Steps from one check of the cotangent to the next.
@@ -159,6 +166,7 @@ impl Default for GradientSettings {
     fn default() -> Self {
         GradientSettings {
             design_norm: Some(0.3),
+            design_memory: 0.8,
             cotangent_bound: Some(3.0),
             cotangent_every: 16,
             precision: GradientPrecision::F64,

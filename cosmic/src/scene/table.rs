@@ -219,6 +219,7 @@ const SCHEDULE: &[Field] = &[
     field("stability_share", SHARE, |s| {
         Number(&mut s.schedule.stability_share)
     }),
+    field("settle", SHARE, |s| Number(&mut s.schedule.settle)),
 ];
 
 const BINARISATION: &[Field] = &[
@@ -279,6 +280,9 @@ const ADAM: &[Field] = &[
 const GRADIENT: &[Field] = &[
     field("design_norm", POSITIVE, |s| {
         Bound(&mut s.gradient.design_norm)
+    }),
+    field("design_memory", DEVIATION, |s| {
+        Number(&mut s.gradient.design_memory)
     }),
     field("cotangent_bound", POSITIVE, |s| {
         Bound(&mut s.gradient.cotangent_bound)
