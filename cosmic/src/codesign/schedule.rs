@@ -167,10 +167,14 @@ mod tests {
             [0.03, 0.03, 0.01, 0.03]
         );
         assert_eq!(at(170).attraction(), (0.9, 0.002));
-        assert_eq!(
-            [at(1), at(300)].map(|m| m.learning_rate()),
-            [0.002, 0.002 * 0.1]
-        );
+        let rates = [1, 241, 285, 300].map(|i| at(i).learning_rate());
+        // The ramp to a tenth, of which 44 of 59 steps are gone; and nothing in the end.
+        let ramped = (15.0 / 59.0) * 0.002 + (44.0 / 59.0) * 0.0002;
+        assert_eq!([rates[0], rates[1], rates[3]], [0.002, 0.002, 0.0]);
+        // Three roundings of numbers of that size.
+        assert!((rates[2] - ramped).abs() < 1e-18);
+        let settles = [285, 286, 300].map(|i| at(i).settles());
+        assert_eq!(settles, [false, true, true]);
     }
 
     #[test]
