@@ -173,8 +173,12 @@ impl CoDesign {
         }
     }
 
-    /// Keeps a controller among the best single rollouts.
+    /// Keeps a controller among the best single rollouts, unless it is one of them already.
     pub(super) fn note_candidate(&self, progress: &mut Progress, merit: f64) {
+        let is_same = |c: &Candidate| c.controller == progress.controller;
+        if progress.candidates.iter().any(is_same) {
+            return;
+        }
         let candidate = Candidate {
             iteration: progress.iteration,
             along: merit,

@@ -155,6 +155,15 @@ mod tests {
         }
         // The last half of 40 iterations.
         assert_eq!(first, Some(25));
+        // Going back to a controller does not make another candidate of it.
+        let candidates = &progress.candidates;
+        for (k, c) in candidates.iter().enumerate() {
+            assert!(
+                candidates[..k]
+                    .iter()
+                    .all(|other| other.controller != c.controller)
+            );
+        }
     }
 
     /// Medians that are known are not computed again, and are the same.
