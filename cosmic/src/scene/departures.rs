@@ -43,6 +43,11 @@ impl Scene {
                 "gradients are of rollouts in f32, which has seven digits",
             ),
             (
+                self.schedule.snap_trials > 0,
+                "schedule.snap_trials",
+                "the snap tries other materials for edges of little confidence, in full rollouts",
+            ),
+            (
                 self.schedule.settle > 0.0,
                 "schedule.settle",
                 "the end of the fine-tuning goes on from its best controller and takes back updates that lose distance",

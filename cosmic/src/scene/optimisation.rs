@@ -18,6 +18,9 @@ pub struct ScheduleSettings {
     pub attraction_from: usize,
     /// Iteration of the hard snap; 0 with a "layout" start, which has none (paper: 240).
     pub snap_at: usize,
+    /// Edges of the least confidence whose next material is tried in a full rollout at the snap, of
+    /// which the best is kept (paper: 0).
+    pub snap_trials: usize,
     /// Passes, repeated: d of the design, c of the controller (paper: three to two).
     pub cycle: Vec<Pass>,
     /// Share of the stability projection's update in a design pass (paper silent).
@@ -38,6 +41,7 @@ impl Default for ScheduleSettings {
             horizon_mode: HorizonMode::Head,
             attraction_from: 170,
             snap_at: 240,
+            snap_trials: 0,
             cycle: vec![D, C, D, C, D, D, C, D, C, D],
             stability_share: 1.0 / 3.0,
             settle: 0.25,

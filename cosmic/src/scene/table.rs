@@ -215,6 +215,9 @@ const SCHEDULE: &[Field] = &[
         Count(&mut s.schedule.attraction_from)
     }),
     field("snap_at", ITERATIONS, |s| Count(&mut s.schedule.snap_at)),
+    field("snap_trials", within(0.0, 1e4), |s| {
+        Count(&mut s.schedule.snap_trials)
+    }),
     field("cycle", within(1.0, 1e3), |s| Cycle(&mut s.schedule.cycle)),
     field("stability_share", SHARE, |s| {
         Number(&mut s.schedule.stability_share)
