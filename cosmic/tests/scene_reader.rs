@@ -311,8 +311,15 @@ fn departures_are_named_and_can_all_be_switched_off() {
     let mut scene = Scene::default();
     assert_eq!(
         options(&scene),
-        ["loss.kind", "gradient.cotangent_bound", "selection.kind"]
+        [
+            "loss.kind",
+            "gradient.cotangent_bound",
+            "gradient.design_memory",
+            "schedule.settle",
+            "selection.kind"
+        ]
     );
+    (scene.gradient.design_memory, scene.schedule.settle) = (0.0, 0.0);
     scene.loss.kind = LossKind::Final;
     scene.gradient.cotangent_bound = None;
     scene.selection.kind = SelectionKind::Last;

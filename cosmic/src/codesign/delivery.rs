@@ -94,17 +94,19 @@ impl CoDesign {
     pub fn deliver(&self, progress: &Progress) -> Delivery {
         let mixture = self.mixture(progress);
         let entrants = self.entrants(progress);
-        let worlds = self.selecting_worlds(progress.seed);
-        let controllers: Vec<_> = entrants.iter().map(|(_, controller)| *controller).collect();
-        let selections = self.spreads(&mixture, &controllers, &worlds);
-        let merit = |k: usize| selections[k].merit.p50;
+        let selections = self.selections(progress, &entrants);
+        let merit = |k: usize| selections[k].p50;
         // The earliest of equals, and that is the last iterate.
         let better = |best: usize, k: usize| match merit(k) > merit(best) {
             true => k,
             false => best,
         };
         let best = (0..entrants.len()).fold(0, better);
-        let (iteration, controller) = entrants[best];
+        let Entrant {
+            iteration,
+            controller,
+            ..
+        } = entrants[best];
 
         let worlds = self.perturbed_starts(progress.seed, Purpose::Judgement);
         let last = (best > 0).then_some(&progress.controller);
@@ -124,7 +126,7 @@ impl CoDesign {
             iteration,
             displacement: self.task.ground().vector_to_world(moved),
             along: moved[0],
-            selection: selections[best].merit,
+            selection: selections[best],
             spread: spreads[0].displacement,
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.objective.is_far()).then_some(spreads[0].merit),
@@ -143,13 +145,47 @@ impl CoDesign {
 
     /// The controllers that may be delivered, each with the iteration after which it stood; the
     /// last iterate first.
-    fn entrants<'a>(&self, progress: &'a Progress) -> Vec<(usize, &'a Controller<f64>)> {
-        let mut entrants = vec![(progress.iteration, &progress.controller)];
+    fn entrants<'a>(&self, progress: &'a Progress) -> Vec<Entrant<'a>> {
+        let mut entrants = vec![Entrant {
+            iteration: progress.iteration,
+            controller: &progress.controller,
+            spread: None,
+        }];
         if self.scene.selection.kind == SelectionKind::Median {
-            let candidates = progress.candidates.iter();
-            entrants.extend(candidates.map(|c| (c.iteration, &c.controller)));
+            entrants.extend(progress.candidates.iter().map(|c| Entrant {
+                iteration: c.iteration,
+                controller: &c.controller,
+                spread: c.spread,
+            }));
         }
         entrants
+    }
+
+    /// Rolls every candidate out from the perturbed starts by which controllers are chosen.
+    pub(super) fn judge_candidates(&self, progress: &mut Progress) {
+        let entrants: Vec<_> = (progress.candidates.iter())
+            .map(|c| Entrant {
+                iteration: c.iteration,
+                controller: &c.controller,
+                spread: c.spread,
+            })
+            .collect();
+        let spreads = self.selections(progress, &entrants);
+        for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
+            // A file has no number for a rollout that diverged.
+            candidate.spread = Some(spread).filter(|s| s.p10.is_finite());
+        }
+    }
+
+    /// The merits of controllers over the worlds by which they are chosen; known ones are not
+    /// computed again.
+    fn selections(&self, progress: &Progress, entrants: &[Entrant]) -> Vec<Spread> {
+        let worlds = self.selecting_worlds(progress.seed);
+        let unknown = entrants.iter().filter(|e| e.spread.is_none());
+        let unknown: Vec<_> = unknown.map(|e| e.controller).collect();
+        let mut found = (self.spreads(&self.mixture(progress), &unknown, &worlds)).into_iter();
+        let spread = |e: &Entrant| e.spread.or_else(|| found.next().map(|s| s.merit));
+        entrants.iter().map_while(spread).collect()
     }
 
     /// The unperturbed rollout, with enough states to show it.
@@ -216,6 +252,15 @@ impl CoDesign {
         };
         reached.chunks_exact(worlds.len()).map(of).collect()
     }
+}
+
+/// A controller that may be delivered.
+struct Entrant<'a> {
+    /// The iteration after which it stood.
+    iteration: usize,
+    controller: &'a Controller<f64>,
+    /// Its merits over the worlds by which controllers are chosen, where they are known.
+    spread: Option<Spread>,
 }
 
 /// A world, and where a robot starts in it.

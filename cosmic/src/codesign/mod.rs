@@ -32,22 +32,26 @@
 //! # Ok::<(), cosmic::Error>(())
 //! ```
 
+mod average;
 mod delivery;
 mod passes;
 mod progress;
 mod reach;
 mod robust;
 mod schedule;
+mod settle;
 
 pub use delivery::{Delivery, Spread};
 pub use progress::{Candidate, MmaDiagnostics, Progress, Record};
 pub use reach::Reached;
 pub use schedule::Phase;
+pub use settle::Settled;
 
 use autodiff::CotangentBound;
+use rayon::prelude::*;
 
 use crate::controller::Controller;
-use crate::design::{attract, one_hot, snap, start_vectors};
+use crate::design::{Material, alternatives, attract, one_hot, snap, start_vectors};
 use crate::error::{Error, Result};
 use crate::gradient::{Horizon, Task};
 use crate::lattice::{Ground, Lattice, State};
@@ -168,6 +172,8 @@ impl CoDesign {
             flips: 0,
             skipped: 0,
             candidates: Vec::new(),
+            design_mean: [Vec::new(), Vec::new()],
+            settled: None,
             z,
             materials,
             controller,
@@ -225,10 +231,44 @@ impl CoDesign {
     /// Gives every edge one material, within the widened volume bounds.
     fn snap(&self, progress: &mut Progress, moment: &Moment) {
         let mixture = self.task.mixture(Projection::Performance, &progress.z);
-        let snapped = snap(&mixture, &moment.volume_bounds());
-        progress.z = one_hot(&snapped.materials);
+        let bounds = moment.volume_bounds();
+        let snapped = snap(&mixture, &bounds);
+        let others = alternatives(&mixture, &snapped.materials, &bounds);
+        let others = others.take(self.scene.schedule.snap_trials).collect();
+        let best = self.farthest(others, &progress.controller, &snapped.materials);
+        let materials = best.unwrap_or(snapped.materials);
+        progress.z = one_hot(&materials);
         progress.flips = snapped.flips;
-        progress.materials = Some(snapped.materials);
+        progress.materials = Some(materials);
+    }
+
+    /// The best of several layouts by one full rollout each, if it is better than a given one.
+    fn farthest(
+        &self,
+        layouts: Vec<Vec<Material>>,
+        controller: &Controller<f64>,
+        than: &[Material],
+    ) -> Option<Vec<Material>> {
+        if layouts.is_empty() {
+            return None;
+        }
+        let merit = |layout: &[Material]| {
+            let mixture = projection::one_hot(layout);
+            let reached = self.reach(&mixture, controller, (&self.task, &self.start));
+            match reached.merit.is_nan() {
+                true => f64::NEG_INFINITY,
+                false => reached.merit,
+            }
+        };
+        let merits: Vec<f64> = layouts.par_iter().map(|l| merit(l)).collect();
+        let least = merit(than);
+        // In their order, whatever the number of threads.
+        let better = |best: (f64, Option<_>), (layout, m)| match m > best.0 {
+            true => (m, Some(layout)),
+            false => best,
+        };
+        let pairs = layouts.into_iter().zip(merits);
+        pairs.fold((least, None), better).1
     }
 
     /// The mixture that is simulated: of the performance projection, or of the layout (D7).
@@ -301,4 +341,59 @@ fn mma_parameters(scene: &Scene) -> MmaParameters {
 /// The settings of an optimiser were refused.
 fn unusable(error: OptimiserError) -> Error {
     Error::Usage(format!("the scene's [mma] settings: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::CoDesign;
+    use crate::projection::one_hot;
+    use crate::scene::Scene;
+
+    /// How far the snapped robot of a seed gets.
+    fn after_the_snap(trials: usize, seed: u64) -> f64 {
+        let text = "
+            [lattice]
+            columns = 3
+            rows = 3
+            drop = 0.05
+            [physics]
+            steps = 256
+            [controller]
+            gain = [6.0, 6.0]
+            [volume]
+            widening = 0.2
+            widening_over = [1, 2]
+            [schedule]
+            iterations = 8
+            attraction_from = 4
+            snap_at = 7
+            horizon = [64, 64]
+            [loss]
+            window = 32
+        ";
+        let mut scene = Scene::parse("snapped", text).unwrap();
+        scene.schedule.snap_trials = trials;
+        let mut codesign = CoDesign::new(&scene).unwrap();
+        let mut progress = codesign.begin(seed).unwrap();
+        while progress.materials.is_none() {
+            codesign.iterate(&mut progress);
+        }
+        let materials = progress.materials.as_ref().unwrap();
+        assert_eq!(codesign.mixture(&progress), one_hot::<f64>(materials));
+        codesign.evaluate(&progress).merit
+    }
+
+    #[test]
+    fn trials_at_the_snap_find_better_robots() {
+        let merits = |seed| [0, 8].map(|trials| after_the_snap(trials, seed));
+        let pairs: Vec<_> = (0..4).map(merits).collect();
+        assert!(
+            pairs.iter().all(|[plain, tried]| tried >= plain),
+            "{pairs:?}"
+        );
+        assert!(
+            pairs.iter().any(|[plain, tried]| tried > plain),
+            "{pairs:?}"
+        );
+    }
 }

@@ -98,7 +98,9 @@ impl CoDesign {
         let before = progress.z.clone();
         let updates = [(performance, 1.0 - share), (stability, share)];
         for (k, (mut slope, share)) in updates.into_iter().enumerate() {
-            record.design_gradient[k] = Some(slope.bound(self.scene.gradient.design_norm));
+            let settings = &self.scene.gradient;
+            record.design_gradient[k] = Some(slope.bound(settings.design_norm));
+            slope.averaged(&mut progress.design_mean[k], settings.design_memory);
             for (g, term) in slope.gradient.iter_mut().zip(&terms) {
                 *g += term;
             }
@@ -150,10 +152,14 @@ impl CoDesign {
         record.displacement_horizon = Some(slope.displacement);
         if let (Phase::FineTuning, Some(reached)) = (moment.phase(), evaluated) {
             self.note_candidate(progress, reached.merit);
+            if self.settle(progress, moment, reached.merit) {
+                return;
+            }
         }
         record.controller_gradient = Some(slope.bound(self.scene.adam.gradient_norm));
         let mut weights = inputs.get(CONTROLLER);
-        let rate = moment.learning_rate();
+        let trust = progress.settled.as_ref().map_or(1.0, |s| s.trust);
+        let rate = trust * moment.learning_rate();
         match self
             .adam
             .update(&mut progress.adam, &mut weights, &slope.gradient, rate)
@@ -167,12 +173,17 @@ impl CoDesign {
         }
     }
 
-    /// Keeps a controller among the best single rollouts.
+    /// Keeps a controller among the best single rollouts, unless it is one of them already.
     pub(super) fn note_candidate(&self, progress: &mut Progress, merit: f64) {
+        let is_same = |c: &Candidate| c.controller == progress.controller;
+        if progress.candidates.iter().any(is_same) {
+            return;
+        }
         let candidate = Candidate {
             iteration: progress.iteration,
             along: merit,
             controller: progress.controller.clone(),
+            spread: None,
         };
         let better = |c: &Candidate| c.along >= merit;
         let place = progress.candidates.partition_point(better);

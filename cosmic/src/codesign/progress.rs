@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::delivery::Spread;
 use super::schedule::Phase;
+use super::settle::Settled;
 use crate::controller::Controller;
 use crate::design::Material;
 use crate::error::{Error, Result};
@@ -40,6 +42,13 @@ pub struct Progress {
     pub skipped: usize,
     /// The fine-tuning's controllers with the longest single rollouts, best first.
     pub candidates: Vec<Candidate>,
+    /// The running means of the design gradients of both projections; empty before the first
+    /// design pass, and without a memory.
+    #[serde(default)]
+    pub design_mean: [Vec<f64>; 2],
+    /// What the end of the fine-tuning comes back to, once that has begun.
+    #[serde(default)]
+    pub settled: Option<Settled>,
 }
 
 impl Progress {
@@ -51,12 +60,14 @@ impl Progress {
     pub fn fits(&self, other: &Self, file: &str) -> Result<()> {
         let expected = controller_sizes(&other.controller);
         let mut pairs: Vec<_> = self.sizes().into_iter().zip(other.sizes()).collect();
-        for candidate in &self.candidates {
-            pairs.extend(
-                controller_sizes(&candidate.controller)
-                    .into_iter()
-                    .zip(expected),
-            );
+        let candidates = self.candidates.iter().map(|c| &c.controller);
+        let settled = self.settled.iter().map(|s| &s.controller);
+        for controller in candidates.chain(settled) {
+            pairs.extend(controller_sizes(controller).into_iter().zip(expected));
+        }
+        for mean in self.design_mean.iter().filter(|mean| !mean.is_empty()) {
+            let variables = 3 * other.z.len();
+            pairs.push((("design_mean", mean.len()), ("design_mean", variables)));
         }
         if let Some(materials) = &self.materials {
             pairs.push((("materials", materials.len()), ("materials", other.z.len())));
@@ -113,6 +124,10 @@ pub struct Candidate {
     pub along: f64,
     /// The controller.
     pub controller: Controller<f64>,
+    /// The same over the perturbed starts by which controllers are chosen, where these rollouts
+    /// were done and none diverged.
+    #[serde(default)]
+    pub spread: Option<Spread>,
 }
 
 /// One iteration, for the history. Lengths in metres.

@@ -99,6 +99,18 @@ impl Moment<'_> {
         (at(settings.confidence), at(settings.nudge))
     }
 
+    /// The iterations at the end of the fine-tuning that settle.
+    fn settling(&self) -> usize {
+        let schedule = &self.scene.schedule;
+        let tuned = schedule.iterations.saturating_sub(schedule.snap_at);
+        (schedule.settle * tuned as f64) as usize
+    }
+
+    /// Whether this is one of them.
+    pub(super) fn settles(&self) -> bool {
+        self.iteration + self.settling() > self.scene.schedule.iterations
+    }
+
     /// Adam's learning rate.
     pub(super) fn learning_rate(&self) -> f64 {
         let (schedule, adam) = (&self.scene.schedule, &self.scene.adam);
@@ -106,11 +118,13 @@ impl Moment<'_> {
             return adam.rate;
         }
         let over = [schedule.snap_at + 1, schedule.iterations];
-        ramp(
-            self.iteration,
-            [adam.fine_rate, adam.fine_rate * adam.fine_decay],
-            over,
-        )
+        let ends = [adam.fine_rate, adam.fine_rate * adam.fine_decay];
+        // Nobody looks at what the last update does: where controllers settle, it does nothing.
+        let left = match self.settles() {
+            true => (schedule.iterations - self.iteration) as f64 / self.settling() as f64,
+            false => 1.0,
+        };
+        left * ramp(self.iteration, ends, over)
     }
 }
 
@@ -153,10 +167,14 @@ mod tests {
             [0.03, 0.03, 0.01, 0.03]
         );
         assert_eq!(at(170).attraction(), (0.9, 0.002));
-        assert_eq!(
-            [at(1), at(300)].map(|m| m.learning_rate()),
-            [0.002, 0.002 * 0.1]
-        );
+        let rates = [1, 241, 285, 300].map(|i| at(i).learning_rate());
+        // The ramp to a tenth, of which 44 of 59 steps are gone; and nothing in the end.
+        let ramped = (15.0 / 59.0) * 0.002 + (44.0 / 59.0) * 0.0002;
+        assert_eq!([rates[0], rates[1], rates[3]], [0.002, 0.002, 0.0]);
+        // Three roundings of numbers of that size.
+        assert!((rates[2] - ramped).abs() < 1e-18);
+        let settles = [285, 286, 300].map(|i| at(i).settles());
+        assert_eq!(settles, [false, true, true]);
     }
 
     #[test]

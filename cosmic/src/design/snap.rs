@@ -48,6 +48,37 @@ pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds) -> Snap {
     Snap { materials, flips }
 }
 
+/// Layouts that differ from a snapped one in one edge, those of the least confidence first; none
+/// that is further out of bounds.
+pub fn alternatives<'a>(
+    mixture: &'a [[f64; 3]],
+    materials: &'a [Material],
+    bounds: &VolumeBounds,
+) -> impl Iterator<Item = Vec<Material>> + 'a {
+    let counts = Counts::new(bounds, mixture.len());
+    let excess = move |layout: &[Material]| {
+        let count = |is: fn(Material) -> bool| layout.iter().filter(|&&m| is(m)).count();
+        counts.excess(
+            count(Material::is_solid),
+            count(|m| m == Material::Actuator),
+        )
+    };
+    let present = excess(materials);
+    let mut flips: Vec<_> = (materials.iter().enumerate())
+        .flat_map(|(edge, &from)| Material::ALL.map(|to| (edge, from, to)))
+        .filter(|(_, from, to)| from != to)
+        .collect();
+    let cost = |&(edge, from, to): &(usize, Material, Material)| {
+        mixture[edge][from as usize] - mixture[edge][to as usize]
+    };
+    flips.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+    flips.into_iter().filter_map(move |(edge, _, to)| {
+        let mut layout = materials.to_vec();
+        layout[edge] = to;
+        (excess(&layout) <= present).then_some(layout)
+    })
+}
+
 /// The volume bounds in whole edges.
 struct Counts {
     solid: [usize; 2],
@@ -109,7 +140,7 @@ fn next_flip(
 
 #[cfg(test)]
 mod tests {
-    use super::{Snap, VolumeBounds, snap};
+    use super::{Snap, VolumeBounds, alternatives, snap};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
     use crate::scene::VolumeSettings;
 
@@ -171,5 +202,31 @@ mod tests {
         };
         let Snap { materials, .. } = snap(&[[0.0, 1.0, 0.0]; 5], &bounds);
         assert_eq!(materials.iter().filter(|m| m.is_solid()).count(), 2);
+    }
+
+    #[test]
+    fn alternatives_change_one_edge_the_least_confident_first() {
+        let mixture = [
+            [0.1, 0.9, 0.0],
+            [0.6, 0.35, 0.05],
+            [0.02, 0.0, 0.98],
+            [0.7, 0.2, 0.1],
+        ];
+        let layout = [Skeleton, Void, Actuator, Void];
+        let wide = VolumeBounds {
+            solid: [0.25, 0.75],
+            actuator: [0.25, 0.25],
+        };
+        let layouts: Vec<_> = alternatives(&mixture, &layout, &wide).collect();
+        let differs = |other: &Vec<Material>| {
+            let pairs = other.iter().zip(&layout).enumerate();
+            let changed: Vec<_> = pairs.filter(|(_, (a, b))| a != b).collect();
+            assert_eq!(changed.len(), 1);
+            (changed[0].0, *changed[0].1.0)
+        };
+        let found: Vec<_> = layouts.iter().map(differs).collect();
+        // No flip to or from an actuator: there has to be just one.
+        assert_eq!(found, [(1, Skeleton), (3, Skeleton), (0, Void)]);
+        assert_eq!(alternatives(&mixture, &layout, &HALF).count(), 0);
     }
 }

@@ -33,9 +33,24 @@ impl Scene {
                 "the state's cotangent is bounded in the reverse sweep: gradients are not exact",
             ),
             (
+                self.gradient.design_memory > 0.0,
+                "gradient.design_memory",
+                "the design moves by a running mean of its gradients, not by the last ones alone",
+            ),
+            (
                 self.gradient.precision == GradientPrecision::F32,
                 "gradient.precision",
                 "gradients are of rollouts in f32, which has seven digits",
+            ),
+            (
+                self.schedule.snap_trials > 0,
+                "schedule.snap_trials",
+                "the snap tries other materials for edges of little confidence, in full rollouts",
+            ),
+            (
+                self.schedule.settle > 0.0,
+                "schedule.settle",
+                "the end of the fine-tuning goes on from its best controller and takes back updates that lose distance",
             ),
             (
                 self.selection.kind == SelectionKind::Median,

@@ -18,10 +18,16 @@ pub struct ScheduleSettings {
     pub attraction_from: usize,
     /// Iteration of the hard snap; 0 with a "layout" start, which has none (paper: 240).
     pub snap_at: usize,
+    /// Edges of the least confidence whose next material is tried in a full rollout at the snap, of
+    /// which the best is kept (paper: 0).
+    pub snap_trials: usize,
     /// Passes, repeated: d of the design, c of the controller (paper: three to two).
     pub cycle: Vec<Pass>,
     /// Share of the stability projection's update in a design pass (paper silent).
     pub stability_share: f64,
+    /// Share of the fine-tuning at its end that goes on from the best controller and takes updates
+    /// back that lose distance (paper: 0).
+    pub settle: f64,
 }
 
 impl Default for ScheduleSettings {
@@ -35,8 +41,10 @@ impl Default for ScheduleSettings {
             horizon_mode: HorizonMode::Head,
             attraction_from: 170,
             snap_at: 240,
+            snap_trials: 0,
             cycle: vec![D, C, D, C, D, D, C, D, C, D],
             stability_share: 1.0 / 3.0,
+            settle: 0.25,
         }
     }
 }
@@ -146,6 +154,9 @@ impl Default for AdamSettings {
 pub struct GradientSettings {
     /// Bound on the norm of the displacement's design gradient, or "off" (paper silent).
     pub design_norm: Option<f64>,
+    /// Share that is kept of the mean of earlier design gradients, each bounded, in the mean with
+    /// the next; 0 takes every gradient as it is (paper: 0).
+    pub design_memory: f64,
     /// Bound on the norm of the state's cotangent in the reverse sweep, or "off" (paper: off).
     pub cotangent_bound: Option<f64>,
     /// Steps from one check of the cotangent to the next.
@@ -159,6 +170,7 @@ impl Default for GradientSettings {
     fn default() -> Self {
         GradientSettings {
             design_norm: Some(0.3),
+            design_memory: 0.8,
             cotangent_bound: Some(3.0),
             cotangent_every: 16,
             precision: GradientPrecision::F64,

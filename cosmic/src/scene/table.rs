@@ -215,10 +215,14 @@ const SCHEDULE: &[Field] = &[
         Count(&mut s.schedule.attraction_from)
     }),
     field("snap_at", ITERATIONS, |s| Count(&mut s.schedule.snap_at)),
+    field("snap_trials", within(0.0, 1e4), |s| {
+        Count(&mut s.schedule.snap_trials)
+    }),
     field("cycle", within(1.0, 1e3), |s| Cycle(&mut s.schedule.cycle)),
     field("stability_share", SHARE, |s| {
         Number(&mut s.schedule.stability_share)
     }),
+    field("settle", SHARE, |s| Number(&mut s.schedule.settle)),
 ];
 
 const BINARISATION: &[Field] = &[
@@ -279,6 +283,9 @@ const ADAM: &[Field] = &[
 const GRADIENT: &[Field] = &[
     field("design_norm", POSITIVE, |s| {
         Bound(&mut s.gradient.design_norm)
+    }),
+    field("design_memory", DEVIATION, |s| {
+        Number(&mut s.gradient.design_memory)
     }),
     field("cotangent_bound", POSITIVE, |s| {
         Bound(&mut s.gradient.cotangent_bound)

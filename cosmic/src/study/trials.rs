@@ -59,7 +59,10 @@ pub(super) const DEFAULT: &str = "default";
 
 /// Takes back every departure that is on by default.
 const WITHOUT_DEPARTURES: &str = "
+[schedule]
+settle = 0.0
 [gradient]
+design_memory = 0.0
 cotangent_bound = \"off\"
 [loss]
 kind = \"final\"

@@ -1,0 +1,177 @@
+//! The end of the fine-tuning: from the best controller on, by updates that lose nothing.
+//!
+//! Gaits are chaotic: the fine-tuning finds good controllers and loses them again, some of its
+//! updates halve the distance. That is how it gets away from poor ones; but what it happens to
+//! stand at in the end is no result. So its last part goes back to the best and stays there.
+
+use serde::{Deserialize, Serialize};
+
+use super::CoDesign;
+use super::progress::Progress;
+use super::schedule::{Moment, Phase};
+use crate::controller::Controller;
+
+/// Share of the merit that an update may lose.
+const LOSS: f64 = 0.05;
+
+/// What the rest of the fine-tuning comes back to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settled {
+    /// The last controller that lost nothing.
+    pub controller: Controller<f64>,
+    /// What it is held against: at first the median of the best candidate, later the best single
+    /// rollout; m along the ground, for another task than to get far minus its loss.
+    pub merit: f64,
+    /// What is left of the learning rate: halved by every update that is taken back.
+    pub trust: f64,
+}
+
+impl CoDesign {
+    /// Goes back to the best candidate at the first iteration of the end, and later to the last
+    /// good controller where the rollout of the present one has fallen behind. Returns whether it
+    /// did: the gradient at hand is then of another controller.
+    pub(super) fn settle(&self, progress: &mut Progress, moment: &Moment, merit: f64) -> bool {
+        if moment.phase() != Phase::FineTuning || !moment.settles() {
+            return false;
+        }
+        match &mut progress.settled {
+            None => {
+                if !self.begin_to_settle(progress) {
+                    return false;
+                }
+            }
+            // Losses are of either sign: a share of their size.
+            Some(settled) if merit >= settled.merit - LOSS * settled.merit.abs() => {
+                settled.controller.clone_from(&progress.controller);
+                settled.merit = settled.merit.max(merit);
+                return false;
+            }
+            Some(settled) => {
+                settled.trust *= 0.5;
+                progress.controller.clone_from(&settled.controller);
+            }
+        }
+        progress.adam.mean.fill(0.0);
+        true
+    }
+
+    /// Goes back to the candidate with the best median over perturbed starts, if there is any that
+    /// stands all of them.
+    fn begin_to_settle(&self, progress: &mut Progress) -> bool {
+        self.judge_candidates(progress);
+        let judged = progress.candidates.iter();
+        let judged = judged.filter_map(|c| Some((c.spread?.p50, &c.controller)));
+        // The first of equals: their single rollouts are in order.
+        let better = |a: &(f64, _), b: &(f64, _)| b.0 > a.0;
+        let best = judged.reduce(|a, b| if better(&a, &b) { b } else { a });
+        let Some((merit, controller)) = best.map(|(merit, c)| (merit, c.clone())) else {
+            return false;
+        };
+        progress.controller.clone_from(&controller);
+        progress.settled = Some(Settled {
+            controller,
+            merit,
+            trust: 1.0,
+        });
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::LOSS;
+    use crate::codesign::{CoDesign, Delivery, Progress};
+    use crate::scene::Scene;
+
+    /// A robot whose controller is trained by updates that are far too large.
+    fn wild(settle: f64) -> Scene {
+        let text = "
+            [lattice]
+            columns = 3
+            rows = 2
+            [physics]
+            steps = 256
+            [schedule]
+            iterations = 44
+            attraction_from = 2
+            snap_at = 4
+            horizon = [128, 128]
+            [loss]
+            window = 32
+            [adam]
+            fine_rate = 0.2
+            fine_decay = 1.0
+        ";
+        let mut scene = Scene::parse("wild", text).unwrap();
+        scene.schedule.settle = settle;
+        scene
+    }
+
+    fn optimised(scene: &Scene, seed: u64) -> (CoDesign, Progress, Delivery) {
+        let mut codesign = CoDesign::new(scene).unwrap();
+        let mut progress = codesign.begin(seed).unwrap();
+        while !codesign.is_done(&progress) {
+            codesign.iterate(&mut progress);
+        }
+        let delivery = codesign.deliver(&progress);
+        (codesign, progress, delivery)
+    }
+
+    #[test]
+    fn what_settles_ends_with_its_best() {
+        let [mut fell, mut taken_back] = [0; 2];
+        for seed in 0..4 {
+            let (.., plain) = optimised(&wild(0.0), seed);
+            fell += usize::from(plain.last.p50 < 0.8 * plain.spread.p50);
+            let (codesign, progress, settled) = optimised(&wild(0.5), seed);
+            let best = progress.settled.as_ref().unwrap();
+            taken_back += usize::from(best.trust < 1.0);
+            // The last update is one of rate 0: what stands there has been looked at.
+            let reached = codesign.evaluate(&progress).merit;
+            let least = best.merit - LOSS * best.merit.abs();
+            let same = progress.controller == best.controller;
+            assert!(same || reached >= least, "{reached} < {least}");
+            let (last, delivered) = (settled.last.p50, settled.spread.p50);
+            assert!(
+                last >= (1.0 - 2.0 * LOSS) * delivered,
+                "{last}, {delivered}"
+            );
+        }
+        assert!(fell > 0, "the plain fine-tuning lost nothing");
+        assert!(taken_back > 0, "no update was taken back");
+    }
+
+    #[test]
+    fn nothing_settles_before_its_time_or_without_a_share() {
+        let (_, progress, _) = optimised(&wild(0.0), 0);
+        assert_eq!(progress.settled, None);
+        let scene = wild(0.5);
+        let mut codesign = CoDesign::new(&scene).unwrap();
+        let mut progress = codesign.begin(0).unwrap();
+        let mut first = None;
+        while !codesign.is_done(&progress) {
+            codesign.iterate(&mut progress);
+            first = first.or(progress.settled.as_ref().map(|_| progress.iteration));
+        }
+        // The last half of 40 iterations.
+        assert_eq!(first, Some(25));
+        // Going back to a controller does not make another candidate of it.
+        let candidates = &progress.candidates;
+        for (k, c) in candidates.iter().enumerate() {
+            assert!(
+                candidates[..k]
+                    .iter()
+                    .all(|other| other.controller != c.controller)
+            );
+        }
+    }
+
+    /// Medians that are known are not computed again, and are the same.
+    #[test]
+    fn a_known_median_delivers_what_a_new_one_does() {
+        let (codesign, mut progress, delivery) = optimised(&wild(0.5), 1);
+        assert!(progress.candidates.iter().any(|c| c.spread.is_some()));
+        progress.candidates.iter_mut().for_each(|c| c.spread = None);
+        assert_eq!(codesign.deliver(&progress), delivery);
+    }
+}
