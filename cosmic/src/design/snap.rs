@@ -48,8 +48,12 @@ pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds) -> Snap {
     Snap { materials, flips }
 }
 
+/// Least share of a mixture for a material to be an alternative: what is held out of a design, as
+/// frozen materials are, has 1e-9.
+const LEAST_SHARE: f64 = 1e-3;
+
 /// Layouts that differ from a snapped one in one edge, those of the least confidence first; none
-/// that is further out of bounds.
+/// that is further out of bounds, and none of a material that has no share in its edge.
 pub fn alternatives<'a>(
     mixture: &'a [[f64; 3]],
     materials: &'a [Material],
@@ -66,7 +70,7 @@ pub fn alternatives<'a>(
     let present = excess(materials);
     let mut flips: Vec<_> = (materials.iter().enumerate())
         .flat_map(|(edge, &from)| Material::ALL.map(|to| (edge, from, to)))
-        .filter(|(_, from, to)| from != to)
+        .filter(|&(edge, from, to)| from != to && mixture[edge][to as usize] >= LEAST_SHARE)
         .collect();
     let cost = |&(edge, from, to): &(usize, Material, Material)| {
         mixture[edge][from as usize] - mixture[edge][to as usize]
@@ -228,5 +232,12 @@ mod tests {
         // No flip to or from an actuator: there has to be just one.
         assert_eq!(found, [(1, Skeleton), (3, Skeleton), (0, Void)]);
         assert_eq!(alternatives(&mixture, &layout, &HALF).count(), 0);
+        // Without a share in its edge, void is no alternative.
+        let mut held = mixture;
+        held[0] = [1e-9, 1.0 - 1e-9, 0.0];
+        let found: Vec<_> = alternatives(&held, &layout, &wide)
+            .map(|l| differs(&l))
+            .collect();
+        assert_eq!(found, [(1, Skeleton), (3, Skeleton)]);
     }
 }

@@ -41,7 +41,7 @@ impl Default for ScheduleSettings {
             horizon_mode: HorizonMode::Head,
             attraction_from: 170,
             snap_at: 240,
-            snap_trials: 0,
+            snap_trials: 20,
             cycle: vec![D, C, D, C, D, D, C, D, C, D],
             stability_share: 1.0 / 3.0,
             settle: 0.25,

@@ -61,6 +61,7 @@ pub(super) const DEFAULT: &str = "default";
 const WITHOUT_DEPARTURES: &str = "
 [schedule]
 settle = 0.0
+snap_trials = 0
 [gradient]
 design_memory = 0.0
 cotangent_bound = \"off\"
