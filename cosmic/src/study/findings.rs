@@ -11,7 +11,7 @@ use crate::report::decimals;
 
 /// What is asked, the trial that answers, the one it is held against, and what the paper says
 /// where it does.
-const QUESTIONS: [(&str, &str, &str, Option<&str>); 11] = [
+const QUESTIONS: [(&str, &str, &str, Option<&str>); 14] = [
     (
         "Does penalised stiffness (SIMP) harm?",
         "simp",
@@ -77,6 +77,24 @@ const QUESTIONS: [(&str, &str, &str, Option<&str>); 11] = [
         "c-tall",
         "c",
         Some("one layout for the baseline and the start"),
+    ),
+    (
+        "What does the mean of design gradients bring without a heuristic?",
+        "d-no-memory",
+        "d",
+        None,
+    ),
+    (
+        "What do the snap's alternatives bring there?",
+        "d-no-trials",
+        "d",
+        None,
+    ),
+    (
+        "What does settling bring there?",
+        "d-no-settling",
+        "d",
+        None,
     ),
 ];
 

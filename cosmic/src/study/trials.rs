@@ -263,7 +263,7 @@ kind = \"last\"
 ";
 
 /// Changes of a built-in scene: the trial's name, what a reader calls it, the scene, the change.
-const FINDINGS: [(&str, &str, &str, &str); 14] = [
+const FINDINGS: [(&str, &str, &str, &str); 18] = [
     (REFERENCE, "the default", "stability", ""),
     (
         "simp",
@@ -337,6 +337,25 @@ const FINDINGS: [(&str, &str, &str, &str); 14] = [
         "c, without start.layout",
         "three_legged",
         WITHOUT_SHORT_START,
+    ),
+    ("d", "d as by default", "uniform", ""),
+    (
+        "d-no-memory",
+        "d, without gradient.design_memory",
+        "uniform",
+        "[gradient]\ndesign_memory = 0.0",
+    ),
+    (
+        "d-no-trials",
+        "d, without schedule.snap_trials",
+        "uniform",
+        "[schedule]\nsnap_trials = 0",
+    ),
+    (
+        "d-no-settling",
+        "d, without schedule.settle",
+        "uniform",
+        "[schedule]\nsettle = 0.0",
     ),
 ];
 
