@@ -315,11 +315,21 @@ fn departures_are_named_and_can_all_be_switched_off() {
             "loss.kind",
             "gradient.cotangent_bound",
             "gradient.design_memory",
+            "schedule.snap_trials",
             "schedule.settle",
             "selection.kind"
         ]
     );
+    let mut given = scene.clone();
+    given.start.kind = StartKind::Layout;
+    let of_designs = ["gradient.design_memory", "schedule.snap_trials"];
+    assert!(
+        options(&given)
+            .iter()
+            .all(|o| !of_designs.contains(&&o[..]))
+    );
     (scene.gradient.design_memory, scene.schedule.settle) = (0.0, 0.0);
+    scene.schedule.snap_trials = 0;
     scene.loss.kind = LossKind::Final;
     scene.gradient.cotangent_bound = None;
     scene.selection.kind = SelectionKind::Last;

@@ -21,6 +21,8 @@ impl Scene {
     pub fn departures(&self) -> Vec<Departure> {
         let short_start =
             self.start.kind == StartKind::ThreeLegged && self.start.layout == Layout::Short;
+        // What only a design's own iterations do, a given layout has not.
+        let designs = self.start.kind != StartKind::Layout;
         let known = [
             (
                 self.loss.kind == LossKind::Mean,
@@ -33,7 +35,7 @@ impl Scene {
                 "the state's cotangent is bounded in the reverse sweep: gradients are not exact",
             ),
             (
-                self.gradient.design_memory > 0.0,
+                self.gradient.design_memory > 0.0 && designs,
                 "gradient.design_memory",
                 "the design moves by a running mean of its gradients, not by the last ones alone",
             ),
@@ -43,7 +45,7 @@ impl Scene {
                 "gradients are of rollouts in f32, which has seven digits",
             ),
             (
-                self.schedule.snap_trials > 0,
+                self.schedule.snap_trials > 0 && designs,
                 "schedule.snap_trials",
                 "the snap tries other materials for edges of little confidence, in full rollouts",
             ),
