@@ -260,7 +260,7 @@ fn more_seeds_join_and_other_scenes_do_not() {
     let of = |name: &str, more: &[&str]| done(&bench, "findings", name, &[&little, more].concat());
     of("a", &["1", "--first-seed", "1"]);
     let said = of("a", &["2"]);
-    assert_eq!(said.error.lines().count(), 14, "{said:?}");
+    assert_eq!(said.error.lines().count(), 18, "{said:?}");
     of("b", &["2"]);
     assert_eq!(results(&bench, "a"), results(&bench, "b"));
     let document = fs::read_to_string(bench.path("a/findings.md")).unwrap();
