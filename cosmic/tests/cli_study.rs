@@ -264,7 +264,7 @@ fn more_seeds_join_and_other_scenes_do_not() {
     of("b", &["2"]);
     assert_eq!(results(&bench, "a"), results(&bench, "b"));
     let document = fs::read_to_string(bench.path("a/findings.md")).unwrap();
-    assert_eq!(document.matches("\n- **").count(), 12, "{document}");
+    assert_eq!(document.matches("\n- **").count(), 15, "{document}");
     let said = study(&bench, "findings", "a", &["--seeds", "2"]);
     assert!(
         said.code == 2 && said.error.contains("another folder by --runs"),
