@@ -59,19 +59,23 @@ impl<R: Real> Spread<R> {
     /// `None` where there are no gaps.
     fn new(places: &[bool], starts: usize) -> Option<Self> {
         let count = |places: &[bool]| places.iter().filter(|row| **row).count();
-        let (lanes, rows) = (lanes::<R>(), count(places));
-        let rows_of_starts = (0..places.len() / starts).filter(|k| places[k * starts]);
+        let (width, rows) = (lanes::<R>(), count(places));
         let lane = |(k, part): (usize, &[bool])| LaneOfRows {
-            first: count(&places[..k * lanes]),
+            first: count(&places[..k * width]),
             bits: part
                 .iter()
                 .rev()
                 .fold(0, |bits, &row| bits << 1 | u16::from(row)),
         };
-        (rows < places.len()).then(|| Self {
-            lanes: places.chunks(lanes).enumerate().map(lane).collect(),
-            places: rows_of_starts.filter(|_| starts > 1).collect(),
-            y: Aligned::zeros(rows + lanes),
+        if rows == places.len() {
+            return None;
+        }
+        let lanes: Vec<_> = places.chunks(width).enumerate().map(lane).collect();
+        let is_row = |&k: &usize| starts > 1 && lanes[k].bits != 0;
+        Some(Self {
+            places: (0..lanes.len()).filter(is_row).collect(),
+            lanes,
+            y: Aligned::zeros(rows + width),
         })
     }
 }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::reach::Reached;
-use super::{CoDesign, Progress};
+use super::{Candidate, CoDesign, Progress};
 use crate::controller::Controller;
 use crate::design::{self, Material};
 use crate::gradient::{Task, together};
@@ -95,13 +95,8 @@ impl CoDesign {
         let mixture = self.mixture(progress);
         let entrants = self.entrants(progress);
         let selections = self.selections(progress, &entrants);
-        let merit = |k: usize| selections[k].p50;
-        // The earliest of equals, and that is the last iterate.
-        let better = |best: usize, k: usize| match merit(k) > merit(best) {
-            true => k,
-            false => best,
-        };
-        let best = (0..entrants.len()).fold(0, better);
+        // Of equals the last iterate.
+        let best = first_best(selections.iter().map(|s| s.p50));
         let Entrant {
             iteration,
             controller,
@@ -152,24 +147,14 @@ impl CoDesign {
             spread: None,
         }];
         if self.scene.selection.kind == SelectionKind::Median {
-            entrants.extend(progress.candidates.iter().map(|c| Entrant {
-                iteration: c.iteration,
-                controller: &c.controller,
-                spread: c.spread,
-            }));
+            entrants.extend(progress.candidates.iter().map(Entrant::from));
         }
         entrants
     }
 
     /// Rolls every candidate out from the perturbed starts by which controllers are chosen.
     pub(super) fn judge_candidates(&self, progress: &mut Progress) {
-        let entrants: Vec<_> = (progress.candidates.iter())
-            .map(|c| Entrant {
-                iteration: c.iteration,
-                controller: &c.controller,
-                spread: c.spread,
-            })
-            .collect();
+        let entrants: Vec<_> = progress.candidates.iter().map(Entrant::from).collect();
         let spreads = self.selections(progress, &entrants);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
             // A file has no number for a rollout that diverged.
@@ -263,6 +248,26 @@ struct Entrant<'a> {
     spread: Option<Spread>,
 }
 
+impl<'a> From<&'a Candidate> for Entrant<'a> {
+    fn from(candidate: &'a Candidate) -> Self {
+        Self {
+            iteration: candidate.iteration,
+            controller: &candidate.controller,
+            spread: candidate.spread,
+        }
+    }
+}
+
+/// The place of the first of the greatest; NaN, of what diverged, is less than any number.
+pub(super) fn first_best(merits: impl IntoIterator<Item = f64>) -> usize {
+    let better = |best: (usize, f64), (k, merit)| match merit > best.1 {
+        true => (k, merit),
+        false => best,
+    };
+    let merits = merits.into_iter().enumerate();
+    merits.fold((0, f64::NEG_INFINITY), better).0
+}
+
 /// A world, and where a robot starts in it.
 type Place<'a> = (Cow<'a, Task>, State<f64>);
 
@@ -278,7 +283,14 @@ fn spread(reached: &[Reached], of: fn(&Reached) -> f64) -> Spread {
 
 #[cfg(test)]
 mod tests {
-    use super::Spread;
+    use super::{Spread, first_best};
+
+    #[test]
+    fn the_first_of_equals_is_the_best_and_what_diverged_is_none() {
+        assert_eq!(first_best([1.0, 3.0, f64::NAN, 3.0, 2.0]), 1);
+        assert_eq!(first_best([f64::NAN, f64::NEG_INFINITY, -5.0]), 2);
+        assert_eq!(first_best([f64::NAN, f64::NEG_INFINITY]), 0);
+    }
 
     #[test]
     fn quantiles_are_linear_between_members() {

@@ -234,41 +234,30 @@ impl CoDesign {
         let bounds = moment.volume_bounds();
         let snapped = snap(&mixture, &bounds);
         let others = alternatives(&mixture, &snapped.materials, &bounds);
-        let others = others.take(self.scene.schedule.snap_trials).collect();
-        let best = self.farthest(others, &progress.controller, &snapped.materials);
-        let materials = best.unwrap_or(snapped.materials);
+        let others = others.take(self.scene.schedule.snap_trials);
+        let mut layouts: Vec<_> = std::iter::once(snapped.materials.clone())
+            .chain(others)
+            .collect();
+        let best = self.farthest(&layouts, &progress.controller);
+        let materials = layouts.swap_remove(best);
         progress.z = one_hot(&materials);
         progress.flips = snapped.flips;
         progress.materials = Some(materials);
     }
 
-    /// The best of several layouts by one full rollout each, if it is better than a given one.
-    fn farthest(
-        &self,
-        layouts: Vec<Vec<Material>>,
-        controller: &Controller<f64>,
-        than: &[Material],
-    ) -> Option<Vec<Material>> {
-        if layouts.is_empty() {
-            return None;
+    /// Which of several layouts is the best by one full rollout each, the first of equals.
+    fn farthest(&self, layouts: &[Vec<Material>], controller: &Controller<f64>) -> usize {
+        // The best of one needs no rollout.
+        if layouts.len() == 1 {
+            return 0;
         }
-        let merit = |layout: &[Material]| {
+        let merit = |layout: &Vec<Material>| {
             let mixture = projection::one_hot(layout);
-            let reached = self.reach(&mixture, controller, (&self.task, &self.start));
-            match reached.merit.is_nan() {
-                true => f64::NEG_INFINITY,
-                false => reached.merit,
-            }
+            self.reach(&mixture, controller, (&self.task, &self.start))
+                .merit
         };
-        let merits: Vec<f64> = layouts.par_iter().map(|l| merit(l)).collect();
-        let least = merit(than);
-        // In their order, whatever the number of threads.
-        let better = |best: (f64, Option<_>), (layout, m)| match m > best.0 {
-            true => (m, Some(layout)),
-            false => best,
-        };
-        let pairs = layouts.into_iter().zip(merits);
-        pairs.fold((least, None), better).1
+        let merits: Vec<f64> = layouts.par_iter().map(merit).collect();
+        delivery::first_best(merits)
     }
 
     /// The mixture that is simulated: of the performance projection, or of the layout (D7).

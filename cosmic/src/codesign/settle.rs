@@ -7,8 +7,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::CoDesign;
+use super::delivery::first_best;
 use super::progress::Progress;
-use super::schedule::{Moment, Phase};
+use super::schedule::Moment;
 use crate::controller::Controller;
 
 /// Share of the merit that an update may lose.
@@ -31,7 +32,7 @@ impl CoDesign {
     /// good controller where the rollout of the present one has fallen behind. Returns whether it
     /// did: the gradient at hand is then of another controller.
     pub(super) fn settle(&self, progress: &mut Progress, moment: &Moment, merit: f64) -> bool {
-        if moment.phase() != Phase::FineTuning || !moment.settles() {
+        if !moment.settles() {
             return false;
         }
         match &mut progress.settled {
@@ -60,16 +61,15 @@ impl CoDesign {
     fn begin_to_settle(&self, progress: &mut Progress) -> bool {
         self.judge_candidates(progress);
         let judged = progress.candidates.iter();
-        let judged = judged.filter_map(|c| Some((c.spread?.p50, &c.controller)));
-        // The first of equals: their single rollouts are in order.
-        let better = |a: &(f64, _), b: &(f64, _)| b.0 > a.0;
-        let best = judged.reduce(|a, b| if better(&a, &b) { b } else { a });
-        let Some((merit, controller)) = best.map(|(merit, c)| (merit, c.clone())) else {
+        let judged: Vec<_> = judged.filter_map(|c| Some((c.spread?.p50, c))).collect();
+        // Of equals the one with the best single rollout.
+        let best = first_best(judged.iter().map(|(merit, _)| *merit));
+        let Some(&(merit, candidate)) = judged.get(best) else {
             return false;
         };
-        progress.controller.clone_from(&controller);
+        progress.controller.clone_from(&candidate.controller);
         progress.settled = Some(Settled {
-            controller,
+            controller: candidate.controller.clone(),
             merit,
             trust: 1.0,
         });

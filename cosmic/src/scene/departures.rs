@@ -15,117 +15,123 @@ pub struct Departure {
     pub says: String,
 }
 
+/// An option: whether a scene has it in force, its name, and what it does.
+type Known = (fn(&Scene) -> bool, &'static str, &'static str);
+
+/// In the order in which summaries have them.
+const KNOWN: [Known; 19] = [
+    (
+        |s| s.loss.kind == LossKind::Mean,
+        "loss.kind",
+        "the loss is the payload's mean position over the horizon's end, not its last",
+    ),
+    (
+        |s| s.gradient.cotangent_bound.is_some(),
+        "gradient.cotangent_bound",
+        "the state's cotangent is bounded in the reverse sweep: gradients are not exact",
+    ),
+    (
+        |s| s.gradient.design_memory > 0.0 && s.designs(),
+        "gradient.design_memory",
+        "the design moves by a running mean of its gradients, not by the last ones alone",
+    ),
+    (
+        |s| s.gradient.precision == GradientPrecision::F32,
+        "gradient.precision",
+        "gradients are of rollouts in f32, which has seven digits",
+    ),
+    (
+        |s| s.schedule.snap_trials > 0 && s.designs(),
+        "schedule.snap_trials",
+        "the snap tries other materials for edges of little confidence, in full rollouts",
+    ),
+    (
+        |s| s.schedule.settle > 0.0,
+        "schedule.settle",
+        "the end of the fine-tuning goes on from its best controller and takes back updates that lose distance",
+    ),
+    (
+        |s| s.selection.kind == SelectionKind::Median,
+        "selection.kind",
+        "the controller with the best perturbed median is delivered, not the last",
+    ),
+    (
+        |s| s.start.kind == StartKind::ThreeLegged && s.start.layout == Layout::Short,
+        "start.layout",
+        "the start follows the short layout, not the tall one of the paper's baseline",
+    ),
+    (
+        |s| s.controller.goal_relative,
+        "controller.goal_relative",
+        "the goal is given relative to the robot, not absolute",
+    ),
+    (
+        |s| s.start.tilt > 0.0,
+        "start.tilt",
+        "the start thins out towards a side that is drawn from the seed",
+    ),
+    (
+        |s| s.physics.stiffening > 0.0,
+        "physics.stiffening",
+        "springs grow stiffer as they are stretched or compressed",
+    ),
+    (
+        |s| s.physics.bending_radius > 0.0,
+        "physics.bending_radius",
+        "bars in line resist bending at the node between them",
+    ),
+    (
+        |s| s.physics.void_edges == VoidEdges::Drop,
+        "physics.void_edges",
+        "void edges of a one-hot layout do not pull",
+    ),
+    (
+        |s| s.objective.task != TaskKind::Far,
+        "objective.task",
+        "the robot is designed for another task than to get far",
+    ),
+    (
+        |s| s.robust.samples > 0,
+        "robust.samples",
+        "gradients are means over robots and surroundings drawn around the nominal ones",
+    ),
+    (
+        |s| s.controller.two_goals,
+        "controller.two_goals",
+        "the controller is trained for a goal behind as well",
+    ),
+    (
+        |s| s.materials.penalisation != 1,
+        "materials.penalisation",
+        "the stiffness of mixtures is penalised, as SIMP does",
+    ),
+    (
+        |s| s.binarisation.method == BinarisationMethod::Constraints,
+        "binarisation.method",
+        "the binarisation measures are strict constraints, not augmented terms",
+    ),
+    (
+        |s| s.schedule.stability_share == 0.0,
+        "schedule.stability_share",
+        "the stability projection moves nothing",
+    ),
+];
+
 impl Scene {
     /// The departures in force, for a run's summary. With none, the run is the paper's algorithm
     /// with values of our own only where the paper gives none.
     pub fn departures(&self) -> Vec<Departure> {
-        let short_start =
-            self.start.kind == StartKind::ThreeLegged && self.start.layout == Layout::Short;
-        // What only a design's own iterations do, a given layout has not.
-        let designs = self.start.kind != StartKind::Layout;
-        let known = [
-            (
-                self.loss.kind == LossKind::Mean,
-                "loss.kind",
-                "the loss is the payload's mean position over the horizon's end, not its last",
-            ),
-            (
-                self.gradient.cotangent_bound.is_some(),
-                "gradient.cotangent_bound",
-                "the state's cotangent is bounded in the reverse sweep: gradients are not exact",
-            ),
-            (
-                self.gradient.design_memory > 0.0 && designs,
-                "gradient.design_memory",
-                "the design moves by a running mean of its gradients, not by the last ones alone",
-            ),
-            (
-                self.gradient.precision == GradientPrecision::F32,
-                "gradient.precision",
-                "gradients are of rollouts in f32, which has seven digits",
-            ),
-            (
-                self.schedule.snap_trials > 0 && designs,
-                "schedule.snap_trials",
-                "the snap tries other materials for edges of little confidence, in full rollouts",
-            ),
-            (
-                self.schedule.settle > 0.0,
-                "schedule.settle",
-                "the end of the fine-tuning goes on from its best controller and takes back updates that lose distance",
-            ),
-            (
-                self.selection.kind == SelectionKind::Median,
-                "selection.kind",
-                "the controller with the best perturbed median is delivered, not the last",
-            ),
-            (
-                short_start,
-                "start.layout",
-                "the start follows the short layout, not the tall one of the paper's baseline",
-            ),
-            (
-                self.controller.goal_relative,
-                "controller.goal_relative",
-                "the goal is given relative to the robot, not absolute",
-            ),
-            (
-                self.start.tilt > 0.0,
-                "start.tilt",
-                "the start thins out towards a side that is drawn from the seed",
-            ),
-            (
-                self.physics.stiffening > 0.0,
-                "physics.stiffening",
-                "springs grow stiffer as they are stretched or compressed",
-            ),
-            (
-                self.physics.bending_radius > 0.0,
-                "physics.bending_radius",
-                "bars in line resist bending at the node between them",
-            ),
-            (
-                self.physics.void_edges == VoidEdges::Drop,
-                "physics.void_edges",
-                "void edges of a one-hot layout do not pull",
-            ),
-            (
-                self.objective.task != TaskKind::Far,
-                "objective.task",
-                "the robot is designed for another task than to get far",
-            ),
-            (
-                self.robust.samples > 0,
-                "robust.samples",
-                "gradients are means over robots and surroundings drawn around the nominal ones",
-            ),
-            (
-                self.controller.two_goals,
-                "controller.two_goals",
-                "the controller is trained for a goal behind as well",
-            ),
-            (
-                self.materials.penalisation != 1,
-                "materials.penalisation",
-                "the stiffness of mixtures is penalised, as SIMP does",
-            ),
-            (
-                self.binarisation.method == BinarisationMethod::Constraints,
-                "binarisation.method",
-                "the binarisation measures are strict constraints, not augmented terms",
-            ),
-            (
-                self.schedule.stability_share == 0.0,
-                "schedule.stability_share",
-                "the stability projection moves nothing",
-            ),
-        ];
-        let in_force = known.into_iter().filter(|(differs, ..)| *differs);
+        let in_force = KNOWN.into_iter().filter(|(differs, ..)| differs(self));
         in_force
             .map(|(_, option, says)| Departure {
                 option: option.to_string(),
                 says: says.to_string(),
             })
             .collect()
+    }
+
+    /// Whether there are iterations of the design: a given layout has none.
+    fn designs(&self) -> bool {
+        self.start.kind != StartKind::Layout
     }
 }
