@@ -6,7 +6,7 @@ mod snap;
 mod start;
 mod tilt;
 
-pub use snap::{Snap, VolumeBounds, alternatives, snap};
+pub use snap::{Snap, VolumeBounds, alternatives, flipped, snap};
 pub use start::{filled, layout_materials, start_vectors};
 
 use serde::{Deserialize, Serialize};

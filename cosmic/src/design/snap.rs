@@ -55,11 +55,25 @@ const LEAST_SHARE: f64 = 1e-3;
 /// Layouts that differ from a snapped one in one edge, those of the least confidence first; none
 /// that is further out of bounds, and none of a material that has no share in its edge.
 pub fn alternatives<'a>(
-    mixture: &'a [[f64; 3]],
+    mixture: &[[f64; 3]],
     materials: &'a [Material],
     bounds: &VolumeBounds,
 ) -> impl Iterator<Item = Vec<Material>> + 'a {
-    let counts = Counts::new(bounds, mixture.len());
+    flipped(materials, bounds, |edge, from, to| {
+        let [from, to] = [from, to].map(|m| mixture[edge][m as usize]);
+        (to >= LEAST_SHARE).then_some(from - to)
+    })
+}
+
+/// Layouts that differ from another in one edge and are no further out of bounds, those of the
+/// least cost first. What an edge costs that changes from one material to another is asked for
+/// every edge; a change without a cost is not to be.
+pub fn flipped<'a>(
+    materials: &'a [Material],
+    bounds: &VolumeBounds,
+    cost: impl Fn(usize, Material, Material) -> Option<f64>,
+) -> impl Iterator<Item = Vec<Material>> + 'a {
+    let counts = Counts::new(bounds, materials.len());
     let excess = move |layout: &[Material]| {
         let count = |is: fn(Material) -> bool| layout.iter().filter(|&&m| is(m)).count();
         counts.excess(
@@ -70,13 +84,11 @@ pub fn alternatives<'a>(
     let present = excess(materials);
     let mut flips: Vec<_> = (materials.iter().enumerate())
         .flat_map(|(edge, &from)| Material::ALL.map(|to| (edge, from, to)))
-        .filter(|&(edge, from, to)| from != to && mixture[edge][to as usize] >= LEAST_SHARE)
+        .filter(|(_, from, to)| from != to)
+        .filter_map(|(edge, from, to)| Some((cost(edge, from, to)?, edge, to)))
         .collect();
-    let cost = |&(edge, from, to): &(usize, Material, Material)| {
-        mixture[edge][from as usize] - mixture[edge][to as usize]
-    };
-    flips.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-    flips.into_iter().filter_map(move |(edge, _, to)| {
+    flips.sort_by(|a, b| a.0.total_cmp(&b.0));
+    flips.into_iter().filter_map(move |(_, edge, to)| {
         let mut layout = materials.to_vec();
         layout[edge] = to;
         (excess(&layout) <= present).then_some(layout)
