@@ -40,6 +40,7 @@ mod reach;
 mod robust;
 mod schedule;
 mod settle;
+mod sought;
 
 pub use delivery::{Delivery, Spread};
 pub use progress::{Candidate, MmaDiagnostics, Progress, Record};

@@ -4,6 +4,7 @@ use autodiff::{Real, Var};
 
 use super::progress::{Candidate, MmaDiagnostics, Progress, Record};
 use super::schedule::{Moment, Phase};
+use super::sought::Sought;
 use super::{CoDesign, EVALUATE_EVERY};
 use crate::design::clamp;
 use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
@@ -24,31 +25,6 @@ impl Slope {
     /// Scales the gradient back to a norm where one is set; returns its own.
     fn bound(&mut self, norm: Option<f64>) -> f64 {
         bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
-    }
-}
-
-/// What a gradient is taken by.
-enum Sought<'a> {
-    /// The design, in a projection.
-    Design(Projection),
-    /// The controller of a robot of this mixture.
-    Controller(&'a [[f64; 3]]),
-}
-
-impl Sought<'_> {
-    fn blocks(&self) -> [bool; 7] {
-        match self {
-            Self::Design(_) => DESIGN,
-            Self::Controller(_) => CONTROLLER,
-        }
-    }
-
-    /// The robot's mixture.
-    fn mixture<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Vec<[R; 3]> {
-        match self {
-            Self::Design(projection) => task.mixture(*projection, z),
-            Self::Controller(mixture) => mixture.iter().map(|m| m.map(R::lit)).collect(),
-        }
     }
 }
 
@@ -199,7 +175,7 @@ impl CoDesign {
         moment.phase() == Phase::FineTuning || moment.iteration.is_multiple_of(EVALUATE_EVERY)
     }
 
-    fn inputs(&self, progress: &Progress) -> Inputs<f64> {
+    pub(super) fn inputs(&self, progress: &Progress) -> Inputs<f64> {
         Inputs {
             z: progress.z.clone(),
             controller: progress.controller.clone(),
@@ -209,7 +185,12 @@ impl CoDesign {
 
     /// A gradient of the displacement loss, of rollouts in the scene's precision. Where one is not
     /// finite, be it that f32 does not reach so far, the update that it is for is skipped.
-    fn slope(&self, task: &Task, inputs: &Inputs<f64>, sought: (&Sought, &Horizon)) -> Slope {
+    pub(super) fn slope(
+        &self,
+        task: &Task,
+        inputs: &Inputs<f64>,
+        sought: (&Sought, &Horizon),
+    ) -> Slope {
         let (gradient, last) = match self.scene.gradient.precision {
             GradientPrecision::F64 => self.differentiated(task, inputs, sought),
             GradientPrecision::F32 => {
