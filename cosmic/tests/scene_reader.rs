@@ -316,20 +316,25 @@ fn departures_are_named_and_can_all_be_switched_off() {
             "gradient.cotangent_bound",
             "gradient.design_memory",
             "schedule.snap_trials",
+            "schedule.polish_trials",
             "schedule.settle",
             "selection.kind"
         ]
     );
     let mut given = scene.clone();
     given.start.kind = StartKind::Layout;
-    let of_designs = ["gradient.design_memory", "schedule.snap_trials"];
+    let of_designs = [
+        "gradient.design_memory",
+        "schedule.snap_trials",
+        "schedule.polish_trials",
+    ];
     assert!(
         options(&given)
             .iter()
             .all(|o| !of_designs.contains(&&o[..]))
     );
     (scene.gradient.design_memory, scene.schedule.settle) = (0.0, 0.0);
-    scene.schedule.snap_trials = 0;
+    (scene.schedule.snap_trials, scene.schedule.polish_trials) = (0, 0);
     scene.loss.kind = LossKind::Final;
     scene.gradient.cotangent_bound = None;
     scene.selection.kind = SelectionKind::Last;

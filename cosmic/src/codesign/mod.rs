@@ -35,6 +35,7 @@
 mod average;
 mod delivery;
 mod passes;
+mod polish;
 mod progress;
 mod reach;
 mod robust;
@@ -212,7 +213,10 @@ impl CoDesign {
                 Pass::Controller => self.controller_pass(progress, &moment, &mut record),
             },
             Phase::Snap => self.snap(progress, &moment),
-            Phase::FineTuning => self.controller_pass(progress, &moment, &mut record),
+            Phase::FineTuning => {
+                self.polish(progress, &moment);
+                self.controller_pass(progress, &moment, &mut record);
+            }
         }
         if moment.phase() == Phase::Attraction {
             let (confidence, nudge) = moment.attraction();
@@ -252,13 +256,21 @@ impl CoDesign {
         if layouts.len() == 1 {
             return 0;
         }
+        delivery::first_best(self.merits(layouts, controller, &self.task))
+    }
+
+    /// What several layouts reach with one controller; in parallel, the order kept.
+    fn merits(
+        &self,
+        layouts: &[Vec<Material>],
+        controller: &Controller<f64>,
+        task: &Task,
+    ) -> Vec<f64> {
         let merit = |layout: &Vec<Material>| {
             let mixture = projection::one_hot(layout);
-            self.reach(&mixture, controller, (&self.task, &self.start))
-                .merit
+            self.reach(&mixture, controller, (task, &self.start)).merit
         };
-        let merits: Vec<f64> = layouts.par_iter().map(merit).collect();
-        delivery::first_best(merits)
+        layouts.par_iter().map(merit).collect()
     }
 
     /// The mixture that is simulated: of the performance projection, or of the layout (D7).

@@ -111,6 +111,18 @@ impl Moment<'_> {
         self.iteration + self.settling() > self.scene.schedule.iterations
     }
 
+    /// Whether other materials are tried for edges before this iteration's update.
+    pub(super) fn polishes(&self) -> bool {
+        let (schedule, start) = (&self.scene.schedule, self.scene.start.kind);
+        let is_due = || {
+            let tuned = self.iteration - schedule.snap_at - 1;
+            tuned.is_multiple_of(schedule.polish_every)
+        };
+        // A layout that is given is not designed.
+        let designs = start != StartKind::Layout && self.phase() == Phase::FineTuning;
+        schedule.polish_trials > 0 && designs && !self.settles() && is_due()
+    }
+
     /// Adam's learning rate.
     pub(super) fn learning_rate(&self) -> f64 {
         let (schedule, adam) = (&self.scene.schedule, &self.scene.adam);
@@ -173,6 +185,8 @@ mod tests {
         assert_eq!([rates[0], rates[1], rates[3]], [0.002, 0.002, 0.0]);
         // Three roundings of numbers of that size.
         assert!((rates[2] - ramped).abs() < 1e-18);
+        let polishes: Vec<_> = (1..=300).filter(|i| at(*i).polishes()).collect();
+        assert_eq!(polishes, [241, 246, 251, 256, 261, 266, 271, 276, 281]);
         let settles = [285, 286, 300].map(|i| at(i).settles());
         assert_eq!(settles, [false, true, true]);
     }

@@ -19,7 +19,7 @@ pub struct Departure {
 type Known = (fn(&Scene) -> bool, &'static str, &'static str);
 
 /// In the order in which summaries have them.
-const KNOWN: [Known; 19] = [
+const KNOWN: [Known; 20] = [
     (
         |s| s.loss.kind == LossKind::Mean,
         "loss.kind",
@@ -44,6 +44,11 @@ const KNOWN: [Known; 19] = [
         |s| s.schedule.snap_trials > 0 && s.designs(),
         "schedule.snap_trials",
         "the snap tries other materials for edges of little confidence, in full rollouts",
+    ),
+    (
+        |s| s.schedule.polish_trials > 0 && s.designs(),
+        "schedule.polish_trials",
+        "after the snap other materials are tried for single edges, in full rollouts",
     ),
     (
         |s| s.schedule.settle > 0.0,

@@ -21,6 +21,13 @@ pub struct ScheduleSettings {
     /// Edges of the least confidence whose next material is tried in a full rollout at the snap, of
     /// which the best is kept (paper: 0).
     pub snap_trials: usize,
+    /// Edges for which another material is tried every so often after the snap, those from which a
+    /// gradient promises most: each in a short rollout, the best quarter of them in full ones, of
+    /// which the best is kept (paper: 0).
+    pub polish_trials: usize,
+    /// Iterations of the fine-tuning from one such polish to the next, the first right after the
+    /// snap; those that settle have none (paper silent).
+    pub polish_every: usize,
     /// Passes, repeated: d of the design, c of the controller (paper: three to two).
     pub cycle: Vec<Pass>,
     /// Share of the stability projection's update in a design pass (paper silent).
@@ -42,6 +49,8 @@ impl Default for ScheduleSettings {
             attraction_from: 170,
             snap_at: 240,
             snap_trials: 20,
+            polish_trials: 16,
+            polish_every: 5,
             cycle: vec![D, C, D, C, D, D, C, D, C, D],
             stability_share: 1.0 / 3.0,
             settle: 0.25,

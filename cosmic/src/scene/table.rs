@@ -218,6 +218,12 @@ const SCHEDULE: &[Field] = &[
     field("snap_trials", within(0.0, 1e4), |s| {
         Count(&mut s.schedule.snap_trials)
     }),
+    field("polish_trials", within(0.0, 1e4), |s| {
+        Count(&mut s.schedule.polish_trials)
+    }),
+    field("polish_every", within(1.0, 1e5), |s| {
+        Count(&mut s.schedule.polish_every)
+    }),
     field("cycle", within(1.0, 1e3), |s| Cycle(&mut s.schedule.cycle)),
     field("stability_share", SHARE, |s| {
         Number(&mut s.schedule.stability_share)

@@ -62,6 +62,7 @@ const WITHOUT_DEPARTURES: &str = "
 [schedule]
 settle = 0.0
 snap_trials = 0
+polish_trials = 0
 [gradient]
 design_memory = 0.0
 cotangent_bound = \"off\"

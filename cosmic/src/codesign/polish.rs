@@ -1,0 +1,222 @@
+//! Other materials for single edges after the snap.
+//!
+//! Soft gaits are lost while edges are decided, and what noise has drawn an edge to is not what it
+//! does best. Once robots are one-hot, a rollout shows what another material is worth. There are
+//! twice as many of them as edges: a gradient by the shares of the materials says which to look at,
+//! and a short rollout which of these to look at more closely.
+
+use std::iter;
+
+use super::CoDesign;
+use super::progress::Progress;
+use super::schedule::Moment;
+use super::sought::Sought;
+use crate::design::{Material, flipped, one_hot};
+use crate::projection::holds;
+
+/// Of so many layouts in a short rollout one goes on to a full one.
+const HEAT: usize = 4;
+
+impl CoDesign {
+    /// Tries other materials for the edges from which the gradient promises most, each alone and
+    /// with the controller as it is, and keeps the layout with the best full rollout.
+    pub(super) fn polish(&self, progress: &mut Progress, moment: &Moment) {
+        let (true, Some(materials)) = (moment.polishes(), &progress.materials) else {
+            return;
+        };
+        let finalists = self.finalists(progress, moment, materials);
+        let mut layouts: Vec<_> = iter::once(materials.clone()).chain(finalists).collect();
+        let best = self.farthest(&layouts, &progress.controller);
+        if best > 0 {
+            let materials = layouts.swap_remove(best);
+            progress.z = one_hot(&materials);
+            progress.materials = Some(materials);
+            // They are of another robot.
+            progress.candidates.clear();
+        }
+    }
+
+    /// The best of the layouts that the gradient promises most of, by rollouts over the shortest
+    /// horizon: a quarter of them.
+    fn finalists(
+        &self,
+        progress: &Progress,
+        moment: &Moment,
+        materials: &[Material],
+    ) -> Vec<Vec<Material>> {
+        let schedule = &self.scene.schedule;
+        let gradient = self.by_shares(progress, moment);
+        let holds = holds(&self.scene.projection, &self.task.lattice);
+        let cost = |edge: usize, from: Material, to: Material| {
+            let is_held = holds.get(edge).is_some_and(|hold| hold[to as usize] > 0.0);
+            let slope = |m: Material| gradient[3 * edge + m as usize];
+            (!is_held).then(|| slope(to) - slope(from))
+        };
+        let tried = flipped(materials, &moment.volume_bounds(), cost);
+        let tried: Vec<_> = tried.take(schedule.polish_trials).collect();
+        let mut short = self.task.clone();
+        short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
+        let merits = self.merits(&tried, &progress.controller, &short);
+        let mut ranked: Vec<_> = merits.into_iter().zip(tried).collect();
+        // Stable: of equals the first. What diverged (NaN) is worse than anything.
+        let merit = |m: f64| if m.is_nan() { f64::NEG_INFINITY } else { m };
+        ranked.sort_by(|a, b| merit(b.0).total_cmp(&merit(a.0)));
+        ranked.truncate(ranked.len().div_ceil(HEAT));
+        ranked.into_iter().map(|(_, layout)| layout).collect()
+    }
+
+    /// The gradient of the displacement loss by the shares of the materials in every edge.
+    fn by_shares(&self, progress: &Progress, moment: &Moment) -> Vec<f64> {
+        let horizon = self.horizon(moment);
+        let worlds = self.worlds(progress, moment);
+        let slope = self.mean_slope(&worlds, &self.inputs(progress), |task, inputs| {
+            self.slope(task, inputs, (&Sought::Shares, &horizon))
+        });
+        slope.gradient
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::codesign::schedule::Moment;
+    use crate::codesign::{CoDesign, Progress};
+    use crate::design::{Material, VolumeBounds, filled};
+    use crate::scene::Scene;
+
+    fn scene(more: &str) -> Scene {
+        let text = "
+            [lattice]
+            columns = 3
+            rows = 3
+            drop = 0.05
+            [physics]
+            steps = 256
+            [controller]
+            gain = [6.0, 6.0]
+            [volume]
+            widening = 0.2
+            widening_over = [1, 2]
+            [loss]
+            window = 32
+            [adam]
+            fine_rate = 0.0
+        ";
+        let schedule = "
+            [schedule]
+            iterations = 16
+            attraction_from = 4
+            snap_at = 7
+            snap_trials = 0
+            settle = 0.25
+            horizon = [64, 64]
+            polish_every = 2
+        ";
+        Scene::parse("polished", &[text, schedule, more].concat()).unwrap()
+    }
+
+    /// A seed's robot after so many iterations.
+    fn after(scene: &Scene, iterations: usize, seed: u64) -> (CoDesign, Progress) {
+        let mut codesign = CoDesign::new(scene).unwrap();
+        let mut progress = codesign.begin(seed).unwrap();
+        while progress.iteration < iterations {
+            codesign.iterate(&mut progress);
+        }
+        (codesign, progress)
+    }
+
+    /// In how many edges two layouts differ.
+    fn changes(a: &Progress, b: &Progress) -> usize {
+        let [a, b] = [a, b].map(|p| p.materials.as_ref().unwrap());
+        a.iter().zip(b).filter(|(a, b)| a != b).count()
+    }
+
+    #[test]
+    fn a_polish_changes_one_edge_for_a_better_robot_or_none() {
+        let scene = scene("");
+        let mut found = 0;
+        for seed in 0..4 {
+            let (codesign, mut progress) = after(&scene, 9, seed);
+            assert!(!progress.candidates.is_empty());
+            let (before, merit) = (progress.clone(), codesign.evaluate(&progress).merit);
+            let moment = Moment {
+                scene: &scene,
+                iteration: 10,
+            };
+            codesign.polish(&mut progress, &moment);
+            let reached = codesign.evaluate(&progress).merit;
+            if progress == before {
+                continue;
+            }
+            found += 1;
+            assert!(reached > merit, "{reached} <= {merit}");
+            assert_eq!(changes(&before, &progress), 1);
+            assert_eq!(progress.controller, before.controller);
+            assert!(progress.candidates.is_empty());
+            let share = |of: fn(&Material) -> bool| {
+                let materials = progress.materials.as_ref().unwrap();
+                materials.iter().filter(|m| of(m)).count() as f64 / materials.len() as f64
+            };
+            let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
+            let within = |x: f64, [least, most]: [f64; 2]| least <= x && x <= most;
+            assert!(within(share(|m| m.is_solid()), bounds.solid));
+            assert!(within(share(|m| *m == Material::Actuator), bounds.actuator));
+        }
+        assert!(found > 0, "no robot became better");
+    }
+
+    /// The controller stands still: what is delivered differs by the polish alone.
+    #[test]
+    fn polished_robots_get_farther_and_without_trials_nothing_is_polished() {
+        let far = |trials: &str, seed| {
+            let scene = scene(trials);
+            let (codesign, at_snap) = after(&scene, 7, seed);
+            let (_, progress) = after(&scene, scene.schedule.iterations, seed);
+            let flips = changes(&at_snap, &progress);
+            (flips, codesign.deliver(&progress).along)
+        };
+        let mut better = 0;
+        for seed in 0..4 {
+            let (none, plain) = far("polish_trials = 0", seed);
+            let (flips, polished) = far("polish_trials = 8", seed);
+            assert_eq!(none, 0);
+            // Before the updates 8, 10 and 12: the last two of nine settle.
+            assert!(flips <= 3);
+            assert!(polished >= plain, "{polished} < {plain}");
+            better += usize::from(polished > plain);
+        }
+        assert!(better > 0, "nothing was polished");
+    }
+
+    #[test]
+    fn a_material_that_is_held_is_not_tried() {
+        let mut scene = scene("polish_trials = 100");
+        let wrong = |scene: &Scene| {
+            let (codesign, progress) = after(scene, scene.schedule.iterations, 1);
+            let held = filled(&codesign.task().lattice);
+            let materials = progress.materials.unwrap();
+            let differs = |(m, own): (Material, Material)| m.is_solid() && m != own;
+            materials
+                .into_iter()
+                .zip(held)
+                .filter(|&p| differs(p))
+                .count()
+        };
+        assert!(wrong(&scene) > 0);
+        scene.projection.hold_materials = 1.0;
+        assert_eq!(wrong(&scene), 0);
+    }
+
+    /// A run that is stopped between two polishes goes on to the same end.
+    #[test]
+    fn a_saved_run_is_polished_on() {
+        let scene = scene("");
+        let (_, whole) = after(&scene, scene.schedule.iterations, 2);
+        let (mut codesign, progress) = after(&scene, 11, 2);
+        let text = serde_json::to_string(&progress).unwrap();
+        let mut progress: Progress = serde_json::from_str(&text).unwrap();
+        while !codesign.is_done(&progress) {
+            codesign.iterate(&mut progress);
+        }
+        assert_eq!(progress, whole);
+    }
+}
