@@ -260,11 +260,11 @@ fn more_seeds_join_and_other_scenes_do_not() {
     let of = |name: &str, more: &[&str]| done(&bench, "findings", name, &[&little, more].concat());
     of("a", &["1", "--first-seed", "1"]);
     let said = of("a", &["2"]);
-    assert_eq!(said.error.lines().count(), 18, "{said:?}");
+    assert_eq!(said.error.lines().count(), 19, "{said:?}");
     of("b", &["2"]);
     assert_eq!(results(&bench, "a"), results(&bench, "b"));
     let document = fs::read_to_string(bench.path("a/findings.md")).unwrap();
-    assert_eq!(document.matches("\n- **").count(), 15, "{document}");
+    assert_eq!(document.matches("\n- **").count(), 16, "{document}");
     let said = study(&bench, "findings", "a", &["--seeds", "2"]);
     assert!(
         said.code == 2 && said.error.contains("another folder by --runs"),

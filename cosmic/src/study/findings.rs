@@ -11,7 +11,7 @@ use crate::report::decimals;
 
 /// What is asked, the trial that answers, the one it is held against, and what the paper says
 /// where it does.
-const QUESTIONS: [(&str, &str, &str, Option<&str>); 14] = [
+const QUESTIONS: [(&str, &str, &str, Option<&str>); 15] = [
     (
         "Does penalised stiffness (SIMP) harm?",
         "simp",
@@ -87,6 +87,12 @@ const QUESTIONS: [(&str, &str, &str, Option<&str>); 14] = [
     (
         "What do the snap's alternatives bring there?",
         "d-no-trials",
+        "d",
+        None,
+    ),
+    (
+        "What do other materials after the snap bring there?",
+        "d-no-polish",
         "d",
         None,
     ),

@@ -264,7 +264,7 @@ kind = \"last\"
 ";
 
 /// Changes of a built-in scene: the trial's name, what a reader calls it, the scene, the change.
-const FINDINGS: [(&str, &str, &str, &str); 18] = [
+const FINDINGS: [(&str, &str, &str, &str); 19] = [
     (REFERENCE, "the default", "stability", ""),
     (
         "simp",
@@ -351,6 +351,12 @@ const FINDINGS: [(&str, &str, &str, &str); 18] = [
         "d, without schedule.snap_trials",
         "uniform",
         "[schedule]\nsnap_trials = 0",
+    ),
+    (
+        "d-no-polish",
+        "d, without schedule.polish_trials",
+        "uniform",
+        "[schedule]\npolish_trials = 0",
     ),
     (
         "d-no-settling",
