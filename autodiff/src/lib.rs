@@ -86,6 +86,7 @@
 //!     steps: 100,
 //!     inputs: [].into(),
 //!     observed: vec![100],
+//!     entries: None,
 //!     cotangent_bound: None,
 //!     memory: Memory::All,
 //! });

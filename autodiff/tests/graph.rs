@@ -62,6 +62,7 @@ impl Loss {
             steps: 25,
             inputs: [].into(),
             observed: vec![10, 25],
+            entries: None,
             cotangent_bound: None,
             memory: Memory::All,
         })

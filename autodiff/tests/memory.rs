@@ -57,6 +57,7 @@ fn evaluations(steps: usize, memory: Memory) -> usize {
         steps,
         inputs: [].into(),
         observed: vec![steps],
+        entries: None,
         cotangent_bound: None,
         memory,
     };

@@ -56,6 +56,7 @@ impl<M: Step> Steps<M> {
             steps: STEPS,
             inputs: [].into(),
             observed: vec![STEPS],
+            entries: None,
             cotangent_bound: None,
             memory: Memory::All,
         };

@@ -222,6 +222,7 @@ fn a_rollout_says_in_which_step() {
         steps: 9,
         inputs: Arc::new([]),
         observed: vec![9],
+        entries: None,
         cotangent_bound: None,
         memory: Memory::All,
     };

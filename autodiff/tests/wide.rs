@@ -267,6 +267,7 @@ impl Energy {
             steps,
             inputs,
             observed: vec![steps],
+            entries: None,
             cotangent_bound: None,
             memory: Memory::All,
         })

@@ -319,6 +319,7 @@ impl Task {
         let mut span = Span {
             first: 0,
             observed: loss.observed(steps),
+            nodes: loss.nodes(),
             cotangent_bound: horizon.cotangent_bound,
         };
         let (body, mut start) = (self.body(mixture), start.clone());

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::graph::Graph;
-use super::row::{Frame, Reach};
+use super::row::{Frame, Places, Reach, add, load};
 use super::{Aligned, Array, Bars, Operation, WIDEST, lanes};
 use crate::kernel::Adjoint;
 use crate::lanes::{Lane, Vectorized};
@@ -279,15 +279,17 @@ where
         map.reach.check(bars.parameters, bars.row);
         let Plan { room, .. } = map.plan;
         let ends_bar = &mut map.scratch[..C * room];
+        let places = Places::new(bars);
+        let y_bars = map.sums.map(|sum| places.of(sum));
+        let x_bars = places.of_active(&map.inputs, &map.active);
         // SAFETY: the reach was checked, and the cotangents of ends have the plan's room.
         unsafe {
             let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, values);
             for &lane in &map.plan.edges {
                 let mut y_bar = [L::zero(); O];
                 for o in 0..O {
-                    let sums = map.sums[o].start;
-                    let head = L::load_at(bars.row, sums + lane.head);
-                    let tail_less_head = L::load_at(bars.row, sums + lane.tail) - head;
+                    let head: L = load(y_bars[o], (lane.head, L::N));
+                    let tail_less_head = load::<R, L>(y_bars[o], (lane.tail, L::N)) - head;
                     y_bar[o] = L::select(L::mask(lane.bits), tail_less_head, L::zero());
                 }
                 let x_bar = map.kernel.vjp(sources.load::<L>(lane), y_bar);
@@ -295,11 +297,7 @@ where
                     x_bar[c].store_at(ends_bar, c * room + lane.scratch);
                 }
                 for k in C..I {
-                    if map.active[k] {
-                        let array = map.inputs[k];
-                        let (part, place) = (bars.part_mut(array), array.start + lane.slot);
-                        (L::load_at(part, place) + x_bar[k]).store_at(part, place);
-                    }
+                    add(x_bars[k], (lane.slot, L::N), x_bar[k]);
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! A kernel mapped over arrays.
 #![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
 
-use super::row::{Frame, Reach};
+use super::row::{Frame, Places, Reach, add, load};
 use super::{Array, Bars, Operation};
 use crate::kernel::Adjoint;
 use crate::lanes::{Lane, Vectorized};
@@ -159,44 +159,36 @@ struct Reverse<'a, 'b, K, R, const I: usize, const O: usize> {
     bars: &'a mut Bars<'b, R>,
 }
 
-struct ReverseLanes<'a, 'b, K, R, const I: usize, const O: usize> {
-    map: &'a Map<K, I, O>,
+struct ReverseLanes<'a, K, R, const I: usize, const O: usize> {
+    kernel: &'a K,
     x: [&'a [R]; I],
-    /// The results one after the other.
+    /// The results one after the other, each so long, and their cotangents.
     y: &'a [R],
-    bars: &'a mut Bars<'b, R>,
+    y_bar: *const R,
+    len: usize,
+    /// Where the cotangents of the inputs that carry any begin; null for others.
+    x_bar: [*mut R; I],
 }
 
-impl<R: Real, K, const I: usize, const O: usize> Lanes<R, O> for ReverseLanes<'_, '_, K, R, I, O>
+impl<R: Real, K, const I: usize, const O: usize> Lanes<R, O> for ReverseLanes<'_, K, R, I, O>
 where
     K: Adjoint<I, O>,
 {
     #[inline(always)]
     unsafe fn lane<L: Lane<R>>(&mut self, (i, n): (usize, usize)) {
-        let Map {
-            kernel,
-            inputs,
-            outputs,
-            active,
-            ..
-        } = self.map;
-        let Array { start, len, .. } = outputs[0];
         let (mut x, mut y, mut y_bar) = ([L::zero(); I], [L::zero(); O], [L::zero(); O]);
         for k in 0..I {
-            // SAFETY: the caller's promise, here and below.
+            // SAFETY: the caller's promise, here and below; no two slices live at a time.
             x[k] = unsafe { L::load_n(self.x[k], (i, n)) };
         }
         for k in 0..O {
-            let place = k * len + i;
+            let place = k * self.len + i;
             y[k] = unsafe { L::load_n(self.y, (place, n)) };
-            y_bar[k] = unsafe { L::load_n(self.bars.row, (start + place, n)) };
+            y_bar[k] = unsafe { load(self.y_bar, (place, n)) };
         }
-        let x_bar = kernel.vjp_with_results(x, y, y_bar);
+        let x_bar = self.kernel.vjp_with_results(x, y, y_bar);
         for k in 0..I {
-            if active[k] {
-                let (part, at) = (self.bars.part_mut(inputs[k]), (inputs[k].start + i, n));
-                unsafe { (L::load_n(part, at) + x_bar[k]).store_n(part, at) };
-            }
+            unsafe { add(self.x_bar[k], (i, n), x_bar[k]) };
         }
     }
 }
@@ -211,13 +203,16 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
         map.reach.check(values.parameters, values.row);
         map.reach.check(bars.parameters, bars.row);
         let Array { start, len, .. } = map.outputs[0];
+        let places = Places::new(bars);
         // SAFETY: the reach was checked.
         unsafe {
             let mut lanes = ReverseLanes {
-                map,
+                kernel: &map.kernel,
                 x: map.sources(values),
                 y: &values.row[start..start + O * len],
-                bars,
+                y_bar: places.of(map.outputs[0]),
+                len,
+                x_bar: places.of_active(&map.inputs, &map.active),
             };
             lanes.lanes::<L>(len);
         }

@@ -1,6 +1,11 @@
 //! Where the numbers of a step lie.
 
+use std::ptr::null_mut;
+use std::slice::{from_raw_parts, from_raw_parts_mut};
+
 use super::Array;
+use crate::lanes::Lane;
+use crate::real::Real;
 
 /// The values of a step: those of the parameters, which no step changes, and its row.
 #[derive(Clone, Copy)]
@@ -96,6 +101,75 @@ impl<R> Bars<'_, R> {
     }
 }
 
+/// Where cotangents lie, for loops that settle it once for all lanes: what a loop over slices asks
+/// again for every lane was a quarter of an edge's instructions.
+#[derive(Clone, Copy)]
+pub(super) struct Places<R> {
+    parameters: *mut R,
+    row: *mut R,
+}
+
+impl<R: Real> Places<R> {
+    pub(super) fn new(bars: &mut Bars<R>) -> Self {
+        Self {
+            parameters: bars.parameters.as_mut_ptr(),
+            row: bars.row.as_mut_ptr(),
+        }
+    }
+
+    /// The first cotangent of an array, to be used while nothing else looks at the bars.
+    #[inline(always)]
+    pub(super) fn of(self, array: Array) -> *mut R {
+        let part = if array.parameter {
+            self.parameters
+        } else {
+            self.row
+        };
+        part.wrapping_add(array.start)
+    }
+
+    /// Of those inputs of an operation that carry derivatives; null for the others.
+    #[inline(always)]
+    pub(super) fn of_active<const I: usize>(
+        self,
+        inputs: &[Array; I],
+        active: &[bool; I],
+    ) -> [*mut R; I] {
+        let mut places = [null_mut(); I];
+        for k in 0..I {
+            if active[k] {
+                places[k] = self.of(inputs[k]);
+            }
+        }
+        places
+    }
+}
+
+/// A lane of so many numbers, the second number, from the first number on.
+///
+/// # Safety
+/// From the pointer on there are as many, which nothing writes meanwhile.
+#[allow(unsafe_code)] // See `Places`.
+#[inline(always)]
+pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, (at, n): (usize, usize)) -> L {
+    // SAFETY: the caller's promise.
+    unsafe { L::load_n(from_raw_parts(from.add(at), n), (0, n)) }
+}
+
+/// Adds a lane to so many numbers, unless the pointer is null.
+///
+/// # Safety
+/// From the pointer on there are as many, which nothing else reads or writes meanwhile.
+#[allow(unsafe_code)] // See `Places`.
+#[inline(always)]
+pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, (at, n): (usize, usize), lane: L) {
+    if !to.is_null() {
+        // SAFETY: the caller's promise.
+        let to = unsafe { from_raw_parts_mut(to.add(at), n) };
+        unsafe { (L::load_n(to, (0, n)) + lane).store_n(to, (0, n)) };
+    }
+}
+
 /// How rows follow one another.
 #[derive(Debug, Default)]
 pub(super) struct Layout {
@@ -105,14 +179,18 @@ pub(super) struct Layout {
     pub(super) reach: usize,
     /// The state's parts, neighbours joined.
     pub(super) state: Vec<Array>,
+    /// The inputs' parts likewise.
+    pub(super) inputs: Vec<Array>,
+    /// How many inputs a step is given, for all starts.
+    pub(super) given: usize,
     /// Parts of the new state that are not yet where the next row wants them: from where, and the
     /// part's place there.
     pub(super) moves: Vec<(Array, Array)>,
 }
 
 impl Layout {
-    /// For parts of the state, what they become, and the row's length.
-    pub(super) fn new(states: &[Array], next: &[Array], row: usize) -> Self {
+    /// For parts of the state, what they become, the inputs, and the row's length.
+    pub(super) fn new((states, next): (&[Array], &[Array]), inputs: &[Array], row: usize) -> Self {
         let end = states.iter().map(|a| a.start + a.len).max().unwrap_or(0);
         let at = next.first().map_or(row, |a| a.start);
         let in_place = |(state, next): (&Array, &Array)| next.start == at + state.start;
@@ -127,6 +205,8 @@ impl Layout {
             stride,
             reach: stride + end,
             state: joined(states),
+            inputs: joined(inputs),
+            given: inputs.iter().map(|input| input.len()).sum(),
             moves,
         }
     }

@@ -48,6 +48,9 @@ pub struct Rollout<M> {
     pub inputs: Arc<[f64]>,
     /// After how many steps the state is wanted, ascending; 0 is the start.
     pub observed: Vec<usize>,
+    /// Which numbers of such a state are wanted, `None` for all: on a tape each is a variable,
+    /// which costs more than to compute it.
+    pub entries: Option<Vec<usize>>,
     /// `None`, the default of all drivers, gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
     /// What the forward run keeps for the reverse sweep.
@@ -55,13 +58,14 @@ pub struct Rollout<M> {
 }
 
 impl<M: Model> Rollout<M> {
-    /// The observed states one after the other, from the parts of the start's state and the
-    /// parameters in the order of the model's declarations.
+    /// The observed states one after the other, or the wanted numbers of each, from the parts of
+    /// the start's state and the parameters in the order of the model's declarations.
     ///
     /// On the tape the whole rollout is one entry.
     ///
     /// # Panics
-    /// If lengths differ from the model's declarations or an observed step is out of range.
+    /// If lengths differ from the model's declarations, or an observed step or a wanted entry is
+    /// out of range.
     pub fn run<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
         self.check();
         let inputs: Vec<&[R]> = std::iter::once(start)
@@ -109,6 +113,21 @@ impl<M: Model> Rollout<M> {
         );
     }
 
+    /// Where the wanted numbers lie in a state, given how many starts there are side by side in it
+    /// and how many numbers.
+    fn wanted(&self, (starts, len): (usize, usize)) -> Vec<usize> {
+        let Some(entries) = &self.entries else {
+            return (0..len).collect();
+        };
+        assert!(
+            !entries.is_empty() && entries.iter().all(|entry| entry * starts < len),
+            "a rollout has {} numbers in a state: {entries:?} are wanted",
+            len / starts
+        );
+        let side_by_side = |&entry: &usize| entry * starts..(entry + 1) * starts;
+        entries.iter().flat_map(side_by_side).collect()
+    }
+
     /// Scales the cotangents of the states side by side back where the bound asks for it.
     fn bound<R: Real>(&self, (step, starts): (usize, usize), state_bar: &mut [R]) {
         let Some(CotangentBound { norm, every }) = self.cotangent_bound else {
@@ -135,10 +154,13 @@ impl<M: Model> Rollout<M> {
     fn forward<R: Real>(&self, starts: usize, inputs: &[&[R]]) -> Vec<R> {
         let mut sweep = Sweep::new(self, starts, inputs);
         let mut row = sweep.row(inputs[0]);
+        let wanted = self.wanted((starts, sweep.state_len()));
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
-                sweep.push_state(&row, &mut seen);
+                let mut state = Vec::with_capacity(sweep.state_len());
+                sweep.push_state(&row, &mut state);
+                seen.extend(wanted.iter().map(|&i| state[i]));
             }
             if step < self.steps {
                 sweep.step_in_place(step, &mut row);
@@ -150,10 +172,13 @@ impl<M: Model> Rollout<M> {
     /// The same, and what the way back needs.
     fn recorded<R: Real>(&self, starts: usize, inputs: &[&[R]]) -> (Vec<R>, Recorded<R>) {
         let mut recorded = Recorded::new(self, starts, inputs);
+        let wanted = self.wanted((starts, recorded.state_len()));
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
-                recorded.push_state(step, &mut seen);
+                let mut state = Vec::with_capacity(recorded.state_len());
+                recorded.push_state(step, &mut state);
+                seen.extend(wanted.iter().map(|&i| state[i]));
             }
             if step < self.steps {
                 recorded.step(step);
@@ -170,17 +195,18 @@ impl<M: Model> Rollout<M> {
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
         let state_len = saved.state_len();
+        let places = self.wanted((starts, state_len));
         let mut seeds = self
             .observed
             .iter()
-            .zip(y_bar.chunks_exact(state_len))
+            .zip(y_bar.chunks_exact(places.len()))
             .rev()
             .peekable();
         let mut state_bar = vec![R::zero(); state_len];
         let parameter_bars = saved.reverse(wanted, &mut state_bar, |step, state_bar| {
             while let Some((_, seed)) = seeds.next_if(|(at, _)| **at == step) {
-                for (bar, &s) in state_bar.iter_mut().zip(seed) {
-                    *bar += s;
+                for (&place, &s) in places.iter().zip(seed) {
+                    state_bar[place] += s;
                 }
             }
             self.bound((step, starts), state_bar);

@@ -54,6 +54,11 @@ impl<R: Real> Several<R> {
 
     /// The gradient of a weighted sum over all that is observed: first the starts' part.
     fn gradient(&self, together: bool) -> Vec<R> {
+        self.gradient_of(together, |seen| seen)
+    }
+
+    /// The same over a choice of what is observed.
+    fn gradient_of(&self, together: bool, choice: impl Fn(Vec<Var<R>>) -> Vec<Var<R>>) -> Vec<R> {
         let x = [self.starts.concat(), self.parameters.concat()].concat();
         gradient_of(
             |x: &[Var<R>]| {
@@ -72,7 +77,7 @@ impl<R: Real> Several<R> {
                     true => variables.together(),
                     false => variables.alone(),
                 };
-                let weighted = seen.concat().into_iter().enumerate();
+                let weighted = choice(seen.concat()).into_iter().enumerate();
                 let weighted = weighted.map(|(i, s)| s * s * Var::lit(1.0 + 0.1 * (i % 7) as f64));
                 weighted.fold(Var::zero(), |sum, term| sum + term)
             },
@@ -162,6 +167,39 @@ fn gradients_are_the_sums_of_single_ones() {
     // Sums of some 1e3 terms, of which those in the middle may be larger than the whole.
     at_every_level(|| check::<f64>(1e-12));
     at_every_level(|| check::<f32>(1e-4));
+}
+
+/// Wanted entries are those of whole states to the bit, and so are their gradients.
+#[test]
+fn entries_are_those_of_whole_states() {
+    let entries = vec![1, NODES, 2 * NODES - 1];
+    let whole = Several::<f64>::new(lanes::<f64>() + 1, steps(37));
+    let mut some = Several::<f64>::new(lanes::<f64>() + 1, steps(37));
+    some.loss.rollout.entries = Some(entries.clone());
+    let state = 2 * NODES;
+    let place = |k: usize| k / entries.len() * state + entries[k % entries.len()];
+    let count = some.loss.rollout.observed.len() * entries.len();
+    for (some, whole) in some.together().iter().zip(whole.together()) {
+        let expected: Vec<f64> = (0..count).map(|k| whole[place(k)]).collect();
+        assert_eq!(*some, expected);
+    }
+    assert_eq!(some.together(), some.alone());
+    for together in [true, false] {
+        let choice = |seen: Vec<Var<f64>>| {
+            let all = seen.len() / state * entries.len();
+            (0..all).map(|k| seen[place(k)]).collect()
+        };
+        assert!(some.gradient(together) == whole.gradient_of(together, choice));
+    }
+}
+
+#[test]
+#[should_panic(expected = "24 numbers in a state: [3, 24] are wanted")]
+fn an_entry_beyond_the_state_is_told() {
+    let mut several = Several::<f64>::new(1, 1);
+    assert_eq!(2 * NODES, 24);
+    several.loss.rollout.entries = Some(vec![3, 24]);
+    several.alone();
 }
 
 /// Snapshots hold all starts, and every start's cotangent has its own bound.

@@ -145,6 +145,7 @@ fn gradient<K: Adjoint<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> Vec<f
         steps: 9,
         inputs: [].into(),
         observed: vec![9],
+        entries: None,
         cotangent_bound: None,
         memory,
     };

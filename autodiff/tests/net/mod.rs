@@ -111,6 +111,7 @@ impl Loss {
                 steps,
                 inputs,
                 observed,
+                entries: None,
                 cotangent_bound: None,
                 memory: Memory::All,
             },

@@ -68,6 +68,7 @@ impl Steps {
                 steps,
                 inputs: [].into(),
                 observed: vec![steps],
+                entries: None,
                 cotangent_bound: None,
                 memory: Memory::All,
             },

@@ -38,6 +38,10 @@ impl Loss for Displacement {
         (0..count).rev().map(|k| steps - k * every).collect()
     }
 
+    fn nodes(&self) -> usize {
+        1
+    }
+
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let observed = self.observed(trajectory.last_step());
         let along = |&step: &usize| {

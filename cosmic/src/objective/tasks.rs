@@ -70,6 +70,15 @@ impl Loss for Objective {
         }
     }
 
+    fn nodes(&self) -> usize {
+        match self {
+            Self::Far(loss) | Self::Back(loss) => loss.nodes(),
+            Self::Reach(loss) => loss.nodes(),
+            Self::Climb(loss) => loss.nodes(),
+            Self::Economy(loss) => loss.nodes(),
+        }
+    }
+
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         match self {
             Self::Far(loss) => loss.loss(trajectory),
@@ -98,6 +107,10 @@ impl Loss for Reach {
         self.far.observed(steps)
     }
 
+    fn nodes(&self) -> usize {
+        1
+    }
+
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         mean(self, trajectory, |state| {
             let [along, _] = self.far.ground.point_to_ground(state.x[0]);
@@ -118,6 +131,10 @@ pub struct Climb {
 impl Loss for Climb {
     fn observed(&self, steps: usize) -> Vec<usize> {
         self.far.observed(steps)
+    }
+
+    fn nodes(&self) -> usize {
+        1
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {

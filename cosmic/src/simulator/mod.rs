@@ -44,16 +44,19 @@ pub struct Span {
     /// Numbers of steps done from the start on at which the state is wanted, ascending; the last
     /// ends the rollout.
     pub observed: Vec<usize>,
+    /// How many nodes are looked at, from the first on; the states observed hold no others.
+    pub nodes: usize,
     /// Holds the cotangent back in the reverse sweep; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
 }
 
 impl Span {
-    /// From the start on, with exact gradients.
+    /// All nodes from the start on, with exact gradients.
     pub fn from_start(observed: Vec<usize>) -> Self {
         Self {
             first: 0,
             observed,
+            nodes: usize::MAX,
             cotangent_bound: None,
         }
     }
@@ -196,11 +199,14 @@ impl Simulator {
             0 => Arc::clone(&self.clock),
             first => self.clock[2 * first..2 * (first + steps)].into(),
         };
+        let nodes = self.robot.graph.nodes();
+        let entries = (0..4).flat_map(|k| (0..span.nodes).map(move |node| k * nodes + node));
         Rollout {
             model,
             steps,
             inputs: clock,
             observed: span.observed.clone(),
+            entries: (span.nodes < nodes).then(|| entries.collect()),
             cotangent_bound: span.cotangent_bound,
             memory: Memory::All,
         }
@@ -227,7 +233,7 @@ impl Simulator {
 
     /// The observed states, from flat arrays of them.
     fn trajectory<R: Real>(&self, seen: &[R], span: &Span) -> Trajectory<R> {
-        let states = seen.chunks_exact(4 * self.robot.graph.nodes());
+        let states = seen.chunks_exact(4 * self.robot.graph.nodes().min(span.nodes));
         Trajectory {
             steps: span.observed.clone(),
             states: states.map(|s| self.unflatten(s)).collect(),
@@ -257,8 +263,9 @@ impl Simulator {
         [column(&x, 0), column(&x, 1), column(&v, 0), column(&v, 1)].concat()
     }
 
+    /// The state, in the world's frame, of arrays of all nodes or of the first ones.
     fn unflatten<R: Real>(&self, state: &[R]) -> State<R> {
-        let nodes = self.robot.graph.nodes();
+        let nodes = state.len() / 4;
         let points = |from: usize| (from..from + nodes).map(|i| [state[i], state[i + nodes]]);
         State {
             x: points(0).collect(),

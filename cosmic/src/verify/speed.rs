@@ -185,9 +185,17 @@ impl<'a> Subject<'a> {
     pub fn rollout<R: Real>(&self) -> R {
         let inputs = self.inputs.lift::<R>();
         let mixture = self.case.mixture(self.case.projection, &inputs.z);
-        let span = Span::from_start(self.loss.observed(self.horizon.steps));
+        let span = self.span();
         let robot = (&inputs.controller, &inputs.start);
         self.loss.loss(&self.task.rollout(&mixture, robot, &span))
+    }
+
+    /// What the loss looks at.
+    fn span(&self) -> Span {
+        Span {
+            nodes: self.loss.nodes(),
+            ..Span::from_start(self.loss.observed(self.horizon.steps))
+        }
     }
 
     /// The loss and its gradient by some blocks of the inputs, such as
@@ -210,7 +218,7 @@ impl<'a> Subject<'a> {
     }
 
     fn mean_loss<R: Real>(&self, mixture: &[[R; 3]], controller: &Controller<R>) -> R {
-        let span = Span::from_start(self.loss.observed(self.horizon.steps));
+        let span = self.span();
         let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
         let starts: Vec<&State<R>> = starts.iter().collect();
         let robots = (controller, &starts[..]);
@@ -313,6 +321,7 @@ impl TwoMatvecs {
             steps,
             inputs: [].into(),
             observed: vec![steps],
+            entries: None,
             cotangent_bound: None,
             memory: Memory::All,
         };

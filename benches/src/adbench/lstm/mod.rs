@@ -205,6 +205,7 @@ impl Lstm {
             steps: characters - 1,
             inputs: inputs.collect(),
             observed: vec![characters - 1],
+            entries: None,
             cotangent_bound: None,
             memory: Memory::All,
         };
