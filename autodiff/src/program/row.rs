@@ -101,8 +101,8 @@ impl<R> Bars<'_, R> {
     }
 }
 
-/// Where cotangents lie, for loops that settle it once for all lanes: what a loop over slices asks
-/// again for every lane was a quarter of an edge's instructions.
+/// Where cotangents lie, for loops that settle it once: slices would be asked for again, with the
+/// part that they are in, in every lane.
 #[derive(Clone, Copy)]
 pub(super) struct Places<R> {
     parameters: *mut R,
