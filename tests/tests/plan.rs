@@ -2,11 +2,12 @@
 
 use autodiff::Real;
 use cosmic::case::Case;
-use cosmic::gradient::{CONTROLLER, Inputs};
+use cosmic::gradient::{CONTROLLER, Horizon, Inputs};
 use cosmic::lattice::State;
+use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Body;
-use cosmic::scene::{Contact, Scene};
-use cosmic::simulator::{Simulator, Span, Spare};
+use cosmic::scene::{Contact, HorizonMode, LossSettings, Scene};
+use cosmic::simulator::{Simulator, Span, Spare, Trajectory};
 
 const STEPS: usize = 256;
 
@@ -55,6 +56,45 @@ fn outputs_of_edges_that_do_not_strain_change_no_bit() {
     assert_eq!(planned, end(&case, &full, &body));
     // It walks: there is something to compare.
     assert!(farthest(&planned, &case.start) > 0.01);
+}
+
+/// The others' cotangents are zeros, on a tape or not.
+#[test]
+fn nodes_that_a_loss_does_not_look_at_change_no_bit() {
+    /// The same loss, which looks at the payload alone or says nothing of it.
+    struct Far(Displacement, bool);
+    impl Loss for Far {
+        fn observed(&self, steps: usize) -> Vec<usize> {
+            self.0.observed(steps)
+        }
+        fn nodes(&self) -> usize {
+            if self.1 { 1 } else { usize::MAX }
+        }
+        fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+            assert_eq!(trajectory.states[0].x.len() == 1, self.1);
+            self.0.loss(trajectory)
+        }
+    }
+    let case = case("incline", |_| ());
+    let far = Displacement {
+        ground: case.task().ground(),
+        settings: LossSettings::default(),
+    };
+    let horizon = Horizon {
+        steps: STEPS,
+        mode: HorizonMode::Head,
+        cotangent_bound: None,
+    };
+    let [payload, all] = [true, false].map(|alone| {
+        let loss = Far(far.clone(), alone);
+        case.inputs().differentiate([true; 7], |inputs| {
+            let mixture = case.mixture(case.projection, &inputs.z);
+            let robot = (&inputs.controller, &inputs.start);
+            case.task().loss(&mixture, robot, (&loss, &horizon)).0
+        })
+    });
+    assert_eq!(payload, all);
+    assert!(payload.1.iter().any(|g| *g != 0.0));
 }
 
 /// No output, no network: the robot's springs alone.

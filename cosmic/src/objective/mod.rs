@@ -22,9 +22,8 @@ pub trait Loss {
     /// the last of them `steps`.
     fn observed(&self, steps: usize) -> Vec<usize>;
 
-    /// How many nodes of these states it looks at, from the first on, which carries the payload.
-    /// A gradient's states hold no others: where the payload alone is looked at, 1 saves a twentieth of
-    /// the time.
+    /// How many nodes of these states it looks at, from the first on, which carries the payload;
+    /// states that a gradient is taken through hold no others. All, unless it says otherwise.
     fn nodes(&self) -> usize {
         usize::MAX
     }

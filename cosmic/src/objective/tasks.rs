@@ -247,6 +247,21 @@ mod tests {
     }
 
     #[test]
+    fn no_task_looks_at_more_nodes_than_it_says() {
+        use TaskKind::{Back, Climb, Economy, Far, Reach};
+        for task in [Far, Back, Climb, Reach, Economy] {
+            let objective = objective(task);
+            let mut seen = walk();
+            for State { x, v } in &mut seen.states {
+                x.truncate(objective.nodes());
+                v.truncate(objective.nodes());
+            }
+            assert_eq!(seen == walk(), task == Economy, "{task:?}");
+            assert_eq!(objective.loss(&seen), objective.loss(&walk()), "{task:?}");
+        }
+    }
+
+    #[test]
     fn energy_is_summed_up_from_start_to_end() {
         let observed = objective(TaskKind::Economy).observed(3);
         assert_eq!(observed, [0, 1, 2, 3]);
