@@ -5,7 +5,7 @@ use super::files::Results;
 use super::markdown::{
     COLUMNS, Departures, cells, made_by, metres, percent, preamble, ratio, table,
 };
-use super::rows::Row;
+use super::rows::{Row, RunRow};
 use super::trials::REFERENCE;
 use crate::report::decimals;
 
@@ -140,30 +140,42 @@ fn trials(results: &Results, rows: &[&Row]) -> String {
     format!("{}\n{}", table(&head, &lines), departures.legend())
 }
 
-/// A question with its number; a difference within twice its error is no answer.
+/// A question with its numbers. Runs of one seed begin alike, so the verdict is on the mean of the
+/// seeds' own changes; one within twice its error is no answer.
 fn answer(
     results: &Results,
     (question, changed, reference, paper): (&str, &str, &str, Option<&str>),
 ) -> String {
-    let [from, to] = [reference, changed].map(|name| results.row(name).displacement);
-    let change = Option::zip(from.median, to.median).map(|(a, b)| b - a);
-    let errors = Option::zip(from.standard_error, to.standard_error);
-    let error = errors.map(|(a, b)| a.hypot(b));
-    let verdict = match Option::zip(change, error) {
-        None => "no number: a median leans on runs that diverged",
-        Some((change, error)) if change.abs() <= 2.0 * error => "within twice its error: undecided",
-        Some((change, _)) if change < 0.0 => "worse",
+    let rows = [reference, changed].map(|name| results.row(name));
+    let [from, to] = rows.map(|row| row.displacement.median);
+    let [before, after] = rows.map(|row| row.runs.iter().map(RunRow::displacement));
+    let pairs = before.zip(after).map(|(a, b)| Some(b? - a?));
+    let change = pairs.collect::<Option<Vec<f64>>>().and_then(mean);
+    let verdict = match change {
+        None => "no number: runs diverged",
+        Some([change, error]) if change.abs() <= 2.0 * error => "within twice its error: undecided",
+        Some([change, _]) if change < 0.0 => "worse",
         Some(_) => "better",
     };
-    let error = error.map_or(String::new(), |error| format!(" ± {}", decimals(error, 2)));
+    let change = change.map(|both| both.map(|x| decimals(x, 2)));
+    let change = change.map_or(String::new(), |[change, error]| {
+        format!(", seed by seed a change of {change} ± {error} m")
+    });
     let paper = paper.map_or(String::new(), |paper| format!(" The paper: {paper}."));
     format!(
-        "- **{question}** {} m becomes {} m, a change of {}{error} m ({}): {verdict}.{paper}\n",
-        metres(from.median),
-        metres(to.median),
-        metres(change),
-        percent(ratio(to.median, from.median)),
+        "- **{question}** {} m becomes {} m ({}){change}: {verdict}.{paper}\n",
+        metres(from),
+        metres(to),
+        percent(ratio(to, from)),
     )
+}
+
+/// The mean of a sample and its standard error, of two numbers or more.
+fn mean(sample: Vec<f64>) -> Option<[f64; 2]> {
+    let count = sample.len() as f64;
+    let mean = sample.iter().sum::<f64>() / count;
+    let squares: f64 = sample.iter().map(|x| (x - mean).powi(2)).sum();
+    (sample.len() > 1).then(|| [mean, (squares / (count - 1.0) / count).sqrt()])
 }
 
 /// One controller and two goals.
@@ -189,4 +201,16 @@ fn steering(results: &Results) -> String {
         goals(one),
         goals(two)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::mean;
+
+    #[test]
+    fn the_error_of_a_mean_is_the_scatter_over_the_root_of_the_count() {
+        assert_eq!(mean(vec![1.0, 3.0]), Some([2.0, 1.0]));
+        assert_eq!(mean(vec![0.0, 0.0, 2.0, 2.0]).map(|[m, _]| m), Some(1.0));
+        assert_eq!(mean(vec![1.0]), None);
+    }
 }
