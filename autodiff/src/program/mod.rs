@@ -99,6 +99,8 @@ pub struct Program<R: Real> {
     states: Vec<Array>,
     next: Vec<Option<Array>>,
     inputs: Vec<Array>,
+    /// How many inputs a step is given, for all starts.
+    given: usize,
     operations: Vec<Box<dyn Operation<R>>>,
     /// How many numbers stand side by side for one: the starts it runs from at once.
     starts: usize,
@@ -132,6 +134,7 @@ impl<R: Real> Default for Program<R> {
             states: Vec::new(),
             next: Vec::new(),
             inputs: Vec::new(),
+            given: 0,
             operations: Vec::new(),
             starts: 1,
             ends: [0; 2],
@@ -186,6 +189,7 @@ impl<R: Real> Program<R> {
     pub fn input(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.inputs.push(array);
+        self.given += len;
         array
     }
 

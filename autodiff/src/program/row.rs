@@ -179,18 +179,14 @@ pub(super) struct Layout {
     pub(super) reach: usize,
     /// The state's parts, neighbours joined.
     pub(super) state: Vec<Array>,
-    /// The inputs' parts likewise.
-    pub(super) inputs: Vec<Array>,
-    /// How many inputs a step is given, for all starts.
-    pub(super) given: usize,
     /// Parts of the new state that are not yet where the next row wants them: from where, and the
     /// part's place there.
     pub(super) moves: Vec<(Array, Array)>,
 }
 
 impl Layout {
-    /// For parts of the state, what they become, the inputs, and the row's length.
-    pub(super) fn new((states, next): (&[Array], &[Array]), inputs: &[Array], row: usize) -> Self {
+    /// For parts of the state, what they become, and the row's length.
+    pub(super) fn new(states: &[Array], next: &[Array], row: usize) -> Self {
         let end = states.iter().map(|a| a.start + a.len).max().unwrap_or(0);
         let at = next.first().map_or(row, |a| a.start);
         let in_place = |(state, next): (&Array, &Array)| next.start == at + state.start;
@@ -205,8 +201,6 @@ impl Layout {
             stride,
             reach: stride + end,
             state: joined(states),
-            inputs: joined(inputs),
-            given: inputs.iter().map(|input| input.len()).sum(),
             moves,
         }
     }

@@ -8,7 +8,7 @@ impl<R: Real> Program<R> {
     pub(crate) fn finish(mut self) -> Self {
         let next: Option<Vec<Array>> = self.next.iter().copied().collect();
         let next = next.expect("a part of the state is never advanced");
-        self.layout = Layout::new((&self.states, &next), &self.inputs, self.ends[1]);
+        self.layout = Layout::new(&self.states, &next, self.ends[1]);
         self
     }
 
@@ -107,14 +107,11 @@ impl<R: Real> Program<R> {
 
     /// Writes the inputs of a step, given those of all steps, into its row.
     pub(crate) fn set_inputs(&self, row: &mut [R], (all, step): (&[f64], usize)) {
-        let len = self.layout.given;
-        let mut given = all[step * len..][..len].iter();
-        for part in &self.layout.inputs {
-            let places = &mut row[part.range()];
-            match self.starts {
-                1 => (places.iter_mut().zip(&mut given)).for_each(|(to, &x)| *to = R::lit(x)),
-                starts => (places.chunks_exact_mut(starts).zip(&mut given))
-                    .for_each(|(to, &x)| to.fill(R::lit(x))),
+        let mut given = all[step * self.given..][..self.given].iter();
+        for part in &self.inputs {
+            let places = row[part.range()].chunks_exact_mut(self.starts);
+            for (to, &x) in places.zip(&mut given) {
+                to.fill(R::lit(x));
             }
         }
     }

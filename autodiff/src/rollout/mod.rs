@@ -158,8 +158,7 @@ impl<M: Model> Rollout<M> {
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
-                let mut state = Vec::with_capacity(sweep.state_len());
-                sweep.push_state(&row, &mut state);
+                let state = sweep.state(&row);
                 seen.extend(wanted.iter().map(|&i| state[i]));
             }
             if step < self.steps {
@@ -176,8 +175,7 @@ impl<M: Model> Rollout<M> {
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
-                let mut state = Vec::with_capacity(recorded.state_len());
-                recorded.push_state(step, &mut state);
+                let state = recorded.state(step);
                 seen.extend(wanted.iter().map(|&i| state[i]));
             }
             if step < self.steps {

@@ -51,9 +51,11 @@ impl<R: Real> Sweep<R> {
         row
     }
 
-    /// Appends the state of a row.
-    pub(super) fn push_state(&self, row: &[R], to: &mut Vec<R>) {
-        self.program.push_state(row, to);
+    /// The state of a row.
+    pub(super) fn state(&self, row: &[R]) -> Vec<R> {
+        let mut state = Vec::with_capacity(self.state_len());
+        self.program.push_state(row, &mut state);
+        state
     }
 
     /// Does a step; the new state stands where the next row begins.
@@ -121,13 +123,13 @@ impl<R: Real> Recorded<R> {
         self.plan.leaf >= self.steps
     }
 
-    /// Appends the state that the first run forward has after so many steps.
-    pub(super) fn push_state(&self, step: usize, to: &mut Vec<R>) {
+    /// The state that the first run forward has after so many steps.
+    pub(super) fn state(&self, step: usize) -> Vec<R> {
         let row = match self.keeps_all() {
             true => &self.rows[step * self.sweep.program.stride()..],
             false => &self.row[..],
         };
-        self.sweep.push_state(row, to);
+        self.sweep.state(row)
     }
 
     /// A step of the first run forward: keeps its row, or now and then a snapshot.
@@ -150,9 +152,10 @@ impl<R: Real> Recorded<R> {
 
     /// The state of the one row.
     fn snapshot(&self, step: usize) -> Snapshot<R> {
-        let mut state = Vec::with_capacity(self.sweep.state_len());
-        self.sweep.push_state(&self.row, &mut state);
-        Snapshot { step, state }
+        Snapshot {
+            step,
+            state: self.sweep.state(&self.row),
+        }
     }
 
     /// Goes back from the last step to the first. `at` sees the state's cotangent after the

@@ -53,7 +53,7 @@ use autodiff::CotangentBound;
 use rayon::prelude::*;
 
 use crate::controller::Controller;
-use crate::design::{Material, alternatives, attract, one_hot, snap, start_vectors};
+use crate::design::{Material, alternatives, attract, snap, start_vectors};
 use crate::error::{Error, Result};
 use crate::gradient::{Horizon, Task};
 use crate::lattice::{Ground, Lattice, State};
@@ -239,24 +239,26 @@ impl CoDesign {
         let bounds = moment.volume_bounds();
         let snapped = snap(&mixture, &bounds);
         let others = alternatives(&mixture, &snapped.materials, &bounds);
-        let others = others.take(self.scene.schedule.snap_trials);
-        let mut layouts: Vec<_> = std::iter::once(snapped.materials.clone())
-            .chain(others)
-            .collect();
-        let best = self.farthest(&layouts, &progress.controller);
-        let materials = layouts.swap_remove(best);
-        progress.z = one_hot(&materials);
+        let others: Vec<_> = others.take(self.scene.schedule.snap_trials).collect();
+        let materials = self.farthest(snapped.materials, others, &progress.controller);
         progress.flips = snapped.flips;
-        progress.materials = Some(materials);
+        progress.lay_out(materials);
     }
 
-    /// Which of several layouts is the best by one full rollout each, the first of equals.
-    fn farthest(&self, layouts: &[Vec<Material>], controller: &Controller<f64>) -> usize {
+    /// The best of a layout and others by one full rollout each, the first of equals.
+    fn farthest(
+        &self,
+        layout: Vec<Material>,
+        others: impl IntoIterator<Item = Vec<Material>>,
+        controller: &Controller<f64>,
+    ) -> Vec<Material> {
+        let mut layouts: Vec<_> = std::iter::once(layout).chain(others).collect();
         // The best of one needs no rollout.
-        if layouts.len() == 1 {
-            return 0;
+        if layouts.len() > 1 {
+            let merits = self.merits(&layouts, controller, &self.task);
+            layouts.swap(0, delivery::first_best(merits));
         }
-        delivery::first_best(self.merits(layouts, controller, &self.task))
+        layouts.swap_remove(0)
     }
 
     /// What several layouts reach with one controller; in parallel, the order kept.
@@ -351,29 +353,31 @@ mod tests {
     use crate::projection::one_hot;
     use crate::scene::Scene;
 
+    /// A small robot that moves from the first, with room for other layouts, and the beginning of
+    /// its schedule.
+    pub(super) const LIVELY: &str = "
+        [lattice]
+        columns = 3
+        rows = 3
+        drop = 0.05
+        [physics]
+        steps = 256
+        [controller]
+        gain = [6.0, 6.0]
+        [volume]
+        widening = 0.2
+        widening_over = [1, 2]
+        [loss]
+        window = 32
+        [schedule]
+        attraction_from = 4
+        snap_at = 7
+        horizon = [64, 64]
+    ";
+
     /// How far the snapped robot of a seed gets.
     fn after_the_snap(trials: usize, seed: u64) -> f64 {
-        let text = "
-            [lattice]
-            columns = 3
-            rows = 3
-            drop = 0.05
-            [physics]
-            steps = 256
-            [controller]
-            gain = [6.0, 6.0]
-            [volume]
-            widening = 0.2
-            widening_over = [1, 2]
-            [schedule]
-            iterations = 8
-            attraction_from = 4
-            snap_at = 7
-            horizon = [64, 64]
-            [loss]
-            window = 32
-        ";
-        let mut scene = Scene::parse("snapped", text).unwrap();
+        let mut scene = Scene::parse("snapped", &[LIVELY, "iterations = 8"].concat()).unwrap();
         scene.schedule.snap_trials = trials;
         let mut codesign = CoDesign::new(&scene).unwrap();
         let mut progress = codesign.begin(seed).unwrap();

@@ -5,13 +5,11 @@
 //! twice as many of them as edges: a gradient by the shares of the materials says which to look at,
 //! and a short rollout which of these to look at more closely.
 
-use std::iter;
-
 use super::CoDesign;
 use super::progress::Progress;
 use super::schedule::Moment;
 use super::sought::Sought;
-use crate::design::{Material, flipped, one_hot};
+use crate::design::{Material, flipped};
 use crate::projection::holds;
 
 /// Of so many layouts in a short rollout one goes on to a full one.
@@ -25,12 +23,9 @@ impl CoDesign {
             return;
         };
         let finalists = self.finalists(progress, moment, materials);
-        let mut layouts: Vec<_> = iter::once(materials.clone()).chain(finalists).collect();
-        let best = self.farthest(&layouts, &progress.controller);
-        if best > 0 {
-            let materials = layouts.swap_remove(best);
-            progress.z = one_hot(&materials);
-            progress.materials = Some(materials);
+        let best = self.farthest(materials.clone(), finalists, &progress.controller);
+        if best != *materials {
+            progress.lay_out(best);
             // They are of another robot.
             progress.candidates.clear();
         }
@@ -79,39 +74,22 @@ impl CoDesign {
 #[cfg(test)]
 mod tests {
     use crate::codesign::schedule::Moment;
+    use crate::codesign::tests::LIVELY;
     use crate::codesign::{CoDesign, Progress};
     use crate::design::{Material, VolumeBounds, filled};
     use crate::scene::Scene;
 
     fn scene(more: &str) -> Scene {
-        let text = "
-            [lattice]
-            columns = 3
-            rows = 3
-            drop = 0.05
-            [physics]
-            steps = 256
-            [controller]
-            gain = [6.0, 6.0]
-            [volume]
-            widening = 0.2
-            widening_over = [1, 2]
-            [loss]
-            window = 32
-            [adam]
-            fine_rate = 0.0
-        ";
-        let schedule = "
-            [schedule]
+        let polished = "
             iterations = 16
-            attraction_from = 4
-            snap_at = 7
             snap_trials = 0
             settle = 0.25
-            horizon = [64, 64]
             polish_every = 2
         ";
-        Scene::parse("polished", &[text, schedule, more].concat()).unwrap()
+        let mut scene = Scene::parse("polished", &[LIVELY, polished, more].concat()).unwrap();
+        // The controller stands still.
+        scene.adam.fine_rate = 0.0;
+        scene
     }
 
     /// A seed's robot after so many iterations.

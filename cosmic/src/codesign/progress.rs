@@ -6,7 +6,7 @@ use super::delivery::Spread;
 use super::schedule::Phase;
 use super::settle::Settled;
 use crate::controller::Controller;
-use crate::design::Material;
+use crate::design::{Material, one_hot};
 use crate::error::{Error, Result};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaState};
@@ -52,6 +52,12 @@ pub struct Progress {
 }
 
 impl Progress {
+    /// Gives every edge one material; the design vectors follow.
+    pub(super) fn lay_out(&mut self, materials: Vec<Material>) {
+        self.z = one_hot(&materials);
+        self.materials = Some(materials);
+    }
+
     /// Checks that all lists have the lengths they have in another state of the same scene, as
     /// in a saved one they may not.
     ///

@@ -6,6 +6,7 @@ use super::markdown::{
     COLUMNS, Departures, cells, made_by, metres, percent, preamble, ratio, table,
 };
 use super::rows::{Row, RunRow};
+use super::statistics::mean;
 use super::trials::REFERENCE;
 use crate::report::decimals;
 
@@ -150,7 +151,9 @@ fn answer(
     let [from, to] = rows.map(|row| row.displacement.median);
     let [before, after] = rows.map(|row| row.runs.iter().map(RunRow::displacement));
     let pairs = before.zip(after).map(|(a, b)| Some(b? - a?));
-    let change = pairs.collect::<Option<Vec<f64>>>().and_then(mean);
+    let change = pairs
+        .collect::<Option<Vec<f64>>>()
+        .and_then(|all| mean(&all));
     let verdict = match change {
         None => "no number: runs diverged",
         Some([change, error]) if change.abs() <= 2.0 * error => "within twice its error: undecided",
@@ -168,14 +171,6 @@ fn answer(
         metres(to),
         percent(ratio(to, from)),
     )
-}
-
-/// The mean of a sample and its standard error, of two numbers or more.
-fn mean(sample: Vec<f64>) -> Option<[f64; 2]> {
-    let count = sample.len() as f64;
-    let mean = sample.iter().sum::<f64>() / count;
-    let squares: f64 = sample.iter().map(|x| (x - mean).powi(2)).sum();
-    (sample.len() > 1).then(|| [mean, (squares / (count - 1.0) / count).sqrt()])
 }
 
 /// One controller and two goals.
@@ -201,16 +196,4 @@ fn steering(results: &Results) -> String {
         goals(one),
         goals(two)
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::mean;
-
-    #[test]
-    fn the_error_of_a_mean_is_the_scatter_over_the_root_of_the_count() {
-        assert_eq!(mean(vec![1.0, 3.0]), Some([2.0, 1.0]));
-        assert_eq!(mean(vec![0.0, 0.0, 2.0, 2.0]).map(|[m, _]| m), Some(1.0));
-        assert_eq!(mean(vec![1.0]), None);
-    }
 }

@@ -53,6 +53,14 @@ pub(super) fn median(sample: &[Option<f64>]) -> Option<f64> {
     Statistics::of(sample).median
 }
 
+/// The mean of a sample and its standard error, of two numbers or more.
+pub(super) fn mean(sample: &[f64]) -> Option<[f64; 2]> {
+    let count = sample.len() as f64;
+    let mean = sample.iter().sum::<f64>() / count;
+    let squares: f64 = sample.iter().map(|x| (x - mean).powi(2)).sum();
+    (sample.len() > 1).then(|| [mean, (squares / (count - 1.0) / count).sqrt()])
+}
+
 /// The scatter of the medians of samples drawn from this one with replacement. The same stream
 /// for every sample: an error belongs to the sample and not to when it was asked for.
 fn standard_error(sample: &[f64]) -> f64 {
@@ -70,7 +78,7 @@ fn standard_error(sample: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::Statistics;
+    use super::{Statistics, mean};
     use crate::random::{Purpose, stream};
     use rand::RngExt;
 
@@ -91,5 +99,12 @@ mod tests {
         // to within some tens of a percent.
         assert!((0.0125..0.05).contains(&error), "{error}");
         assert_eq!(Statistics::of(&[Some(3.0); 9]).standard_error, Some(0.0));
+    }
+
+    #[test]
+    fn the_error_of_a_mean_is_the_scatter_over_the_root_of_the_count() {
+        assert_eq!(mean(&[1.0, 3.0]), Some([2.0, 1.0]));
+        assert_eq!(mean(&[0.0, 0.0, 2.0, 2.0]).map(|[m, _]| m), Some(1.0));
+        assert_eq!(mean(&[1.0]), None);
     }
 }
