@@ -6,6 +6,8 @@ use crate::real::Real;
 
 /// Bytes of a cache line, and of the widest register.
 const LINE: usize = 64;
+/// Bytes of a page.
+const PAGE: usize = 4096;
 
 /// A fixed number of zeros to begin with.
 pub(crate) struct Aligned<R> {
@@ -16,9 +18,18 @@ pub(crate) struct Aligned<R> {
 
 impl<R: Real> Aligned<R> {
     pub(crate) fn zeros(len: usize) -> Self {
-        let numbers = vec![R::zero(); len + LINE / size_of::<R>().min(LINE)];
-        // A hint that need not be met: where the type does not fit the line, nothing is gained.
-        let first = numbers.as_ptr().align_offset(LINE);
+        Self::zeros_to(LINE, len)
+    }
+
+    /// From the start of a page on, where the first cache begins with its sets.
+    pub(crate) fn to_pages(len: usize) -> Self {
+        Self::zeros_to(PAGE, len)
+    }
+
+    fn zeros_to(bytes: usize, len: usize) -> Self {
+        let numbers = vec![R::zero(); len + bytes / size_of::<R>().min(bytes)];
+        // A hint that need not be met: where the type does not fit, nothing is gained.
+        let first = numbers.as_ptr().align_offset(bytes);
         let first = if first <= numbers.len() - len {
             first
         } else {

@@ -3,7 +3,9 @@
 //! `W x` streams the weights once, and so does `W^T y_bar`; each wants them in another order, so
 //! both are kept.
 
-use super::panels::{Batch, OuterProducts, Panels, Product};
+use super::outer::{Batch, OuterProducts};
+use super::panels::Panels;
+use super::product::{Output, Product, Weights};
 use super::row::{Frame, joined};
 use super::{Aligned, Array, Bars, Matrix, Operation, lanes};
 use crate::lanes::{Lane, Vectorized};
@@ -20,9 +22,9 @@ pub(super) struct Dense<R> {
     spread: Option<Spread<R>>,
     tanh: bool,
     /// `W`, for `W x`.
-    weights: Panels<R>,
+    weights: Weights<R>,
     /// `W^T`, for `W^T y_bar`.
-    transposed: Panels<R>,
+    transposed: Weights<R>,
     /// The cotangent of `W`.
     weights_bar: Panels<R>,
     /// The last steps' inputs and output cotangents that `weights_bar` still lacks.
@@ -82,7 +84,7 @@ impl<R: Real> Spread<R> {
 
 impl<R: Real> Dense<R> {
     pub(super) fn new(
-        (matrix, bias): (Matrix, Array),
+        (matrix, bias, numbers): (Matrix, Array, usize),
         x: &[Array],
         (output, places): (Array, &[bool]),
         tanh: bool,
@@ -96,8 +98,8 @@ impl<R: Real> Dense<R> {
             bias,
             output,
             tanh,
-            weights: Panels::for_starts(starts, matrix.rows, columns),
-            transposed: Panels::for_starts(starts, columns, matrix.rows),
+            weights: Weights::zero((starts, numbers), matrix.rows, columns),
+            transposed: Weights::zero((starts, numbers), columns, matrix.rows),
             weights_bar: Panels::zero(matrix.rows, columns),
             batch: Batch::new(starts, matrix.rows, columns),
             packed: Vec::with_capacity(columns * starts),
@@ -111,17 +113,18 @@ impl<R: Real> Dense<R> {
 
     /// Adds `W^T y_bar` to the cotangents of the inputs.
     fn reverse_inputs(&mut self, bars: &mut Bars<R>) {
-        self.transposed.back ^= true;
         let mut product = Product {
             matrix: &self.transposed,
             x: self.batch.under_way(),
-            start: None,
-            y: &mut [],
-            places: &[],
-            tanh: false,
+            output: Output {
+                start: None,
+                y: &mut [],
+                places: &[],
+                tanh: false,
+            },
         };
         if let &[input] = &self.inputs[..] {
-            product.y = bars.get_mut(input);
+            product.output.y = bars.get_mut(input);
             return R::vectorize(product);
         }
         self.packed.clear();
@@ -129,7 +132,7 @@ impl<R: Real> Dense<R> {
             self.packed
                 .extend_from_slice(&bars.part(input)[input.range()]);
         }
-        product.y = &mut self.packed;
+        product.output.y = &mut self.packed;
         R::vectorize(product);
         let mut packed = &self.packed[..];
         for &input in &self.inputs {
@@ -184,29 +187,31 @@ impl<R: Real> Operation<R> for Dense<R> {
     }
 
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        self.weights.back ^= true;
         let (row, output) = row.split_at_mut(self.output.start);
         let values = Frame { parameters, row };
         let mut product = Product {
             matrix: &self.weights,
             x: input(&self.inputs, &mut self.packed, values),
-            start: Some(values.get(self.bias)),
-            y: &mut [],
-            places: &[],
-            tanh: self.tanh,
+            output: Output {
+                start: Some(values.get(self.bias)),
+                y: &mut [],
+                places: &[],
+                tanh: self.tanh,
+            },
         };
         match &mut self.spread {
             None => {
-                product.y = &mut output[..self.output.len];
+                product.output.y = &mut output[..self.output.len];
                 R::vectorize(product);
             }
             Some(Spread { lanes, places, .. }) if !places.is_empty() => {
-                (product.y, product.places) = (&mut output[..self.output.len], places);
+                (product.output.y, product.output.places) =
+                    (&mut output[..self.output.len], places);
                 R::vectorize(product);
                 R::vectorize(Gaps { lanes, output });
             }
             Some(Spread { lanes, y, .. }) => {
-                product.y = &mut y[..self.bias.len];
+                product.output.y = &mut y[..self.bias.len];
                 R::vectorize(product);
                 R::vectorize(SetOut { lanes, y, output });
             }
@@ -245,7 +250,7 @@ impl<R: Real> Operation<R> for Dense<R> {
             bias: arrays[self.bias.id],
         };
         // A new sweep begins.
-        self.weights_bar.entries.fill(R::zero());
+        self.weights_bar.fill_zero();
         self.batch.clear();
     }
 

@@ -21,9 +21,12 @@ mod edges;
 mod gather;
 mod graph;
 mod map;
+mod outer;
 mod panels;
+mod product;
 mod row;
 mod run;
+mod tiles;
 
 use std::ops::Range;
 
@@ -74,6 +77,16 @@ pub struct Matrix {
 enum Parameter {
     Array(Array),
     Matrix(Matrix),
+}
+
+impl Parameter {
+    /// The entries of a matrix.
+    fn matrix_len(&self) -> usize {
+        match self {
+            Self::Array(_) => 0,
+            Self::Matrix(m) => m.rows * m.columns,
+        }
+    }
 }
 
 /// One recorded operation. Its outputs lie in the row after everything it reads.
@@ -305,7 +318,8 @@ impl<R: Real> Program<R> {
         assert_eq!(rows, matrix.rows, "dense: places and matrix rows differ");
         let [output] = self.outputs(places.len());
         let places = repeated(places, self.starts);
-        let layer = dense::Dense::new((matrix, bias), x, (output, &places), tanh);
+        let numbers = self.parameters.iter().map(Parameter::matrix_len).sum();
+        let layer = dense::Dense::new((matrix, bias, numbers), x, (output, &places), tanh);
         self.operations.push(Box::new(layer));
         output
     }

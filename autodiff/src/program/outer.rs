@@ -1,0 +1,169 @@
+//! Sums of outer products: the cotangents of a layer's weights.
+//!
+//! They are gathered over several steps and added as one matrix product: it then touches the
+//! gradient's memory once in [`BATCH`] steps.
+
+use super::panels::{PANEL, Panel, Panels};
+use super::{Aligned, lanes};
+use crate::lanes::{Lane, Vectorized};
+use crate::real::Real;
+
+/// Steps whose outer products are added together; those of several starts count apart.
+const BATCH: usize = 16;
+
+/// Inputs and output cotangents of the last steps, of one start after the other.
+pub(super) struct Batch<R> {
+    x: Vec<R>,
+    /// In whole lanes. The last is that of the step that is under way, if there is one start.
+    y_bar: Aligned<R>,
+    /// The cotangents of the step that is under way, if there are several starts side by side.
+    side_by_side: Aligned<R>,
+    starts: usize,
+    rows: usize,
+    /// From one step's cotangents to those of the next.
+    tall: usize,
+    len: usize,
+}
+
+impl<R: Real> Batch<R> {
+    pub(super) fn new(starts: usize, rows: usize, columns: usize) -> Self {
+        let numbers = if starts == 1 { 0 } else { rows * starts };
+        let tall = rows.next_multiple_of(lanes::<R>());
+        Self {
+            x: vec![R::zero(); BATCH * columns],
+            y_bar: Aligned::zeros(BATCH * tall + lanes::<R>()),
+            // With room for a lane past the last, as above.
+            side_by_side: Aligned::zeros(numbers + lanes::<R>()),
+            starts,
+            rows,
+            tall,
+            len: 0,
+        }
+    }
+
+    /// The cotangents of the step that is under way.
+    pub(super) fn under_way(&self) -> &[R] {
+        match self.starts {
+            1 => &self.y_bar[self.len * self.tall..][..self.rows],
+            starts => &self.side_by_side[..self.rows * starts],
+        }
+    }
+
+    /// The place for these, with room for a lane past the last.
+    pub(super) fn under_way_mut(&mut self) -> &mut [R] {
+        match self.starts {
+            1 => &mut self.y_bar[self.len * self.tall..],
+            _ => &mut self.side_by_side,
+        }
+    }
+
+    /// Keeps the step that is under way, with its inputs; says whether the batch is full.
+    pub(super) fn note(&mut self, x: &[R]) -> bool {
+        let (starts, tall) = (self.starts, self.tall);
+        let columns = x.len() / starts;
+        if starts == 1 {
+            self.x[self.len * columns..][..columns].copy_from_slice(x);
+        } else {
+            let to = &mut self.x[self.len * columns..][..columns * starts];
+            part(x, (starts, columns), to);
+            let to = &mut self.y_bar[self.len * tall..][..tall * starts];
+            part(&self.side_by_side[..self.rows * starts], (starts, tall), to);
+        }
+        self.len += starts;
+        self.len == BATCH
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+    }
+}
+
+/// Numbers of several starts side by side become those of one after the other, so far apart.
+fn part<R: Real>(side_by_side: &[R], (starts, apart): (usize, usize), to: &mut [R]) {
+    for (start, to) in to.chunks_exact_mut(apart).enumerate() {
+        let of_start = side_by_side[start..].iter().step_by(starts);
+        for (to, &from) in to.iter_mut().zip(of_start) {
+            *to = from;
+        }
+    }
+}
+
+/// `W_bar += sum over the batch of y_bar x^T`.
+pub(super) struct OuterProducts<'a, R> {
+    pub(super) batch: &'a Batch<R>,
+    pub(super) to: &'a mut Panels<R>,
+}
+
+impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let (columns, height) = (self.to.columns(), self.to.rows().next_multiple_of(L::N));
+        for k in 0..self.to.panels().len() {
+            let panel = self.to.panels()[k];
+            let part = BatchRows {
+                batch: self.batch,
+                columns,
+                height,
+                panel,
+            };
+            match panel.lanes {
+                1 => part.add::<L, 1, 8>(self.to),
+                2 => part.add::<L, 2, 4>(self.to),
+                3 => part.add::<L, 3, 2>(self.to),
+                _ => part.add::<L, PANEL, 2>(self.to),
+            }
+        }
+    }
+}
+
+/// The rows of a batch that belong to one panel.
+struct BatchRows<'a, R> {
+    batch: &'a Batch<R>,
+    columns: usize,
+    height: usize,
+    panel: Panel,
+}
+
+impl<R: Real> BatchRows<'_, R> {
+    /// To a panel of `W` lanes of rows, `C` columns at once: every load of a cotangent serves all
+    /// of them, and none of their sums waits for the one before.
+    #[inline(always)]
+    fn add<L: Lane<R>, const W: usize, const C: usize>(&self, to: &mut Panels<R>) {
+        let whole = self.columns / C * C;
+        for column in (0..whole).step_by(C) {
+            self.add_columns::<L, W, C>(to, column);
+        }
+        for column in whole..self.columns {
+            self.add_columns::<L, W, 1>(to, column);
+        }
+    }
+
+    /// The columns are of one chunk.
+    #[inline(always)]
+    fn add_columns<L: Lane<R>, const W: usize, const C: usize>(
+        &self,
+        to: &mut Panels<R>,
+        column: usize,
+    ) {
+        let Batch { x, y_bar, len, .. } = self.batch;
+        let mut sums = [[L::zero(); W]; C];
+        for s in 0..*len {
+            let x = &x[s * self.columns + column..][..C];
+            let y_bar = &y_bar[s * self.height + self.panel.first_row..][..W * L::N];
+            for w in 0..W {
+                let y_bar = L::load(&y_bar[w * L::N..]);
+                for c in 0..C {
+                    sums[c][w] = y_bar.fma(L::splat(x[c]), sums[c][w]);
+                }
+            }
+        }
+        let to = &mut to.column_mut::<L, W>(self.panel, column)[..C * W * L::N];
+        for c in 0..C {
+            for w in 0..W {
+                let to = &mut to[(c * W + w) * L::N..];
+                (L::load(to) + sums[c][w]).store(to);
+            }
+        }
+    }
+}
