@@ -59,6 +59,11 @@ fn rollouts(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(subject.steps() as u64));
         in_type::<f64>(&mut group, "", &subject);
         in_type::<f32>(&mut group, "f32_", &subject);
+        if case.frozen.is_some() {
+            group.bench_function("value_and_own_gradient", |b| {
+                b.iter(|| black_box(subject.own_gradient::<f64>()));
+            });
+        }
         group.throughput(Throughput::Elements(8 * subject.steps() as u64));
         group.bench_function("eight_starts", |b| b.iter(|| black_box(subject.rollouts())));
         group.throughput(Throughput::Elements(subject.steps() as u64));

@@ -374,6 +374,8 @@ fn speed_text(speed: &Speed) -> String {
             .map(|(what, time)| row(&format!("{name}{}", what.replace('_', " ")), time))
             .concat()
     });
+    let own = ["one-hot", "one-hot f32"].map(|name| format!("{name}, by its own materials"));
+    let own = [0, 1].map(|k| row(&own[k], speed.own_materials[k]));
     let errors = speed.single_errors.map(|error| {
         let GradientError {
             steps,
@@ -391,6 +393,7 @@ fn speed_text(speed: &Speed) -> String {
     [
         format!("measured over {} steps\n", speed.steps),
         rows.concat(),
+        own.concat(),
         row("two bare matrix products", speed.two_matvecs),
         errors.concat(),
         format!("  peak memory of the process {memory}\n"),
@@ -407,6 +410,8 @@ fn speed_json(speed: &Speed) -> Value {
     let mut value = json!({
         "steps": speed.steps,
         "two_matvecs": speed.two_matvecs,
+        "one_hot_own_materials": speed.own_materials[0],
+        "one_hot_f32_own_materials": speed.own_materials[1],
         "design_ratio": design / rollout,
         "controller_ratio": controller / rollout,
         "eight_starts_ratio": speed.eight_starts.rollout / rollout,

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout};
+use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout, Var};
 use cpu_time::ThreadTime;
 
 use super::probe::Probe;
@@ -51,6 +51,10 @@ pub struct Speed {
     pub one_hot_double: Times,
     /// The same in f32.
     pub one_hot_single: Times,
+    /// The loss of that layout and its gradient by what each edge has of its own material, and so
+    /// by its stiffness and its strain: in f64 and in f32, microseconds per step. What the other
+    /// materials would do there is not asked for, nor what the controller tells passive edges.
+    pub own_materials: [f64; 2],
     /// The yardstick: nothing but the controller's two matrices times vectors in f64,
     /// microseconds per step.
     pub two_matvecs: f64,
@@ -102,6 +106,13 @@ pub fn measure(case: &Case, scene: &Scene) -> Speed {
     let single = least(&mut || subject.times::<f32>());
     let one_hot_double = least(&mut || one_hot.times::<f64>());
     let one_hot_single = least(&mut || one_hot.times::<f32>());
+    let mut own_materials = [Duration::MAX; 2];
+    for _ in 0..REPEATS {
+        own_materials[0] = timed(|| one_hot.own_gradient::<f64>()).min(own_materials[0]);
+    }
+    for _ in 0..REPEATS {
+        own_materials[1] = timed(|| one_hot.own_gradient::<f32>()).min(own_materials[1]);
+    }
     let eight_starts = least(&mut || subject.times_of_eight());
     Speed {
         steps,
@@ -109,6 +120,7 @@ pub fn measure(case: &Case, scene: &Scene) -> Speed {
         single,
         one_hot_double,
         one_hot_single,
+        own_materials: own_materials.map(per_step),
         eight_starts,
         two_matvecs: per_step(least_matvecs),
         single_errors: (scene.schedule.horizon)
@@ -202,6 +214,22 @@ impl<'a> Subject<'a> {
     /// [`DESIGN`] or [`CONTROLLER`]. The design vectors of a frozen layout are its mixture.
     pub fn gradient<R: Real>(&self, blocks: [bool; 7]) -> (R, Vec<R>) {
         self.gradient_over(blocks, &self.horizon)
+    }
+
+    /// The loss of a frozen layout and its gradient by the share that each edge has of its own
+    /// material. The other shares are no variables: they are zero, and stay so.
+    pub fn own_gradient<R: Real>(&self) -> (R, Vec<R>) {
+        self.inputs.lift().differentiate(DESIGN, |inputs| {
+            let own = |(&share, given): (&Var<R>, &f64)| match *given == 0.0 {
+                true => Var::constant(R::zero()),
+                false => share,
+            };
+            let shares = inputs.z.as_flattened().iter();
+            let shares: Vec<Var<R>> = shares.zip(self.inputs.z.as_flattened()).map(own).collect();
+            let (mixture, _) = shares.as_chunks();
+            let robot = (&inputs.controller, &inputs.start);
+            (self.task.loss(mixture, robot, (&self.loss, &self.horizon))).0
+        })
     }
 
     /// Eight plain rollouts from other starts: their mean loss.
@@ -344,8 +372,11 @@ impl Model for TwoMatvecs {
 
 #[cfg(test)]
 mod tests {
-    use super::{measure, peak_memory};
+    use approx::assert_relative_eq;
+
+    use super::{Subject, measure, peak_memory};
     use crate::case::Case;
+    use crate::gradient::DESIGN;
     use crate::scene::Scene;
 
     #[test]
@@ -367,12 +398,30 @@ mod tests {
             assert!(times.rollout > 0.0 && times.value_and_design_gradient > times.rollout);
         }
         assert!(speed.two_matvecs > 0.0);
+        assert!(speed.own_materials.iter().all(|&time| time > 0.0));
         let [short, long] = speed.single_errors;
         assert_eq!([short.steps, long.steps], [32, 64]);
         for error in [long.design, long.controller] {
             // Some ten roundings of 6e-8 a step, and the same gradient in f64 would be equal.
             assert!(error > 0.0 && error < 1e-4, "{error}");
         }
+    }
+
+    #[test]
+    fn the_gradient_by_own_materials_is_part_of_that_by_the_mixture() {
+        let mut scene = Scene::load("baseline_tall").unwrap();
+        scene.physics.steps = 64;
+        let case = Case::of_scene(&scene, 0).unwrap();
+        let subject = Subject::new(&case, &scene.loss);
+        let (value, all) = subject.gradient::<f64>(DESIGN);
+        let (same, own) = subject.own_gradient::<f64>();
+        assert_eq!(value, same);
+        for ((own, all), share) in own.iter().zip(&all).zip(case.z.as_flattened()) {
+            // The sums of a node's forces are the same; those of a weight are gone.
+            let expected = if *share == 0.0 { 0.0 } else { *all };
+            assert_relative_eq!(*own, expected, max_relative = 1e-9);
+        }
+        assert!(own.iter().any(|&bar| bar != 0.0));
     }
 
     #[cfg(target_os = "linux")]
