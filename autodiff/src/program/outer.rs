@@ -3,7 +3,7 @@
 //! They are gathered over several steps and added as one matrix product: it then touches the
 //! gradient's memory once in [`BATCH`] steps.
 
-use super::panels::{PANEL, Panel, Panels};
+use super::panels::{PANEL, Panels, lane_of_column};
 use super::{Aligned, lanes};
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
@@ -105,13 +105,14 @@ impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
                 batch: self.batch,
                 columns,
                 height,
-                panel,
+                first: panel.first_row,
             };
+            let entries = self.to.panel_mut::<L>(panel);
             match panel.lanes {
-                1 => part.add::<L, 1, 8>(self.to),
-                2 => part.add::<L, 2, 4>(self.to),
-                3 => part.add::<L, 3, 2>(self.to),
-                _ => part.add::<L, PANEL, 2>(self.to),
+                1 => part.add::<L, 1, 8>(entries),
+                2 => part.add::<L, 2, 4>(entries),
+                3 => part.add::<L, 3, 2>(entries),
+                _ => part.add::<L, PANEL, 2>(entries),
             }
         }
     }
@@ -122,20 +123,20 @@ struct BatchRows<'a, R> {
     batch: &'a Batch<R>,
     columns: usize,
     height: usize,
-    panel: Panel,
+    first: usize,
 }
 
 impl<R: Real> BatchRows<'_, R> {
     /// To a panel of `W` lanes of rows, `C` columns at once: every load of a cotangent serves all
     /// of them, and none of their sums waits for the one before.
     #[inline(always)]
-    fn add<L: Lane<R>, const W: usize, const C: usize>(&self, to: &mut Panels<R>) {
+    fn add<L: Lane<R>, const W: usize, const C: usize>(&self, panel: &mut [R]) {
         let whole = self.columns / C * C;
         for column in (0..whole).step_by(C) {
-            self.add_columns::<L, W, C>(to, column);
+            self.add_columns::<L, W, C>(panel, column);
         }
         for column in whole..self.columns {
-            self.add_columns::<L, W, 1>(to, column);
+            self.add_columns::<L, W, 1>(panel, column);
         }
     }
 
@@ -143,14 +144,14 @@ impl<R: Real> BatchRows<'_, R> {
     #[inline(always)]
     fn add_columns<L: Lane<R>, const W: usize, const C: usize>(
         &self,
-        to: &mut Panels<R>,
+        panel: &mut [R],
         column: usize,
     ) {
         let Batch { x, y_bar, len, .. } = self.batch;
         let mut sums = [[L::zero(); W]; C];
         for s in 0..*len {
             let x = &x[s * self.columns + column..][..C];
-            let y_bar = &y_bar[s * self.height + self.panel.first_row..][..W * L::N];
+            let y_bar = &y_bar[s * self.height + self.first..][..W * L::N];
             for w in 0..W {
                 let y_bar = L::load(&y_bar[w * L::N..]);
                 for c in 0..C {
@@ -158,7 +159,7 @@ impl<R: Real> BatchRows<'_, R> {
                 }
             }
         }
-        let to = &mut to.column_mut::<L, W>(self.panel, column)[..C * W * L::N];
+        let to = &mut panel[lane_of_column(column, W) * L::N..][..C * W * L::N];
         for c in 0..C {
             for w in 0..W {
                 let to = &mut to[(c * W + w) * L::N..];

@@ -36,8 +36,6 @@ pub(super) struct Panels<R> {
     entries: Aligned<R>,
     rows: usize,
     columns: usize,
-    /// How many of [`SHARES`] chunks are near; if all are, they lie one after the other.
-    near: usize,
     panels: Vec<Panel>,
 }
 
@@ -47,7 +45,7 @@ pub(super) struct Panel {
     pub(super) first_row: usize,
     /// At most [`PANEL`].
     pub(super) lanes: usize,
-    first_chunk: usize,
+    places: Places,
 }
 
 /// Columns of a chunk in a panel of so many lanes: whole phases. Three lanes leave room.
@@ -55,18 +53,49 @@ const fn columns_of_chunk(lanes: usize) -> usize {
     PANEL / lanes * PHASES
 }
 
-/// Where a chunk begins, counted in chunks. Computed, as to look it up costs a tenth of a product.
+/// Where a column begins in a panel of so many lanes whose chunks lie one after the other, in lanes.
 #[inline(always)]
-fn place(chunk: usize, near: usize) -> usize {
-    if near == SHARES {
-        return chunk;
+pub(super) const fn lane_of_column(column: usize, lanes: usize) -> usize {
+    let columns = columns_of_chunk(lanes);
+    column / columns * CHUNK + column % columns * lanes
+}
+
+/// Where the chunks of a panel begin, counted in chunks, one after the other. Not looked up, as a
+/// load more for each is a tenth of a product.
+#[derive(Clone, Copy)]
+struct Places {
+    /// How many of [`SHARES`] chunks are near; if all are, they lie one after the other.
+    share: usize,
+    /// The next chunk is near if this and its share make a whole one.
+    credit: usize,
+    /// Of the next near chunk, and of the next far one.
+    near: usize,
+    far: usize,
+}
+
+impl Places {
+    /// From a matrix's first chunk on.
+    fn new(share: usize) -> Self {
+        Self {
+            share,
+            credit: 0,
+            near: 0,
+            far: PAGE - 1,
+        }
     }
-    let nears_before = |chunk: usize| chunk * near / SHARES;
-    let nears = nears_before(chunk);
-    if nears_before(chunk + 1) > nears {
-        nears / (PAGE - 1) * PAGE + nears % (PAGE - 1)
-    } else {
-        (chunk - nears) * PAGE + PAGE - 1
+
+    #[inline(always)]
+    fn next(&mut self) -> usize {
+        self.credit += self.share;
+        if self.credit < SHARES {
+            self.far += PAGE;
+            return self.far - PAGE;
+        }
+        self.credit -= SHARES;
+        let place = self.near;
+        let turns = self.share < SHARES && place % PAGE == PAGE - 2;
+        self.near += 1 + usize::from(turns);
+        place
     }
 }
 
@@ -80,34 +109,32 @@ impl<R: Real> Panels<R> {
     pub(super) fn taking_turns(numbers: usize, rows: usize, columns: usize) -> Self {
         let bytes = numbers * size_of::<R>();
         let parted = PARTED.contains(&bytes);
-        let near = if parted {
+        let share = if parted {
             SHARES * NEAR / bytes
         } else {
             SHARES
         };
-        Self::new((rows, columns), near)
+        Self::new((rows, columns), share)
     }
 
-    fn new((rows, columns): (usize, usize), near: usize) -> Self {
-        let (mut panels, mut chunks, mut first) = (Vec::new(), 0, 0);
+    fn new((rows, columns): (usize, usize), share: usize) -> Self {
+        let (mut panels, mut places, mut end) = (Vec::new(), Places::new(share), 0);
         let lanes_of_rows = rows.div_ceil(lanes::<R>());
-        while first < lanes_of_rows {
+        for first in (0..lanes_of_rows).step_by(PANEL) {
             let lanes_here = (lanes_of_rows - first).min(PANEL);
             panels.push(Panel {
                 first_row: first * lanes::<R>(),
                 lanes: lanes_here,
-                first_chunk: chunks,
+                places,
             });
-            chunks += columns.div_ceil(columns_of_chunk(lanes_here));
-            first += lanes_here;
+            for _ in 0..columns.div_ceil(columns_of_chunk(lanes_here)) {
+                end = end.max(places.next() + 1);
+            }
         }
-        let ends = (0..chunks).map(|chunk| place(chunk, near) + 1);
-        let len = CHUNK * ends.max().unwrap_or(0);
         Self {
-            entries: Aligned::to_pages(len * lanes::<R>()),
+            entries: Aligned::to_pages(end * CHUNK * lanes::<R>()),
             rows,
             columns,
-            near,
             panels,
         }
     }
@@ -128,30 +155,26 @@ impl<R: Real> Panels<R> {
         self.entries.fill(R::zero());
     }
 
-    /// The entries of a panel of `W` lanes of rows, from a column on.
+    /// The entries of a panel, column after column, where the chunks lie one after the other.
     #[inline(always)]
-    pub(super) fn column_mut<L: Lane<R>, const W: usize>(
-        &mut self,
-        panel: Panel,
-        column: usize,
-    ) -> &mut [R] {
-        let columns = const { columns_of_chunk(W) };
-        let chunk = place(panel.first_chunk + column / columns, self.near);
-        &mut self.entries[(chunk * CHUNK + column % columns * W) * L::N..]
+    pub(super) fn panel_mut<L: Lane<R>>(&mut self, panel: Panel) -> &mut [R] {
+        debug_assert_eq!(panel.places.share, SHARES);
+        &mut self.entries[panel.places.near * CHUNK * L::N..]
     }
 
     /// Calls `f(row, column, entry)` for every entry.
     pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut R)) {
         let width = lanes::<R>();
-        for panel in &self.panels {
-            let columns = columns_of_chunk(panel.lanes);
-            let rows = width * panel.lanes;
-            for (column, row) in (0..self.columns).flat_map(|c| (0..rows).map(move |r| (c, r))) {
-                let chunk = place(panel.first_chunk + column / columns, self.near);
-                let lane = chunk * CHUNK + column % columns * panel.lanes + row / width;
-                if panel.first_row + row < self.rows {
-                    let entry = &mut self.entries[lane * width + row % width];
-                    f(panel.first_row + row, column, entry);
+        for mut panel in self.panels.iter().copied() {
+            let rows = (panel.first_row..self.rows).take(width * panel.lanes);
+            let columns: Vec<usize> = (0..self.columns).collect();
+            for columns in columns.chunks(columns_of_chunk(panel.lanes)) {
+                let chunk = panel.places.next() * CHUNK * width;
+                for (k, &column) in columns.iter().enumerate() {
+                    let entries = &mut self.entries[chunk + k * panel.lanes * width..];
+                    for (row, entry) in rows.clone().zip(entries) {
+                        f(row, column, entry);
+                    }
                 }
             }
         }
@@ -176,13 +199,12 @@ impl<R: Real> Panels<R> {
     fn panel<L: Lane<R>, const W: usize>(&self, panel: Panel, x: &[R], output: &mut Output<R>) {
         let mut sums = [[L::zero(); W]; PHASES];
         let chunks = x[..self.columns].chunks_exact(const { columns_of_chunk(W) });
-        let (mut chunk, rest) = (panel.first_chunk, chunks.remainder());
+        let (mut places, rest) = (panel.places, chunks.remainder());
         for x in chunks {
-            self.add_chunk::<L, W>(chunk, x, &mut sums);
-            chunk += 1;
+            self.add_chunk::<L, W>(places.next(), x, &mut sums);
         }
         if !rest.is_empty() {
-            self.add_chunk::<L, W>(chunk, rest, &mut sums);
+            self.add_chunk::<L, W>(places.next(), rest, &mut sums);
         }
         for w in 0..W {
             let sum = (sums[0][w] + sums[1][w]) + (sums[2][w] + sums[3][w]);
@@ -194,12 +216,11 @@ impl<R: Real> Panels<R> {
     #[inline(always)]
     fn add_chunk<L: Lane<R>, const W: usize>(
         &self,
-        chunk: usize,
+        place: usize,
         x: &[R],
         sums: &mut [[L; W]; PHASES],
     ) {
-        let place = place(chunk, self.near) * CHUNK * L::N;
-        let weights = &self.entries[place..][..CHUNK * L::N];
+        let weights = &self.entries[place * CHUNK * L::N..][..CHUNK * L::N];
         for group in 0..const { columns_of_chunk(W) / PHASES } {
             for phase in 0..PHASES {
                 let column = group * PHASES + phase;
@@ -219,17 +240,18 @@ impl<R: Real> Panels<R> {
 #[cfg(test)]
 mod tests {
     use super::super::product::{Output, Product, Weights};
-    use super::{CHUNK, PAGE, Panels, SHARES, place};
+    use super::{CHUNK, PAGE, Panels, Places, SHARES};
     use crate::lanes::{Level, at_most, level};
     use crate::real::Real;
 
     #[test]
     fn chunks_have_places_of_their_own() {
-        for near in [1, 24, 34, 63] {
-            let mut places: Vec<usize> = (0..200).map(|chunk| place(chunk, near)).collect();
+        for share in [1, 24, 34, 63] {
+            let mut next = Places::new(share);
+            let mut places: Vec<usize> = (0..200).map(|_| next.next()).collect();
             let is_near = |place: &&usize| **place % PAGE < PAGE - 1;
             // As many of them as asked for, from the first page on without a gap.
-            let nears = 200 * near / SHARES;
+            let nears = 200 * share / SHARES;
             assert_eq!(places.iter().filter(is_near).count(), nears);
             let last = places.iter().filter(is_near).max();
             assert!(last.is_none_or(|&last| last < nears.div_ceil(PAGE - 1) * PAGE));
@@ -237,12 +259,13 @@ mod tests {
             places.dedup();
             assert_eq!(places.len(), 200);
         }
-        assert!((0..200).all(|chunk| place(chunk, SHARES) == chunk));
+        let mut all = Places::new(SHARES);
+        assert!((0..200).all(|chunk| all.next() == chunk));
     }
 
     /// `A x` with entries and vectors of a few digits, so that every sum is exact.
-    fn product(near: usize, rows: usize, columns: usize) -> Vec<f64> {
-        let mut panels = Panels::<f64>::new((rows, columns), near);
+    fn product(share: usize, rows: usize, columns: usize) -> Vec<f64> {
+        let mut panels = Panels::<f64>::new((rows, columns), share);
         let mut seen = 0;
         panels.each(|row, column, entry| {
             *entry = (row * 7 % 11) as f64 - (column * 5 % 13) as f64;
@@ -275,10 +298,10 @@ mod tests {
                 0.5 + products.sum::<f64>()
             };
             let expected: Vec<f64> = (0..rows).map(sum).collect();
-            for near in [1, 24, 40, SHARES] {
+            for share in [1, 24, 40, SHARES] {
                 for cap in [Level::Baseline, Level::Avx2, level()] {
-                    let given = at_most(cap, || product(near, rows, columns));
-                    assert_eq!(given, expected, "{rows} {columns} {near} {cap:?}");
+                    let given = at_most(cap, || product(share, rows, columns));
+                    assert_eq!(given, expected, "{rows} {columns} {share} {cap:?}");
                 }
             }
         }
