@@ -115,20 +115,35 @@ fn cotangent_bound_holds_back_and_is_off_by_default() {
         every: 3,
     });
     assert_eq!(value_and_gradient(&loss, &x).1, exact);
-    loss.rollout.cotangent_bound = Some(CotangentBound {
-        norm: 0.5,
-        every: 1,
-    });
-    let (_, bounded) = value_and_gradient(&loss, &x);
-    let norm = bounded[..2 * NODES]
-        .iter()
-        .map(|g| g * g)
-        .sum::<f64>()
-        .sqrt();
-    assert!(
-        (norm - 0.5).abs() < 1e-12,
-        "the start's cotangent has norm {norm}"
-    );
+    for limit in [0.5, 0.01] {
+        loss.rollout.cotangent_bound = Some(CotangentBound {
+            norm: limit,
+            every: 1,
+        });
+        let (_, bounded) = value_and_gradient(&loss, &x);
+        let squares = bounded[..2 * NODES].iter().map(|g| g * g);
+        let norm = squares.sum::<f64>().sqrt();
+        assert!(
+            (norm - limit).abs() < 1e-12,
+            "the start's cotangent has norm {norm}, not {limit}"
+        );
+    }
+}
+
+#[test]
+#[should_panic(expected = "the observed steps of a rollout ascend")]
+fn observed_steps_out_of_order_are_refused() {
+    let mut loss = Loss::new(steps(30));
+    loss.rollout.observed = vec![9, 3];
+    loss.eval(&loss.point());
+}
+
+#[test]
+#[should_panic(expected = "step 31 of 30 is observed")]
+fn a_step_after_the_last_is_not_observed() {
+    let mut loss = Loss::new(steps(30));
+    loss.rollout.observed = vec![30, 31];
+    loss.eval(&loss.point());
 }
 
 /// A cotangent whose square overflows is no zero.
