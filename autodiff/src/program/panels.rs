@@ -45,7 +45,7 @@ pub(super) struct Panel {
     pub(super) first_row: usize,
     /// At most [`PANEL`].
     pub(super) lanes: usize,
-    places: Places,
+    places: ChunkPlaces,
 }
 
 /// Columns of a chunk in a panel of so many lanes: whole phases. Three lanes leave room.
@@ -63,7 +63,7 @@ pub(super) const fn lane_of_column(column: usize, lanes: usize) -> usize {
 /// Where the chunks of a panel begin, counted in chunks, one after the other. Not looked up, as a
 /// load more for each is a tenth of a product.
 #[derive(Clone, Copy)]
-struct Places {
+struct ChunkPlaces {
     /// How many of [`SHARES`] chunks are near; if all are, they lie one after the other.
     share: usize,
     /// The next chunk is near if this and its share make a whole one.
@@ -73,7 +73,7 @@ struct Places {
     far: usize,
 }
 
-impl Places {
+impl ChunkPlaces {
     /// From a matrix's first chunk on.
     fn new(share: usize) -> Self {
         Self {
@@ -118,7 +118,7 @@ impl<R: Real> Panels<R> {
     }
 
     fn new((rows, columns): (usize, usize), share: usize) -> Self {
-        let (mut panels, mut places, mut end) = (Vec::new(), Places::new(share), 0);
+        let (mut panels, mut places, mut end) = (Vec::new(), ChunkPlaces::new(share), 0);
         let lanes_of_rows = rows.div_ceil(lanes::<R>());
         for first in (0..lanes_of_rows).step_by(PANEL) {
             let lanes_here = (lanes_of_rows - first).min(PANEL);
@@ -240,14 +240,14 @@ impl<R: Real> Panels<R> {
 #[cfg(test)]
 mod tests {
     use super::super::product::{Output, Product, Weights};
-    use super::{CHUNK, PAGE, Panels, Places, SHARES};
+    use super::{CHUNK, ChunkPlaces, PAGE, Panels, SHARES};
     use crate::lanes::{Level, at_most, level};
     use crate::real::Real;
 
     #[test]
     fn chunks_have_places_of_their_own() {
         for share in [1, 24, 34, 63] {
-            let mut next = Places::new(share);
+            let mut next = ChunkPlaces::new(share);
             let mut places: Vec<usize> = (0..200).map(|_| next.next()).collect();
             let is_near = |place: &&usize| **place % PAGE < PAGE - 1;
             // As many of them as asked for, from the first page on without a gap.
@@ -259,7 +259,7 @@ mod tests {
             places.dedup();
             assert_eq!(places.len(), 200);
         }
-        let mut all = Places::new(SHARES);
+        let mut all = ChunkPlaces::new(SHARES);
         assert!((0..200).all(|chunk| all.next() == chunk));
     }
 
