@@ -83,6 +83,7 @@ impl<R: Real> Spread<R> {
 }
 
 impl<R: Real> Dense<R> {
+    /// `numbers` are those of all matrices of the program, which share the caches.
     pub(super) fn new(
         (matrix, bias, numbers): (Matrix, Array, usize),
         x: &[Array],
