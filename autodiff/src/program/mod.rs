@@ -72,21 +72,18 @@ pub struct Matrix {
     columns: usize,
 }
 
+impl Matrix {
+    /// How many entries.
+    fn len(self) -> usize {
+        self.rows * self.columns
+    }
+}
+
 /// What a parameter slot of a program expects.
 #[derive(Clone, Copy, Debug)]
 enum Parameter {
     Array(Array),
     Matrix(Matrix),
-}
-
-impl Parameter {
-    /// The entries of a matrix.
-    fn matrix_len(&self) -> usize {
-        match self {
-            Self::Array(_) => 0,
-            Self::Matrix(m) => m.rows * m.columns,
-        }
-    }
 }
 
 /// One recorded operation. Its outputs lie in the row after everything it reads.
@@ -318,7 +315,11 @@ impl<R: Real> Program<R> {
         assert_eq!(rows, matrix.rows, "dense: places and matrix rows differ");
         let [output] = self.outputs(places.len());
         let places = repeated(places, self.starts);
-        let numbers = self.parameters.iter().map(Parameter::matrix_len).sum();
+        let entries = |parameter: &Parameter| match parameter {
+            Parameter::Array(_) => 0,
+            Parameter::Matrix(m) => m.len(),
+        };
+        let numbers = self.parameters.iter().map(entries).sum();
         let layer = dense::Dense::new((matrix, bias, numbers), x, (output, &places), tanh);
         self.operations.push(Box::new(layer));
         output

@@ -167,12 +167,12 @@ impl<R: Real> Panels<R> {
         let width = lanes::<R>();
         for mut panel in self.panels.iter().copied() {
             let rows = (panel.first_row..self.rows).take(width * panel.lanes);
-            let columns: Vec<usize> = (0..self.columns).collect();
-            for columns in columns.chunks(columns_of_chunk(panel.lanes)) {
-                let chunk = panel.places.next() * CHUNK * width;
-                for (k, &column) in columns.iter().enumerate() {
-                    let entries = &mut self.entries[chunk + k * panel.lanes * width..];
-                    for (row, entry) in rows.clone().zip(entries) {
+            let columns = columns_of_chunk(panel.lanes);
+            for first in (0..self.columns).step_by(columns) {
+                let chunk = &mut self.entries[panel.places.next() * CHUNK * width..];
+                let parts = chunk.chunks_exact_mut(panel.lanes * width).take(columns);
+                for (column, part) in (first..self.columns).zip(parts) {
+                    for (row, entry) in rows.clone().zip(part) {
                         f(row, column, entry);
                     }
                 }

@@ -51,7 +51,7 @@ impl<R: Real> Program<R> {
         for (at, (declared, given)) in self.parameters.iter().zip(parameters).enumerate() {
             let len = match declared {
                 Parameter::Array(a) => a.len(),
-                Parameter::Matrix(m) => m.rows * m.columns,
+                Parameter::Matrix(m) => m.len(),
             };
             assert_eq!(
                 given.len(),
@@ -184,7 +184,7 @@ impl<R: Real> Program<R> {
         };
         let bar = |declared: &Parameter| match declared {
             Parameter::Array(a) => bars[a.range()].chunks_exact(self.starts).map(sum).collect(),
-            Parameter::Matrix(m) => vec![R::zero(); m.rows * m.columns],
+            Parameter::Matrix(m) => vec![R::zero(); m.len()],
         };
         let mut all: Vec<Vec<R>> = self.parameters.iter().map(bar).collect();
         for operation in &mut self.operations {

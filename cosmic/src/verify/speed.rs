@@ -106,13 +106,10 @@ pub fn measure(case: &Case, scene: &Scene) -> Speed {
     let single = least(&mut || subject.times::<f32>());
     let one_hot_double = least(&mut || one_hot.times::<f64>());
     let one_hot_single = least(&mut || one_hot.times::<f32>());
-    let mut own_materials = [Duration::MAX; 2];
-    for _ in 0..REPEATS {
-        own_materials[0] = timed(|| one_hot.own_gradient::<f64>()).min(own_materials[0]);
-    }
-    for _ in 0..REPEATS {
-        own_materials[1] = timed(|| one_hot.own_gradient::<f32>()).min(own_materials[1]);
-    }
+    let own_materials = [
+        least_time(|| one_hot.own_gradient::<f64>()),
+        least_time(|| one_hot.own_gradient::<f32>()),
+    ];
     let eight_starts = least(&mut || subject.times_of_eight());
     Speed {
         steps,
@@ -144,6 +141,12 @@ pub(super) fn timed<T>(work: impl FnOnce() -> T) -> Duration {
     let start = ThreadTime::now();
     black_box(work());
     start.elapsed()
+}
+
+/// The least of the times that a piece of work takes.
+fn least_time<T>(work: impl Fn() -> T) -> Duration {
+    let times = (0..REPEATS).map(|_| timed(&work));
+    times.min().expect("measured at least once")
 }
 
 /// The most memory that this process has held so far, in bytes, where the system says.
