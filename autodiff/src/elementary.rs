@@ -68,13 +68,21 @@ const INVERSE_FACTORIAL: [f64; 18] = [
     1.0 / 355687428096000.0,
 ];
 
+/// `x - n sum(parts)`, part by part. No fold: its closure, not inlined, would be without the
+/// instructions of lanes.
+#[inline(always)]
+fn reduced<P: Primitive, const N: usize>(mut x: P, n: P, parts: [f64; N]) -> P {
+    for k in 0..N {
+        x = n.mul_add(P::constant(-parts[k]), x);
+    }
+    x
+}
+
 /// `(e^r - 1, n)` with `x = n ln 2 + r`, `|r| <= ln(2)/2`.
 #[inline(always)]
 fn reduced_exp_m1<P: Primitive>(x: P) -> (P, P) {
     let n = (x * P::constant(std::f64::consts::LOG2_E)).round();
-    let r = P::LN_2
-        .iter()
-        .fold(x, |r, &part| n.mul_add(P::constant(-part), r));
+    let r = reduced(x, n, P::LN_2);
     // Even and odd powers apart: two short chains in place of a long one.
     let square = r * r;
     let mut odd = P::constant(INVERSE_FACTORIAL[P::EXP_TERMS]);
@@ -121,9 +129,7 @@ pub(crate) const SIN_RANGE: f64 = 1e4;
 #[inline(always)]
 pub(crate) fn sin_cos<P: Primitive>(x: P) -> (P, P) {
     let n = (x * P::constant(std::f64::consts::FRAC_2_PI)).round();
-    let r = P::PI_2
-        .iter()
-        .fold(x, |r, &part| n.mul_add(P::constant(-part), r));
+    let r = reduced(x, n, P::PI_2);
     let square = r * r;
     let mut sin = P::constant(0.0);
     let mut cos = P::constant(0.0);

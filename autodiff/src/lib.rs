@@ -122,6 +122,7 @@
 //! | all of a Hessian | [`hessian`] | that for every few arguments |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
 //! | the same from many starts with shared parameters | [`Rollout::run_many`] | about half of one by one, in lanes over the starts |
+//! | the same where starts have arrays of their own among the parameters | [`Rollout::run_each`] | for two, some nine tenths of one by one; they share the matrices |
 //! | gradient of a sum over data | [`batch::Sum`] | a few, in lanes over the data |
 //! | Jacobian of many small functions | [`batch::jacobians`] | those of one function, in lanes; a few where the kernel's partials are emitted ([`emit::partials`]) |
 //!
@@ -216,7 +217,7 @@ pub use kernel::{Adjoint, Kernel, Partials};
 pub use program::{Array, Graph, Matrix, Program};
 pub use real::{Mask, Real};
 pub use reverse::{Tape, Var};
-pub use rollout::{CotangentBound, Memory, Model, Rollout};
+pub use rollout::{CotangentBound, Given, Memory, Model, Rollout};
 pub use sparse::sparse_jacobian;
 pub use wide::Wide;
 

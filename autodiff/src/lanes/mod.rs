@@ -86,6 +86,8 @@ pub trait Lane<S>: Real {
     fn expand(self, bits: u16) -> Self;
     /// The lanes at the places of the set bits, in their order, first; zeros behind them.
     fn compress(self, bits: u16) -> Self;
+    /// The lanes of two by turns: the first half of them all, and the second.
+    fn zip(self, other: Self) -> [Self; 2];
 
     /// The first `N` scalars of a slice, or the whole of a shorter one and zeros.
     #[inline(always)]
@@ -139,6 +141,10 @@ impl<R: Real> Lane<R> for R {
     #[inline(always)]
     fn compress(self, bits: u16) -> R {
         self.expand(bits)
+    }
+    #[inline(always)]
+    fn zip(self, other: R) -> [R; 2] {
+        [self, other]
     }
 }
 

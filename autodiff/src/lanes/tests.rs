@@ -110,6 +110,17 @@ impl Vectorized<f64> for Moves {
     fn run<L: Lane<f64>>(self) -> usize {
         let numbers: Vec<f64> = (1..=L::N).map(|k| k as f64).collect();
         let lane = L::load(&numbers);
+        let zipped = lane.zip(lane + L::lit(100.0));
+        for (half, zipped) in zipped.into_iter().enumerate() {
+            let mut by_turns = vec![0.0; L::N];
+            zipped.store(&mut by_turns);
+            for (k, number) in (half * L::N..).zip(by_turns) {
+                assert_eq!(
+                    number,
+                    numbers[k / 2] + if k % 2 == 0 { 0.0 } else { 100.0 }
+                );
+            }
+        }
         let (mut expanded, mut compressed) = (vec![0.0; L::N], vec![0.0; L::N]);
         let mut bits = 0;
         while bits < 1 << L::N {

@@ -73,7 +73,7 @@ impl<R: Real> Spread<R> {
             return None;
         }
         let lanes: Vec<_> = places.chunks(width).enumerate().map(lane).collect();
-        let is_row = |&k: &usize| starts > 1 && lanes[k].bits != 0;
+        let is_row = |&k: &usize| starts > 1 && starts == width && lanes[k].bits != 0;
         Some(Self {
             places: (0..lanes.len()).filter(is_row).collect(),
             lanes,
@@ -126,7 +126,7 @@ impl<R: Real> Dense<R> {
         };
         if let &[input] = &self.inputs[..] {
             product.output.y = bars.get_mut(input);
-            return R::vectorize(product);
+            return product.run();
         }
         self.packed.clear();
         for &input in &self.inputs {
@@ -134,7 +134,7 @@ impl<R: Real> Dense<R> {
                 .extend_from_slice(&bars.part(input)[input.range()]);
         }
         product.output.y = &mut self.packed;
-        R::vectorize(product);
+        product.run();
         let mut packed = &self.packed[..];
         for &input in &self.inputs {
             let (here, rest) = packed.split_at(input.len);
@@ -203,17 +203,17 @@ impl<R: Real> Operation<R> for Dense<R> {
         match &mut self.spread {
             None => {
                 product.output.y = &mut output[..self.output.len];
-                R::vectorize(product);
+                product.run();
             }
             Some(Spread { lanes, places, .. }) if !places.is_empty() => {
                 (product.output.y, product.output.places) =
                     (&mut output[..self.output.len], places);
-                R::vectorize(product);
+                product.run();
                 R::vectorize(Gaps { lanes, output });
             }
             Some(Spread { lanes, y, .. }) => {
                 product.output.y = &mut y[..self.bias.len];
-                R::vectorize(product);
+                product.run();
                 R::vectorize(SetOut { lanes, y, output });
             }
         }

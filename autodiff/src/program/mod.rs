@@ -10,10 +10,11 @@
 //! row of the next step begins where this one puts its new state, so that a rollout that keeps
 //! its rows copies nothing: they are the record from which the reverse sweep works.
 //!
-//! A program may run from several starts at once, as many as lanes have room for. Then every
-//! number of a row stands there once for each start, side by side: an array is that many times
-//! as long, and a graph that many graphs interleaved. Operations go over the longer arrays as
-//! over any; only matrices, which all starts share, are multiplied differently.
+//! A program may run from several starts at once: from two, or from as many as lanes have room
+//! for. Then every number of a row stands there once for each start, side by side: an array is
+//! that many times as long, and a graph that many graphs interleaved. Operations go over the longer
+//! arrays as over any; only matrices, which all starts share, are multiplied differently. The
+//! other parameters may be each start's own.
 
 mod aligned;
 mod dense;
@@ -106,6 +107,8 @@ trait Operation<R: Real>: Send {
 pub struct Program<R: Real> {
     arrays: Vec<Array>,
     parameters: Vec<Parameter>,
+    /// Which of them are given for each start; loading tells.
+    own: Vec<bool>,
     states: Vec<Array>,
     next: Vec<Option<Array>>,
     inputs: Vec<Array>,
@@ -141,6 +144,7 @@ impl<R: Real> Default for Program<R> {
         Self {
             arrays: Vec::new(),
             parameters: Vec::new(),
+            own: Vec::new(),
             states: Vec::new(),
             next: Vec::new(),
             inputs: Vec::new(),
@@ -156,11 +160,12 @@ impl<R: Real> Default for Program<R> {
 
 /// Declaring what a step works on.
 impl<R: Real> Program<R> {
-    /// A program that runs from so many starts at once: one, or a whole lane of them.
+    /// A program that runs from so many starts at once: one, two, or a whole lane of them.
     pub(crate) fn side_by_side(starts: usize) -> Self {
+        let most = lanes::<R>();
         assert!(
-            starts == 1 || starts == lanes::<R>(),
-            "a program runs from one start or from a lane of them"
+            starts == 1 || starts == most || starts == 2 && most > 2,
+            "a program runs from one start, from two or from a lane of them"
         );
         Self {
             starts,

@@ -180,57 +180,79 @@ impl<R: Real> Panels<R> {
         }
     }
 
-    /// Gives `A x` to the output. Every number is summed in the same order at every width of lanes:
-    /// every fourth column, then those sums.
+    /// Gives `A x` to the output, for `K` vectors side by side: one or two. Every number is summed in
+    /// the same order at every width of lanes: every fourth column, then those sums.
     #[inline(always)]
-    pub(super) fn times<L: Lane<R>>(&self, x: &[R], output: &mut Output<R>) {
+    pub(super) fn times<L: Lane<R>, const K: usize>(&self, x: &[R], output: &mut Output<R>) {
         for &panel in &self.panels {
-            match panel.lanes {
-                1 => self.panel::<L, 1>(panel, x, output),
-                2 => self.panel::<L, 2>(panel, x, output),
-                3 => self.panel::<L, 3>(panel, x, output),
-                _ => self.panel::<L, PANEL>(panel, x, output),
+            match (panel.lanes, K) {
+                (1, _) => self.part::<L, 1, 1, K>((panel, 0), x, output),
+                (2, _) => self.part::<L, 2, 2, K>((panel, 0), x, output),
+                (3, 1) => self.part::<L, 3, 3, K>((panel, 0), x, output),
+                (_, 1) => self.part::<L, PANEL, PANEL, K>((panel, 0), x, output),
+                // The registers hold the sums of half as many rows.
+                (3, _) => {
+                    self.part::<L, 3, 2, K>((panel, 0), x, output);
+                    self.part::<L, 3, 1, K>((panel, 2), x, output);
+                }
+                (_, _) => {
+                    self.part::<L, PANEL, 2, K>((panel, 0), x, output);
+                    self.part::<L, PANEL, 2, K>((panel, 2), x, output);
+                }
             }
         }
     }
 
-    /// `W` lanes of rows.
+    /// `H` lanes of rows, from some lane on, of a panel of `W` of them.
     #[inline(always)]
-    fn panel<L: Lane<R>, const W: usize>(&self, panel: Panel, x: &[R], output: &mut Output<R>) {
-        let mut sums = [[L::zero(); W]; PHASES];
-        let chunks = x[..self.columns].chunks_exact(const { columns_of_chunk(W) });
+    fn part<L: Lane<R>, const W: usize, const H: usize, const K: usize>(
+        &self,
+        (panel, from): (Panel, usize),
+        x: &[R],
+        output: &mut Output<R>,
+    ) {
+        let mut sums = [[[L::zero(); K]; H]; PHASES];
+        let chunks = x[..self.columns * K].chunks_exact(const { columns_of_chunk(W) * K });
         let (mut places, rest) = (panel.places, chunks.remainder());
         for x in chunks {
-            self.add_chunk::<L, W>(places.next(), x, &mut sums);
+            self.add_chunk::<L, W, H, K>((places.next(), from), x, &mut sums);
         }
         if !rest.is_empty() {
-            self.add_chunk::<L, W>(places.next(), rest, &mut sums);
+            self.add_chunk::<L, W, H, K>((places.next(), from), rest, &mut sums);
         }
-        for w in 0..W {
-            let sum = (sums[0][w] + sums[1][w]) + (sums[2][w] + sums[3][w]);
-            output.add_rows(panel.first_row + w * L::N, sum);
+        for h in 0..H {
+            let mut all = [L::zero(); K];
+            for k in 0..K {
+                all[k] = (sums[0][h][k] + sums[1][h][k]) + (sums[2][h][k] + sums[3][h][k]);
+            }
+            output.add_rows(panel.first_row + (from + h) * L::N, all);
         }
     }
 
     /// The columns of a chunk, or the first of them.
     #[inline(always)]
-    fn add_chunk<L: Lane<R>, const W: usize>(
+    fn add_chunk<L: Lane<R>, const W: usize, const H: usize, const K: usize>(
         &self,
-        place: usize,
+        (place, from): (usize, usize),
         x: &[R],
-        sums: &mut [[L; W]; PHASES],
+        sums: &mut [[[L; K]; H]; PHASES],
     ) {
         let weights = &self.entries[place * CHUNK * L::N..][..CHUNK * L::N];
         for group in 0..const { columns_of_chunk(W) / PHASES } {
             for phase in 0..PHASES {
                 let column = group * PHASES + phase;
-                if column >= x.len() {
+                if column * K >= x.len() {
                     return;
                 }
-                let x = L::splat(x[column]);
-                for w in 0..W {
-                    let weights = L::load(&weights[(column * W + w) * L::N..]);
-                    sums[phase][w] = weights.fma(x, sums[phase][w]);
+                let mut of_vectors = [L::zero(); K];
+                for k in 0..K {
+                    of_vectors[k] = L::splat(x[column * K + k]);
+                }
+                for h in 0..H {
+                    let weights = L::load(&weights[(column * W + from + h) * L::N..]);
+                    for k in 0..K {
+                        sums[phase][h][k] = weights.fma(of_vectors[k], sums[phase][h][k]);
+                    }
                 }
             }
         }
@@ -263,45 +285,60 @@ mod tests {
         assert!((0..200).all(|chunk| all.next() == chunk));
     }
 
-    /// `A x` with entries and vectors of a few digits, so that every sum is exact.
-    fn product(share: usize, rows: usize, columns: usize) -> Vec<f64> {
+    /// `A x` of `K` vectors, their results side by side, with numbers of a few digits, so that every
+    /// sum is exact.
+    fn product(share: usize, (rows, columns): (usize, usize), vectors: usize) -> Vec<f64> {
         let mut panels = Panels::<f64>::new((rows, columns), share);
         let mut seen = 0;
         panels.each(|row, column, entry| {
-            *entry = (row * 7 % 11) as f64 - (column * 5 % 13) as f64;
+            *entry = entry_at(row, column);
             seen += 1;
         });
         assert_eq!(seen, rows * columns);
         assert!(panels.entries.len() >= CHUNK);
-        let x: Vec<f64> = (0..columns).map(|c| (c * 3 % 7) as f64 - 2.0).collect();
-        let (start, mut y) = (vec![0.5; rows], vec![0.0; rows]);
+        let matrix = match vectors {
+            1 => Weights::One(panels),
+            _ => Weights::Two(panels),
+        };
+        let side_by_side = |column| (0..vectors).map(move |k| x_at(column, k));
+        let x: Vec<f64> = (0..columns).flat_map(side_by_side).collect();
+        let (start, mut y) = (vec![0.5; rows * vectors], vec![0.0; rows * vectors]);
         let output = Output {
             start: Some(&start),
             y: &mut y,
             places: &[],
             tanh: false,
         };
-        f64::vectorize(Product {
-            matrix: &Weights::Panels(panels),
+        let product = Product {
+            matrix: &matrix,
             x: &x,
             output,
-        });
+        };
+        product.run();
         y
+    }
+
+    fn entry_at(row: usize, column: usize) -> f64 {
+        (row * 7 % 11) as f64 - (column * 5 % 13) as f64
+    }
+
+    fn x_at(column: usize, vector: usize) -> f64 {
+        (column * (3 + vector) % 7) as f64 - 2.0
     }
 
     #[test]
     fn products_are_those_of_rows_wherever_chunks_lie() {
-        for (rows, columns) in [(1, 1), (3, 5), (32, 144), (110, 32), (13, 17), (27, 31)] {
-            let sum = |row: usize| {
-                let entry = |c: usize| (row * 7 % 11) as f64 - (c * 5 % 13) as f64;
-                let products = (0..columns).map(|c| entry(c) * ((c * 3 % 7) as f64 - 2.0));
-                0.5 + products.sum::<f64>()
-            };
-            let expected: Vec<f64> = (0..rows).map(sum).collect();
-            for share in [1, 24, 40, SHARES] {
+        for shape in [(1, 1), (3, 5), (32, 144), (110, 32), (13, 17), (27, 31)] {
+            for (share, vectors) in [(1, 1), (24, 1), (40, 2), (SHARES, 1), (SHARES, 2)] {
+                let sum = |row: usize, k: usize| {
+                    let products = (0..shape.1).map(|c| entry_at(row, c) * x_at(c, k));
+                    0.5 + products.sum::<f64>()
+                };
+                let side_by_side = |row| (0..vectors).map(move |k| sum(row, k));
+                let expected: Vec<f64> = (0..shape.0).flat_map(side_by_side).collect();
                 for cap in [Level::Baseline, Level::Avx2, level()] {
-                    let given = at_most(cap, || product(share, rows, columns));
-                    assert_eq!(given, expected, "{rows} {columns} {share} {cap:?}");
+                    let given = at_most(cap, || product(share, shape, vectors));
+                    assert_eq!(given, expected, "{shape:?} {share} {vectors} {cap:?}");
                 }
             }
         }

@@ -1,14 +1,16 @@
 //! Products of a layer's matrix with the vectors of one start or of several side by side.
 
+use super::lanes;
 use super::panels::Panels;
 use super::tiles::Tiles;
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
 
-/// A matrix, set out for products with vectors of one start, or of a lane of them.
+/// A matrix, set out for products with vectors of one start, of two, or of a lane of them.
 pub(super) enum Weights<R> {
-    Panels(Panels<R>),
-    Tiles(Tiles<R>),
+    One(Panels<R>),
+    Two(Panels<R>),
+    Lane(Tiles<R>),
 }
 
 impl<R: Real> Weights<R> {
@@ -16,16 +18,17 @@ impl<R: Real> Weights<R> {
     /// turns, this one's included.
     pub(super) fn zero((starts, numbers): (usize, usize), rows: usize, columns: usize) -> Self {
         match starts {
-            1 => Self::Panels(Panels::taking_turns(numbers, rows, columns)),
-            _ => Self::Tiles(Tiles::zero(rows, columns)),
+            1 => Self::One(Panels::taking_turns(numbers, rows, columns)),
+            _ if starts == lanes::<R>() => Self::Lane(Tiles::zero(rows, columns)),
+            _ => Self::Two(Panels::taking_turns(numbers, rows, columns)),
         }
     }
 
     /// Calls `f(row, column, entry)` for every entry.
     pub(super) fn each(&mut self, f: impl FnMut(usize, usize, &mut R)) {
         match self {
-            Self::Panels(panels) => panels.each(f),
-            Self::Tiles(tiles) => tiles.each(f),
+            Self::One(panels) | Self::Two(panels) => panels.each(f),
+            Self::Lane(tiles) => tiles.each(f),
         }
     }
 }
@@ -47,14 +50,27 @@ pub(super) struct Output<'a, R> {
 }
 
 impl<R: Real> Output<'_, R> {
-    /// Takes a lane of rows.
+    /// Takes a lane of rows of each vector; they stand side by side in the output.
     #[inline(always)]
-    pub(super) fn add_rows<L: Lane<R>>(&mut self, first: usize, sum: L) {
+    pub(super) fn add_rows<L: Lane<R>, const K: usize>(&mut self, first: usize, sums: [L; K]) {
+        if K == 1 {
+            return self.add_lane(first, sums[0]);
+        }
+        let [even, odd] = sums[0].zip(sums[K - 1]);
+        self.add_lane(2 * first, even);
+        // Of the last rows there may be none left for a second lane.
+        if 2 * first + L::N < self.y.len() {
+            self.add_lane(2 * first + L::N, odd);
+        }
+    }
+
+    #[inline(always)]
+    fn add_lane<L: Lane<R>>(&mut self, at: usize, sum: L) {
         let start = match self.start {
-            Some(start) => L::load_up_to(&start[first..]),
-            None => L::load_up_to(&self.y[first..]),
+            Some(start) => L::load_up_to(&start[at..]),
+            None => L::load_up_to(&self.y[at..]),
         };
-        self.value(start + sum).store_up_to(&mut self.y[first..]);
+        self.value(start + sum).store_up_to(&mut self.y[at..]);
     }
 
     /// Takes a row of a lane of starts.
@@ -74,13 +90,35 @@ impl<R: Real> Output<'_, R> {
     }
 }
 
-impl<R: Real> Vectorized<R> for Product<'_, R> {
+impl<R: Real> Product<'_, R> {
+    #[inline(always)]
+    pub(super) fn run(self) {
+        let Self { matrix, x, output } = self;
+        match matrix {
+            Weights::One(panels) => R::vectorize(OfPanels::<R, 1>(panels, x, output)),
+            Weights::Two(panels) => R::vectorize(OfPanels::<R, 2>(panels, x, output)),
+            Weights::Lane(tiles) => R::vectorize(OfTiles(tiles, x, output)),
+        }
+    }
+}
+
+/// With `K` vectors. Code of its own for each: in one function all would be slower.
+struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Output<'a, R>);
+
+impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
-        match self.matrix {
-            Weights::Panels(panels) => panels.times::<L>(self.x, &mut self.output),
-            Weights::Tiles(tiles) => tiles.times::<L>(self.x, &mut self.output),
-        }
+        self.0.times::<L, K>(self.1, &mut self.2);
+    }
+}
+
+struct OfTiles<'a, R>(&'a Tiles<R>, &'a [R], Output<'a, R>);
+
+impl<R: Real> Vectorized<R> for OfTiles<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(mut self) {
+        self.0.times::<L>(self.1, &mut self.2);
     }
 }

@@ -41,28 +41,37 @@ impl<R: Real> Program<R> {
         self.states.iter().map(|a| a.len).sum()
     }
 
-    /// Takes the parameters over, checking their shapes.
-    pub(crate) fn load(&mut self, values: &mut [R], parameters: &[&[R]]) {
+    /// Takes the parameters over, checking their shapes: arrays and matrices that all starts share,
+    /// and arrays of every start's own, side by side, where `own` says so.
+    pub(crate) fn load(&mut self, values: &mut [R], (parameters, own): (&[&[R]], &[bool])) {
         assert_eq!(
             parameters.len(),
             self.parameters.len(),
             "a program's parameters differ in number"
         );
+        self.own = vec![false; parameters.len()];
+        self.own[..own.len()].copy_from_slice(own);
         for (at, (declared, given)) in self.parameters.iter().zip(parameters).enumerate() {
-            let len = match declared {
-                Parameter::Array(a) => a.len(),
-                Parameter::Matrix(m) => m.len(),
+            let len = match (declared, self.own[at]) {
+                (Parameter::Array(a), false) => a.len(),
+                (Parameter::Array(a), true) => a.len,
+                (Parameter::Matrix(m), false) => m.len(),
+                (Parameter::Matrix(_), true) => {
+                    panic!("parameter {at} of a program is a matrix, which all starts share")
+                }
             };
             assert_eq!(
                 given.len(),
                 len,
                 "parameter {at} of a program differs in length"
             );
-            if let Parameter::Array(a) = declared {
-                let places = values[a.range()].chunks_exact_mut(self.starts);
-                for (place, &given) in places.zip(*given) {
-                    place.fill(given);
-                }
+            let Parameter::Array(array) = declared else {
+                continue;
+            };
+            let places = &mut values[array.range()];
+            let times = places.len() / len;
+            for (place, &given) in places.chunks_exact_mut(times).zip(*given) {
+                place.fill(given);
             }
         }
         for operation in &mut self.operations {
@@ -174,19 +183,20 @@ impl<R: Real> Program<R> {
         self.push_state(bars.row, state_bar);
     }
 
-    /// The cotangents of all parameters after the last reverse step, summed over the starts from
-    /// the first to the last.
+    /// The cotangents of all parameters after the last reverse step: side by side where each start
+    /// has its own, else summed over the starts from the first to the last.
     pub(crate) fn parameter_bars(&mut self, bars: &[R]) -> Vec<Vec<R>> {
         let sum = |of_starts: &[R]| {
             of_starts[1..]
                 .iter()
                 .fold(of_starts[0], |sum, &bar| sum + bar)
         };
-        let bar = |declared: &Parameter| match declared {
+        let bar = |(declared, &own): (&Parameter, &bool)| match declared {
+            Parameter::Array(a) if own => bars[a.range()].to_vec(),
             Parameter::Array(a) => bars[a.range()].chunks_exact(self.starts).map(sum).collect(),
             Parameter::Matrix(m) => vec![R::zero(); m.len()],
         };
-        let mut all: Vec<Vec<R>> = self.parameters.iter().map(bar).collect();
+        let mut all: Vec<Vec<R>> = self.parameters.iter().zip(&self.own).map(bar).collect();
         for operation in &mut self.operations {
             operation.matrix_bars(&mut all);
         }

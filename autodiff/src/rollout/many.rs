@@ -1,26 +1,30 @@
 //! Rollouts from several starts at once, in lanes.
 //!
-//! As many starts as a register holds run side by side in one [`Program`](crate::Program); what
-//! is left over runs alone.
+//! As many starts as a register holds run side by side in one [`Program`](crate::Program), or two;
+//! what is left over runs alone.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
-use super::sweep::Recorded;
+use super::sweep::{Recorded, Starts};
 use super::{Model, Rollout};
 use crate::fused::Fused;
 use crate::program::lanes;
 use crate::real::Real;
 
-/// A rollout from so many starts, which share all parameters. The inputs are the starts, then the
-/// parameters; the outputs the observed states of one start after the other.
+/// A rollout from so many starts. The inputs are the starts, then, parameter by parameter, the one
+/// that all share or every start's own; the outputs the observed states of one start after the
+/// other.
 #[derive(Clone)]
 pub(super) struct Many<M> {
     pub(super) rollout: Rollout<M>,
     pub(super) starts: usize,
+    /// Of every parameter, whether each start has its own.
+    pub(super) own: Vec<bool>,
 }
 
-/// Starts that run side by side, one a lane: a register's, or one alone. Lanes left over repeat
-/// the last start.
+/// Starts that run side by side: a register's, two, or one alone. Lanes left over repeat the last
+/// start.
 #[derive(Clone)]
 pub(super) struct Group {
     pub(super) starts: Range<usize>,
@@ -40,6 +44,17 @@ impl Group {
         joined
     }
 
+    /// What every start of this group has of its own, side by side.
+    fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
+        let of_starts = &of_starts[self.starts.clone()];
+        let len = of_starts[0].len();
+        assert!(
+            of_starts.iter().all(|own| own.len() == len),
+            "what the starts of a rollout have of their own differs in length"
+        );
+        self.joined(|lane| of_starts[lane.min(of_starts.len() - 1)])
+    }
+
     /// The numbers of each start, of those side by side.
     fn parted<R: Real>(&self, side_by_side: &[R]) -> Vec<Vec<R>> {
         let of_lane = |lane: usize| side_by_side[lane..].iter().step_by(self.lanes).copied();
@@ -50,15 +65,16 @@ impl Group {
 }
 
 impl<M: Model> Many<M> {
-    /// Half a register's starts cost about as much together as alone.
+    /// Half a register's starts cost about as much together as in pairs.
     pub(super) fn groups<R: Real>(&self) -> Vec<Group> {
         let (mut groups, mut first) = (Vec::new(), 0);
+        let widest = lanes::<R>();
         while first < self.starts {
             let left = self.starts - first;
-            let lanes = if 2 * left > lanes::<R>() {
-                lanes::<R>()
-            } else {
-                1
+            let lanes = match left {
+                _ if 2 * left > widest => widest,
+                1 => 1,
+                _ => 2,
             };
             let starts = first..first + lanes.min(left);
             first = starts.end;
@@ -67,23 +83,41 @@ impl<M: Model> Many<M> {
         groups
     }
 
-    /// Runs a group's starts with the parameters.
-    fn with_inputs<R: Real, T>(
+    fn side_by_side(&self, group: &Group) -> Starts<'_> {
+        Starts {
+            count: group.lanes,
+            own: &self.own,
+        }
+    }
+
+    /// What belongs to each parameter, of one thing per input: one that is shared, or every start's.
+    fn by_parameter<'a, T>(&self, of_inputs: &'a [T]) -> Vec<&'a [T]> {
+        let mut rest = &of_inputs[self.starts..];
+        let mut take = |&own: &bool| {
+            let (here, others) = rest.split_at(if own { self.starts } else { 1 });
+            rest = others;
+            here
+        };
+        self.own.iter().map(&mut take).collect()
+    }
+
+    /// Runs a group's starts with their parameters.
+    fn with_inputs<'a, R: Real, T>(
         &self,
         group: &Group,
-        inputs: &[&[R]],
+        inputs: &'a [&'a [R]],
         run: impl FnOnce(&[&[R]]) -> T,
     ) -> T {
-        let (starts, parameters) = inputs.split_at(self.starts);
-        let starts = &starts[group.starts.clone()];
-        let len = starts[0].len();
-        assert!(
-            starts.iter().all(|start| start.len() == len),
-            "the starts of a rollout differ in length"
-        );
-        let start = group.joined(|lane| starts[lane.min(starts.len() - 1)]);
-        let inputs = std::iter::once(&start[..]).chain(parameters.iter().copied());
-        run(&inputs.collect::<Vec<_>>())
+        let parameters = self.by_parameter(inputs).into_iter().zip(&self.own);
+        let parameter = |(given, &own): (&'a [&'a [R]], &bool)| match own {
+            true => Cow::Owned(group.own(given)),
+            false => Cow::Borrowed(given[0]),
+        };
+        let start = Cow::Owned(group.own(&inputs[..self.starts]));
+        let inputs: Vec<Cow<[R]>> = std::iter::once(start)
+            .chain(parameters.map(parameter))
+            .collect();
+        run(&inputs.iter().map(|input| &input[..]).collect::<Vec<_>>())
     }
 }
 
@@ -93,7 +127,7 @@ impl<M: Model> Fused for Many<M> {
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         let mut seen = Vec::new();
         for group in self.groups::<R>() {
-            let forward = |inputs: &[&[R]]| self.rollout.forward(group.lanes, inputs);
+            let forward = |inputs: &[&[R]]| self.rollout.forward(self.side_by_side(&group), inputs);
             let of_group = self.with_inputs(&group, inputs, forward);
             seen.extend(group.parted(&of_group).concat());
         }
@@ -103,7 +137,7 @@ impl<M: Model> Fused for Many<M> {
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>) {
         let (mut seen, mut saved) = (Vec::new(), Vec::new());
         for group in self.groups::<R>() {
-            let record = |inputs: &[&[R]]| self.rollout.recorded(group.lanes, inputs);
+            let record = |inputs: &[&[R]]| self.rollout.recorded(self.side_by_side(&group), inputs);
             let (of_group, recorded) = self.with_inputs(&group, inputs, record);
             seen.extend(group.parted(&of_group).concat());
             saved.push((group, recorded));
@@ -118,30 +152,34 @@ impl<M: Model> Fused for Many<M> {
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
         let len = y_bar.len() / self.starts;
-        let (mut start_bars, mut parameter_bars) = (Vec::new(), Vec::<Vec<R>>::new());
+        let wanted = self.by_parameter(wanted).into_iter();
+        let wanted: Vec<bool> = wanted.map(|any| any.contains(&true)).collect();
+        let mut start_bars = Vec::new();
+        let mut parameter_bars: Vec<Vec<Vec<R>>> = vec![Vec::new(); self.own.len()];
         for (group, recorded) in saved {
             let seed = |lane: usize| match lane < group.starts.len() {
                 true => &y_bar[(group.starts.start + lane) * len..][..len],
                 false => &[],
             };
             let seeds = group.joined(seed);
-            let back = self
-                .rollout
-                .back((group.lanes, recorded), &seeds, &wanted[self.starts..]);
+            let back = self.rollout.back((group.lanes, recorded), &seeds, &wanted);
             let (start_bar, bars) = back.split_first().expect("a rollout has a start");
             start_bars.extend(group.parted(start_bar));
-            match parameter_bars.is_empty() {
-                true => parameter_bars = bars.to_vec(),
-                false => add(&mut parameter_bars, bars),
+            for ((bars, bar), &own) in parameter_bars.iter_mut().zip(bars).zip(&self.own) {
+                match (own, &mut bars[..]) {
+                    (true, _) => bars.extend(group.parted(bar)),
+                    (false, []) => bars.push(bar.clone()),
+                    (false, [sum, ..]) => add(sum, bar),
+                }
             }
         }
-        start_bars.extend(parameter_bars);
+        start_bars.extend(parameter_bars.into_iter().flatten());
         start_bars
     }
 }
 
-fn add<R: Real>(sums: &mut [Vec<R>], bars: &[Vec<R>]) {
-    for (sum, &bar) in sums.iter_mut().flatten().zip(bars.iter().flatten()) {
+fn add<R: Real>(sum: &mut [R], bar: &[R]) {
+    for (sum, &bar) in sum.iter_mut().zip(bar) {
         *sum += bar;
     }
 }

@@ -19,7 +19,7 @@ use crate::fused::Fused;
 use crate::program::Program;
 use crate::real::Real;
 use many::Many;
-use sweep::Sweep;
+use sweep::{Starts, Sweep};
 
 /// A system that steps: its step is recorded as a program for any number type.
 pub trait Model: Clone + Send + Sync + 'static {
@@ -57,6 +57,15 @@ pub struct Rollout<M> {
     pub memory: Memory,
 }
 
+/// What several rollouts are given for a parameter.
+#[derive(Clone, Copy, Debug)]
+pub enum Given<'a, R> {
+    /// The same for all of them.
+    Shared(&'a [R]),
+    /// One for each: an array, as all share the matrices.
+    Each(&'a [&'a [R]]),
+}
+
 impl<M: Model> Rollout<M> {
     /// The observed states one after the other, or the wanted numbers of each, from the parts of
     /// the start's state and the parameters in the order of the model's declarations.
@@ -85,15 +94,42 @@ impl<M: Model> Rollout<M> {
     /// # Panics
     /// As [`run`](Rollout::run).
     pub fn run_many<R: Real>(&self, starts: &[&[R]], parameters: &[&[R]]) -> Vec<Vec<R>> {
+        let shared: Vec<Given<R>> = parameters.iter().map(|p| Given::Shared(p)).collect();
+        self.run_each(starts, &shared)
+    }
+
+    /// What [`run_many`](Rollout::run_many) gives where starts have arrays of their own among the
+    /// parameters: robots that differ in all but their controller, which is read once for all. The
+    /// cotangents of what a start has of its own have the bits that they have alone.
+    ///
+    /// # Panics
+    /// As [`run`](Rollout::run), if there is not one for each start, and if it is a matrix.
+    pub fn run_each<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
         self.check();
         if starts.is_empty() {
             return Vec::new();
         }
+        let (mut inputs, mut own) = (starts.to_vec(), Vec::new());
+        for parameter in parameters {
+            match parameter {
+                Given::Shared(given) => inputs.push(given),
+                Given::Each(given) => {
+                    assert_eq!(
+                        given.len(),
+                        starts.len(),
+                        "not one parameter for each start"
+                    );
+                    inputs.extend(*given);
+                }
+            }
+            own.push(matches!(parameter, Given::Each(_)));
+        }
         let many = Many {
             rollout: self.clone(),
             starts: starts.len(),
+            own,
         };
-        let seen = R::fused(many, &[starts, parameters].concat());
+        let seen = R::fused(many, &inputs);
         let len = seen.len() / starts.len();
         (0..starts.len())
             .map(|start| seen[start * len..][..len].to_vec())
@@ -150,11 +186,11 @@ impl<M: Model> Rollout<M> {
         }
     }
 
-    /// The observed states, from so many starts side by side.
-    fn forward<R: Real>(&self, starts: usize, inputs: &[&[R]]) -> Vec<R> {
+    /// The observed states, from starts side by side.
+    fn forward<R: Real>(&self, starts: Starts, inputs: &[&[R]]) -> Vec<R> {
         let mut sweep = Sweep::new(self, starts, inputs);
         let mut row = sweep.row(inputs[0]);
-        let wanted = self.wanted((starts, sweep.state_len()));
+        let wanted = self.wanted((starts.count, sweep.state_len()));
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
@@ -169,9 +205,9 @@ impl<M: Model> Rollout<M> {
     }
 
     /// The same, and what the way back needs.
-    fn recorded<R: Real>(&self, starts: usize, inputs: &[&[R]]) -> (Vec<R>, Recorded<R>) {
+    fn recorded<R: Real>(&self, starts: Starts, inputs: &[&[R]]) -> (Vec<R>, Recorded<R>) {
         let mut recorded = Recorded::new(self, starts, inputs);
-        let wanted = self.wanted((starts, recorded.state_len()));
+        let wanted = self.wanted((starts.count, recorded.state_len()));
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
@@ -217,11 +253,11 @@ impl<M: Model> Fused for Rollout<M> {
     type Saved<R: Real> = Recorded<R>;
 
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
-        self.forward(1, inputs)
+        self.forward(Starts::ONE, inputs)
     }
 
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Recorded<R>) {
-        self.recorded(1, inputs)
+        self.recorded(Starts::ONE, inputs)
     }
 
     fn reverse<R: Real>(

@@ -11,6 +11,19 @@ use crate::lanes::prefetch;
 use crate::program::{Aligned, Program};
 use crate::real::Real;
 
+/// Starts that run side by side.
+#[derive(Clone, Copy)]
+pub(super) struct Starts<'a> {
+    pub(super) count: usize,
+    /// Of the first parameters, whether each start has its own; the others are shared.
+    pub(super) own: &'a [bool],
+}
+
+impl Starts<'_> {
+    /// One alone.
+    pub(super) const ONE: Self = Self { count: 1, own: &[] };
+}
+
 /// A program with its parameters.
 pub(super) struct Sweep<R: Real> {
     program: Program<R>,
@@ -20,9 +33,9 @@ pub(super) struct Sweep<R: Real> {
 }
 
 impl<R: Real> Sweep<R> {
-    /// For so many starts side by side.
-    pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: usize, inputs: &[&[R]]) -> Self {
-        let mut program = Program::side_by_side(starts);
+    /// For starts side by side.
+    pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
+        let mut program = Program::side_by_side(starts.count);
         rollout.model.record(&mut program);
         let mut program = program.finish();
         let mut parameters = program.parameters();
@@ -32,7 +45,7 @@ impl<R: Real> Sweep<R> {
             program.state_len(),
             "the start of a rollout differs in length"
         );
-        program.load(&mut parameters, given);
+        program.load(&mut parameters, (given, starts.own));
         Self {
             program,
             parameters,
@@ -93,8 +106,8 @@ pub struct Recorded<R: Real> {
 }
 
 impl<R: Real> Recorded<R> {
-    /// For so many starts side by side.
-    pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: usize, inputs: &[&[R]]) -> Self {
+    /// For starts side by side.
+    pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
         let sweep = Sweep::new(rollout, starts, inputs);
         let (stride, row) = (sweep.program.stride(), sweep.row(inputs[0]));
         let plan = Plan::new(rollout.memory, rollout.steps, [sweep.state_len(), stride]);

@@ -9,12 +9,14 @@ use num_traits::Zero;
 use super::many::Many;
 use crate::lanes::{Level, at_most, level};
 use crate::program::lanes;
-use crate::{CotangentBound, Dual, Memory, Real, Var, gradient_of};
+use crate::{CotangentBound, Dual, Given, Memory, Real, Var, gradient_of};
 
 /// Starts near one another, and the parameters of all of them.
 struct Several<R> {
     loss: Loss,
     starts: Vec<Vec<R>>,
+    /// Every start's own stiffness, in place of the first parameter; none where all share that.
+    own: Vec<Vec<R>>,
     parameters: Vec<Vec<R>>,
 }
 
@@ -36,30 +38,63 @@ impl<R: Real> Several<R> {
         };
         Self {
             starts: (0..count).map(moved).collect(),
+            own: Vec::new(),
             parameters: loss.rollout.model.shapes().map(&mut take).to_vec(),
             loss,
         }
     }
 
+    /// Starts of different stiffness.
+    fn with_own(mut self) -> Self {
+        let times = |factor: f64| {
+            let stiffness = self.parameters[0].iter();
+            stiffness.map(|&k| k * R::lit(factor)).collect()
+        };
+        let factors = (0..self.starts.len()).map(|k| 1.0 + 0.3 * k as f64);
+        self.own = factors.map(times).collect();
+        self
+    }
+
     fn alone(&self) -> Vec<Vec<R>> {
-        let parameters = slices(&self.parameters);
-        let run = |start: &Vec<R>| self.loss.rollout.run(start, &parameters);
-        self.starts.iter().map(run).collect()
+        let run = |(k, start): (usize, &Vec<R>)| {
+            let mut parameters = slices(&self.parameters);
+            if let Some(own) = self.own.get(k) {
+                parameters[0] = own;
+            }
+            self.loss.rollout.run(start, &parameters)
+        };
+        self.starts.iter().enumerate().map(run).collect()
     }
 
     fn together(&self) -> Vec<Vec<R>> {
-        let (starts, parameters) = (slices(&self.starts), slices(&self.parameters));
-        self.loss.rollout.run_many(&starts, &parameters)
+        let (starts, own) = (slices(&self.starts), slices(&self.own));
+        let parameters = slices(&self.parameters);
+        if own.is_empty() {
+            return self.loss.rollout.run_many(&starts, &parameters);
+        }
+        let mut given: Vec<Given<R>> = parameters.into_iter().map(Given::Shared).collect();
+        given[0] = Given::Each(&own);
+        self.loss.rollout.run_each(&starts, &given)
     }
 
-    /// The gradient of a weighted sum over all that is observed: first the starts' part.
+    /// How many numbers belong to one start alone.
+    fn of_starts(&self) -> usize {
+        [&self.starts, &self.own]
+            .iter()
+            .map(|of| of.concat().len())
+            .sum()
+    }
+
+    /// The gradient of a weighted sum over all that is observed: first what belongs to starts.
     fn gradient(&self, together: bool) -> Vec<R> {
         self.gradient_of(together, |seen| seen)
     }
 
     /// The same over a choice of what is observed.
     fn gradient_of(&self, together: bool, choice: impl Fn(Vec<Var<R>>) -> Vec<Var<R>>) -> Vec<R> {
-        let x = [self.starts.concat(), self.parameters.concat()].concat();
+        let x = [&self.starts, &self.own, &self.parameters]
+            .map(|of| of.concat())
+            .concat();
         gradient_of(
             |x: &[Var<R>]| {
                 let mut rest = x;
@@ -71,6 +106,7 @@ impl<R: Real> Several<R> {
                 let variables = Several {
                     loss: self.loss.clone(),
                     starts: self.starts.iter().map(&mut take).collect(),
+                    own: self.own.iter().map(&mut take).collect(),
                     parameters: self.parameters.iter().map(&mut take).collect(),
                 };
                 let seen = match together {
@@ -104,24 +140,29 @@ fn at_every_level(check: impl Fn()) {
     }
 }
 
-/// Whole registers, then one for more than half a register's starts, or each of them alone.
+/// Whole registers, then one for more than half a register's starts, or pairs and one alone.
 #[test]
 fn starts_fill_registers() {
     at_every_level(|| {
         let lanes = lanes::<f64>();
         for starts in 0..=3 * lanes {
-            let rollout = Loss::new(1).rollout;
-            let groups = Many { rollout, starts }.groups::<f64>();
+            let (rollout, own) = (Loss::new(1).rollout, Vec::new());
+            let groups = Many {
+                rollout,
+                starts,
+                own,
+            };
+            let groups = groups.groups::<f64>();
             let members: Vec<usize> = groups.iter().flat_map(|g| g.starts.clone()).collect();
             assert!(members.into_iter().eq(0..starts), "each once, in order");
             let (full, left) = (starts / lanes, starts % lanes);
-            let together = 2 * left > lanes;
-            let expected = full + if together { 1 } else { left };
-            assert_eq!(groups.len(), expected, "{starts} starts in {lanes} lanes");
-            let wide = groups.iter().filter(|group| group.lanes == lanes).count();
-            if lanes > 1 {
-                assert_eq!(wide, full + usize::from(together));
-            }
+            let rest = match 2 * left > lanes {
+                true => vec![lanes],
+                false => [vec![2; left / 2], vec![1; left % 2]].concat(),
+            };
+            let expected = [vec![lanes; full], rest].concat();
+            let found: Vec<usize> = groups.iter().map(|group| group.lanes).collect();
+            assert_eq!(found, expected, "{starts} starts in {lanes} lanes");
         }
     });
 }
@@ -131,11 +172,14 @@ fn starts_fill_registers() {
 fn states_have_the_bits_of_each_start_alone() {
     fn check<R: Real + PartialEq>() {
         let lanes = lanes::<R>();
-        for count in [0, 1, 3, lanes, lanes + 1, 3 * lanes - 1] {
-            let several = Several::<R>::new(count, steps(64));
-            let (together, alone) = (several.together(), several.alone());
-            assert_eq!(together.len(), count);
-            assert!(together == alone, "{count} starts in {lanes} lanes");
+        for count in [0, 1, 2, 3, lanes, lanes + 1, 3 * lanes - 1] {
+            let shared = Several::<R>::new(count, steps(64));
+            let own = Several::<R>::new(count, steps(64)).with_own();
+            for several in [shared, own] {
+                let (together, alone) = (several.together(), several.alone());
+                assert_eq!(together.len(), count);
+                assert!(together == alone, "{count} starts in {lanes} lanes");
+            }
         }
     }
     at_every_level(check::<f64>);
@@ -146,15 +190,26 @@ fn states_have_the_bits_of_each_start_alone() {
     assert_eq!(together, alone);
 }
 
-/// The cotangents of starts to the bit, those of parameters but for the order of sums.
+/// The cotangents of starts and of what they have of their own to the bit, those of parameters but
+/// for the order of sums.
 #[test]
 fn gradients_are_the_sums_of_single_ones() {
     fn check<R: Real + PartialEq>(tolerance: f64) {
-        for count in [1, 3 * lanes::<R>() - 1] {
+        let more = 3 * lanes::<R>() - 1;
+        for (count, own) in [
+            (1, false),
+            (2, false),
+            (2, true),
+            (more, false),
+            (more, true),
+        ] {
             // 37 steps: batches of outer products end full and partly filled.
-            let several = Several::<R>::new(count, steps(37));
+            let mut several = Several::<R>::new(count, steps(37));
+            if own {
+                several = several.with_own();
+            }
             let [together, alone] = [true, false].map(|together| several.gradient(together));
-            let of_starts = ..count * 2 * NODES;
+            let of_starts = ..several.of_starts();
             assert!(together[of_starts] == alone[of_starts], "{count} starts");
             let scale = alone.iter().fold(R::zero(), |most, g| most.max(g.abs()));
             for (i, (&a, &b)) in together.iter().zip(&alone).enumerate() {
@@ -200,6 +255,26 @@ fn an_entry_beyond_the_state_is_told() {
     assert_eq!(2 * NODES, 24);
     several.loss.rollout.entries = Some(vec![3, 24]);
     several.alone();
+}
+
+#[test]
+#[should_panic(expected = "parameter 2 of a program is a matrix, which all starts share")]
+fn a_matrix_of_each_start_is_told() {
+    let several = Several::<f64>::new(2, 1);
+    let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
+    let each: Vec<[&[f64]; 2]> = parameters.iter().map(|&p| [p; 2]).collect();
+    let each: Vec<Given<f64>> = each.iter().map(|p| Given::Each(p)).collect();
+    several.loss.rollout.run_each(&starts, &each);
+}
+
+#[test]
+#[should_panic(expected = "not one parameter for each start")]
+fn a_start_without_its_own_is_told() {
+    let several = Several::<f64>::new(2, 1);
+    let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
+    let mut given: Vec<Given<f64>> = parameters.iter().map(|&p| Given::Shared(p)).collect();
+    given[0] = Given::Each(&parameters[..1]);
+    several.loss.rollout.run_each(&starts, &given);
 }
 
 /// Snapshots hold all starts, and every start's cotangent has its own bound.
