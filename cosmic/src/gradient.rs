@@ -116,6 +116,35 @@ impl<R: Real> Inputs<R> {
         result
     }
 
+    /// Values of functions of a copy each, and the gradient of each by the chosen blocks of its
+    /// copy: one recording, swept once for all.
+    pub fn differentiate_copies<const N: usize>(
+        &self,
+        blocks: [bool; 7],
+        functions: impl FnOnce(&[Inputs<Var<R>>; N]) -> [Var<R>; N],
+    ) -> [(R, Vec<R>); N] {
+        let numbers = self.get(blocks);
+        let mut tape = Tape::new();
+        let values = tape.record(&numbers.repeat(N), |variables| {
+            functions(&std::array::from_fn(|k| {
+                let of_copy = &variables[k * numbers.len()..][..numbers.len()];
+                self.with_variables(blocks, of_copy)
+            }))
+        });
+        let gradients = tape.pullback(&values, &[R::one(); N]);
+        std::array::from_fn(|k| {
+            let of_copy = &gradients[k * numbers.len()..][..numbers.len()];
+            (values[k].value(), of_copy.to_vec())
+        })
+    }
+
+    /// The numbers as constants, those of some blocks as variables.
+    fn with_variables(&self, blocks: [bool; 7], variables: &[Var<R>]) -> Inputs<Var<R>> {
+        let mut inputs = self.map(Var::constant);
+        inputs.set(blocks, variables);
+        inputs
+    }
+
     /// Values of functions and the gradient of each: one recording, swept once per function.
     pub fn differentiate_each<const N: usize>(
         &self,
@@ -125,9 +154,7 @@ impl<R: Real> Inputs<R> {
         let numbers = self.get(blocks);
         let mut tape = Tape::new();
         let values = tape.record(&numbers, |variables| {
-            let mut inputs = self.map(Var::constant);
-            inputs.set(blocks, variables);
-            functions(&inputs)
+            functions(&self.with_variables(blocks, variables))
         });
         values.map(|value| {
             let gradient = tape.pullback(&[value], &[R::one()]).to_vec();
@@ -312,9 +339,20 @@ impl Task {
     pub fn loss<R: Real>(
         &self,
         mixture: &[[R; 3]],
+        robot: (&Controller<R>, &State<R>),
+        loss: (&impl Loss, &Horizon),
+    ) -> (R, Trajectory<R>) {
+        self.losses(&[mixture], robot, loss).remove(0)
+    }
+
+    /// The losses of robots with one controller from one start: the bits of as many single ones, in
+    /// less time.
+    pub fn losses<R: Real>(
+        &self,
+        mixtures: &[&[[R; 3]]],
         (controller, start): (&Controller<R>, &State<R>),
         (loss, horizon): (&impl Loss, &Horizon),
-    ) -> (R, Trajectory<R>) {
+    ) -> Vec<(R, Trajectory<R>)> {
         let steps = horizon.steps.min(self.physics.steps);
         let mut span = Span {
             first: 0,
@@ -322,16 +360,22 @@ impl Task {
             nodes: loss.nodes(),
             cotangent_bound: horizon.cotangent_bound,
         };
-        let (body, mut start) = (self.body(mixture), start.clone());
+        let bodies: Vec<Body<R>> = mixtures.iter().map(|mixture| self.body(mixture)).collect();
+        let mut starts = vec![start.clone(); bodies.len()];
         if horizon.mode == HorizonMode::Tail {
             span.first = self.physics.steps - steps;
             let head = Span::from_start(vec![span.first]);
-            // The same body: one that a gradient is asked by is not another one before the horizon.
-            let robot = (&body.map(R::detach), &controller.map(R::detach));
-            let reached = self.simulator.rollout(robot, &start.map(R::detach), &head);
-            start = reached.states[0].clone();
+            // The same bodies: one that a gradient is asked by is not another one before the
+            // horizon.
+            let bodies: Vec<_> = bodies.iter().map(|body| body.map(R::detach)).collect();
+            let robots = (&bodies[..], &controller.map(R::detach));
+            let starts_there = vec![start.map(R::detach); bodies.len()];
+            let reached = self.simulator.rollout_each(robots, &starts_there, &head);
+            starts = reached.into_iter().flat_map(|seen| seen.states).collect();
         }
-        let trajectory = self.simulator.rollout((&body, controller), &start, &span);
-        (loss.loss(&trajectory), trajectory)
+        let robots = (&bodies[..], controller);
+        let trajectories = self.simulator.rollout_each(robots, &starts, &span);
+        let with_loss = |trajectory| (loss.loss(&trajectory), trajectory);
+        trajectories.into_iter().map(with_loss).collect()
     }
 }

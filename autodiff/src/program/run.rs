@@ -31,6 +31,11 @@ impl<R: Real> Program<R> {
         self.layout.reach.max(self.ends[1]) + self.beyond()
     }
 
+    /// From how many starts it runs at once.
+    pub(crate) fn starts(&self) -> usize {
+        self.starts
+    }
+
     /// From the start of a row to that of the next step's.
     pub(crate) fn stride(&self) -> usize {
         self.layout.stride

@@ -233,8 +233,10 @@ impl<R: Real> Recorded<R> {
         let (stride, len) = (program.stride(), program.row_len());
         for step in steps.clone().rev() {
             let place = (step - steps.start) * stride;
-            // Memory is read backwards here, which the processor does not foresee.
-            prefetch(&self.rows[place.saturating_sub(2 * stride)..][..stride]);
+            // Memory is read backwards here, which the processor does not foresee. Rows of several
+            // starts are longer, and the first cache has room for one of them.
+            let ahead = if program.starts() == 1 { 2 } else { 1 };
+            prefetch(&self.rows[place.saturating_sub(ahead * stride)..][..stride]);
             let row = &self.rows[place..][..len];
             program.reverse_step((parameters, row), bars, state_bar);
             at(step, state_bar);

@@ -1,6 +1,6 @@
 //! Design gradients averaged over the passes behind.
 
-use super::passes::Slope;
+use super::slopes::Slope;
 
 impl Slope {
     /// Moves the running mean of earlier gradients by a share `1 - memory` of the way to this one,

@@ -41,7 +41,7 @@ mod reach;
 mod robust;
 mod schedule;
 mod settle;
-mod sought;
+mod slopes;
 
 pub use delivery::{Delivery, Spread};
 pub use progress::{Candidate, MmaDiagnostics, Progress, Record};
@@ -351,7 +351,7 @@ fn unusable(error: OptimiserError) -> Error {
 mod tests {
     use super::CoDesign;
     use crate::projection::one_hot;
-    use crate::scene::Scene;
+    use crate::scene::{LossKind, Scene};
 
     /// A small robot that moves from the first, with room for other layouts, and the beginning of
     /// its schedule.
@@ -374,6 +374,18 @@ mod tests {
         snap_at = 7
         horizon = [64, 64]
     ";
+
+    /// A robot of two squares for a few steps.
+    pub(super) fn tiny() -> Scene {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (3, 2);
+        (scene.physics.steps, scene.controller.hidden) = (24, 3);
+        scene.schedule.iterations = 12;
+        (scene.schedule.attraction_from, scene.schedule.snap_at) = (8, 11);
+        scene.schedule.horizon = [24, 24];
+        scene.loss.kind = LossKind::Final;
+        scene
+    }
 
     /// How far the snapped robot of a seed gets.
     fn after_the_snap(trials: usize, seed: u64) -> f64 {

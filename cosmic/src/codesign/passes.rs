@@ -1,32 +1,17 @@
 //! The two kinds of update: of the design by MMA, of the controller by Adam.
 
-use autodiff::{Real, Var};
+use autodiff::Real;
 
 use super::progress::{Candidate, MmaDiagnostics, Progress, Record};
 use super::schedule::{Moment, Phase};
-use super::sought::Sought;
+use super::slopes::{At, Sought};
 use super::{CoDesign, EVALUATE_EVERY};
 use crate::design::clamp;
-use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
-use crate::lattice::State;
+use crate::gradient::{CONTROLLER, DESIGN, Inputs};
 use crate::objective::{Measures, measures};
-use crate::optimiser::{Linearisation, MmaState, Update, bound_norm};
+use crate::optimiser::{Linearisation, MmaState, Update};
 use crate::projection::Projection;
-use crate::scene::{BinarisationMethod, GradientPrecision};
-use crate::simulator::Trajectory;
-
-/// A gradient of the displacement loss, and where the payload was after the horizon.
-pub(super) struct Slope {
-    pub(super) gradient: Vec<f64>,
-    pub(super) displacement: f64,
-}
-
-impl Slope {
-    /// Scales the gradient back to a norm where one is set; returns its own.
-    fn bound(&mut self, norm: Option<f64>) -> f64 {
-        bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
-    }
-}
+use crate::scene::BinarisationMethod;
 
 /// Constraints `f <= 0`: the four volume bounds, then the binarisation measures where they are
 /// constraints.
@@ -48,18 +33,13 @@ impl CoDesign {
         let horizon = self.horizon(moment);
         let full = self.is_evaluated(moment);
         let worlds = self.worlds(progress, moment);
-        let slope = |projection| {
-            self.mean_slope(&worlds, &inputs, |task, inputs| {
-                self.slope(task, inputs, (&Sought::Design(projection), &horizon))
-            })
+        let at = At {
+            worlds: &worlds,
+            inputs: &inputs,
+            horizon: &horizon,
         };
-        let ((performance, stability), evaluated) = rayon::join(
-            || {
-                rayon::join(
-                    || slope(Projection::Performance),
-                    || slope(Projection::Stability),
-                )
-            },
+        let ([performance, stability], evaluated) = rayon::join(
+            || self.design_slopes(at),
             || full.then(|| self.evaluate(progress)),
         );
         record.displacement = evaluated.map(|reached| reached.along());
@@ -116,12 +96,13 @@ impl CoDesign {
         let horizon = self.horizon(moment);
         let full = self.is_evaluated(moment);
         let worlds = self.worlds(progress, moment);
-        let (mut slope, evaluated) = rayon::join(
-            || {
-                self.mean_slope(&worlds, &inputs, |task, inputs| {
-                    self.slope(task, inputs, (&Sought::Controller(&mixture), &horizon))
-                })
-            },
+        let at = At {
+            worlds: &worlds,
+            inputs: &inputs,
+            horizon: &horizon,
+        };
+        let ([mut slope], evaluated) = rayon::join(
+            || self.slopes([Sought::Controller(&mixture)], at),
             || full.then(|| self.evaluate(progress)),
         );
         record.displacement = evaluated.map(|reached| reached.along());
@@ -181,64 +162,6 @@ impl CoDesign {
             controller: progress.controller.clone(),
             start: self.start.clone(),
         }
-    }
-
-    /// A gradient of the displacement loss, of rollouts in the scene's precision. Where one is not
-    /// finite, be it that f32 does not reach so far, the update that it is for is skipped.
-    pub(super) fn slope(
-        &self,
-        task: &Task,
-        inputs: &Inputs<f64>,
-        sought: (&Sought, &Horizon),
-    ) -> Slope {
-        let (gradient, last) = match self.scene.gradient.precision {
-            GradientPrecision::F64 => self.differentiated(task, inputs, sought),
-            GradientPrecision::F32 => {
-                let (gradient, last) = self.differentiated::<f32>(task, &inputs.lift(), sought);
-                let gradient = gradient.into_iter().map(f64::from).collect();
-                (gradient, last.map(f64::from))
-            }
-        };
-        let [displacement, _] = self.between(&self.start, &last);
-        Slope {
-            gradient,
-            displacement,
-        }
-    }
-
-    /// The gradient of the displacement loss, and the state after the horizon.
-    fn differentiated<R: Real>(
-        &self,
-        task: &Task,
-        inputs: &Inputs<R>,
-        (sought, horizon): (&Sought, &Horizon),
-    ) -> (Vec<R>, State<R>) {
-        let mut last = inputs.start.clone();
-        let (_, gradient) = inputs.differentiate(sought.blocks(), |inputs| {
-            let mixture = sought.mixture(task, &inputs.z);
-            let (loss, trajectory) = self.loss_of(task, &mixture, (inputs, horizon));
-            last = trajectory.at(trajectory.last_step()).map(Var::value);
-            loss
-        });
-        (gradient, last)
-    }
-
-    /// The displacement loss and the rollout that it is of. With a second goal behind, the mean of
-    /// the loss ahead and of minus the loss with that goal: the payload is to get as far back.
-    fn loss_of<R: Real>(
-        &self,
-        task: &Task,
-        mixture: &[[R; 3]],
-        (inputs, horizon): (&Inputs<R>, &Horizon),
-    ) -> (R, Trajectory<R>) {
-        let robot = (&inputs.controller, &inputs.start);
-        let loss = (&self.objective, horizon);
-        let (ahead, trajectory) = task.loss(mixture, robot, loss);
-        let Some(task) = &self.back else {
-            return (ahead, trajectory);
-        };
-        let (back, _) = task.loss(mixture, robot, loss);
-        (R::lit(0.5) * (ahead - back), trajectory)
     }
 
     /// One update of the design; `None` where its gradient is not finite.
@@ -335,107 +258,9 @@ fn blend(z: &mut [[f64; 3]], from: &[[f64; 3]], (to, share): (&[f64], f64)) {
 
 #[cfg(test)]
 mod tests {
-    use super::Sought;
-    use crate::codesign::{CoDesign, Record, optimise};
-    use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs};
-    use crate::projection::Projection;
-    use crate::scene::{
-        BinarisationMethod, GradientPrecision, HorizonMode, LossKind, Scene, TaskKind,
-    };
-
-    fn tiny() -> Scene {
-        let mut scene = Scene::default();
-        (scene.lattice.columns, scene.lattice.rows) = (3, 2);
-        (scene.physics.steps, scene.controller.hidden) = (24, 3);
-        scene.schedule.iterations = 12;
-        (scene.schedule.attraction_from, scene.schedule.snap_at) = (8, 11);
-        scene.schedule.horizon = [24, 24];
-        scene.loss.kind = LossKind::Final;
-        scene
-    }
-
-    /// The loss of two goals, its gradient by design and controller against differences. The robot
-    /// falls freely: nothing has a kink.
-    #[test]
-    fn the_loss_of_two_goals_has_the_gradient_of_differences() {
-        let mut scene = tiny();
-        (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
-        scene.controller.goal_scale = 1.0;
-        let codesign = CoDesign::new(&scene).unwrap();
-        let progress = codesign.begin(1).unwrap();
-        let inputs = codesign.inputs(&progress);
-        let horizon = Horizon {
-            steps: 24,
-            mode: HorizonMode::Head,
-            cotangent_bound: None,
-        };
-        let value = |inputs: &Inputs<f64>| {
-            let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
-            codesign
-                .loss_of(&codesign.task, &mixture, (inputs, &horizon))
-                .0
-        };
-        for blocks in [DESIGN, CONTROLLER] {
-            let (_, gradient) = inputs.differentiate(blocks, |inputs| {
-                let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
-                codesign
-                    .loss_of(&codesign.task, &mixture, (inputs, &horizon))
-                    .0
-            });
-            let numbers = inputs.get(blocks);
-            let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
-            let at = |h: f64| {
-                let moved = numbers.iter().zip(&direction).map(|(x, d)| x + h * d);
-                let mut inputs = inputs.clone();
-                inputs.set(blocks, &moved.collect::<Vec<_>>());
-                value(&inputs)
-            };
-            let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
-            let h = 1e-5;
-            let difference = (at(h) - at(-h)) / (2.0 * h);
-            // Positions of 0.1 m rounded at 1e-17 and divided by h: 1e-12; truncation h^2 beta^2,
-            // 4e-8, of the slope.
-            assert!((difference - slope).abs() < 1e-7 * slope.abs() + 1e-11);
-            assert!(slope != 0.0);
-        }
-    }
-
-    #[test]
-    fn slopes_in_f32_are_those_in_f64_to_their_digits() {
-        let mut scene = tiny();
-        // From among all materials: a start with a slope by everything.
-        scene.start.tilt = 0.2;
-        let double = CoDesign::new(&scene).unwrap();
-        scene.gradient.precision = GradientPrecision::F32;
-        let single = CoDesign::new(&scene).unwrap();
-        let progress = double.begin(1).unwrap();
-        let inputs = double.inputs(&progress);
-        let mixture = double.mixture(&progress);
-        let horizon = Horizon {
-            steps: 24,
-            mode: HorizonMode::Head,
-            cotangent_bound: None,
-        };
-        for sought in [
-            Sought::Design(Projection::Performance),
-            Sought::Design(Projection::Stability),
-            Sought::Controller(&mixture),
-        ] {
-            let [a, b] = [&double, &single]
-                .map(|codesign| codesign.slope(&codesign.task, &inputs, (&sought, &horizon)));
-            let off: f64 = (a.gradient.iter().zip(&b.gradient))
-                .map(|(a, b)| (a - b).powi(2))
-                .sum();
-            let norm: f64 = a.gradient.iter().map(|g| g * g).sum();
-            // 24 steps of some hundred operations, each rounded at 6e-8, that add up as they
-            // come: 24 * 100^(1/2) * 6e-8. Where both were of one type, they would be equal.
-            let (share, tolerance) = ((off / norm).sqrt(), 1.5e-5);
-            assert!(share > 0.0 && share < tolerance, "{share}");
-            assert!(norm > 0.0);
-            // Of 0.3 m, at the same digits.
-            assert!((a.displacement - b.displacement).abs() < 0.3 * tolerance);
-        }
-    }
+    use crate::codesign::tests::tiny;
+    use crate::codesign::{Record, optimise};
+    use crate::scene::{BinarisationMethod, GradientPrecision, Scene, TaskKind};
 
     /// What f32 does not reach is skipped, as what f64 does not reach is; the run goes on.
     #[test]

@@ -8,7 +8,7 @@
 use super::CoDesign;
 use super::progress::Progress;
 use super::schedule::Moment;
-use super::sought::Sought;
+use super::slopes::{At, Sought};
 use crate::design::{Material, flipped};
 use crate::projection::holds;
 
@@ -64,9 +64,12 @@ impl CoDesign {
     fn by_shares(&self, progress: &Progress, moment: &Moment) -> Vec<f64> {
         let horizon = self.horizon(moment);
         let worlds = self.worlds(progress, moment);
-        let slope = self.mean_slope(&worlds, &self.inputs(progress), |task, inputs| {
-            self.slope(task, inputs, (&Sought::Shares, &horizon))
-        });
+        let at = At {
+            worlds: &worlds,
+            inputs: &self.inputs(progress),
+            horizon: &horizon,
+        };
+        let [slope] = self.slopes([Sought::Shares], at);
         slope.gradient
     }
 }

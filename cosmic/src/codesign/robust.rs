@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::passes::Slope;
 use super::schedule::Moment;
+use super::slopes::{At, Slope};
 use super::{CoDesign, Progress};
 use crate::gradient::{Inputs, Task};
 use crate::random::{Purpose, stream_of};
@@ -20,42 +20,43 @@ impl CoDesign {
         (0..settings.samples).map(world).collect()
     }
 
-    /// The mean of a gradient over worlds; with none of them that of the nominal task.
-    pub(super) fn mean_slope(
+    /// The means of gradients over worlds; with none of them those of the nominal task.
+    pub(super) fn means<const N: usize>(
         &self,
-        worlds: &[World],
-        inputs: &Inputs<f64>,
-        slope: impl Fn(&Task, &Inputs<f64>) -> Slope + Sync,
-    ) -> Slope {
-        if worlds.is_empty() {
-            return slope(&self.task, inputs);
+        at: At,
+        slopes: impl Fn(&Task, &Inputs<f64>) -> [Slope; N] + Sync,
+    ) -> [Slope; N] {
+        if at.worlds.is_empty() {
+            return slopes(&self.task, at.inputs);
         }
         let in_world = |world: &World| {
             let start = world.start.clone();
             let inputs = Inputs {
                 start,
-                ..inputs.clone()
+                ..at.inputs.clone()
             };
-            slope(&world.task, &inputs)
+            slopes(&world.task, &inputs)
         };
         // Collected in order: the sum does not depend on the number of threads.
-        let slopes: Vec<Slope> = worlds.par_iter().map(in_world).collect();
-        Slope::mean(&slopes)
+        let of_worlds: Vec<[Slope; N]> = at.worlds.par_iter().map(in_world).collect();
+        std::array::from_fn(|k| Slope::mean(of_worlds.iter().map(|slopes| &slopes[k])))
     }
 }
 
 impl Slope {
-    fn mean(slopes: &[Self]) -> Self {
+    fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
         let share = 1.0 / slopes.len() as f64;
-        let mut gradient = vec![0.0; slopes[0].gradient.len()];
+        let mut mean = Self {
+            gradient: Vec::new(),
+            displacement: 0.0,
+        };
         for slope in slopes {
-            for (mean, g) in gradient.iter_mut().zip(&slope.gradient) {
+            mean.gradient.resize(slope.gradient.len(), 0.0);
+            for (mean, g) in mean.gradient.iter_mut().zip(&slope.gradient) {
                 *mean += share * g;
             }
+            mean.displacement += share * slope.displacement;
         }
-        Self {
-            gradient,
-            displacement: slopes.iter().map(|s| share * s.displacement).sum(),
-        }
+        mean
     }
 }

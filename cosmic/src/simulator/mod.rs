@@ -21,7 +21,7 @@ mod trap;
 
 use std::sync::Arc;
 
-use autodiff::{CotangentBound, Fused, Memory, Model, Real, Rollout};
+use autodiff::{CotangentBound, Fused, Given, Memory, Model, Real, Rollout};
 
 pub use blame::Term;
 pub use divergence::{Divergence, Guarded};
@@ -136,9 +136,11 @@ impl Simulator {
         span: &Span,
     ) -> Trajectory<R> {
         let (model, parameters) = self.planned(robot);
-        let parameters: Vec<&[R]> = parameters.iter().map(Vec::as_slice).collect();
         let rollout = self.plan(model, span);
-        self.trajectory(&rollout.run(&self.flatten(start), &parameters), span)
+        self.trajectory(
+            &rollout.run(&self.flatten(start), &slices(&parameters)),
+            span,
+        )
     }
 
     /// Steps the same robot from several starts: the bits of as many [rollouts](Simulator::rollout)
@@ -157,6 +159,41 @@ impl Simulator {
         seen.iter().map(|s| self.trajectory(s, span)).collect()
     }
 
+    /// Steps robots of one controller from a state each: the bits of as many
+    /// [rollouts](Simulator::rollout) in less time, as two read the controller's weights once. Not
+    /// so where what is left out of one is not left out of the others.
+    ///
+    /// # Panics
+    /// As [`rollout`](Simulator::rollout), and if there are not as many starts as bodies.
+    pub fn rollout_each<R: Real>(
+        &self,
+        (bodies, controller): (&[Body<R>], &Controller<R>),
+        starts: &[State<R>],
+        span: &Span,
+    ) -> Vec<Trajectory<R>> {
+        assert_eq!(bodies.len(), starts.len(), "every body has a start");
+        let robots: Vec<Robot> = bodies.iter().map(|b| self.robot.for_body(b)).collect();
+        let alike = robots.windows(2).all(|pair| pair[0].is_like(&pair[1]));
+        if bodies.len() == 1 || !alike {
+            let each = bodies.iter().zip(starts);
+            let run = |(body, start)| self.rollout((body, controller), start, span);
+            return each.map(run).collect();
+        }
+        let Some(robot) = robots.first() else {
+            return Vec::new();
+        };
+        let parameters = self.parameters(robot, bodies, controller);
+        let parameters: Vec<Vec<&[R]>> = parameters.iter().map(|p| slices(p)).collect();
+        let given = parameters.iter().map(|of_bodies| match of_bodies[..] {
+            [shared] => Given::Shared(shared),
+            _ => Given::Each(of_bodies),
+        });
+        let starts: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
+        let rollout = self.plan(robot.clone(), span);
+        let seen = rollout.run_each(&slices(&starts), &given.collect::<Vec<_>>());
+        seen.iter().map(|s| self.trajectory(s, span)).collect()
+    }
+
     /// The observed states of a model from each start, as flat arrays.
     fn run_many<M: Model, R: Real>(
         &self,
@@ -164,10 +201,9 @@ impl Simulator {
         (starts, parameters): (&[&State<R>], &[Vec<R>]),
         span: &Span,
     ) -> Vec<Vec<R>> {
-        let parameters: Vec<&[R]> = parameters.iter().map(Vec::as_slice).collect();
         let starts: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
-        let starts: Vec<&[R]> = starts.iter().map(Vec::as_slice).collect();
-        self.plan(model, span).run_many(&starts, &parameters)
+        self.plan(model, span)
+            .run_many(&slices(&starts), &slices(parameters))
     }
 
     /// The same states, but on a tape every operation of every step is an entry: what a rollout
@@ -212,23 +248,37 @@ impl Simulator {
         }
     }
 
-    /// The robot of a body, with what that body has no use for left out; and its parameters, in
-    /// the order of their declarations.
+    /// The robot of a body, with what that body has no use for left out; and its parameters.
     fn planned<R: Real>(
         &self,
         (body, controller): (&Body<R>, &Controller<R>),
     ) -> (Robot, Vec<Vec<R>>) {
         let robot = self.robot.for_body(body);
+        let parameters = self.parameters(&robot, std::slice::from_ref(body), controller);
+        (robot, parameters.concat())
+    }
+
+    /// The parameters of a robot in the order of their declarations: every body's, or the one that
+    /// all share.
+    fn parameters<R: Real>(
+        &self,
+        robot: &Robot,
+        bodies: &[Body<R>],
+        controller: &Controller<R>,
+    ) -> Vec<Vec<Vec<R>>> {
+        let each = |of: &dyn Fn(&Body<R>) -> Vec<R>| bodies.iter().map(of).collect();
+        let rest_length = self.rest_length.iter().map(|&l| R::lit(l)).collect();
         let mut parameters = vec![
-            robot.graph.to_slots(&body.stiffness),
-            self.rest_length.iter().map(|&l| R::lit(l)).collect(),
-            robot.graph.to_slots(&body.strain),
-            body.mass.iter().map(|m| m.recip()).collect(),
+            each(&|body| robot.graph.to_slots(&body.stiffness)),
+            vec![rest_length],
+            each(&|body| robot.graph.to_slots(&body.strain)),
+            each(&|body| body.mass.iter().map(|m| m.recip()).collect()),
         ];
-        parameters.extend(self.network(&robot, controller));
+        let network = self.network(robot, controller);
+        parameters.extend(network.into_iter().map(|shared| vec![shared]));
         let bending = robot.bending();
-        parameters.extend(bending.map(|bending| bending.stiffness(&body.stiffness)));
-        (robot, parameters)
+        parameters.extend(bending.map(|bending| each(&|b| bending.stiffness(&b.stiffness))));
+        parameters
     }
 
     /// The observed states, from flat arrays of them.
@@ -273,4 +323,8 @@ impl Simulator {
         }
         .to_world(&self.ground)
     }
+}
+
+fn slices<R>(of: &[Vec<R>]) -> Vec<&[R]> {
+    of.iter().map(Vec::as_slice).collect()
 }

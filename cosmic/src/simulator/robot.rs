@@ -88,6 +88,11 @@ impl Robot {
         robot
     }
 
+    /// Whether the same is left out of another robot in the same surroundings.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        self.actuated == other.actuated && self.graph.edge_of_slot() == other.graph.edge_of_slot()
+    }
+
     /// Computes a term in any case.
     pub(super) fn keep(&mut self, spare: Spare) {
         match spare {

@@ -1,0 +1,289 @@
+//! Gradients of the displacement loss.
+
+use autodiff::{Real, Var};
+
+use super::CoDesign;
+use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task, together};
+use crate::lattice::State;
+use crate::optimiser::bound_norm;
+use crate::projection::Projection;
+use crate::scatter::World;
+use crate::scene::GradientPrecision;
+use crate::simulator::Trajectory;
+
+/// A gradient of the displacement loss, and where the payload was after the horizon.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Slope {
+    pub(super) gradient: Vec<f64>,
+    pub(super) displacement: f64,
+}
+
+impl Slope {
+    /// Scales the gradient back to a norm where one is set; returns its own.
+    pub(super) fn bound(&mut self, norm: Option<f64>) -> f64 {
+        bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
+    }
+}
+
+/// Where gradients are taken.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a> {
+    /// The means over these; of none of them the nominal task.
+    pub(super) worlds: &'a [World],
+    pub(super) inputs: &'a Inputs<f64>,
+    pub(super) horizon: &'a Horizon,
+}
+
+/// What a gradient is taken by.
+#[derive(Clone, Copy)]
+pub(super) enum Sought<'a> {
+    /// The design, in a projection.
+    Design(Projection),
+    /// The shares of the materials, which one-hot design vectors are themselves (D7).
+    Shares,
+    /// The controller of a robot of this mixture.
+    Controller(&'a [[f64; 3]]),
+}
+
+impl Sought<'_> {
+    pub(super) fn blocks(&self) -> [bool; 7] {
+        match self {
+            Self::Design(_) | Self::Shares => DESIGN,
+            Self::Controller(_) => CONTROLLER,
+        }
+    }
+
+    /// The robot's mixture.
+    pub(super) fn mixture<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Vec<[R; 3]> {
+        match self {
+            Self::Design(projection) => task.mixture(*projection, z),
+            Self::Shares => z.to_vec(),
+            Self::Controller(mixture) => mixture.iter().map(|m| m.map(R::lit)).collect(),
+        }
+    }
+}
+
+impl CoDesign {
+    /// The gradients by the design in the performance and in the stability projection: in rollouts
+    /// side by side, unless other threads would then have nothing to do.
+    pub(super) fn design_slopes(&self, at: At) -> [Slope; 2] {
+        let [performance, stability] =
+            [Projection::Performance, Projection::Stability].map(Sought::Design);
+        if together(2) == 2 {
+            return self.slopes([performance, stability], at);
+        }
+        let ([performance], [stability]) = rayon::join(
+            || self.slopes([performance], at),
+            || self.slopes([stability], at),
+        );
+        [performance, stability]
+    }
+
+    /// Gradients of the displacement loss, of rollouts in the scene's precision: over worlds their
+    /// means, with none of them those of the nominal task. Where one is not finite, be it that f32
+    /// does not reach so far, the update that it is for is skipped.
+    ///
+    /// What is sought together is sought of designs: they share the controller.
+    pub(super) fn slopes<const N: usize>(&self, sought: [Sought; N], at: At) -> [Slope; N] {
+        let horizon = at.horizon;
+        self.means(at, |task, inputs| {
+            let found = match self.scene.gradient.precision {
+                GradientPrecision::F64 => self.differentiated(task, inputs, (&sought, horizon)),
+                GradientPrecision::F32 => self
+                    .differentiated::<f32, N>(task, &inputs.lift(), (&sought, horizon))
+                    .map(|(gradient, last)| {
+                        let gradient = gradient.into_iter().map(f64::from).collect();
+                        (gradient, last.map(f64::from))
+                    }),
+            };
+            found.map(|(gradient, last)| {
+                let [displacement, _] = self.between(&self.start, &last);
+                Slope {
+                    gradient,
+                    displacement,
+                }
+            })
+        })
+    }
+
+    /// Gradients of the displacement loss, and the states after the horizon.
+    fn differentiated<R: Real, const N: usize>(
+        &self,
+        task: &Task,
+        inputs: &Inputs<R>,
+        (sought, horizon): (&[Sought; N], &Horizon),
+    ) -> [(Vec<R>, State<R>); N] {
+        let mut last: [State<R>; N] = std::array::from_fn(|_| inputs.start.clone());
+        let found = inputs.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
+            let mixtures: [_; N] = std::array::from_fn(|k| sought[k].mixture(task, &copies[k].z));
+            let losses = self.losses_of(task, &mixtures, (&copies[0], horizon));
+            std::array::from_fn(|k| {
+                let (loss, trajectory) = &losses[k];
+                last[k] = trajectory.at(trajectory.last_step()).map(Var::value);
+                *loss
+            })
+        });
+        let both = found.into_iter().zip(last);
+        let mut both = both.map(|((_, gradient), last)| (gradient, last));
+        std::array::from_fn(|_| both.next().expect("as many states as gradients"))
+    }
+
+    /// The displacement losses and the rollouts that they are of. With a second goal behind, each
+    /// is the mean of the loss ahead and of minus the loss with that goal: the payload is to get as
+    /// far back.
+    fn losses_of<R: Real, const N: usize>(
+        &self,
+        task: &Task,
+        mixtures: &[Vec<[R; 3]>; N],
+        (inputs, horizon): (&Inputs<R>, &Horizon),
+    ) -> Vec<(R, Trajectory<R>)> {
+        let robot = (&inputs.controller, &inputs.start);
+        let loss = (&self.objective, horizon);
+        let mixtures = mixtures.each_ref().map(Vec::as_slice);
+        let mut losses = task.losses(&mixtures, robot, loss);
+        if let Some(task) = &self.back {
+            let back = task.losses(&mixtures, robot, loss);
+            for ((ahead, _), (back, _)) in losses.iter_mut().zip(back) {
+                *ahead = R::lit(0.5) * (*ahead - back);
+            }
+        }
+        losses
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{At, Sought};
+    use crate::codesign::CoDesign;
+    use crate::codesign::tests::tiny;
+    use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs};
+    use crate::projection::Projection;
+    use crate::scene::{GradientPrecision, HorizonMode, Scene};
+
+    fn horizon(mode: HorizonMode) -> Horizon {
+        Horizon {
+            steps: 20,
+            mode,
+            cotangent_bound: None,
+        }
+    }
+
+    /// The loss of two goals, its gradient by design and controller against differences. The robot
+    /// falls freely: nothing has a kink.
+    #[test]
+    fn the_loss_of_two_goals_has_the_gradient_of_differences() {
+        let mut scene = tiny();
+        (scene.lattice.drop, scene.controller.two_goals) = (1.0, true);
+        scene.controller.goal_scale = 1.0;
+        let codesign = CoDesign::new(&scene).unwrap();
+        let progress = codesign.begin(1).unwrap();
+        let inputs = codesign.inputs(&progress);
+        let horizon = Horizon {
+            steps: 24,
+            mode: HorizonMode::Head,
+            cotangent_bound: None,
+        };
+        let value = |inputs: &Inputs<f64>| {
+            let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
+            codesign.losses_of(&codesign.task, &[mixture], (inputs, &horizon))[0].0
+        };
+        for blocks in [DESIGN, CONTROLLER] {
+            let (_, gradient) = inputs.differentiate(blocks, |inputs| {
+                let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
+                codesign.losses_of(&codesign.task, &[mixture], (inputs, &horizon))[0].0
+            });
+            let numbers = inputs.get(blocks);
+            let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
+            let at = |h: f64| {
+                let moved = numbers.iter().zip(&direction).map(|(x, d)| x + h * d);
+                let mut inputs = inputs.clone();
+                inputs.set(blocks, &moved.collect::<Vec<_>>());
+                value(&inputs)
+            };
+            let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
+            let h = 1e-5;
+            let difference = (at(h) - at(-h)) / (2.0 * h);
+            // Positions of 0.1 m rounded at 1e-17 and divided by h: 1e-12; truncation h^2 beta^2,
+            // 4e-8, of the slope.
+            assert!((difference - slope).abs() < 1e-7 * slope.abs() + 1e-11);
+            assert!(slope != 0.0);
+        }
+    }
+
+    #[test]
+    fn slopes_in_f32_are_those_in_f64_to_their_digits() {
+        let mut scene = tiny();
+        // From among all materials: a start with a slope by everything.
+        scene.start.tilt = 0.2;
+        let double = CoDesign::new(&scene).unwrap();
+        scene.gradient.precision = GradientPrecision::F32;
+        let single = CoDesign::new(&scene).unwrap();
+        let progress = double.begin(1).unwrap();
+        let inputs = double.inputs(&progress);
+        let mixture = double.mixture(&progress);
+        let horizon = Horizon {
+            steps: 24,
+            mode: HorizonMode::Head,
+            cotangent_bound: None,
+        };
+        let at = At {
+            worlds: &[],
+            inputs: &inputs,
+            horizon: &horizon,
+        };
+        for sought in [
+            Sought::Design(Projection::Performance),
+            Sought::Design(Projection::Stability),
+            Sought::Controller(&mixture),
+        ] {
+            let [[a], [b]] = [&double, &single].map(|codesign| codesign.slopes([sought], at));
+            let off: f64 = (a.gradient.iter().zip(&b.gradient))
+                .map(|(a, b)| (a - b).powi(2))
+                .sum();
+            let norm: f64 = a.gradient.iter().map(|g| g * g).sum();
+            // 24 steps of some hundred operations, each rounded at 6e-8, that add up as they
+            // come: 24 * 100^(1/2) * 6e-8. Where both were of one type, they would be equal.
+            let (share, tolerance) = ((off / norm).sqrt(), 1.5e-5);
+            assert!(share > 0.0 && share < tolerance, "{share}");
+            assert!(norm > 0.0);
+            // Of 0.3 m, at the same digits.
+            assert!((a.displacement - b.displacement).abs() < 0.3 * tolerance);
+        }
+    }
+
+    /// Side by side or one by one: the same bits, over worlds and with two goals too.
+    #[test]
+    fn slopes_taken_together_are_those_taken_alone() {
+        let check = |scene: &Scene, mode: HorizonMode| {
+            let codesign = CoDesign::new(scene).unwrap();
+            let progress = codesign.begin(1).unwrap();
+            let (inputs, horizon) = (codesign.inputs(&progress), horizon(mode));
+            let moment = crate::codesign::schedule::Moment {
+                scene,
+                iteration: 1,
+            };
+            let worlds = codesign.worlds(&progress, &moment);
+            let at = At {
+                worlds: &worlds,
+                inputs: &inputs,
+                horizon: &horizon,
+            };
+            let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
+            let together = codesign.slopes(both, at);
+            let alone = both.map(|sought| codesign.slopes([sought], at).into_iter().next());
+            assert_eq!(together.clone().map(Some), alone);
+            assert_ne!(together[0].gradient, together[1].gradient);
+            assert_eq!(codesign.design_slopes(at), together);
+        };
+        let mut scene = tiny();
+        scene.start.tilt = 0.2;
+        check(&scene, HorizonMode::Head);
+        check(&scene, HorizonMode::Tail);
+        scene.gradient.precision = GradientPrecision::F32;
+        check(&scene, HorizonMode::Head);
+        scene.controller.two_goals = true;
+        scene.robust.samples = 2;
+        scene.gradient.precision = GradientPrecision::F64;
+        check(&scene, HorizonMode::Head);
+    }
+}
