@@ -269,16 +269,16 @@ impl Task {
         self.simulator.rollout((&body, controller), start, span)
     }
 
-    /// Steps the robot of a mixture from several starts, with the bits of as many single
-    /// [rollouts](Task::rollout) in less time.
+    /// Steps robots from several starts, all of one mixture or each of its own, with the bits of as
+    /// many single [rollouts](Task::rollout) in less time.
     pub fn rollout_many<R: Real>(
         &self,
-        mixture: &[[R; 3]],
+        mixtures: &[&[[R; 3]]],
         (controller, starts): (&Controller<R>, &[&State<R>]),
         span: &Span,
     ) -> Vec<Trajectory<R>> {
-        let robot = (&self.body(mixture), controller);
-        self.simulator.rollout_many(robot, starts, span)
+        let robots = (&self.bodies(mixtures)[..], controller);
+        self.simulator.rollout_many(robots, starts, span)
     }
 
     /// Steps the robot of a mixture with the guard on: no absurd state goes unnoticed.
@@ -288,20 +288,23 @@ impl Task {
         (controller, start): (&Controller<f64>, &State<f64>),
         span: &Span,
     ) -> Guarded {
-        self.guarded_many(mixture, (controller, &[start]), span)
+        self.guarded_many(&[mixture], (controller, &[start]), span)
             .remove(0)
     }
 
-    /// The same from several starts.
+    /// The same from several starts, all of one mixture or each of its own.
     pub fn guarded_many(
         &self,
-        mixture: &[[f64; 3]],
+        mixtures: &[&[[f64; 3]]],
         (controller, starts): (&Controller<f64>, &[&State<f64>]),
         span: &Span,
     ) -> Vec<Guarded> {
-        let body = self.body(mixture);
-        self.simulator
-            .guarded_many((&body, controller), starts, span)
+        let robots = (&self.bodies(mixtures)[..], controller);
+        self.simulator.guarded_many(robots, starts, span)
+    }
+
+    fn bodies<R: Real>(&self, mixtures: &[&[[R; 3]]]) -> Vec<Body<R>> {
+        mixtures.iter().map(|mixture| self.body(mixture)).collect()
     }
 
     /// The time step against the vibrations of a mixture's robot at rest in these positions.
@@ -360,7 +363,7 @@ impl Task {
             nodes: loss.nodes(),
             cotangent_bound: horizon.cotangent_bound,
         };
-        let bodies: Vec<Body<R>> = mixtures.iter().map(|mixture| self.body(mixture)).collect();
+        let bodies = self.bodies(mixtures);
         let mut starts = vec![start.clone(); bodies.len()];
         if horizon.mode == HorizonMode::Tail {
             span.first = self.physics.steps - steps;
@@ -369,12 +372,14 @@ impl Task {
             // horizon.
             let bodies: Vec<_> = bodies.iter().map(|body| body.map(R::detach)).collect();
             let robots = (&bodies[..], &controller.map(R::detach));
-            let starts_there = vec![start.map(R::detach); bodies.len()];
-            let reached = self.simulator.rollout_each(robots, &starts_there, &head);
+            let start = start.map(R::detach);
+            let at_first = vec![&start; bodies.len()];
+            let reached = self.simulator.rollout_many(robots, &at_first, &head);
             starts = reached.into_iter().flat_map(|seen| seen.states).collect();
         }
         let robots = (&bodies[..], controller);
-        let trajectories = self.simulator.rollout_each(robots, &starts, &span);
+        let starts: Vec<&State<R>> = starts.iter().collect();
+        let trajectories = self.simulator.rollout_many(robots, &starts, &span);
         let with_loss = |trajectory| (loss.loss(&trajectory), trajectory);
         trajectories.into_iter().map(with_loss).collect()
     }

@@ -2,7 +2,7 @@
 
 use cosmic::case::Case;
 use cosmic::error::Error;
-use cosmic::scene::{Contact, Integrator, Scene};
+use cosmic::scene::{Contact, Integrator, Scene, VoidEdges};
 use cosmic::simulator::{Divergence, Guarded, Span, Term};
 
 /// A robot of 2x2 nodes far from any trouble.
@@ -152,8 +152,8 @@ fn several_starts_together_are_judged_one_by_one() {
         starts[WRONG].v[3] = [2e6, 0.0];
         let starts: Vec<_> = starts.iter().collect();
         let span = Span::from_start(vec![0, 7, case.physics.steps]);
-        let guarded = task.guarded_many(&mixture, (&case.controller, &starts), &span);
-        let plain = task.rollout_many(&mixture, (&case.controller, &starts), &span);
+        let guarded = task.guarded_many(&[&mixture], (&case.controller, &starts), &span);
+        let plain = task.rollout_many(&[&mixture], (&case.controller, &starts), &span);
         for (k, start) in starts.iter().enumerate() {
             let robot = (&case.controller, *start);
             let alone = task.guarded(&mixture, robot, &span);
@@ -161,6 +161,51 @@ fn several_starts_together_are_judged_one_by_one() {
             let alone = task.rollout(&mixture, robot, &span);
             assert_eq!(format!("{:?}", plain[k]), format!("{alone:?}"), "{k}");
             assert_eq!(guarded[k].divergence.is_some(), k == WRONG, "{k}");
+        }
+    }
+}
+
+/// Robots of a layout each, in lanes and in pairs: what one has no use for is left out of none that
+/// has, void edges and outputs of the controller alike, and changes no bit of the others.
+#[test]
+fn several_layouts_together_have_the_bits_of_each_alone() {
+    const WRONG: usize = 5;
+    for void_edges in [VoidEdges::Keep, VoidEdges::Drop] {
+        let case = case(|scene| {
+            scene.physics.void_edges = void_edges;
+            scene.physics.bending_radius = 0.02;
+        });
+        let edges = case.lattice.edges.len();
+        // Void, skeleton and actuator in turns, each layout from elsewhere on.
+        let layout = |k: usize| {
+            let share = |edge: usize, m: usize| f64::from(u8::from((edge * k + edge + k) % 3 == m));
+            let one_hot = |edge| [0, 1, 2].map(|m| share(edge, m));
+            (0..edges).map(one_hot).collect::<Vec<[f64; 3]>>()
+        };
+        let layouts: Vec<_> = (0..12).map(layout).collect();
+        let layouts: Vec<&[_]> = layouts.iter().map(Vec::as_slice).collect();
+        let mut wrong = case.start.clone();
+        wrong.v[3] = [2e6, 0.0];
+        for count in [2, 3, 9, 12] {
+            let start = |k: usize| if k == WRONG { &wrong } else { &case.start };
+            let starts: Vec<_> = (0..count).map(start).collect();
+            let span = Span::from_start(vec![0, 7, case.physics.steps]);
+            let (task, layouts) = (case.task(), &layouts[..count]);
+            let guarded = task.guarded_many(layouts, (&case.controller, &starts), &span);
+            let plain = task.rollout_many(layouts, (&case.controller, &starts), &span);
+            for k in 0..count {
+                let robot = (&case.controller, starts[k]);
+                let alone = task.guarded(layouts[k], robot, &span);
+                assert_eq!(format!("{:?}", guarded[k]), format!("{alone:?}"), "{k}");
+                let alone = task.rollout(layouts[k], robot, &span);
+                assert_eq!(format!("{:?}", plain[k]), format!("{alone:?}"), "{k}");
+            }
+            assert_eq!(
+                guarded.iter().any(|g| g.divergence.is_some()),
+                count > WRONG
+            );
+            let reached = |k: usize| &plain[k].states[2];
+            assert_ne!(reached(0), reached(1));
         }
     }
 }

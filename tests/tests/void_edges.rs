@@ -149,12 +149,9 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
         assert_eq!(all, states(&slack, &simulator(&slack)));
         assert_eq!(all, states(&dropped, &simulator(&dropped)));
         // Guarded, and together with others: the same bits.
-        let (robot, span) = (
-            (body(&dropped), &dropped.controller),
-            Span::from_start(vec![STEPS]),
-        );
-        let starts = [&dropped.start; 9];
-        let guarded = simulator(&dropped).guarded_many((&robot.0, robot.1), &starts, &span);
+        let (bodies, span) = ([body(&dropped)], Span::from_start(vec![STEPS]));
+        let (robots, starts) = ((&bodies[..], &dropped.controller), [&dropped.start; 9]);
+        let guarded = simulator(&dropped).guarded_many(robots, &starts, &span);
         for guarded in guarded {
             assert_eq!(guarded.divergence, None);
             assert_eq!(guarded.trajectory.states[0], all[STEPS]);

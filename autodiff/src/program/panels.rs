@@ -264,7 +264,6 @@ mod tests {
     use super::super::product::{Output, Product, Weights};
     use super::{CHUNK, ChunkPlaces, PAGE, Panels, SHARES};
     use crate::lanes::{Level, at_most, level};
-    use crate::real::Real;
 
     #[test]
     fn chunks_have_places_of_their_own() {

@@ -65,15 +65,15 @@ impl Group {
 }
 
 impl<M: Model> Many<M> {
-    /// Half a register's starts cost about as much together as in pairs.
+    /// Three quarters of a register's starts cost about as much together as in pairs.
     pub(super) fn groups<R: Real>(&self) -> Vec<Group> {
         let (mut groups, mut first) = (Vec::new(), 0);
         let widest = lanes::<R>();
         while first < self.starts {
             let left = self.starts - first;
             let lanes = match left {
-                _ if 2 * left > widest => widest,
                 1 => 1,
+                _ if 4 * left > 3 * widest => widest,
                 _ => 2,
             };
             let starts = first..first + lanes.min(left);

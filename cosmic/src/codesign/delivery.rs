@@ -227,7 +227,7 @@ impl CoDesign {
             .collect();
         let reach = |(controller, group): &(&Controller<f64>, &[Place])| {
             let starts: Vec<&State<f64>> = group.iter().map(|(_, start)| start).collect();
-            self.reach_many(mixture, controller, (&group[0].0, &starts))
+            self.reach_many(&[mixture], controller, (&group[0].0, &starts))
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();

@@ -55,7 +55,7 @@ use rayon::prelude::*;
 use crate::controller::Controller;
 use crate::design::{Material, alternatives, attract, snap, start_vectors};
 use crate::error::{Error, Result};
-use crate::gradient::{Horizon, Task};
+use crate::gradient::{Horizon, Task, together};
 use crate::lattice::{Ground, Lattice, State};
 use crate::objective::{AugmentedLagrangian, Objective, measures, violations};
 use crate::optimiser::{Adam, Mma, MmaParameters, OptimiserError};
@@ -210,12 +210,12 @@ impl CoDesign {
         match moment.phase() {
             Phase::CoDesign | Phase::Attraction => match moment.pass() {
                 Pass::Design => self.design_pass(progress, &moment, &mut record),
-                Pass::Controller => self.controller_pass(progress, &moment, &mut record),
+                Pass::Controller => self.controller_pass(progress, (&moment, None), &mut record),
             },
             Phase::Snap => self.snap(progress, &moment),
             Phase::FineTuning => {
-                self.polish(progress, &moment);
-                self.controller_pass(progress, &moment, &mut record);
+                let reached = self.polish(progress, &moment);
+                self.controller_pass(progress, (&moment, reached), &mut record);
             }
         }
         if moment.phase() == Phase::Attraction {
@@ -240,39 +240,43 @@ impl CoDesign {
         let snapped = snap(&mixture, &bounds);
         let others = alternatives(&mixture, &snapped.materials, &bounds);
         let others: Vec<_> = others.take(self.scene.schedule.snap_trials).collect();
-        let materials = self.farthest(snapped.materials, others, &progress.controller);
+        let (materials, _) = self.farthest(snapped.materials, others, &progress.controller);
         progress.flips = snapped.flips;
         progress.lay_out(materials);
     }
 
-    /// The best of a layout and others by one full rollout each, the first of equals.
+    /// The best of a layout and others by one full rollout each, the first of equals, and what it
+    /// reached there. The best of one needs no rollout.
     fn farthest(
         &self,
         layout: Vec<Material>,
         others: impl IntoIterator<Item = Vec<Material>>,
         controller: &Controller<f64>,
-    ) -> Vec<Material> {
+    ) -> (Vec<Material>, Option<Reached>) {
         let mut layouts: Vec<_> = std::iter::once(layout).chain(others).collect();
-        // The best of one needs no rollout.
-        if layouts.len() > 1 {
-            let merits = self.merits(&layouts, controller, &self.task);
-            layouts.swap(0, delivery::first_best(merits));
+        if layouts.len() == 1 {
+            return (layouts.remove(0), None);
         }
-        layouts.swap_remove(0)
+        let reached = self.reached(&layouts, controller, &self.task);
+        let best = delivery::first_best(reached.iter().map(|r| r.merit));
+        (layouts.swap_remove(best), Some(reached[best]))
     }
 
     /// What several layouts reach with one controller; in parallel, the order kept.
-    fn merits(
+    fn reached(
         &self,
         layouts: &[Vec<Material>],
         controller: &Controller<f64>,
         task: &Task,
-    ) -> Vec<f64> {
-        let merit = |layout: &Vec<Material>| {
-            let mixture = projection::one_hot(layout);
-            self.reach(&mixture, controller, (task, &self.start)).merit
+    ) -> Vec<Reached> {
+        let mixtures: Vec<Vec<_>> = layouts.iter().map(|l| projection::one_hot(l)).collect();
+        let side_by_side = |mixtures: &[Vec<_>]| {
+            let mixtures: Vec<&[_]> = mixtures.iter().map(Vec::as_slice).collect();
+            let starts = vec![&self.start; mixtures.len()];
+            self.reach_many(&mixtures, controller, (task, &starts))
         };
-        layouts.par_iter().map(merit).collect()
+        let groups = mixtures.par_chunks(together(layouts.len()));
+        groups.flat_map_iter(side_by_side).collect()
     }
 
     /// The mixture that is simulated: of the performance projection, or of the layout (D7).

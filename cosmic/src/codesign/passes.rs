@@ -5,7 +5,7 @@ use autodiff::Real;
 use super::progress::{Candidate, MmaDiagnostics, Progress, Record};
 use super::schedule::{Moment, Phase};
 use super::slopes::{At, Sought};
-use super::{CoDesign, EVALUATE_EVERY};
+use super::{CoDesign, EVALUATE_EVERY, Reached};
 use crate::design::clamp;
 use crate::gradient::{CONTROLLER, DESIGN, Inputs};
 use crate::objective::{Measures, measures};
@@ -84,11 +84,12 @@ impl CoDesign {
     }
 
     /// Moves the controller against its gradient; in the fine-tuning the controller that the
-    /// iteration begins with becomes a candidate for delivery.
+    /// iteration begins with becomes a candidate for delivery. What the robot reaches in a full
+    /// rollout may be known.
     pub(super) fn controller_pass(
         &self,
         progress: &mut Progress,
-        moment: &Moment,
+        (moment, known): (&Moment, Option<Reached>),
         record: &mut Record,
     ) {
         let inputs = self.inputs(progress);
@@ -103,7 +104,7 @@ impl CoDesign {
         };
         let ([mut slope], evaluated) = rayon::join(
             || self.slopes([Sought::Controller(&mixture)], at),
-            || full.then(|| self.evaluate(progress)),
+            || known.or_else(|| full.then(|| self.evaluate(progress))),
         );
         record.displacement = evaluated.map(|reached| reached.along());
         record.displacement_horizon = Some(slope.displacement);

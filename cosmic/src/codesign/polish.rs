@@ -5,10 +5,10 @@
 //! twice as many of them as edges: a gradient by the shares of the materials says which to look at,
 //! and a short rollout which of these to look at more closely.
 
-use super::CoDesign;
 use super::progress::Progress;
 use super::schedule::Moment;
 use super::slopes::{At, Sought};
+use super::{CoDesign, Reached};
 use crate::design::{Material, flipped};
 use crate::projection::holds;
 
@@ -17,18 +17,20 @@ const HEAT: usize = 4;
 
 impl CoDesign {
     /// Tries other materials for the edges from which the gradient promises most, each alone and
-    /// with the controller as it is, and keeps the layout with the best full rollout.
-    pub(super) fn polish(&self, progress: &mut Progress, moment: &Moment) {
+    /// with the controller as it is, and keeps the layout with the best full rollout. Returns what
+    /// the robot reached there that now stands, where it had one.
+    pub(super) fn polish(&self, progress: &mut Progress, moment: &Moment) -> Option<Reached> {
         let (true, Some(materials)) = (moment.polishes(), &progress.materials) else {
-            return;
+            return None;
         };
         let finalists = self.finalists(progress, moment, materials);
-        let best = self.farthest(materials.clone(), finalists, &progress.controller);
+        let (best, reached) = self.farthest(materials.clone(), finalists, &progress.controller);
         if best != *materials {
             progress.lay_out(best);
             // They are of another robot.
             progress.candidates.clear();
         }
+        reached
     }
 
     /// The best of the layouts that the gradient promises most of, by rollouts over the shortest
@@ -51,8 +53,9 @@ impl CoDesign {
         let tried: Vec<_> = tried.take(schedule.polish_trials).collect();
         let mut short = self.task.clone();
         short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
-        let merits = self.merits(&tried, &progress.controller, &short);
-        let mut ranked: Vec<_> = merits.into_iter().zip(tried).collect();
+        let reached = self.reached(&tried, &progress.controller, &short);
+        let merits = reached.iter().map(|r| r.merit);
+        let mut ranked: Vec<_> = merits.zip(tried).collect();
         // Stable: of equals the first. What diverged (NaN) is worse than anything.
         let merit = |m: f64| if m.is_nan() { f64::NEG_INFINITY } else { m };
         ranked.sort_by(|a, b| merit(b.0).total_cmp(&merit(a.0)));

@@ -37,13 +37,13 @@ impl CoDesign {
         controller: &Controller<f64>,
         (task, start): (&Task, &State<f64>),
     ) -> Reached {
-        self.reach_many(mixture, controller, (task, &[start]))[0]
+        self.reach_many(&[mixture], controller, (task, &[start]))[0]
     }
 
-    /// The same from several starts.
+    /// The same from several starts, all of one robot or each of its own.
     pub fn reach_many(
         &self,
-        mixture: &[[f64; 3]],
+        mixtures: &[&[[f64; 3]]],
         controller: &Controller<f64>,
         (task, starts): (&Task, &[&State<f64>]),
     ) -> Vec<Reached> {
@@ -54,7 +54,7 @@ impl CoDesign {
             false => self.objective.observed(steps),
         };
         let span = Span::from_start(observed);
-        let all = task.guarded_many(mixture, (controller, starts), &span);
+        let all = task.guarded_many(mixtures, (controller, starts), &span);
         let reached = |(&start, guarded): (&&State<f64>, &Guarded)| {
             let moved = self.moved(start, guarded);
             let merit = match far || moved[0].is_nan() {

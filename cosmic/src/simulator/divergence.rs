@@ -97,25 +97,28 @@ impl Simulator {
         start: &State<f64>,
         span: &Span,
     ) -> Guarded {
-        self.guarded_many(robot, &[start], span).remove(0)
+        let (body, controller) = robot;
+        let robots = (std::slice::from_ref(body), controller);
+        self.guarded_many(robots, &[start], span).remove(0)
     }
 
-    /// Guarded rollouts of the same robot from several starts: the bits of as many single ones,
-    /// in less time.
+    /// Guarded rollouts from several starts, all of one body or each of its own: the bits of as many
+    /// single ones, in less time.
     ///
     /// # Panics
-    /// As [`rollout`](Simulator::rollout).
+    /// As [`rollout_many`](Simulator::rollout_many).
     pub fn guarded_many(
         &self,
-        robot: (&Body<f64>, &Controller<f64>),
+        (bodies, controller): (&[Body<f64>], &Controller<f64>),
         starts: &[&State<f64>],
         span: &Span,
     ) -> Vec<Guarded> {
-        let (model, parameters) = self.planned(robot);
-        let seen = self.run_many(TrappedRobot(model), (starts, &parameters), span);
-        let pairs = starts.iter().zip(seen);
-        pairs
-            .map(|(start, seen)| self.judged(robot, (start, &seen), span))
+        let robot = self.robot.for_bodies(bodies);
+        let parameters = self.parameters(&robot, bodies, controller);
+        let seen = self.run_many(TrappedRobot(robot), (starts, &parameters), span);
+        let of_starts = bodies.iter().cycle().zip(starts).zip(seen);
+        of_starts
+            .map(|((body, start), seen)| self.judged((body, controller), (start, &seen), span))
             .collect()
     }
 

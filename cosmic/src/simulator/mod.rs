@@ -121,7 +121,10 @@ impl Simulator {
     /// Registers full of edges that a step of a body goes through on this machine, in f64. Edges
     /// without any stiffness are left out, and registers that are left empty.
     pub fn edge_registers(&self, body: &Body<f64>) -> usize {
-        self.robot.for_body(body).graph.lanes::<f64>()
+        self.robot
+            .for_bodies(std::slice::from_ref(body))
+            .graph
+            .lanes::<f64>()
     }
 
     /// Steps a robot from a state in the world's frame.
@@ -143,67 +146,44 @@ impl Simulator {
         )
     }
 
-    /// Steps the same robot from several starts: the bits of as many [rollouts](Simulator::rollout)
-    /// in less time, as the starts run in SIMD lanes.
+    /// Steps robots of one controller from several starts, all of one body or each of its own: the
+    /// bits of as many [rollouts](Simulator::rollout) in less time, as they run in SIMD lanes and
+    /// read the controller's weights once.
     ///
     /// # Panics
-    /// As [`rollout`](Simulator::rollout).
+    /// As [`rollout`](Simulator::rollout), and if there are several bodies, but not one for each
+    /// start.
     pub fn rollout_many<R: Real>(
         &self,
-        robot: (&Body<R>, &Controller<R>),
+        (bodies, controller): (&[Body<R>], &Controller<R>),
         starts: &[&State<R>],
         span: &Span,
     ) -> Vec<Trajectory<R>> {
-        let (model, parameters) = self.planned(robot);
-        let seen = self.run_many(model, (starts, &parameters), span);
-        seen.iter().map(|s| self.trajectory(s, span)).collect()
-    }
-
-    /// Steps robots of one controller from a state each: the bits of as many
-    /// [rollouts](Simulator::rollout) in less time, as two read the controller's weights once. Not
-    /// so where what is left out of one is not left out of the others.
-    ///
-    /// # Panics
-    /// As [`rollout`](Simulator::rollout), and if there are not as many starts as bodies.
-    pub fn rollout_each<R: Real>(
-        &self,
-        (bodies, controller): (&[Body<R>], &Controller<R>),
-        starts: &[State<R>],
-        span: &Span,
-    ) -> Vec<Trajectory<R>> {
-        assert_eq!(bodies.len(), starts.len(), "every body has a start");
-        let robots: Vec<Robot> = bodies.iter().map(|b| self.robot.for_body(b)).collect();
-        let alike = robots.windows(2).all(|pair| pair[0].is_like(&pair[1]));
-        if bodies.len() == 1 || !alike {
-            let each = bodies.iter().zip(starts);
-            let run = |(body, start)| self.rollout((body, controller), start, span);
-            return each.map(run).collect();
+        if let ([body], &[start]) = (bodies, starts) {
+            return vec![self.rollout((body, controller), start, span)];
         }
-        let Some(robot) = robots.first() else {
-            return Vec::new();
-        };
-        let parameters = self.parameters(robot, bodies, controller);
-        let parameters: Vec<Vec<&[R]>> = parameters.iter().map(|p| slices(p)).collect();
-        let given = parameters.iter().map(|of_bodies| match of_bodies[..] {
-            [shared] => Given::Shared(shared),
-            _ => Given::Each(of_bodies),
-        });
-        let starts: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
-        let rollout = self.plan(robot.clone(), span);
-        let seen = rollout.run_each(&slices(&starts), &given.collect::<Vec<_>>());
+        let robot = self.robot.for_bodies(bodies);
+        let parameters = self.parameters(&robot, bodies, controller);
+        let seen = self.run_many(robot, (starts, &parameters), span);
         seen.iter().map(|s| self.trajectory(s, span)).collect()
     }
 
-    /// The observed states of a model from each start, as flat arrays.
+    /// The observed states of a model from each start, as flat arrays. Parameters are those of every
+    /// start, or the one that all share.
     fn run_many<M: Model, R: Real>(
         &self,
         model: M,
-        (starts, parameters): (&[&State<R>], &[Vec<R>]),
+        (starts, parameters): (&[&State<R>], &[Vec<Vec<R>>]),
         span: &Span,
     ) -> Vec<Vec<R>> {
         let starts: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
-        self.plan(model, span)
-            .run_many(&slices(&starts), &slices(parameters))
+        let parameters: Vec<Vec<&[R]>> = parameters.iter().map(|p| slices(p)).collect();
+        let given = parameters.iter().map(|of_starts| match of_starts[..] {
+            [shared] => Given::Shared(shared),
+            _ => Given::Each(of_starts),
+        });
+        let given: Vec<Given<R>> = given.collect();
+        self.plan(model, span).run_each(&slices(&starts), &given)
     }
 
     /// The same states, but on a tape every operation of every step is an entry: what a rollout
@@ -253,9 +233,10 @@ impl Simulator {
         &self,
         (body, controller): (&Body<R>, &Controller<R>),
     ) -> (Robot, Vec<Vec<R>>) {
-        let robot = self.robot.for_body(body);
-        let parameters = self.parameters(&robot, std::slice::from_ref(body), controller);
-        (robot, parameters.concat())
+        let bodies = std::slice::from_ref(body);
+        let robot = self.robot.for_bodies(bodies);
+        let parameters = self.parameters(&robot, bodies, controller);
+        (robot, parameters.into_iter().flatten().collect())
     }
 
     /// The parameters of a robot in the order of their declarations: every body's, or the one that

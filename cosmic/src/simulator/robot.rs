@@ -70,27 +70,25 @@ impl Robot {
         }
     }
 
-    /// The same robot without what a body has no use for: edges without stiffness, which pull on
-    /// nothing however far they are stretched, and outputs of the controller for edges that do not
-    /// strain, or are not there: zero times an activation is zero whatever the activation.
-    pub(super) fn for_body<R: Real>(&self, body: &Body<R>) -> Self {
+    /// The same robot without what none of these bodies has any use for: edges without stiffness,
+    /// which pull on nothing however far they are stretched, and outputs of the controller for
+    /// edges that do not strain, or are not there: zero times an activation is zero whatever the
+    /// activation.
+    pub(super) fn for_bodies<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         let mut robot = self.clone();
-        let slack = |stiffness: &R| !self.keeps_edges && stiffness.is_zero();
-        let slack: Vec<bool> = body.stiffness.iter().map(slack).collect();
+        let slack = |edge: usize| bodies.iter().all(|body| body.stiffness[edge].is_zero());
+        let edges = self.graph.slot_of_edge().len();
+        let slack: Vec<bool> = (0..edges).map(|e| !self.keeps_edges && slack(e)).collect();
         if slack.contains(&true) {
             robot.graph = self.graph.without(&slack);
         }
         let edges = robot.graph.edge_of_slot();
-        let strains = |edge: usize| self.keeps_outputs || !body.strain[edge].is_zero();
+        let passive = |edge: usize| bodies.iter().all(|body| body.strain[edge].is_zero());
+        let strains = |edge| self.keeps_outputs || !passive(edge);
         robot
             .actuated
             .retain(|&slot| edges[slot].is_some_and(strains));
         robot
-    }
-
-    /// Whether the same is left out of another robot in the same surroundings.
-    pub(super) fn is_like(&self, other: &Self) -> bool {
-        self.actuated == other.actuated && self.graph.edge_of_slot() == other.graph.edge_of_slot()
     }
 
     /// Computes a term in any case.

@@ -42,7 +42,7 @@ impl<'a> Probe<'a> {
         let starts: Vec<&State<f64>> = starts.iter().collect();
         let robot = (&self.case.controller, &starts[..]);
         let span = Span::from_start(observed.to_vec());
-        self.task.rollout_many(&self.mixture, robot, &span)
+        self.task.rollout_many(&[&self.mixture], robot, &span)
     }
 
     /// So many starts with every coordinate moved by `distance`, up or down; the same for every

@@ -253,7 +253,7 @@ impl<'a> Subject<'a> {
         let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
         let starts: Vec<&State<R>> = starts.iter().collect();
         let robots = (controller, &starts[..]);
-        let all = self.task.rollout_many(mixture, robots, &span);
+        let all = self.task.rollout_many(&[mixture], robots, &span);
         let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
         R::sum(&losses) * R::lit(1.0 / f64::from(STARTS))
     }

@@ -118,8 +118,8 @@ pub(super) fn saving_of_eight(
     ];
     for _ in 0..rounds {
         for (simulator, body, least) in &mut ways {
-            let robot = (&*body, &case.controller);
-            let time = timed(|| simulator.rollout_many(robot, &starts, &span));
+            let robots = (std::slice::from_ref(&*body), &case.controller);
+            let time = timed(|| simulator.rollout_many(robots, &starts, &span));
             *least = least.min(time.as_secs_f64() * 1e6 / (steps * EIGHT) as f64);
         }
     }
