@@ -86,6 +86,12 @@ fn rollouts() -> String {
          stiffness and strain, without what other materials would do there: {own:.3} in f64, \
          {own_f32:.3} in f32.\n"
     );
+    let _ = write!(
+        table,
+        "\nThe performance and the stability projection of a design, side by side as an \
+         optimisation takes them on one thread: {:.3} for value and design gradient of each.\n",
+        mixture.two_designs
+    );
     let [first, last] = mixture.single_errors.map(|error| {
         format!(
             "{:.1e} (design) and {:.1e} (controller) over {} steps",

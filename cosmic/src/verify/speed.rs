@@ -13,6 +13,7 @@ use crate::design::{VolumeBounds, one_hot, snap};
 use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
 use crate::lattice::State;
 use crate::objective::{Displacement, Loss};
+use crate::projection::Projection;
 use crate::scene::{GradientSettings, HorizonMode, LossSettings, Scene, VolumeSettings};
 use crate::simulator::Span;
 
@@ -55,6 +56,10 @@ pub struct Speed {
     /// by its stiffness and its strain: in f64 and in f32, microseconds per step. What the other
     /// materials would do there is not asked for, nor what the controller tells passive edges.
     pub own_materials: [f64; 2],
+    /// The losses in the performance and in the stability projection and their gradients by the
+    /// design vectors, in f64, side by side as an optimisation takes them on one thread: for each,
+    /// microseconds per step.
+    pub two_designs: f64,
     /// The yardstick: nothing but the controller's two matrices times vectors in f64,
     /// microseconds per step.
     pub two_matvecs: f64,
@@ -110,6 +115,7 @@ pub fn measure(case: &Case, scene: &Scene) -> Speed {
         least_time(|| one_hot.own_gradient::<f64>()),
         least_time(|| one_hot.own_gradient::<f32>()),
     ];
+    let two_designs = least_time(|| subject.two_gradients()) / 2;
     let eight_starts = least(&mut || subject.times_of_eight());
     Speed {
         steps,
@@ -118,6 +124,7 @@ pub fn measure(case: &Case, scene: &Scene) -> Speed {
         one_hot_double,
         one_hot_single,
         own_materials: own_materials.map(per_step),
+        two_designs: per_step(two_designs),
         eight_starts,
         two_matvecs: per_step(least_matvecs),
         single_errors: (scene.schedule.horizon)
@@ -232,6 +239,21 @@ impl<'a> Subject<'a> {
             let (mixture, _) = shares.as_chunks();
             let robot = (&inputs.controller, &inputs.start);
             (self.task.loss(mixture, robot, (&self.loss, &self.horizon))).0
+        })
+    }
+
+    /// The losses in the performance and in the stability projection, each with its gradient by the
+    /// design vectors.
+    pub fn two_gradients(&self) -> [(f64, Vec<f64>); 2] {
+        self.inputs.differentiate_copies(DESIGN, |copies: &[_; 2]| {
+            let projections = [Projection::Performance, Projection::Stability];
+            let mixture = |k: usize| self.case.mixture(projections[k], &copies[k].z);
+            let mixtures = [mixture(0), mixture(1)];
+            let robot = (&copies[0].controller, &copies[0].start);
+            let loss = (&self.loss, &self.horizon);
+            let mixtures = mixtures.each_ref().map(Vec::as_slice);
+            let losses = self.task.losses(&mixtures, robot, loss);
+            [losses[0].0, losses[1].0]
         })
     }
 
@@ -401,7 +423,7 @@ mod tests {
             assert!(times.rollout > 0.0 && times.value_and_design_gradient > times.rollout);
         }
         assert!(speed.two_matvecs > 0.0);
-        assert!(speed.own_materials.iter().all(|&time| time > 0.0));
+        assert!(speed.own_materials.iter().all(|&time| time > 0.0) && speed.two_designs > 0.0);
         let [short, long] = speed.single_errors;
         assert_eq!([short.steps, long.steps], [32, 64]);
         for error in [long.design, long.controller] {
