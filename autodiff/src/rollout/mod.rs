@@ -102,6 +102,46 @@ impl<M: Model> Rollout<M> {
     /// parameters: robots that differ in all but their controller, which is read once for all. The
     /// cotangents of what a start has of its own have the bits that they have alone.
     ///
+    /// ```
+    /// use autodiff::{Adjoint, Given, Kernel, Memory, Model, Program, Real, Rollout};
+    ///
+    /// /// A mass on a spring, in steps of 0.1 s.
+    /// #[derive(Clone, Copy)]
+    /// struct Spring;
+    ///
+    /// impl Kernel<3, 2> for Spring {
+    ///     fn eval<R: Real>(&self, [x, v, stiffness]: [R; 3]) -> [R; 2] {
+    ///         let v = v - R::lit(0.1) * stiffness * x;
+    ///         [x + R::lit(0.1) * v, v]
+    ///     }
+    /// }
+    /// impl Adjoint<3, 2> for Spring {}
+    ///
+    /// impl Model for Spring {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let stiffness = program.parameter(1);
+    ///         let (x, v) = (program.state(1), program.state(1));
+    ///         let [x_next, v_next] = program.map(Spring, [x, v, stiffness]);
+    ///         program.advance(x, x_next);
+    ///         program.advance(v, v_next);
+    ///     }
+    /// }
+    ///
+    /// let rollout = Rollout {
+    ///     model: Spring,
+    ///     steps: 8,
+    ///     inputs: [].into(),
+    ///     observed: vec![8],
+    ///     entries: None,
+    ///     cotangent_bound: None,
+    ///     memory: Memory::All,
+    /// };
+    /// let start: &[f64] = &[1.0, 0.0];
+    /// let both = rollout.run_each(&[start; 2], &[Given::Each(&[&[1.0], &[4.0]])]);
+    /// let [soft, stiff] = [1.0, 4.0].map(|stiffness| rollout.run(start, &[&[stiffness]]));
+    /// assert_eq!(both, [soft, stiff]);
+    /// ```
+    ///
     /// # Panics
     /// As [`run`](Rollout::run), if there is not one for each start, and if it is a matrix.
     pub fn run_each<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
