@@ -198,3 +198,24 @@ fn a_second_pullback_has_the_same_bits() {
         assert_eq!(first, tape.pullback(&[value], &[1.0]));
     }
 }
+
+/// A thread keeps the rows of its last sweep for the next one, which may be longer or shorter or of
+/// another number type.
+#[test]
+fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
+    fn gradient(steps: usize) -> (f64, Vec<f64>) {
+        let loss = Loss::new(steps);
+        value_and_gradient(&loss, &loss.point())
+    }
+    for count in [3, 7, 2, 5].map(steps) {
+        let first = std::thread::spawn(move || gradient(count)).join().unwrap();
+        assert!(gradient(count) == first, "{count} steps");
+        let loss = Loss::new(count);
+        let single: Vec<f32> = loss.point().iter().map(|&x| x as f32).collect();
+        autodiff::gradient_of(|x: &[Var<f32>]| loss.eval(x), &single);
+        assert!(
+            gradient(count) == first,
+            "{count} steps after others in f32"
+        );
+    }
+}
