@@ -1,6 +1,7 @@
 //! The guard: no absurd state of a delivered rollout goes unnoticed, however short.
 
 use cosmic::case::Case;
+use cosmic::design::{Material, one_hot};
 use cosmic::error::Error;
 use cosmic::scene::{Contact, Integrator, Scene, VoidEdges};
 use cosmic::simulator::{Divergence, Guarded, Span, Term};
@@ -178,9 +179,8 @@ fn several_layouts_together_have_the_bits_of_each_alone() {
         let edges = case.lattice.edges.len();
         // Void, skeleton and actuator in turns, each layout from elsewhere on.
         let layout = |k: usize| {
-            let share = |edge: usize, m: usize| f64::from(u8::from((edge * k + edge + k) % 3 == m));
-            let one_hot = |edge| [0, 1, 2].map(|m| share(edge, m));
-            (0..edges).map(one_hot).collect::<Vec<[f64; 3]>>()
+            let material = |edge| Material::ALL[(edge * k + edge + k) % 3];
+            one_hot(&(0..edges).map(material).collect::<Vec<_>>())
         };
         let layouts: Vec<_> = (0..12).map(layout).collect();
         let layouts: Vec<&[_]> = layouts.iter().map(Vec::as_slice).collect();

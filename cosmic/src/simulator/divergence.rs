@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use super::blame::Term;
 use super::robot::TrappedRobot;
 use super::trap::TRAP;
-use super::{Simulator, Span, Trajectory};
+use super::{Simulator, Span, Trajectory, slices};
 use crate::controller::Controller;
 use crate::error::Error;
 use crate::lattice::State;
@@ -159,7 +159,7 @@ impl Simulator {
     ) -> Option<Divergence> {
         let size = 4 * self.robot.graph.nodes();
         let (model, parameters) = self.planned(robot);
-        let parameters: Vec<&[f64]> = parameters.iter().map(Vec::as_slice).collect();
+        let parameters = slices(&parameters);
         // Flat arrays in the ground's frame: the next block goes on from the same bits.
         let mut flat = self.flatten(start);
         let mut last = VecDeque::from([(0, start.clone())]);

@@ -199,10 +199,7 @@ impl Simulator {
     ) -> Trajectory<R> {
         let (model, parameters) = self.planned(robot);
         let start = self.flatten(start);
-        let inputs: Vec<&[R]> = std::iter::once(&start)
-            .chain(&parameters)
-            .map(Vec::as_slice)
-            .collect();
+        let inputs = [vec![&start[..]], slices(&parameters)].concat();
         let rollout = self.plan(model, span);
         self.trajectory(&rollout.eval(&inputs), span)
     }
