@@ -175,6 +175,11 @@ impl<'a> Printer<'a> {
                 return format!("R::lit(-{name})");
             }
         }
-        format!("R::lit({value:?})")
+        match value {
+            f64::INFINITY => "R::lit(f64::INFINITY)".into(),
+            f64::NEG_INFINITY => "R::lit(f64::NEG_INFINITY)".into(),
+            _ if value.is_nan() => "R::lit(f64::NAN)".into(),
+            _ => format!("R::lit({value:?})"),
+        }
     }
 }

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use autodiff::emit::{adjoint_with_results, partials};
+use autodiff::emit::{adjoint, adjoint_with_results, partials};
 use autodiff::{
-    Adjoint, Function, Kernel, Memory, Model, Partials, Program, Real, Rollout, batch,
+    Adjoint, Function, Kernel, Mask, Memory, Model, Partials, Program, Real, Rollout, batch,
     value_and_gradient,
 };
 
@@ -15,9 +15,9 @@ const HEADER: &str = "\
 //! Derivatives of the kernels, emitted from recordings of them: not to be edited. After a change:
 //! `EMIT=1 cargo test -p autodiff --test emitted`.
 
-use autodiff::{Adjoint, Partials, Real};
+use autodiff::{Adjoint, Mask, Partials, Real};
 
-use super::Bent;
+use super::{Bent, Every};
 ";
 
 /// A field, a root that may be of zero, a result that is an input, and one that is read again.
@@ -48,15 +48,67 @@ impl Kernel<2, 3> for Plain {
 impl Adjoint<2, 3> for Plain {}
 impl Partials<2, 3> for Plain {}
 
+/// Every operation that a number has.
+#[derive(Clone, Copy)]
+struct Every {
+    width: f64,
+}
+
+const RESULTS: usize = 14;
+
+impl Kernel<3, RESULTS> for Every {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; RESULTS] {
+        let (zero, width) = (R::zero(), R::lit(self.width));
+        let mut assigned = x;
+        assigned += y;
+        assigned -= z * z;
+        assigned *= x;
+        assigned /= R::one() + y * y;
+        let inside = x.lt(y) & !y.le(z) | z.finite() & x.lt(z);
+        [
+            x.exp() - y.sin() * z.cos(),
+            y.tan() + x.tanh(),
+            x.atan2(y),
+            x.powi(3) + y.powi(-2) - z.powi(0),
+            x.abs().powf(y),
+            x.abs().ln() * z.recip(),
+            x.hypot(z),
+            y.abs().rsqrt() + (x * x + width).sqrt(),
+            x.signum() * y + x.max(z) - y.min(z),
+            z.clamp(-width, width) / x,
+            R::select(inside, x * y, -z) + R::select(R::Mask::splat(true), zero, x),
+            x.signum().straight_through(y * z) + z.detach() * x,
+            R::dot(&[x, y, z], &[z, x, width]) + R::sum(&[x, y, z]),
+            assigned.fma(y, z),
+        ]
+    }
+}
+
+/// The same with derivatives by dual numbers.
+#[derive(Clone, Copy)]
+struct PlainEvery(Every);
+
+impl Kernel<3, RESULTS> for PlainEvery {
+    #[inline(always)]
+    fn eval<R: Real>(&self, x: [R; 3]) -> [R; RESULTS] {
+        self.0.eval(x)
+    }
+}
+
+impl Adjoint<3, RESULTS> for PlainEvery {}
+
 #[test]
 fn what_is_written_is_up_to_date() {
     let build = |fields: &[f64]| Bent {
         stiffness: fields[0],
     };
+    let every = |fields: &[f64]| Every { width: fields[0] };
     let fields = ["self.stiffness"];
     let parts = [
         adjoint_with_results("Bent", &fields, build),
         partials("Bent", &fields, build),
+        adjoint("Every", &["self.width"], every),
     ];
     let emitted = [HEADER, &parts.join("\n")].join("\n");
     if std::env::var_os("EMIT").is_some() {
@@ -112,6 +164,37 @@ fn emitted_partials_are_those_of_duals() {
             }
         },
     );
+}
+
+#[test]
+fn every_operation_is_emitted_with_its_derivative() {
+    let every = Every { width: 0.6 };
+    let values = [-2.5_f64, -0.6, -0.0, 0.0, 0.3, 0.6, 1.0, 7.0];
+    let mut sound = 0;
+    for (i, x) in values.into_iter().enumerate() {
+        // Not all of the points: every pair, with a third that goes along.
+        for (k, y) in values.into_iter().enumerate() {
+            let point = [x, y, values[(3 * i + k) % values.len()]];
+            for o in 0..RESULTS {
+                let mut y_bar = [0.0_f64; RESULTS];
+                y_bar[o] = -1.5;
+                let expected: [f64; 3] = PlainEvery(every).vjp(point, y_bar);
+                let emitted: [f64; 3] = every.vjp(point, y_bar);
+                for (e, g) in emitted.iter().zip(expected) {
+                    // The formula folds what is zero: where duals meet zero times infinity and
+                    // say NaN, it may know better.
+                    // A few operations in another order, of terms that may cancel.
+                    let close = (e - g).abs() <= 1e-14 * (1.0 + g.abs());
+                    assert!(
+                        *e == g || close || g.is_nan(),
+                        "result {o} at {point:?}: {emitted:?}, by duals {expected:?}"
+                    );
+                    sound += usize::from(g.is_finite());
+                }
+            }
+        }
+    }
+    assert!(sound > 2000, "{sound} of {}", 64 * 3 * RESULTS);
 }
 
 /// A state of odd length, so that lanes are left over.
