@@ -222,7 +222,12 @@ impl<R: Real> Real for Traced<R> {
         if cotangent.is_zero() {
             return cotangent;
         }
-        partial * cotangent
+        let value = R::chain(partial.value, cotangent.value);
+        partial.apply2(
+            "product",
+            cotangent,
+            (value, [cotangent.value, partial.value]),
+        )
     }
     #[track_caller]
     fn dot(a: &[Self], b: &[Self]) -> Self {

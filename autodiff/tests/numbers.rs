@@ -1,0 +1,153 @@
+//! Every operation on every number has the value that it has on floats.
+
+use std::ops::{AddAssign, DivAssign, MulAssign, SubAssign};
+
+use autodiff::trace::first_non_finite;
+use autodiff::{Dual, Mask, Real, Tape, Var, Wide};
+
+/// What an assigning operator makes of a number.
+fn assigned<R: Copy>(x: R, y: R, operator: fn(&mut R, R)) -> R {
+    let mut result = x;
+    operator(&mut result, y);
+    result
+}
+
+/// Each operation with its name.
+fn operations<R: Real>([x, y, z]: [R; 3]) -> Vec<(&'static str, R)> {
+    let truth = |mask: R::Mask| R::select(mask, R::one(), R::zero());
+    let inside = x.lt(y) & !y.le(z) | z.finite();
+    vec![
+        ("+", x + y),
+        ("-", x - y),
+        ("*", x * y),
+        ("/", x / y),
+        ("negative", -x),
+        ("+=", assigned(x, y, AddAssign::add_assign)),
+        ("-=", assigned(x, y, SubAssign::sub_assign)),
+        ("*=", assigned(x, y, MulAssign::mul_assign)),
+        ("/=", assigned(x, y, DivAssign::div_assign)),
+        ("lit", R::lit(0.25)),
+        ("zero", R::zero()),
+        ("one", R::one()),
+        ("lt", truth(x.lt(y))),
+        ("le", truth(x.le(y))),
+        ("finite", truth(x.finite())),
+        ("splat", truth(R::Mask::splat(true))),
+        ("masks", truth(inside)),
+        ("select", R::select(inside, y, z)),
+        ("fma", x.fma(y, z)),
+        ("recip", x.recip()),
+        ("sqrt", x.sqrt()),
+        ("rsqrt", x.rsqrt()),
+        ("exp", x.exp()),
+        ("ln", x.ln()),
+        ("sin", x.sin()),
+        ("cos", x.cos()),
+        ("tan", x.tan()),
+        ("tanh", x.tanh()),
+        ("atan2", x.atan2(y)),
+        ("powi", x.powi(3)),
+        ("negative powi", x.powi(-2)),
+        ("powf", x.abs().powf(y)),
+        ("abs", x.abs()),
+        ("signum", x.signum()),
+        ("max", x.max(y)),
+        ("min", x.min(y)),
+        ("clamp", x.clamp(-z.abs(), z.abs())),
+        ("hypot", x.hypot(y)),
+        ("detach", x.detach()),
+        ("straight_through", x.straight_through(y)),
+        ("chain", R::chain(x, y)),
+        ("chain_add", R::chain_add(x, y, z)),
+        ("dot", R::dot(&[x, y, z], &[z, x, y])),
+        ("sum", R::sum(&[x, y, z])),
+    ]
+}
+
+/// Of both signs, at and near kinks, and where nothing is finite.
+fn points() -> Vec<[f64; 3]> {
+    let of = [-2.5, -1.0, -0.0, 0.0, 1e-3, 0.7, 3.0, f64::INFINITY];
+    let third = |i: usize, k: usize| of[(3 * i + k) % of.len()];
+    let points =
+        (0..of.len()).flat_map(|i| (0..of.len()).map(move |k| [of[i], of[k], third(i, k)]));
+    points.collect()
+}
+
+/// That a number's values are within so much of those of floats, as a share of what they are made
+/// of; zero asks for the same number.
+fn check(name: &str, tolerance: f64, values: impl Fn([f64; 3]) -> Vec<(&'static str, f64)>) {
+    let mut sound = 0;
+    for point in points() {
+        let scale = point.iter().filter(|x| x.is_finite());
+        let scale = 1.0 + scale.map(|x| x.abs()).sum::<f64>();
+        for ((operation, expected), (_, value)) in operations(point).into_iter().zip(values(point))
+        {
+            let same = value == expected || value.is_nan() && expected.is_nan();
+            let close = (value - expected).abs() <= tolerance * (expected.abs() + scale);
+            assert!(
+                same || close,
+                "{name}: {operation} at {point:?}: {value}, not {expected}"
+            );
+            sound += usize::from(expected.is_finite());
+        }
+    }
+    assert!(sound > 1800, "{name}: {sound}");
+}
+
+fn named<R>(results: Vec<(&'static str, R)>, value: impl Fn(R) -> f64) -> Vec<(&'static str, f64)> {
+    results
+        .into_iter()
+        .map(|(name, r)| (name, value(r)))
+        .collect()
+}
+
+#[test]
+fn duals_have_the_values_of_floats() {
+    check("Dual", 0.0, |point| {
+        let mut k = 0;
+        let x = point.map(|x| {
+            k += 1;
+            Dual::<f64, 3>::variable(x, k - 1)
+        });
+        named(operations(x), |y| y.value)
+    });
+}
+
+#[test]
+fn tape_variables_have_the_values_of_floats() {
+    check("Var", 0.0, |point| {
+        Tape::new().record(&point, |x| {
+            named(operations([x[0], x[1], x[2]]), Var::value)
+        })
+    });
+}
+
+#[test]
+fn traced_numbers_have_the_values_of_floats() {
+    check("Traced", 0.0, |point| {
+        let mut values = Vec::new();
+        first_non_finite(&point, |x| {
+            let results = operations([x[0], x[1], x[2]]);
+            let all = results.iter().map(|(_, y)| *y).collect();
+            values = named(results, |y| y.value());
+            all
+        });
+        values
+    });
+}
+
+#[test]
+fn extended_numbers_round_to_the_values_of_floats() {
+    // Twice the error of the float's own function, 4 ulp for tanh.
+    check("Wide", 2e-15, |point| {
+        named(operations(point.map(Wide::from)), f64::from)
+    });
+}
+
+#[test]
+fn single_precision_has_the_values_of_floats_to_its_digits() {
+    // tan(3) and its like: a few roundings of 6e-8 of an argument, and their own.
+    check("f32", 1e-6, |point| {
+        named(operations(point.map(|x| x as f32)), f64::from)
+    });
+}
