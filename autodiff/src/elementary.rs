@@ -9,7 +9,11 @@
 //! Range reduction and the split of constants follow J.-M. Muller, *Elementary Functions*, 3rd
 //! ed., chapter 11 (Cody and Waite's method).
 
+mod abreast;
+
 use std::ops::{Add, Div, Mul, Sub};
+
+pub(crate) use abreast::Abreast;
 
 /// What the elementary functions are made of: a float or a lane of floats.
 pub(crate) trait Primitive:

@@ -89,6 +89,15 @@ pub trait Lane<S>: Real {
     /// The lanes of two by turns: the first half of them all, and the second.
     fn zip(self, other: Self) -> [Self; 2];
 
+    /// The hyperbolic tangent of each. Registers do them abreast: none waits for the one before.
+    #[inline(always)]
+    fn tanh_each<const K: usize>(mut x: [Self; K]) -> [Self; K] {
+        for k in 0..K {
+            x[k] = x[k].tanh();
+        }
+        x
+    }
+
     /// The first `N` scalars of a slice, or the whole of a shorter one and zeros.
     #[inline(always)]
     fn load_up_to(from: &[S]) -> Self {

@@ -4,15 +4,16 @@ use super::{Lane, Vectorized};
 use crate::real::{Mask, Real};
 
 /// What lanes do with one number.
-const FUNCTIONS: usize = 14;
+const FUNCTIONS: usize = 15;
 
 #[inline(always)]
-fn functions<R: Real>(x: R) -> [R; FUNCTIONS] {
+fn functions<S: Real, R: Lane<S>>(x: R) -> [R; FUNCTIONS] {
     let small = x.lt(R::lit(0.5)) & R::lit(-0.5).le(x);
     let large = !(x.abs().lt(R::lit(3.0)) | R::lit(1e3).lt(x));
     [
         x.exp(),
         x.tanh(),
+        R::tanh_each([x * x, -x, x])[1],
         x.sin(),
         x.cos(),
         x.abs().sqrt(),

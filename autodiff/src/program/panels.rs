@@ -220,13 +220,13 @@ impl<R: Real> Panels<R> {
         if !rest.is_empty() {
             self.add_chunk::<L, W, H, K>((places.next(), from), rest, &mut sums);
         }
+        let mut all = [[L::zero(); K]; H];
         for h in 0..H {
-            let mut all = [L::zero(); K];
             for k in 0..K {
-                all[k] = (sums[0][h][k] + sums[1][h][k]) + (sums[2][h][k] + sums[3][h][k]);
+                all[h][k] = (sums[0][h][k] + sums[1][h][k]) + (sums[2][h][k] + sums[3][h][k]);
             }
-            output.add_rows(panel.first_row + (from + h) * L::N, all);
         }
+        output.add_rows(panel.first_row + from * L::N, all);
     }
 
     /// The columns of a chunk, or the first of them.

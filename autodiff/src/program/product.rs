@@ -50,43 +50,70 @@ pub(super) struct Output<'a, R> {
 }
 
 impl<R: Real> Output<'_, R> {
-    /// Takes a lane of rows of each vector; they stand side by side in the output.
+    /// Takes lanes of rows of each vector; they stand side by side in the output.
     #[inline(always)]
-    pub(super) fn add_rows<L: Lane<R>, const K: usize>(&mut self, first: usize, sums: [L; K]) {
-        if K == 1 {
-            return self.add_lane(first, sums[0]);
+    pub(super) fn add_rows<L: Lane<R>, const H: usize, const K: usize>(
+        &mut self,
+        first: usize,
+        sums: [[L; K]; H],
+    ) {
+        let (mut at, mut even, mut odd) = ([0; H], [L::zero(); H], [L::zero(); H]);
+        for h in 0..H {
+            at[h] = (first + h * L::N) * K;
+            [even[h], odd[h]] = match K {
+                1 => [sums[h][0], L::zero()],
+                _ => sums[h][0].zip(sums[h][K - 1]),
+            };
         }
-        let [even, odd] = sums[0].zip(sums[K - 1]);
-        self.add_lane(2 * first, even);
-        // Of the last rows there may be none left for a second lane.
-        if 2 * first + L::N < self.y.len() {
-            self.add_lane(2 * first + L::N, odd);
+        self.add((at, at), even);
+        if K > 1 {
+            // Of the last rows there may be none left for a second lane.
+            for h in 0..H {
+                at[h] += L::N;
+            }
+            self.add((at, at), odd);
         }
     }
 
+    /// Takes rows of a lane of starts, as far as there are so many.
     #[inline(always)]
-    fn add_lane<L: Lane<R>>(&mut self, at: usize, sum: L) {
-        let start = match self.start {
-            Some(start) => L::load_up_to(&start[at..]),
-            None => L::load_up_to(&self.y[at..]),
-        };
-        self.value(start + sum).store_up_to(&mut self.y[at..]);
+    pub(super) fn add_starts<L: Lane<R>, const N: usize>(
+        &mut self,
+        (first, rows): (usize, usize),
+        sums: [L; N],
+    ) {
+        let (mut from, mut to) = ([0; N], [self.y.len(); N]);
+        for n in 0..N {
+            let row = first + n;
+            from[n] = row * L::N;
+            if row < rows {
+                to[n] = self.places.get(row).copied().unwrap_or(row) * L::N;
+            }
+        }
+        self.add((from, to), sums);
     }
 
-    /// Takes a row of a lane of starts.
+    /// Adds lanes to the start's and writes them to their places, less what lies past the ends.
     #[inline(always)]
-    pub(super) fn add_starts<L: Lane<R>>(&mut self, row: usize, sum: L) {
-        let place = self.places.get(row).copied().unwrap_or(row) * L::N;
-        let start = match self.start {
-            Some(start) => L::load(&start[row * L::N..]),
-            None => L::load(&self.y[place..]),
-        };
-        self.value(start + sum).store(&mut self.y[place..]);
-    }
-
-    #[inline(always)]
-    fn value<L: Lane<R>>(&self, sum: L) -> L {
-        if self.tanh { sum.tanh() } else { sum }
+    fn add<L: Lane<R>, const N: usize>(
+        &mut self,
+        (from, to): ([usize; N], [usize; N]),
+        mut sums: [L; N],
+    ) {
+        for n in 0..N {
+            let start = match self.start {
+                Some(start) => L::load_up_to(&start[from[n].min(start.len())..]),
+                None => L::load_up_to(&self.y[to[n].min(self.y.len())..]),
+            };
+            sums[n] = start + sums[n];
+        }
+        if self.tanh {
+            sums = L::tanh_each(sums);
+        }
+        for n in 0..N {
+            let to = to[n].min(self.y.len());
+            sums[n].store_up_to(&mut self.y[to..]);
+        }
     }
 }
 

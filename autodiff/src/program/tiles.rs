@@ -10,6 +10,8 @@ use crate::real::Real;
 
 /// Rows that are worked on at once.
 const TILE: usize = 16;
+/// Rows of which results are made at once; more need more registers than they save time.
+const ABREAST: usize = 4;
 
 /// A matrix in tiles of some rows; within a tile the columns of one phase after the other.
 pub(super) struct Tiles<R> {
@@ -54,8 +56,9 @@ impl<R: Real> Tiles<R> {
             for row in 0..TILE {
                 sums[row] += third[row] + last[row];
             }
-            for row in 0..TILE.min(self.rows - first) {
-                output.add_starts(first + row, sums[row]);
+            let (groups, _) = sums.as_chunks::<ABREAST>();
+            for (k, sums) in groups.iter().enumerate() {
+                output.add_starts((first + k * ABREAST, self.rows), *sums);
             }
         }
     }

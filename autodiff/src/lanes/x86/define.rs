@@ -134,6 +134,10 @@ macro_rules! define_lanes {
         impl Lane<$scalar> for $name {
             const N: usize = $n;
             #[inline(always)]
+            fn tanh_each<const K: usize>(x: [Self; K]) -> [Self; K] {
+                elementary::tanh(Abreast(x)).0
+            }
+            #[inline(always)]
             fn splat(value: $scalar) -> Self {
                 Self(unsafe { $splat(value) })
             }

@@ -16,7 +16,7 @@ use std::ops::{
 use num_traits::{One, Zero};
 
 use super::Lane;
-use crate::elementary::{self, Primitive};
+use crate::elementary::{self, Abreast, Primitive};
 use crate::real::{Mask, Real};
 
 /// A mask of one bit a lane (AVX-512).
