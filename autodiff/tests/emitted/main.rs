@@ -76,7 +76,7 @@ impl Kernel<3, RESULTS> for Every {
             x.hypot(z),
             y.abs().rsqrt() + (x * x + width).sqrt(),
             x.signum() * y + x.max(z) - y.min(z),
-            z.clamp(-width, width) / x,
+            z.clamp(-width, width) / x + (zero - z) * x * y,
             R::select(inside, x * y, -z) + R::select(R::Mask::splat(true), zero, x),
             x.signum().straight_through(y * z) + z.detach() * x,
             R::dot(&[x, y, z], &[z, x, width]) + R::sum(&[x, y, z]),
