@@ -90,6 +90,31 @@ fn an_outer_tape_of_the_same_type_still_records_inside() {
 }
 
 #[test]
+fn both_recordings_may_grow_by_turns() {
+    let mut tape = Tape::new();
+    let outer = gradient_of(
+        |x| {
+            let (mut sum, mut product) = (x[0], x[1]);
+            let inner = tape.record(&[2.0], |y| {
+                let mut inner = y[0];
+                for _ in 0..200 {
+                    sum += x[0];
+                    inner += y[0];
+                    let factor = Var::constant(inner.value());
+                    product = Real::dot(&[product, x[0]], &[x[1], factor]);
+                }
+                inner
+            });
+            assert_eq!(tape.pullback(&[inner], &[1.0]), [201.0]);
+            sum + product
+        },
+        &[3.0, 1.0],
+    );
+    assert_eq!(outer[0], 201.0 + 201.0 * 202.0 - 2.0);
+    assert_eq!(tape.len(), 1 + 200);
+}
+
+#[test]
 fn a_panic_inside_leaves_the_outer_recording_current() {
     let gradient = gradient_of(
         |x| {

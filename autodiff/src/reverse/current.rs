@@ -10,11 +10,12 @@
 
 use std::any::TypeId;
 use std::cell::Cell;
+use std::marker::PhantomData;
 use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use super::tape::Arena;
+use super::tape::{Arena, Entry};
 use crate::real::Real;
 
 /// The generation of constants; no recording has it.
@@ -51,28 +52,126 @@ pub(super) fn next_generation(name: u32) -> u32 {
     name << COUNT_BITS | count & ((1 << COUNT_BITS) - 1)
 }
 
+/// What a frame is of.
 #[derive(Clone, Copy)]
-struct Frame {
+struct Recording {
     /// `CONSTANT` where nothing is recorded.
     generation: u32,
+    /// How many entries there is room for …
+    room: u32,
+    /// … and where they lie.
+    entries: *mut (),
     /// An `Arena<R>`, where `R` is the type that the generation names.
     arena: *mut (),
     outer: *const Frame,
 }
 
+/// A running recording. It counts the entries itself, so that an operation writes the next one
+/// without a look at the arena, whose vector hears of them in [`Frame::arena`].
+#[derive(Clone)]
+struct Frame {
+    recording: Cell<Recording>,
+    len: Cell<u32>,
+}
+
 thread_local! {
-    /// The innermost frame itself, not its address: one load less in every operation.
-    static INNERMOST: Cell<Frame> = const {
-        Cell::new(Frame { generation: CONSTANT, arena: ptr::null_mut(), outer: ptr::null() })
+    /// The innermost frame itself, not its address: one load less in every operation. The others
+    /// lie on the stack.
+    static INNERMOST: Frame = const {
+        Frame {
+            recording: Cell::new(Recording {
+                generation: CONSTANT,
+                room: 0,
+                entries: ptr::null_mut(),
+                arena: ptr::null_mut(),
+                outer: ptr::null(),
+            }),
+            len: Cell::new(0),
+        }
     };
 }
 
-/// Takes a frame off the stack, also when the closure panics.
-struct Leave<'a>(&'a Frame);
+impl Frame {
+    /// Takes the place of another frame.
+    fn set(&self, other: &Frame) {
+        self.recording.set(other.recording.get());
+        self.len.set(other.len.get());
+    }
 
-impl Drop for Leave<'_> {
+    /// Appends an entry and returns its index.
+    ///
+    /// # Safety
+    /// The frame is of a recording of `R`, and no reference to its arena is alive.
+    #[inline(always)]
+    unsafe fn push<R: Real>(&self, entry: Entry<R>) -> u32 {
+        if self.len.get() == self.recording.get().room {
+            // SAFETY: the contract of this function.
+            unsafe { self.grow::<R>() };
+        }
+        let len = self.len.get();
+        let entries = self.recording.get().entries.cast::<Entry<R>>();
+        // SAFETY: there is room for more than `len` entries: `Open` has looked last, as whoever
+        // moves them must.
+        unsafe { entries.add(len as usize).write(entry) };
+        self.len.set(len + 1);
+        len
+    }
+
+    /// Makes room for one more entry.
+    ///
+    /// # Safety
+    /// As for `push`.
+    #[cold]
+    #[inline(never)]
+    unsafe fn grow<R: Real>(&self) {
+        // SAFETY: the contract of this function.
+        unsafe { self.arena::<R>() }.arena.make_room();
+    }
+
+    /// The arena, whose vector is told how many entries it has.
+    ///
+    /// # Safety
+    /// The frame is of a recording of `R`, and while the result lives no other reference to the
+    /// arena does: no code from outside `reverse` runs.
+    unsafe fn arena<R: Real>(&self) -> Open<'_, R> {
+        // SAFETY: the generation names `R`, so this is an `Arena<R>`; `enter` holds the exclusive
+        // borrow it came from and does not touch it; by the contract above no other reference to
+        // it is alive.
+        let arena = unsafe { &mut *self.recording.get().arena.cast::<Arena<R>>() };
+        // SAFETY: `push` has written the entries up to `len`, within the capacity.
+        unsafe { arena.entries.set_len(self.len.get() as usize) };
+        Open { frame: self, arena }
+    }
+}
+
+/// The arena of a frame, which afterwards knows how many entries there are and where, also when
+/// the tape turns out to be full.
+struct Open<'a, R: Real> {
+    frame: &'a Frame,
+    arena: &'a mut Arena<R>,
+}
+
+impl<R: Real> Drop for Open<'_, R> {
     fn drop(&mut self) {
-        INNERMOST.set(*self.0);
+        self.frame.recording.set(Recording {
+            room: self.arena.room(),
+            entries: self.arena.entries.as_mut_ptr().cast(),
+            ..self.frame.recording.get()
+        });
+        self.frame.len.set(self.arena.entries.len() as u32);
+    }
+}
+
+/// Takes a frame off the stack, also when the closure panics.
+struct Leave<'a, R: Real>(&'a Frame, PhantomData<R>);
+
+impl<R: Real> Drop for Leave<'_, R> {
+    fn drop(&mut self) {
+        INNERMOST.with(|innermost| {
+            // SAFETY: `enter` made this frame, of a recording of `R`.
+            drop(unsafe { innermost.arena::<R>() });
+            innermost.set(self.0);
+        });
     }
 }
 
@@ -82,14 +181,43 @@ pub(super) fn enter<R: Real, T>(
     generation: u32,
     function: impl FnOnce() -> T,
 ) -> T {
-    let outer = INNERMOST.get();
-    let _leave = Leave(&outer);
-    INNERMOST.set(Frame {
+    let outer = INNERMOST.with(Frame::clone);
+    let len = arena.entries.len() as u32;
+    let recording = Recording {
         generation,
+        room: len,
+        entries: ptr::null_mut(),
         arena: ptr::from_mut(arena).cast(),
         outer: &raw const outer,
+    };
+    INNERMOST.with(|innermost| {
+        innermost.recording.set(recording);
+        innermost.len.set(len);
+        // SAFETY: the frame is of a recording of `R`. It finds its room.
+        drop(unsafe { innermost.arena::<R>() });
     });
+    let _leave = Leave::<R>(&outer, PhantomData);
     function()
+}
+
+/// Appends an entry to the recording of `generation`, a variable's and not `CONSTANT`.
+///
+/// # Safety
+/// `generation` was drawn for a recording of `R`.
+///
+/// # Panics
+/// If that recording is not current on this thread.
+#[inline(always)]
+pub(super) unsafe fn push<R: Real>(generation: u32, entry: Entry<R>) -> u32 {
+    INNERMOST.with(|innermost| {
+        if innermost.recording.get().generation == generation {
+            // SAFETY: the generation names `R`, and references to arenas live in `with` alone.
+            unsafe { innermost.push(entry) }
+        } else {
+            // SAFETY: as above; the frame of a running `enter`.
+            unsafe { (*further_out(generation)).push(entry) }
+        }
+    })
 }
 
 /// Calls `action` with the arena of `generation`, which is a variable's and not `CONSTANT`.
@@ -100,42 +228,35 @@ pub(super) fn enter<R: Real, T>(
 ///
 /// # Panics
 /// If that recording is not current on this thread.
-#[inline(always)]
 pub(super) unsafe fn with<R: Real, T>(
     generation: u32,
     action: impl FnOnce(&mut Arena<R>) -> T,
 ) -> T {
-    let arena = INNERMOST.with(|innermost| {
-        let Frame {
-            generation: current,
-            arena,
-            ..
-        } = innermost.get();
-        if current == generation {
-            arena
+    INNERMOST.with(|innermost| {
+        let frame = if innermost.recording.get().generation == generation {
+            innermost
         } else {
-            further_out(generation)
-        }
-    });
-    // SAFETY: the generation names `R`, so this is an `Arena<R>`; `enter` holds the exclusive
-    // borrow it came from and does not touch it; by the contract above no other reference to it
-    // is alive.
-    action(unsafe { &mut *arena.cast::<Arena<R>>() })
+            // SAFETY: the frame of a running `enter`.
+            unsafe { &*further_out(generation) }
+        };
+        // SAFETY: the generation names `R`; the rest is the contract of this function.
+        action(unsafe { frame.arena() }.arena)
+    })
 }
 
-/// The arena of a recording around the innermost.
+/// The frame of a recording around the innermost.
 #[cold]
 #[inline(never)]
-fn further_out(generation: u32) -> *mut () {
-    let mut place = INNERMOST.get().outer;
+fn further_out(generation: u32) -> *const Frame {
+    let mut place = INNERMOST.with(|innermost| innermost.recording.get().outer);
     // SAFETY: a pointer in the list is null or the frame that an `enter` further up this thread's
     // stack keeps: `Leave` takes the one that points to it out before it dies, whichever way
     // `enter` ends.
     while let Some(frame) = unsafe { place.as_ref() } {
-        if frame.generation == generation {
-            return frame.arena;
+        if frame.recording.get().generation == generation {
+            return place;
         }
-        place = frame.outer;
+        place = frame.recording.get().outer;
     }
     panic!(
         "a variable was used where its tape is not recording: on another thread, outside the \

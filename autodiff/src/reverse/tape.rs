@@ -21,7 +21,7 @@ pub(super) struct Entry<R> {
 
 /// Everything that one recording holds.
 pub(super) struct Arena<R> {
-    entries: Vec<Entry<R>>,
+    pub(super) entries: Vec<Entry<R>>,
     many: Many<R>,
 }
 
@@ -53,9 +53,19 @@ impl<R: Real> Arena<R> {
         self.many.fused.clear();
     }
 
-    /// Appends an entry and returns its index. Runs no code but this crate's.
-    #[inline(always)]
-    pub(super) fn push(&mut self, entry: Entry<R>) -> u32 {
+    /// How many entries fit where they lie, as far as variables can name them.
+    pub(super) fn room(&self) -> u32 {
+        self.entries.capacity().min(FUSED as usize) as u32
+    }
+
+    /// Makes room for one more entry at least.
+    pub(super) fn make_room(&mut self) {
+        index(self.entries.len());
+        self.entries.reserve(1);
+    }
+
+    /// Appends an entry and returns its index.
+    fn push(&mut self, entry: Entry<R>) -> u32 {
         let index = index(self.entries.len());
         self.entries.push(entry);
         index
@@ -88,26 +98,45 @@ impl<R: Real> Arena<R> {
     }
 
     /// Carries the cotangents of all entries back to the inputs, which come first.
+    ///
+    /// The parent of an entry is often the one before it. Its cotangent stays out of `bars`: read
+    /// back from memory it would hold up the next entry until the store is done.
     fn sweep(&mut self, bars: &mut [R], inputs: usize) {
         // Slices of one length, not vectors behind `self`: nothing is loaded again in the loop.
         let (entries, many) = (self.entries.as_slice(), &mut self.many);
         let bars = &mut bars[..entries.len()];
+        let Some(&(mut bar)) = bars.last() else {
+            return;
+        };
+        // Without inputs nothing is recorded. That `i - 1` exists saves checks of it.
+        let inputs = inputs.max(1);
         for i in (inputs..entries.len()).rev() {
             let Entry { partials, parents } = entries[i];
+            let before = i - 1;
             if parents[0] >= FUSED {
+                bars[i] = bar;
                 many.sweep(parents, i, bars);
+                bar = bars[before];
                 continue;
             }
-            let bar = bars[i];
-            if bar.is_zero() {
-                continue;
+            let mut bar_before = bars[before];
+            if !bar.is_zero() {
+                let mut give = |parent: u32, partial| {
+                    let parent = parent as usize;
+                    if parent == before {
+                        bar_before = R::chain_add(partial, bar, bar_before);
+                    } else {
+                        bars[parent] = R::chain_add(partial, bar, bars[parent]);
+                    }
+                };
+                give(parents[0], partials[0]);
+                if parents[1] != NONE {
+                    give(parents[1], partials[1]);
+                }
             }
-            let [first, second] = parents.map(|parent| parent as usize);
-            bars[first] = R::chain_add(partials[0], bar, bars[first]);
-            if parents[1] != NONE {
-                bars[second] = R::chain_add(partials[1], bar, bars[second]);
-            }
+            bar = bar_before;
         }
+        bars[inputs - 1] = bar;
     }
 }
 
@@ -134,7 +163,6 @@ impl<R: Real> Many<R> {
 }
 
 /// A place in an arena as the 32 bits that a variable has for it.
-#[inline(always)]
 fn index(place: usize) -> u32 {
     if place >= FUSED as usize {
         full();

@@ -127,9 +127,9 @@ impl<R: Real> Var<R> {
         if generation == CONSTANT {
             return Self::constant(value);
         }
-        // SAFETY: appending a `Copy` entry runs no foreign code.
+        // SAFETY: variables of `R` have generations that were drawn for `R`.
         #[allow(unsafe_code)]
-        let index = unsafe { current::with(generation, |arena| arena.push(entry)) };
+        let index = unsafe { current::push(generation, entry) };
         Var {
             value,
             index,
