@@ -87,6 +87,7 @@
 //!     inputs: [].into(),
 //!     observed: vec![100],
 //!     entries: None,
+//!     state_bound: None,
 //!     cotangent_bound: None,
 //!     memory: Memory::All,
 //! });

@@ -63,6 +63,7 @@ impl Loss {
             inputs: [].into(),
             observed: vec![10, 25],
             entries: None,
+            state_bound: None,
             cotangent_bound: None,
             memory: Memory::All,
         })

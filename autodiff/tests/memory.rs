@@ -58,6 +58,7 @@ fn evaluations(steps: usize, memory: Memory) -> usize {
         inputs: [].into(),
         observed: vec![steps],
         entries: None,
+        state_bound: None,
         cotangent_bound: None,
         memory,
     };

@@ -57,6 +57,7 @@ impl<M: Step> Steps<M> {
             inputs: [].into(),
             observed: vec![STEPS],
             entries: None,
+            state_bound: None,
             cotangent_bound: None,
             memory: Memory::All,
         };

@@ -223,6 +223,7 @@ fn a_rollout_says_in_which_step() {
         inputs: Arc::new([]),
         observed: vec![9],
         entries: None,
+        state_bound: None,
         cotangent_bound: None,
         memory: Memory::All,
     };

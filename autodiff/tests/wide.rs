@@ -268,6 +268,7 @@ impl Energy {
             inputs,
             observed: vec![steps],
             entries: None,
+            state_bound: None,
             cotangent_bound: None,
             memory: Memory::All,
         })

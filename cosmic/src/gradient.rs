@@ -361,6 +361,7 @@ impl Task {
             first: 0,
             observed: loss.observed(steps),
             nodes: loss.nodes(),
+            watched: false,
             cotangent_bound: horizon.cotangent_bound,
         };
         let bodies = self.bodies(mixtures);

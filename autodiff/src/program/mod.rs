@@ -28,6 +28,7 @@ mod product;
 mod row;
 mod run;
 mod tiles;
+mod watch;
 
 use std::ops::Range;
 
@@ -38,6 +39,7 @@ use crate::real::Real;
 pub(crate) use aligned::Aligned;
 pub use graph::Graph;
 use row::{Bars, Frame, Layout};
+pub(crate) use watch::Watch;
 
 /// A handle to an array of a [`Program`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -51,6 +51,10 @@ pub struct Rollout<M> {
     /// Which numbers of such a state are wanted, `None` for all: on a tape each is a variable,
     /// which costs more than to compute it.
     pub entries: Option<Vec<usize>>,
+    /// Where some number of a state after the start, observed or not, is not below this in
+    /// magnitude, or is none, all that is observed is NaN: a rollout that went astray and came back
+    /// does not pass for one that did not. It tells nothing to derivatives.
+    pub state_bound: Option<f64>,
     /// `None`, the default of all drivers, gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
     /// What the forward run keeps for the reverse sweep.
@@ -133,6 +137,7 @@ impl<M: Model> Rollout<M> {
     ///     inputs: [].into(),
     ///     observed: vec![8],
     ///     entries: None,
+    ///     state_bound: None,
     ///     cotangent_bound: None,
     ///     memory: Memory::All,
     /// };
@@ -241,6 +246,7 @@ impl<M: Model> Rollout<M> {
                 sweep.step_in_place(step, &mut row);
             }
         }
+        sweep.judge((self.steps, &row), &mut seen);
         seen
     }
 
@@ -258,6 +264,7 @@ impl<M: Model> Rollout<M> {
                 recorded.step(step);
             }
         }
+        recorded.judge(&mut seen);
         (seen, recorded)
     }
 

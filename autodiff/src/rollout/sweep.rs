@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::memory::Plan;
 use super::{Model, Rollout};
 use crate::lanes::prefetch;
-use crate::program::{Aligned, Program};
+use crate::program::{Aligned, Program, Watch};
 use crate::real::Real;
 
 /// Starts that run side by side.
@@ -30,6 +30,8 @@ pub(super) struct Sweep<R: Real> {
     parameters: Aligned<R>,
     /// The inputs of all steps.
     inputs: Arc<[f64]>,
+    /// Looks at every state but the start, where there is a bound.
+    watch: Option<Watch<R>>,
 }
 
 impl<R: Real> Sweep<R> {
@@ -50,6 +52,7 @@ impl<R: Real> Sweep<R> {
             program,
             parameters,
             inputs: rollout.inputs.clone(),
+            watch: rollout.state_bound.map(Watch::new),
         }
     }
 
@@ -76,6 +79,25 @@ impl<R: Real> Sweep<R> {
         R::mark_step(step);
         self.program.set_inputs(row, (&self.inputs, step));
         self.program.step(&self.parameters, row);
+        // The new state is looked at a step later: now that would wait for it to be written.
+        if let (Some(watch), true) = (&mut self.watch, step > 0) {
+            watch.look(&self.program, row);
+        }
+    }
+
+    /// Takes what was seen of a start away where some state of it was not below the bound, up to the
+    /// last in this row, after so many steps.
+    pub(super) fn judge(&mut self, (steps, row): (usize, &[R]), seen: &mut [R]) {
+        let Some(watch) = &mut self.watch else {
+            return;
+        };
+        if steps > 0 {
+            watch.look(&self.program, row);
+        }
+        let verdicts = watch.verdicts(self.program.starts());
+        for (seen, verdict) in seen.iter_mut().zip(verdicts.iter().cycle()) {
+            *seen = R::select(verdict.finite(), *seen, *verdict);
+        }
     }
 
     /// Does a step within one row.
@@ -129,6 +151,15 @@ impl<R: Real> Recorded<R> {
 
     pub(super) fn state_len(&self) -> usize {
         self.sweep.state_len()
+    }
+
+    /// As of [`Sweep`], after the first run forward.
+    pub(super) fn judge(&mut self, seen: &mut [R]) {
+        let row = match self.keeps_all() {
+            true => &self.rows[self.steps * self.sweep.program.stride()..],
+            false => &self.row[..],
+        };
+        self.sweep.judge((self.steps, row), seen);
     }
 
     /// Whether the rows of all steps are kept.

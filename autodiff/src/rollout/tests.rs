@@ -9,7 +9,7 @@ use num_traits::Zero;
 use super::many::Many;
 use crate::lanes::{Level, at_most, level};
 use crate::program::lanes;
-use crate::{CotangentBound, Dual, Given, Memory, Real, Var, gradient_of};
+use crate::{CotangentBound, Dual, Function, Given, Memory, Real, Var, gradient_of};
 
 /// Starts near one another, and the parameters of all of them.
 struct Several<R> {
@@ -292,4 +292,72 @@ fn memory_and_bounds_are_as_for_one() {
     let of_starts = ..several.starts.len() * 2 * NODES;
     assert!(together[of_starts] == alone[of_starts]);
     assert!(together[of_starts] != all[of_starts]);
+}
+
+/// The bound is the largest number that a start has anywhere but where it begins: that start sees
+/// nothing any more, nor does one that has larger ones. The others have the bits that they have
+/// without a bound.
+#[test]
+fn a_state_that_is_not_below_its_bound_is_told() {
+    fn largest(of: &[f64]) -> f64 {
+        of.iter().fold(0.0, |most, x| most.max(x.abs()))
+    }
+    fn check<R: Real + PartialEq + Into<f64>>() {
+        let steps = steps(23);
+        for count in [1, 2, lanes::<R>() + 1] {
+            let mut several = Several::<R>::new(count, steps).with_own();
+            several.loss.rollout.observed = (1..=steps).collect();
+            let numbers = |seen: Vec<R>| seen.into_iter().map(R::into).collect::<Vec<f64>>();
+            let largest: Vec<f64> = (several.alone().into_iter())
+                .map(|seen| largest(&numbers(seen)))
+                .collect();
+            several.loss.rollout.observed = vec![0, steps];
+            several.loss.rollout.entries = Some(vec![0]);
+            let plain = several.together();
+            for &bound in &largest {
+                several.loss.rollout.state_bound = Some(bound);
+                let (together, alone) = (several.together(), several.alone());
+                for (k, largest) in largest.iter().enumerate() {
+                    let told = |seen: &[R]| seen.iter().all(|&x| x.into().is_nan());
+                    let sane = |seen: &[R]| seen == plain[k];
+                    let expected = |seen: &[R]| match *largest < bound {
+                        true => sane(seen),
+                        false => told(seen),
+                    };
+                    assert!(expected(&together[k]) && expected(&alone[k]), "{k}");
+                }
+            }
+        }
+    }
+    at_every_level(check::<f64>);
+    at_every_level(check::<f32>);
+}
+
+/// Derivatives are those without a bound, whatever is kept; what is told is told in every mode.
+#[test]
+fn a_bound_on_the_state_leaves_derivatives_alone() {
+    let mut several = Several::<f64>::new(3, steps(23));
+    let plain = several.gradient(true);
+    for memory in [Memory::All, Memory::States(12)] {
+        several.loss.rollout.memory = memory;
+        several.loss.rollout.state_bound = Some(1e3);
+        assert!(several.gradient(true) == plain);
+    }
+    let x = Several::<f64>::new(1, 1).loss.point();
+    let loss = |bound| {
+        let mut loss = Loss::new(steps(23));
+        (loss.rollout.state_bound, loss.rollout.memory) = (Some(bound), Memory::States(12));
+        loss
+    };
+    let dual = |bound| {
+        loss(bound).eval(
+            &x.iter()
+                .map(|&x| Dual::lit(x))
+                .collect::<Vec<Dual<f64, 1>>>(),
+        )
+    };
+    assert_eq!(dual(1e3).value, loss(1e3).eval(&x));
+    assert!(dual(1e-3).value.is_nan() && loss(1e-3).eval(&x).is_nan());
+    let (value, _) = crate::value_and_gradient(&loss(1e-3), &x);
+    assert!(value.is_nan());
 }

@@ -216,6 +216,7 @@ fn gradient<K: Adjoint<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> Vec<f
         inputs: [].into(),
         observed: vec![9],
         entries: None,
+        state_bound: None,
         cotangent_bound: None,
         memory,
     };

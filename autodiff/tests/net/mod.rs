@@ -112,6 +112,7 @@ impl Loss {
                 inputs,
                 observed,
                 entries: None,
+                state_bound: None,
                 cotangent_bound: None,
                 memory: Memory::All,
             },

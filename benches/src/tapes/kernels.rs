@@ -69,6 +69,7 @@ impl Steps {
                 inputs: [].into(),
                 observed: vec![steps],
                 entries: None,
+                state_bound: None,
                 cotangent_bound: None,
                 memory: Memory::All,
             },

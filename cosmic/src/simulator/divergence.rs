@@ -1,14 +1,11 @@
 //! The guard: finding where a rollout went wrong.
 //!
-//! A guarded rollout has a [trap](super::trap::Trapped) in every node's step, so that its last
-//! state tells whether any before it was absurd. Only then is the rollout done again, and every
-//! state looked at.
+//! A guarded rollout is [watched](Span::watched): it tells whether some state may be absurd. Only
+//! then is the rollout done again, and every state looked at.
 
 use std::collections::VecDeque;
 
 use super::blame::Term;
-use super::robot::TrappedRobot;
-use super::trap::TRAP;
 use super::{Simulator, Span, Trajectory, slices};
 use crate::controller::Controller;
 use crate::error::Error;
@@ -18,6 +15,9 @@ use crate::projection::Body;
 /// Distance from the origin (m) and speed (m/s), each by components, from which on a state is
 /// absurd.
 const ABSURD: f64 = 1e6;
+/// Half of that, from which on a state that is watched for is caught: it is looked at in the ground's
+/// frame, which may be turned against the world's.
+pub(super) const WATCHED: f64 = 0.5 * ABSURD;
 /// States that the search holds at a time.
 const BLOCK: usize = 64;
 /// States before the absurd one that are kept to look at.
@@ -87,7 +87,7 @@ impl State<f64> {
 
 impl Simulator {
     /// A rollout in which no absurd state goes unnoticed. Where none is, this costs one comparison
-    /// a node and step beyond the plain rollout; where one is, up to two more rollouts.
+    /// a number and step beyond the plain rollout; where one is, up to two more rollouts.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).
@@ -113,30 +113,31 @@ impl Simulator {
         starts: &[&State<f64>],
         span: &Span,
     ) -> Vec<Guarded> {
-        let robot = self.robot.for_bodies(bodies);
-        let parameters = self.parameters(&robot, bodies, controller);
-        let seen = self.run_many(TrappedRobot(robot), (starts, &parameters), span);
+        let watched = Span {
+            watched: true,
+            ..span.clone()
+        };
+        let seen = self.rollout_many((bodies, controller), starts, &watched);
         let of_starts = bodies.iter().cycle().zip(starts).zip(seen);
         of_starts
-            .map(|((body, start), seen)| self.judged((body, controller), (start, &seen), span))
+            .map(|((body, start), seen)| self.judged((body, controller), (start, seen), span))
             .collect()
     }
 
-    /// What a trapped rollout has seen, if its last state says that all went well.
+    /// What a watched rollout has seen, if that says that all went well.
     fn judged(
         &self,
         robot: (&Body<f64>, &Controller<f64>),
-        (start, seen): (&State<f64>, &[f64]),
+        (start, seen): (&State<f64>, Trajectory<f64>),
         span: &Span,
     ) -> Guarded {
-        let size = 4 * self.robot.graph.nodes();
-        let last = &seen[seen.len().saturating_sub(size)..];
-        // The trap is set in the ground's frame; far above the world's origin it proves nothing.
-        let high = self.ground.height.abs() + TRAP >= ABSURD;
-        // The last place has been in no trap. Two components below half of it are within it.
-        if !high && last.iter().all(|c| c.abs() < 0.5 * TRAP) {
+        // A place within both bounds of the ground's frame is that far from its origin at most, which
+        // may itself be far above the world's.
+        let farthest = self.ground.height.abs() + 2f64.sqrt() * WATCHED;
+        let sane = seen.states.last().is_none_or(|last| !last.is_absurd());
+        if farthest < ABSURD && sane {
             return Guarded {
-                trajectory: self.trajectory(seen, span),
+                trajectory: seen,
                 divergence: None,
             };
         }

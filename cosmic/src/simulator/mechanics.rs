@@ -6,7 +6,6 @@ use super::bending::Bending;
 use super::kernels::{
     Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, Stiffening,
 };
-use super::trap::Watch;
 use crate::lattice::{Ground, Lattice};
 use crate::scene::{Contact, Integrator, PhysicsSettings};
 
@@ -62,8 +61,7 @@ impl Mechanics {
     /// Records the state after the step: x, y, x velocity, y velocity of all nodes, from those
     /// before it, four arrays per edge (activation, stiffness, rest length, strain), 1 / mass, and
     /// the stiffness against bending where there is any.
-    /// Every flight is watched by `W`.
-    pub(super) fn record<R: Real, W: Watch>(
+    pub(super) fn record<R: Real>(
         &self,
         (p, graph): (&mut Program<R>, &Graph),
         state: [Array; 4],
@@ -77,7 +75,7 @@ impl Mechanics {
             let [x, y, ..] = state;
             let [jx, jy] = self.pull(p, graph, ([x, y], edge, bending));
             let [x, y, vx, vy] = state;
-            state = self.fly::<R, W>(p, [x, y, vx, vy, jx, jy, inverse_mass]);
+            state = self.fly(p, [x, y, vx, vy, jx, jy, inverse_mass]);
         }
         state
     }
@@ -109,12 +107,12 @@ impl Mechanics {
         }
     }
 
-    fn fly<R: Real, W: Watch>(&self, p: &mut Program<R>, node: [Array; 7]) -> [Array; 4] {
+    fn fly<R: Real>(&self, p: &mut Program<R>, node: [Array; 7]) -> [Array; 4] {
         let (flight, friction) = (self.flight, self.friction);
         match self.contact {
-            Contact::None => p.map(W::over(flight), node),
-            Contact::Infinite => p.map(W::over(Sticking(flight)), node),
-            Contact::Coulomb => p.map(W::over(Sliding { flight, friction }), node),
+            Contact::None => p.map(flight, node),
+            Contact::Infinite => p.map(Sticking(flight), node),
+            Contact::Coulomb => p.map(Sliding { flight, friction }, node),
         }
     }
 }

@@ -17,7 +17,6 @@ mod robot;
 pub mod stability;
 mod step_check;
 mod trajectory;
-mod trap;
 
 use std::sync::Arc;
 
@@ -46,17 +45,21 @@ pub struct Span {
     pub observed: Vec<usize>,
     /// How many nodes are looked at, from the first on; the states observed hold no others.
     pub nodes: usize,
+    /// Whether all that is observed is NaN where a state after the start, observed or not, is
+    /// absurd or close to it.
+    pub watched: bool,
     /// Holds the cotangent back in the reverse sweep; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
 }
 
 impl Span {
-    /// All nodes from the start on, with exact gradients.
+    /// All nodes from the start on, unwatched, with exact gradients.
     pub fn from_start(observed: Vec<usize>) -> Self {
         Self {
             first: 0,
             observed,
             nodes: usize::MAX,
+            watched: false,
             cotangent_bound: None,
         }
     }
@@ -220,6 +223,7 @@ impl Simulator {
             inputs: clock,
             observed: span.observed.clone(),
             entries: (span.nodes < nodes).then(|| entries.collect()),
+            state_bound: span.watched.then_some(divergence::WATCHED),
             cotangent_bound: span.cotangent_bound,
             memory: Memory::All,
         }

@@ -4,7 +4,6 @@ use autodiff::{Array, Graph, Matrix, Model, Program, Real};
 
 use super::bending::Bending;
 use super::mechanics::Mechanics;
-use super::trap::{Unwatched, Watch, Watched};
 use crate::lattice::Lattice;
 use crate::projection::Body;
 use crate::scene::{ControllerSettings, PhysicsSettings};
@@ -146,23 +145,6 @@ struct Network {
 
 impl Model for Robot {
     fn record<R: Real>(&self, p: &mut Program<R>) {
-        self.step::<R, Unwatched>(p);
-    }
-}
-
-/// The same robot, every node's step with a [trap](super::trap::Trapped). A model of its own:
-/// it is run in f64 alone, and never compiled for other numbers.
-#[derive(Clone, Debug)]
-pub(super) struct TrappedRobot(pub(super) Robot);
-
-impl Model for TrappedRobot {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
-        self.0.step::<R, Watched>(p);
-    }
-}
-
-impl Robot {
-    fn step<R: Real, W: Watch>(&self, p: &mut Program<R>) {
         let (nodes, slots) = (self.graph.nodes(), self.graph.slots());
         let [stiffness, rest_length, strain] = [(); 3].map(|()| p.parameter(slots));
         let inverse_mass = p.parameter(nodes);
@@ -189,9 +171,8 @@ impl Robot {
         let edge = [activation, stiffness, rest_length, strain];
         let state = [x, y, vx, vy];
         let world = (&mut *p, &self.graph);
-        let next = self
-            .mechanics
-            .record::<R, W>(world, state, (&edge, inverse_mass, bending));
+        let given = (&edge, inverse_mass, bending);
+        let next = self.mechanics.record(world, state, given);
         for (state, next) in state.into_iter().zip(next) {
             p.advance(state, next);
         }

@@ -375,6 +375,7 @@ impl TwoMatvecs {
             inputs: [].into(),
             observed: vec![steps],
             entries: None,
+            state_bound: None,
             cotangent_bound: None,
             memory: Memory::All,
         };

@@ -206,6 +206,7 @@ impl Lstm {
             inputs: inputs.collect(),
             observed: vec![characters - 1],
             entries: None,
+            state_bound: None,
             cotangent_bound: None,
             memory: Memory::All,
         };
