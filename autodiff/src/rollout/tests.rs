@@ -9,7 +9,10 @@ use num_traits::Zero;
 use super::many::Many;
 use crate::lanes::{Level, at_most, level};
 use crate::program::lanes;
-use crate::{CotangentBound, Dual, Function, Given, Memory, Real, Var, gradient_of};
+use crate::{
+    Adjoint, CotangentBound, Dual, Function, Fused, Given, Kernel, Memory, Model, Program, Real,
+    Rollout, Tape, Var, gradient_of,
+};
 
 /// Starts near one another, and the parameters of all of them.
 struct Several<R> {
@@ -360,4 +363,68 @@ fn a_bound_on_the_state_leaves_derivatives_alone() {
     assert!(dual(1e-3).value.is_nan() && loss(1e-3).eval(&x).is_nan());
     let (value, _) = crate::value_and_gradient(&loss(1e-3), &x);
     assert!(value.is_nan());
+}
+
+/// So many numbers that stay as they are.
+#[derive(Clone, Copy)]
+struct Still(usize);
+
+impl Kernel<1, 1> for Still {
+    fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
+        x
+    }
+}
+impl Adjoint<1, 1> for Still {}
+
+impl Model for Still {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let state = program.state(self.0);
+        let [same] = program.map(*self, [state]);
+        program.advance(state, same);
+    }
+}
+
+impl Still {
+    fn rollout(self, steps: usize, state_bound: Option<f64>) -> Rollout<Self> {
+        Rollout {
+            model: self,
+            steps,
+            inputs: [].into(),
+            observed: vec![steps],
+            entries: None,
+            state_bound,
+            cotangent_bound: None,
+            memory: Memory::All,
+        }
+    }
+}
+
+/// One number is enough, wherever it stands and however short the rollout; a start is no state that
+/// a step has made.
+#[test]
+fn every_number_of_every_state_is_looked_at() {
+    at_every_level(|| {
+        // Three pairs of the widest registers and some more.
+        let numbers = 6 * lanes::<f32>() + 5;
+        for place in 0..numbers {
+            let mut start = vec![0.5f32; numbers];
+            start[place] = [2.0, -1.0, f32::NAN][place % 3];
+            let seen = |steps| Still(numbers).rollout(steps, Some(1.0)).run(&start, &[]);
+            assert!(seen(1).iter().all(|x| x.is_nan()), "{place}");
+            assert_eq!(seen(0).iter().filter(|x| x.is_nan()).count(), place % 3 / 2);
+        }
+        let small = vec![0.999; numbers];
+        assert_eq!(Still(numbers).rollout(9, Some(1.0)).run(&small, &[]), small);
+    });
+}
+
+/// To look at variables records nothing.
+#[test]
+fn a_bound_leaves_no_trace_on_a_tape() {
+    let entries = |bound| {
+        let mut tape = Tape::new();
+        tape.record(&[0.5; 3], |x| Still(3).rollout(4, bound).eval(&[x]));
+        tape.len()
+    };
+    assert_eq!(entries(Some(1.0)), entries(None));
 }
