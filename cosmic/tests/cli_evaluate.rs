@@ -382,7 +382,9 @@ fn missing_and_unwritable_files_exit_with_4() {
     };
     assert!(missing("no/such.json").contains("cannot read no/such.json"));
     assert!(missing("stabilty").contains("did you mean `stability`?"));
-    assert!(missing(".").contains("cannot read ."));
+    // A folder stands for the design in it.
+    fs::create_dir(folder.path().join("empty")).unwrap();
+    assert!(missing("empty").contains("cannot read empty/design.json"));
     let told = evaluate(
         &folder,
         &["case.json", "--out", "no/such/folder/results.json"],

@@ -143,6 +143,8 @@ fn the_summary_has_the_promised_keys_and_fits_the_other_files() {
     // Displacements are measured in the ground's frame, 0.1 m off: two roundings of 0.5.
     assert!((0..2).all(|k| (moved(k) - displacement[k]).abs() < 4.0 * f64::EPSILON));
     let evaluated = bench.cosmic(&["evaluate", "a/design.json"]).out;
+    // A run's folder stands for its design.
+    assert_eq!(bench.cosmic(&["evaluate", "a"]).out, evaluated);
     let evaluated: Value = serde_json::from_str(&evaluated).unwrap();
     assert_eq!(
         evaluated["results"]["displacement"],

@@ -14,8 +14,8 @@ const DIVERGED: &str = "diverged.json";
 /// Run one robot, and print what comes of it as JSON
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A reference case, a run's design.json (with its scene.toml beside it), a scene file, or a
-    /// built-in scene
+    /// A reference case, a run's folder or design.json (with its scene.toml beside it), a scene
+    /// file, or a built-in scene
     #[arg(value_name = "FILE")]
     file: String,
     /// Add the exact gradients

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 /// Say what a rollout consists of, its stable time step, and what a step costs here
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A built-in scene, a scene file, a run's design.json or a reference case
+    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
     #[arg(value_name = "SCENE", default_value = "stability")]
     source: String,
     /// Measure microseconds per step over 4096 steps: processor time of this thread, the least of

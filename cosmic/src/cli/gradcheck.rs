@@ -10,7 +10,7 @@ use clap::Args;
 /// Check the program's own gradient against finite differences and forward mode
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A built-in scene, a scene file, a run's design.json or a reference case
+    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
     #[arg(value_name = "SCENE", default_value = "stability")]
     source: String,
     /// Steps of the rollout that is checked, at most; a robot's motion is chaotic, and over

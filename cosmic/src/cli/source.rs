@@ -3,6 +3,7 @@
 use crate::case::Case;
 use crate::error::{Error, Result};
 use crate::reading::read_whole;
+use crate::record::run::DESIGN;
 use crate::record::{DesignFile, design_file};
 use crate::scene::{BUILTIN, Scene};
 use std::path::{Path, PathBuf};
@@ -22,13 +23,16 @@ pub(super) enum Source {
 }
 
 impl Source {
-    /// Finds out which of them a name stands for: a built-in scene by its name, the files by what
-    /// they hold.
+    /// Finds out which of them a name stands for: a built-in scene by its name, a run's folder by the
+    /// design in it, the files by what they hold.
     pub(super) fn find(name: &str) -> Result<Self> {
         if BUILTIN.iter().any(|builtin| builtin.name == name) {
             return Ok(Self::Scene(name.to_owned()));
         }
         let path = Path::new(name);
+        if path.is_dir() {
+            return Ok(Self::Design(path.join(DESIGN)));
+        }
         let text = match read_whole(path) {
             Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
             // A name that is no file may be a misspelt scene: that reader has a hint.

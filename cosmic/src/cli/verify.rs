@@ -13,7 +13,7 @@ use std::path::PathBuf;
 /// Hold what is computed against better ways to the same numbers
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A built-in scene, a scene file, a run's design.json or a reference case
+    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
     #[arg(value_name = "SCENE", default_value = "stability")]
     source: String,
     /// Trajectories: error against run time, by integrator, time step and precision
