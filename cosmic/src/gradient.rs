@@ -358,11 +358,9 @@ impl Task {
     ) -> Vec<(R, Trajectory<R>)> {
         let steps = horizon.steps.min(self.physics.steps);
         let mut span = Span {
-            first: 0,
-            observed: loss.observed(steps),
             nodes: loss.nodes(),
-            watched: false,
             cotangent_bound: horizon.cotangent_bound,
+            ..Span::from_start(loss.observed(steps))
         };
         let bodies = self.bodies(mixtures);
         let mut starts = vec![start.clone(); bodies.len()];

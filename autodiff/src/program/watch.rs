@@ -5,6 +5,7 @@ use crate::lanes::{Lane, Vectorized, WIDEST};
 use crate::real::{Mask, Real};
 
 /// Whether every number of every state so far is below a bound in magnitude.
+#[derive(Clone, Copy)]
 pub(crate) struct Watch<R> {
     bound: R,
     /// Zeros, NaN where a number was not. Places belong to the starts by turns.

@@ -87,8 +87,8 @@ impl<R: Real> Sweep<R> {
 
     /// Takes what was seen of a start away where some state of it was not below the bound, up to the
     /// last in this row, after so many steps.
-    pub(super) fn judge(&mut self, (steps, row): (usize, &[R]), seen: &mut [R]) {
-        let Some(watch) = &mut self.watch else {
+    pub(super) fn judge(&self, (steps, row): (usize, &[R]), seen: &mut [R]) {
+        let Some(mut watch) = self.watch else {
             return;
         };
         if steps > 0 {
@@ -153,13 +153,11 @@ impl<R: Real> Recorded<R> {
         self.sweep.state_len()
     }
 
-    /// As of [`Sweep`], after the first run forward.
+    /// As of [`Sweep`], after the first run forward. What is run again has been judged.
     pub(super) fn judge(&mut self, seen: &mut [R]) {
-        let row = match self.keeps_all() {
-            true => &self.rows[self.steps * self.sweep.program.stride()..],
-            false => &self.row[..],
-        };
-        self.sweep.judge((self.steps, row), seen);
+        self.sweep
+            .judge((self.steps, self.row_after(self.steps)), seen);
+        self.sweep.watch = None;
     }
 
     /// Whether the rows of all steps are kept.
@@ -167,13 +165,17 @@ impl<R: Real> Recorded<R> {
         self.plan.leaf >= self.steps
     }
 
-    /// The state that the first run forward has after so many steps.
-    pub(super) fn state(&self, step: usize) -> Vec<R> {
-        let row = match self.keeps_all() {
+    /// The row that begins with the state that the first run forward has after so many steps.
+    fn row_after(&self, step: usize) -> &[R] {
+        match self.keeps_all() {
             true => &self.rows[step * self.sweep.program.stride()..],
-            false => &self.row[..],
-        };
-        self.sweep.state(row)
+            false => &self.row,
+        }
+    }
+
+    /// That state.
+    pub(super) fn state(&self, step: usize) -> Vec<R> {
+        self.sweep.state(self.row_after(step))
     }
 
     /// A step of the first run forward: keeps its row, or now and then a snapshot.

@@ -352,13 +352,8 @@ fn a_bound_on_the_state_leaves_derivatives_alone() {
         (loss.rollout.state_bound, loss.rollout.memory) = (Some(bound), Memory::States(12));
         loss
     };
-    let dual = |bound| {
-        loss(bound).eval(
-            &x.iter()
-                .map(|&x| Dual::lit(x))
-                .collect::<Vec<Dual<f64, 1>>>(),
-        )
-    };
+    let lifted: Vec<Dual<f64, 1>> = x.iter().map(|&x| Dual::lit(x)).collect();
+    let dual = |bound| loss(bound).eval(&lifted);
     assert_eq!(dual(1e3).value, loss(1e3).eval(&x));
     assert!(dual(1e-3).value.is_nan() && loss(1e-3).eval(&x).is_nan());
     let (value, _) = crate::value_and_gradient(&loss(1e-3), &x);

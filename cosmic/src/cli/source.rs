@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::error::{Error, Result};
 use crate::reading::read_whole;
-use crate::record::run::DESIGN;
+use crate::record::run::{DESIGN, SCENE};
 use crate::record::{DesignFile, design_file};
 use crate::scene::{BUILTIN, Scene};
 use std::path::{Path, PathBuf};
@@ -64,7 +64,7 @@ impl Source {
             Self::Scene(name) => Case::of_scene(&Scene::load(name)?, SEED),
             Self::Design(path) => {
                 let design = DesignFile::read(path)?;
-                let scene = Scene::read(&path.with_file_name("scene.toml"))?;
+                let scene = Scene::read(&path.with_file_name(SCENE))?;
                 design.case(&scene, &path.display().to_string())
             }
             Self::Case(name, text) => Case::parse(name, text),

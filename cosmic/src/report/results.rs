@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::lattice::{Ground, Lattice};
 use crate::record::files::read_json;
 use crate::record::history::{self, DesignRow};
-use crate::record::{DesignFile, Summary, TrajectoryFile, trajectory_file};
+use crate::record::{DesignFile, Summary, TrajectoryFile, run, trajectory_file};
 use crate::scene::Scene;
 
 /// What a finished run left behind, read and found to fit together.
@@ -39,9 +39,9 @@ impl Results {
     pub fn read(folder: &Path) -> Result<Self> {
         // Written last: without it there is nothing to report on yet.
         let summary = Summary::read(folder)?;
-        let scene = Scene::read(&folder.join("scene.toml"))?;
+        let scene = Scene::read(&folder.join(run::SCENE))?;
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
-        let path = folder.join("design.json");
+        let path = folder.join(run::DESIGN);
         let design = DesignFile::read(&path)?;
         design.robot(&scene, &path.display().to_string())?;
         Ok(Self {

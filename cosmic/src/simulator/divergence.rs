@@ -86,8 +86,8 @@ impl State<f64> {
 }
 
 impl Simulator {
-    /// A rollout in which no absurd state goes unnoticed. Where none is, this costs one comparison
-    /// a number and step beyond the plain rollout; where one is, up to two more rollouts.
+    /// A rollout in which no absurd state goes unnoticed. Where none is, this costs a look at
+    /// every number of every state beyond the plain rollout; where one is, up to two more rollouts.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).

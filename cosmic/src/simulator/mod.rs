@@ -20,7 +20,7 @@ mod trajectory;
 
 use std::sync::Arc;
 
-use autodiff::{CotangentBound, Fused, Given, Memory, Model, Real, Rollout};
+use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
 
 pub use blame::Term;
 pub use divergence::{Divergence, Guarded};
@@ -167,18 +167,6 @@ impl Simulator {
         }
         let robot = self.robot.for_bodies(bodies);
         let parameters = self.parameters(&robot, bodies, controller);
-        let seen = self.run_many(robot, (starts, &parameters), span);
-        seen.iter().map(|s| self.trajectory(s, span)).collect()
-    }
-
-    /// The observed states of a model from each start, as flat arrays. Parameters are those of every
-    /// start, or the one that all share.
-    fn run_many<M: Model, R: Real>(
-        &self,
-        model: M,
-        (starts, parameters): (&[&State<R>], &[Vec<Vec<R>>]),
-        span: &Span,
-    ) -> Vec<Vec<R>> {
         let starts: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
         let parameters: Vec<Vec<&[R]>> = parameters.iter().map(|p| slices(p)).collect();
         let given = parameters.iter().map(|of_starts| match of_starts[..] {
@@ -186,7 +174,8 @@ impl Simulator {
             _ => Given::Each(of_starts),
         });
         let given: Vec<Given<R>> = given.collect();
-        self.plan(model, span).run_each(&slices(&starts), &given)
+        let seen = self.plan(robot, span).run_each(&slices(&starts), &given);
+        seen.iter().map(|s| self.trajectory(s, span)).collect()
     }
 
     /// The same states, but on a tape every operation of every step is an entry: what a rollout
@@ -207,8 +196,8 @@ impl Simulator {
         self.trajectory(&rollout.eval(&inputs), span)
     }
 
-    /// The rollout of a model of the robot.
-    fn plan<M: Model>(&self, model: M, span: &Span) -> Rollout<M> {
+    /// The rollout of a robot.
+    fn plan(&self, model: Robot, span: &Span) -> Rollout<Robot> {
         let steps = span.observed.last().copied().unwrap_or(0);
         // The whole clock is shared; a later part of it is copied.
         let clock = match span.first {

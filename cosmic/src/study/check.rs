@@ -5,7 +5,7 @@ use crate::design::VolumeBounds;
 use crate::error::Result;
 use crate::projection::{Projection, one_hot};
 use crate::record::files::{Format, read_json, write_json};
-use crate::record::{DesignFile, Summary};
+use crate::record::{DesignFile, Summary, run};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -40,8 +40,8 @@ impl Check {
     /// Those of reading the run's files.
     pub fn measure(folder: &Path) -> Result<Self> {
         let summary = Summary::read(folder)?;
-        let scene = Scene::read(&folder.join("scene.toml"))?;
-        let path = folder.join("design.json");
+        let scene = Scene::read(&folder.join(run::SCENE))?;
+        let path = folder.join(run::DESIGN);
         let design = DesignFile::read(&path)?;
         let controller = design.robot(&scene, &path.display().to_string())?;
         let judged = |scene: &Scene| -> Result<Spread> {

@@ -5,7 +5,7 @@ use crate::design::Material;
 use crate::error::Result;
 use crate::lattice::{Ground, Lattice};
 use crate::random::{Purpose, stream};
-use crate::record::DesignFile;
+use crate::record::{DesignFile, run};
 use crate::scene::Scene;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -126,9 +126,9 @@ fn found(trial: &Collected) -> Result<[[f64; 2]; MOTIFS.len()]> {
     let mut stream = stream(0, Purpose::Shuffle);
     let runs = trial.row.runs.iter().zip(&trial.folders);
     for (_, folder) in runs.filter(|(run, _)| !run.diverged) {
-        let scene = Scene::read(&folder.join("scene.toml"))?;
+        let scene = Scene::read(&folder.join(run::SCENE))?;
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
-        let mut materials = DesignFile::read(&folder.join("design.json"))?.materials;
+        let mut materials = DesignFile::read(&folder.join(run::DESIGN))?.materials;
         designs += 1.0;
         add(&mut sums, 0, (&lattice, &materials), 1.0);
         for _ in 0..SHUFFLES {
