@@ -181,10 +181,16 @@ impl<R: Real> Operation<R> for Dense<R> {
     fn load(&mut self, parameters: &[&[R]]) {
         let given = parameters[self.matrix.parameter];
         let columns = self.matrix.columns;
-        self.weights
-            .each(|row, column, entry| *entry = given[row * columns + column]);
-        self.transposed
-            .each(|column, row, entry| *entry = given[row * columns + column]);
+        self.weights.each(|row, column, entries| {
+            let below = given[row * columns + column..].iter().step_by(columns);
+            for (entry, &weight) in entries.iter_mut().zip(below) {
+                *entry = weight;
+            }
+        });
+        self.transposed.each(|column, row, entries| {
+            let beside = &given[row * columns + column..][..entries.len()];
+            entries.copy_from_slice(beside);
+        });
     }
 
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
@@ -261,8 +267,12 @@ impl<R: Real> Operation<R> for Dense<R> {
             self.matrix.columns,
             &mut parameter_bars[self.matrix.parameter],
         );
-        self.weights_bar
-            .each(|row, column, entry| bars[row * columns + column] += *entry);
+        self.weights_bar.each(|row, column, entries| {
+            let below = bars[row * columns + column..].iter_mut().step_by(columns);
+            for (bar, &entry) in below.zip(entries.iter()) {
+                *bar += entry;
+            }
+        });
     }
 }
 

@@ -162,19 +162,17 @@ impl<R: Real> Panels<R> {
         &mut self.entries[panel.places.near * CHUNK * L::N..]
     }
 
-    /// Calls `f(row, column, entry)` for every entry.
-    pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut R)) {
+    /// Calls `f(row, column, entries)` for all entries, in stretches of a column from some row on.
+    pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut [R])) {
         let width = lanes::<R>();
         for mut panel in self.panels.iter().copied() {
-            let rows = (panel.first_row..self.rows).take(width * panel.lanes);
+            let rows = (self.rows - panel.first_row).min(width * panel.lanes);
             let columns = columns_of_chunk(panel.lanes);
             for first in (0..self.columns).step_by(columns) {
                 let chunk = &mut self.entries[panel.places.next() * CHUNK * width..];
                 let parts = chunk.chunks_exact_mut(panel.lanes * width).take(columns);
                 for (column, part) in (first..self.columns).zip(parts) {
-                    for (row, entry) in rows.clone().zip(part) {
-                        f(row, column, entry);
-                    }
+                    f(panel.first_row, column, &mut part[..rows]);
                 }
             }
         }
@@ -289,9 +287,11 @@ mod tests {
     fn product(share: usize, (rows, columns): (usize, usize), vectors: usize) -> Vec<f64> {
         let mut panels = Panels::<f64>::new((rows, columns), share);
         let mut seen = 0;
-        panels.each(|row, column, entry| {
-            *entry = entry_at(row, column);
-            seen += 1;
+        panels.each(|first, column, entries| {
+            for (row, entry) in (first..).zip(&mut *entries) {
+                *entry = entry_at(row, column);
+            }
+            seen += entries.len();
         });
         assert_eq!(seen, rows * columns);
         assert!(panels.entries.len() >= CHUNK);

@@ -24,8 +24,8 @@ impl<R: Real> Weights<R> {
         }
     }
 
-    /// Calls `f(row, column, entry)` for every entry.
-    pub(super) fn each(&mut self, f: impl FnMut(usize, usize, &mut R)) {
+    /// Calls `f(row, column, entries)` for all entries, in stretches of a column from some row on.
+    pub(super) fn each(&mut self, f: impl FnMut(usize, usize, &mut [R])) {
         match self {
             Self::One(panels) | Self::Two(panels) => panels.each(f),
             Self::Lane(tiles) => tiles.each(f),

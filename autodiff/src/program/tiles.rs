@@ -29,15 +29,13 @@ impl<R: Real> Tiles<R> {
         }
     }
 
-    /// Calls `f(row, column, entry)` for every entry.
-    pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut R)) {
+    /// Calls `f(row, column, entries)` for all entries, in stretches of a column from some row on.
+    pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut [R])) {
         let tiles = self.entries.chunks_exact_mut(TILE * self.columns);
         for (first, tile) in (0..self.rows).step_by(TILE).zip(tiles) {
             let order = (0..PHASES).flat_map(|phase| (phase..self.columns).step_by(PHASES));
             for (column, part) in order.zip(tile.chunks_exact_mut(TILE)) {
-                for (row, entry) in (first..self.rows).zip(part) {
-                    f(row, column, entry);
-                }
+                f(first, column, &mut part[..TILE.min(self.rows - first)]);
             }
         }
     }

@@ -42,10 +42,15 @@ impl<R: Real> Folded<R> {
             observation_length(settings, nodes),
             "the controller takes another number of inputs than the settings give"
         );
+        let (sines, cosines) = phases(settings)
+            .map(f64::sin_cos)
+            .map(|(sin, cos)| (R::lit(sin), R::lit(cos)))
+            .unzip();
         let fold = Fold {
             settings,
             ground,
             nodes,
+            clocks: [cosines, sines],
         };
         let mut w1 = Vec::with_capacity(controller.hidden * (4 * nodes + 2));
         let mut b1 = Vec::with_capacity(controller.hidden);
@@ -65,15 +70,17 @@ impl<R: Real> Folded<R> {
 }
 
 /// What folding is done with.
-struct Fold<'a> {
+struct Fold<'a, R> {
     settings: &'a ControllerSettings,
     ground: &'a Ground,
     nodes: usize,
+    /// Every clock's share of `sin(omega t)`, and of `cos(omega t)`.
+    clocks: [Vec<R>; 2],
 }
 
-impl Fold<'_> {
+impl<R: Real> Fold<'_, R> {
     /// Folds one hidden unit: appends its weights on the raw state, returns its bias.
-    fn unit<R: Real>(&self, row: &[R], bias: R, weights: &mut Vec<R>) -> R {
+    fn unit(&self, row: &[R], bias: R, weights: &mut Vec<R>) -> R {
         let (clocks, row) = row.split_at(self.settings.clocks);
         let (goal, row) = row.split_at(2);
         let (offsets, velocities) = row.split_at(2 * self.nodes);
@@ -87,13 +94,13 @@ impl Fold<'_> {
         for column in self.turned(velocities, self.settings.velocity_scale) {
             weights.extend(column);
         }
-        weights.extend(self.clock_weights(clocks));
+        weights.extend(self.clocks.each_ref().map(|shares| R::dot(clocks, shares)));
         bias + R::dot(&goal, &self.constant_goal().map(R::lit))
     }
 
     /// Weights on world vectors `x0, y0, x1, ...` as weights on their components along the ground
     /// and across it: the transposed rotation, times a scale.
-    fn turned<R: Real>(&self, row: &[R], scale: f64) -> [Vec<R>; 2] {
+    fn turned(&self, row: &[R], scale: f64) -> [Vec<R>; 2] {
         let pairs = row.as_chunks().0.iter();
         if self.ground.is_flat() {
             let scale = R::lit(scale);
@@ -107,22 +114,13 @@ impl Fold<'_> {
 
     /// Weights on offsets from the mean (and on the mean, for a goal relative to it) as weights on
     /// the positions themselves.
-    fn centred<R: Real>(&self, column: &[R], goal: R) -> impl Iterator<Item = R> {
+    fn centred(&self, column: &[R], goal: R) -> impl Iterator<Item = R> {
         let mut on_mean = R::sum(column);
         if self.settings.goal_relative {
             on_mean += goal;
         }
         let shift = on_mean * R::lit(1.0 / self.nodes as f64);
         column.iter().map(move |&weight| weight - shift)
-    }
-
-    /// Weights on clocks as weights on one sine and one cosine.
-    fn clock_weights<R: Real>(&self, clocks: &[R]) -> [R; 2] {
-        let (sines, cosines): (Vec<R>, Vec<R>) = phases(self.settings)
-            .map(f64::sin_cos)
-            .map(|(sin, cos)| (R::lit(sin), R::lit(cos)))
-            .unzip();
-        [R::dot(clocks, &cosines), R::dot(clocks, &sines)]
     }
 
     /// The part of the goal that does not move with the robot. The state is measured from a point

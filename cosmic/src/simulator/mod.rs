@@ -268,13 +268,15 @@ impl Simulator {
             return Vec::new();
         }
         let folded = Folded::new(controller, &self.controller, &self.ground);
-        let columns = robot.sensed_columns();
-        let seen = folded.w1.iter().zip(columns.iter().cycle());
-        let w1 = seen.filter(|(_, seen)| **seen).map(|(&w, _)| w).collect();
+        let sensed = robot.sensed_columns();
+        let rows = folded.w1.chunks_exact(folded.inputs);
+        let w1: Vec<&[R]> = rows
+            .flat_map(|row| sensed.iter().map(|columns| &row[columns.clone()]))
+            .collect();
         let row = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
-        let w2 = actuators.iter().flat_map(row).copied().collect();
+        let w2: Vec<&[R]> = actuators.iter().map(row).collect();
         let b2 = actuators.iter().map(|&edge| folded.b2[edge]).collect();
-        vec![w1, folded.b1, w2, b2]
+        vec![w1.concat(), folded.b1, w2.concat(), b2]
     }
 
     /// A state of the world's frame as the robot's arrays.

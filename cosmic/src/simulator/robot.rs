@@ -1,5 +1,7 @@
 //! One step of the robot, as a page of stages over arrays.
 
+use std::ops::Range;
+
 use autodiff::{Array, Graph, Matrix, Model, Program, Real};
 
 use super::bending::Bending;
@@ -115,11 +117,17 @@ impl Robot {
         self.mechanics.bending.as_ref()
     }
 
-    /// Which of the folded controller's sensed values are more than a constant.
-    pub(super) fn sensed_columns(&self) -> Vec<bool> {
+    /// The stretches of the folded controller's sensed values that are more than constants.
+    pub(super) fn sensed_columns(&self) -> Vec<Range<usize>> {
         let nodes = self.graph.nodes();
-        let [positions, velocities] = self.senses.map(|seen| vec![seen; 2 * nodes]);
-        [positions, velocities, vec![true; 2]].concat()
+        let [positions, velocities] = self.senses;
+        let parts = [(positions, 2 * nodes), (velocities, 2 * nodes), (true, 2)];
+        let mut end = 0;
+        let stretch = |(seen, len): (bool, usize)| {
+            end += len;
+            seen.then(|| end - len..end)
+        };
+        parts.into_iter().filter_map(stretch).collect()
     }
 
     /// The activation of every edge, in slots; nothing that strains needs none.
@@ -148,7 +156,7 @@ impl Model for Robot {
         let (nodes, slots) = (self.graph.nodes(), self.graph.slots());
         let [stiffness, rest_length, strain] = [(); 3].map(|()| p.parameter(slots));
         let inverse_mass = p.parameter(nodes);
-        let inputs = self.sensed_columns().iter().filter(|seen| **seen).count();
+        let inputs = self.sensed_columns().into_iter().map(|c| c.len()).sum();
         let outputs = self.actuated.len();
         let layers = (outputs > 0).then(|| {
             [(self.hidden, inputs), (outputs, self.hidden)]
