@@ -1,7 +1,9 @@
 //! Wrong scenes: each is refused at its line and column, with what is wrong and what is allowed
 //! there.
 
-use cosmic::scene::{GradientPrecision, LossKind, Scene, SelectionKind, StartKind};
+use cosmic::scene::{
+    GradientPrecision, Integrator, LossKind, PhysicsSettings, Scene, SelectionKind, StartKind,
+};
 use cosmic::{Error, error};
 use proptest::prelude::*;
 use std::fs;
@@ -339,6 +341,10 @@ fn departures_are_named_and_can_all_be_switched_off() {
     scene.gradient.cotangent_bound = None;
     scene.selection.kind = SelectionKind::Last;
     assert_eq!(options(&scene), Vec::<&str>::new());
+    (scene.physics.integrator, scene.physics.substeps) = (Integrator::Leapfrog, 2);
+    let of_steps = ["physics.integrator", "physics.substeps"];
+    assert_eq!(options(&scene), of_steps);
+    scene.physics = PhysicsSettings::default();
     scene.start.kind = StartKind::ThreeLegged;
     assert_eq!(options(&scene), ["start.layout"]);
     let scene = Scene::parse("f32", "[gradient]\nprecision = \"f32\"").unwrap();

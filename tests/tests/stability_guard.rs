@@ -125,6 +125,35 @@ fn the_term_to_blame_is_named() {
     assert!(matches!(found.term, Term::Spring { .. }), "{found:?}");
 }
 
+/// Of the forces that a scene asks for beside Hooke's, the one that acts.
+#[test]
+fn richer_physics_are_blamed_for_what_they_do() {
+    // 0.05 m off by Hooke's law alone the springs, of 1e-3 N/m, would do less than gravity.
+    let soft = |scene: &mut Scene| scene.materials.stiffness = [1e-3; 3];
+    let mut stiffening = case(|scene| {
+        soft(scene);
+        scene.physics.stiffening = 1e18;
+    });
+    stiffening.start.x[1][0] += 0.05;
+    let found = diverges(&stiffening);
+    assert!(matches!(found.term, Term::Spring { .. }), "{found:?}");
+
+    let mut bent = case(|scene| {
+        soft(scene);
+        scene.lattice.columns = 3;
+        scene.physics.bending_radius = 1e6;
+    });
+    bent.start.x[1][1] += 0.05;
+    let found = diverges(&bent);
+    let Term::Bending { nodes } = found.term else {
+        panic!("{found:?}")
+    };
+    assert!(nodes.contains(&found.node));
+    let said = Error::from(&found).to_string();
+    let expected = format!("mostly by the bending of the bar over nodes {nodes:?}");
+    assert!(said.ends_with(&expected), "{said}");
+}
+
 /// A file that shows it again, with what is known of it in its note.
 #[test]
 fn a_divergence_is_replayed_from_its_file() {

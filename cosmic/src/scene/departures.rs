@@ -1,8 +1,8 @@
 //! The options by which a scene departs from the paper on purpose.
 
 use super::{
-    BinarisationMethod, GradientPrecision, Layout, LossKind, Scene, SelectionKind, StartKind,
-    TaskKind, VoidEdges,
+    BinarisationMethod, GradientPrecision, Integrator, Layout, LossKind, Scene, SelectionKind,
+    StartKind, TaskKind, VoidEdges,
 };
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ pub struct Departure {
 type Known = (fn(&Scene) -> bool, &'static str, &'static str);
 
 /// In the order in which summaries have them.
-const KNOWN: [Known; 20] = [
+const KNOWN: [Known; 22] = [
     (
         |s| s.loss.kind == LossKind::Mean,
         "loss.kind",
@@ -76,6 +76,16 @@ const KNOWN: [Known; 20] = [
         "the start thins out towards a side that is drawn from the seed",
     ),
     (
+        |s| s.physics.integrator != Integrator::SymplecticEuler,
+        "physics.integrator",
+        "steps are integrated by leapfrog",
+    ),
+    (
+        |s| s.physics.substeps != 1,
+        "physics.substeps",
+        "the mechanics take shorter steps than the controller",
+    ),
+    (
         |s| s.physics.stiffening > 0.0,
         "physics.stiffening",
         "springs grow stiffer as they are stretched or compressed",
@@ -123,8 +133,8 @@ const KNOWN: [Known; 20] = [
 ];
 
 impl Scene {
-    /// The departures in force, for a run's summary. With none, the run is the paper's algorithm
-    /// with values of our own only where the paper gives none.
+    /// The departures in force, for a run's summary. With none, physics and algorithm are the
+    /// paper's. Numbers are the scene's, be they the paper's or not: sizes, widths, rates, weights.
     pub fn departures(&self) -> Vec<Departure> {
         let in_force = KNOWN.into_iter().filter(|(differs, ..)| differs(self));
         in_force

@@ -9,7 +9,7 @@
 //! `EI / l = k r^2`; half of each edge acts at the node, one after the other, which makes
 //! `2 r^2 k_1 k_2 / (k_1 + k_2)` (N m) for the pair. A void edge bends freely.
 
-use autodiff::{Array, Program, Real};
+use autodiff::{Array, Kernel, Program, Real};
 
 use super::kernels::{Bend, Total};
 use crate::lattice::Lattice;
@@ -27,6 +27,9 @@ struct Pair {
     nodes: [usize; 3],
     edges: [usize; 2],
 }
+
+/// The three nodes of a pair, and the impulses on them, N s.
+pub(super) type Bar = ([usize; 3], [[f64; 2]; 3]);
 
 /// The pairs of a lattice, in groups of one shape: in a group the outer nodes are as many places
 /// before and after the middle one for every pair, so that whole rows of nodes are moved at once.
@@ -109,6 +112,22 @@ impl Bending {
             }
         }
         sums
+    }
+
+    /// The impulses of all pairs over a step, from the edges' stiffness and the nodes' places.
+    pub(super) fn impulses(&self, (edges, dt): (&[f64], f64), x: &[[f64; 2]]) -> Vec<Bar> {
+        let stiffness = self.stiffness(edges);
+        let pair = |slot: usize| {
+            self.slots[slot]?;
+            let (group, middle) = (self.groups[slot / self.nodes], slot % self.nodes);
+            let node = |role: usize| self.place(middle, offset(group, role));
+            let nodes = [node(0)?, middle, node(2)?];
+            let [[ax, ay], [bx, by], [cx, cy]] = nodes.map(|node| x[node]);
+            let pulls = Bend { dt }.eval([ax, ay, bx, by, cx, cy, stiffness[slot]]);
+            let of_node = |role: usize| [pulls[2 * role], pulls[2 * role + 1]];
+            Some((nodes, [0, 1, 2].map(of_node)))
+        };
+        (0..self.slots()).filter_map(pair).collect()
     }
 
     /// For every slot the node that has this role in it: before, middle, after.

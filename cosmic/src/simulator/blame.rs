@@ -2,8 +2,6 @@
 
 use std::fmt;
 
-use autodiff::Kernel;
-
 use super::Simulator;
 use crate::controller::{Controller, Moment, observation};
 use crate::lattice::State;
@@ -24,6 +22,11 @@ pub enum Term {
         /// The nodes that it joins.
         nodes: [usize; 2],
     },
+    /// Two edges in line are bent, and push the node more than anything else does.
+    Bending {
+        /// The nodes of the bar that they make.
+        nodes: [usize; 3],
+    },
     /// Gravity adds more to the velocity than anything else.
     Gravity,
     /// The node was as fast before, and got too far.
@@ -36,6 +39,9 @@ impl fmt::Display for Term {
         match self {
             Term::Controller { edge } => write!(out, "the controller's output for edge {edge}"),
             Term::Spring { edge, nodes } => write!(out, "the spring of edge {edge} {nodes:?}"),
+            Term::Bending { nodes } => {
+                write!(out, "the bending of the bar over nodes {nodes:?}")
+            }
             Term::Gravity => out.write_str("gravity"),
             Term::Motion => out.write_str("the node's own velocity"),
         }
@@ -75,35 +81,39 @@ impl Simulator {
         {
             return Term::Controller { edge };
         }
+        let mechanics = &self.robot.mechanics;
+        // Of either sign: a NaN with its sign bit set would rank below every number.
+        let speed = |[x, y]: [f64; 2]| x.hypot(y).abs() / body.mass[node];
         let spring = |&(edge, &nodes): &(usize, &[usize; 2])| {
-            let pushed = self.impulse(body, (edge, activation[edge]), before);
-            (Term::Spring { edge, nodes }, pushed / body.mass[node])
+            let [[xi, yi], [xj, yj]] = nodes.map(|node| before.x[node]);
+            let (stiffness, strain) = (body.stiffness[edge], body.strain[edge]);
+            let rest_length = self.lattice.rest_length[edge];
+            let given = [
+                xj - xi,
+                yj - yi,
+                activation[edge],
+                stiffness,
+                rest_length,
+                strain,
+            ];
+            (
+                Term::Spring { edge, nodes },
+                speed(mechanics.spring_impulse(given)),
+            )
         };
-        let flight = &self.robot.mechanics.flight;
+        let bars = mechanics.bending_impulses(&body.stiffness, &before.x);
+        let bending = bars.into_iter().filter_map(|(nodes, impulses)| {
+            let place = nodes.iter().position(|&other| other == node)?;
+            Some((Term::Bending { nodes }, speed(impulses[place])))
+        });
+        let flight = &mechanics.flight;
         let gravity = flight.gravity;
         let decayed = before.v[node].map(|v| v * flight.decay);
-        let mut terms: Vec<(Term, f64)> = edges.iter().map(spring).collect();
+        let mut terms: Vec<(Term, f64)> = edges.iter().map(spring).chain(bending).collect();
         terms.push((Term::Gravity, gravity[0].hypot(gravity[1])));
         terms.push((Term::Motion, decayed[0].hypot(decayed[1])));
         // NaN ranks above every number, and of equals the last wins: motion that is no number.
         let most = terms.iter().max_by(|a, b| a.1.total_cmp(&b.1));
         most.map_or(Term::Motion, |most| most.0)
-    }
-
-    /// Size of the impulse that an edge gives its nodes, N s.
-    fn impulse(&self, body: &Body<f64>, (edge, u): (usize, f64), state: &State<f64>) -> f64 {
-        let [i, j] = self.lattice.edges[edge];
-        let [dx, dy] = [0, 1].map(|k| state.x[j][k] - state.x[i][k]);
-        let (k, strain) = (body.stiffness[edge], body.strain[edge]);
-        let [x, y] = self.robot.mechanics.spring.eval([
-            dx,
-            dy,
-            u,
-            k,
-            self.lattice.rest_length[edge],
-            strain,
-        ]);
-        // Of either sign: a NaN with its sign bit set would rank below every number.
-        x.hypot(y).abs()
     }
 }

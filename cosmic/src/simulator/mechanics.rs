@@ -1,8 +1,8 @@
 //! The mechanical part of a step: springs, flight and contact, as often as a scene asks for.
 
-use autodiff::{Array, Graph, Program, Real};
+use autodiff::{Array, Graph, Kernel, Program, Real};
 
-use super::bending::Bending;
+use super::bending::{Bar, Bending};
 use super::kernels::{
     Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, Stiffening,
 };
@@ -20,7 +20,7 @@ pub(super) struct Mechanics {
     substeps: usize,
     /// The drift before the forces are taken, where the integrator has one.
     first: Option<Drift>,
-    pub(super) spring: Spring,
+    spring: Spring,
     /// The cubic coefficient of the springs, 1/m^2; 0 for Hooke's law.
     stiffening: f64,
     /// `None` where bars bend freely.
@@ -96,6 +96,22 @@ impl Mechanics {
             None => springs,
             Some((bending, stiffness)) => bending.record(p, (stiffness, spring.dt), place, springs),
         }
+    }
+
+    /// The impulse of one spring on its tail, N s, from what [`Spring`] takes.
+    pub(super) fn spring_impulse(&self, given: [f64; 6]) -> [f64; 2] {
+        let (spring, cubic) = (self.spring, self.stiffening);
+        match cubic > 0.0 {
+            false => spring.eval(given),
+            true => Stiffening { spring, cubic }.eval(given),
+        }
+    }
+
+    /// The impulses of bent bars on their nodes, N s, from the edges' stiffness and the nodes'
+    /// places; none where bars bend freely.
+    pub(super) fn bending_impulses(&self, stiffness: &[f64], x: &[[f64; 2]]) -> Vec<Bar> {
+        let bending = self.bending.as_ref();
+        bending.map_or(Vec::new(), |b| b.impulses((stiffness, self.spring.dt), x))
     }
 
     fn drift<R: Real>(&self, p: &mut Program<R>, drift: Drift, node: [Array; 4]) -> [Array; 4] {
