@@ -135,13 +135,6 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     (value, [by_x, by_y])
 }
 
-/// The partials of `select(mask, a, b)`, for lanes whose mask is mixed.
-#[inline(always)]
-pub(crate) fn select<R: Real>(mask: R::Mask) -> [R; 2] {
-    let (zero, one) = (R::zero(), R::one());
-    [R::select(mask, one, zero), R::select(mask, zero, one)]
-}
-
 /// Whether the mask is the same in all lanes, and which.
 #[inline(always)]
 pub(crate) fn uniform<M: Mask>(mask: M) -> Option<bool> {

@@ -124,28 +124,32 @@ fn memory_that_is_used_again_changes_nothing() {
     }
 }
 
-/// The Hessian replays on duals.
+/// The terms of a sum in plain code.
+struct Terms<S, const N: usize>(S, Vec<[f64; N]>);
+
+impl<S: Summand, const N: usize> Function for Terms<S, N> {
+    fn eval<R: Real>(&self, shared: &[R]) -> R {
+        let mut scratch = vec![R::zero(); self.0.scratch()];
+        let mut term = |datum: &[f64; N]| self.0.eval(shared, &datum.map(R::lit), &mut scratch);
+        R::sum(&self.1.iter().map(&mut term).collect::<Vec<R>>())
+    }
+}
+
+/// The Hessian replays on duals. No differences: what is detached moves with them.
 #[test]
 fn sums_nest() {
+    let check = |got: Vec<Vec<f64>>, expected: Vec<Vec<f64>>| {
+        assert_close(&got.concat(), &expected.concat(), "hessian");
+    };
     let total = Total(Sum::new(Everything, &data(20)));
-    let second = hessian(&total, &AT);
-    for (i, row) in second.iter().enumerate() {
-        let step = 1e-5;
-        let moved = |by: f64| {
-            let mut at = AT;
-            at[i] += by;
-            gradient(&total, &at)
-        };
-        let pairs = moved(step).into_iter().zip(moved(-step));
-        let differences: Vec<f64> = pairs.map(|(up, down)| (up - down) / (2.0 * step)).collect();
-        for (h, d) in row.iter().zip(&differences) {
-            // Central differences of a gradient near 100: 1e-14 / 1e-5 of rounding, 1e-10 of curvature.
-            assert!(
-                (h - d).abs() <= 1e-6 * (1.0 + d.abs()),
-                "{row:?}, {differences:?}"
-            );
-        }
-    }
+    check(
+        hessian(&total, &AT),
+        hessian(&Terms(Everything, data(20)), &AT),
+    );
+    let (total, at) = (Total(Sum::new(Apart, &[[2.0]])), [0.5, 0.2]);
+    let plain = Terms(Apart, vec![[2.0]]);
+    assert_close(&gradient(&total, &at), &gradient(&plain, &at), "gradient");
+    check(hessian(&total, &at), hessian(&plain, &at));
 }
 
 /// Rounds to zero or one, with the derivative of another function.
@@ -265,4 +269,46 @@ fn local_jacobians_are_the_jacobians() {
         );
         assert_eq!(rows, count);
     }
+}
+
+/// The root of what is above a bound: at the bound the cotangent of the choice is infinite, in
+/// other lanes it is not and the choice another.
+#[derive(Clone)]
+struct Above;
+
+impl Summand for Above {
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+        (datum[0] - shared[0]).max(R::zero()).sqrt()
+    }
+}
+
+#[test]
+fn an_infinite_cotangent_passes_a_choice_on_one_side_alone() {
+    for count in [3, 40] {
+        let data: Vec<[f64; 1]> = (0..count).map(|i| [f64::from(i % 5)]).collect();
+        let total = Total(Sum::new(Above, &data));
+        let got = gradient(&total, &[0.5]);
+        assert_close(&got, &by_duals(&total, &[0.5]), "above");
+        assert!(got[0] < 0.0);
+    }
+}
+
+/// Values that pass on, with the derivative of something else or none at all.
+#[derive(Clone)]
+struct Apart;
+
+impl Summand for Apart {
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+        let (a, b) = (shared[0], shared[1]);
+        let soft = (a * a * a).straight_through(a * b);
+        a.detach() * b * datum[0] + soft * b
+    }
+}
+
+#[test]
+fn no_data_have_a_gradient_of_zero() {
+    let total = Total(Sum::new(Above, &[] as &[[f64; 1]]));
+    assert_eq!(gradient(&total, &[0.5]), [0.0]);
 }

@@ -3,7 +3,9 @@
 
 mod common;
 
-use autodiff::{Function, Real, Tape, Var, gradient, hessian};
+use autodiff::{
+    Adjoint, Function, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient, hessian,
+};
 use common::{assert_gradient, forward_gradient};
 
 const INF: f64 = f64::INFINITY;
@@ -121,6 +123,46 @@ fn a_choice_of_all_lanes_is_not_recorded() {
         assert_eq!(y.value(), chosen);
         assert_eq!(tape.len(), 2, "the inputs and nothing else");
     }
+}
+
+/// The root of what is above zero, in lanes that choose differently.
+#[derive(Clone, Copy)]
+struct Above(usize);
+
+impl Kernel<1, 1> for Above {
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [x.max(R::zero()).sqrt()]
+    }
+}
+impl Adjoint<1, 1> for Above {}
+
+impl Model for Above {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let x = p.state(self.0);
+        let [y] = p.map(*self, [x]);
+        p.advance(x, y);
+    }
+}
+
+#[test]
+fn an_infinite_cotangent_passes_a_choice_of_lanes_on_one_side_alone() {
+    let start: Vec<f64> = (0..19).map(|i| f64::from(i % 4 - 2)).collect();
+    let rollout = Rollout {
+        model: Above(start.len()),
+        steps: 1,
+        inputs: [].into(),
+        observed: vec![1],
+        entries: None,
+        state_bound: None,
+        cotangent_bound: None,
+        memory: Memory::All,
+    };
+    let got = autodiff::gradient_of(|x| Real::sum(&rollout.run(x, &[])), &start);
+    // At zero the bound's own derivative counts, which is a constant's.
+    let expected = start
+        .iter()
+        .map(|&x| if x > 0.0 { 0.5 / x.sqrt() } else { 0.0 });
+    assert_eq!(got, expected.collect::<Vec<f64>>());
 }
 
 #[test]

@@ -149,7 +149,18 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                         y[w] = L::select(holds(mask[w]), a[w], b[w]);
                     }
                 }
-                Op::StraightThrough { x: [x, _] } | Op::Detach { x } => y = self.get(x),
+                Op::StraightThrough { x: [x, soft] } => {
+                    let (x, soft) = (self.get(x), self.get(soft));
+                    for w in 0..W {
+                        y[w] = x[w].straight_through(soft[w]);
+                    }
+                }
+                Op::Detach { x } => {
+                    let x = self.get(x);
+                    for w in 0..W {
+                        y[w] = x[w].detach();
+                    }
+                }
                 Op::Dot { x: [a, b], len } => y = self.forward_dot(a, b, len as usize),
                 Op::Sum { x, len } => y = self.forward_sum(x, len as usize),
             }
@@ -227,9 +238,9 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 Op::Select { mask, x: [a, b] } => {
                     let (mask, mut parts) = (self.get(mask), [bar; 2]);
                     for w in 0..W {
-                        let [by_a, by_b] = rule::select(holds(mask[w]));
-                        parts[0][w] = L::chain(by_a, bar[w]);
-                        parts[1][w] = L::chain(by_b, bar[w]);
+                        // No products: an infinite cotangent would be NaN where it does not pass.
+                        parts[0][w] = L::select(holds(mask[w]), bar[w], L::zero());
+                        parts[1][w] = L::select(holds(mask[w]), L::zero(), bar[w]);
                     }
                     self.add(a, parts[0]);
                     self.add(b, parts[1]);

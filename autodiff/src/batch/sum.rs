@@ -141,6 +141,10 @@ impl<S: Summand> Fused for Sum<S> {
 
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Vec<R>) {
         let shared = inputs[0];
+        if self.count == 0 {
+            // There is no datum whose length a summand could be recorded for.
+            return (vec![R::zero()], vec![R::zero(); shared.len()]);
+        }
         let recorded = trace([shared.len(), self.columns.len()], |shared, datum| {
             let mut scratch = vec![Zero::zero(); self.summand.scratch()];
             self.summand.eval(shared, datum, &mut scratch)

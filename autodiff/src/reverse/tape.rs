@@ -9,8 +9,10 @@ use crate::real::Real;
 pub(super) const NONE: u32 = u32::MAX;
 /// In `Entry::parents[0]`: an entry of many parents; `parents[1]` counts within `Many::linear`.
 const LINEAR: u32 = u32::MAX - 1;
-/// In `Entry::parents[0]`: the first output of `Many::fused[parents[1]]`.
-const FUSED: u32 = u32::MAX - 2;
+/// In `Entry::parents[0]`: a choice by lanes; `parents[1]` counts within `Many::selects`.
+const SELECT: u32 = u32::MAX - 2;
+/// In `Entry::parents[0]`: the first output of `Many::fused[parents[1]]`. The least of the kinds.
+const FUSED: u32 = u32::MAX - 3;
 
 /// One recorded operation of at most two variables: 24 bytes for f64.
 #[derive(Clone, Copy)]
@@ -31,6 +33,8 @@ struct Many<R> {
     terms: Vec<(R, u32)>,
     /// … and where each entry's terms begin.
     linear: Vec<usize>,
+    /// One in the lanes that the first parent passes and zero in those that the second does.
+    selects: Vec<(R, [u32; 2])>,
     fused: Vec<FusedEntry<R>>,
 }
 
@@ -50,6 +54,7 @@ impl<R: Real> Arena<R> {
         self.entries.resize(index(inputs) as usize, entry);
         self.many.terms.clear();
         self.many.linear.clear();
+        self.many.selects.clear();
         self.many.fused.clear();
     }
 
@@ -79,6 +84,18 @@ impl<R: Real> Arena<R> {
         self.push(Entry {
             partials: [zero, zero],
             parents: [LINEAR, entry],
+        })
+    }
+
+    /// Appends a choice of one or the other parent in every lane. No partials of 0 and 1, by which
+    /// an infinite cotangent would become NaN where it does not pass.
+    pub(super) fn push_select(&mut self, mask: R::Mask, parents: [u32; 2], zero: R) -> u32 {
+        let select = index(self.many.selects.len());
+        let first = R::select(mask, R::one(), zero);
+        self.many.selects.push((first, parents));
+        self.push(Entry {
+            partials: [zero, zero],
+            parents: [SELECT, select],
         })
     }
 
@@ -157,6 +174,15 @@ impl<R: Real> Many<R> {
                     *parent = R::chain_add(partial, bar, *parent);
                 }
             }
+            SELECT => {
+                let ((first, parents), bar) = (self.selects[place], bars[i]);
+                let mask = R::zero().lt(first);
+                for (parent, mask) in parents.into_iter().zip([mask, !mask]) {
+                    if parent != NONE {
+                        bars[parent as usize] += R::select(mask, bar, R::zero());
+                    }
+                }
+            }
             _ => {}
         }
     }
@@ -209,6 +235,7 @@ impl<R: Real> Tape<R> {
             many: Many {
                 terms: Vec::new(),
                 linear: Vec::new(),
+                selects: Vec::new(),
                 fused: Vec::new(),
             },
         };

@@ -191,7 +191,21 @@ impl<R: Real> Real for Var<R> {
             Some(false) => if_false,
             None => {
                 let value = R::select(mask, if_true.value, if_false.value);
-                if_true.apply2(if_false, (value, rule::select(mask)))
+                let generation = Self::common(if_true.generation, &if_false);
+                if generation == CONSTANT {
+                    return Self::constant(value);
+                }
+                let (parents, zero) = ([if_true.index, if_false.index], R::zero());
+                // SAFETY: nothing foreign runs.
+                #[allow(unsafe_code)]
+                let index = unsafe {
+                    current::with(generation, |arena| arena.push_select(mask, parents, zero))
+                };
+                Var {
+                    value,
+                    index,
+                    generation,
+                }
             }
         }
     }
