@@ -24,7 +24,8 @@ pub trait Residual: Clone + Send + 'static {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Singular {
-    /// The first unknown whose column depends on those before it, to within rounding.
+    /// The first unknown whose column depends on those before it, to within rounding, or is not a
+    /// number.
     pub unknown: usize,
 }
 
@@ -34,7 +35,7 @@ impl fmt::Display for Singular {
         write!(
             formatter,
             "the residual's Jacobian is singular: its column for unknown {unknown} depends on \
-             those before it, so the root is no function of the parameters"
+             those before it or is not a number, so the root is no function of the parameters"
         )
     }
 }

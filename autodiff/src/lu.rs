@@ -2,7 +2,9 @@
 
 use crate::real::{Mask, Real};
 
-/// The factors of a square matrix, its rows exchanged by partial pivoting.
+/// The factors of a square matrix, its rows exchanged by partial pivoting. Pivots are compared, and
+/// found too small, in shares of the largest entries of their row and column: neither the units of
+/// equations nor those of unknowns make a matrix singular.
 ///
 /// Rows are exchanged by `select`, so lanes may disagree about them and duals follow primals.
 pub(crate) struct Lu<R: Real> {
@@ -17,17 +19,27 @@ impl<R: Real> Lu<R> {
     /// it, to within rounding.
     pub(crate) fn new(mut rows: Vec<Vec<R>>) -> Result<Self, usize> {
         let n = rows.len();
-        let largest = rows.concat().iter().fold(R::zero(), |m, x| m.max(x.abs()));
-        let negligible = largest.detach() * unit_roundoff() * R::lit(n as f64);
+        let largest = |numbers: &[R]| {
+            let sizes = numbers.iter().map(|x| x.detach().abs());
+            sizes.fold(R::zero(), |largest, size| largest.max(size))
+        };
+        let mut of_rows: Vec<R> = rows.iter().map(|row| largest(row)).collect();
+        let of_column = |k: usize| {
+            let shares = rows.iter().zip(&of_rows).map(|(row, &size)| row[k] / size);
+            largest(&shares.collect::<Vec<R>>()) * unit_roundoff() * R::lit(n as f64)
+        };
+        let negligible: Vec<R> = (0..n).map(of_column).collect();
         let mut exchanges = Vec::with_capacity(n * n / 2);
         for k in 0..n {
             for i in k + 1..n {
-                let mask = rows[k][k].abs().lt(rows[i][k].abs());
+                let [here, there] = [(k, i), (i, k)].map(|(i, j)| rows[i][k].abs() * of_rows[j]);
+                let mask = here.lt(there);
                 exchange(&mut rows, (k, i), mask);
+                swap(&mut of_rows, (k, i), mask);
                 exchanges.push((k, i, mask));
             }
             // NaN is not a pivot either.
-            if !negligible.lt(rows[k][k].abs()).all() {
+            if !(of_rows[k] * negligible[k]).lt(rows[k][k].abs()).all() {
                 return Err(k);
             }
             for i in k + 1..n {

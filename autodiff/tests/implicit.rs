@@ -148,6 +148,45 @@ fn a_singular_root_is_an_error() {
     assert!(error.to_string().contains("unknown 1 depends"), "{error}");
 }
 
+/// Two equations in units of their own, two unknowns too.
+#[derive(Clone)]
+struct InUnits([f64; 2], [f64; 2]);
+
+impl Residual for InUnits {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        let [[e, f], [a, b]] = [self.0, self.1].map(|units| units.map(R::lit));
+        let (x, y) = (a * x[0], b * x[1]);
+        vec![e * (x + y - p[0]), f * (x - y)]
+    }
+}
+
+#[test]
+fn neither_units_of_equations_nor_of_unknowns_make_a_root_singular() {
+    for size in [1e-200, 1e-16, 1.0, 1e16, 1e200] {
+        for (equations, unknowns) in [([1.0, size], [1.0; 2]), ([1.0; 2], [1.0, size])] {
+            let residual = InUnits(equations, unknowns);
+            let p = [Dual::<f64, 1>::variable(2.0, 0)];
+            let x = [1.0, 1.0 / unknowns[1]].map(Dual::constant);
+            let root = root(residual, &x, &p).expect("half of it each");
+            let slope = [root[0].tangent[0], root[1].tangent[0] * unknowns[1]];
+            assert_close(&slope, &[0.5, 0.5], ROUNDING);
+        }
+    }
+    // Nearly the same equation twice stays singular in any units.
+    #[derive(Clone)]
+    struct Twice(f64);
+    impl Residual for Twice {
+        fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+            let sum = R::lit(0.1) * x[0] + R::lit(0.3) * x[1] - p[0];
+            vec![sum, R::lit(self.0) * sum]
+        }
+    }
+    for size in [1e-200, 0.7, 1e200] {
+        let error = root(Twice(size), &[1.0, 1.0], &[0.4]).expect_err("one equation");
+        assert_eq!(error.unknown, 1);
+    }
+}
+
 /// `p x0 + x1 = 1, x0 - p x1 = p`: rows are exchanged where `p` is below 1.
 #[derive(Clone)]
 struct Turned;
