@@ -23,7 +23,7 @@
 //! | `hypot(x, y)` | `x = y = 0` | 0 by both |
 //! | `powi(x, 0)` | everywhere | 0 |
 //! | `powf(x, y)` | `x = 0` | by `x`: the limit of `y x^(y-1)`; by `y`: 0 |
-//! | `atan2(y, x)` | `x = y = 0` | 0 by both |
+//! | `atan2(y, x)` | `x = y = 0`, and where either is infinite | 0 by both |
 //! | any function | the argument is NaN | NaN is passed on, never hidden |
 //! | `max`, `min`, `clamp` | a bound is NaN | the bound is ignored: a bound is taken to be a number |
 //!
@@ -169,12 +169,17 @@ pub trait Real:
     fn clamp(self, lo: Self, hi: Self) -> Self {
         self.max(lo).min(hi)
     }
-    /// `sqrt(self^2 + other^2)`, without a guard against overflow of the squares.
+    /// `sqrt(self^2 + other^2)`. Divided by the larger magnitude first, so that the squares neither
+    /// overflow nor vanish.
     #[inline(always)]
     fn hypot(self, other: Self) -> Self {
-        let squared = self * self + other * other;
-        let zero = Self::zero();
-        Self::select(squared.le(zero), zero, squared.sqrt())
+        let (zero, x, y) = (Self::zero(), self.abs(), other.abs());
+        let scale = x.max(y);
+        let (a, b) = (x / scale, y / scale);
+        let length = scale * (a * a + b * b).sqrt();
+        // At the origin and at infinity that is NaN; the sum is what it should be, and NaN for NaN.
+        let divides = zero.lt(scale) & scale.finite();
+        Self::select(divides, length, x + y)
     }
 
     // Derivatives.

@@ -42,7 +42,8 @@ pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
 #[inline(always)]
 pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
     let value = x.rsqrt();
-    (value, R::lit(-0.5) * value * value * value)
+    // At -0 the value is minus infinity, and the slope that from inside the domain all the same.
+    (value, R::lit(-0.5) * value * value * value.abs())
 }
 
 /// Exponential.
@@ -79,7 +80,8 @@ pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
     (value, value * value + R::one())
 }
 
-/// Hyperbolic tangent. The product form of `1 - tanh^2`: `1 - |tanh|` is exact near saturation.
+/// Hyperbolic tangent. The product form of `1 - tanh^2`, right to an ulp of 1: where the value has
+/// rounded to 1, from 20 on, the partial is 0.
 #[inline(always)]
 pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
     let (value, one) = (x.tanh(), R::one());
@@ -111,17 +113,19 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     (value, [by_x, R::select(at_zero, zero, value * x.ln())])
 }
 
-/// `atan2(y, x)`, partials by `y` and `x`. Divided by the larger magnitude first, as a constant,
-/// so that the squares neither overflow nor vanish.
+/// `atan2(y, x)`, partials by `y` and `x`; zero at the origin and at infinity. Divided by the larger
+/// magnitude first, as a constant, so that the squares neither overflow nor vanish.
 #[inline(always)]
 pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
     let scale = y.abs().max(x.abs()).detach();
+    let divides = zero.lt(scale) & scale.finite();
     let (y, x) = (y / scale, x / scale);
     let denominator = (x * x + y * y) * scale;
-    let origin = scale.le(zero);
-    let by_y = R::select(origin, zero, x / denominator);
-    let by_x = R::select(origin, zero, -(y / denominator));
+    // Zero, and NaN where the value is.
+    let flat = value.detach() * zero;
+    let by_y = R::select(divides, x / denominator, flat);
+    let by_x = R::select(divides, -(y / denominator), flat);
     (value, [by_y, by_x])
 }
 

@@ -157,7 +157,9 @@ fn infinite_slopes_are_infinite() {
         assert_gradient(&Kink::Recip, &[zero], &[-INF]);
         assert_gradient(&Kink::Divide, &[zero], &[-INF]);
     }
+    // The value is minus infinity at -0, the slope that from inside the domain all the same.
     assert_gradient(&Kink::Rsqrt, &[0.0], &[-INF]);
+    assert_gradient(&Kink::Rsqrt, &[-0.0], &[-INF]);
 }
 
 #[test]
@@ -181,6 +183,12 @@ fn an_exact_zero_stops_at_an_infinite_partial() {
 fn hypot_is_flat_at_the_origin() {
     assert_gradient(&Kink::Hypot, &[0.0, 0.0], &[0.0, 0.0]);
     assert_gradient(&Kink::Hypot, &[0.0, -2.0], &[0.0, -1.0]);
+    // The smallest of all numbers are no origin.
+    let smallest = gradient(&Kink::Hypot, &[5e-324, 0.0]);
+    assert_eq!(smallest, [1.0, 0.0]);
+    for (x, y) in [(INF, 1.0), (-1.0, -INF), (INF, INF)] {
+        assert_eq!(Kink::Hypot.eval(&[x, y]), INF);
+    }
 }
 
 #[test]
@@ -206,6 +214,13 @@ fn atan2_is_flat_at_the_origin() {
 }
 
 #[test]
+fn atan2_is_flat_at_infinity() {
+    for at in [[INF, 1.0], [1.0, INF], [-1.0, -INF], [INF, -INF]] {
+        assert_gradient(&Kink::Atan2, &at, &[0.0, 0.0]);
+    }
+}
+
+#[test]
 fn nan_is_passed_on() {
     for function in [Kink::Sqrt, Kink::Rsqrt, Kink::Ln] {
         assert!(function.eval(&[-1.0_f64]).is_nan());
@@ -217,6 +232,14 @@ fn nan_is_passed_on() {
     }
     for function in [Kink::Max, Kink::Min, Kink::Hypot, Kink::Atan2] {
         assert!(function.eval(&[NAN, 1.0]).is_nan());
+    }
+    for function in [Kink::Hypot, Kink::Atan2] {
+        for other in [0.0, 1.0, INF] {
+            for at in [[NAN, other], [other, NAN]] {
+                assert!(function.eval(&at).is_nan());
+                assert_gradient(&function, &at, &[NAN, NAN]);
+            }
+        }
     }
     assert!(Kink::Clamp.eval(&[NAN, 0.0, 1.0]).is_nan());
 }

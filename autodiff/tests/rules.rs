@@ -193,7 +193,7 @@ fn binary_functions_agree_with_differences() {
             }
         }
     }
-    // Squares of these leave the range of f64; atan2 and its partials do not.
+    // Squares of these leave the range of f64; angle, distance and their partials do not.
     for (y, x) in [
         (1e200, -2e200),
         (-1e-200, 3e-200),
@@ -203,6 +203,13 @@ fn binary_functions_agree_with_differences() {
         // An angle varies over distances of the order of the radius.
         let radius = f64::max(f64::abs(x), f64::abs(y));
         assert_close_to_difference(&Atan2, &[y, x], &[radius, radius]);
+        assert_close_to_difference(&Hypot, &[y, x], &[radius, radius]);
+        // Five roundings.
+        let (got, std) = (Hypot.eval(&[y, x]), f64::hypot(y, x));
+        assert!(
+            (got / std - 1.0).abs() < 5.0 * f64::EPSILON,
+            "{got:e}, {std:e}"
+        );
     }
 }
 

@@ -128,6 +128,9 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
         same(x.exp(), a.exp(), "exp");
         same(x.ln(), a.ln(), "ln");
         same(x.tanh(), Real::tanh(a), "tanh");
+        if a.is_infinite() {
+            assert_eq!(x.tanh().parts(), [a.signum(), 0.0]);
+        }
         same(x.recip(), a.recip(), "recip");
         same(x.signum(), Real::signum(a), "signum");
         for b in special {

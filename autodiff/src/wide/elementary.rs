@@ -61,8 +61,8 @@ pub(super) fn exp(x: Wide) -> Wide {
 
 /// `tanh x = (e^2x - 1) / (e^2x + 1)`, the difference without cancellation.
 pub(super) fn tanh(x: Wide) -> Wide {
-    if x.high.is_nan() {
-        return x;
+    if !x.high.is_finite() {
+        return Wide::from(x.high.tanh());
     }
     // From 40 on, 1 - tanh x is below 4e-35.
     let (expm1, n) = reduced_exp_m1((x + x).clamp(Wide::from(-80.0), Wide::from(80.0)));

@@ -29,8 +29,9 @@
 //! `powf(y)` 1e-31 per unit of `y ln x`. All that within 1e-280 and 1e300 in size: the second
 //! float of a smaller number underflows.
 //!
-//! `sin` and `cos` beyond 2^50 radians are NaN rather than wrong. Infinities, NaN and the
-//! conventions of the table in [`real`](crate::real) are as in f64.
+//! `sin` and `cos` beyond 2^50 radians are NaN rather than wrong, and so is every power `powf` of a
+//! negative number, which f64 has for whole exponents. Infinities, NaN and the conventions of the
+//! table in [`real`](crate::real) are as in f64.
 //!
 //! Literals are f64: `R::lit(0.1)` is the same number in both runs, as it must be where rounding
 //! is to be told from the choice of constants.
