@@ -6,7 +6,7 @@ mod common;
 use autodiff::lanes::{Lane, Vectorized};
 use autodiff::{Function, Real, Tape, Var, gradient, hessian};
 use common::{assert_gradient, forward_gradient};
-use num_traits::{One, Zero};
+use num_traits::Zero;
 
 const INF: f64 = f64::INFINITY;
 const NAN: f64 = f64::NAN;
