@@ -10,12 +10,12 @@ use crate::gradient::{ALL, BLOCKS, Horizon, Inputs, Task};
 use crate::lattice::Ground;
 use crate::objective::Displacement;
 use crate::projection::{Projection, mixture};
-use crate::scene::{HorizonMode, ProjectionSettings};
+use crate::scene::{Contact, HorizonMode, Integrator, ProjectionSettings};
 
 /// By how much the negative control's gradient is wrong: one part in a hundred.
 const WRONG_BY: f64 = 0.01;
 
-/// How far a robot that stands on the ground is lifted where its positions are checked, m.
+/// How far a robot that stands on the ground is lifted where that is a kink, m.
 const LIFT: f64 = 1e-3;
 
 /// What was found for one group of parameters.
@@ -77,7 +77,9 @@ impl GradientCheck {
 ///
 /// A node that stands exactly on the ground line sits on a kink of the positions, with one
 /// derivative upwards and one downwards; several such nodes take sides one by one, which no
-/// difference along a line shows. There the positions are checked 1 mm higher.
+/// difference along a line shows. There the positions are checked 1 mm higher. So are the
+/// velocities where leapfrog integrates: its first drift takes a node at rest off the ground or
+/// not, before any force does.
 pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> GradientCheck {
     let mut case = case.clone();
     case.physics.steps = steps.min(case.physics.steps);
@@ -87,7 +89,9 @@ pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> Gradient
     let mut groups = Vec::new();
     let mut control = None;
     for (block, name) in BLOCKS.into_iter().enumerate() {
-        let above = above.as_ref().filter(|_| name == "x0");
+        let leaps = case.physics.integrator == Integrator::Leapfrog;
+        let is_kink = name == "x0" || (name == "v0" && leaps);
+        let above = above.as_ref().filter(|_| is_kink);
         let subject = above.unwrap_or(&here);
         let gradient = &subject.gradient[block];
         let report = subject.check(block, gradient, options);
@@ -117,10 +121,11 @@ pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> Gradient
     }
 }
 
-/// Whether a node starts on the ground line, to the rounding of an incline's frame.
+/// Whether a node starts on ground, to the rounding of an incline's frame.
 fn stands(case: &Case) -> bool {
     let state = case.start.to_ground(&Ground::from(&case.physics));
-    state.x.iter().any(|x| x[1].abs() < 1e-12)
+    let on_line = || state.x.iter().any(|x| x[1].abs() < 1e-12);
+    case.physics.contact != Contact::None && on_line()
 }
 
 fn lifted(case: &Case) -> Case {
@@ -233,10 +238,13 @@ impl fmt::Display for GradientCheck {
         for group in &self.groups {
             write_row(out, group)?;
         }
-        if self.groups.iter().any(|group| group.lifted) {
+        let lifted = self.groups.iter().filter(|group| group.lifted);
+        let lifted: Vec<_> = lifted.map(|group| group.name).collect();
+        if !lifted.is_empty() {
             writeln!(
                 out,
-                "x0: nodes stand exactly on the ground, a kink; the slopes are those {LIFT} m above"
+                "{}: nodes stand exactly on the ground, a kink; the slopes are those {LIFT} m above",
+                lifted.join(", ")
             )?;
         }
         match &self.control {
@@ -283,7 +291,7 @@ fn write_row(out: &mut fmt::Formatter<'_>, group: &Group) -> fmt::Result {
 mod tests {
     use super::{Options, Verdict, check_gradients};
     use crate::case::Case;
-    use crate::scene::Scene;
+    use crate::scene::{Contact, Integrator, Scene};
 
     #[test]
     fn wrong_groups_and_believed_controls_are_failures() {
@@ -298,5 +306,35 @@ mod tests {
         check.groups[5].verdict = Verdict::Kink;
         check.control.as_mut().unwrap().verdict = Verdict::Smooth;
         assert_eq!(check.failures(), ["b1", "the negative control"]);
+    }
+
+    /// Where robots stand on ground, leapfrog has a kink of the velocities as well; where there is
+    /// no ground, nothing has.
+    #[test]
+    fn robots_that_stand_are_lifted_off_their_kinks() {
+        let lifted = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = Scene::default();
+            (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+            scene.controller.hidden = 2;
+            change(&mut scene);
+            let case = Case::of_scene(&scene, 0).unwrap();
+            let check = check_gradients(&case, 32, &Options::default());
+            assert!(check.failures().is_empty(), "{check}");
+            let lifted = check.groups.iter().filter(|group| group.lifted);
+            lifted.map(|group| group.name).collect::<Vec<_>>()
+        };
+        let leapfrog = |s: &mut Scene| s.physics.integrator = Integrator::Leapfrog;
+        assert_eq!(lifted(&|_| ()), ["x0"]);
+        assert_eq!(lifted(&leapfrog), ["x0", "v0"]);
+        for substeps in [1, 2] {
+            let leaps = |s: &mut Scene| {
+                leapfrog(s);
+                s.physics.substeps = substeps;
+                s.physics.contact = Contact::Coulomb;
+            };
+            assert_eq!(lifted(&leaps), ["x0", "v0"]);
+        }
+        let nowhere = |s: &mut Scene| s.physics.contact = Contact::None;
+        assert_eq!(lifted(&nowhere), Vec::<&str>::new());
     }
 }
