@@ -17,7 +17,7 @@ pub enum Purpose {
     Verification = 3,
     /// The side towards which a start thins out.
     Tilt = 5,
-    /// Robots and surroundings around the nominal ones, for gradients.
+    /// Robots and surroundings around the nominal ones, for gradients and by which controllers are chosen.
     Scatter = 6,
     /// The same, by which robustness is judged.
     Robustness = 7,

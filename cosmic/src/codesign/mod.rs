@@ -1,8 +1,8 @@
 //! The paper's algorithm 1: structure, material and controller optimised together.
 //!
 //! [`CoDesign::iterate`] is one iteration. It moves a [`Progress`], which is the whole state of
-//! an optimisation, and tells what it did in a [`Record`]; it draws no random numbers and knows
-//! no files. [`CoDesign::deliver`] picks and measures the result. [`optimise`] does all of it:
+//! an optimisation, and tells what it did in a [`Record`]; what it draws depends on seed and
+//! iteration alone, and it knows no files. [`CoDesign::deliver`] picks and measures the result. [`optimise`] does all of it:
 //!
 //! ```
 //! use cosmic::codesign::optimise;

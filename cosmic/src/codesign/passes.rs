@@ -139,11 +139,11 @@ impl CoDesign {
         }
         let candidate = Candidate {
             iteration: progress.iteration,
-            along: merit,
+            merit,
             controller: progress.controller.clone(),
             spread: None,
         };
-        let better = |c: &Candidate| c.along >= merit;
+        let better = |c: &Candidate| c.merit >= merit;
         let place = progress.candidates.partition_point(better);
         if merit.is_finite() {
             progress.candidates.insert(place, candidate);

@@ -63,7 +63,7 @@ impl CoDesign {
         ranked.into_iter().map(|(_, layout)| layout).collect()
     }
 
-    /// The gradient of the displacement loss by the shares of the materials in every edge.
+    /// The gradient of the loss by the shares of the materials in every edge.
     fn by_shares(&self, progress: &Progress, moment: &Moment) -> Vec<f64> {
         let horizon = self.horizon(moment);
         let worlds = self.worlds(progress, moment);

@@ -16,7 +16,7 @@ use crate::simulator::StepCheck;
 /// The whole state of an optimisation: saved and read back, it goes on bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Seed of the controller's first weights and of the perturbed starts.
+    /// Seed of all that is drawn: first weights, a tilted start, perturbed starts, scattered worlds.
     pub seed: u64,
     /// Iterations that are done.
     pub iteration: usize,
@@ -127,7 +127,8 @@ pub struct Candidate {
     pub iteration: usize,
     /// How far a full rollout got with it, m along the ground; for another task than to get far,
     /// minus its loss.
-    pub along: f64,
+    #[serde(rename = "along")]
+    pub merit: f64,
     /// The controller.
     pub controller: Controller<f64>,
     /// The same over the perturbed starts by which controllers are chosen, where these rollouts
@@ -188,6 +189,7 @@ pub struct MmaDiagnostics {
     pub newton_steps: usize,
     /// Largest violation of the optimality conditions.
     pub residual: f64,
-    /// Elastic variables of the four volume bounds: what could not be met.
+    /// Elastic variables of the constraints, as they are scaled for MMA: what could not be met. The
+    /// four volume bounds come first, then the measures where those are constraints.
     pub elastic: Vec<f64>,
 }

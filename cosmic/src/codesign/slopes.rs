@@ -1,4 +1,4 @@
-//! Gradients of the displacement loss.
+//! Gradients of the loss.
 
 use autodiff::{Real, Var};
 
@@ -11,7 +11,7 @@ use crate::scatter::World;
 use crate::scene::GradientPrecision;
 use crate::simulator::Trajectory;
 
-/// A gradient of the displacement loss, and where the payload was after the horizon.
+/// A gradient of the loss, and where the payload was after the horizon.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Slope {
     pub(super) gradient: Vec<f64>,
@@ -79,7 +79,7 @@ impl CoDesign {
         [performance, stability]
     }
 
-    /// Gradients of the displacement loss, of rollouts in the scene's precision: over worlds their
+    /// Gradients of the loss, of rollouts in the scene's precision: over worlds their
     /// means, with none of them those of the nominal task. Where one is not finite, be it that f32
     /// does not reach so far, the update that it is for is skipped.
     ///
@@ -106,7 +106,7 @@ impl CoDesign {
         })
     }
 
-    /// Gradients of the displacement loss, and the states after the horizon.
+    /// Gradients of the loss, and the states after the horizon.
     fn differentiated<R: Real, const N: usize>(
         &self,
         task: &Task,
@@ -128,7 +128,7 @@ impl CoDesign {
         std::array::from_fn(|_| both.next().expect("as many states as gradients"))
     }
 
-    /// The displacement losses and the rollouts that they are of. With a second goal behind, each
+    /// The losses and the rollouts that they are of. With a second goal behind, each
     /// is the mean of the loss ahead and of minus the loss with that goal: the payload is to get as
     /// far back.
     fn losses_of<R: Real, const N: usize>(

@@ -9,7 +9,9 @@ use crate::random::{Purpose, stream, symmetric};
 const VOID: [f64; 2] = [0.001, 0.999];
 
 /// Shares of void with a surplus that grows along a direction drawn from the seed, every direction
-/// as likely as any other: from nothing at one side of the lattice to `2 tilt` at the opposite.
+/// as likely as any other: `tilt (1 + cos(a) x + sin(a) y)` for coordinates from -1 to 1 across the
+/// lattice. Along an axis that is from nothing at one side to `2 tilt` at the opposite, along a
+/// diagonal from `-0.4 tilt` in one corner to `2.4 tilt` in the other.
 ///
 /// No direction is preferred: a search over seeds finds out by itself which side should be thin.
 pub(super) fn tilted(void: &[f64], lattice: &Lattice, tilt: f64, seed: u64) -> Vec<f64> {

@@ -44,7 +44,8 @@ pub struct StartSettings {
     pub void: f64,
     /// Layout that "three_legged" and "layout" refer to.
     pub layout: Layout,
-    /// Half the surplus of void at a side drawn from the seed; none is at the opposite (paper: 0).
+    /// Mean surplus of void, which grows towards a side drawn from the seed: about none at the
+    /// opposite one, and twice as much here (paper: 0).
     pub tilt: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The physics of a step, as kernels: one spring, one node's contact.
+//! The physics of a step, as kernels: one spring, one bent bar, one node's flight and contact.
 //!
 //! They work in the ground's frame: first coordinate along the ground, second the height above.
 

@@ -43,7 +43,7 @@ impl StepLimit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
-    /// Below the bound: no vibration about the start grows.
+    /// Below the bound: no vibration about the positions it was asked at grows.
     Safe,
     /// Beyond the bound, and below what the largest frequency itself allows.
     Close,
