@@ -36,6 +36,7 @@ use std::ops::{AddAssign, BitAnd, BitOr, Div, DivAssign, MulAssign, Neg, Not, Su
 
 use num_traits::{One, Zero};
 
+use crate::element::Elementary;
 use crate::elementary;
 use crate::fused::Fused;
 use crate::lanes::{self, Vectorized};
@@ -145,6 +146,11 @@ pub trait Real:
     fn powi(self, exponent: i32) -> Self;
     /// Real power of a non-negative base.
     fn powf(self, exponent: Self) -> Self;
+    /// One of the [`Elementary`] functions without a method here, such as `asinh`.
+    #[inline(always)]
+    fn elementary(self, function: Elementary) -> Self {
+        function.value(self)
+    }
     /// Absolute value.
     fn abs(self) -> Self;
     /// -1, 0 or 1: unlike `f64::signum`, zero at zero.
@@ -294,6 +300,13 @@ macro_rules! impl_real_for_float {
             #[inline(always)]
             fn powf(self, exponent: Self) -> Self {
                 self.powf(exponent)
+            }
+            #[inline(always)]
+            fn elementary(self, function: Elementary) -> Self {
+                match function.of_system() {
+                    Some(system) => system(self as f64) as $float,
+                    None => function.value(self),
+                }
             }
             #[inline(always)]
             fn abs(self) -> Self {

@@ -320,6 +320,13 @@ macro_rules! define_lanes {
                 self.each(exponent, |x, y| Real::powf(x, y))
             }
             #[inline(always)]
+            fn elementary(self, function: Elementary) -> Self {
+                match function.of_system() {
+                    Some(_) => self.each(self, |x, _| x.elementary(function)),
+                    None => function.value(self),
+                }
+            }
+            #[inline(always)]
             fn abs(self) -> Self {
                 self.magnitude()
             }

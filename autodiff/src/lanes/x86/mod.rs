@@ -16,6 +16,7 @@ use std::ops::{
 use num_traits::{One, Zero};
 
 use super::Lane;
+use crate::element::Elementary;
 use crate::elementary::{self, Abreast, Primitive};
 use crate::real::{Mask, Real};
 
