@@ -13,7 +13,7 @@ use crate::rule;
 /// At an end of its domain the derivative is the limit from inside, infinite for `asin`, `acos`,
 /// `acosh`, `atanh`, `ln_1p` and the logarithms, as it is for `cbrt` at 0; outside it is NaN, as
 /// the value is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Elementary {
     /// Inverse sine.
