@@ -19,6 +19,8 @@
 //! | `select(m, a, b)` | everywhere | that of the chosen operand; the other passes nothing |
 //! | `sqrt(x)`, `rsqrt(x)`, `ln(x)`, `1/x` | `x = 0` | infinite: the limit from inside the domain, also at -0 (but `rsqrt(-0)` is -infinity itself) |
 //! | `sqrt(x)`, `rsqrt(x)`, `ln(x)` | `x < 0` | NaN, as the value is |
+//! | [`Elementary`] functions | at an end of the domain; `cbrt` at 0 | infinite: the limit from inside |
+//! | [`Elementary`] functions | outside the domain | NaN, as the value is |
 //! | any function | cotangent (reverse) or tangent (forward) exactly 0 | 0, even where the partial is infinite or NaN |
 //! | `hypot(x, y)` | `x = y = 0` | 0 by both |
 //! | `powi(x, 0)` | everywhere | 0 |
@@ -146,7 +148,8 @@ pub trait Real:
     fn powi(self, exponent: i32) -> Self;
     /// Real power of a non-negative base.
     fn powf(self, exponent: Self) -> Self;
-    /// One of the [`Elementary`] functions without a method here, such as `asinh`.
+    /// One of the [`Elementary`] functions, which have no method here:
+    /// `x.elementary(Elementary::Asinh)`.
     #[inline(always)]
     fn elementary(self, function: Elementary) -> Self {
         function.value(self)

@@ -247,7 +247,7 @@ fn powers_are_exact() {
 
 #[test]
 fn odd_functions_keep_the_sign_of_a_zero() {
-    fn zeros<T: Float>() -> [T; 7] {
+    fn zeros<T: Float>() -> [T; 11] {
         let zero = T::neg_zero();
         [
             zero.asin(),
@@ -257,9 +257,14 @@ fn odd_functions_keep_the_sign_of_a_zero() {
             zero.ln_1p(),
             zero.cbrt(),
             zero.atan(),
+            zero.sin(),
+            zero.tan(),
+            zero.tanh(),
+            zero.exp_m1(),
         ]
     }
     assert!(zeros::<Element<f64>>().iter().all(|y| y.is_sign_negative()));
+    assert!(zeros::<Element<f32>>().iter().all(|y| y.is_sign_negative()));
     assert!(
         zeros::<Element<Wide>>()
             .iter()

@@ -136,43 +136,6 @@ fn every_mode_has_the_same_second_derivative() {
 }
 
 #[test]
-fn at_the_end_of_a_domain_every_mode_has_the_limit() {
-    let inf = f64::INFINITY;
-    for end in [-1.0, 1.0] {
-        assert_gradient(&Named("asin"), &[end], &[inf]);
-        assert_gradient(&Named("acos"), &[end], &[-inf]);
-        assert_gradient(&Named("atanh"), &[end], &[inf]);
-    }
-    assert_gradient(&Named("ln_1p"), &[-1.0], &[inf]);
-    assert_gradient(&Named("acosh"), &[1.0], &[inf]);
-    for zero in [0.0, -0.0] {
-        for name in ["log2", "log10", "cbrt"] {
-            assert_gradient(&Named(name), &[zero], &[inf]);
-        }
-    }
-}
-
-#[test]
-fn outside_a_domain_every_mode_has_nan() {
-    let outside = [
-        ("asin", vec![-1.5, 2.0]),
-        ("acos", vec![-1.5, 2.0]),
-        ("atanh", vec![-1.5, 2.0]),
-        ("ln_1p", vec![-1.5, -1e300]),
-        ("acosh", vec![0.5, -0.5, -1.0, -1e8, -1e155, f64::MIN]),
-        ("log2", vec![-1e-300, -8.0]),
-        ("log10", vec![-1e-300, -8.0]),
-    ];
-    for (name, points) in outside {
-        for x in points {
-            let value: f64 = Named(name).eval(&[x]);
-            assert!(value.is_nan(), "{name}({x}): {value}");
-            assert_gradient(&Named(name), &[x], &[f64::NAN]);
-        }
-    }
-}
-
-#[test]
 fn large_arguments_have_a_derivative() {
     for x in [1e20, 1e150, 1e155, 1e300] {
         for name in ["asinh", "acosh"] {
@@ -183,6 +146,6 @@ fn large_arguments_have_a_derivative() {
     }
     // (e^x / 2)' is itself, to the same bits.
     let sinh: f64 = Named("sinh").eval(&[710.0]);
-    assert_eq!(gradient(&Named("sinh"), &[710.0]), [sinh]);
-    assert_eq!(gradient(&Named("cosh"), &[-710.0]), [-sinh]);
+    assert_gradient(&Named("sinh"), &[710.0], &[sinh]);
+    assert_gradient(&Named("cosh"), &[-710.0], &[-sinh]);
 }

@@ -12,7 +12,7 @@ macro_rules! define_lanes {
         $lt:expr, $le:expr, $blend:expr,
         |$tested:ident, $kept:ident| $where_nonzero:expr,
         |$partial:ident, $cotangent:ident, $term:ident| $fma_where_nonzero:expr,
-        |$shifted:ident| $exp2:expr, |$signed:ident| $abs:expr,
+        |$shifted:ident| $exp2:expr, |$signed:ident| $abs:expr, |$size:ident, $sign:ident| $with_sign:expr,
         $and:expr, $or:expr, $not:expr, $bits:expr, $from_bits:expr,
         $expand:expr, $compress:expr, |$one:ident, $other:ident| $zip:expr
     ) => {
@@ -249,6 +249,11 @@ macro_rules! define_lanes {
             fn magnitude(self) -> Self {
                 let $signed = self.0;
                 Self(unsafe { $abs })
+            }
+            #[inline(always)]
+            fn with_sign_of(self, other: Self) -> Self {
+                let ($size, $sign) = (self.0, other.0);
+                Self(unsafe { $with_sign })
             }
         }
 
