@@ -48,6 +48,8 @@ pub(crate) trait Primitive:
     /// `if_less` where `self < bound`, else `otherwise`.
     fn where_less(self, bound: Self, if_less: Self, otherwise: Self) -> Self;
     fn magnitude(self) -> Self;
+    /// A number that is not negative, with the sign of another, be that a zero's.
+    fn with_sign_of(self, other: Self) -> Self;
 }
 
 /// `1/k!`, `k = 0 ... 17`.
@@ -114,36 +116,48 @@ pub(crate) fn exp<P: Primitive>(x: P) -> P {
 /// `tanh x = (e^2x - 1) / (e^2x + 1)`, the difference without cancellation.
 #[inline(always)]
 pub(crate) fn tanh<P: Primitive>(x: P) -> P {
-    let (zero, one, two) = (P::constant(0.0), P::constant(1.0), P::constant(2.0));
+    let (one, two) = (P::constant(1.0), P::constant(2.0));
     let limit = P::constant(P::TANH_ONE);
     let size = x.magnitude();
     let size = limit.where_less(size, limit, size);
     let (expm1, n) = reduced_exp_m1(two * size);
     let power = n.exp2_integer();
     let numerator = power.mul_add(expm1, power - one);
-    let value = numerator / (numerator + two);
-    x.where_less(zero, zero - value, value)
+    (numerator / (numerator + two)).with_sign_of(x)
 }
 
 /// Beyond this many radians the reduction by [`Primitive::PI_2`] would lose digits: there the
 /// system's sine and cosine serve.
 pub(crate) const SIN_RANGE: f64 = 1e4;
 
+/// `x - n pi/2`. Every product is a negative zero where `n` is zero: then a zero `x` keeps its sign.
+#[inline(always)]
+fn reduced_angle<P: Primitive>(mut x: P, n: P) -> P {
+    let minus_n = P::constant(0.0) - n;
+    for k in 0..P::PI_2.len() {
+        let part = P::PI_2[k];
+        let of_its_sign = if part < 0.0 { minus_n } else { n };
+        x = of_its_sign.mul_add(P::constant(-part.abs()), x);
+    }
+    x
+}
+
 /// `(sin x, cos x)` for `|x| <= SIN_RANGE`.
 #[inline(always)]
 pub(crate) fn sin_cos<P: Primitive>(x: P) -> (P, P) {
     let n = (x * P::constant(std::f64::consts::FRAC_2_PI)).round();
-    let r = reduced(x, n, P::PI_2);
+    let r = reduced_angle(x, n);
     let square = r * r;
-    let mut sin = P::constant(0.0);
-    let mut cos = P::constant(0.0);
-    // An inclusive range would not be unrolled.
-    for k in (1..P::SIN_TERMS + 1).rev() {
+    let sign = if P::SIN_TERMS % 2 == 0 { 1.0 } else { -1.0 };
+    let mut sin = P::constant(sign * INVERSE_FACTORIAL[2 * P::SIN_TERMS + 1]);
+    let mut cos = P::constant(sign * INVERSE_FACTORIAL[2 * P::SIN_TERMS]);
+    for k in (1..P::SIN_TERMS).rev() {
         let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
         sin = sin.mul_add(square, P::constant(sign * INVERSE_FACTORIAL[2 * k + 1]));
         cos = cos.mul_add(square, P::constant(sign * INVERSE_FACTORIAL[2 * k]));
     }
-    let sin = (sin * square).mul_add(r, r);
+    // A product that is added to zero is no negative zero: r keeps its sign if it is one.
+    let sin = sin.mul_add(square, P::constant(0.0)).mul_add(r, r);
     let cos = cos.mul_add(square, P::constant(1.0));
     quadrant(n, sin, cos)
 }
@@ -200,6 +214,10 @@ impl Primitive for f64 {
     fn magnitude(self) -> Self {
         self.abs()
     }
+    #[inline(always)]
+    fn with_sign_of(self, other: Self) -> Self {
+        self.copysign(other)
+    }
 }
 
 impl Primitive for f32 {
@@ -235,5 +253,9 @@ impl Primitive for f32 {
     #[inline(always)]
     fn magnitude(self) -> Self {
         self.abs()
+    }
+    #[inline(always)]
+    fn with_sign_of(self, other: Self) -> Self {
+        self.copysign(other)
     }
 }

@@ -7,6 +7,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{FromPrimitive, One, Zero};
 
+use crate::element::Elementary;
 use crate::fused::Fused;
 use crate::real::Real;
 use crate::rule;
@@ -163,6 +164,10 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
     #[inline(always)]
     fn powf(self, exponent: Self) -> Self {
         self.apply2(exponent, rule::powf(self.value, exponent.value))
+    }
+    #[inline(always)]
+    fn elementary(self, function: Elementary) -> Self {
+        self.apply(function.rule(self.value))
     }
     #[inline(always)]
     fn abs(self) -> Self {

@@ -29,7 +29,8 @@
 //! - What is not differentiated, data and settings, is a field of the type.
 //! - Loops, arrays and helper functions over `R: Real` are plain Rust.
 //! - A comparison, [`x.lt(y)`](Real::lt), is a mask: `R::select(x.lt(y), a, b)`, not `if`.
-//! - The elementary functions are the methods of [`Real`]; [`custom`] adds others.
+//! - The elementary functions are the methods of [`Real`], the rarer ones by
+//!   [`elementary`](Real::elementary); [`custom`] adds others.
 //!
 //! # Many time steps
 //!

@@ -19,6 +19,8 @@
 //! | `select(m, a, b)` | everywhere | that of the chosen operand; the other passes nothing |
 //! | `sqrt(x)`, `rsqrt(x)`, `ln(x)`, `1/x` | `x = 0` | infinite: the limit from inside the domain, also at -0 (but `rsqrt(-0)` is -infinity itself) |
 //! | `sqrt(x)`, `rsqrt(x)`, `ln(x)` | `x < 0` | NaN, as the value is |
+//! | [`Elementary`] functions | at an end of the domain; `cbrt` at 0 | infinite: the limit from inside |
+//! | [`Elementary`] functions | outside the domain | NaN, as the value is |
 //! | any function | cotangent (reverse) or tangent (forward) exactly 0 | 0, even where the partial is infinite or NaN |
 //! | `hypot(x, y)` | `x = y = 0` | 0 by both |
 //! | `powi(x, 0)` | everywhere | 0 |
@@ -36,6 +38,7 @@ use std::ops::{AddAssign, BitAnd, BitOr, Div, DivAssign, MulAssign, Neg, Not, Su
 
 use num_traits::{One, Zero};
 
+use crate::element::Elementary;
 use crate::elementary;
 use crate::fused::Fused;
 use crate::lanes::{self, Vectorized};
@@ -145,6 +148,12 @@ pub trait Real:
     fn powi(self, exponent: i32) -> Self;
     /// Real power of a non-negative base.
     fn powf(self, exponent: Self) -> Self;
+    /// One of the [`Elementary`] functions, which have no method here:
+    /// `x.elementary(Elementary::Asinh)`.
+    #[inline(always)]
+    fn elementary(self, function: Elementary) -> Self {
+        function.value(self)
+    }
     /// Absolute value.
     fn abs(self) -> Self;
     /// -1, 0 or 1: unlike `f64::signum`, zero at zero.
@@ -299,6 +308,13 @@ macro_rules! impl_real_for_float {
             #[inline(always)]
             fn powf(self, exponent: Self) -> Self {
                 self.powf(exponent)
+            }
+            #[inline(always)]
+            fn elementary(self, function: Elementary) -> Self {
+                match function.of_system() {
+                    Some(system) => system(self as f64) as $float,
+                    None => function.value(self),
+                }
             }
             #[inline(always)]
             fn abs(self) -> Self {

@@ -2,6 +2,7 @@
 
 use autodiff::batch::{self, Sum, Summand};
 use autodiff::custom::{Rule, apply};
+use autodiff::element::Elementary;
 use autodiff::{Function, Kernel, Mask, Partials, Real, VectorFunction, gradient, hessian, jvp};
 
 /// Every operation that a trace records, kinks and selections included.
@@ -19,6 +20,7 @@ impl Summand for Everything {
         let [x, y] = [datum[0], datum[1]];
         scratch[0] = (a * x + b).sin() - (b - y).cos() * (R::lit(0.3) * x).tan();
         scratch[1] = (a - x).tanh() + (-(b * b)).exp() / (R::lit(2.0) + y * y);
+        scratch[1] += (b * x).elementary(Elementary::Asinh) * y.elementary(Elementary::Cosh);
         scratch[2] = (c * c + y * y).sqrt() * (R::one() + x * x).rsqrt() + c.recip();
         scratch[3] = a.hypot(y).ln() + (b + x).atan2(c) + c.powf(a) + x.powi(2) * b.powi(3);
         scratch[4] = (a * y).abs() + (b * x).max(c * y).min(R::lit(3.0)) - y.signum() * a;

@@ -189,6 +189,90 @@ fn small_arguments_lose_no_digits() {
 }
 
 #[test]
+fn functions_reach_as_far_as_those_of_floats() {
+    let largest = f64::MAX;
+    type Pair = (fn(Element<f64>) -> Element<f64>, fn(f64) -> f64, f64);
+    let pairs: [Pair; 17] = [
+        (Float::asinh, f64::asinh, 1e155),
+        (Float::asinh, f64::asinh, -largest),
+        (Float::asinh, f64::asinh, 1e153),
+        (Float::acosh, f64::acosh, 1e155),
+        (Float::acosh, f64::acosh, largest),
+        (Float::sinh, f64::sinh, 710.0),
+        (Float::sinh, f64::sinh, -710.4),
+        (Float::sinh, f64::sinh, 709.7),
+        (Float::sinh, f64::sinh, -f64::INFINITY),
+        (Float::cosh, f64::cosh, -710.0),
+        (Float::cosh, f64::cosh, 711.0),
+        (Float::cbrt, f64::cbrt, 1e300),
+        (Float::cbrt, f64::cbrt, -largest),
+        (Float::cbrt, f64::cbrt, 1e-300),
+        (Float::cbrt, f64::cbrt, 5e-324),
+        (Float::cbrt, f64::cbrt, f64::INFINITY),
+        (Float::exp2, f64::exp2, 1000.5),
+    ];
+    for (place, (ours, system, x)) in pairs.into_iter().enumerate() {
+        let (value, expected) = (ours(Element(x)).0, system(x));
+        // exp is right to 2 ulp, and its root is squared; others to an ulp or two.
+        let error = f64::abs(value - expected);
+        assert!(
+            value == expected || error <= 6.0 * f64::EPSILON * f64::abs(expected),
+            "row {place} at {x}: {value}, not {expected}"
+        );
+    }
+    // Squares end at 1.8e19 in single precision, the exponential at 88.7.
+    let single = [Element(2e19_f32).asinh().0, Element(89.0_f32).sinh().0];
+    let double = [2e19_f64.asinh(), 89.0_f64.sinh()];
+    for (single, double) in single.into_iter().zip(double) {
+        // An ulp of 6e-8, or two; that of exp once more.
+        assert!((single as f64 / double - 1.0).abs() < 5e-7, "{single}");
+    }
+}
+
+#[test]
+fn powers_are_exact() {
+    for k in -300..300 {
+        let ten: f64 = format!("1e{k}").parse().expect("a number");
+        let (power, k) = (f64::powi(2.0, k), k as f64);
+        assert_eq!(Element(ten).log10().0, k);
+        assert_eq!(Element(power).log2().0, k);
+        assert_eq!(Element(k).exp2().0, power);
+    }
+    for k in (-3000..3000).map(|k| k as f64) {
+        assert_eq!(Element(k * k * k).cbrt().0, k);
+    }
+    assert_eq!(Element(1000.0_f32).log10().0, 3.0);
+    assert_eq!(Element(27.0_f32).cbrt().0, 3.0);
+}
+
+#[test]
+fn odd_functions_keep_the_sign_of_a_zero() {
+    fn zeros<T: Float>() -> [T; 11] {
+        let zero = T::neg_zero();
+        [
+            zero.asin(),
+            zero.sinh(),
+            zero.asinh(),
+            zero.atanh(),
+            zero.ln_1p(),
+            zero.cbrt(),
+            zero.atan(),
+            zero.sin(),
+            zero.tan(),
+            zero.tanh(),
+            zero.exp_m1(),
+        ]
+    }
+    assert!(zeros::<Element<f64>>().iter().all(|y| y.is_sign_negative()));
+    assert!(zeros::<Element<f32>>().iter().all(|y| y.is_sign_negative()));
+    assert!(
+        zeros::<Element<Wide>>()
+            .iter()
+            .all(|y| y.is_sign_negative())
+    );
+}
+
+#[test]
 fn rounding_is_exact_at_every_size() {
     for x in [
         0.0,

@@ -3,6 +3,7 @@
 
 mod common;
 
+use autodiff::element::Elementary;
 use autodiff::lanes::{Lane, Vectorized};
 use autodiff::{Function, Real, Tape, Var, gradient, hessian};
 use common::{assert_gradient, forward_gradient};
@@ -29,6 +30,7 @@ enum Kink {
     Powi(i32),
     Powf,
     Atan2,
+    Elementary(Elementary),
 }
 
 impl Function for Kink {
@@ -52,6 +54,7 @@ impl Function for Kink {
             Kink::Powi(exponent) => x[0].powi(*exponent),
             Kink::Powf => x[0].powf(x[1]),
             Kink::Atan2 => x[0].atan2(x[1]),
+            Kink::Elementary(function) => x[0].elementary(*function),
         }
     }
 }
@@ -217,6 +220,48 @@ fn atan2_is_flat_at_the_origin() {
 fn atan2_is_flat_at_infinity() {
     for at in [[INF, 1.0], [1.0, INF], [-1.0, -INF], [INF, -INF]] {
         assert_gradient(&Kink::Atan2, &at, &[0.0, 0.0]);
+    }
+}
+
+#[test]
+fn at_the_end_of_a_domain_elementary_functions_take_the_limit() {
+    let end = |function, x: f64, slope: f64| {
+        assert_gradient(&Kink::Elementary(function), &[x], &[slope]);
+    };
+    for one in [-1.0, 1.0] {
+        end(Elementary::Asin, one, INF);
+        end(Elementary::Acos, one, -INF);
+        end(Elementary::Atanh, one, INF);
+    }
+    end(Elementary::Ln1p, -1.0, INF);
+    end(Elementary::Acosh, 1.0, INF);
+    for zero in [0.0, -0.0] {
+        end(Elementary::Log2, zero, INF);
+        end(Elementary::Log10, zero, INF);
+        end(Elementary::Cbrt, zero, INF);
+    }
+}
+
+#[test]
+fn outside_their_domain_elementary_functions_are_nan() {
+    let outside = [
+        (Elementary::Asin, vec![-1.5, 2.0]),
+        (Elementary::Acos, vec![-1.5, 2.0]),
+        (Elementary::Atanh, vec![-1.5, 2.0]),
+        (Elementary::Ln1p, vec![-1.5, -1e300]),
+        (
+            Elementary::Acosh,
+            vec![0.5, -0.5, -1.0, -1e8, -1e155, f64::MIN],
+        ),
+        (Elementary::Log2, vec![-1e-300, -8.0]),
+        (Elementary::Log10, vec![-1e-300, -8.0]),
+    ];
+    for (function, points) in outside {
+        for x in points {
+            let kink = Kink::Elementary(function);
+            assert!(kink.eval(&[x]).is_nan(), "{function:?} at {x}");
+            assert_gradient(&kink, &[x], &[NAN]);
+        }
     }
 }
 

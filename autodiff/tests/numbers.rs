@@ -2,6 +2,7 @@
 
 use std::ops::{AddAssign, DivAssign, MulAssign, SubAssign};
 
+use autodiff::element::Elementary;
 use autodiff::trace::{Traced, first_non_finite};
 use autodiff::{Dual, Mask, Real, Tape, Var, Wide};
 
@@ -49,6 +50,18 @@ fn operations<R: Real>([x, y, z]: [R; 3]) -> Vec<(&'static str, R)> {
         ("powi", x.powi(3)),
         ("negative powi", x.powi(-2)),
         ("powf", x.abs().powf(y)),
+        ("asin", x.elementary(Elementary::Asin)),
+        ("acos", x.elementary(Elementary::Acos)),
+        ("sinh", x.elementary(Elementary::Sinh)),
+        ("cosh", x.elementary(Elementary::Cosh)),
+        ("asinh", x.elementary(Elementary::Asinh)),
+        ("acosh", x.elementary(Elementary::Acosh)),
+        ("atanh", x.elementary(Elementary::Atanh)),
+        ("exp_m1", x.elementary(Elementary::ExpM1)),
+        ("ln_1p", x.elementary(Elementary::Ln1p)),
+        ("log2", x.elementary(Elementary::Log2)),
+        ("log10", x.elementary(Elementary::Log10)),
+        ("cbrt", x.elementary(Elementary::Cbrt)),
         ("abs", x.abs()),
         ("signum", x.signum()),
         ("max", x.max(y)),

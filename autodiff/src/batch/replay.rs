@@ -354,6 +354,7 @@ fn unary<L: Real>(f: Unary, x: L) -> (L, L) {
         Unary::Tanh => rule::tanh(x),
         Unary::Abs => rule::abs(x),
         Unary::Powi(exponent) => rule::powi(x, exponent),
+        Unary::Elementary(function) => function.rule(x),
     }
 }
 

@@ -12,6 +12,7 @@ use std::ops::{
 
 use num_traits::{One, Zero};
 
+use crate::element::Elementary;
 use crate::fused::Fused;
 use crate::real::{Mask, Real};
 
@@ -64,6 +65,7 @@ pub(super) enum Unary {
     Tanh,
     Abs,
     Powi(i32),
+    Elementary(Elementary),
 }
 
 /// A function of two numbers.
@@ -320,6 +322,9 @@ impl Real for Traced {
     }
     fn powf(self, exponent: Self) -> Self {
         binary(Binary::Powf, [self, exponent])
+    }
+    fn elementary(self, function: Elementary) -> Self {
+        unary(Unary::Elementary(function), self)
     }
     fn abs(self) -> Self {
         unary(Unary::Abs, self)

@@ -5,7 +5,7 @@ use std::num::FpCategory;
 use num_traits::{Float, NumCast, One, ToPrimitive, Zero};
 
 use super::number::decided;
-use super::{Element, functions};
+use super::{Element, Elementary, functions};
 use crate::lu::unit_roundoff;
 use crate::real::Real;
 
@@ -136,7 +136,7 @@ impl<R: Real> Float for Element<R> {
         Self(self.0.exp())
     }
     fn exp2(self) -> Self {
-        (self * Self::lit(2.0).ln()).exp()
+        Self(R::lit(2.0).powf(self.0))
     }
     fn ln(self) -> Self {
         Self(self.0.ln())
@@ -145,10 +145,10 @@ impl<R: Real> Float for Element<R> {
         self.ln() / base.ln()
     }
     fn log2(self) -> Self {
-        self.log(Self::lit(2.0))
+        Self(self.0.elementary(Elementary::Log2))
     }
     fn log10(self) -> Self {
-        self.log(Self::lit(10.0))
+        Self(self.0.elementary(Elementary::Log10))
     }
     fn to_degrees(self) -> Self {
         self * Self(R::lit(180.0) / functions::pi())
@@ -169,7 +169,7 @@ impl<R: Real> Float for Element<R> {
         Self((self.0 - other.0).max(R::zero()))
     }
     fn cbrt(self) -> Self {
-        Self(functions::cbrt(self.0))
+        Self(self.0.elementary(Elementary::Cbrt))
     }
     fn hypot(self, other: Self) -> Self {
         Self(self.0.hypot(other.0))
@@ -184,10 +184,10 @@ impl<R: Real> Float for Element<R> {
         Self(self.0.tan())
     }
     fn asin(self) -> Self {
-        Self(functions::asin(self.0))
+        Self(self.0.elementary(Elementary::Asin))
     }
     fn acos(self) -> Self {
-        Self(functions::acos(self.0))
+        Self(self.0.elementary(Elementary::Acos))
     }
     fn atan(self) -> Self {
         self.atan2(Self::one())
@@ -199,28 +199,28 @@ impl<R: Real> Float for Element<R> {
         (self.sin(), self.cos())
     }
     fn exp_m1(self) -> Self {
-        Self(functions::exp_m1(self.0))
+        Self(self.0.elementary(Elementary::ExpM1))
     }
     fn ln_1p(self) -> Self {
-        Self(functions::ln_1p(self.0))
+        Self(self.0.elementary(Elementary::Ln1p))
     }
     fn sinh(self) -> Self {
-        Self(functions::sinh(self.0))
+        Self(self.0.elementary(Elementary::Sinh))
     }
     fn cosh(self) -> Self {
-        Self(functions::cosh(self.0))
+        Self(self.0.elementary(Elementary::Cosh))
     }
     fn tanh(self) -> Self {
         Self(self.0.tanh())
     }
     fn asinh(self) -> Self {
-        Self(functions::asinh(self.0))
+        Self(self.0.elementary(Elementary::Asinh))
     }
     fn acosh(self) -> Self {
-        Self(functions::acosh(self.0))
+        Self(self.0.elementary(Elementary::Acosh))
     }
     fn atanh(self) -> Self {
-        Self(functions::atanh(self.0))
+        Self(self.0.elementary(Elementary::Atanh))
     }
     /// # Panics
     /// Always: a primitive number has no derivative.

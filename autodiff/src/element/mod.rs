@@ -35,11 +35,14 @@
 //! - `max`, `min` and `clamp` have the conventions of the table in [`real`](crate::real): a NaN
 //!   is passed on, not ignored.
 
+mod elementary;
 mod float;
 pub(crate) mod functions;
 mod number;
 
 use crate::real::Real;
+
+pub use elementary::Elementary;
 
 #[cfg(feature = "nalgebra")]
 pub(crate) use number::decided;

@@ -96,4 +96,11 @@ impl<P: Primitive, const N: usize> Primitive for Abreast<P, N> {
         }
         self
     }
+    #[inline(always)]
+    fn with_sign_of(mut self, other: Self) -> Self {
+        for n in 0..N {
+            self.0[n] = self.0[n].with_sign_of(other.0[n]);
+        }
+        self
+    }
 }

@@ -3,6 +3,8 @@
 use std::cell::RefCell;
 use std::collections::HashMap;
 
+use crate::element::Elementary;
+
 /// How a node was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Node {
@@ -13,6 +15,7 @@ pub(super) enum Node {
     Unary(&'static str, u32),
     Binary(&'static str, u32, u32),
     Powi(u32, i32),
+    Elementary(Elementary, u32),
     Add(u32, u32),
     Sub(u32, u32),
     Mul(u32, u32),
@@ -30,7 +33,11 @@ impl Node {
     pub(super) fn operands(self) -> Vec<u32> {
         match self {
             Node::Input(_) | Node::Constant(_) | Node::Always(_) => vec![],
-            Node::Unary(_, a) | Node::Powi(a, _) | Node::Neg(a) | Node::Not(a) => vec![a],
+            Node::Unary(_, a)
+            | Node::Powi(a, _)
+            | Node::Elementary(_, a)
+            | Node::Neg(a)
+            | Node::Not(a) => vec![a],
             Node::Binary(_, a, b)
             | Node::Add(a, b)
             | Node::Sub(a, b)
@@ -111,7 +118,7 @@ impl Graph {
             Node::Unary("sqrt", a) => (sign(a).max(NonNegative), sign(a) >= NonNegative),
             Node::Unary("recip", a) => (sign(a), sign(a) == Positive),
             Node::Unary("ln", a) => (Unknown, sign(a) == Positive),
-            Node::Binary(..) | Node::Powi(..) => (Unknown, false),
+            Node::Binary(..) | Node::Powi(..) | Node::Elementary(..) => (Unknown, false),
             _ => (Unknown, true),
         };
         let singular = !domain_is_safe || node.operands().into_iter().any(|a| of(a).singular);

@@ -142,6 +142,10 @@ impl<'a> Printer<'a> {
             Node::Unary(method, a) => format!("{}.{method}()", name(a)),
             Node::Binary(method, a, b) => format!("{}.{method}({})", name(a), name(b)),
             Node::Powi(a, exponent) => format!("{}.powi({exponent})", name(a)),
+            Node::Elementary(f, a) => {
+                let path = "autodiff::element::Elementary";
+                format!("{}.elementary({path}::{f:?})", name(a))
+            }
             Node::Add(a, b) => match self.fold(a, b) {
                 Some((product, term)) => {
                     let (f, g) = factors(product);

@@ -7,6 +7,7 @@ use std::ops::{
 use num_traits::{One, Zero};
 
 use super::graph::{GRAPH, Known, Node, Sign, place};
+use crate::element::Elementary;
 use crate::real::{Mask, Real};
 
 /// A node of the formula, by its place in the list of all.
@@ -200,6 +201,9 @@ impl Real for Symbol {
     }
     fn powf(self, exponent: Self) -> Self {
         Symbol(place(Node::Binary("powf", self.0, exponent.0)))
+    }
+    fn elementary(self, function: Elementary) -> Self {
+        Symbol(place(Node::Elementary(function, self.0)))
     }
     fn abs(self) -> Self {
         if self.known().sign != Sign::Unknown {

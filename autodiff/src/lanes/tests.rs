@@ -1,10 +1,11 @@
 //! Every lane type against scalars, bit for bit.
 
 use super::{Lane, Vectorized};
+use crate::element::Elementary;
 use crate::real::{Mask, Real};
 
 /// What lanes do with one number.
-const FUNCTIONS: usize = 15;
+const FUNCTIONS: usize = 27;
 
 #[inline(always)]
 fn functions<S: Real, R: Lane<S>>(x: R) -> [R; FUNCTIONS] {
@@ -22,6 +23,18 @@ fn functions<S: Real, R: Lane<S>>(x: R) -> [R; FUNCTIONS] {
         x.atan2(R::lit(2.0)),
         x.abs().powf(R::lit(0.3)),
         x.powi(3),
+        x.elementary(Elementary::Asin),
+        x.elementary(Elementary::Acos),
+        x.elementary(Elementary::Sinh),
+        x.elementary(Elementary::Cosh),
+        x.elementary(Elementary::Asinh),
+        x.elementary(Elementary::Acosh),
+        x.elementary(Elementary::Atanh),
+        x.elementary(Elementary::ExpM1),
+        x.elementary(Elementary::Ln1p),
+        x.elementary(Elementary::Log2),
+        x.elementary(Elementary::Log10),
+        x.elementary(Elementary::Cbrt),
         R::select(small, x.signum(), x.max(R::lit(1.0))),
         R::select(large, x.clamp(R::lit(-5.0), R::lit(5.0)), -x),
         R::chain(x.recip(), x - x.abs()),

@@ -5,7 +5,7 @@ use approx::{AbsDiffEq, RelativeEq, UlpsEq};
 use num_traits::{One, Zero};
 use simba::scalar::SubsetOf;
 
-use crate::element::{Element, decided, functions};
+use crate::element::{Element, Elementary, decided, functions};
 use crate::lu::unit_roundoff;
 use crate::real::Real;
 
@@ -198,52 +198,55 @@ impl<R: Real> ComplexField for Element<R> {
         Self(self.0.tan())
     }
     fn asin(self) -> Self {
-        Self(functions::asin(self.0))
+        Self(self.0.elementary(Elementary::Asin))
     }
     fn acos(self) -> Self {
-        Self(functions::acos(self.0))
+        Self(self.0.elementary(Elementary::Acos))
     }
     fn atan(self) -> Self {
         Self(self.0.atan2(R::one()))
     }
     fn sinh(self) -> Self {
-        Self(functions::sinh(self.0))
+        Self(self.0.elementary(Elementary::Sinh))
     }
     fn cosh(self) -> Self {
-        Self(functions::cosh(self.0))
+        Self(self.0.elementary(Elementary::Cosh))
     }
     fn tanh(self) -> Self {
         Self(self.0.tanh())
     }
     fn asinh(self) -> Self {
-        Self(functions::asinh(self.0))
+        Self(self.0.elementary(Elementary::Asinh))
     }
     fn acosh(self) -> Self {
-        Self(functions::acosh(self.0))
+        Self(self.0.elementary(Elementary::Acosh))
     }
     fn atanh(self) -> Self {
-        Self(functions::atanh(self.0))
+        Self(self.0.elementary(Elementary::Atanh))
     }
     fn sinc(self) -> Self {
-        Self(cardinal(self.0.sin(), self.0))
+        let x = self.0;
+        Self(cardinal(x.sin(), x, cardinal_series(-(x * x))))
     }
     fn sinhc(self) -> Self {
-        Self(cardinal(functions::sinh(self.0), self.0))
+        let x = self.0;
+        let sinh = x.elementary(Elementary::Sinh);
+        Self(cardinal(sinh, x, cardinal_series(x * x)))
     }
     fn log(self, base: Self) -> Self {
         self.ln() / base.ln()
     }
     fn log2(self) -> Self {
-        self.ln() / Self::ln_2()
+        Self(self.0.elementary(Elementary::Log2))
     }
     fn log10(self) -> Self {
-        self.ln() / Self::ln_10()
+        Self(self.0.elementary(Elementary::Log10))
     }
     fn ln(self) -> Self {
         Self(self.0.ln())
     }
     fn ln_1p(self) -> Self {
-        Self(functions::ln_1p(self.0))
+        Self(self.0.elementary(Elementary::Ln1p))
     }
     fn sqrt(self) -> Self {
         Self(self.0.sqrt())
@@ -252,10 +255,10 @@ impl<R: Real> ComplexField for Element<R> {
         Self(self.0.exp())
     }
     fn exp2(self) -> Self {
-        (self * Self::ln_2()).exp()
+        Self(R::lit(2.0).powf(self.0))
     }
     fn exp_m1(self) -> Self {
-        Self(functions::exp_m1(self.0))
+        Self(self.0.elementary(Elementary::ExpM1))
     }
     fn powi(self, exponent: i32) -> Self {
         Self(self.0.powi(exponent))
@@ -267,7 +270,7 @@ impl<R: Real> ComplexField for Element<R> {
         self.powf(exponent)
     }
     fn cbrt(self) -> Self {
-        Self(functions::cbrt(self.0))
+        Self(self.0.elementary(Elementary::Cbrt))
     }
     fn is_finite(&self) -> bool {
         decided::<R>(self.0.finite())
@@ -353,7 +356,19 @@ impl<R: Real> RealField for Element<R> {
     }
 }
 
-/// `value / x`, and 1 at 0: of odd functions of slope 1 there, whose quotient is flat.
-fn cardinal<R: Real>(value: R, x: R) -> R {
-    R::select(x.abs().le(R::zero()), R::one(), value / x)
+/// `value / x`, and 1 at 0. The quotient keeps its digits near 0, its derivatives cancel: there
+/// they are those of the series.
+fn cardinal<R: Real>(value: R, x: R, series: R) -> R {
+    let (size, quotient) = (x.abs(), value / x);
+    let near = R::select(size.lt(R::one()), series, quotient);
+    R::select(size.le(R::zero()), R::one(), quotient).straight_through(near)
+}
+
+/// `1 + r/3! + r^2/5! + ...` for `|r| < 1`, inside out. `1 / 31!` is 1e-34: enough for every type.
+fn cardinal_series<R: Real>(r: R) -> R {
+    let mut sum = R::one();
+    for k in (1..15).rev() {
+        sum = R::one() + r * R::lit(f64::from(2 * k * (2 * k + 1))).recip() * sum;
+    }
+    sum
 }

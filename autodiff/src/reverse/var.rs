@@ -10,6 +10,7 @@ use num_traits::{FromPrimitive, One, Zero};
 use super::current::{self, CONSTANT};
 use super::fused;
 use super::tape::{Entry, NONE};
+use crate::element::Elementary;
 use crate::fused::Fused;
 use crate::real::Real;
 use crate::rule;
@@ -274,6 +275,10 @@ impl<R: Real> Real for Var<R> {
     #[inline]
     fn powf(self, exponent: Self) -> Self {
         self.apply2(exponent, rule::powf(self.value, exponent.value))
+    }
+    #[inline]
+    fn elementary(self, function: Elementary) -> Self {
+        self.apply(function.rule(self.value))
     }
     #[inline]
     fn abs(self) -> Self {

@@ -6,6 +6,7 @@ use std::panic::Location;
 use num_traits::{One, Zero};
 
 use super::{CLEAN, Origin, RUNNING, count, note};
+use crate::element::Elementary;
 use crate::fused::Fused;
 use crate::real::{Mask, Real};
 use crate::rule;
@@ -186,6 +187,10 @@ impl<R: Real> Real for Traced<R> {
     #[track_caller]
     fn powf(self, exponent: Self) -> Self {
         self.apply2("powf", exponent, rule::powf(self.value, exponent.value))
+    }
+    #[track_caller]
+    fn elementary(self, function: Elementary) -> Self {
+        self.apply(function.name(), function.rule(self.value))
     }
     #[track_caller]
     fn abs(self) -> Self {

@@ -61,7 +61,8 @@ pub(super) fn exp(x: Wide) -> Wide {
 
 /// `tanh x = (e^2x - 1) / (e^2x + 1)`, the difference without cancellation.
 pub(super) fn tanh(x: Wide) -> Wide {
-    if !x.high.is_finite() {
+    // A zero keeps its sign.
+    if x.is_zero() || !x.high.is_finite() {
         return Wide::from(x.high.tanh());
     }
     // From 40 on, 1 - tanh x is below 4e-35.
@@ -87,6 +88,9 @@ pub(super) fn ln(x: Wide) -> Wide {
 
 /// `(sin x, cos x)`.
 pub(super) fn sin_cos(x: Wide) -> (Wide, Wide) {
+    if x.is_zero() {
+        return (x, Wide::one());
+    }
     let n = (x.high * std::f64::consts::FRAC_2_PI).round();
     // Beyond, n would no longer be an exact integer.
     if x.high.is_nan() || x.high.abs() > 2.0_f64.powi(50) {
@@ -122,6 +126,10 @@ pub(super) fn sqrt(x: Wide) -> Wide {
 /// The system's angle and the small one that is left after turning the point back by it.
 pub(super) fn atan2(y: Wide, x: Wide) -> Wide {
     let angle = y.high.atan2(x.high);
+    // The sum below would take the sign of a zero.
+    if y.is_zero() && angle == 0.0 {
+        return y;
+    }
     let size = y.high.abs().max(x.high.abs());
     if size == 0.0 || size.is_infinite() || angle.is_nan() {
         // A multiple of pi/4.

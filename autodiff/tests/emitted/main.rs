@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use autodiff::element::Elementary;
 use autodiff::emit::{adjoint, adjoint_with_results, partials};
 use autodiff::{
     Adjoint, Function, Kernel, Mask, Memory, Model, Partials, Program, Real, Rollout, batch,
@@ -54,7 +55,7 @@ struct Every {
     width: f64,
 }
 
-const RESULTS: usize = 14;
+const RESULTS: usize = 15;
 
 impl Kernel<3, RESULTS> for Every {
     #[inline(always)]
@@ -81,6 +82,8 @@ impl Kernel<3, RESULTS> for Every {
             x.signum().straight_through(y * z) + z.detach() * x,
             R::dot(&[x, y, z], &[z, x, width]) + R::sum(&[x, y, z]),
             assigned.fma(y, z),
+            x.elementary(Elementary::Asinh)
+                - y.elementary(Elementary::Sinh) * z.elementary(Elementary::Cbrt),
         ]
     }
 }

@@ -12,7 +12,7 @@ macro_rules! define_lanes {
         $lt:expr, $le:expr, $blend:expr,
         |$tested:ident, $kept:ident| $where_nonzero:expr,
         |$partial:ident, $cotangent:ident, $term:ident| $fma_where_nonzero:expr,
-        |$shifted:ident| $exp2:expr, |$signed:ident| $abs:expr,
+        |$shifted:ident| $exp2:expr, |$signed:ident| $abs:expr, |$size:ident, $sign:ident| $with_sign:expr,
         $and:expr, $or:expr, $not:expr, $bits:expr, $from_bits:expr,
         $expand:expr, $compress:expr, |$one:ident, $other:ident| $zip:expr
     ) => {
@@ -250,6 +250,11 @@ macro_rules! define_lanes {
                 let $signed = self.0;
                 Self(unsafe { $abs })
             }
+            #[inline(always)]
+            fn with_sign_of(self, other: Self) -> Self {
+                let ($size, $sign) = (self.0, other.0);
+                Self(unsafe { $with_sign })
+            }
         }
 
         impl Real for $name {
@@ -318,6 +323,13 @@ macro_rules! define_lanes {
             #[inline(always)]
             fn powf(self, exponent: Self) -> Self {
                 self.each(exponent, |x, y| Real::powf(x, y))
+            }
+            #[inline(always)]
+            fn elementary(self, function: Elementary) -> Self {
+                match function.of_system() {
+                    Some(_) => self.each(self, |x, _| x.elementary(function)),
+                    None => function.value(self),
+                }
             }
             #[inline(always)]
             fn abs(self) -> Self {

@@ -16,6 +16,7 @@ use std::ops::{
 use num_traits::{One, Zero};
 
 use super::Lane;
+use crate::element::Elementary;
 use crate::elementary::{self, Abreast, Primitive};
 use crate::real::{Mask, Real};
 
@@ -77,6 +78,7 @@ define_lanes!(
         _mm512_castsi512_pd(_mm512_slli_epi64::<52>(biased))
     },
     |a| _mm512_abs_pd(a),
+    |size, sign| _mm512_or_pd(size, _mm512_and_pd(_mm512_set1_pd(-0.0), sign)),
     |a: Self, b: Self| Bits(a.0 & b.0),
     |a: Self, b: Self| Bits(a.0 | b.0),
     |a: Self| Bits(!a.0),
@@ -115,6 +117,7 @@ define_lanes!(
         _mm512_castsi512_ps(_mm512_slli_epi32::<23>(biased))
     },
     |a| _mm512_abs_ps(a),
+    |size, sign| _mm512_or_ps(size, _mm512_and_ps(_mm512_set1_ps(-0.0), sign)),
     |a: Self, b: Self| Bits(a.0 & b.0),
     |a: Self, b: Self| Bits(a.0 | b.0),
     |a: Self| Bits(!a.0),
@@ -148,6 +151,7 @@ define_lanes!(
         _mm256_castsi256_pd(_mm256_slli_epi64::<52>(biased))
     },
     |a| _mm256_andnot_pd(_mm256_set1_pd(-0.0), a),
+    |size, sign| _mm256_or_pd(size, _mm256_and_pd(_mm256_set1_pd(-0.0), sign)),
     |a: Self, b: Self| Wide(unsafe { _mm256_and_pd(a.0, b.0) }),
     |a: Self, b: Self| Wide(unsafe { _mm256_or_pd(a.0, b.0) }),
     |a: Self| Wide(unsafe { _mm256_xor_pd(a.0, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))) }),
@@ -184,6 +188,7 @@ define_lanes!(
         _mm256_castsi256_ps(_mm256_slli_epi32::<23>(biased))
     },
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
+    |size, sign| _mm256_or_ps(size, _mm256_and_ps(_mm256_set1_ps(-0.0), sign)),
     |a: Self, b: Self| Wide(unsafe { _mm256_and_ps(a.0, b.0) }),
     |a: Self, b: Self| Wide(unsafe { _mm256_or_ps(a.0, b.0) }),
     |a: Self| Wide(unsafe { _mm256_xor_ps(a.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }),

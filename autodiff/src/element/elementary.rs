@@ -1,0 +1,214 @@
+//! Elementary functions that a [`Real`] has no method for.
+//!
+//! Their values are made of the functions that it has. No constant but integers goes in, so they
+//! are as precise as the type; and no branch is taken by a jump, so they run in lanes. Formulas
+//! that keep the digits of a value lose those of its derivatives: each has its partial beside it,
+//! and that, again a function of numbers, gives the higher ones.
+
+use crate::real::Real;
+use crate::rule;
+
+/// A function of one number for [`Real::elementary`].
+///
+/// At an end of its domain the derivative is the limit from inside, infinite for `asin`, `acos`,
+/// `acosh`, `atanh`, `ln_1p` and the logarithms, as it is for `cbrt` at 0; outside it is NaN, as
+/// the value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Elementary {
+    /// Inverse sine.
+    Asin,
+    /// Inverse cosine.
+    Acos,
+    /// Hyperbolic sine.
+    Sinh,
+    /// Hyperbolic cosine.
+    Cosh,
+    /// Inverse hyperbolic sine.
+    Asinh,
+    /// Inverse hyperbolic cosine.
+    Acosh,
+    /// Inverse hyperbolic tangent.
+    Atanh,
+    /// `e^x - 1`.
+    ExpM1,
+    /// `ln(1 + x)`.
+    Ln1p,
+    /// Logarithm to base 2.
+    Log2,
+    /// Logarithm to base 10.
+    Log10,
+    /// Cubic root of either sign.
+    Cbrt,
+}
+
+impl Elementary {
+    /// As num-traits' `Float` calls it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Asin => "asin",
+            Self::Acos => "acos",
+            Self::Sinh => "sinh",
+            Self::Cosh => "cosh",
+            Self::Asinh => "asinh",
+            Self::Acosh => "acosh",
+            Self::Atanh => "atanh",
+            Self::ExpM1 => "exp_m1",
+            Self::Ln1p => "ln_1p",
+            Self::Log2 => "log2",
+            Self::Log10 => "log10",
+            Self::Cbrt => "cbrt",
+        }
+    }
+
+    /// The value, made of methods of [`Real`].
+    #[inline(always)]
+    pub(crate) fn value<R: Real>(self, x: R) -> R {
+        match self {
+            Self::Asin => x.atan2(((R::one() - x) * (R::one() + x)).sqrt()),
+            Self::Acos => ((R::one() - x) * (R::one() + x)).sqrt().atan2(x),
+            Self::Sinh => sinh(x),
+            Self::Cosh => cosh(x),
+            Self::Asinh => asinh(x),
+            Self::Acosh => acosh(x),
+            Self::Atanh => R::lit(0.5) * (ln_1p(x) - ln_1p(-x)),
+            Self::ExpM1 => exp_m1(x),
+            Self::Ln1p => ln_1p(x),
+            Self::Log2 => x.ln() / R::lit(2.0).ln(),
+            Self::Log10 => x.ln() / R::lit(10.0).ln(),
+            Self::Cbrt => cbrt(x),
+        }
+    }
+
+    /// What the system has that is better than [`value`](Self::value) on floats: a quotient of
+    /// logarithms is not exact at powers of the base.
+    #[inline(always)]
+    pub(crate) fn of_system(self) -> Option<fn(f64) -> f64> {
+        match self {
+            Self::Log2 => Some(f64::log2),
+            Self::Log10 => Some(f64::log10),
+            _ => None,
+        }
+    }
+
+    /// The value and the partial, as in [`rule`].
+    #[inline(always)]
+    pub(crate) fn rule<R: Real>(self, x: R) -> (R, R) {
+        let (value, one) = (x.elementary(self), R::one());
+        let partial = match self {
+            Self::Asin => one_minus_square(x).sqrt().recip(),
+            Self::Acos => -one_minus_square(x).sqrt().recip(),
+            Self::Sinh => x.elementary(Self::Cosh),
+            Self::Cosh => x.elementary(Self::Sinh),
+            Self::Asinh => asinh_partial(x),
+            Self::Acosh => ((x - one).sqrt() * (x + one).sqrt()).recip(),
+            Self::Atanh => R::select(one.lt(x.abs()), value, one_minus_square(x).recip()),
+            Self::ExpM1 => x.exp(),
+            Self::Ln1p => rule::ln(one + x).1,
+            Self::Log2 => rule::ln(x).1 / R::lit(2.0).ln(),
+            Self::Log10 => rule::ln(x).1 / R::lit(10.0).ln(),
+            Self::Cbrt => (R::lit(3.0) * value * value).recip(),
+        };
+        (value, partial)
+    }
+}
+
+/// `1 - x^2`, of which neither the derivative at 0 nor the value at 1 is lost to rounding.
+#[inline(always)]
+fn one_minus_square<R: Real>(x: R) -> R {
+    let one = R::one();
+    let small = x.abs().lt(R::lit(0.5));
+    R::select(small, one - x * x, (one - x) * (one + x))
+}
+
+/// The value at `x` of an odd function, given that at `|x|`; a zero keeps its sign.
+#[inline(always)]
+fn odd<R: Real>(x: R, of_size: R) -> R {
+    let signed = R::select(x.lt(R::zero()), -of_size, of_size);
+    R::select(x.abs().le(R::zero()), x, signed)
+}
+
+/// `2 t / (1 - t)` with `t = tanh(x/2)`, where nothing cancels for small `x`.
+#[inline(always)]
+fn exp_m1<R: Real>(x: R) -> R {
+    let one = R::one();
+    let t = (x * R::lit(0.5)).tanh();
+    R::select(x.abs().lt(one), (t + t) / (one - t), x.exp() - one)
+}
+
+/// W. Kahan's: `u = 1 + x` is rounded, and `x / (u - 1)` makes up for it.
+#[inline(always)]
+fn ln_1p<R: Real>(x: R) -> R {
+    let one = R::one();
+    let u = one + x;
+    let stands_for = u - one;
+    let unmoved = stands_for.abs().le(R::zero());
+    let whole = stands_for.finite();
+    let corrected = R::select(whole, u.ln() * (x / stands_for), u.ln());
+    R::select(unmoved, x, corrected)
+}
+
+/// `e^x / 2`, where `e^x` is infinite and that is not.
+#[inline(always)]
+fn half_exp<R: Real>(x: R) -> R {
+    let half = R::lit(0.5);
+    let root = (half * x).exp();
+    half * root * root
+}
+
+#[inline(always)]
+fn sinh<R: Real>(x: R) -> R {
+    let size = x.abs();
+    let above = exp_m1(size);
+    let value = R::lit(0.5) * (above + above / (R::one() + above));
+    odd(x, R::select(above.finite(), value, half_exp(size)))
+}
+
+#[inline(always)]
+fn cosh<R: Real>(x: R) -> R {
+    let size = x.abs();
+    let power = size.exp();
+    let value = R::lit(0.5) * (power + power.recip());
+    R::select(power.finite(), value, half_exp(size))
+}
+
+/// `ln(2 x)`: the inverse hyperbolic functions of what has no square.
+#[inline(always)]
+fn ln_twice<R: Real>(x: R) -> R {
+    x.ln() + R::lit(2.0).ln()
+}
+
+/// `ln(x + sqrt(x^2 + 1))`, of the magnitude, where nothing cancels.
+#[inline(always)]
+fn asinh<R: Real>(x: R) -> R {
+    let (one, size) = (R::one(), x.abs());
+    let square = size * size;
+    let value = ln_1p(size + square / (one + (square + one).sqrt()));
+    odd(x, R::select(square.finite(), value, ln_twice(size)))
+}
+
+#[inline(always)]
+fn asinh_partial<R: Real>(x: R) -> R {
+    let square = x * x;
+    let partial = (R::one() + square).sqrt().recip();
+    R::select(square.finite(), partial, x.abs().recip())
+}
+
+/// A root of each factor, not of their product, which is positive below -1 too.
+#[inline(always)]
+fn acosh<R: Real>(x: R) -> R {
+    let one = R::one();
+    let above = x - one;
+    let value = ln_1p(above + above.sqrt() * (x + one).sqrt());
+    R::select((x * x).finite(), value, ln_twice(x))
+}
+
+/// A power, whose exponent is rounded, and a step of Newton's method.
+#[inline(always)]
+fn cbrt<R: Real>(x: R) -> R {
+    let (size, three) = (x.abs(), R::lit(3.0));
+    let power = size.powf(three.recip());
+    let root = power - (power - size / (power * power)) / three;
+    // Zero and infinity have no such step.
+    odd(x, R::select(root.finite(), root, power))
+}
