@@ -39,7 +39,7 @@
 //! them, in lanes and with little memory. The rollout is then one operation of a function.
 //!
 //! ```
-//! use autodiff::{Adjoint, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient};
+//! use autodiff::{Adjoint, Function, Kernel, Model, Program, Real, Rollout, gradient};
 //!
 //! /// A step of a thrown ball, with air drag: `[x, y, vx, vy]` at its end from those before.
 //! struct Ball;
@@ -81,16 +81,7 @@
 //!     }
 //! }
 //!
-//! let miss = Miss(Rollout {
-//!     model: Flight { balls: 1 },
-//!     steps: 100,
-//!     inputs: [].into(),
-//!     observed: vec![100],
-//!     entries: None,
-//!     state_bound: None,
-//!     cotangent_bound: None,
-//!     memory: Memory::All,
-//! });
+//! let miss = Miss(Rollout::new(Flight { balls: 1 }, 100));
 //! let mut v = vec![3.0, 3.0];
 //! for _ in 0..100 {
 //!     let slope = gradient(&miss, &v);

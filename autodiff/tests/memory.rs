@@ -53,14 +53,8 @@ impl Model for Step {
 /// How often the kernel is evaluated forward for a gradient.
 fn evaluations(steps: usize, memory: Memory) -> usize {
     let rollout = Rollout {
-        model: Step,
-        steps,
-        inputs: [].into(),
-        observed: vec![steps],
-        entries: None,
-        state_bound: None,
-        cotangent_bound: None,
         memory,
+        ..Rollout::new(Step, steps)
     };
     let start: Vec<f64> = (0..STATE).map(|i| 0.1 * i as f64).collect();
     EVALUATIONS.set(0);

@@ -1,8 +1,6 @@
 //! Programs of shapes that the net of springs has not, against the same steps written out.
 
-use autodiff::{
-    Adjoint, Dual, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout, gradient,
-};
+use autodiff::{Adjoint, Dual, Function, Graph, Kernel, Model, Program, Real, Rollout, gradient};
 
 // As few as do where Miri interprets them.
 const NODES: usize = if cfg!(miri) { 7 } else { 11 };
@@ -51,17 +49,7 @@ impl<M: Step> Steps<M> {
     fn rollout<R: Real>(&self, start: &[R], given: &[&[R]]) -> Vec<R> {
         let parameters = self.model.parameters(given);
         let parameters: Vec<&[R]> = parameters.iter().map(Vec::as_slice).collect();
-        let rollout = Rollout {
-            model: self.model.clone(),
-            steps: STEPS,
-            inputs: [].into(),
-            observed: vec![STEPS],
-            entries: None,
-            state_bound: None,
-            cotangent_bound: None,
-            memory: Memory::All,
-        };
-        rollout.run(start, &parameters)
+        Rollout::new(self.model.clone(), STEPS).run(start, &parameters)
     }
 }
 

@@ -37,7 +37,8 @@ pub struct CotangentBound {
     pub every: usize,
 }
 
-/// `steps` steps of a model.
+/// `steps` steps of a model: [`Rollout::new`] for what most have, and fields by name for the rest,
+/// `Rollout { observed: vec![10, 20], ..Rollout::new(model, 20) }`.
 #[derive(Clone, Debug)]
 pub struct Rollout<M> {
     /// What is stepped.
@@ -55,7 +56,7 @@ pub struct Rollout<M> {
     /// magnitude, or is none, all that is observed is NaN: a rollout that went astray and came back
     /// does not pass for one that did not. It tells nothing to derivatives.
     pub state_bound: Option<f64>,
-    /// `None`, the default of all drivers, gives the exact gradient.
+    /// `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
     /// What the forward run keeps for the reverse sweep.
     pub memory: Memory,
@@ -71,6 +72,21 @@ pub enum Given<'a, R> {
 }
 
 impl<M: Model> Rollout<M> {
+    /// So many steps without inputs, of which the last state is seen, all of it: without bounds,
+    /// the gradient exact, every step kept for the way back.
+    pub fn new(model: M, steps: usize) -> Self {
+        Self {
+            model,
+            steps,
+            inputs: [].into(),
+            observed: vec![steps],
+            entries: None,
+            state_bound: None,
+            cotangent_bound: None,
+            memory: Memory::All,
+        }
+    }
+
     /// The observed states one after the other, or the wanted numbers of each, from the parts of
     /// the start's state and the parameters in the order of the model's declarations.
     ///
@@ -107,7 +123,7 @@ impl<M: Model> Rollout<M> {
     /// cotangents of what a start has of its own have the bits that they have alone.
     ///
     /// ```
-    /// use autodiff::{Adjoint, Given, Kernel, Memory, Model, Program, Real, Rollout};
+    /// use autodiff::{Adjoint, Given, Kernel, Model, Program, Real, Rollout};
     ///
     /// /// A mass on a spring, in steps of 0.1 s.
     /// #[derive(Clone, Copy)]
@@ -131,16 +147,7 @@ impl<M: Model> Rollout<M> {
     ///     }
     /// }
     ///
-    /// let rollout = Rollout {
-    ///     model: Spring,
-    ///     steps: 8,
-    ///     inputs: [].into(),
-    ///     observed: vec![8],
-    ///     entries: None,
-    ///     state_bound: None,
-    ///     cotangent_bound: None,
-    ///     memory: Memory::All,
-    /// };
+    /// let rollout = Rollout::new(Spring, 8);
     /// let start: &[f64] = &[1.0, 0.0];
     /// let both = rollout.run_each(&[start; 2], &[Given::Each(&[&[1.0], &[4.0]])]);
     /// let [soft, stiff] = [1.0, 4.0].map(|stiffness| rollout.run(start, &[&[stiffness]]));
