@@ -50,6 +50,25 @@ fn a_variable_of_an_earlier_recording_is_refused() {
         message.contains("a variable of another recording"),
         "{message}"
     );
+    assert!(!message.contains("left:"), "{message}");
+}
+
+/// With one of the recording that runs, it may be stale or another tape's: both are said.
+#[test]
+fn a_variable_of_an_earlier_recording_is_refused_beside_others() {
+    let mut tape = Tape::new();
+    let old = tape.record(&[1.0], |x| x[0]);
+    let joins: [fn(Var<f64>, Var<f64>) -> Var<f64>; 4] = [
+        |x, old| x * old,
+        |x, old| old - x,
+        |x, old| Var::sum(&[x, old]),
+        |x, old| Var::dot(&[x], &[old]),
+    ];
+    for join in joins {
+        let message = panic_message(|| tape.record(&[1.0], |x| join(x[0], old)));
+        assert!(message.contains("of an earlier recording"), "{message}");
+        assert!(message.contains("two tapes"), "{message}");
+    }
 }
 
 #[test]
