@@ -46,6 +46,11 @@ impl<R: Real> Program<R> {
         self.states.iter().map(|a| a.len).sum()
     }
 
+    /// How many inputs a step takes, as declared.
+    pub(crate) fn inputs_len(&self) -> usize {
+        self.given
+    }
+
     /// Takes the parameters over, checking their shapes: arrays and matrices that all starts share,
     /// and arrays of every start's own, side by side, where `own` says so.
     pub(crate) fn load(&mut self, values: &mut [R], (parameters, own): (&[&[R]], &[bool])) {
