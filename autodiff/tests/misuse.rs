@@ -237,3 +237,28 @@ fn arrays_of_another_program_are_refused() {
         of_program(&mut other, foreign);
     }
 }
+
+#[test]
+fn a_matrix_of_another_program_is_refused() {
+    let mut other = Program::<f64>::default();
+    let matrices = [(1, 2), (2, 2), (1, 2)].map(|(rows, columns)| other.matrix(rows, columns));
+    for (k, matrix) in matrices.into_iter().enumerate() {
+        let mut program = Program::<f64>::default();
+        let bias = program.parameter(1);
+        program.matrix(1, 1);
+        let x = program.state(2);
+        let message = panic_message(|| program.dense(matrix, &[x], bias));
+        assert!(message.contains("of another program"), "{k}: {message}");
+    }
+}
+
+#[test]
+fn a_state_is_advanced_once() {
+    let mut program = Program::<f64>::default();
+    let (x, y) = (program.state(2), program.state(2));
+    let [next] = program.map(Twice, [x]);
+    program.advance(x, next);
+    program.advance(y, next);
+    let message = panic_message(|| program.advance(x, y));
+    assert!(message.contains("advanced before"), "{message}");
+}

@@ -78,9 +78,9 @@ impl<R: Real> Program<R> {
             let Parameter::Array(array) = declared else {
                 continue;
             };
-            let places = &mut values[array.range()];
-            let times = places.len() / len;
-            for (place, &given) in places.chunks_exact_mut(times).zip(*given) {
+            let times = if self.own[at] { 1 } else { self.starts };
+            let places = values[array.range()].chunks_exact_mut(times);
+            for (place, &given) in places.zip(*given) {
                 place.fill(given);
             }
         }
@@ -141,7 +141,11 @@ impl<R: Real> Program<R> {
             operation.forward(parameters, row);
         }
         for (from, to) in &self.layout.moves {
-            row.copy_within(from.range(), self.layout.stride + to.start);
+            let to = self.layout.stride + to.start;
+            match from.parameter {
+                true => row[to..][..from.len].copy_from_slice(&parameters[from.range()]),
+                false => row.copy_within(from.range(), to),
+            }
         }
     }
 
