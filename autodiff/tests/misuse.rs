@@ -58,7 +58,8 @@ fn a_variable_of_an_earlier_recording_is_refused() {
 fn a_variable_of_an_earlier_recording_is_refused_beside_others() {
     let mut tape = Tape::new();
     let old = tape.record(&[1.0], |x| x[0]);
-    let joins: [fn(Var<f64>, Var<f64>) -> Var<f64>; 4] = [
+    type Join = fn(Var<f64>, Var<f64>) -> Var<f64>;
+    let joins: [Join; 4] = [
         |x, old| x * old,
         |x, old| old - x,
         |x, old| Var::sum(&[x, old]),
