@@ -28,7 +28,8 @@
 //!   type by its name, as in a closure over [`Var`]s, write `Var::lit(0.0)`.
 //! - What is not differentiated, data and settings, is a field of the type.
 //! - Loops, arrays and helper functions over `R: Real` are plain Rust.
-//! - A comparison, [`x.lt(y)`](Real::lt), is a mask: `R::select(x.lt(y), a, b)`, not `if`.
+//! - A comparison, [`x.lt(y)`](Real::lt), is a mask: `R::select(x.lt(y), a, b)`, not `if`, of which
+//!   the [pitfalls](#pitfalls) say more.
 //! - The elementary functions are the methods of [`Real`], the rarer ones by
 //!   [`elementary`](Real::elementary); [`custom`] adds others.
 //!
@@ -38,9 +39,11 @@
 //! operation. Where a step is the same each time, record it once: a [`Kernel`] for what happens to
 //! each element of some arrays, a [`Model`] that strings kernels together, a [`Rollout`] that runs
 //! them, in lanes and with little memory. The rollout is then one operation of a function.
+//! A kernel takes arrays of one length: a parameter that all elements share is an array of one
+//! number, which [`Program::gather`] spreads, `program.gather(drag, &[Some(0); BALLS])`.
 //!
 //! ```
-//! use autodiff::{Adjoint, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient};
+//! use autodiff::{Adjoint, Function, Kernel, Model, Program, Real, Rollout, gradient};
 //!
 //! /// A step of a thrown ball, with air drag: `[x, y, vx, vy]` at its end from those before.
 //! struct Ball;
@@ -82,16 +85,7 @@
 //!     }
 //! }
 //!
-//! let miss = Miss(Rollout {
-//!     model: Flight { balls: 1 },
-//!     steps: 100,
-//!     inputs: [].into(),
-//!     observed: vec![100],
-//!     entries: None,
-//!     state_bound: None,
-//!     cotangent_bound: None,
-//!     memory: Memory::All,
-//! });
+//! let miss = Miss(Rollout::new(Flight { balls: 1 }, 100));
 //! let mut v = vec![3.0, 3.0];
 //! for _ in 0..100 {
 //!     let slope = gradient(&miss, &v);
@@ -150,10 +144,55 @@
 //!
 //! - **Kinks.** Where no derivative exists, one is chosen, the same in every mode: the table in
 //!   [`real`]. It is a convention; an optimiser that sits on a kink gets what the table says.
+//! - **Smooth functions of kinks.** Each kink is taken by itself: where two cancel, their derivatives
+//!   need not. `ln(1 + e^x)` as it is often written, `x.max(0) + ln(1 + exp(-|x|))`, has the slope
+//!   0 at 0, where 1/2 is right. Choose between two smooth forms that agree at the switch:
+//!
+//!   ```
+//!   use autodiff::{Function, Real, gradient, hessian};
+//!
+//!   struct Softplus;
+//!
+//!   impl Function for Softplus {
+//!       fn eval<R: Real>(&self, x: &[R]) -> R {
+//!           let (x, one) = (x[0], R::one());
+//!           let small = (one + x.exp()).ln();
+//!           let large = x + (one + (-x).exp()).ln(); // the same, and finite for any x > 0
+//!           R::select(x.lt(R::zero()), small, large)
+//!       }
+//!   }
+//!
+//!   assert_eq!(gradient(&Softplus, &[0.0]), [0.5]);
+//!   assert_eq!(hessian(&Softplus, &[0.0]), [[0.25]]);
+//!   assert_eq!([-1e3, 1e3].map(|x| gradient(&Softplus, &[x])[0]), [0.0, 1.0]);
+//!   ```
 //! - **`if` on values.** Comparisons look at primals, so `if` follows one branch and its
-//!   derivative is that branch's, even at the switch; the switch itself moves nothing. Generic
-//!   code cannot write that `if` at all, since lanes may disagree: it computes both sides and
-//!   [`select`](Real::select)s. The side not taken passes no derivative, not even an infinite one.
+//!   derivative is that branch's, even at the switch; the switch itself moves nothing. Lanes may
+//!   disagree, so generic code computes both sides and [`select`](Real::select)s. The side not
+//!   taken passes no derivative, not even an infinite one. Two conditions compile all the same:
+//!   `x.is_zero()`, which comes with num-traits' `Zero`, and [`Mask::any`] or [`Mask::all`]. Both
+//!   answer for all lanes at once, and `is_zero` is false for a variable that happens to be zero:
+//!   `if x.is_zero() { 1 } else { sin(x) / x }` gives NaN where the lane beside has another number.
+//!   Write it with an argument that is safe on the side not taken:
+//!
+//!   ```
+//!   use autodiff::{Function, Real, hessian, value_and_gradient};
+//!
+//!   struct Sinc;
+//!
+//!   impl Function for Sinc {
+//!       fn eval<R: Real>(&self, x: &[R]) -> R {
+//!           let (x, one) = (x[0], R::one());
+//!           // Below, x^4 / 120 is nothing beside one.
+//!           let small = x.abs().lt(R::lit(1e-4));
+//!           let safe = R::select(small, one, x);
+//!           R::select(small, one - x * x / R::lit(6.0), safe.sin() / safe)
+//!       }
+//!   }
+//!
+//!   assert_eq!(value_and_gradient(&Sinc, &[0.0]), (1.0, vec![0.0]));
+//!   assert_eq!(hessian(&Sinc, &[0.0]), [[-1.0 / 3.0]]);
+//!   ```
 //! - **`sqrt` of zero** has an infinite derivative, which turns into NaN at the next exact zero.
 //!   Keep lengths away from it, `sqrt(d.d + eps)`, or use [`Real::hypot`], which is flat there.
 //!   [`trace::first_non_finite`] finds the line.

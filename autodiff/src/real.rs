@@ -1,7 +1,7 @@
 //! The trait [`Real`]: what generic numerical code may ask of a number.
 //!
 //! Code written over `R: Real` runs unchanged as plain floating point, as dual numbers, on the
-//! reverse tape and in SIMD lanes. Because one source serves lanes too, it cannot branch on a
+//! reverse tape and in SIMD lanes. Because one source serves lanes too, it must not branch on a
 //! value with `if`; it computes a mask and [`select`](Real::select)s.
 //!
 //! # Conventions at kinks
@@ -44,6 +44,10 @@ use crate::fused::Fused;
 use crate::lanes::{self, Vectorized};
 
 /// The result of a comparison: `bool`, or one truth value per lane.
+///
+/// [`any`](Mask::any) and [`all`](Mask::all) are for work that may be skipped where no lane wants
+/// it, and changes nothing where some do. What is computed of a lane must not depend on them: the
+/// lanes beside have a say.
 pub trait Mask:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
@@ -72,6 +76,11 @@ impl Mask for bool {
 ///
 /// Constants enter through [`lit`](Real::lit); they carry no derivative and are not recorded.
 /// Comparisons look at the primal alone.
+///
+/// `is_zero`, of the supertrait `Zero`, is no comparison: it asks for the additive identity, so that
+/// work on it may be left out. Lanes are that if all of them are zero, and numbers that carry a
+/// derivative are not, whatever their primal. `if x.is_zero()` compiles and is wrong; the pitfalls
+/// of the [crate](crate#pitfalls) show the `select` in its place.
 pub trait Real:
     Copy
     + Debug

@@ -1,7 +1,7 @@
 //! Graphs without some of their edges.
 
 use autodiff::{
-    Adjoint, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout, value_and_gradient,
+    Adjoint, Function, Graph, Kernel, Model, Program, Real, Rollout, value_and_gradient,
 };
 
 const NODES: usize = 40;
@@ -58,14 +58,8 @@ struct Loss(Rollout<Chain>);
 impl Loss {
     fn of(graph: Graph) -> Self {
         Self(Rollout {
-            model: Chain(graph),
-            steps: 25,
-            inputs: [].into(),
             observed: vec![10, 25],
-            entries: None,
-            state_bound: None,
-            cotangent_bound: None,
-            memory: Memory::All,
+            ..Rollout::new(Chain(graph), 25)
         })
     }
 }

@@ -1,7 +1,7 @@
 //! What a rollout's memory budget costs: how often a step is done again, to the last one.
 
 use std::cell::Cell;
-use std::panic::catch_unwind;
+use std::panic::{UnwindSafe, catch_unwind};
 
 use autodiff::{Adjoint, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
 
@@ -38,12 +38,13 @@ impl Kernel<3, 1> for Join {
 
 impl Adjoint<3, 1> for Join {}
 
+/// A step of so many numbers.
 #[derive(Clone)]
-struct Step;
+struct Step(usize);
 
 impl Model for Step {
     fn record<R: Real>(&self, program: &mut Program<R>) {
-        let x = program.state(STATE);
+        let x = program.state(self.0);
         let wide = program.map(Widen, [x]);
         let [next] = program.map(Join, wide);
         program.advance(x, next);
@@ -52,22 +53,32 @@ impl Model for Step {
 
 /// How often the kernel is evaluated forward for a gradient.
 fn evaluations(steps: usize, memory: Memory) -> usize {
-    let rollout = Rollout {
-        model: Step,
-        steps,
-        inputs: [].into(),
-        observed: vec![steps],
-        entries: None,
-        state_bound: None,
-        cotangent_bound: None,
-        memory,
-    };
-    let start: Vec<f64> = (0..STATE).map(|i| 0.1 * i as f64).collect();
     EVALUATIONS.set(0);
-    let mut tape = Tape::new();
-    let sum = tape.record(&start, |x| Var::sum(&rollout.run(x, &[])));
-    tape.pullback(&[sum], &[1.0]);
+    gradient::<f64>((steps, STATE), memory, 1);
     EVALUATIONS.get()
+}
+
+/// By the start, of a rollout of so many steps and numbers; and from as many such starts.
+fn gradient<R: Real>((steps, len): (usize, usize), memory: Memory, starts: usize) -> Vec<R> {
+    let rollout = Rollout {
+        memory,
+        ..Rollout::new(Step(len), steps)
+    };
+    let start: Vec<R> = (0..len).map(|i| R::lit(0.1 * i as f64)).collect();
+    let mut tape = Tape::new();
+    let sum = tape.record(&start, |x: &[Var<R>]| {
+        Var::sum(&rollout.run_many(&vec![x; starts], &[]).concat())
+    });
+    tape.pullback(&[sum], &[R::one()]).to_vec()
+}
+
+/// The least budget, in states: as the refusal of too small a one has it.
+fn least(refused: impl FnOnce() + UnwindSafe) -> usize {
+    let message = catch_unwind(refused).expect_err("too small a budget");
+    let message = message.downcast::<String>().expect("a sentence");
+    let (_, end) = message.split_once("numbers: ").expect("what would do");
+    let least = end.trim_end_matches(" states do");
+    least.parse().expect("a number")
 }
 
 /// How many steps are done forward for a gradient, in a rollout of so many.
@@ -75,15 +86,10 @@ fn steps_done(steps: usize, memory: Memory) -> usize {
     evaluations(steps, memory) / evaluations(1, Memory::All)
 }
 
-/// Numbers that a step keeps, in states: as the refusal of too small a budget has it.
+/// Numbers that a step keeps, in states: two more are the least budget. Whole registers of at
+/// most eight numbers are whole states.
 fn row() -> usize {
-    let refused = catch_unwind(|| evaluations(100, Memory::States(1)));
-    let message = refused.expect_err("one state cannot do");
-    let message = message.downcast::<String>().expect("a sentence");
-    let (_, end) = message.split_once("step: ").expect("the row's length");
-    let numbers: usize = end.trim_end_matches(" numbers").parse().expect("a number");
-    assert_eq!(numbers % STATE, 0, "the row is not a number of states");
-    numbers / STATE
+    least(|| _ = evaluations(100, Memory::States(1))) - 2
 }
 
 /// `(s + t)! / (s! t!)`: stretches that `s` snapshots and `t` repetitions can do.
@@ -139,4 +145,41 @@ fn half_of_a_budget_keeps_rows() {
     // Two snapshots are the least; one fewer is refused, as `row` shows.
     steps_done(20, Memory::States(row + 2));
     assert!(catch_unwind(|| evaluations(20, Memory::States(row + 1))).is_err());
+}
+
+/// Operations put their numbers into whole registers, of which small states fill little: what a
+/// budget takes differs between number types, machines and numbers of starts, and a refusal says it.
+#[test]
+fn the_least_budget_is_what_a_refusal_says() {
+    fn check<R: Real + PartialEq>() {
+        for (len, starts) in [(1, 1), (2, 1), (2, 2), (7, 1), (17, 2)] {
+            for steps in [1, 2, 50] {
+                let of = |memory| gradient::<R>((steps, len), memory, starts);
+                let least = least(|| _ = of(Memory::States(1)));
+                assert!(of(Memory::States(least)) == of(Memory::All));
+                let less = catch_unwind(|| _ = of(Memory::States(least - 1)));
+                assert!(
+                    less.is_err(),
+                    "{len} numbers: {least} states are not the least"
+                );
+            }
+        }
+    }
+    check::<f64>();
+    check::<f32>();
+}
+
+/// Starts side by side fill registers better than one alone does.
+#[test]
+fn what_does_for_one_start_does_for_several() {
+    let least = least(|| _ = gradient::<f32>((50, 17), Memory::States(1), 1));
+    for starts in 1..20 {
+        let of = |memory| gradient::<f32>((50, 17), memory, starts);
+        assert!(of(Memory::States(least)) == of(Memory::All), "{starts}");
+    }
+}
+
+#[test]
+fn a_budget_beyond_all_numbers_is_all() {
+    assert_eq!(steps_done(5, Memory::States(usize::MAX)), 5);
 }

@@ -50,6 +50,26 @@ fn a_variable_of_an_earlier_recording_is_refused() {
         message.contains("a variable of another recording"),
         "{message}"
     );
+    assert!(!message.contains("left:"), "{message}");
+}
+
+/// With one of the recording that runs, it may be stale or another tape's: both are said.
+#[test]
+fn a_variable_of_an_earlier_recording_is_refused_beside_others() {
+    let mut tape = Tape::new();
+    let old = tape.record(&[1.0], |x| x[0]);
+    type Join = fn(Var<f64>, Var<f64>) -> Var<f64>;
+    let joins: [Join; 4] = [
+        |x, old| x * old,
+        |x, old| old - x,
+        |x, old| Var::sum(&[x, old]),
+        |x, old| Var::dot(&[x], &[old]),
+    ];
+    for join in joins {
+        let message = panic_message(|| tape.record(&[1.0], |x| join(x[0], old)));
+        assert!(message.contains("of an earlier recording"), "{message}");
+        assert!(message.contains("two tapes"), "{message}");
+    }
 }
 
 #[test]
@@ -217,4 +237,29 @@ fn arrays_of_another_program_are_refused() {
         assert!(message.contains("of another program"), "{k}: {message}");
         of_program(&mut other, foreign);
     }
+}
+
+#[test]
+fn a_matrix_of_another_program_is_refused() {
+    let mut other = Program::<f64>::default();
+    let matrices = [(1, 2), (2, 2), (1, 2)].map(|(rows, columns)| other.matrix(rows, columns));
+    for (k, matrix) in matrices.into_iter().enumerate() {
+        let mut program = Program::<f64>::default();
+        let bias = program.parameter(1);
+        program.matrix(1, 1);
+        let x = program.state(2);
+        let message = panic_message(|| program.dense(matrix, &[x], bias));
+        assert!(message.contains("of another program"), "{k}: {message}");
+    }
+}
+
+#[test]
+fn a_state_is_advanced_once() {
+    let mut program = Program::<f64>::default();
+    let (x, y) = (program.state(2), program.state(2));
+    let [next] = program.map(Twice, [x]);
+    program.advance(x, next);
+    program.advance(y, next);
+    let message = panic_message(|| program.advance(x, y));
+    assert!(message.contains("advanced before"), "{message}");
 }

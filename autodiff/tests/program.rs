@@ -1,7 +1,8 @@
 //! Programs of shapes that the net of springs has not, against the same steps written out.
 
 use autodiff::{
-    Adjoint, Dual, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout, gradient,
+    Adjoint, Dual, Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape,
+    Var, gradient, gradient_of,
 };
 
 // As few as do where Miri interprets them.
@@ -51,17 +52,7 @@ impl<M: Step> Steps<M> {
     fn rollout<R: Real>(&self, start: &[R], given: &[&[R]]) -> Vec<R> {
         let parameters = self.model.parameters(given);
         let parameters: Vec<&[R]> = parameters.iter().map(Vec::as_slice).collect();
-        let rollout = Rollout {
-            model: self.model.clone(),
-            steps: STEPS,
-            inputs: [].into(),
-            observed: vec![STEPS],
-            entries: None,
-            state_bound: None,
-            cotangent_bound: None,
-            memory: Memory::All,
-        };
-        rollout.run(start, &parameters)
+        Rollout::new(self.model.clone(), STEPS).run(start, &parameters)
     }
 }
 
@@ -216,10 +207,11 @@ impl Step for Directions {
     }
 }
 
-/// Sums over a node's edges are made for up to four directions at once: fewer, and some left over.
+/// Sums over a node's edges are made for up to four directions at once: fewer, none, and some left
+/// over.
 #[test]
 fn edges_may_have_any_number_of_directions() {
-    for count in 1..=6 {
+    for count in 0..=6 {
         assert_same(Directions::new(count));
     }
 }
@@ -250,4 +242,126 @@ impl Step for Linear {
 #[test]
 fn a_layer_may_be_linear() {
     assert_same(Linear);
+}
+
+/// A state that becomes a parameter, and one that becomes the other.
+#[derive(Clone)]
+struct Reset;
+
+impl Model for Reset {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let [k, to] = [(); 2].map(|()| p.parameter(NODES));
+        let (x, y) = (p.state(NODES), p.state(NODES));
+        let [next] = p.map(Turn, [x, k]);
+        p.advance(x, to);
+        p.advance(y, next);
+    }
+}
+
+impl Step for Reset {
+    fn shapes(&self) -> Vec<usize> {
+        vec![2 * NODES, NODES, NODES]
+    }
+    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+        let x = state.iter().zip(given[0]);
+        let turned = x.map(|(&x, &k)| Kernel::eval(&Turn, [x, k])[0]);
+        given[1].iter().copied().chain(turned).collect()
+    }
+}
+
+#[test]
+fn a_state_may_become_a_parameter() {
+    assert_same(Reset);
+}
+
+/// Arrays and matrices without any number beside some that have them.
+#[derive(Clone)]
+struct Hollow;
+
+impl Model for Hollow {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (flat, bias) = (p.matrix(NODES, 0), p.parameter(NODES));
+        let (narrow, none) = (p.matrix(0, NODES), p.parameter(0));
+        let (nothing, x, nor) = (p.state(0), p.state(NODES), p.state(0));
+        let input = p.input(0);
+        let from_none = p.dense(flat, &[nothing, input], bias);
+        let to_none = p.dense(narrow, &[x], none);
+        let zeros = p.dense_tanh_spread((narrow, none), &[x], &[false; NODES]);
+        let picked = p.gather(x, &[]);
+        let [sum] = p.map(Plus, [picked, to_none]);
+        let [next] = p.map(Turn, [x, from_none]);
+        let [next] = p.map(Plus, [next, zeros]);
+        p.advance(nothing, sum);
+        p.advance(x, next);
+        p.advance(nor, nothing);
+    }
+}
+
+impl Step for Hollow {
+    fn shapes(&self) -> Vec<usize> {
+        vec![NODES, 0, NODES, 0, 0]
+    }
+    fn written_out<R: Real>(&self, x: &[R], given: &[&[R]]) -> Vec<R> {
+        let pairs = x.iter().zip(given[1]);
+        pairs
+            .map(|(&x, &bias)| Kernel::eval(&Turn, [x, bias])[0])
+            .collect()
+    }
+}
+
+/// A chain of one link has no edges, a robot without sensors no rows of them.
+#[test]
+fn arrays_may_be_empty() {
+    assert_same(Hollow);
+    let rollout = Rollout::new(Hollow, STEPS);
+    let bias = [0.4; NODES];
+    let parameters: [&[f64]; 4] = [&[], &bias, &[], &[]];
+    let mut given = parameters.map(Given::Shared);
+    for count in [1, 2, 7] {
+        let starts: Vec<Vec<f64>> = (0..count).map(|k| vec![k as f64; NODES]).collect();
+        let slices: Vec<&[f64]> = starts.iter().map(Vec::as_slice).collect();
+        let alone: Vec<Vec<f64>> = slices.iter().map(|s| rollout.run(s, &parameters)).collect();
+        given[3] = Given::Each(&[&[] as &[f64]; 7][..count]);
+        assert_eq!(rollout.run_each(&slices, &given), alone);
+        let gradient = |together: bool| {
+            gradient_of(
+                |x: &[Var<f64>]| {
+                    let bias = [Var::lit(0.4); NODES];
+                    let parameters: [&[Var<f64>]; 4] = [&[], &bias, &[], &[]];
+                    let starts: Vec<&[Var<f64>]> = x.chunks(NODES).collect();
+                    let seen = match together {
+                        true => rollout.run_many(&starts, &parameters),
+                        false => (starts.iter().map(|s| rollout.run(s, &parameters))).collect(),
+                    };
+                    Var::sum(&seen.concat())
+                },
+                &starts.concat(),
+            )
+        };
+        assert_eq!(gradient(true), gradient(false));
+    }
+}
+
+/// No state at all, whatever the memory.
+#[test]
+fn a_program_may_have_no_state() {
+    #[derive(Clone)]
+    struct Stateless;
+    impl Model for Stateless {
+        fn record<R: Real>(&self, _: &mut Program<R>) {}
+    }
+    for memory in [Memory::All, Memory::States(3)] {
+        let rollout = Rollout {
+            memory,
+            ..Rollout::new(Stateless, STEPS)
+        };
+        let mut tape = Tape::<f64>::new();
+        assert!(tape.record(&[], |x| rollout.run(x, &[])).is_empty());
+        assert!(
+            rollout
+                .run_many(&[&[], &[] as &[f64]], &[])
+                .concat()
+                .is_empty()
+        );
+    }
 }

@@ -2,8 +2,13 @@
 
 mod net;
 
+use std::panic::catch_unwind;
+
 use approx::assert_relative_eq;
-use autodiff::{CotangentBound, Dual, Function, Memory, Real, Var, value_and_gradient};
+use autodiff::{
+    Adjoint, CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var,
+    gradient_of, value_and_gradient,
+};
 use net::{Loss, NODES};
 
 fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
@@ -81,7 +86,7 @@ fn single_precision_gradient_is_single_precise() {
     let x = loss.point();
     let (_, double) = value_and_gradient(&loss, &x);
     let single: Vec<f32> = x.iter().map(|&x| x as f32).collect();
-    let single = autodiff::gradient_of(|x: &[Var<f32>]| loss.eval(x), &single);
+    let single = gradient_of(|x: &[Var<f32>]| loss.eval(x), &single);
     let single: Vec<f64> = single.into_iter().map(f64::from).collect();
     // 20 steps of sums of some 20 terms at 2^-24 each.
     assert!(largest_difference(&single, &double) < 1e-5);
@@ -95,7 +100,7 @@ fn constants_get_no_cotangent_and_do_not_disturb_the_rest() {
     let [k, w, w1, ..] = loss.rollout.model.shapes();
     let weights = 2 * NODES + k + w..2 * NODES + k + w + w1;
     let given = x.clone();
-    let only_weights = autodiff::gradient_of(
+    let only_weights = gradient_of(
         |part: &[Var<f64>]| {
             let mut whole: Vec<Var<f64>> = given.iter().map(|&x| Var::lit(x)).collect();
             whole[weights.clone()].copy_from_slice(part);
@@ -154,13 +159,13 @@ fn a_step_after_the_last_is_not_observed() {
     loss.eval(&loss.point());
 }
 
-/// A cotangent whose square overflows is no zero.
+/// An infinite cotangent is no zero.
 #[test]
 fn a_cotangent_too_large_to_be_measured_is_told() {
     struct Huge(Loss);
     impl Function for Huge {
         fn eval<R: Real>(&self, x: &[R]) -> R {
-            self.0.eval(x) * R::lit(1e200)
+            self.0.eval(x) * R::lit(f64::INFINITY)
         }
     }
     let mut loss = Loss::new(steps(12));
@@ -171,6 +176,168 @@ fn a_cotangent_too_large_to_be_measured_is_told() {
     });
     let (_, gradient) = value_and_gradient(&Huge(loss), &x);
     assert!(gradient[..2 * NODES].iter().all(|g| g.is_nan()));
+}
+
+/// Numbers that every step makes ten times as large.
+#[derive(Clone, Copy)]
+struct Tenfold;
+
+impl Kernel<1, 1> for Tenfold {
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [x * R::lit(10.0)]
+    }
+}
+impl Adjoint<1, 1> for Tenfold {}
+
+impl Model for Tenfold {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let x = program.state(3);
+        let [next] = program.map(*self, [x]);
+        program.advance(x, next);
+    }
+}
+
+/// The cotangents of starts side by side, whose last states have these, after so many steps; with
+/// a bound at the start.
+fn bounded<R: Real + Into<f64>>(seeds: &[[f64; 3]], steps: usize, norm: f64) -> Vec<[R; 3]> {
+    let rollout = Rollout {
+        cotangent_bound: Some(CotangentBound {
+            norm,
+            every: steps + 1,
+        }),
+        ..Rollout::new(Tenfold, steps)
+    };
+    let gradient = gradient_of(
+        |x: &[Var<R>]| {
+            let starts: Vec<&[Var<R>]> = x.chunks(3).collect();
+            let seen = rollout.run_many(&starts, &[]).concat();
+            let seeds = seeds.as_flattened().iter();
+            let weighted = seen.iter().zip(seeds).map(|(&x, &seed)| x * Var::lit(seed));
+            weighted.fold(Var::lit(0.0), |sum, x| sum + x)
+        },
+        &vec![R::zero(); 3 * seeds.len()],
+    );
+    gradient.as_chunks().0.to_vec()
+}
+
+/// Squares over- and underflow long before cotangents do.
+#[test]
+fn cotangents_of_any_size_are_bounded() {
+    fn check<R: Real + PartialEq + Into<f64>>(sizes: &[f64], digits: f64) {
+        for &size in sizes {
+            // Of norms 13, 13 and 0 in that size, beside one that squares can measure.
+            let seeds = [[3.0, 4.0, 12.0], [-12.0, 3.0, -4.0], [0.0; 3]];
+            let mut seeds = seeds.map(|seed| seed.map(|s| s * size)).to_vec();
+            seeds.push([0.1; 3]);
+            for relative in [1e-3, 1.0] {
+                let norm = relative * size;
+                for (k, bar) in bounded::<R>(&seeds, 0, norm).iter().enumerate() {
+                    let free: f64 = [13.0 * size, 13.0 * size, 0.0, 0.03f64.sqrt()][k];
+                    for (&bar, seed) in bar.iter().zip(seeds[k]) {
+                        let expected = seed * (norm / free.max(norm));
+                        let off = (bar.into() - expected).abs();
+                        // A few roundings, and what the least number leaves of the smallest.
+                        assert!(
+                            off <= 4.0 * digits * expected.abs(),
+                            "{k} of {size}: {bar:?}"
+                        );
+                    }
+                }
+            }
+            for (bar, seed) in bounded::<R>(&seeds, 0, 1e3 * size + 1.0).iter().zip(&seeds) {
+                assert!(*bar == seed.map(R::lit), "{size}: {bar:?} is held back");
+            }
+        }
+    }
+    check::<f64>(&[1e-300, 1e-160, 1.0, 1e100, 1e155, 1e300], f64::EPSILON);
+    check::<f32>(&[1e-30, 1e-25, 1.0, 1e15, 1e25, 1e34], f32::EPSILON.into());
+    let grown = |bars: Vec<[f64; 3]>| (bars[0][0] - 1.0).abs() < 4.0 * f64::EPSILON;
+    assert!(grown(bounded::<f64>(&[[1.0, 0.0, 0.0]], 160, 1.0)));
+    let single = bounded::<f32>(&[[1.0, 0.0, 0.0]], 25, 1.0);
+    assert!((single[0][0] - 1.0).abs() < 4.0 * f32::EPSILON);
+}
+
+/// Cotangents of ordinary size are multiplied by one factor: the bound over their norm.
+#[test]
+fn ordinary_cotangents_are_scaled_by_one_factor() {
+    fn check<R: Real + PartialEq + Into<f64>>() {
+        let seed = [0.3, -4.1, 12.7].map(R::lit);
+        let factor = R::lit(0.7) * R::dot(&seed, &seed).rsqrt();
+        let bars = bounded::<R>(&[seed.map(R::into)], 0, 0.7);
+        assert!(bars[0] == seed.map(|s| s * factor));
+    }
+    check::<f64>();
+    check::<f32>();
+}
+
+#[track_caller]
+fn assert_refused(rollout: Rollout<net::Net>, sentence: &str) {
+    let mut loss = Loss::new(1);
+    loss.rollout = rollout;
+    let x = loss.point();
+    let plain = catch_unwind(|| loss.eval(&x)).err();
+    let on_tape = catch_unwind(|| value_and_gradient(&loss, &x)).err();
+    let fused = catch_unwind(|| autodiff::Fused::eval(&loss.rollout, &[&x[..2 * NODES]])).err();
+    for panic in [plain, on_tape, fused] {
+        let message = panic.expect("misuse panics").downcast::<String>();
+        let message = message.expect("a sentence with numbers");
+        assert!(message.contains(sentence), "{message}");
+    }
+}
+
+#[test]
+fn bounds_that_hold_nothing_back_are_refused() {
+    for bound in [-1.0, f64::NAN] {
+        let mut rollout = Loss::new(2).rollout;
+        rollout.state_bound = Some(bound);
+        assert_refused(
+            rollout,
+            &format!("the state of a rollout is bounded by {bound}"),
+        );
+    }
+    for (norm, every) in [(1.0, 0), (-1.0, 1), (f64::NAN, 1)] {
+        let mut rollout = Loss::new(2).rollout;
+        rollout.cotangent_bound = Some(CotangentBound { norm, every });
+        let bound = format!("bounded by {norm} every {every} steps");
+        assert_refused(rollout, &bound);
+    }
+}
+
+#[test]
+fn too_few_inputs_are_told() {
+    let mut rollout = Loss::new(6).rollout;
+    rollout.inputs = [0.0; 5].into();
+    assert_refused(
+        rollout,
+        "6 steps with 1 inputs each take 6 numbers: a rollout has 5",
+    );
+    let mut rollout = Loss::new(6).rollout;
+    rollout.inputs = [].into();
+    assert_refused(rollout, "a rollout has 0");
+}
+
+/// Nothing wanted is nothing seen, from one start or several.
+#[test]
+fn nothing_may_be_observed() {
+    let starts = [[1.0, 2.0, 3.0]; 5];
+    let starts = starts.each_ref().map(|start| &start[..]);
+    let steps = Rollout {
+        observed: Vec::new(),
+        ..Rollout::new(Tenfold, 3)
+    };
+    let entries = Rollout {
+        entries: Some(Vec::new()),
+        ..Rollout::new(Tenfold, 3)
+    };
+    for rollout in [steps, entries] {
+        assert_eq!(rollout.run(starts[0], &[]), []);
+        for count in 1..=5 {
+            let seen = rollout.run_many(&starts[..count], &[]);
+            assert_eq!(seen, vec![Vec::<f64>::new(); count]);
+        }
+        let none = |x: &[Var<f64>]| Var::sum(&rollout.run_many(&[x, x, x], &[]).concat());
+        assert_eq!(gradient_of(none, starts[0]), [0.0; 3]);
+    }
 }
 
 #[test]
@@ -212,7 +379,7 @@ fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
         assert!(gradient(count) == first, "{count} steps");
         let loss = Loss::new(count);
         let single: Vec<f32> = loss.point().iter().map(|&x| x as f32).collect();
-        autodiff::gradient_of(|x: &[Var<f32>]| loss.eval(x), &single);
+        gradient_of(|x: &[Var<f32>]| loss.eval(x), &single);
         assert!(
             gradient(count) == first,
             "{count} steps after others in f32"

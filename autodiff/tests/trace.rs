@@ -1,12 +1,9 @@
 //! Origins of infinities and NaN, against what the modes themselves return.
 
-use std::sync::Arc;
-
 use autodiff::custom::{Rule, apply};
 use autodiff::trace::{NonFinite, Traced, first_non_finite};
 use autodiff::{
-    Adjoint, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient,
-    value_and_gradient,
+    Adjoint, Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, value_and_gradient,
 };
 
 fn origin(function: &impl Function, x: &[f64]) -> Option<NonFinite> {
@@ -217,16 +214,7 @@ impl Model for Falling {
 
 #[test]
 fn a_rollout_says_in_which_step() {
-    let rollout = Rollout {
-        model: Falling,
-        steps: 9,
-        inputs: Arc::new([]),
-        observed: vec![9],
-        entries: None,
-        state_bound: None,
-        cotangent_bound: None,
-        memory: Memory::All,
-    };
+    let rollout = Rollout::new(Falling, 9);
     let mut x: f64 = 1.0;
     let mut step = 0;
     while x >= 0.0 {

@@ -4,8 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use autodiff::{
-    Adjoint, Dual, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout, Wide, gradient,
-    hessian,
+    Adjoint, Dual, Function, Graph, Kernel, Model, Program, Real, Rollout, Wide, gradient, hessian,
 };
 
 /// One line of a table.
@@ -266,14 +265,8 @@ impl Energy {
         let steps = 50;
         let inputs: Arc<[f64]> = (0..steps).map(|n| (0.3 * n as f64).sin()).collect();
         Self(Rollout {
-            model: Chain(Graph::new(MASSES, &edges)),
-            steps,
             inputs,
-            observed: vec![steps],
-            entries: None,
-            state_bound: None,
-            cotangent_bound: None,
-            memory: Memory::All,
+            ..Rollout::new(Chain(Graph::new(MASSES, &edges)), steps)
         })
     }
     fn shapes(&self) -> [usize; 3] {

@@ -220,6 +220,9 @@ impl Graph {
     }
 
     /// Values per edge in the slot layout, zero in ghosts.
+    ///
+    /// # Panics
+    /// Unless there is one value per edge.
     pub fn to_slots<R: Real>(&self, per_edge: &[R]) -> Vec<R> {
         assert_eq!(
             per_edge.len(),

@@ -55,9 +55,13 @@ pub struct Array {
 
 impl Array {
     /// How many numbers the array holds.
-    #[allow(clippy::len_without_is_empty)] // an empty array cannot be declared
     pub fn len(self) -> usize {
         self.len / self.starts
+    }
+
+    /// Whether it holds none, as an array along the edges of a graph that has no edge.
+    pub fn is_empty(self) -> bool {
+        self.len == 0
     }
 
     /// Where it lies in its part.
@@ -68,7 +72,7 @@ impl Array {
 }
 
 /// A handle to a matrix parameter of a [`Program`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Matrix {
     parameter: usize,
     rows: usize,
@@ -105,7 +109,7 @@ trait Operation<R: Real>: Send {
 
 /// A recorded step. See the [module](self).
 ///
-/// Parameters are declared first, then states and inputs, then operations.
+/// Parameters are declared first, then states and inputs, then operations. Any array may be empty.
 pub struct Program<R: Real> {
     arrays: Vec<Array>,
     parameters: Vec<Parameter>,
@@ -176,6 +180,9 @@ impl<R: Real> Program<R> {
     }
 
     /// A parameter: an array that stays the same for all steps.
+    ///
+    /// # Panics
+    /// After a state, an input or an operation: rows begin behind the last parameter.
     pub fn parameter(&mut self, len: usize) -> Array {
         self.align(true);
         let array = self.allocate(true, len);
@@ -210,18 +217,26 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// States which array a part of the state becomes at the end of the step.
+    /// States which array a part of the state becomes at the end of the step: the output of an
+    /// operation, or as well a state as it was, a parameter or an input.
+    ///
+    /// # Panics
+    /// If `state` is no part of the state or has been advanced before, the two differ in length, or
+    /// `next` is of another program, as [operations](Program::map) panic.
     pub fn advance(&mut self, state: Array, next: Array) {
         let part = self.states.iter().position(|s| *s == state);
         let part = part.expect("advance: the first array is no part of the state");
         self.know(&[next]);
         assert_eq!(state.len, next.len, "advance: the arrays differ in length");
-        self.next[part] = Some(next);
+        let before = self.next[part].replace(next);
+        assert!(
+            before.is_none(),
+            "advance: this part of the state was advanced before"
+        );
     }
 
     /// A new array behind those before it.
     fn allocate(&mut self, parameter: bool, len: usize) -> Array {
-        assert!(len > 0, "an array of a program holds at least one number");
         assert!(
             !parameter || self.ends[0] == 0 || self.ends[1] == 0,
             "parameters of a program are declared before its states, inputs and operations"
@@ -253,7 +268,9 @@ impl<R: Real> Program<R> {
     }
 }
 
-/// The operations. Each panics where a handle is of another program.
+/// The operations. Each panics where this program has no such array or matrix as a handle stands
+/// for. A handle of another program that stands for one in the same place, of the same shape, is
+/// not told from this one's.
 impl<R: Real> Program<R> {
     /// What an operation reads has to be there, and before it: steps do not check that.
     fn know(&self, arrays: &[Array]) {
@@ -261,13 +278,45 @@ impl<R: Real> Program<R> {
         assert!(arrays.iter().all(known), "an array is of another program");
     }
 
+    fn know_matrix(&self, matrix: Matrix) {
+        let known = self.parameters.get(matrix.parameter);
+        let is_known = matches!(known, Some(Parameter::Matrix(m)) if *m == matrix);
+        assert!(is_known, "a matrix is of another program");
+    }
+
     /// Maps a kernel over arrays of one length.
+    ///
+    /// A number that all elements share is an array of one, spread by [`gather`](Program::gather):
+    ///
+    /// ```
+    /// # use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout};
+    /// # #[derive(Clone)]
+    /// # struct Decay;
+    /// impl Kernel<2, 1> for Decay {
+    ///     fn eval<R: Real>(&self, [x, rate]: [R; 2]) -> [R; 1] {
+    ///         [x - rate * x]
+    ///     }
+    /// }
+    /// # impl Adjoint<2, 1> for Decay {}
+    /// impl Model for Decay {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let (rate, x) = (program.parameter(1), program.state(3));
+    ///         let rates = program.gather(rate, &[Some(0); 3]);
+    ///         let [next] = program.map(Decay, [x, rates]);
+    ///         program.advance(x, next);
+    ///     }
+    /// }
+    /// assert_eq!(Rollout::new(Decay, 2).run(&[4.0, 8.0, 12.0], &[&[0.5]]), [1.0, 2.0, 3.0]);
+    /// ```
+    ///
+    /// # Panics
+    /// If the arrays differ in length or there is none, or one is of another program.
     pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
     where
         K: Adjoint<I, O>,
     {
         self.know(&x);
-        let len = x[0].len();
+        let len = x.first().expect("map: a kernel without inputs").len();
         assert!(
             x.iter().all(|a| a.len() == len),
             "map: the arrays differ in length"
@@ -279,17 +328,27 @@ impl<R: Real> Program<R> {
     }
 
     /// `matrix * (x_0, x_1, ...) + bias`.
+    ///
+    /// # Panics
+    /// Unless the matrix has as many columns as the arrays have numbers together and as many rows
+    /// as the bias, or if one of them is of another program.
     pub fn dense(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
         self.dense_layer((matrix, bias), x, &vec![true; matrix.rows], false)
     }
 
     /// `tanh(matrix * (x_0, x_1, ...) + bias)`.
+    ///
+    /// # Panics
+    /// As [`dense`](Program::dense).
     pub fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
         self.dense_layer((matrix, bias), x, &vec![true; matrix.rows], true)
     }
 
     /// The entries of `tanh(matrix * (x_0, x_1, ...) + bias)` set out among zeros: in their order
     /// at the places that are true.
+    ///
+    /// # Panics
+    /// As [`dense`](Program::dense), and unless as many places are true as the matrix has rows.
     pub fn dense_tanh_spread(
         &mut self,
         (matrix, bias): (Matrix, Array),
@@ -308,6 +367,7 @@ impl<R: Real> Program<R> {
     ) -> Array {
         self.know(x);
         self.know(&[bias]);
+        self.know_matrix(matrix);
         let columns: usize = x.iter().map(|a| a.len()).sum();
         assert_eq!(
             columns, matrix.columns,
@@ -338,6 +398,10 @@ impl<R: Real> Program<R> {
     /// that at the tail, of arrays over the nodes) and then `per_edge` (arrays in the slot layout
     /// of the [`Graph`]). Each result counts plus at the edge's tail and minus at its head: the
     /// outputs are arrays over the nodes.
+    ///
+    /// # Panics
+    /// Unless the arrays of `ends` are as long as the graph has nodes, those per edge as it has
+    /// slots, and both together as many as the kernel's inputs; or if one is of another program.
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -366,7 +430,11 @@ impl<R: Real> Program<R> {
         outputs
     }
 
-    /// `x[index]` for every index, and zero where there is none.
+    /// `x[index]` for every index, and zero where there is none: with `&[Some(0); 8]` an array of
+    /// one number becomes one of eight of it.
+    ///
+    /// # Panics
+    /// If an index is out of range, or the array of another program.
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
         self.know(&[x]);
         assert!(

@@ -80,7 +80,7 @@ impl<R: Real> Batch<R> {
 
 /// Numbers of several starts side by side become those of one after the other, so far apart.
 fn part<R: Real>(side_by_side: &[R], (starts, apart): (usize, usize), to: &mut [R]) {
-    for (start, to) in to.chunks_exact_mut(apart).enumerate() {
+    for (start, to) in to.chunks_exact_mut(apart.max(1)).enumerate() {
         let of_start = side_by_side[start..].iter().step_by(starts);
         for (to, &from) in to.iter_mut().zip(of_start) {
             *to = from;

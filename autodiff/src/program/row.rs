@@ -189,7 +189,8 @@ impl Layout {
     pub(super) fn new(states: &[Array], next: &[Array], row: usize) -> Self {
         let end = states.iter().map(|a| a.start + a.len).max().unwrap_or(0);
         let at = next.first().map_or(row, |a| a.start);
-        let in_place = |(state, next): (&Array, &Array)| next.start == at + state.start;
+        let in_place =
+            |(state, next): (&Array, &Array)| !next.parameter && next.start == at + state.start;
         let overlaps = at >= end && at + end >= row && states.iter().zip(next).all(in_place);
         let stride = if overlaps { at } else { row };
         let moves = if overlaps {

@@ -46,6 +46,11 @@ impl<R: Real> Program<R> {
         self.states.iter().map(|a| a.len).sum()
     }
 
+    /// How many inputs a step takes, as declared.
+    pub(crate) fn inputs_len(&self) -> usize {
+        self.given
+    }
+
     /// Takes the parameters over, checking their shapes: arrays and matrices that all starts share,
     /// and arrays of every start's own, side by side, where `own` says so.
     pub(crate) fn load(&mut self, values: &mut [R], (parameters, own): (&[&[R]], &[bool])) {
@@ -73,9 +78,9 @@ impl<R: Real> Program<R> {
             let Parameter::Array(array) = declared else {
                 continue;
             };
-            let places = &mut values[array.range()];
-            let times = places.len() / len;
-            for (place, &given) in places.chunks_exact_mut(times).zip(*given) {
+            let times = if self.own[at] { 1 } else { self.starts };
+            let places = values[array.range()].chunks_exact_mut(times);
+            for (place, &given) in places.zip(*given) {
                 place.fill(given);
             }
         }
@@ -136,7 +141,11 @@ impl<R: Real> Program<R> {
             operation.forward(parameters, row);
         }
         for (from, to) in &self.layout.moves {
-            row.copy_within(from.range(), self.layout.stride + to.start);
+            let to = self.layout.stride + to.start;
+            match from.parameter {
+                true => row[to..][..from.len].copy_from_slice(&parameters[from.range()]),
+                false => row.copy_within(from.range(), to),
+            }
         }
     }
 

@@ -31,7 +31,7 @@ impl<R: Real> Tiles<R> {
 
     /// Calls `f(row, column, entries)` for all entries, in stretches of a column from some row on.
     pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut [R])) {
-        let tiles = self.entries.chunks_exact_mut(TILE * self.columns);
+        let tiles = self.entries.chunks_exact_mut(TILE * self.columns.max(1));
         for (first, tile) in (0..self.rows).step_by(TILE).zip(tiles) {
             let order = (0..PHASES).flat_map(|phase| (phase..self.columns).step_by(PHASES));
             for (column, part) in order.zip(tile.chunks_exact_mut(TILE)) {

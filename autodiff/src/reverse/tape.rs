@@ -285,10 +285,10 @@ impl<R: Real> Tape<R> {
             if output.is_constant() {
                 continue;
             }
-            assert_eq!(
-                output.generation, self.generation,
-                "pullback was given a variable of another recording; \
-                 it takes those that the last `record` of this tape returned"
+            assert!(
+                output.generation == self.generation,
+                "pullback was given a variable of another recording, an earlier one of this tape \
+                 or another tape's; it takes those that the last `record` of this tape returned"
             );
             self.bars[output.index as usize] += cotangent;
         }

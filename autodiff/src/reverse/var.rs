@@ -22,8 +22,9 @@ use crate::rule;
 /// zero.
 ///
 /// # Panics
-/// Every operation that records panics where the variable's tape is not recording, and where two
-/// variables of different tapes meet. Adding a constant records nothing.
+/// Every operation that records panics where the variable's tape is not recording or has begun
+/// another recording since, and where variables of two recordings meet. Adding a constant records
+/// nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Var<R> {
     pub(super) value: R,
@@ -157,11 +158,13 @@ impl<R: Real> Var<R> {
     }
 }
 
+/// Knows neither variable: to hand their recordings over would cost every operation instructions.
 #[cold]
 fn mixed() -> ! {
     panic!(
-        "variables of two tapes met in one operation; nest by type instead: \
-         a tape inside another's closure records `Var<Var<f64>>`"
+        "variables of two recordings met in one operation: one of them is of an earlier recording, \
+         which has ended, or two tapes are recording; then nest by type instead: a tape inside \
+         another's closure records `Var<Var<f64>>`"
     )
 }
 

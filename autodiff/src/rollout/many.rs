@@ -36,7 +36,7 @@ impl Group {
     fn joined<'a, R: Real>(&self, of_lane: impl Fn(usize) -> &'a [R]) -> Vec<R> {
         let mut joined = vec![R::zero(); of_lane(0).len() * self.lanes];
         for lane in 0..self.lanes {
-            let places = joined[lane..].iter_mut().step_by(self.lanes);
+            let places = joined.iter_mut().skip(lane).step_by(self.lanes);
             for (place, &number) in places.zip(of_lane(lane)) {
                 *place = number;
             }
@@ -57,7 +57,7 @@ impl Group {
 
     /// The numbers of each start, of those side by side.
     fn parted<R: Real>(&self, side_by_side: &[R]) -> Vec<Vec<R>> {
-        let of_lane = |lane: usize| side_by_side[lane..].iter().step_by(self.lanes).copied();
+        let of_lane = |lane| side_by_side.iter().skip(lane).step_by(self.lanes).copied();
         (0..self.starts.len())
             .map(|lane| of_lane(lane).collect())
             .collect()

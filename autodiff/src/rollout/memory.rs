@@ -14,8 +14,14 @@ pub enum Memory {
     #[default]
     All,
     /// At most as many numbers as so many states have; the sweep then runs parts of the rollout
-    /// again. Ten states do for any number of steps, if a step keeps no more than three states'
-    /// worth of numbers beside its own.
+    /// again. They hold the record of a step, which is a state and what its operations put out, and
+    /// two states more: any number of steps goes with that, and the fewer times again, the more
+    /// there is.
+    ///
+    /// Ten states do if a step puts out no more than seven states' worth of numbers, rounded up:
+    /// each operation begins at a whole register, of up to 16 numbers, so that small states take
+    /// more, and in single precision more than in double. What does for one start does for several.
+    /// Too few are refused, with a sentence that says how many do, where a tape records the rollout.
     States(usize),
 }
 
@@ -31,21 +37,26 @@ pub(super) struct Plan {
 impl Plan {
     /// For so many steps, from the lengths of a state and of a row.
     pub(super) fn new(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
-        let budget = match memory {
-            Memory::States(states) if states * state < steps * row + state => states * state,
-            _ => {
-                return Self {
-                    leaf: steps,
-                    snapshots: 1,
-                };
-            }
+        let all = Self {
+            leaf: steps,
+            snapshots: 1,
         };
+        let Memory::States(states) = memory else {
+            return all;
+        };
+        let budget = states.saturating_mul(state);
+        // Where the state has no numbers, neither has what would be kept of it.
+        if state == 0 || budget >= steps * row + state {
+            return all;
+        }
         let leaf = (budget / 2 / row).max(1);
         let snapshots = budget.saturating_sub(leaf * row) / state;
+        // One step has its record and its start.
+        let least = steps.min(2) + row.div_ceil(state);
         assert!(
             snapshots >= 2,
-            "a memory of {} states holds no two beside the record of a step: {row} numbers",
-            budget / state
+            "a memory of {states} states holds no two beside the record of a step, \
+             {row} numbers: {least} states do"
         );
         Self { leaf, snapshots }
     }
@@ -134,7 +145,10 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "a memory of 3 states holds no two")]
+    #[should_panic(
+        expected = "a memory of 3 states holds no two beside the record of a step, \
+                               25 numbers: 5 states do"
+    )]
     fn too_small_a_budget_is_told() {
         Plan::new(Memory::States(3), 100, [10, 25]);
     }

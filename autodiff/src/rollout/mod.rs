@@ -17,7 +17,7 @@ pub use sweep::Recorded;
 
 use crate::fused::Fused;
 use crate::program::Program;
-use crate::real::Real;
+use crate::real::{Mask, Real};
 use many::Many;
 use sweep::{Starts, Sweep};
 
@@ -28,16 +28,18 @@ pub trait Model: Clone + Send + Sync + 'static {
 }
 
 /// A bound on the norm of the state's cotangent in the reverse sweep: where it is exceeded, the
-/// cotangent is scaled back. The result is then no longer the exact gradient.
+/// cotangent is scaled back. The result is then no longer the exact gradient. A cotangent of any
+/// size is measured; one with an infinite number or NaN in it becomes NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CotangentBound {
-    /// The largest Euclidean norm.
+    /// The largest Euclidean norm, not below 0.
     pub norm: f64,
-    /// It is looked at every so many steps.
+    /// It is looked at every so many steps: 1 or more.
     pub every: usize,
 }
 
-/// `steps` steps of a model.
+/// `steps` steps of a model: [`Rollout::new`] for what most have, and fields by name for the rest,
+/// `Rollout { observed: vec![10, 20], ..Rollout::new(model, 20) }`.
 #[derive(Clone, Debug)]
 pub struct Rollout<M> {
     /// What is stepped.
@@ -49,13 +51,13 @@ pub struct Rollout<M> {
     /// After how many steps the state is wanted, ascending; 0 is the start.
     pub observed: Vec<usize>,
     /// Which numbers of such a state are wanted, `None` for all: on a tape each is a variable,
-    /// which costs more than to compute it.
+    /// which costs more than to compute it. Without any entry nothing is seen.
     pub entries: Option<Vec<usize>>,
     /// Where some number of a state after the start, observed or not, is not below this in
     /// magnitude, or is none, all that is observed is NaN: a rollout that went astray and came back
-    /// does not pass for one that did not. It tells nothing to derivatives.
+    /// does not pass for one that did not. It tells nothing to derivatives. Not below 0.
     pub state_bound: Option<f64>,
-    /// `None`, the default of all drivers, gives the exact gradient.
+    /// `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
     /// What the forward run keeps for the reverse sweep.
     pub memory: Memory,
@@ -71,16 +73,33 @@ pub enum Given<'a, R> {
 }
 
 impl<M: Model> Rollout<M> {
+    /// So many steps without inputs, of which the last state is seen, all of it: without bounds,
+    /// the gradient exact, every step kept for the way back.
+    pub fn new(model: M, steps: usize) -> Self {
+        Self {
+            model,
+            steps,
+            inputs: [].into(),
+            observed: vec![steps],
+            entries: None,
+            state_bound: None,
+            cotangent_bound: None,
+            memory: Memory::All,
+        }
+    }
+
     /// The observed states one after the other, or the wanted numbers of each, from the parts of
     /// the start's state and the parameters in the order of the model's declarations.
     ///
     /// On the tape the whole rollout is one entry.
     ///
     /// # Panics
-    /// If lengths differ from the model's declarations, or an observed step or a wanted entry is
-    /// out of range.
+    /// - If lengths differ from the model's declarations, or the inputs are too few for all steps;
+    /// - if an observed step or a wanted entry is out of range, or the observed steps do not ascend;
+    /// - if a bound is below 0 or NaN, or looked at every 0 steps;
+    /// - on a tape, if the [`Memory`] is too little for a step;
+    /// - if the model leaves a part of its state unadvanced, and as its program does.
     pub fn run<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
-        self.check();
         let inputs: Vec<&[R]> = std::iter::once(start)
             .chain(parameters.iter().copied())
             .collect();
@@ -107,7 +126,7 @@ impl<M: Model> Rollout<M> {
     /// cotangents of what a start has of its own have the bits that they have alone.
     ///
     /// ```
-    /// use autodiff::{Adjoint, Given, Kernel, Memory, Model, Program, Real, Rollout};
+    /// use autodiff::{Adjoint, Given, Kernel, Model, Program, Real, Rollout};
     ///
     /// /// A mass on a spring, in steps of 0.1 s.
     /// #[derive(Clone, Copy)]
@@ -131,16 +150,7 @@ impl<M: Model> Rollout<M> {
     ///     }
     /// }
     ///
-    /// let rollout = Rollout {
-    ///     model: Spring,
-    ///     steps: 8,
-    ///     inputs: [].into(),
-    ///     observed: vec![8],
-    ///     entries: None,
-    ///     state_bound: None,
-    ///     cotangent_bound: None,
-    ///     memory: Memory::All,
-    /// };
+    /// let rollout = Rollout::new(Spring, 8);
     /// let start: &[f64] = &[1.0, 0.0];
     /// let both = rollout.run_each(&[start; 2], &[Given::Each(&[&[1.0], &[4.0]])]);
     /// let [soft, stiff] = [1.0, 4.0].map(|stiffness| rollout.run(start, &[&[stiffness]]));
@@ -150,7 +160,6 @@ impl<M: Model> Rollout<M> {
     /// # Panics
     /// As [`run`](Rollout::run), if there is not one for each start, and if it is a matrix.
     pub fn run_each<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
-        self.check();
         if starts.is_empty() {
             return Vec::new();
         }
@@ -181,7 +190,8 @@ impl<M: Model> Rollout<M> {
             .collect()
     }
 
-    fn check(&self) {
+    /// What no step has to look at any more; each of them takes so many inputs.
+    fn check(&self, inputs: usize) {
         assert!(
             self.observed.is_sorted(),
             "the observed steps of a rollout ascend"
@@ -192,6 +202,26 @@ impl<M: Model> Rollout<M> {
             "step {last} of {} is observed",
             self.steps
         );
+        let numbers = self.steps.saturating_mul(inputs);
+        assert!(
+            self.inputs.len() >= numbers,
+            "{} steps with {inputs} inputs each take {numbers} numbers: a rollout has {}",
+            self.steps,
+            self.inputs.len()
+        );
+        if let Some(bound) = self.state_bound {
+            assert!(
+                bound >= 0.0,
+                "the state of a rollout is bounded by {bound}, which is not 0 or more"
+            );
+        }
+        if let Some(CotangentBound { norm, every }) = self.cotangent_bound {
+            assert!(
+                norm >= 0.0 && every > 0,
+                "the cotangent of a rollout is bounded by {norm} every {every} steps: \
+                 it takes a norm of 0 or more, and 1 step or more"
+            );
+        }
     }
 
     /// Where the wanted numbers lie in a state, given how many starts there are side by side in it
@@ -201,7 +231,7 @@ impl<M: Model> Rollout<M> {
             return (0..len).collect();
         };
         assert!(
-            !entries.is_empty() && entries.iter().all(|entry| entry * starts < len),
+            entries.iter().all(|entry| entry * starts < len),
             "a rollout has {} numbers in a state: {entries:?} are wanted",
             len / starts
         );
@@ -214,19 +244,22 @@ impl<M: Model> Rollout<M> {
         let Some(CotangentBound { norm, every }) = self.cotangent_bound else {
             return;
         };
-        if !step.is_multiple_of(every) {
+        if !step.is_multiple_of(every) || state_bar.is_empty() {
             return;
         }
+        let limit = R::lit(norm);
         for start in 0..starts {
-            let of_start: Vec<R> = state_bar[start..].iter().step_by(starts).copied().collect();
-            let squared = R::dot(&of_start, &of_start).detach();
-            let limit = R::lit(norm);
-            let exceeds = (limit * limit).lt(squared);
-            let factor = R::select(exceeds, limit * squared.rsqrt(), R::one());
-            // A square that overflows would make zeros of numbers that are merely large.
+            let of_start = state_bar[start..].iter().step_by(starts);
+            let mut of_start: Vec<R> = of_start.copied().collect();
+            let (squared, unit) = measure(&mut of_start);
+            let in_units = limit / unit;
+            let exceeds = (in_units * in_units).lt(squared) | !squared.finite();
+            // Infinite numbers would make zeros of those that are merely large.
+            let factor = limit * squared.rsqrt();
             let factor = R::select(squared.finite(), factor, R::lit(f64::NAN));
-            for bar in state_bar[start..].iter_mut().step_by(starts) {
-                *bar *= factor;
+            let bars = state_bar[start..].iter_mut().step_by(starts);
+            for (bar, measured) in bars.zip(of_start) {
+                *bar = R::select(exceeds, measured * factor, *bar);
             }
         }
     }
@@ -280,7 +313,7 @@ impl<M: Model> Rollout<M> {
         let mut seeds = self
             .observed
             .iter()
-            .zip(y_bar.chunks_exact(places.len()))
+            .zip(y_bar.chunks_exact(places.len().max(1)))
             .rev()
             .peekable();
         let mut state_bar = vec![R::zero(); state_len];
@@ -294,6 +327,24 @@ impl<M: Model> Rollout<M> {
         });
         std::iter::once(state_bar).chain(parameter_bars).collect()
     }
+}
+
+/// Puts numbers into a unit whose squares do not overflow, nor underflow by more than rounding
+/// does: 1, or the largest number's magnitude. Returns the sum of squares, and the unit.
+fn measure<R: Real>(numbers: &mut [R]) -> (R, R) {
+    let squared = R::dot(numbers, numbers).detach();
+    // What underflows in single precision is below 1e-38 a number: nothing beside this.
+    let fits = R::lit(1e-30).le(squared) & squared.finite();
+    if fits.all() {
+        return (squared, R::one());
+    }
+    let magnitudes = numbers.iter().map(|x| x.detach().abs());
+    let largest = magnitudes.fold(R::zero(), |largest, x| x.max(largest));
+    let unit = R::select(fits | largest.le(R::zero()), R::one(), largest);
+    for number in &mut *numbers {
+        *number /= unit;
+    }
+    (R::dot(numbers, numbers).detach(), unit)
 }
 
 impl<M: Model> Fused for Rollout<M> {

@@ -40,6 +40,7 @@ impl<R: Real> Sweep<R> {
         let mut program = Program::side_by_side(starts.count);
         rollout.model.record(&mut program);
         let mut program = program.finish();
+        rollout.check(program.inputs_len());
         let mut parameters = program.parameters();
         let (start, given) = inputs.split_first().expect("a rollout has a start");
         assert_eq!(

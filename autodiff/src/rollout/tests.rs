@@ -382,14 +382,8 @@ impl Model for Still {
 impl Still {
     fn rollout(self, steps: usize, state_bound: Option<f64>) -> Rollout<Self> {
         Rollout {
-            model: self,
-            steps,
-            inputs: [].into(),
-            observed: vec![steps],
-            entries: None,
             state_bound,
-            cotangent_bound: None,
-            memory: Memory::All,
+            ..Rollout::new(self, steps)
         }
     }
 }

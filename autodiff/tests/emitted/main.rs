@@ -214,14 +214,8 @@ impl<K: Adjoint<2, 3> + Clone + Sync> Function for Sum<K> {
 
 fn gradient<K: Adjoint<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> Vec<f64> {
     let rollout = Rollout {
-        model: Steps(kernel),
-        steps: 9,
-        inputs: [].into(),
-        observed: vec![9],
-        entries: None,
-        state_bound: None,
-        cotangent_bound: None,
         memory,
+        ..Rollout::new(Steps(kernel), 9)
     };
     let x: Vec<f64> = (0..2 * STATE).map(|i| 0.4 + 0.05 * i as f64).collect();
     value_and_gradient(&Sum(rollout), &x).1

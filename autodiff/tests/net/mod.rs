@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use autodiff::{Adjoint, Function, Graph, Kernel, Memory, Model, Program, Real, Rollout};
+use autodiff::{Adjoint, Function, Graph, Kernel, Model, Program, Real, Rollout};
 
 /// Springs between neighbours of a 4 x 3 grid, driven by a small network that senses the nodes.
 #[derive(Clone)]
@@ -107,14 +107,9 @@ impl Loss {
         let observed = vec![0, steps / 2, steps / 2, steps];
         Self {
             rollout: Rollout {
-                model: Net::new(),
-                steps,
                 inputs,
                 observed,
-                entries: None,
-                state_bound: None,
-                cotangent_bound: None,
-                memory: Memory::All,
+                ..Rollout::new(Net::new(), steps)
             },
         }
     }

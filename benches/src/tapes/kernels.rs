@@ -1,6 +1,6 @@
 //! The same step as kernels mapped over arrays: what `autodiff` offers beside its tape.
 
-use autodiff::{Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
+use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
 use super::rivals::Gradient;
 use super::step::{DECAY, DT, EDGES, GRAVITY, Lattice, NODES, SOFTENING};
@@ -63,16 +63,7 @@ impl Steps {
         Self {
             rest_length: graph.to_slots(&lattice.rest_length),
             inverse_mass: lattice.inverse_mass.clone(),
-            rollout: Rollout {
-                model: Step(graph),
-                steps,
-                inputs: [].into(),
-                observed: vec![steps],
-                entries: None,
-                state_bound: None,
-                cotangent_bound: None,
-                memory: Memory::All,
-            },
+            rollout: Rollout::new(Step(graph), steps),
         }
     }
 

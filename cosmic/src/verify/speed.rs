@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout, Var};
+use autodiff::{CotangentBound, Model, Program, Real, Rollout, Var};
 use cpu_time::ThreadTime;
 
 use super::probe::Probe;
@@ -369,16 +369,7 @@ impl TwoMatvecs {
             hidden,
             edges,
         } = self;
-        let rollout = Rollout {
-            model: self,
-            steps,
-            inputs: [].into(),
-            observed: vec![steps],
-            entries: None,
-            state_bound: None,
-            cotangent_bound: None,
-            memory: Memory::All,
-        };
+        let rollout = Rollout::new(self, steps);
         let numbers = |count: usize| vec![0.1; count];
         let parameters = [hidden * inputs, hidden, edges * hidden, edges].map(numbers);
         rollout.run(&numbers(inputs), &parameters.each_ref().map(Vec::as_slice))

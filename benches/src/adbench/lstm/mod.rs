@@ -12,7 +12,7 @@ mod emission;
 use std::path::Path;
 
 use autodiff::value_and_gradient;
-use autodiff::{Array, Function, Kernel, Memory, Model, Program, Real, Rollout};
+use autodiff::{Array, Function, Kernel, Model, Program, Real, Rollout};
 use serde_json::{Value, json};
 
 use super::Problem;
@@ -201,14 +201,8 @@ impl Lstm {
             [&pair[0][..], &pair[1], &[count]].concat()
         });
         let rollout = Rollout {
-            model: Cells { layers, bits },
-            steps: characters - 1,
             inputs: inputs.collect(),
-            observed: vec![characters - 1],
-            entries: None,
-            state_bound: None,
-            cotangent_bound: None,
-            memory: Memory::All,
+            ..Rollout::new(Cells { layers, bits }, characters - 1)
         };
         Ok(Self {
             loss: Loss { rollout, start },
