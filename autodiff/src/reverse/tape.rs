@@ -22,19 +22,19 @@ pub(super) struct Entry<R> {
 }
 
 /// Everything that one recording holds.
-pub(super) struct Arena<R> {
+pub(super) struct Arena<R: Real> {
     pub(super) entries: Vec<Entry<R>>,
     many: Many<R>,
 }
 
 /// What does not fit into an entry.
-struct Many<R> {
+struct Many<R: Real> {
     /// The terms `(partial, parent)` of all linear entries, one entry after the other …
     terms: Vec<(R, u32)>,
     /// … and where each entry's terms begin.
     linear: Vec<usize>,
-    /// One in the lanes that the first parent passes and zero in those that the second does.
-    selects: Vec<(R, [u32; 2])>,
+    /// Masks, and the parents that pass where they hold and where they do not.
+    selects: Vec<(R::Mask, [u32; 2])>,
     fused: Vec<FusedEntry<R>>,
 }
 
@@ -91,8 +91,7 @@ impl<R: Real> Arena<R> {
     /// an infinite cotangent would become NaN where it does not pass.
     pub(super) fn push_select(&mut self, mask: R::Mask, parents: [u32; 2], zero: R) -> u32 {
         let select = index(self.many.selects.len());
-        let first = R::select(mask, R::one(), zero);
-        self.many.selects.push((first, parents));
+        self.many.selects.push((mask, parents));
         self.push(Entry {
             partials: [zero, zero],
             parents: [SELECT, select],
@@ -175,11 +174,11 @@ impl<R: Real> Many<R> {
                 }
             }
             SELECT => {
-                let ((first, parents), bar) = (self.selects[place], bars[i]);
-                let mask = R::zero().lt(first);
-                for (parent, mask) in parents.into_iter().zip([mask, !mask]) {
+                let ((mask, parents), bar, zero) = (self.selects[place], bars[i], R::zero());
+                let parts = [R::select(mask, bar, zero), R::select(mask, zero, bar)];
+                for (parent, part) in parents.into_iter().zip(parts) {
                     if parent != NONE {
-                        bars[parent as usize] += R::select(mask, bar, R::zero());
+                        bars[parent as usize] += part;
                     }
                 }
             }
@@ -218,7 +217,7 @@ fn full() -> ! {
 /// assert_eq!(y.value(), 5.0);
 /// assert_eq!(tape.pullback(&[y], &[1.0]), [0.6, 0.8]);
 /// ```
-pub struct Tape<R> {
+pub struct Tape<R: Real> {
     arena: Arena<R>,
     /// What generations call `R`.
     name: u32,
