@@ -261,3 +261,20 @@ fn small_lengths_need_small_steps() {
         }
     }
 }
+
+/// Three tolerances off, at any scale of the function.
+#[test]
+fn small_errors_are_wrong() {
+    let sum = |x: &[f64]| x.iter().map(|x| x.sin()).sum::<f64>();
+    let slopes: Vec<f64> = point(5).iter().map(|x| x.cos()).collect();
+    for scale in [1e-300, 1e-6, 1.0, 1e6, 1e305] {
+        for (factor, verdict) in [(1.0, Verdict::Smooth), (1.0 + 3e-6, Verdict::Wrong)] {
+            let claimed: Vec<f64> = slopes.iter().map(|slope| scale * factor * slope).collect();
+            let value = |x: &[f64]| scale * sum(x);
+            let reports = Subject::new(value, &point(5), &claimed).reports(Options::default());
+            let same = reports.iter().filter(|report| report.verdict == verdict);
+            // Directions that happen to be nearly at right angles to the error do not show it.
+            assert!(same.count() as u64 >= SEEDS - 1, "{scale:e} by {factor}");
+        }
+    }
+}

@@ -139,8 +139,8 @@ impl Judge {
     /// Values that bend by this many of their misses do so for more than noise: noise up to one
     /// bends them by up to four, and misses are an eighth of it, in the median, or more.
     const BENT: f64 = 32.0;
-    /// A gap that shrinks to more than this part over a step or two stays: a smooth function's
-    /// shrinks to 0.32 over one.
+    /// A gap that shrinks to more than this part of itself stays: that of a smooth function shrinks
+    /// to 0.32 from one level to the next.
     const STAYS: f64 = 0.5;
 
     /// What errors of a slope are measured against.
@@ -198,17 +198,17 @@ impl Judge {
     }
 
     /// Whether left and right slope stay apart, or grow apart, somewhere from the plateau down: at
-    /// a smooth point their gap shrinks like the step, a factor 10 over three levels.
+    /// a smooth point their gap shrinks like the step. Over four levels, for noise keeps them apart
+    /// over three by chance.
     fn stays_apart(&self, sweep: &[Slopes], best: &Plateau) -> bool {
         let missed = missed(sweep, best);
-        let first = best.level.min(sweep.len() - 3);
-        sweep[first..].windows(3).any(|levels| {
-            let seen = |slopes: &Slopes| {
-                slopes.gap() > self.tolerance * self.typical && bends(slopes, missed)
-            };
-            let [first, second, third] = [0, 1, 2].map(|i: usize| levels[i].gap());
-            let stays = second > Self::STAYS * first && third > Self::STAYS * first.max(second);
-            stays && levels.iter().all(seen)
+        let first = best.level.min(sweep.len().saturating_sub(4));
+        let seen =
+            |slopes: &Slopes| slopes.gap() > self.tolerance * self.typical && bends(slopes, missed);
+        let stays = |pair: &[Slopes]| pair[1].gap() > Self::STAYS * pair[0].gap();
+        sweep[first..].windows(4).any(|levels| {
+            let ends = [levels[0], levels[3]];
+            stays(&ends) && levels.windows(2).all(stays) && levels.iter().all(seen)
         })
     }
 
