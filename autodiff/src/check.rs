@@ -9,6 +9,25 @@
 //! in rounding, and at a kink no step is right. So the step is swept over all magnitudes, the
 //! left and the right slope are kept apart, and a disagreement is blamed on the gradient only
 //! when neither a smaller step nor a kink explains it.
+//!
+//! A plateau, a range of steps over which the central slope stays the same, is believed where the
+//! left and the right slope come together as the step shrinks. What follows from that:
+//!
+//! | at the point | right slope claimed | another one |
+//! | --- | --- | --- |
+//! | smooth, a minimum of exactly zero included | smooth | wrong |
+//! | a kink, `x.abs()`: each side has a slope of its own | kink for any slope between them | wrong |
+//! | a cusp or a spike, `x.abs().sqrt()` or a single value off the rest: the sides grow apart | kink | kink, or wrong where they do so slowly |
+//! | a narrow term, of a few hundred smallest steps or more | smooth | wrong, a forgotten term too |
+//! | a narrower one | kink or smooth | kink or wrong |
+//!
+//! At a stationary point no slope sets a scale for the tolerance: there it is how much the slope
+//! changes over the middle one of the steps. `x * x.abs()` is smooth at zero, whatever its second
+//! derivative; `x.max(0).powf(1.5)`, whose slope shrinks slower than the step, is a kink.
+//!
+//! Two things are out of sight. A jump at the point that is small beside the value's change over
+//! the largest steps looks like noise. And what varies over less than the smallest step, `1 / x` at
+//! 1e-9, looks like a spike whatever its gradient: it needs a smaller step.
 
 mod report;
 mod slopes;
@@ -18,7 +37,7 @@ pub use report::{Component, Direction, Report, Verdict};
 use crate::drivers::{self, Function};
 use slopes::Slopes;
 
-/// How to check; `Options::default()` suits smooth functions of order one in f64.
+/// How to check; `Options::default()` suits smooth functions of variables of order one in f64.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// How many random directions, each of unit length.
@@ -26,13 +45,15 @@ pub struct Options {
     /// The largest step along a direction, as a multiple of the largest `|x_i|`, or of 1 where
     /// that is larger.
     pub largest_step: f64,
-    /// The smallest step, likewise.
+    /// The smallest step, likewise. What the function does over less than a few hundred of these
+    /// is hardly seen: variables that are small by nature need it smaller, or other units.
     pub smallest_step: f64,
-    /// The error that counts as agreement, relative to the slope and to the gradient's root mean
-    /// square, whichever is larger. What the differences leave uncertain is added.
+    /// The error that counts as agreement, relative to the slope, to the gradient's root mean square
+    /// or to the slope's change over the middle step, whichever is largest. What the differences
+    /// leave uncertain is added.
     pub tolerance: f64,
-    /// The relative error of a value: that of the number type, or more where the computation
-    /// amplifies rounding. Below it differences mean nothing.
+    /// The relative error of the values and the arguments: that of the number type, or more where
+    /// the computation amplifies rounding. Below it differences mean nothing.
     pub noise: f64,
     /// Seed of the directions.
     pub seed: u64,
@@ -149,10 +170,11 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
         let claimed = dot(self.claim.gradient, direction);
         let forward = self.claim.forward.map(|forward| forward(direction));
         let value = |h| self.moved(direction, h);
-        let sweep = slopes::sweep(value, self.steps(), self.options.noise);
+        let size = largest(self.claim.x);
+        let sweep = slopes::sweep(value, self.steps(), (self.options.noise, size));
         let judge = slopes::Judge {
             claimed,
-            typical: self.typical,
+            typical: self.typical.max(slopes::change(&sweep, claimed)),
             tolerance: self.options.tolerance,
         };
         let (mut verdict, slopes) = judge.verdict(&sweep);
@@ -217,20 +239,21 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
 
     /// Steps from the largest to the smallest, two in each decade.
     fn steps(&self) -> impl Iterator<Item = f64> {
-        let size = self
-            .claim
-            .x
-            .iter()
-            .fold(1.0, |size: f64, x| size.max(x.abs()));
+        let size = largest(self.claim.x).max(1.0);
         let smallest = self.options.smallest_step * size;
         let first = self.options.largest_step * size;
-        std::iter::successors(Some(first), |h| Some(h / 10f64.sqrt()))
-            .take_while(move |&h| h >= smallest)
+        // A hair more, for the smallest step is one of them however the division rounds.
+        let levels = (2.0 * (first / smallest).log10() + 1e-9) as i32;
+        (0..=levels).map(move |level| first / 10f64.powf(0.5 * f64::from(level)))
     }
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |size: f64, x| size.max(x.abs()))
 }
 
 fn normalised(mut direction: Vec<f64>) -> Vec<f64> {

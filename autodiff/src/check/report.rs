@@ -5,10 +5,10 @@ use std::fmt;
 /// What a check says of a gradient; ordered from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// The differences settle, and on the claimed slope.
+    /// The differences settle on the claimed slope, and from both sides.
     Smooth,
-    /// Differences cannot tell: the left and the right slope differ and the claimed one is
-    /// between them, or no step makes the differences settle.
+    /// Differences cannot tell: the left and the right slope differ or grow apart and the claimed
+    /// one is between them, or no step makes the differences settle.
     Kink,
     /// The differences settle on another slope, or forward mode disagrees.
     Wrong,
