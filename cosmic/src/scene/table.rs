@@ -345,7 +345,7 @@ const ROBUST: &[Field] = &[
 ];
 
 const SEARCH: &[Field] = &[
-    field("rungs", ITERATIONS, |s| Counts(&mut s.search.rungs)),
+    field("rungs", within(1.0, 1e5), |s| Counts(&mut s.search.rungs)),
     field("keep", SHARE, |s| Numbers(&mut s.search.keep)),
     field("window", within(1.0, 1e5), |s| Count(&mut s.search.window)),
 ];
