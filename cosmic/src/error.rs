@@ -100,6 +100,9 @@ pub enum Error {
         /// The results, by their keys.
         names: Vec<String>,
     },
+    /// Figures that have no value: rollouts that they are taken from diverged.
+    #[error("{0}")]
+    NoFigure(String),
     /// A check that ran to its end and found something wrong.
     #[error("{failed} of {total} checks failed: {what}")]
     CheckFailed {
@@ -141,7 +144,7 @@ impl Error {
             | Error::Misfit { .. }
             | Error::Usage(_)
             | Error::UnstableStep { .. } => 2,
-            Error::Diverged { .. } | Error::NotFinite { .. } => 3,
+            Error::Diverged { .. } | Error::NotFinite { .. } | Error::NoFigure(_) => 3,
             Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
             Error::Interrupted { .. } | Error::Stopped { .. } => 75,
         }

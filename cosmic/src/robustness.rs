@@ -11,6 +11,7 @@ use crate::random::{Purpose, stream};
 use crate::record::{DesignFile, run};
 use crate::scatter::{World, draw};
 use crate::scene::{RobustSettings, Scene};
+use crate::simulator::Divergence;
 
 /// One design among the worlds. Lengths in metres along the ground.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,6 +30,9 @@ pub struct Robustness {
     pub p90: Option<f64>,
     /// Where the scene's task is not to get far: the median loss over them.
     pub loss: Option<f64>,
+    /// Where the nominal rollout diverges, if it does.
+    #[serde(skip)]
+    pub divergence: Option<Divergence>,
 }
 
 /// Where designs are tried out.
@@ -81,6 +85,10 @@ fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
         p50: finite(spread.p50),
         p90: finite(spread.p90),
         loss: has_loss.then(|| -Spread::of(&merits).p50).and_then(finite),
+        divergence: match nominal.moved[0].is_finite() {
+            true => None,
+            false => case.divergence(),
+        },
     })
 }
 

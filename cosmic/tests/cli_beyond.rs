@@ -4,6 +4,7 @@ mod common;
 
 use common::{Bench, scene};
 use serde_json::Value;
+use std::fs;
 
 /// The small scene with more sections.
 fn bench(physics: &str, more: &str) -> Bench {
@@ -99,4 +100,66 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
     assert!(said.out.contains("bars in line resist bending"), "{said:?}");
     let said = bench.cosmic(&["gradcheck", &bench.scene, "--steps", "32"]);
     assert_eq!(said.code, 0, "{said:?}");
+}
+
+/// A robot that nothing moves, in time steps beyond the stable one: within eight of them vibrations of
+/// a millimetre grow beyond all bounds, those of a rounding error to another millimetre.
+fn house_of_cards() -> Bench {
+    let physics = "dt = 0.01\ngravity = 0.0\ncontact = \"none\"\nunstable_step = \"warn\"";
+    let still = "[materials]\nmax_strain = [0.0, 0.0, 0.0]\n[selection]\nperturbation = 1e-3\n";
+    let scene = scene(24, 8, physics).replace("window = 16\nevery = 4", "window = 4\nevery = 2");
+    Bench::with(&(scene + still))
+}
+
+#[test]
+fn a_median_that_diverged_is_told_and_ends_with_3() {
+    let bench = house_of_cards();
+    for (run, options) in [
+        ("a", &[][..]),
+        ("b", &["--json"]),
+        ("c", &["--starts", "2"]),
+    ] {
+        let said = bench.optimize(run, options);
+        assert_eq!(said.code, 3, "{said:?}");
+        let says = format!(
+            "error: {run}: no displacement to quote: the delivered design diverges from perturbed \
+             starts, though not from its own (displacement_p50 is null in summary.json)"
+        );
+        assert_eq!(said.error.lines().last().unwrap(), says);
+        let summary = bench.json(&format!("{run}/summary.json"));
+        assert!(summary["displacement_p50"].is_null());
+        assert!(summary["displacement_along"].is_number());
+        assert!(!said.out.is_empty());
+    }
+    // A finished run is left as it is.
+    let said = bench.cosmic(&["resume", "a"]);
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(said.out.contains("displacement diverged"), "{said:?}");
+    fs::remove_file(bench.path("a/summary.json")).unwrap();
+    assert_eq!(bench.cosmic(&["resume", "a"]).code, 3);
+}
+
+#[test]
+fn robustness_says_where_the_nominal_robot_diverges() {
+    let bench = Bench::new(24, 64);
+    bench.run("a", &[]);
+    let wild = scene(24, 64, "dt = 0.5");
+    fs::write(bench.path("wild.toml"), wild).unwrap();
+    let own = bench.cosmic(&["evaluate", "a"]);
+    assert_eq!(own.code, 0);
+    let trial = ["robustness", "a", "--samples", "8", "--scene", "wild.toml"];
+    let said = bench.cosmic(&trial);
+    assert_eq!(said.code, 3, "{said:?}");
+    assert!(
+        said.out.lines().count() == 2 && said.out.contains("diverged"),
+        "{said:?}"
+    );
+    fs::copy(bench.path("wild.toml"), bench.path("a/scene.toml")).unwrap();
+    let evaluated = bench.cosmic(&["evaluate", "a"]);
+    let (_, place) = evaluated.error.rsplit_once("error: ").unwrap();
+    assert!(place.starts_with("diverged in step "), "{place}");
+    assert_eq!(said.error, format!("error: a: the nominal robot {place}"));
+    let said = bench.cosmic(&[&trial[..], &["--json"]].concat());
+    let json: Value = serde_json::from_str(&said.out).unwrap();
+    assert!(said.code == 3 && json["runs"][0]["nominal"].is_null());
 }

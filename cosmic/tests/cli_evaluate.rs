@@ -296,6 +296,51 @@ fn wrong_cases_are_refused() {
     );
 }
 
+/// What a scene of its own would be refused for, with the same bounds.
+#[test]
+fn cases_without_a_meaning_are_refused() {
+    for (key, value, allowed) in [
+        ("substeps", json!(0), "a whole number from 1 to 64"),
+        (
+            "substeps",
+            json!(1_000_000_000),
+            "a whole number from 1 to 64",
+        ),
+        ("bending_radius", json!(-1), "a number from 0 to 1"),
+        ("stiffening", json!(-1), "a number from 0 to 1e6"),
+        ("m_eps", json!(-1), "a number from 1e-9 to 1000"),
+        ("payload_mass", json!(-1), "a number from 0 to 1000"),
+    ] {
+        let says = format!("`scene.{key}` is {value}, where {allowed} belongs");
+        refuses("case.json", &[&says], |json| json["scene"][key] = value);
+    }
+    let long = "`steps` times `scene.substeps` is 64000000, where at most 10000000 belong";
+    refuses("case.json", &[long], |json| {
+        (json["steps"], json["scene"]["substeps"]) = (json!(1_000_000), json!(64));
+    });
+}
+
+#[test]
+fn arrays_of_another_length_are_named() {
+    refuses(
+        "case.json",
+        &["length of `scene.goal`: 3, where 2 belong"],
+        |json| json["scene"]["goal"] = json!([1, 2, 3]),
+    );
+    for key in ["k", "rho", "a_max"] {
+        let says = format!("length of `scene.library.{key}`: 4, where 3 belong");
+        refuses("case.json", &[&says], |json| {
+            json["scene"]["library"][key] = json!([1, 2, 3, 4])
+        });
+    }
+    for key in ["lambda", "tau", "thresholds"] {
+        let says = format!("length of `al.{key}`: 3, where 4 belong");
+        refuses("case.json", &[&says], |json| {
+            json["al"][key] = json!([1, 2, 3])
+        });
+    }
+}
+
 #[test]
 fn wrong_designs_are_refused() {
     let design = "design.json";

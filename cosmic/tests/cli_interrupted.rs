@@ -317,3 +317,39 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
         "{said:?}"
     );
 }
+
+#[test]
+fn a_history_that_is_missing_is_not_made_anew() {
+    let bench = nearly_finished();
+    // What a run has that is not finished.
+    fs::write(bench.path("a/.cosmic-lock"), "").unwrap();
+    for name in ["history.jsonl", "history.csv", "designs.jsonl"] {
+        let file = bench.path("a").join(name);
+        let history = fs::read(&file).unwrap();
+        fs::remove_file(&file).unwrap();
+        let before = bench.results("a");
+        let said = resume(&bench, "a");
+        assert_eq!(said.code, 4, "{said:?}");
+        assert!(
+            said.error.contains(&format!("cannot read a/{name}")),
+            "{said:?}"
+        );
+        assert_eq!(bench.results("a"), before);
+        fs::write(&file, history).unwrap();
+    }
+    assert_eq!(resume(&bench, "a").code, 0);
+}
+
+#[test]
+fn a_broken_scene_in_a_snapshot_is_told_once_and_by_its_place() {
+    let bench = nearly_finished();
+    let file = bench.path("a/snapshot.json");
+    let text = fs::read_to_string(&file).unwrap();
+    fs::write(&file, text.replacen("columns = 3", "columns = = 3", 1)).unwrap();
+    let said = resume(&bench, "a");
+    assert_eq!(said.code, 2);
+    let line = "error: the scene, line 4, column 11: not TOML: ";
+    assert!(said.error.starts_with(line), "{said:?}");
+    assert_eq!(said.error.matches("error:").count(), 1, "{said:?}");
+    assert!(said.error.contains(" --> a/snapshot.json:1:"), "{said:?}");
+}

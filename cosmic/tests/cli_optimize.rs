@@ -241,6 +241,9 @@ fn of_several_starts_the_best_is_kept() {
     }
     let too_many = bench.optimize("no", &["--starts", "2", "--seed", &u64::MAX.to_string()]);
     assert_eq!(too_many.code, 2);
+    let too_many = bench.optimize("no", &["--starts", "99999999999"]);
+    assert!(too_many.code == 2 && too_many.error.contains("at most 1000000"));
+    assert!(!bench.path("no").exists());
 }
 
 #[test]

@@ -77,6 +77,10 @@ fn check_says_ok_or_where_it_is_wrong() {
 
     let (_, error, code) = check(b"[physics]\ndt = \xff\n");
     assert!(code == 2 && error.contains("0xff is not UTF-8") && error.contains("my.toml:2:6"));
+    assert!(
+        error.ends_with("\n  = allowed: a scene is UTF-8 text\n"),
+        "{error}"
+    );
 }
 
 #[test]

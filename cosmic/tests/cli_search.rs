@@ -121,5 +121,37 @@ fn a_search_needs_several_starts_and_rungs_that_ascend() {
     let bench = Bench::with("[search]\nrungs = [30, 20, 40]\n");
     let said = bench.optimize("a", &SEARCH);
     assert_eq!(said.code, 2);
-    assert!(said.error.contains("do not ascend"), "{}", said.error);
+    let says = "[30, 20, 40] do not ascend: none may be below the one before it";
+    assert!(said.error.contains(says), "{}", said.error);
+}
+
+#[test]
+fn a_rung_before_the_first_iteration_is_refused() {
+    let bench =
+        Bench::with(&scene(24, 64, "").replace("[loss]", "[search]\nrungs = [0, 8, 20]\n[loss]"));
+    let said = bench.optimize("a", &SEARCH);
+    assert_eq!(said.code, 2, "{said:?}");
+    for word in [
+        "`search.rungs` is out of range: 0",
+        "each from 1 to 1e5",
+        "tiny.toml:",
+    ] {
+        assert!(said.error.contains(word), "no {word:?} in {}", said.error);
+    }
+    assert!(!bench.path("a").exists());
+}
+
+#[test]
+fn a_start_whose_history_lacks_rows_is_refused() {
+    let bench = tiny();
+    bench.run("a", &SEARCH);
+    fs::remove_file(bench.path("a/summary.json")).unwrap();
+    let history = bench.path("a/starts/0/history.jsonl");
+    fs::write(&history, "").unwrap();
+    let said = bench.cosmic(&["resume", "a"]);
+    assert_eq!(said.code, 2, "{said:?}");
+    let says = "starts/0/history.jsonl: lines up to the rung: 0, where 8 belong";
+    assert!(said.error.contains(says), "{said:?}");
+    fs::remove_file(&history).unwrap();
+    assert_eq!(bench.cosmic(&["resume", "a"]).code, 4);
 }

@@ -199,6 +199,9 @@ fn what_cannot_be_is_refused() {
     );
     let word = refusal(&["run", "s", "--index", "some"], 2);
     assert!(word.contains("a run's number, `auto` or `all`"), "{word}");
+    let many = refusal(&["plan", scene, "--seeds", "99999999999", "--out", "u"], 2);
+    let says = "99999999999 runs (scenes x seeds: 1 x 99999999999), where at most 1000000 are";
+    assert!(many.contains(says) && !bench.path("u").exists(), "{many}");
     let nowhere = refusal(&["status", "nowhere"], 4);
     assert!(nowhere.contains("nowhere/plan.json"), "{nowhere}");
 }

@@ -23,12 +23,12 @@ use crate::projection::Projection;
 use crate::reading::read_whole;
 use crate::scene::{
     ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
-    UnstableStep,
+    UnstableStep, allowed_instead,
 };
-use raw::{FORMAT, RawCase, RawScene, VERSION};
+use raw::{FORMAT, RawCase, RawLibrary, RawScene, VERSION};
 
-/// The longest rollout that a case may ask for: the clock is kept for every step of it, and a
-/// slip of the pen should not end in a lack of memory.
+/// The longest rollout that a case may ask for, substeps counted: the clock is kept for every step of
+/// it, and a slip of the pen should end neither in a lack of memory nor never.
 const LONGEST: usize = 10_000_000;
 
 /// A case, its shapes checked against one another.
@@ -82,7 +82,8 @@ impl Case {
     ///
     /// # Errors
     /// Where the text is no case: a key unknown, missing or of the wrong type
-    /// ([`Error::Malformed`]), or sizes that do not fit one another ([`Error::Misfit`]).
+    /// ([`Error::Malformed`]), sizes that do not fit one another ([`Error::Misfit`]), or numbers
+    /// without a meaning, such as a negative mass ([`Error::Usage`]).
     pub fn parse(file: &str, text: &str) -> Result<Self> {
         let raw: RawCase = serde_json::from_str(text).map_err(|error| malformed(file, &error))?;
         Shapes { file }.case(&raw)
@@ -119,12 +120,8 @@ struct Shapes<'a> {
 impl Shapes<'_> {
     fn case(&self, raw: &RawCase) -> Result<Case> {
         self.format(raw)?;
-        if raw.steps > LONGEST {
-            return Err(Error::Usage(format!(
-                "{}: `steps` is {}, where at most {LONGEST} belong",
-                self.file, raw.steps
-            )));
-        }
+        self.meaning(&raw.scene)?;
+        self.length(raw.steps, raw.scene.substeps)?;
         let scene = &raw.scene;
         let lattice = self.lattice(raw)?;
         let (nodes, edges) = (lattice.nodes(), lattice.edges.len());
@@ -133,28 +130,13 @@ impl Shapes<'_> {
         if let Some(materials) = &raw.materials {
             self.fits("length of `materials`", materials.len(), edges)?;
         }
-        let observation = ControllerSettings {
-            hidden: raw.controller.b1.len(),
-            clocks: scene.n_cpg,
-            omega: scene.omega,
-            goal: scene.goal,
-            goal_scale: scene.goal_scale,
-            goal_relative: scene.goal_relative,
-            offset_scale: scene.offset_scale,
-            velocity_scale: scene.velocity_scale,
-            ..ControllerSettings::default()
-        };
+        let observation = self.observation(scene, raw.controller.b1.len())?;
         let inputs = observation_length(&observation, nodes);
         let listed = raw.results.iter().flat_map(|r| r.trajectory.keys());
         Ok(Case {
             layout: layout(scene),
             physics: physics(scene, raw.steps),
-            materials: MaterialSettings {
-                stiffness: scene.library.k,
-                density: scene.library.rho,
-                max_strain: scene.library.a_max,
-                ..MaterialSettings::default()
-            },
+            materials: self.materials(&scene.library)?,
             sharpness: ProjectionSettings {
                 beta: scene.beta,
                 beta_stability: scene.beta_stab,
@@ -171,10 +153,10 @@ impl Shapes<'_> {
             controller: raw.controller.controller(inputs, edges, self.file)?,
             projection: raw.projection,
             lagrangian: AugmentedLagrangian {
-                multiplier: raw.al.lambda,
-                penalty: raw.al.tau,
+                multiplier: self.array("al.lambda", &raw.al.lambda)?,
+                penalty: self.array("al.tau", &raw.al.tau)?,
             },
-            thresholds: raw.al.thresholds,
+            thresholds: self.array("al.thresholds", &raw.al.thresholds)?,
             listed_steps: listed.copied().collect(),
             lattice,
             observation,
@@ -192,6 +174,64 @@ impl Shapes<'_> {
             "{}: the format is {format:?} version {version}, not {FORMAT:?} version {VERSION}",
             self.file
         )))
+    }
+
+    /// What has no physical meaning is refused, within the bounds of scenes; all else is the case's
+    /// affair.
+    fn meaning(&self, scene: &RawScene) -> Result<()> {
+        let settings = [
+            ("substeps", "substeps", scene.substeps as f64),
+            ("m_eps", "node_mass", scene.m_eps),
+            ("payload_mass", "payload_mass", scene.payload_mass),
+            ("stiffening", "stiffening", scene.stiffening),
+            ("bending_radius", "bending_radius", scene.bending_radius),
+        ];
+        for (key, setting, value) in settings {
+            if let Some(allowed) = allowed_instead(&format!("physics.{setting}"), value) {
+                return Err(Error::Usage(format!(
+                    "{}: `scene.{key}` is {value}, where {allowed} belongs",
+                    self.file
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn length(&self, steps: usize, substeps: usize) -> Result<()> {
+        let (what, length) = match steps > LONGEST {
+            true => ("`steps`", steps),
+            false => ("`steps` times `scene.substeps`", steps * substeps),
+        };
+        if length <= LONGEST {
+            return Ok(());
+        }
+        Err(Error::Usage(format!(
+            "{}: {what} is {length}, where at most {LONGEST} belong",
+            self.file
+        )))
+    }
+
+    fn observation(&self, scene: &RawScene, hidden: usize) -> Result<ControllerSettings> {
+        Ok(ControllerSettings {
+            hidden,
+            clocks: scene.n_cpg,
+            omega: scene.omega,
+            goal: self.array("scene.goal", &scene.goal)?,
+            goal_scale: scene.goal_scale,
+            goal_relative: scene.goal_relative,
+            offset_scale: scene.offset_scale,
+            velocity_scale: scene.velocity_scale,
+            ..ControllerSettings::default()
+        })
+    }
+
+    fn materials(&self, library: &RawLibrary) -> Result<MaterialSettings> {
+        Ok(MaterialSettings {
+            stiffness: self.array("scene.library.k", &library.k)?,
+            density: self.array("scene.library.rho", &library.rho)?,
+            max_strain: self.array("scene.library.a_max", &library.a_max)?,
+            ..MaterialSettings::default()
+        })
     }
 
     fn lattice(&self, raw: &RawCase) -> Result<Lattice> {
@@ -234,11 +274,14 @@ impl Shapes<'_> {
 
     /// Rows of `N` numbers each.
     fn rows<T: Copy, const N: usize>(&self, name: &str, rows: &[Vec<T>]) -> Result<Vec<[T; N]>> {
-        let row = |(i, row): (usize, &Vec<T>)| {
-            self.fits(&format!("length of `{name}[{i}]`"), row.len(), N)?;
-            Ok(std::array::from_fn(|k| row[k]))
-        };
+        let row = |(i, row): (usize, &Vec<T>)| self.array(&format!("{name}[{i}]"), row);
         rows.iter().enumerate().map(row).collect()
+    }
+
+    /// `N` numbers.
+    fn array<T: Copy, const N: usize>(&self, name: &str, numbers: &[T]) -> Result<[T; N]> {
+        self.fits(&format!("length of `{name}`"), numbers.len(), N)?;
+        Ok(std::array::from_fn(|k| numbers[k]))
     }
 
     fn fits(&self, what: &str, found: usize, expected: usize) -> Result<()> {

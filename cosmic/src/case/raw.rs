@@ -1,4 +1,5 @@
-//! The keys of a case file, before any shape is checked.
+//! The keys of a case file, before any shape is checked: that of arrays too, for serde calls what is
+//! too long "trailing characters".
 
 use std::collections::BTreeMap;
 
@@ -75,7 +76,7 @@ pub(super) struct RawScene {
     pub(super) void_edges: VoidEdges,
     pub(super) omega: f64,
     pub(super) n_cpg: usize,
-    pub(super) goal: [f64; 2],
+    pub(super) goal: Vec<f64>,
     #[serde(default = "one")]
     pub(super) goal_scale: f64,
     #[serde(default)]
@@ -113,17 +114,17 @@ fn is_default<T: Default + PartialEq>(option: &T) -> bool {
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawLibrary {
-    pub(super) k: [f64; 3],
-    pub(super) rho: [f64; 3],
-    pub(super) a_max: [f64; 3],
+    pub(super) k: Vec<f64>,
+    pub(super) rho: Vec<f64>,
+    pub(super) a_max: Vec<f64>,
 }
 
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawLagrangian {
-    pub(super) lambda: [f64; 4],
-    pub(super) tau: [f64; 4],
-    pub(super) thresholds: [f64; 4],
+    pub(super) lambda: Vec<f64>,
+    pub(super) tau: Vec<f64>,
+    pub(super) thresholds: Vec<f64>,
 }
 
 /// Of the results only the numbers of the recorded steps are read.

@@ -85,9 +85,9 @@ impl Case {
             steps: self.physics.steps,
             projection: self.projection,
             al: RawLagrangian {
-                lambda: self.lagrangian.multiplier,
-                tau: self.lagrangian.penalty,
-                thresholds: self.thresholds,
+                lambda: self.lagrangian.multiplier.to_vec(),
+                tau: self.lagrangian.penalty.to_vec(),
+                thresholds: self.thresholds.to_vec(),
             },
             results: None,
         }
@@ -118,7 +118,7 @@ impl Case {
             void_edges: physics.void_edges,
             omega: observation.omega,
             n_cpg: observation.clocks,
-            goal: observation.goal,
+            goal: observation.goal.to_vec(),
             goal_scale: observation.goal_scale,
             goal_relative: observation.goal_relative,
             offset_scale: observation.offset_scale,
@@ -128,9 +128,9 @@ impl Case {
             beta_ste: sharpness.beta_straight_through,
             delta: sharpness.delta,
             library: RawLibrary {
-                k: self.materials.stiffness,
-                rho: self.materials.density,
-                a_max: self.materials.max_strain,
+                k: self.materials.stiffness.to_vec(),
+                rho: self.materials.density.to_vec(),
+                a_max: self.materials.max_strain.to_vec(),
             },
         }
     }

@@ -21,8 +21,8 @@ pub(super) struct Arguments {
     /// Add the exact gradients
     #[arg(long)]
     gradient: bool,
-    /// Steps whose states are written; without it those that the file lists, else the first three
-    /// and the last
+    /// Steps whose states are written; without it those that the file lists, else 0, 1, 2, 3 and the
+    /// last
     #[arg(long, value_name = "STEPS", value_delimiter = ',')]
     record: Vec<usize>,
     /// Write to this file in place of standard output

@@ -1,7 +1,8 @@
 //! `cosmic resume`.
 
 use super::{Output, runs};
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::record::summary::SUMMARY;
 use crate::record::{allow_unstable, resume};
 use clap::Args;
 use std::num::NonZeroUsize;
@@ -28,8 +29,14 @@ impl Arguments {
         if self.allow_unstable {
             allow_unstable(&self.run)?;
         }
-        runs::carry_out(&self.run, self.threads, &self.output, |observer| {
+        let is_finished = self.run.join(SUMMARY).exists();
+        let done = runs::carry_out(&self.run, self.threads, &self.output, |observer| {
             resume(&self.run, observer)
-        })
+        });
+        match done {
+            // It was said when the run ended; now there is nothing to do, and that goes well.
+            Err(Error::NoFigure(_)) if is_finished => Ok(()),
+            done => done,
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! `cosmic robustness`.
 
 use super::{print, print_json};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::robustness::{Robustness, Trial, measure};
 use crate::scene::{RobustSettings, Scene};
 use clap::Args;
@@ -75,9 +75,24 @@ impl Arguments {
         let runs = measure(&self.runs, &trial)?;
         if self.json {
             let (scatter, seed) = (&trial.scatter, trial.seed);
-            return print_json(&json!({ "scatter": scatter, "seed": seed, "runs": runs }));
+            print_json(&json!({ "scatter": scatter, "seed": seed, "runs": runs }))?;
+        } else {
+            print(&table(&runs))?;
         }
-        print(&table(&runs))
+        judge(&runs)
+    }
+}
+
+/// Says where nominal robots diverge, a line each.
+fn judge(runs: &[Robustness]) -> Result<()> {
+    let place = |run: &Robustness| {
+        let place = Error::from(run.divergence.as_ref()?);
+        Some(format!("{}: the nominal robot {place}", run.run))
+    };
+    let places: Vec<String> = runs.iter().filter_map(place).collect();
+    match places.is_empty() {
+        true => Ok(()),
+        false => Err(Error::NoFigure(places.join("\n"))),
     }
 }
 

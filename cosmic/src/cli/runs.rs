@@ -12,6 +12,9 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// Does a run with so many threads, all cores' where not said, and shows what came of it.
+///
+/// # Errors
+/// Those of `work`; [`Error::NoFigure`] where the run is done and its median diverged.
 pub(super) fn carry_out(
     folder: &Path,
     threads: Option<NonZeroUsize>,
@@ -29,7 +32,16 @@ pub(super) fn carry_out(
             "the last states are in {name}; see it again with: cosmic evaluate {name}"
         ));
     }
-    show(folder, &done?, output)
+    let summary = done?;
+    show(folder, &summary, output)?;
+    match summary.displacement_p50 {
+        Some(_) => Ok(()),
+        None => Err(Error::NoFigure(format!(
+            "{}: no displacement to quote: the delivered design diverges from perturbed starts, \
+             though not from its own (displacement_p50 is null in {SUMMARY})",
+            folder.display()
+        ))),
+    }
 }
 
 /// So many threads, all cores' where not said.

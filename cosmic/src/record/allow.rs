@@ -1,8 +1,8 @@
 //! Letting a run go on although its time step became unstable.
 
+use super::folder::take_up;
 use super::run::{SCENE, keep_scene};
-use super::snapshot::{SNAPSHOT, Snapshot};
-use super::summary::SUMMARY;
+use super::snapshot::SNAPSHOT;
 use crate::error::{Error, Result};
 use crate::scene::UnstableStep;
 use std::fs;
@@ -14,12 +14,11 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 /// Those of reading and writing a snapshot, [`Error::Usage`] where `scene.toml` is not the scene
-/// that the run began with.
+/// that the run began with, or where another process is at work on the run.
 pub fn allow_unstable(folder: &Path) -> Result<()> {
-    if folder.join(SUMMARY).exists() {
+    let Some((_lock, mut snapshot)) = take_up(folder)? else {
         return Ok(());
-    }
-    let mut snapshot = Snapshot::read(folder)?;
+    };
     if snapshot.plan.scene.physics.unstable_step != UnstableStep::Warn {
         let scene = folder.join(SCENE);
         keep_scene(folder, &snapshot.plan.scene)?;

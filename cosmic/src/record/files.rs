@@ -52,18 +52,22 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
 /// How the names of files begin that are not yet in their place.
 const TEMPORARY: &str = ".cosmic-";
 
+/// The lock's place in the folder of a run that is not finished: a file without a word.
+pub(super) const LOCK: &str = ".cosmic-lock";
+
 /// Whether a name is that of a file not yet in its place.
 fn is_temporary(name: &OsStr) -> bool {
-    name.to_string_lossy().starts_with(TEMPORARY)
+    name != LOCK && name.to_string_lossy().starts_with(TEMPORARY)
 }
 
-/// Whether a folder holds anything but what a killed process was writing.
+/// Whether a folder holds anything but a lock and what a killed process was writing.
 ///
 /// # Errors
 /// The system's, where the folder cannot be listed.
 pub fn is_used(folder: &Path) -> io::Result<bool> {
     for entry in fs::read_dir(folder)? {
-        if !is_temporary(&entry?.file_name()) {
+        let name = entry?.file_name();
+        if name != LOCK && !is_temporary(&name) {
             return Ok(true);
         }
     }

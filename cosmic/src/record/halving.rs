@@ -8,7 +8,7 @@
 use super::files::{Format, write_json};
 use super::{Observer, Plan, history, starts};
 use crate::codesign::Record;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -69,10 +69,10 @@ pub(super) fn climb(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> 
         let mut standings = Vec::new();
         for &seed in &left {
             starts::pause(folder, (seed, iteration), plan, observer)?;
-            let rows = history::read(&starts::folder_of(folder, seed))?;
+            let rows = rows(&starts::folder_of(folder, seed), iteration)?;
             standings.push(Standing {
                 seed,
-                displacement: judged(&rows, iteration, settings.window),
+                displacement: judged(&rows, settings.window),
             });
         }
         let rung = Rung::new(iteration, standings, keep);
@@ -98,10 +98,24 @@ impl Rung {
     }
 }
 
-/// The median over the last iterations before a rung. It stands for where the start will end
-/// better than one full rollout does, whose chance is larger.
-fn judged(rows: &[Record], iteration: usize, window: usize) -> Option<f64> {
-    let before = &rows[..iteration.min(rows.len())];
+/// A start's iterations before a rung.
+fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
+    let mut rows = history::read(folder)?;
+    if rows.len() < iteration {
+        return Err(Error::Misfit {
+            file: folder.join(history::LINES).display().to_string(),
+            what: "lines up to the rung".to_owned(),
+            expected: iteration,
+            found: rows.len(),
+        });
+    }
+    rows.truncate(iteration);
+    Ok(rows)
+}
+
+/// The median over the last iterations before a rung, of which there is at least one. It stands
+/// for where the start will end better than one full rollout does, whose chance is larger.
+fn judged(before: &[Record], window: usize) -> Option<f64> {
     let recent = &before[before.len().saturating_sub(window)..];
     let reached = |row: &Record| row.displacement_horizon.unwrap_or(f64::NEG_INFINITY);
     let mut sorted: Vec<f64> = recent.iter().map(reached).collect();

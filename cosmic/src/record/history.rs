@@ -7,8 +7,8 @@ use crate::error::{Error, Result};
 use crate::scene::Pass;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// What every line of `history.jsonl` says it is.
@@ -92,7 +92,7 @@ pub fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     text.lines().enumerate().map(read).collect()
 }
 
-/// The files, open for more rows. While they are, no other process can open them so.
+/// The files, open for more rows by whoever has the folder.
 #[derive(Debug)]
 pub(super) struct History {
     lines: Appended,
@@ -104,28 +104,27 @@ impl History {
     /// Opens a run's history and cuts it back to so many rows; with none it begins anew.
     ///
     /// # Errors
-    /// [`Error::Usage`] where another process has it open, [`Error::Misfit`] where rows are
-    /// missing, [`Error::Write`] where it cannot be opened.
+    /// [`Error::Read`] where a file is missing, [`Error::Misfit`] where rows are, all of it left as
+    /// it was; [`Error::Write`] where it cannot be opened.
     pub(super) fn open(folder: &Path, rows: usize) -> Result<Self> {
+        let begins = rows == 0;
+        let open = |name| Appended::open(folder.join(name), begins);
+        let (lines, table, designs) = (open(LINES)?, open(TABLE)?, open(DESIGNS)?);
         let mut history = Self {
-            lines: Appended::open(folder.join(LINES))?,
-            table: Appended::open(folder.join(TABLE))?,
-            designs: Appended::open(folder.join(DESIGNS))?,
+            lines,
+            table,
+            designs,
         };
-        // Not every file system has locks: without one, two processes are the user's affair.
-        if let Err(TryLockError::WouldBlock) = history.lines.file.try_lock() {
-            let folder = folder.display();
-            return Err(Error::Usage(format!(
-                "{folder}: another process is at work on this run"
-            )));
-        }
-        history.lines.cut(rows)?;
-        history.designs.cut(design_rows(rows))?;
-        if rows > 0 {
-            // One more line: the header.
-            history.table.cut(rows + 1)?;
-        } else {
-            history.table.cut(0)?;
+        // The table's header is one more line.
+        let ends = [
+            history.lines.end(rows)?,
+            history.designs.end(design_rows(rows))?,
+            history.table.end(rows + usize::from(!begins))?,
+        ];
+        history.lines.cut(ends[0])?;
+        history.designs.cut(ends[1])?;
+        history.table.cut(ends[2])?;
+        if begins {
             history.table.append(&header())?;
         }
         Ok(history)
@@ -185,11 +184,15 @@ struct Appended {
 }
 
 impl Appended {
-    fn open(path: PathBuf) -> Result<Self> {
+    /// Opens a file, and creates it only where a history begins: one that is gone stays gone.
+    fn open(path: PathBuf, create: bool) -> Result<Self> {
         let mut options = OpenOptions::new();
-        let options = options.read(true).write(true).create(true).truncate(false);
-        match options.open(&path) {
+        let options = options.read(true).write(true).create(create);
+        match options.truncate(false).open(&path) {
             Ok(file) => Ok(Self { path, file }),
+            Err(source) if !create && source.kind() == ErrorKind::NotFound => {
+                Err(Error::Read { path, source })
+            }
             Err(source) => Err(Error::Write { path, source }),
         }
     }
@@ -201,8 +204,8 @@ impl Appended {
         }
     }
 
-    /// Drops what comes after so many lines.
-    fn cut(&mut self, lines: usize) -> Result<()> {
+    /// Where so many lines end, in bytes.
+    fn end(&mut self, lines: usize) -> Result<u64> {
         let mut bytes = Vec::new();
         (self.file.seek(SeekFrom::Start(0)))
             .and_then(|_| self.file.read_to_end(&mut bytes))
@@ -213,18 +216,20 @@ impl Appended {
         let ends: Vec<usize> = (1..=bytes.len())
             .filter(|&n| bytes[n - 1] == b'\n')
             .collect();
-        let length = match lines {
-            0 => 0,
-            n if n <= ends.len() => ends[n - 1] as u64,
-            n => {
-                return Err(Error::Misfit {
-                    file: self.path.display().to_string(),
-                    what: "lines up to the snapshot".to_string(),
-                    expected: n,
-                    found: ends.len(),
-                });
-            }
-        };
+        match lines {
+            0 => Ok(0),
+            n if n <= ends.len() => Ok(ends[n - 1] as u64),
+            n => Err(Error::Misfit {
+                file: self.path.display().to_string(),
+                what: "lines up to the snapshot".to_string(),
+                expected: n,
+                found: ends.len(),
+            }),
+        }
+    }
+
+    /// Drops what comes after so many bytes.
+    fn cut(&mut self, length: u64) -> Result<()> {
         (self.file.set_len(length))
             .and_then(|()| self.file.seek(SeekFrom::Start(length)))
             .map_err(|source| self.unwritable(source))?;
@@ -398,8 +403,6 @@ mod tests {
             .for_each(|record| history.append(record, 1.0, &[]).unwrap());
         let before = read();
         history.append(&records[2], 2.0, &[]).unwrap();
-        let other = History::open(folder.path(), 2).unwrap_err();
-        assert!(other.to_string().contains("another process"), "{other}");
         drop(history);
         assert_eq!(History::open(folder.path(), 9).unwrap_err().exit_code(), 2);
         drop(History::open(folder.path(), 2).unwrap());

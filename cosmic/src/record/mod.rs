@@ -7,6 +7,7 @@
 mod allow;
 pub mod design_file;
 pub mod files;
+mod folder;
 pub mod halving;
 pub mod history;
 pub(crate) mod run;
@@ -19,5 +20,6 @@ pub use allow::allow_unstable;
 pub use design_file::DesignFile;
 pub use run::{DIVERGED, Observer, Run, optimise, resume};
 pub use snapshot::{Plan, Search};
+pub(crate) use starts::MOST_RUNS;
 pub use summary::{Start, StopReason, Summary};
 pub use trajectory_file::TrajectoryFile;

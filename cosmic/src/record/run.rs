@@ -1,6 +1,7 @@
 //! A run in its folder: iterations recorded, snapshots on the way, the result at the end.
 
-use super::files::{is_used, sweep, write_atomic, write_json};
+use super::files::{sweep, write_atomic, write_json};
+use super::folder::{Lock, begin, take_up};
 use super::history::History;
 use super::snapshot::{SNAPSHOT, Snapshot};
 use super::summary::SUMMARY;
@@ -11,8 +12,6 @@ use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::simulator::Grade;
 use std::borrow::Cow;
-use std::fs;
-use std::io::ErrorKind;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -46,18 +45,18 @@ pub trait Observer {
 /// Carries out a plan in a new or empty folder.
 ///
 /// # Errors
-/// [`Error::Usage`] for a folder that holds something, and for a plan that cannot be carried out;
+/// [`Error::Usage`] for a folder that holds something or that another process works in, and for a
+/// plan that cannot be carried out;
 /// [`Error::UnstableStep`] where the scene's start, or later the design, vibrates too fast for the
 /// time step and the scene does not let that pass;
 /// [`Error::Write`] where files cannot be written; [`Error::Interrupted`] where the observer
 /// asked for it; [`Error::Diverged`] where the delivered design does, its last states kept.
 pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
-    refuse_used(folder)?;
     if plan.starts.get() == 1 {
         return Run::create(folder, plan)?.finish(observer);
     }
-    starts::create(folder, plan)?;
-    starts::search(folder, plan, observer)
+    let lock = starts::create(folder, plan)?;
+    starts::search((folder, lock), plan, observer)
 }
 
 /// Goes on with the run of a folder. Nothing is done for one that is finished.
@@ -66,14 +65,13 @@ pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Resu
 /// [`Error::Read`] where there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a
 /// snapshot that is no good, otherwise as [`optimise`].
 pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary> {
-    if folder.join(SUMMARY).exists() {
+    let Some((lock, snapshot)) = take_up(folder)? else {
         return Summary::read(folder);
-    }
-    let snapshot = Snapshot::read(folder)?;
+    };
     if snapshot.progress.is_none() {
-        return starts::search(folder, &snapshot.plan, observer);
+        return starts::search((folder, lock), &snapshot.plan, observer);
     }
-    Run::open(folder, snapshot)?.finish(observer)
+    Run::open(folder, lock, snapshot)?.finish(observer)
 }
 
 /// A run that is not finished, alone at work in its folder.
@@ -83,6 +81,7 @@ pub struct Run {
     codesign: CoDesign,
     progress: Progress,
     history: History,
+    lock: Lock,
     /// The worst time step that was warned of.
     warned: Grade,
     /// Wall time spent by earlier processes, s.
@@ -95,7 +94,7 @@ impl Run {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self> {
         let codesign = CoDesign::new(&plan.scene)?;
         let progress = codesign.begin(plan.seed)?;
-        create_folder(folder)?;
+        let lock = begin(folder)?;
         // The snapshot first: it alone lets a killed run be resumed.
         let snapshot = Snapshot {
             plan: Cow::Borrowed(plan),
@@ -103,18 +102,18 @@ impl Run {
             progress: Some(Cow::Borrowed(&progress)),
         };
         snapshot.write(folder)?;
-        Self::at_work(folder, (plan.clone(), 0.0), codesign, progress)
+        Self::at_work((folder, lock), (plan.clone(), 0.0), codesign, progress)
     }
 
     /// Goes on from a snapshot.
-    pub(super) fn open(folder: &Path, snapshot: Snapshot) -> Result<Self> {
+    pub(super) fn open(folder: &Path, lock: Lock, snapshot: Snapshot) -> Result<Self> {
         let seconds = snapshot.seconds;
         let (plan, codesign, progress) = snapshot.unpack(&folder.join(SNAPSHOT))?;
-        Self::at_work(folder, (plan, seconds), codesign, progress)
+        Self::at_work((folder, lock), (plan, seconds), codesign, progress)
     }
 
     fn at_work(
-        folder: &Path,
+        (folder, lock): (&Path, Lock),
         (plan, before): (Plan, f64),
         codesign: CoDesign,
         progress: Progress,
@@ -128,6 +127,7 @@ impl Run {
             codesign,
             progress,
             history,
+            lock,
             warned: Grade::Safe,
             before,
             since: Instant::now(),
@@ -154,7 +154,9 @@ impl Run {
         observer.begin(&self);
         self.judge_step(observer)?;
         self.advance(self.plan.last_iteration(), observer)?;
-        self.deliver()
+        let summary = self.deliver()?;
+        self.lock.finish();
+        Ok(summary)
     }
 
     /// Does what is left to do up to an iteration. The run is saved and can be gone on with.
@@ -245,30 +247,6 @@ impl Run {
         })?;
         Err(Error::from(divergence))
     }
-}
-
-/// A run never mixes its files with others.
-fn refuse_used(folder: &Path) -> Result<()> {
-    match is_used(folder) {
-        Ok(false) => Ok(()),
-        Ok(true) => Err(Error::Usage(format!(
-            "{}: the folder is not empty; go on with it by `cosmic resume`, or name another by \
-             --out",
-            folder.display()
-        ))),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-        Err(source) => Err(Error::Write {
-            path: folder.into(),
-            source,
-        }),
-    }
-}
-
-pub(super) fn create_folder(folder: &Path) -> Result<()> {
-    fs::create_dir_all(folder).map_err(|source| Error::Write {
-        path: folder.into(),
-        source,
-    })
 }
 
 /// Writes the scene for those who read the folder. It is not read to go on: one that says

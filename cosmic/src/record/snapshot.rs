@@ -67,6 +67,7 @@ impl Plan {
 /// A scene as a text in JSON.
 pub(crate) mod toml {
     use super::Scene;
+    use crate::error;
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serializer};
 
@@ -76,7 +77,18 @@ pub(crate) mod toml {
 
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Scene, D::Error> {
         let text = String::deserialize(from)?;
-        Scene::parse("scene", &text).map_err(D::Error::custom)
+        Scene::parse("scene", &text).map_err(|error| match error {
+            // Its own report is a page; here it is a part of a sentence.
+            error::Error::Malformed {
+                line,
+                column,
+                message,
+                ..
+            } => D::Error::custom(format!(
+                "the scene, line {line}, column {column}: {message}"
+            )),
+            error => D::Error::custom(error),
+        })
     }
 }
 

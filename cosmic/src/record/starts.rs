@@ -2,9 +2,10 @@
 //! out whole, or those that [`halving`] leaves over.
 
 use super::files::{sweep, write_atomic, write_json};
+use super::folder::{Lock, begin, take_up};
 use super::halving::{Halving, climb};
 use super::history::{DESIGNS, LINES, TABLE};
-use super::run::{DESIGN, DIVERGED, create_folder, keep_scene};
+use super::run::{DESIGN, DIVERGED, keep_scene};
 use super::snapshot::{SNAPSHOT, Snapshot};
 use super::summary::SUMMARY;
 use super::trajectory_file::TRAJECTORY;
@@ -16,8 +17,17 @@ use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
+/// The most runs that go together, as starts or in a sweep: each is a folder.
+pub(crate) const MOST_RUNS: usize = 1_000_000;
+
 /// Begins the folder of several starts.
-pub(super) fn create(folder: &Path, plan: &Plan) -> Result<()> {
+pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Lock> {
+    if plan.starts.get() > MOST_RUNS {
+        let starts = plan.starts;
+        return Err(Error::Usage(format!(
+            "{starts} starts, where at most {MOST_RUNS} are allowed"
+        )));
+    }
     CoDesign::new(&plan.scene)?.begin(plan.seed)?;
     let more = plan.starts.get() as u64 - 1;
     if plan.seed.checked_add(more).is_none() {
@@ -26,17 +36,22 @@ pub(super) fn create(folder: &Path, plan: &Plan) -> Result<()> {
             "{more} more seeds than {first} would go beyond {last}"
         )));
     }
-    create_folder(folder)?;
+    let lock = begin(folder)?;
     let snapshot = Snapshot {
         plan: Cow::Borrowed(plan),
         seconds: 0.0,
         progress: None,
     };
-    snapshot.write(folder)
+    snapshot.write(folder)?;
+    Ok(lock)
 }
 
 /// Does what is left of several starts, one after the other, and copies the best one's files.
-pub(super) fn search(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
+pub(super) fn search(
+    (folder, lock): (&Path, Lock),
+    plan: &Plan,
+    observer: &mut dyn Observer,
+) -> Result<Summary> {
     sweep(folder)?;
     keep_scene(folder, &plan.scene)?;
     let dropped = match plan.search {
@@ -86,6 +101,7 @@ pub(super) fn search(folder: &Path, plan: &Plan, observer: &mut dyn Observer) ->
         ..best
     };
     write_json(&folder.join(SUMMARY), summary::FORMAT, &summary)?;
+    lock.finish();
     Ok(summary)
 }
 
@@ -129,12 +145,14 @@ pub(super) fn pause(
 ) -> Result<()> {
     let own = folder_of(folder, seed);
     let run = if own.join(SNAPSHOT).exists() {
-        let snapshot = Snapshot::read(&own)?;
+        let Some((lock, snapshot)) = take_up(&own)? else {
+            return Ok(());
+        };
         let done = snapshot.progress.as_ref().map_or(0, |p| p.iteration);
         if done >= iteration {
             return Ok(());
         }
-        Run::open(&own, snapshot)
+        Run::open(&own, lock, snapshot)
     } else {
         Run::create(&own, &alone(plan, seed))
     };

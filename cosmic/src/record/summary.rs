@@ -32,7 +32,7 @@ pub struct Summary {
     pub displacement_along: f64,
     /// Along the ground from perturbed starts: the 10 % quantile.
     pub displacement_p10: Option<f64>,
-    /// Their median: the figure to quote.
+    /// Their median: the figure to quote. Where it is `None`, `optimize` exits with 3.
     pub displacement_p50: Option<f64>,
     /// Their 90 % quantile.
     pub displacement_p90: Option<f64>,

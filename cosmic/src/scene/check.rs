@@ -158,7 +158,8 @@ fn asymptotes(scene: &Scene) -> Vec<Conflict> {
 /// Starts are dropped at one iteration after the other.
 fn rungs(scene: &Scene) -> Vec<Conflict> {
     let rungs = scene.search.rungs;
-    let says = format!("`search.rungs`: {rungs:?} do not ascend");
+    let says =
+        format!("`search.rungs`: {rungs:?} do not ascend: none may be below the one before it");
     let keys = ["search.rungs"; 2];
     require(rungs.is_sorted(), keys, says).into_iter().collect()
 }

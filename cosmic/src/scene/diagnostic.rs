@@ -68,7 +68,8 @@ pub(super) fn not_text(file: &str, bytes: &[u8]) -> Error {
     let (line, column) = position(&text, valid.len());
     let byte = bytes.get(valid.len()).copied().unwrap_or_default();
     let message = format!("the byte 0x{byte:02x} is not UTF-8 text");
-    let report = format!("error: {message}\n --> {file}:{line}:{column}");
+    let place = format!("{file}:{line}:{column}");
+    let report = format!("error: {message}\n --> {place}\n  = allowed: a scene is UTF-8 text");
     Error::Malformed {
         file: file.to_string(),
         line,

@@ -37,6 +37,7 @@ pub use robot::{
     Contact, ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,
     UnstableStep, VoidEdges,
 };
+pub(crate) use table::allowed_instead;
 
 use serde::Serialize;
 

@@ -7,6 +7,25 @@ use super::field::{Field, Limits, Section, Slot, above, within};
 use super::{Pass, Scene};
 use Slot::{Bound, Choice, Count, Counts, Cycle, Flag, Number, Numbers};
 
+/// What may stand at a key of a scene, such as `physics.dt`, where a number may not.
+///
+/// # Panics
+/// If no scene has the key.
+pub(crate) fn allowed_instead(key: &str, number: f64) -> Option<String> {
+    let is_asked = |section: &str, field: &Field| {
+        key.strip_prefix(section)
+            .and_then(|key| key.strip_prefix('.'))
+            == Some(field.key)
+    };
+    let field = SECTIONS.iter().find_map(|section| {
+        let mut fields = section.fields.iter();
+        fields.find(|field| is_asked(section.name, field))
+    });
+    let Field { limits, slot, .. } = field.expect("a key of the table");
+    let mut scene = Scene::default();
+    (!limits.contain(number)).then(|| slot(&mut scene).allowed(limits))
+}
+
 impl Pass {
     /// The letter that stands for the pass in `schedule.cycle`.
     pub fn letter(self) -> char {
@@ -345,7 +364,7 @@ const ROBUST: &[Field] = &[
 ];
 
 const SEARCH: &[Field] = &[
-    field("rungs", ITERATIONS, |s| Counts(&mut s.search.rungs)),
+    field("rungs", within(1.0, 1e5), |s| Counts(&mut s.search.rungs)),
     field("keep", SHARE, |s| Numbers(&mut s.search.keep)),
     field("window", within(1.0, 1e5), |s| Count(&mut s.search.window)),
 ];

@@ -4,7 +4,7 @@ use crate::codesign::CoDesign;
 use crate::error::{Error, Result};
 use crate::record::files::{Format, is_used, read_json, write_json};
 use crate::record::snapshot;
-use crate::record::{Plan, Search};
+use crate::record::{MOST_RUNS, Plan, Search};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -49,16 +49,23 @@ impl SweepPlan {
     /// Checks that every run can begin, and that runs do not share a folder.
     ///
     /// # Errors
-    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, seeds
-    /// beyond the largest, and a scene that cannot be optimised.
+    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more than
+    /// a million runs, seeds beyond the largest, and a scene that cannot be optimised.
     pub fn check(&self) -> Result<()> {
         let refuse = |what: String| Err(Error::Usage(what));
         if self.scenes.is_empty() {
             return refuse("a sweep needs a scene".to_owned());
         }
-        let last = self.first_seed.checked_add(self.seeds.get() as u64 - 1);
-        if last.is_none() || self.scenes.len().checked_mul(self.seeds.get()).is_none() {
-            let (seeds, first) = (self.seeds, self.first_seed);
+        let (scenes, seeds) = (self.scenes.len(), self.seeds.get());
+        let runs = scenes.saturating_mul(seeds);
+        if runs > MOST_RUNS {
+            return refuse(format!(
+                "{runs} runs (scenes x seeds: {scenes} x {seeds}), where at most {MOST_RUNS} are \
+                 allowed"
+            ));
+        }
+        if self.first_seed.checked_add(seeds as u64 - 1).is_none() {
+            let first = self.first_seed;
             return refuse(format!("{seeds} seeds from {first} on are too many"));
         }
         let mut names = BTreeSet::new();

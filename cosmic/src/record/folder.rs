@@ -1,0 +1,139 @@
+//! A run's folder belongs to one process at a time: whoever holds its lock.
+
+use super::files::{LOCK, is_used};
+use super::snapshot::Snapshot;
+use super::summary::SUMMARY;
+use crate::error::{Error, Result};
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+/// The right to work in a folder, until it is dropped. The system takes it back from a process that
+/// ends in any way: the file that is left behind locks nothing.
+#[derive(Debug)]
+pub(super) struct Lock {
+    path: PathBuf,
+    _file: File,
+}
+
+impl Lock {
+    /// Locks a folder, which must be there.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where another process, or another thread of this one, has it;
+    /// [`Error::Write`].
+    fn take(folder: &Path) -> Result<Self> {
+        let path = folder.join(LOCK);
+        let mut options = OpenOptions::new();
+        let options = options.write(true).create(true).truncate(false);
+        let file = match options.open(&path) {
+            Ok(file) => file,
+            Err(source) => return Err(Error::Write { path, source }),
+        };
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => Err(Error::Usage(format!(
+                "{}: another process is at work on this run",
+                folder.display()
+            ))),
+            // Not every file system has locks: without one, two processes are the user's affair.
+            Ok(()) | Err(TryLockError::Error(_)) => Ok(Self { path, _file: file }),
+        }
+    }
+
+    /// Gives up a folder whose run is finished, and takes the file away. From no other folder: who
+    /// has opened the file by then, and who makes a new one, would both have a lock.
+    pub(super) fn finish(self) {
+        // One that stays does no harm.
+        let _ = fs::remove_file(self.path);
+    }
+}
+
+/// A new or empty folder, locked: of two that begin there one has it, before either writes.
+///
+/// # Errors
+/// [`Error::Usage`] for a folder that holds something, or that another process has;
+/// [`Error::Write`].
+pub(super) fn begin(folder: &Path) -> Result<Lock> {
+    // Not even a lock is left in a folder that is refused.
+    refuse_used(folder)?;
+    fs::create_dir_all(folder).map_err(|source| Error::Write {
+        path: folder.into(),
+        source,
+    })?;
+    let lock = Lock::take(folder)?;
+    // Whoever had it until just now may have filled it.
+    refuse_used(folder)?;
+    Ok(lock)
+}
+
+/// A run's folder, locked, and its snapshot; `None` for a run that is finished.
+///
+/// # Errors
+/// Those of [`Snapshot::read`]; [`Error::Usage`] where another process is at work on the run;
+/// [`Error::Write`].
+pub(super) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot<'static>)>> {
+    let is_finished = || folder.join(SUMMARY).exists();
+    if is_finished() {
+        return Ok(None);
+    }
+    // Where there is no run, no lock is left.
+    Snapshot::read(folder)?;
+    let lock = Lock::take(folder)?;
+    // Whoever had it until just now may have gone on, or finished.
+    match is_finished() {
+        true => {
+            lock.finish();
+            Ok(None)
+        }
+        false => Ok(Some((lock, Snapshot::read(folder)?))),
+    }
+}
+
+/// A run never mixes its files with others.
+fn refuse_used(folder: &Path) -> Result<()> {
+    match is_used(folder) {
+        Ok(false) => Ok(()),
+        Ok(true) => Err(Error::Usage(format!(
+            "{}: the folder is not empty; go on with it by `cosmic resume`, or name another by \
+             --out",
+            folder.display()
+        ))),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(source) => Err(Error::Write {
+            path: folder.into(),
+            source,
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LOCK, begin, take_up};
+    use crate::record::files::sweep;
+    use std::fs;
+
+    #[test]
+    fn one_begins_at_a_time_and_in_an_empty_folder_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = folder.path().join("a");
+        let refusal = || begin(&run).unwrap_err().to_string();
+        let lock = begin(&run).unwrap();
+        assert!(refusal().contains("another process is at work"));
+        // Two files of its name would be two locks.
+        sweep(&run).unwrap();
+        assert!(refusal().contains("another process is at work"));
+        drop(lock);
+        drop(begin(&run).unwrap());
+        fs::write(run.join("b"), "").unwrap();
+        assert!(refusal().contains("not empty"));
+    }
+
+    #[test]
+    fn a_refusal_leaves_no_lock() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(take_up(folder.path()).unwrap_err().exit_code(), 4);
+        fs::write(folder.path().join("b"), "").unwrap();
+        assert_eq!(begin(folder.path()).unwrap_err().exit_code(), 2);
+        assert!(!folder.path().join(LOCK).exists());
+    }
+}
