@@ -233,13 +233,9 @@ impl Real for Symbol {
     fn chain(partial: Self, cotangent: Self) -> Self {
         match partial.node() {
             // Into the branches of a select: what passes nothing is then zero.
-            Node::Select(mask, a, b) => {
-                let (a, b) = (Symbol(a), Symbol(b));
-                if a.constant().or(b.constant()).is_some() {
-                    let pass = |partial| Symbol::chain(partial, cotangent);
-                    return Symbol::select(SymbolMask(mask), pass(a), pass(b));
-                }
-                partial * cotangent
+            Node::Select(mask, a, b) if Symbol(a).constant().or(Symbol(b).constant()).is_some() => {
+                let pass = |branch| Symbol::chain(Symbol(branch), cotangent);
+                Symbol::select(SymbolMask(mask), pass(a), pass(b))
             }
             _ if cotangent.is(1.0) || partial.constant().is_some() => partial * cotangent,
             _ if partial.known().singular => Symbol(place(Node::Chain(partial.0, cotangent.0))),

@@ -21,6 +21,17 @@ impl Kernel<2, 3> for Held {
     }
 }
 
+/// A choice keeps a partial that is infinite or NaN from what passes nothing.
+#[derive(Clone, Copy)]
+pub(crate) struct Guarded;
+
+impl Kernel<2, 2> for Guarded {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
+        [R::select(R::zero().lt(x), x.ln(), R::zero()), y * x]
+    }
+}
+
 /// A kernel's first derivatives, and second ones forward over reverse and reverse over reverse.
 fn derivatives<K, const I: usize, const O: usize>(
     kernel: &K,
@@ -76,4 +87,24 @@ fn what_is_held_is_so_in_the_second_derivatives_of_a_rollout() {
         assert!((g - e).abs() <= 1e-12 * e.abs(), "{g} and {e}");
     }
     assert!(expected[0][0] != 0.0, "{expected:?}");
+}
+
+/// Holds first and second derivatives against those of duals, which say NaN nowhere.
+fn assert_as_duals<K, const I: usize, const O: usize>(kernel: K, x: [f64; I], y_bar: [f64; O])
+where
+    K: Adjoint<I, O> + Copy,
+{
+    let expected = derivatives(&Plain(kernel), x, y_bar);
+    assert!(expected.iter().all(|e| !e.is_nan()), "{x:?}: {expected:?}");
+    assert_close(&derivatives(&kernel, x, y_bar), &expected);
+}
+
+#[test]
+fn a_choice_guards_a_logarithm() {
+    for x in [[0.0, 2.0], [-1.0, 2.0], [0.5, 2.0]] {
+        for y_bar in [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0]] {
+            assert_as_duals(Guarded, x, y_bar);
+        }
+    }
+    assert_eq!(Guarded.vjp([0.0, 2.0], [1.0, 1.0]), [2.0, 0.0]);
 }

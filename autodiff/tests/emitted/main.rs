@@ -12,7 +12,7 @@ mod guarded;
 #[rustfmt::skip]
 mod written;
 
-use guarded::Held;
+use guarded::{Guarded, Held};
 
 const HEADER: &str = "\
 //! Derivatives of the kernels, emitted from recordings of them: not to be edited. After a change:
@@ -20,7 +20,7 @@ const HEADER: &str = "\
 
 use autodiff::{Adjoint, Mask, Partials, Real};
 
-use super::guarded::Held;
+use super::guarded::{Guarded, Held};
 use super::{Bent, Every};
 ";
 
@@ -102,6 +102,7 @@ fn what_is_written_is_up_to_date() {
         adjoint("Every", &["self.width"], every),
         adjoint("Held", &[], |_| Held),
         partials("Held", &[], |_| Held),
+        adjoint("Guarded", &[], |_| Guarded),
     ];
     let emitted = [HEADER, &parts.join("\n")].join("\n");
     if std::env::var_os("EMIT").is_some() {

@@ -3,7 +3,7 @@
 
 use autodiff::{Adjoint, Mask, Partials, Real};
 
-use super::guarded::Held;
+use super::guarded::{Guarded, Held};
 use super::{Bent, Every};
 
 impl Adjoint<2, 3> for Bent {
@@ -269,7 +269,7 @@ impl Adjoint<3, 14> for Every {
         let t266 = R::chain(t104, y5);
         let t267 = R::chain(t112, t266);
         let t268 = t264 + t267;
-        let t269 = t109 * t265;
+        let t269 = R::chain(t109, t265);
         let t270 = -t269;
         let t271 = R::select(t93, t270, t17);
         let t272 = R::select(t95, t269, t271);
@@ -385,5 +385,24 @@ impl Partials<2, 3> for Held {
         let t40 = x0 * t35;
         let t42 = t5.fma(t40, t39);
         ([t19, t20, t26], [[t30, t14], [t33, t7], [t42, t2]])
+    }
+}
+
+impl Adjoint<2, 2> for Guarded {
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 2]) -> [R; 2] {
+        let [x0, x1] = x;
+        let [y0, y1] = y_bar;
+        let t4 = R::lit(0.0);
+        let t5 = t4.lt(x0);
+        let t6 = x0.ln();
+        let t7 = x0.recip();
+        let t8 = x0.lt(t4);
+        let t9 = R::select(t8, t6, t7);
+        let t16 = x0 * y1;
+        let t18 = R::select(t5, y0, t4);
+        let t19 = R::chain(t9, t18);
+        let t20 = x1.fma(y1, t19);
+        [t20, t16]
     }
 }
