@@ -118,6 +118,7 @@ impl Graph {
             Node::Unary("sqrt", a) => (sign(a).max(NonNegative), sign(a) >= NonNegative),
             Node::Unary("recip", a) => (sign(a), sign(a) == Positive),
             Node::Unary("ln", a) => (Unknown, sign(a) == Positive),
+            Node::Unary("detach", a) | Node::Binary("straight_through", a, _) => (sign(a), true),
             Node::Binary(..) | Node::Powi(..) | Node::Elementary(..) => (Unknown, false),
             _ => (Unknown, true),
         };

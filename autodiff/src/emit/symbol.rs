@@ -25,6 +25,9 @@ impl Symbol {
     fn is(self, value: f64) -> bool {
         self.constant() == Some(value)
     }
+    fn node(self) -> Node {
+        GRAPH.with_borrow(|graph| graph.nodes[self.0 as usize].0)
+    }
     fn known(self) -> Known {
         GRAPH.with_borrow(|graph| graph.nodes[self.0 as usize].1)
     }
@@ -212,23 +215,31 @@ impl Real for Symbol {
             self.unary("abs")
         }
     }
-    fn detach(self) -> Self {
-        self
+    /// A choice between constants: nothing of it is to be detached.
+    fn signum(self) -> Self {
+        let (zero, one) = (Self::zero(), Self::one());
+        let negative = Symbol::select(self.lt(zero), -one, zero);
+        Symbol::select(zero.lt(self), one, negative)
     }
-    fn straight_through(self, _soft: Self) -> Self {
-        self
+    fn detach(self) -> Self {
+        match self.node() {
+            Node::Constant(_) | Node::Unary("detach", _) => self,
+            // Into the branches: a choice between constants stays one.
+            Node::Select(mask, a, b) => {
+                Symbol::select(SymbolMask(mask), Symbol(a).detach(), Symbol(b).detach())
+            }
+            _ => self.unary("detach"),
+        }
+    }
+    fn straight_through(self, soft: Self) -> Self {
+        Symbol(place(Node::Binary("straight_through", self.0, soft.0)))
     }
     fn chain(partial: Self, cotangent: Self) -> Self {
-        let node = GRAPH.with_borrow(|graph| graph.nodes[partial.0 as usize].0);
-        match node {
+        match partial.node() {
             // Into the branches of a select: what passes nothing is then zero.
-            Node::Select(mask, a, b) => {
-                let (a, b) = (Symbol(a), Symbol(b));
-                if a.constant().or(b.constant()).is_some() {
-                    let pass = |partial| Symbol::chain(partial, cotangent);
-                    return Symbol::select(SymbolMask(mask), pass(a), pass(b));
-                }
-                partial * cotangent
+            Node::Select(mask, a, b) if Symbol(a).constant().or(Symbol(b).constant()).is_some() => {
+                let pass = |branch| Symbol::chain(Symbol(branch), cotangent);
+                Symbol::select(SymbolMask(mask), pass(a), pass(b))
             }
             _ if cotangent.is(1.0) || partial.constant().is_some() => partial * cotangent,
             _ if partial.known().singular => Symbol(place(Node::Chain(partial.0, cotangent.0))),

@@ -9,8 +9,11 @@ use autodiff::{
     value_and_gradient,
 };
 
+mod guarded;
 #[rustfmt::skip]
 mod written;
+
+use guarded::{Guarded, Held};
 
 const HEADER: &str = "\
 //! Derivatives of the kernels, emitted from recordings of them: not to be edited. After a change:
@@ -18,6 +21,7 @@ const HEADER: &str = "\
 
 use autodiff::{Adjoint, Mask, Partials, Real};
 
+use super::guarded::{Guarded, Held};
 use super::{Bent, Every};
 ";
 
@@ -99,6 +103,9 @@ fn what_is_written_is_up_to_date() {
         adjoint_with_results("Bent", &fields, build),
         partials("Bent", &fields, build),
         adjoint("Every", &["self.width"], every),
+        adjoint("Held", &[], |_| Held),
+        partials("Held", &[], |_| Held),
+        adjoint("Guarded", &[], |_| Guarded),
     ];
     let emitted = [HEADER, &parts.join("\n")].join("\n");
     if std::env::var_os("EMIT").is_some() {
@@ -212,13 +219,18 @@ impl<K: Adjoint<2, 3> + Clone + Sync> Function for Sum<K> {
     }
 }
 
-fn gradient<K: Adjoint<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> Vec<f64> {
+fn summed<K: Adjoint<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> (Sum<K>, Vec<f64>) {
     let rollout = Rollout {
         memory,
         ..Rollout::new(Steps(kernel), 9)
     };
     let x: Vec<f64> = (0..2 * STATE).map(|i| 0.4 + 0.05 * i as f64).collect();
-    value_and_gradient(&Sum(rollout), &x).1
+    (Sum(rollout), x)
+}
+
+fn gradient<K: Adjoint<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> Vec<f64> {
+    let (sum, x) = summed(kernel, memory);
+    value_and_gradient(&sum, &x).1
 }
 
 #[test]
