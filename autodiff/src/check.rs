@@ -120,11 +120,12 @@ pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) ->
 /// derivatives where the claim has one.
 ///
 /// # Panics
-/// If there is no component to check, the gradient's length is not that of `x`, or the steps span
-/// less than a decade.
+/// If there is no component to check or no direction to check along, the gradient's length is not
+/// that of `x`, or the steps span less than a decade.
 pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
     let n = claim.x.len();
     assert!(n > 0, "a gradient without components cannot be checked");
+    assert!(options.directions > 0, "a check takes a direction at least");
     assert_eq!(
         n,
         claim.gradient.len(),
@@ -167,7 +168,9 @@ struct Checker<'a, F> {
 
 impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
     fn check(&self, direction: &[f64]) -> Direction {
-        let claimed = dot(self.claim.gradient, direction);
+        let along = |(&g, &d): (&f64, &f64)| if d == 0.0 { 0.0 } else { g * d };
+        // A component that does not move adds nothing, be it infinite.
+        let claimed = self.claim.gradient.iter().zip(direction).map(along).sum();
         let forward = self.claim.forward.map(|forward| forward(direction));
         let value = |h| self.moved(direction, h);
         let size = largest(self.claim.x);
@@ -210,8 +213,14 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
                 half[range.clone()].copy_from_slice(&direction[range]);
                 let length = dot(&half, &half).sqrt();
                 let half = normalised(half);
-                // The part's own contribution: its slope's error times its length.
-                (self.check(&half).absolute_error() * length, half)
+                let checked = self.check(&half);
+                // The part's own contribution: its slope's error times its length. What is claimed
+                // to be infinite, or no number, is worst whatever differences make of it.
+                let error = match checked.gradient.is_finite() {
+                    true => checked.absolute_error() * length,
+                    false => f64::INFINITY,
+                };
+                (error, half)
             };
             let (low, high) = (half(first..middle), half(middle..end));
             if low.0 >= high.0 || high.0.is_nan() && !low.0.is_nan() {

@@ -237,3 +237,34 @@ fn the_table_says_it_all() {
     assert!(table.contains("worst component 1:"), "{table}");
     assert!(table.ends_with("verdict: wrong"), "{table}");
 }
+
+/// An infinite slope is named where it is, not beside a component that has none of it.
+#[test]
+fn the_component_with_an_infinite_slope_is_the_worst() {
+    struct Root;
+    impl Function for Root {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            x[1] + x[0].sqrt() + x[2]
+        }
+    }
+    for seed in 0..10 {
+        let options = Options {
+            seed,
+            ..Options::default()
+        };
+        let report = check_gradient(&Root, &[0.0, 2.0, 1.0], &options);
+        assert_eq!(report.worst.index, 0, "{report}");
+        assert_eq!(report.worst.gradient, f64::INFINITY);
+        assert_ne!(report.verdict, Verdict::Smooth);
+    }
+}
+
+#[test]
+#[should_panic(expected = "a check takes a direction at least")]
+fn a_check_along_nothing_is_refused() {
+    let options = Options {
+        directions: 0,
+        ..Options::default()
+    };
+    check_gradient(&Smooth, &[1.0, 2.0], &options);
+}
