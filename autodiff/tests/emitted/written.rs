@@ -32,7 +32,7 @@ impl Adjoint<2, 3> for Bent {
         let t29 = t27 * r2;
         let t30 = -t29;
         let t31 = y2 * t27;
-        let t32 = y2 * t30;
+        let t32 = R::chain(t30, y2);
         let t34 = t25.fma(t32, y0);
         let t35 = R::chain(t23, t31);
         let t36 = -t35;
@@ -252,7 +252,7 @@ impl Adjoint<3, 14> for Every {
         let t248 = R::select(t93, t239, t17);
         let t249 = R::select(t95, y8, t248);
         let t250 = t243 + t249;
-        let t251 = y7 * t140;
+        let t251 = R::chain(t140, y7);
         let t253 = t135.fma(t251, t247);
         let t254 = R::chain(t134, y7);
         let t255 = -t254;
@@ -300,7 +300,8 @@ impl Adjoint<3, 14> for Every {
         let t299 = t44 * t297;
         let t301 = t48.fma(t299, t268);
         let t303 = t45.fma(t298, t296);
-        let t305 = y0.fma(t43, t294);
+        let t304 = R::chain(t43, y0);
+        let t305 = t294 + t304;
         let t306 = t29 * t196;
         let t307 = t32 * t196;
         let t309 = t27.fma(t307, t303);
@@ -388,21 +389,83 @@ impl Partials<2, 3> for Held {
     }
 }
 
-impl Adjoint<2, 2> for Guarded {
+impl Adjoint<2, 9> for Guarded {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 2]) -> [R; 2] {
+    fn vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 9]) -> [R; 2] {
         let [x0, x1] = x;
-        let [y0, y1] = y_bar;
-        let t4 = R::lit(0.0);
-        let t5 = t4.lt(x0);
-        let t6 = x0.ln();
-        let t7 = x0.recip();
-        let t8 = x0.lt(t4);
-        let t9 = R::select(t8, t6, t7);
-        let t16 = x0 * y1;
-        let t18 = R::select(t5, y0, t4);
-        let t19 = R::chain(t9, t18);
-        let t20 = x1.fma(y1, t19);
-        [t20, t16]
+        let [y0, y1, y2, y3, y4, y5, y6, y7, y8] = y_bar;
+        let t11 = R::lit(0.0);
+        let t12 = R::lit(1.0);
+        let t13 = t11.lt(x0);
+        let t14 = R::lit(1e100);
+        let t15 = t14.le(x0);
+        let t16 = x0 * x1;
+        let t17 = x0.ln();
+        let t18 = x0.recip();
+        let t19 = x0.lt(t11);
+        let t20 = R::select(t19, t17, t18);
+        let t25 = x0.sqrt();
+        let t26 = R::lit(0.5);
+        let t27 = t25.recip();
+        let t28 = t26 * t27;
+        let t31 = R::lit(30.0);
+        let t32 = x0.lt(t31);
+        let t33 = x0.exp();
+        let t34 = t12 + t33;
+        let t35 = t34.ln();
+        let t36 = t34.recip();
+        let t37 = t34.lt(t11);
+        let t38 = R::select(t37, t35, t36);
+        let t43 = t16 * t16;
+        let t44 = t16 + t16;
+        let t50 = R::lit(f64::INFINITY);
+        let t54 = t33.ln();
+        let t55 = t33.recip();
+        let t56 = t33.lt(t11);
+        let t57 = R::select(t56, t54, t55);
+        let t59 = x0 + x0;
+        let t60 = R::lit(self.width);
+        let t61 = x0.fma(x0, t60);
+        let t62 = t61.sqrt();
+        let t63 = t62.recip();
+        let t64 = t26 * t63;
+        let t65 = R::chain(t64, y8);
+        let t67 = R::chain(t57, y7);
+        let t68 = R::chain(t33, t67);
+        let t69 = t59.fma(t65, t68);
+        let t70 = x1 * y6;
+        let t71 = R::chain(t33, y6);
+        let t72 = R::chain(t33, t70);
+        let t73 = t69 + t72;
+        let t74 = R::select(t15, y5, t11);
+        let t75 = t73 + t74;
+        let t76 = R::select(t15, t11, y5);
+        let t77 = R::chain(t50, t76);
+        let t78 = t71 + t77;
+        let t79 = R::select(t15, y4, t11);
+        let t80 = t75 + t79;
+        let t81 = R::select(t15, t11, y4);
+        let t82 = t16 * t81;
+        let t83 = R::chain(t43, t81);
+        let t84 = y0 + t83;
+        let t86 = t44.fma(t82, t84);
+        let t87 = R::select(t32, y3, t11);
+        let t88 = R::select(t32, t11, y3);
+        let t89 = t80 + t88;
+        let t90 = R::chain(t38, t87);
+        let t91 = R::chain(t33, t90);
+        let t92 = t89 + t91;
+        let t93 = R::select(t13, y2, t11);
+        let t94 = R::chain(t25, t93);
+        let t95 = t78 + t94;
+        let t96 = x1 * t93;
+        let t97 = R::chain(t28, t96);
+        let t98 = t92 + t97;
+        let t99 = R::select(t13, y1, t11);
+        let t100 = R::chain(t20, t99);
+        let t101 = t98 + t100;
+        let t103 = x0.fma(t86, t95);
+        let t105 = x1.fma(t86, t101);
+        [t105, t103]
     }
 }
