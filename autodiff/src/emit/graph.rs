@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::collections::HashMap;
 
+use super::known::{Known, Range};
 use crate::element::Elementary;
 
 /// How a node was made.
@@ -48,27 +49,26 @@ impl Node {
             Node::Fma(a, b, c) | Node::Select(a, b, c) => vec![a, b, c],
         }
     }
-}
 
-/// What is known of a node's value wherever its inputs are finite.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Known {
-    pub(super) sign: Sign,
-    /// May be infinite or NaN.
-    pub(super) singular: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Sign {
-    Unknown,
-    NonNegative,
-    Positive,
+    /// The operands that are finite where the value is.
+    fn shows(self) -> Vec<u32> {
+        match self {
+            Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Fma(..) | Node::Neg(_) => {
+                self.operands()
+            }
+            Node::Unary("abs" | "sqrt" | "ln" | "sin" | "cos" | "detach", _) => self.operands(),
+            Node::Binary("straight_through", hard, _) => vec![hard],
+            _ => vec![],
+        }
+    }
 }
 
 /// All nodes, each formula once.
 #[derive(Default)]
 pub(super) struct Graph {
     pub(super) nodes: Vec<(Node, Known)>,
+    /// Constants that stand for fields, whose signs are not known.
+    fields: Vec<f64>,
     places: HashMap<Node, u32>,
 }
 
@@ -77,6 +77,13 @@ thread_local! {
 }
 
 impl Graph {
+    pub(super) fn new(fields: &[f64]) -> Self {
+        Self {
+            fields: fields.to_vec(),
+            ..Self::default()
+        }
+    }
+
     fn place(&mut self, node: Node) -> u32 {
         if let Some(&place) = self.places.get(&node) {
             return place;
@@ -87,45 +94,59 @@ impl Graph {
         place
     }
 
+    /// What is known of a node by its operands.
     fn known(&self, node: Node) -> Known {
         let of = |place: u32| self.nodes[place as usize].1;
-        let sign = |place| of(place).sign;
         let product = |a, b| {
             if a == b {
-                sign(a).max(NonNegative)
+                of(a).squared()
             } else {
-                sign(a).min(sign(b))
+                of(a).times(of(b))
             }
         };
-        // A sum of non-negative terms is positive where one of them is.
-        let sum = |a: Sign, b: Sign| {
-            if a.min(b) == Unknown {
-                Unknown
-            } else {
-                a.max(b)
+        match node {
+            Node::Input(_) => Known::within(Range::Finite),
+            Node::Constant(bits) => match f64::from_bits(bits) {
+                value if self.fields.contains(&value.abs()) => Known::within(Range::Bounded),
+                value => Known::constant(value),
+            },
+            Node::Add(a, b) => of(a).plus(of(b)),
+            Node::Sub(a, b) => of(a).plus(of(b).negated()),
+            Node::Mul(a, b) | Node::Chain(a, b) => product(a, b),
+            Node::Neg(a) => of(a).negated(),
+            Node::Fma(a, b, c) => product(a, b).plus(of(c)),
+            Node::Select(_, a, b) => of(a).or(of(b)),
+            Node::Unary(method, a) => of(a).through(method),
+            Node::Binary("straight_through", hard, soft) => Known {
+                least: of(hard).least,
+                ..of(hard).or(of(soft))
+            },
+            Node::Binary(..) | Node::Powi(..) | Node::Elementary(..) => {
+                Known::within(Range::Singular)
             }
-        };
-        use Sign::{NonNegative, Positive, Unknown};
-        let (result, domain_is_safe) = match node {
-            Node::Constant(bits) if f64::from_bits(bits) > 0.0 => (Positive, true),
-            Node::Constant(bits) if f64::from_bits(bits) == 0.0 => (NonNegative, true),
-            Node::Mul(a, b) => (product(a, b), true),
-            Node::Add(a, b) => (sum(sign(a), sign(b)), true),
-            Node::Fma(a, b, c) => (sum(product(a, b), sign(c)), true),
-            Node::Select(_, a, b) => (sign(a).min(sign(b)), true),
-            Node::Unary("abs", a) => (sign(a).max(NonNegative), true),
-            Node::Unary("exp", _) => (Positive, true),
-            Node::Unary("sqrt", a) => (sign(a).max(NonNegative), sign(a) >= NonNegative),
-            Node::Unary("recip", a) => (sign(a), sign(a) == Positive),
-            Node::Unary("ln", a) => (Unknown, sign(a) == Positive),
-            Node::Unary("detach", a) | Node::Binary("straight_through", a, _) => (sign(a), true),
-            Node::Binary(..) | Node::Powi(..) | Node::Elementary(..) => (Unknown, false),
-            _ => (Unknown, true),
-        };
-        let singular = !domain_is_safe || node.operands().into_iter().any(|a| of(a).singular);
-        Known {
-            sign: result,
-            singular,
+            Node::Compare(..) | Node::Join(..) | Node::Not(_) | Node::Always(_) => {
+                Known::within(Range::Bounded)
+            }
+        }
+    }
+
+    /// Notes that these results are finite, and so is every number that would show in them.
+    pub(super) fn assume_finite(&mut self, results: &[u32]) {
+        let mut shown = vec![false; self.nodes.len()];
+        let mut pending = results.to_vec();
+        while let Some(place) = pending.pop() {
+            if !std::mem::replace(&mut shown[place as usize], true) {
+                pending.extend(self.nodes[place as usize].0.shows());
+            }
+        }
+        for (place, shown) in shown.into_iter().enumerate() {
+            let node = self.nodes[place].0;
+            let known = self.known(node);
+            self.nodes[place].1 = match node {
+                Node::Unary(method, _) if shown => known.shown(method),
+                _ if shown => known.shown(""),
+                _ => known,
+            };
         }
     }
 

@@ -4,11 +4,26 @@
 //! made: the pullback then *is* the formula of the adjoint. What is printed is checked in beside
 //! the kernel, and a test compares it with what [`adjoint`] or [`partials`] prints today.
 //!
-//! A product with a cotangent goes through [`Real::chain`](crate::Real::chain) only where the partial may be
-//! infinite: where it comes from a quotient, root or logarithm of something that is not a sum of
-//! squares and positive constants.
+//! A product with a cotangent goes through [`Real::chain`](crate::Real::chain), so that a cotangent
+//! of zero passes zero, unless the partial is known to be finite, with its own derivatives, wherever
+//! the inputs and all results of the kernel are. It is where it is made of
+//!
+//! - inputs, fields, finite constants, sums, sines, cosines, hyperbolic tangents and choices;
+//! - roots, logarithms and reciprocals of what is at least 1e-12: of a sum of squares and a positive
+//!   literal. The sign of a field is not known;
+//! - products with what constants bound;
+//! - other products where an overflow makes a result infinite or NaN too. Behind a `select`, a
+//!   reciprocal or a hyperbolic tangent it may not.
+//!
+//! Exponentials, powers and other quotients are never taken to be finite. What remains: a sum, or a
+//! product with what constants bound, of numbers near the largest float; and a result
+//! that a sum or product has made infinite, whose cotangent of zero may then pass NaN. Where an
+//! emitted derivative is itself differentiated in reverse, a product with a cotangent of zero is an
+//! entry of the tape like others, and an infinity that comes back to it makes NaN: see
+//! [the conventions](crate::real).
 
 mod graph;
+mod known;
 mod print;
 mod symbol;
 
@@ -16,7 +31,7 @@ use num_traits::One;
 
 use crate::kernel::Kernel;
 use crate::reverse::{Tape, Var};
-use graph::{GRAPH, Node, place};
+use graph::{GRAPH, Graph, Node, place};
 use print::{Formula, Printer};
 use symbol::Symbol;
 
@@ -147,7 +162,7 @@ fn body(name: &str, fields: &[&str], print: impl Fn(&[f64], &[(&str, f64)]) -> S
     let [text, again] = [std::f64::consts::E, std::f64::consts::PI].map(|seed| {
         let values: Vec<f64> = stand_ins(seed).collect();
         let named: Vec<_> = fields.iter().copied().zip(values.iter().copied()).collect();
-        GRAPH.take();
+        GRAPH.set(Graph::new(&values));
         print(&values, &named)
     });
     assert_eq!(
@@ -173,7 +188,9 @@ fn record<K, const I: usize, const O: usize>(
 where
     K: Kernel<I, O>,
 {
-    tape.record(x, |x| kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k])))
+    let y = tape.record(x, |x| kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k])));
+    GRAPH.with_borrow_mut(|graph| graph.assume_finite(&places(&y.map(Var::value))));
+    y
 }
 
 /// The cotangents of a kernel's inputs, its results given.

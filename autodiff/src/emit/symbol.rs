@@ -6,7 +6,8 @@ use std::ops::{
 
 use num_traits::{One, Zero};
 
-use super::graph::{GRAPH, Known, Node, Sign, place};
+use super::graph::{GRAPH, Node, place};
+use super::known::Known;
 use crate::element::Elementary;
 use crate::real::{Mask, Real};
 
@@ -209,7 +210,7 @@ impl Real for Symbol {
         Symbol(place(Node::Elementary(function, self.0)))
     }
     fn abs(self) -> Self {
-        if self.known().sign != Sign::Unknown {
+        if self.known().least >= 0.0 {
             self
         } else {
             self.unary("abs")
@@ -241,9 +242,8 @@ impl Real for Symbol {
                 let pass = |branch| Symbol::chain(Symbol(branch), cotangent);
                 Symbol::select(SymbolMask(mask), pass(a), pass(b))
             }
-            _ if cotangent.is(1.0) || partial.constant().is_some() => partial * cotangent,
-            _ if partial.known().singular => Symbol(place(Node::Chain(partial.0, cotangent.0))),
-            _ => partial * cotangent,
+            _ if cotangent.is(1.0) || partial.known().is_finite() => partial * cotangent,
+            _ => Symbol(place(Node::Chain(partial.0, cotangent.0))),
         }
     }
 }

@@ -105,7 +105,7 @@ fn what_is_written_is_up_to_date() {
         adjoint("Every", &["self.width"], every),
         adjoint("Held", &[], |_| Held),
         partials("Held", &[], |_| Held),
-        adjoint("Guarded", &[], |_| Guarded),
+        adjoint("Guarded", &["self.width"], |f| Guarded { width: f[0] }),
     ];
     let emitted = [HEADER, &parts.join("\n")].join("\n");
     if std::env::var_os("EMIT").is_some() {

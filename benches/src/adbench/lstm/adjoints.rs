@@ -99,9 +99,9 @@ impl Adjoint<4, 2> for Prediction {
         let [r0, _] = y;
         let [y0, y1] = y_bar;
         let t7 = x0.fma(x1, x2);
-        let t11 = x3 * y1;
         let t12 = y1 * t7;
-        let t14 = y0.fma(r0, t11);
+        let t13 = R::chain(r0, y0);
+        let t14 = x3.fma(y1, t13);
         let t15 = x1 * t14;
         let t16 = x0 * t14;
         [t15, t16, t14, t12]
@@ -122,7 +122,7 @@ impl Adjoint<4, 1> for Add {
         let t15 = -y0;
         let t16 = R::chain(t8, t15);
         let t17 = x3 * t15;
-        let t18 = t11 * t17;
+        let t18 = R::chain(t11, t17);
         [y0, y0, t18, t16]
     }
 }

@@ -1,0 +1,127 @@
+//! What is known of a number from how it was made.
+
+/// What is known of a node's value and of its derivatives, wherever the inputs and the results of
+/// the kernel are finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Known {
+    /// A lower bound.
+    pub(super) least: f64,
+    pub(super) range: Range,
+}
+
+/// How large a number may become. A sum is taken to be finite where its terms are, and so is a
+/// product with what is bounded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Range {
+    /// No larger than constants make it.
+    Bounded,
+    /// As large as inputs and results.
+    Finite,
+    /// Infinite or NaN where a product overflows, of which the results show nothing.
+    Overflow,
+    /// Infinite or NaN for another reason: an exponential, a power, a function at the edge of its
+    /// domain.
+    Singular,
+}
+
+use Range::{Bounded, Finite, Overflow, Singular};
+
+/// Clear of zero: the cube of its reciprocal, the highest power in a rule, is finite in f32 too.
+const CLEAR: f64 = 1e-12;
+
+impl Known {
+    /// Of either sign.
+    pub(super) fn within(range: Range) -> Self {
+        Self {
+            least: f64::NEG_INFINITY,
+            range,
+        }
+    }
+
+    pub(super) fn constant(value: f64) -> Self {
+        if !value.is_finite() {
+            return Self::within(Singular);
+        }
+        Self {
+            least: value,
+            range: Bounded,
+        }
+    }
+
+    /// Whether a product with zero is zero.
+    pub(super) fn is_finite(self) -> bool {
+        self.range <= Finite
+    }
+
+    pub(super) fn negated(self) -> Self {
+        Self::within(self.range)
+    }
+
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self {
+            least: self.least + other.least,
+            range: self.range.max(other.range),
+        }
+    }
+
+    pub(super) fn times(self, other: Self) -> Self {
+        let non_negative = self.least.min(other.least) >= 0.0;
+        let wider = self.range.max(other.range);
+        Self {
+            least: if non_negative {
+                self.least * other.least
+            } else {
+                f64::NEG_INFINITY
+            },
+            range: match self.range.min(other.range) {
+                Bounded => wider,
+                _ => wider.max(Overflow),
+            },
+        }
+    }
+
+    pub(super) fn squared(self) -> Self {
+        let magnitude = self.through("abs");
+        magnitude.times(magnitude)
+    }
+
+    /// Either of two.
+    pub(super) fn or(self, other: Self) -> Self {
+        Self {
+            least: self.least.min(other.least),
+            range: self.range.max(other.range),
+        }
+    }
+
+    /// A function of the number.
+    pub(super) fn through(self, method: &str) -> Self {
+        let inside = if self.least >= CLEAR {
+            self.range
+        } else {
+            Singular
+        };
+        let bounded = |range| if range <= Finite { Bounded } else { range };
+        let (least, range) = match method {
+            "detach" => (self.least, self.range),
+            "abs" => (self.least.max(0.0), self.range),
+            "sqrt" => (self.least.max(0.0).sqrt(), inside),
+            "recip" if self.least > 0.0 => (0.0, bounded(inside)),
+            "ln" => (f64::NEG_INFINITY, inside),
+            "sin" | "cos" | "tanh" => (f64::NEG_INFINITY, bounded(self.range)),
+            // Zero where it vanishes.
+            "exp" => (0.0, Singular),
+            _ => (f64::NEG_INFINITY, Singular),
+        };
+        Self { least, range }
+    }
+
+    /// The same of a number that shows in the kernel's results, which are finite; `method` made it.
+    pub(super) fn shown(self, method: &str) -> Self {
+        let range = match (self.range, method) {
+            (Overflow, "recip" | "tanh") => Bounded,
+            (Overflow, _) => Finite,
+            (range, _) => range,
+        };
+        Self { range, ..self }
+    }
+}
