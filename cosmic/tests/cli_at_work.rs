@@ -1,22 +1,13 @@
 //! Two processes and one run's folder: one works, the other is refused and does no harm.
 #![cfg(unix)]
 
+mod background;
 mod common;
 
+use background::start;
 use common::Bench;
 use std::fs;
-use std::process::{Child, Command, Output, Stdio};
-
-/// The program at work in the background.
-fn start(bench: &Bench, arguments: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_cosmic"))
-        .args(arguments)
-        .current_dir(bench.path(""))
-        .stderr(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap()
-}
+use std::process::Output;
 
 /// Has intruders come for as long as the owner of a run is at work; both leave it unharmed.
 fn besieged(options: &[&str]) {

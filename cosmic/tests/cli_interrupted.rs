@@ -1,12 +1,14 @@
 //! Runs that are stopped, killed or damaged, and `cosmic resume`.
 #![cfg(unix)]
 
+mod background;
 mod common;
 
+use background::start;
 use common::{Bench, Said, scene};
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Output};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -15,17 +17,6 @@ const ITERATIONS: usize = 100;
 
 fn slow() -> Bench {
     Bench::new(ITERATIONS, 1024)
-}
-
-/// The program at work in the background.
-fn start(bench: &Bench, arguments: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_cosmic"))
-        .args(arguments)
-        .current_dir(bench.path(""))
-        .stderr(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap()
 }
 
 fn rows(history: &Path) -> usize {

@@ -1,13 +1,14 @@
 //! `cosmic sweep` as a user meets it: a frozen plan, runs shared by processes, merged results.
 #![cfg(unix)]
 
+mod background;
 mod common;
 
+use background::start;
 use common::Bench;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
-use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -21,16 +22,6 @@ fn planned(bench: &Bench, more: &[&str]) {
     .concat();
     let said = bench.cosmic(&arguments);
     assert_eq!((said.code, &said.out[..]), (0, "s: 3 runs\n"), "{said:?}");
-}
-
-fn start(bench: &Bench, arguments: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_cosmic"))
-        .args(arguments)
-        .current_dir(bench.path(""))
-        .stderr(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap()
 }
 
 fn await_file(bench: &Bench, name: &str) {
