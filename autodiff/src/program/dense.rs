@@ -225,7 +225,7 @@ impl<R: Real> Operation<R> for Dense<R> {
         }
     }
 
-    fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>) {
+    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>) {
         let start = self.output.start;
         let (y, bar) = (&values.row[start..], &bars.row[start..]);
         R::vectorize(Incoming {
@@ -246,7 +246,7 @@ impl<R: Real> Operation<R> for Dense<R> {
             self.reverse_inputs(bars);
         }
         if self.active.weights {
-            self.reverse_weights(values);
+            self.reverse_weights(*values);
         }
     }
 

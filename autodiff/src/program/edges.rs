@@ -204,7 +204,7 @@ where
             row,
         });
     }
-    fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>) {
+    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>) {
         R::vectorize(Reverse {
             map: self,
             values,
@@ -261,7 +261,7 @@ where
 
 struct Reverse<'a, 'b, R, K, const C: usize, const I: usize, const O: usize> {
     map: &'a mut EdgeMap<R, K, C, I, O>,
-    values: Frame<'a, R>,
+    values: &'a Frame<'a, R>,
     bars: &'a mut Bars<'b, R>,
 }
 
@@ -284,7 +284,7 @@ where
         let x_bars = places.of_active(&map.inputs, &map.active);
         // SAFETY: the reach was checked, and the cotangents of ends have the plan's room.
         unsafe {
-            let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, values);
+            let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, *values);
             for &lane in &map.plan.edges {
                 let mut y_bar = [L::zero(); O];
                 for o in 0..O {

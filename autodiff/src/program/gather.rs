@@ -56,7 +56,7 @@ impl<R: Real> Operation<R> for Gather {
             to: output,
         });
     }
-    fn reverse(&mut self, _values: Frame<R>, bars: &mut Bars<R>) {
+    fn reverse(&mut self, _values: &Frame<R>, bars: &mut Bars<R>) {
         if !self.active {
             return;
         }

@@ -54,7 +54,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for
             row,
         });
     }
-    fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>) {
+    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>) {
         R::vectorize(Reverse {
             map: self,
             values,
@@ -155,7 +155,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
 
 struct Reverse<'a, 'b, K, R, const I: usize, const O: usize> {
     map: &'a Map<K, I, O>,
-    values: Frame<'a, R>,
+    values: &'a Frame<'a, R>,
     bars: &'a mut Bars<'b, R>,
 }
 
@@ -208,7 +208,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
         unsafe {
             let mut lanes = ReverseLanes {
                 kernel: &map.kernel,
-                x: map.sources(values),
+                x: map.sources(*values),
                 y: &values.row[start..start + O * len],
                 y_bar: places.of(map.outputs[0]),
                 len,

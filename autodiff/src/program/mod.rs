@@ -98,7 +98,7 @@ trait Operation<R: Real>: Send {
     fn outputs(&self) -> Vec<Array>;
     fn forward(&mut self, parameters: &[R], row: &mut [R]);
     /// Adds to the bars of the inputs what the bars of the outputs give.
-    fn reverse(&mut self, values: Frame<R>, bars: &mut Bars<R>);
+    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>);
     /// Tells which arrays and matrices carry derivatives; the rest may be skipped.
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
     /// Takes over the matrices among the parameters (row-major).

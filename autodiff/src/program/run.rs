@@ -190,8 +190,9 @@ impl<R: Real> Program<R> {
                 *bar += given;
             }
         }
+        let values = &Frame { parameters, row };
         for operation in self.operations.iter_mut().rev() {
-            operation.reverse(Frame { parameters, row }, bars);
+            operation.reverse(values, bars);
         }
         state_bar.clear();
         self.push_state(bars.row, state_bar);

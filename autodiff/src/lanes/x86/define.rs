@@ -198,24 +198,6 @@ macro_rules! define_lanes {
                 }
                 Self::load(&a)
             }
-
-            /// [`Lane::expand`] or [`Lane::compress`] one by one.
-            #[allow(dead_code)] // where the instruction set has these
-            #[inline(always)]
-            fn moved(self, bits: u16, expand: bool) -> Self {
-                let (mut from, mut to) = ([0.0; $n], [0.0; $n]);
-                self.store(&mut from);
-                let mut next = 0;
-                for k in (0..$n).filter(|k| bits >> k & 1 == 1) {
-                    if expand {
-                        to[k] = from[next];
-                    } else {
-                        to[next] = from[k];
-                    }
-                    next += 1;
-                }
-                Self::load(&to)
-            }
         }
 
         impl Primitive for $name {

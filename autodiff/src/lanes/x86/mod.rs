@@ -54,6 +54,71 @@ fn first_i32(n: usize) -> __m256i {
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }
 
+/// For each of eight bits how many below it are set.
+static RANK: [[u8; 8]; 256] = ranks_and_set_bits()[0];
+/// The bits that are set, in their order.
+static SET_BIT: [[u8; 8]; 256] = ranks_and_set_bits()[1];
+
+const fn ranks_and_set_bits() -> [[[u8; 8]; 256]; 2] {
+    let mut both = [[[0; 8]; 256]; 2];
+    let mut bits = 0;
+    while bits < 256 {
+        let (mut bit, mut rank) = (0, 0);
+        while bit < 8 {
+            both[0][bits][bit] = rank;
+            if bits >> bit & 1 == 1 {
+                both[1][bits][rank as usize] = bit as u8;
+                rank += 1;
+            }
+            bit += 1;
+        }
+        bits += 1;
+    }
+    both
+}
+
+/// Every one of four bits twice: a number of 64 bits moves as two of 32.
+#[inline(always)]
+fn twice_each(bits: u16) -> u16 {
+    let apart = (bits | bits << 2) & 0b11_0011;
+    ((apart | apart << 1) & 0b101_0101) * 3
+}
+
+/// Lanes from other places, and zeros where the bits are not set.
+///
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn permuted(a: __m256, places: &[u8; 8], bits: u16) -> __m256 {
+    let mask = <F32x8 as Lane<f32>>::mask(bits);
+    // SAFETY: the caller's promise; eight bytes are read.
+    unsafe {
+        let places = _mm256_cvtepu8_epi32(_mm_loadl_epi64(places.as_ptr().cast()));
+        _mm256_and_ps(mask.0, _mm256_permutevar8x32_ps(a, places))
+    }
+}
+
+/// [`Lane::expand`].
+///
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn expanded(a: __m256, bits: u16) -> __m256 {
+    // SAFETY: the caller's promise.
+    unsafe { permuted(a, &RANK[usize::from(bits)], bits) }
+}
+
+/// [`Lane::compress`].
+///
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn compressed(a: __m256, bits: u16) -> __m256 {
+    let first = first_bits(bits.count_ones() as usize);
+    // SAFETY: the caller's promise.
+    unsafe { permuted(a, &SET_BIT[usize::from(bits)], first) }
+}
+
 define_lanes!(
     F64x8: [f64; 8] in __m512d, mask Bits<__mmask8>,
     _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd
@@ -161,8 +226,12 @@ define_lanes!(
         let set = _mm256_and_si256(_mm256_set1_epi64x(i64::from(bits)), lane);
         Wide(_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane)))
     },
-    |a: Self, bits| a.moved(bits, true),
-    |a: Self, bits| a.moved(bits, false),
+    |a: Self, bits| Self(unsafe {
+        _mm256_castps_pd(expanded(_mm256_castpd_ps(a.0), twice_each(bits)))
+    }),
+    |a: Self, bits| Self(unsafe {
+        _mm256_castps_pd(compressed(_mm256_castpd_ps(a.0), twice_each(bits)))
+    }),
     |a, b| {
         let [low, high] = [_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b)];
         [_mm256_permute2f128_pd::<0x20>(low, high), _mm256_permute2f128_pd::<0x31>(low, high)]
@@ -198,8 +267,8 @@ define_lanes!(
         let set = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lane);
         Wide(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)))
     },
-    |a: Self, bits| a.moved(bits, true),
-    |a: Self, bits| a.moved(bits, false),
+    |a: Self, bits| Self(unsafe { expanded(a.0, bits) }),
+    |a: Self, bits| Self(unsafe { compressed(a.0, bits) }),
     |a, b| {
         let [low, high] = [_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b)];
         [_mm256_permute2f128_ps::<0x20>(low, high), _mm256_permute2f128_ps::<0x31>(low, high)]
