@@ -1,8 +1,11 @@
-//! Reading files whole, of which some do not end: `/dev/zero` does not.
+//! Reading files whole, of which some do not end: `/dev/zero` does not. And JSON, of which what is
+//! wrong is named with its keys.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+
+use serde::de::DeserializeOwned;
 
 use crate::error::{Error, Result};
 
@@ -39,9 +42,55 @@ pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
     }
 }
 
+/// A value from JSON that begins at so many lines of a file, which is named in messages.
+///
+/// # Errors
+/// [`Error::Malformed`], which says where in the file and where in the value.
+pub(crate) fn from_json<T: DeserializeOwned>(file: &str, line: usize, bytes: &[u8]) -> Result<T> {
+    let mut json = serde_json::Deserializer::from_slice(bytes);
+    let place = |error: &serde_json::Error| (line + error.line(), error.column());
+    let value = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+        let keys = error.path().to_string();
+        let error = error.into_inner();
+        malformed(file, place(&error), &sentence(&keys, &error))
+    })?;
+    let end = |error| malformed(file, place(&error), &sentence(ROOT, &error));
+    json.end().map(|()| value).map_err(end)
+}
+
+/// The keys of a value as a whole.
+const ROOT: &str = ".";
+
+/// What is wrong and with what, without the place, which stands beside it.
+fn sentence(keys: &str, error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    let what = text
+        .rsplit_once(" at line ")
+        .map_or(&text[..], |(what, _)| what);
+    let what = match what {
+        "trailing characters" if keys != ROOT => "more values than belong here",
+        what => what,
+    };
+    match keys {
+        ROOT => what.to_owned(),
+        keys => format!("`{keys}`: {what}"),
+    }
+}
+
+/// A file that reads but is not what it should be, from `line` and `column` on.
+pub(crate) fn malformed(file: &str, (line, column): (usize, usize), message: &str) -> Error {
+    Error::Malformed {
+        file: file.to_owned(),
+        line,
+        column,
+        message: message.to_owned(),
+        report: format!("error: {message}\n --> {file}:{line}:{column}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{read_at_most, read_whole};
+    use super::{from_json, read_at_most, read_whole};
     use std::path::Path;
 
     #[test]
@@ -60,6 +109,29 @@ mod tests {
             4
         );
         assert_eq!(read_whole(folder.path()).unwrap_err().exit_code(), 4);
+    }
+
+    #[test]
+    fn what_is_wrong_in_json_is_named_with_its_keys() {
+        #[derive(Debug, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Rows {
+            #[allow(dead_code)]
+            rows: Vec<[f64; 2]>,
+        }
+        let refusal = |text: &str| {
+            let rows = from_json::<Rows>("a.json", 0, text.as_bytes());
+            rows.unwrap_err().to_string()
+        };
+        assert_eq!(
+            refusal("{\"rows\": [[1, 2],\n[3, 4, 5]]}"),
+            "error: `rows[1]`: more values than belong here\n --> a.json:2:8"
+        );
+        assert!(refusal("{\"rows\": [[1, 2], [3, null]]}").contains("`rows[1][1]`: invalid type"));
+        assert!(refusal("{\"rows\": [[1]]}").contains("`rows[0]`: invalid length 1"));
+        assert!(refusal("{}").starts_with("error: missing field `rows`\n"));
+        assert!(refusal("{\"rows\": []} x").starts_with("error: trailing characters\n"));
+        assert!(refusal("{\"rows\": [], \"row\": 1}").contains("unknown field `row`"));
     }
 
     #[cfg(unix)]

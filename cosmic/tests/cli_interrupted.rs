@@ -339,7 +339,7 @@ fn a_broken_scene_in_a_snapshot_is_told_once_and_by_its_place() {
     fs::write(&file, text.replacen("columns = 3", "columns = = 3", 1)).unwrap();
     let said = resume(&bench, "a");
     assert_eq!(said.code, 2);
-    let line = "error: the scene, line 4, column 11: not TOML: ";
+    let line = "error: `plan.scene`: the scene, line 4, column 11: not TOML: ";
     assert!(said.error.starts_with(line), "{said:?}");
     assert_eq!(said.error.matches("error:").count(), 1, "{said:?}");
     assert!(said.error.contains(" --> a/snapshot.json:1:"), "{said:?}");

@@ -20,7 +20,7 @@ use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
 use crate::objective::AugmentedLagrangian;
 use crate::projection::Projection;
-use crate::reading::read_whole;
+use crate::reading::{from_json, read_whole};
 use crate::scene::{
     ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
     UnstableStep, allowed_instead,
@@ -85,7 +85,7 @@ impl Case {
     /// ([`Error::Malformed`]), sizes that do not fit one another ([`Error::Misfit`]), or numbers
     /// without a meaning, such as a negative mass ([`Error::Usage`]).
     pub fn parse(file: &str, text: &str) -> Result<Self> {
-        let raw: RawCase = serde_json::from_str(text).map_err(|error| malformed(file, &error))?;
+        let raw: RawCase = from_json(file, 0, text.as_bytes())?;
         Shapes { file }.case(&raw)
     }
 
@@ -326,19 +326,5 @@ fn physics(scene: &RawScene, steps: usize) -> PhysicsSettings {
         void_edges: scene.void_edges,
         // A case is evaluated, and that never refuses.
         unstable_step: UnstableStep::Warn,
-    }
-}
-
-fn malformed(file: &str, error: &serde_json::Error) -> Error {
-    // serde_json ends its message with the place, which has its own fields here.
-    let text = error.to_string();
-    let message = text.split(" at line ").next().unwrap_or(&text).to_owned();
-    let (line, column) = (error.line(), error.column());
-    Error::Malformed {
-        file: file.to_owned(),
-        line,
-        column,
-        report: format!("{file}:{line}:{column}: {message}"),
-        message,
     }
 }

@@ -1,7 +1,7 @@
 //! Files that are whole or not there: each is written beside its place and renamed into it.
 
 use crate::error::{Error, Result};
-use crate::reading::read_whole;
+use crate::reading::{from_json, malformed, read_whole};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
@@ -171,31 +171,13 @@ pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> 
 /// # Errors
 /// [`Error::Malformed`].
 pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format) -> Result<T> {
-    let json = |error: serde_json::Error| {
-        malformed(path, (error.line(), error.column()), &error.to_string())
-    };
-    let stamp: Stamp = serde_json::from_slice(bytes).map_err(json)?;
+    let file = &path.display().to_string();
+    let stamp: Stamp = from_json(file, 0, bytes)?;
     if stamp.format != format.name || stamp.version != format.version {
         let found = format!("{:?} version {}", stamp.format, stamp.version);
         let needed = format!("{:?} version {}", format.name, format.version);
-        return Err(malformed(
-            path,
-            (1, 1),
-            &format!("the format is {found}, not {needed}"),
-        ));
+        let message = format!("the format is {found}, not {needed}");
+        return Err(malformed(file, (1, 1), &message));
     }
-    serde_json::from_slice(bytes).map_err(json)
-}
-
-/// A file that reads but is not what it should be, from `line` and `column` on.
-pub(crate) fn malformed(path: &Path, (line, column): (usize, usize), message: &str) -> Error {
-    let file = path.display().to_string();
-    let report = format!("error: {message}\n --> {file}:{line}:{column}");
-    Error::Malformed {
-        file,
-        line,
-        column,
-        message: message.to_string(),
-        report,
-    }
+    from_json(file, 0, bytes)
 }

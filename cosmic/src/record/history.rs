@@ -1,9 +1,10 @@
 //! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends; `designs.jsonl`:
 //! the design vectors of some of them.
 
-use super::files::{Format, malformed};
+use super::files::Format;
 use crate::codesign::{MmaDiagnostics, Record};
 use crate::error::{Error, Result};
+use crate::reading::from_json;
 use crate::scene::Pass;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -83,12 +84,8 @@ pub fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
         path: path.into(),
         source,
     })?;
-    let read = |(index, line): (usize, &str)| {
-        let at = |error: serde_json::Error| {
-            malformed(path, (index + 1, error.column().max(1)), &error.to_string())
-        };
-        serde_json::from_str(line).map_err(at)
-    };
+    let file = path.display().to_string();
+    let read = |(index, line): (usize, &str)| from_json(&file, index, line.as_bytes());
     text.lines().enumerate().map(read).collect()
 }
 
