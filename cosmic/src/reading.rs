@@ -42,13 +42,13 @@ pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
     }
 }
 
-/// A value from JSON that begins at so many lines of a file, which is named in messages.
+/// A value from JSON that stands in a file, which is named in messages, after so many lines.
 ///
 /// # Errors
 /// [`Error::Malformed`], which says where in the file and where in the value.
-pub(crate) fn from_json<T: DeserializeOwned>(file: &str, line: usize, bytes: &[u8]) -> Result<T> {
-    let mut json = serde_json::Deserializer::from_slice(bytes);
-    let place = |error: &serde_json::Error| (line + error.line(), error.column());
+pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u8]) -> Result<T> {
+    let mut json = serde_json::Deserializer::from_slice(json);
+    let place = |error: &serde_json::Error| (lines + error.line(), error.column());
     let value = serde_path_to_error::deserialize(&mut json).map_err(|error| {
         let keys = error.path().to_string();
         let error = error.into_inner();
