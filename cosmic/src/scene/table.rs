@@ -22,8 +22,7 @@ pub(crate) fn allowed_instead(key: &str, number: f64) -> Option<String> {
         fields.find(|field| is_asked(section.name, field))
     });
     let Field { limits, slot, .. } = field.expect("a key of the table");
-    let mut scene = Scene::default();
-    (!limits.contain(number)).then(|| slot(&mut scene).allowed(limits))
+    (!limits.contain(number)).then(|| slot(&mut Scene::default()).allowed(limits))
 }
 
 impl Pass {
