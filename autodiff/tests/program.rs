@@ -244,6 +244,38 @@ fn a_layer_may_be_linear() {
     assert_same(Linear);
 }
 
+/// A layer that sees an array twice, and adds it once more.
+#[derive(Clone)]
+struct Echo;
+
+impl Model for Echo {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let matrix = p.matrix(NODES, 3 * NODES);
+        let (x, y) = (p.state(NODES), p.state(NODES));
+        let next = p.dense(matrix, &[x, y, x], x);
+        p.advance(x, next);
+        p.advance(y, x);
+    }
+}
+
+impl Step for Echo {
+    fn shapes(&self) -> Vec<usize> {
+        vec![2 * NODES, 3 * NODES * NODES]
+    }
+    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+        let x = &state[..NODES];
+        let seen = [state, x].concat();
+        let rows = given[0].chunks_exact(3 * NODES).zip(x);
+        let next: Vec<R> = rows.map(|(row, &x)| R::dot(row, &seen) + x).collect();
+        [&next, x].concat()
+    }
+}
+
+#[test]
+fn a_layer_may_see_an_array_twice() {
+    assert_same(Echo);
+}
+
 /// A state that becomes a parameter, and one that becomes the other.
 #[derive(Clone)]
 struct Reset;

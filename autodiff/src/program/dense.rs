@@ -128,17 +128,17 @@ impl<R: Real> Dense<R> {
             product.output.y = bars.get_mut(input);
             return product.run();
         }
+        // Apart from the bars until all is known: an input may stand here twice.
         self.packed.clear();
-        for &input in &self.inputs {
-            self.packed
-                .extend_from_slice(&bars.part(input)[input.range()]);
-        }
+        self.packed
+            .resize(self.inputs.iter().map(|input| input.len).sum(), R::zero());
         product.output.y = &mut self.packed;
         product.run();
         let mut packed = &self.packed[..];
         for &input in &self.inputs {
-            let (here, rest) = packed.split_at(input.len);
-            bars.get_mut(input).copy_from_slice(here);
+            let (bar, rest) = packed.split_at(input.len);
+            let to = bars.get_mut(input);
+            R::vectorize(AddTo { to, bar });
             packed = rest;
         }
     }

@@ -80,14 +80,6 @@ pub(super) struct Bars<'a, R> {
 
 impl<R> Bars<'_, R> {
     #[inline(always)]
-    pub(super) fn part(&self, array: Array) -> &[R] {
-        if array.parameter {
-            self.parameters
-        } else {
-            self.row
-        }
-    }
-    #[inline(always)]
     pub(super) fn part_mut(&mut self, array: Array) -> &mut [R] {
         if array.parameter {
             self.parameters
