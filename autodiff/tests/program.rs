@@ -276,6 +276,91 @@ fn a_layer_may_see_an_array_twice() {
     assert_same(Echo);
 }
 
+/// Arrays that several operations read, in every order, or none; the new state is made of two
+/// operations, of which one reads what the other gives, and so lies where the next row begins.
+#[derive(Clone)]
+struct Crossroads {
+    graph: Graph,
+    /// Of them the graph has but the last.
+    edges: Vec<[usize; 2]>,
+}
+
+impl Crossroads {
+    /// In whole lanes.
+    const NODES: usize = 16;
+
+    fn new() -> Self {
+        let edges = vec![[0, 1], [3, 5], [9, 11], [14, 15]];
+        let graph = Graph::new(Self::NODES, &edges);
+        Self {
+            graph: graph.without(&[true, true, true, false]),
+            edges,
+        }
+    }
+}
+
+impl Model for Crossroads {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (nodes, slots) = (Self::NODES, self.graph.slots());
+        let of_slots: Vec<_> = (0..slots).map(|slot| Some(slot % nodes)).collect();
+        let of_nodes: Vec<_> = (0..nodes).map(|node| Some(slots - 1 - node)).collect();
+        let matrix = p.matrix(nodes, 2 * nodes);
+        let (x, y) = (p.state(nodes), p.state(nodes));
+        let [a] = p.map(Turn, [x, y]);
+        let [before, after] = [(); 2].map(|()| p.gather(a, &of_slots));
+        let [twice] = p.map(Plus, [before, before]);
+        let [f] = p.map_edges(&self.graph, Pull, ([a], &[before]));
+        let [g] = p.map_edges(&self.graph, Pull, ([f], &[after]));
+        let [unread] = p.map(Turn, [after, twice]);
+        let _unread = p.gather(unread, &of_nodes);
+        let [sum] = p.map(Plus, [after, twice]);
+        let picked = p.gather(sum, &of_nodes);
+        let layer = p.dense_tanh(matrix, &[picked, g], a);
+        let [next_x] = p.map(Turn, [layer, a]);
+        let [next_y] = p.map(Plus, [next_x, f]);
+        p.advance(x, next_x);
+        p.advance(y, next_y);
+    }
+}
+
+impl Step for Crossroads {
+    fn shapes(&self) -> Vec<usize> {
+        vec![2 * Self::NODES, 2 * Self::NODES * Self::NODES]
+    }
+    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+        let nodes = Self::NODES;
+        let turn = |(&x, &y): (&R, &R)| Kernel::eval(&Turn, [x, y])[0];
+        let a: Vec<R> = state[..nodes]
+            .iter()
+            .zip(&state[nodes..])
+            .map(turn)
+            .collect();
+        let slot = *self.graph.slot_of_edge().last().unwrap();
+        let &[tail, head] = self.edges.last().unwrap();
+        let pulled = |x: &[R]| {
+            let mut pulls = vec![R::zero(); nodes];
+            let [pull] = Kernel::eval(&Pull, [x[head] - x[tail], a[slot % nodes]]);
+            (pulls[tail], pulls[head]) = (pull, -pull);
+            pulls
+        };
+        let f = pulled(&a);
+        let picked = (0..nodes).map(|node| a[(self.graph.slots() - 1 - node) % nodes]);
+        let picked: Vec<R> = picked.map(|a| a * R::lit(3.0)).collect();
+        let seen = [picked, pulled(&f)].concat();
+        let rows = given[0].chunks_exact(2 * nodes).zip(&a);
+        let layer = rows.map(|(row, &a)| (R::dot(row, &seen) + a).tanh());
+        let layer: Vec<R> = layer.collect();
+        let next_x: Vec<R> = layer.iter().zip(&a).map(turn).collect();
+        let next_y: Vec<R> = next_x.iter().zip(&f).map(|(&x, &f)| x + f).collect();
+        [next_x, next_y].concat()
+    }
+}
+
+#[test]
+fn cotangents_of_all_that_read_an_array_add_up() {
+    assert_same(Crossroads::new());
+}
+
 /// A state that becomes a parameter, and one that becomes the other.
 #[derive(Clone)]
 struct Reset;
