@@ -17,6 +17,10 @@ trait Step: Model {
     fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
         given.iter().map(|part| part.to_vec()).collect()
     }
+    /// The inputs of all steps: the same in each.
+    fn inputs(&self) -> Vec<f64> {
+        Vec::new()
+    }
     fn written_out<R: Real>(&self, state: &[R], parameters: &[&[R]]) -> Vec<R>;
 }
 
@@ -52,7 +56,11 @@ impl<M: Step> Steps<M> {
     fn rollout<R: Real>(&self, start: &[R], given: &[&[R]]) -> Vec<R> {
         let parameters = self.model.parameters(given);
         let parameters: Vec<&[R]> = parameters.iter().map(Vec::as_slice).collect();
-        Rollout::new(self.model.clone(), STEPS).run(start, &parameters)
+        let rollout = Rollout {
+            inputs: self.model.inputs().repeat(STEPS).into(),
+            ..Rollout::new(self.model.clone(), STEPS)
+        };
+        rollout.run(start, &parameters)
     }
 }
 
@@ -359,6 +367,66 @@ impl Step for Crossroads {
 #[test]
 fn cotangents_of_all_that_read_an_array_add_up() {
     assert_same(Crossroads::new());
+}
+
+/// A state, an input and a state; and in the same places of the next row the new state with an
+/// array between, which a gather reads or a kernel.
+#[derive(Clone)]
+struct Between {
+    gathered: bool,
+}
+
+impl Between {
+    const LEN: usize = 16;
+}
+
+impl Model for Between {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let x = p.state(Self::LEN);
+        let input = p.input(Self::LEN);
+        let y = p.state(Self::LEN);
+        let [seen] = p.map(Turn, [y, input]);
+        let [next_x] = p.map(Turn, [x, seen]);
+        let [between] = p.map(Plus, [seen, next_x]);
+        let shift: Vec<_> = (0..Self::LEN).map(|i| i.checked_sub(1)).collect();
+        let next_y = match self.gathered {
+            true => p.gather(between, &shift),
+            false => p.map(Turn, [seen, between])[0],
+        };
+        p.advance(x, next_x);
+        p.advance(y, next_y);
+    }
+}
+
+impl Step for Between {
+    fn shapes(&self) -> Vec<usize> {
+        vec![2 * Self::LEN]
+    }
+    fn inputs(&self) -> Vec<f64> {
+        (0..Self::LEN).map(|i| 0.1 * i as f64).collect()
+    }
+    fn written_out<R: Real>(&self, state: &[R], _: &[&[R]]) -> Vec<R> {
+        let (x, y) = state.split_at(Self::LEN);
+        let turn = |x: R, y: R| Kernel::eval(&Turn, [x, y])[0];
+        let inputs = self.inputs().into_iter().map(R::lit);
+        let seen: Vec<R> = y.iter().zip(inputs).map(|(&y, i)| turn(y, i)).collect();
+        let mut next: Vec<R> = x.iter().zip(&seen).map(|(&x, &s)| turn(x, s)).collect();
+        let between: Vec<R> = seen.iter().zip(&next).map(|(&s, &x)| s + x).collect();
+        if self.gathered {
+            next.push(R::zero());
+            next.extend(&between[..Self::LEN - 1]);
+        } else {
+            next.extend(seen.iter().zip(between).map(|(&s, b)| turn(s, b)));
+        }
+        next
+    }
+}
+
+#[test]
+fn an_array_may_lie_between_the_parts_of_the_new_state() {
+    for gathered in [true, false] {
+        assert_same(Between { gathered });
+    }
 }
 
 /// A state that becomes a parameter, and one that becomes the other.

@@ -183,7 +183,10 @@ impl Layout {
         let at = next.first().map_or(row, |a| a.start);
         let in_place =
             |(state, next): (&Array, &Array)| !next.parameter && next.start == at + state.start;
-        let overlaps = at >= end && at + end >= row && states.iter().zip(next).all(in_place);
+        // In one piece: inputs between would be written over what lies between the new state's parts.
+        let piece = end == states.iter().map(|a| a.len).sum();
+        let overlaps =
+            piece && at >= end && at + end >= row && states.iter().zip(next).all(in_place);
         let stride = if overlaps { at } else { row };
         let moves = if overlaps {
             Vec::new()
