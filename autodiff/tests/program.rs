@@ -1,116 +1,14 @@
 //! Programs of shapes that the net of springs has not, against the same steps written out.
 
+mod steps;
+
 use autodiff::{
-    Adjoint, Dual, Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape,
-    Var, gradient, gradient_of,
+    Adjoint, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient_of,
 };
+use steps::{STEPS, Step, Turn, assert_same};
 
 // As few as do where Miri interprets them.
 const NODES: usize = if cfg!(miri) { 7 } else { 11 };
-const STEPS: usize = if cfg!(miri) { 2 } else { 5 };
-
-/// A step, as a program and written out.
-trait Step: Model {
-    /// Lengths of the state and of the parameters.
-    fn shapes(&self) -> Vec<usize>;
-    /// The parameters as the program takes them.
-    fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
-        given.iter().map(|part| part.to_vec()).collect()
-    }
-    /// The inputs of all steps: the same in each.
-    fn inputs(&self) -> Vec<f64> {
-        Vec::new()
-    }
-    fn written_out<R: Real>(&self, state: &[R], parameters: &[&[R]]) -> Vec<R>;
-}
-
-struct Steps<M> {
-    model: M,
-    as_program: bool,
-}
-
-impl<M: Step> Function for Steps<M> {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let mut rest = x;
-        let mut parts = Vec::new();
-        for len in self.model.shapes() {
-            let (part, others) = rest.split_at(len);
-            parts.push(part);
-            rest = others;
-        }
-        let (start, given) = (parts[0], &parts[1..]);
-        let last = match self.as_program {
-            true => self.rollout(start, given),
-            false => (0..STEPS).fold(start.to_vec(), |state, _| {
-                self.model.written_out(&state, given)
-            }),
-        };
-        let weighted = last.iter().enumerate();
-        weighted.fold(R::zero(), |sum, (i, &s)| {
-            sum + s * s * R::lit(1.0 + 0.1 * i as f64)
-        })
-    }
-}
-
-impl<M: Step> Steps<M> {
-    fn rollout<R: Real>(&self, start: &[R], given: &[&[R]]) -> Vec<R> {
-        let parameters = self.model.parameters(given);
-        let parameters: Vec<&[R]> = parameters.iter().map(Vec::as_slice).collect();
-        let rollout = Rollout {
-            inputs: self.model.inputs().repeat(STEPS).into(),
-            ..Rollout::new(self.model.clone(), STEPS)
-        };
-        rollout.run(start, &parameters)
-    }
-}
-
-#[track_caller]
-fn assert_close(a: &[f64], b: &[f64]) {
-    assert_eq!(a.len(), b.len());
-    let size = b.iter().fold(1.0_f64, |size, x| size.max(x.abs()));
-    for (a, b) in a.iter().zip(b) {
-        // The same terms in another order: some hundreds of them.
-        assert!((a - b).abs() <= 1e-13 * size, "{a} and {b} of {size}");
-    }
-}
-
-/// Value, gradient and the derivative of the gradient in one direction, of both.
-#[track_caller]
-fn assert_same(model: impl Step) {
-    let len = model.shapes().iter().sum();
-    let x: Vec<f64> = (0..len).map(|i| (1.3 * i as f64 + 0.4).sin()).collect();
-    let along: Vec<Dual<f64, 1>> = (x.iter().rev().zip(&x))
-        .map(|(&tangent, &value)| Dual {
-            value,
-            tangent: [tangent],
-        })
-        .collect();
-    let of = |as_program| Steps {
-        model: model.clone(),
-        as_program,
-    };
-    let (program, plain) = (of(true), of(false));
-    assert_close(&[program.eval(&x)], &[plain.eval(&x)]);
-    let [ours, plains] = [&program, &plain].map(|steps| (steps.eval(&along), gradient(steps, &x)));
-    assert_close(&ours.0.tangent, &plains.0.tangent);
-    assert_close(&ours.1, &plains.1);
-    let second = |steps| -> Vec<f64> {
-        let gradient = gradient(steps, &along);
-        gradient.iter().map(|g| g.tangent[0]).collect()
-    };
-    assert_close(&second(&program), &second(&plain));
-}
-
-/// A rotation of `(x, y)`.
-#[derive(Clone, Copy)]
-struct Turn;
-
-impl Kernel<2, 1> for Turn {
-    fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 1] {
-        [x * R::lit(0.9) + y.sin() * R::lit(0.3)]
-    }
-}
-impl Adjoint<2, 1> for Turn {}
 
 /// States that become other states: nothing computes them, they are moved.
 #[derive(Clone)]
@@ -282,91 +180,6 @@ impl Step for Echo {
 #[test]
 fn a_layer_may_see_an_array_twice() {
     assert_same(Echo);
-}
-
-/// Arrays that several operations read, in every order, or none; the new state is made of two
-/// operations, of which one reads what the other gives, and so lies where the next row begins.
-#[derive(Clone)]
-struct Crossroads {
-    graph: Graph,
-    /// Of them the graph has but the last.
-    edges: Vec<[usize; 2]>,
-}
-
-impl Crossroads {
-    /// In whole lanes.
-    const NODES: usize = 16;
-
-    fn new() -> Self {
-        let edges = vec![[0, 1], [3, 5], [9, 11], [14, 15]];
-        let graph = Graph::new(Self::NODES, &edges);
-        Self {
-            graph: graph.without(&[true, true, true, false]),
-            edges,
-        }
-    }
-}
-
-impl Model for Crossroads {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
-        let (nodes, slots) = (Self::NODES, self.graph.slots());
-        let of_slots: Vec<_> = (0..slots).map(|slot| Some(slot % nodes)).collect();
-        let of_nodes: Vec<_> = (0..nodes).map(|node| Some(slots - 1 - node)).collect();
-        let matrix = p.matrix(nodes, 2 * nodes);
-        let (x, y) = (p.state(nodes), p.state(nodes));
-        let [a] = p.map(Turn, [x, y]);
-        let [before, after] = [(); 2].map(|()| p.gather(a, &of_slots));
-        let [twice] = p.map(Plus, [before, before]);
-        let [f] = p.map_edges(&self.graph, Pull, ([a], &[before]));
-        let [g] = p.map_edges(&self.graph, Pull, ([f], &[after]));
-        let [unread] = p.map(Turn, [after, twice]);
-        let _unread = p.gather(unread, &of_nodes);
-        let [sum] = p.map(Plus, [after, twice]);
-        let picked = p.gather(sum, &of_nodes);
-        let layer = p.dense_tanh(matrix, &[picked, g], a);
-        let [next_x] = p.map(Turn, [layer, a]);
-        let [next_y] = p.map(Plus, [next_x, f]);
-        p.advance(x, next_x);
-        p.advance(y, next_y);
-    }
-}
-
-impl Step for Crossroads {
-    fn shapes(&self) -> Vec<usize> {
-        vec![2 * Self::NODES, 2 * Self::NODES * Self::NODES]
-    }
-    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
-        let nodes = Self::NODES;
-        let turn = |(&x, &y): (&R, &R)| Kernel::eval(&Turn, [x, y])[0];
-        let a: Vec<R> = state[..nodes]
-            .iter()
-            .zip(&state[nodes..])
-            .map(turn)
-            .collect();
-        let slot = *self.graph.slot_of_edge().last().unwrap();
-        let &[tail, head] = self.edges.last().unwrap();
-        let pulled = |x: &[R]| {
-            let mut pulls = vec![R::zero(); nodes];
-            let [pull] = Kernel::eval(&Pull, [x[head] - x[tail], a[slot % nodes]]);
-            (pulls[tail], pulls[head]) = (pull, -pull);
-            pulls
-        };
-        let f = pulled(&a);
-        let picked = (0..nodes).map(|node| a[(self.graph.slots() - 1 - node) % nodes]);
-        let picked: Vec<R> = picked.map(|a| a * R::lit(3.0)).collect();
-        let seen = [picked, pulled(&f)].concat();
-        let rows = given[0].chunks_exact(2 * nodes).zip(&a);
-        let layer = rows.map(|(row, &a)| (R::dot(row, &seen) + a).tanh());
-        let layer: Vec<R> = layer.collect();
-        let next_x: Vec<R> = layer.iter().zip(&a).map(turn).collect();
-        let next_y: Vec<R> = next_x.iter().zip(&f).map(|(&x, &f)| x + f).collect();
-        [next_x, next_y].concat()
-    }
-}
-
-#[test]
-fn cotangents_of_all_that_read_an_array_add_up() {
-    assert_same(Crossroads::new());
 }
 
 /// A state, an input and a state; and in the same places of the next row the new state with an

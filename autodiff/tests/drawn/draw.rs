@@ -1,0 +1,165 @@
+//! Draws steps.
+
+use autodiff::Graph;
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+
+use crate::step::{Declared, Drawn, Layer, Operation};
+
+/// Draws a step, array by array.
+struct Draw {
+    rng: ChaCha8Rng,
+    /// Lengths of arrays: nodes, slots and one more.
+    lens: [usize; 3],
+    /// Of the arrays so far.
+    arrays: Vec<usize>,
+    matrices: Vec<[usize; 2]>,
+}
+
+impl Draw {
+    fn below(&mut self, end: usize) -> usize {
+        self.rng.random_range(0..end)
+    }
+
+    fn one_in(&mut self, times: usize) -> bool {
+        self.below(times) == 0
+    }
+
+    fn len(&mut self) -> usize {
+        let k = self.below(self.lens.len());
+        self.lens[k]
+    }
+
+    /// Lengths of new arrays.
+    fn new_arrays(&mut self, count: usize) -> Vec<usize> {
+        let lens: Vec<usize> = (0..count).map(|_| self.len()).collect();
+        self.arrays.extend(&lens);
+        lens
+    }
+
+    fn any(&mut self) -> usize {
+        self.below(self.arrays.len())
+    }
+
+    /// Some array of this length, if there is one.
+    fn of(&mut self, len: usize) -> Option<usize> {
+        let all = (0..self.arrays.len()).filter(|&k| self.arrays[k] == len);
+        let all: Vec<usize> = all.collect();
+        (!all.is_empty()).then(|| all[self.below(all.len())])
+    }
+
+    fn declared(&mut self) -> Vec<Declared> {
+        let count = 1 + self.below(4);
+        let (lens, state) = (self.new_arrays(count), self.below(count));
+        let part = |(k, len)| Declared {
+            len,
+            is_state: k == state || !self.one_in(3),
+        };
+        lens.into_iter().enumerate().map(part).collect()
+    }
+
+    /// `None` where there is nothing to work on.
+    fn operation(&mut self) -> Option<Operation> {
+        match self.below(5) {
+            0 => {
+                let len = self.len();
+                self.turn(len)
+            }
+            1 => {
+                let len = self.len();
+                let all = [self.of(len)?, self.of(len)?, self.of(len)?];
+                self.arrays.extend([len; 2]);
+                Some(Operation::Cross(all))
+            }
+            2 => {
+                let from = self.any();
+                let len = self.arrays[from];
+                let indices = (0..self.new_arrays(1)[0])
+                    .map(|_| (len > 0 && !self.one_in(4)).then(|| self.below(len)));
+                let indices = indices.collect();
+                Some(Operation::Gather { from, indices })
+            }
+            3 => Some(Operation::Layer(self.layer())),
+            _ => {
+                let [nodes, slots, _] = self.lens;
+                let (end, per_edge) = (self.of(nodes)?, self.of(slots)?);
+                self.arrays.push(nodes);
+                Some(Operation::Tug { end, per_edge })
+            }
+        }
+    }
+
+    fn turn(&mut self, len: usize) -> Option<Operation> {
+        let both = [self.of(len)?, self.of(len)?];
+        self.arrays.push(len);
+        Some(Operation::Turn(both))
+    }
+
+    fn layer(&mut self) -> Layer {
+        let (bias, gaps) = (self.any(), self.below(4));
+        let rows = self.arrays[bias];
+        let mut places = vec![true; rows];
+        for _ in 0..gaps {
+            places.insert(self.below(places.len() + 1), false);
+        }
+        let seen: Vec<usize> = (0..1 + self.below(3)).map(|_| self.any()).collect();
+        let columns = seen.iter().map(|&k| self.arrays[k]).sum();
+        self.matrices.push([rows, columns]);
+        self.arrays.push(places.len());
+        Layer {
+            seen,
+            bias,
+            tanh: gaps > 0 || self.one_in(2),
+            places,
+        }
+    }
+
+    /// What the states become: arrays that are there already, or new ones side by side in their
+    /// order, as the states are.
+    fn next(&mut self, states: &[usize], operations: &mut Vec<Operation>) -> Vec<usize> {
+        let side_by_side = self.one_in(2);
+        let next = states.iter().map(|&len| {
+            if side_by_side {
+                operations.extend(self.turn(len));
+                self.arrays.len() - 1
+            } else {
+                self.of(len).expect("the state itself")
+            }
+        });
+        next.collect()
+    }
+}
+
+impl Drawn {
+    /// The step of a seed.
+    pub(crate) fn new(seed: u64) -> Self {
+        let mut draw = Draw {
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            lens: [0; 3],
+            arrays: Vec::new(),
+            matrices: Vec::new(),
+        };
+        let nodes = [1, 4, 8, 11, 16][draw.below(5)];
+        let all =
+            (0..nodes).flat_map(|tail| (tail + 1..nodes).take(3).map(move |head| [tail, head]));
+        let ends: Vec<[usize; 2]> = all.filter(|_| draw.one_in(3)).collect();
+        let without: Vec<bool> = ends.iter().map(|_| draw.one_in(3)).collect();
+        let graph = Graph::new(nodes, &ends).without(&without);
+        draw.lens = [nodes, graph.slots(), [0, 3, 16, 17][draw.below(4)]];
+        let count = draw.below(4);
+        let (parameters, declared) = (draw.new_arrays(count), draw.declared());
+        let operations = 0..1 + draw.below(8);
+        let mut operations: Vec<_> = operations.filter_map(|_| draw.operation()).collect();
+        let states = declared.iter().filter(|part| part.is_state);
+        let states: Vec<usize> = states.map(|part| part.len).collect();
+        Self {
+            next: draw.next(&states, &mut operations),
+            graph,
+            edges: ends.into_iter().zip(without).collect(),
+            parameters,
+            matrices: draw.matrices,
+            declared,
+            operations,
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Programs drawn at random, against the same steps written out: what nobody would think of.
+
+mod draw;
+mod step;
+#[path = "../steps/mod.rs"]
+mod steps;
+
+use autodiff::{Given, Memory, Real, Rollout, Var, gradient_of};
+use step::Drawn;
+use steps::{STEPS, Step, assert_same};
+
+/// So many programs, fewer where Miri interprets them.
+const PROGRAMS: u64 = if cfg!(miri) { 4 } else { 400 };
+
+/// Programs by their seeds, shown where a test fails.
+fn programs() -> impl Iterator<Item = (usize, Drawn)> {
+    (0..PROGRAMS).map(|seed| {
+        let drawn = Drawn::new(seed);
+        println!("seed {seed}: {drawn:?}");
+        (seed as usize, drawn)
+    })
+}
+
+#[test]
+fn drawn_programs_are_what_is_written_out() {
+    for (_, drawn) in programs() {
+        assert_same(drawn);
+    }
+}
+
+fn number(i: usize) -> f64 {
+    (0.7 * i as f64 + 0.2).sin()
+}
+
+/// A start, and what it has of its own.
+type Start<'a> = (&'a [Var<f64>], &'a [Var<f64>]);
+
+/// Rollouts of a program from several starts, each with a first parameter of its own if an array is
+/// among the parameters.
+struct Rollouts {
+    rollout: Rollout<Drawn>,
+    starts: usize,
+    /// Whether they run side by side.
+    together: bool,
+}
+
+impl Rollouts {
+    /// What is seen after some steps.
+    fn seen(&self, starts: &[Start]) -> Vec<Var<f64>> {
+        let drawn = &self.rollout.model;
+        let has_own = !drawn.parameters.is_empty();
+        let constants = |&len: &usize| (0..len).map(|i| Var::lit(0.2 * number(i))).collect();
+        let shared = drawn.shapes()[1 + usize::from(has_own)..].to_vec();
+        let shared: Vec<Vec<Var<f64>>> = shared.iter().map(constants).collect();
+        if self.together {
+            let (starts, owns): (Vec<_>, Vec<_>) = starts.iter().copied().unzip();
+            let own = has_own.then_some(Given::Each(&owns)).into_iter();
+            let given: Vec<_> = own.chain(shared.iter().map(|p| Given::Shared(p))).collect();
+            return self.rollout.run_each(&starts, &given).concat();
+        }
+        let alone = |&(start, own): &Start| {
+            let own = has_own.then_some(own).into_iter();
+            let given: Vec<_> = own.chain(shared.iter().map(Vec::as_slice)).collect();
+            self.rollout.run(start, &given)
+        };
+        starts.iter().flat_map(alone).collect()
+    }
+
+    /// That, and the gradient of a sum over it by starts and what they have of their own.
+    fn seen_and_gradient(&self) -> (Vec<f64>, Vec<f64>) {
+        let drawn = &self.rollout.model;
+        let (state, own) = (drawn.state_len(), drawn.parameters.first().copied());
+        let len = state + own.unwrap_or(0);
+        let x: Vec<f64> = (0..self.starts * len).map(number).collect();
+        let mut values = Vec::new();
+        let gradient = gradient_of(
+            |x: &[Var<f64>]| {
+                let starts = (0..self.starts).map(|k| x[k * len..][..len].split_at(state));
+                let seen = self.seen(&starts.collect::<Vec<_>>());
+                values = seen.iter().map(|y| y.value()).collect();
+                let weights = (0..seen.len()).map(|i| Var::lit(number(3 * i)));
+                Var::dot(&weights.collect::<Vec<_>>(), &seen)
+            },
+            &x,
+        );
+        (values, gradient)
+    }
+}
+
+#[test]
+fn drawn_programs_have_the_same_bits_however_they_are_run() {
+    for (seed, drawn) in programs() {
+        // More than any record of these programs takes, and for most less than all of them.
+        let room = 800 / drawn.state_len().max(1) + 10;
+        let run = |together, memory| {
+            let rollouts = Rollouts {
+                rollout: Rollout {
+                    inputs: drawn.inputs().repeat(STEPS).into(),
+                    observed: vec![0, STEPS / 2, STEPS],
+                    memory,
+                    ..Rollout::new(drawn.clone(), STEPS)
+                },
+                starts: [1, 2, 3, 9][seed % 4],
+                together,
+            };
+            rollouts.seen_and_gradient()
+        };
+        let plain = run(false, Memory::All);
+        assert!(plain.1.iter().all(|g| g.is_finite()));
+        for (together, memory) in [
+            (true, Memory::All),
+            (false, Memory::States(room)),
+            (true, Memory::States(room)),
+        ] {
+            assert_eq!(run(together, memory), plain, "{together} {memory:?}");
+        }
+    }
+}

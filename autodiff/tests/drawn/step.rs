@@ -1,0 +1,239 @@
+//! A step of drawn operations, as a program and written out.
+
+use autodiff::{Adjoint, Array, Graph, Kernel, Matrix, Model, Program, Real};
+
+use crate::steps::{Step, Turn};
+
+/// Two results of three numbers, never large ones.
+#[derive(Clone, Copy)]
+struct Cross;
+
+impl Kernel<3, 2> for Cross {
+    fn eval<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; 2] {
+        [(x * y + z).sin(), R::lit(0.5) * (y - z)]
+    }
+}
+impl Adjoint<3, 2> for Cross {}
+
+/// The pull of an edge, never a large one.
+#[derive(Clone, Copy)]
+struct Tug;
+
+impl Kernel<2, 1> for Tug {
+    fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
+        [(k * d).sin() * R::lit(0.1)]
+    }
+}
+impl Adjoint<2, 1> for Tug {}
+
+/// One operation. Arrays are known by their numbers: parameters first, then states and inputs,
+/// then what operations give.
+#[derive(Clone, Debug)]
+pub(crate) enum Operation {
+    Turn([usize; 2]),
+    Cross([usize; 3]),
+    Gather {
+        from: usize,
+        indices: Vec<Option<usize>>,
+    },
+    /// With the next matrix.
+    Layer(Layer),
+    Tug {
+        end: usize,
+        per_edge: usize,
+    },
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Layer {
+    pub(crate) seen: Vec<usize>,
+    pub(crate) bias: usize,
+    pub(crate) places: Vec<bool>,
+    pub(crate) tanh: bool,
+}
+
+/// A part of a row that is there before any operation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Declared {
+    pub(crate) len: usize,
+    pub(crate) is_state: bool,
+}
+
+/// A step of operations.
+#[derive(Clone, Debug)]
+pub(crate) struct Drawn {
+    pub(crate) graph: Graph,
+    /// Edges, and whether the graph is without them.
+    pub(crate) edges: Vec<([usize; 2], bool)>,
+    /// Lengths of the parameters that are arrays.
+    pub(crate) parameters: Vec<usize>,
+    /// Rows and columns.
+    pub(crate) matrices: Vec<[usize; 2]>,
+    pub(crate) declared: Vec<Declared>,
+    pub(crate) operations: Vec<Operation>,
+    /// What the states become.
+    pub(crate) next: Vec<usize>,
+}
+
+/// What keeps sums over so many columns of order one.
+fn scale<R: Real>([_, columns]: [usize; 2]) -> R {
+    R::lit(1.0 / columns.max(1) as f64)
+}
+
+impl Drawn {
+    /// Numbers of a state.
+    pub(crate) fn state_len(&self) -> usize {
+        let states = self.declared.iter().filter(|part| part.is_state);
+        states.map(|part| part.len).sum()
+    }
+}
+
+impl Model for Drawn {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let parameters = self.parameters.iter();
+        let mut arrays: Vec<Array> = parameters.map(|&len| p.parameter(len)).collect();
+        let shapes = self.matrices.iter();
+        let matrices: Vec<_> = shapes
+            .map(|&[rows, columns]| p.matrix(rows, columns))
+            .collect();
+        let mut matrices = matrices.into_iter();
+        let mut states = Vec::new();
+        for part in &self.declared {
+            if part.is_state {
+                states.push(p.state(part.len));
+                arrays.extend(states.last());
+            } else {
+                arrays.push(p.input(part.len));
+            }
+        }
+        for operation in &self.operations {
+            match operation {
+                Operation::Turn(both) => arrays.extend(p.map(Turn, both.map(|k| arrays[k]))),
+                Operation::Cross(all) => arrays.extend(p.map(Cross, all.map(|k| arrays[k]))),
+                Operation::Gather { from, indices } => {
+                    arrays.push(p.gather(arrays[*from], indices));
+                }
+                Operation::Layer(layer) => {
+                    arrays.push(layer.record(p, matrices.next().unwrap(), &arrays));
+                }
+                &Operation::Tug { end, per_edge } => {
+                    let ends = ([arrays[end]], &[arrays[per_edge]][..]);
+                    arrays.extend(p.map_edges(&self.graph, Tug, ends));
+                }
+            }
+        }
+        for (state, &next) in states.into_iter().zip(&self.next) {
+            p.advance(state, arrays[next]);
+        }
+    }
+}
+
+impl Layer {
+    fn record<R: Real>(&self, p: &mut Program<R>, matrix: Matrix, arrays: &[Array]) -> Array {
+        let seen: Vec<Array> = self.seen.iter().map(|&k| arrays[k]).collect();
+        let bias = arrays[self.bias];
+        match (self.tanh, self.places.contains(&false)) {
+            (false, _) => p.dense(matrix, &seen, bias),
+            (true, false) => p.dense_tanh(matrix, &seen, bias),
+            (true, true) => p.dense_tanh_spread((matrix, bias), &seen, &self.places),
+        }
+    }
+
+    fn written_out<R: Real>(
+        &self,
+        (matrix, shape): (&[R], [usize; 2]),
+        arrays: &[Vec<R>],
+    ) -> Vec<R> {
+        let seen: Vec<R> = self.seen.iter().flat_map(|&k| arrays[k].clone()).collect();
+        let mut rows = (0..shape[0]).map(|row| {
+            let weights = &matrix[row * seen.len()..][..seen.len()];
+            let sum = R::dot(weights, &seen) * scale(shape) + arrays[self.bias][row];
+            if self.tanh { sum.tanh() } else { sum }
+        });
+        let place = |&is_row: &bool| {
+            if is_row {
+                rows.next().unwrap()
+            } else {
+                R::zero()
+            }
+        };
+        self.places.iter().map(place).collect()
+    }
+}
+
+impl Step for Drawn {
+    fn shapes(&self) -> Vec<usize> {
+        let matrices = self.matrices.iter().map(|[rows, columns]| rows * columns);
+        let parameters = self.parameters.iter().copied().chain(matrices);
+        std::iter::once(self.state_len())
+            .chain(parameters)
+            .collect()
+    }
+
+    fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
+        let (arrays, matrices) = given.split_at(self.parameters.len());
+        let scaled = matrices.iter().zip(&self.matrices).map(|(matrix, &shape)| {
+            let entries = matrix.iter().map(|&entry| entry * scale(shape));
+            entries.collect()
+        });
+        arrays.iter().map(|a| a.to_vec()).chain(scaled).collect()
+    }
+
+    fn inputs(&self) -> Vec<f64> {
+        let inputs = self.declared.iter().filter(|part| !part.is_state);
+        let len: usize = inputs.map(|part| part.len).sum();
+        (0..len).map(|i| 0.1 * i as f64 - 0.3).collect()
+    }
+
+    fn written_out<R: Real>(&self, mut state: &[R], given: &[&[R]]) -> Vec<R> {
+        let (arrays, matrices) = given.split_at(self.parameters.len());
+        let mut matrices = matrices.iter().copied().zip(self.matrices.iter().copied());
+        let mut arrays: Vec<Vec<R>> = arrays.iter().map(|a| a.to_vec()).collect();
+        let mut inputs = self.inputs().into_iter().map(R::lit);
+        for part in &self.declared {
+            arrays.push(match part.is_state {
+                true => state.split_off(..part.len).unwrap().to_vec(),
+                false => inputs.by_ref().take(part.len).collect(),
+            });
+        }
+        for operation in &self.operations {
+            match operation {
+                &Operation::Turn([x, y]) => {
+                    let both = arrays[x].iter().zip(&arrays[y]);
+                    let turned = both.map(|(&x, &y)| Kernel::eval(&Turn, [x, y])[0]);
+                    arrays.push(turned.collect());
+                }
+                &Operation::Cross(all) => {
+                    let cross = |i| Kernel::eval(&Cross, all.map(|k| arrays[k][i]));
+                    let both: Vec<[R; 2]> = (0..arrays[all[0]].len()).map(cross).collect();
+                    arrays.extend([0, 1].map(|k| both.iter().map(|y| y[k]).collect()));
+                }
+                Operation::Gather { from, indices } => {
+                    let pick = |i: &Option<usize>| i.map_or(R::zero(), |i| arrays[*from][i]);
+                    arrays.push(indices.iter().map(pick).collect());
+                }
+                Operation::Layer(layer) => {
+                    arrays.push(layer.written_out(matrices.next().unwrap(), &arrays));
+                }
+                &Operation::Tug { end, per_edge } => {
+                    arrays.push(self.tugs(&arrays[end], &arrays[per_edge]));
+                }
+            }
+        }
+        self.next.iter().flat_map(|&k| arrays[k].clone()).collect()
+    }
+}
+
+impl Drawn {
+    /// What the edges that the graph has do at its nodes.
+    fn tugs<R: Real>(&self, end: &[R], per_edge: &[R]) -> Vec<R> {
+        let mut sums = vec![R::zero(); self.graph.nodes()];
+        let slots = self.graph.slot_of_edge().iter().zip(&self.edges);
+        for (&slot, &([tail, head], _)) in slots.filter(|(_, (_, without))| !without) {
+            let [tug] = Kernel::eval(&Tug, [end[head] - end[tail], per_edge[slot]]);
+            sums[tail] += tug;
+            sums[head] -= tug;
+        }
+        sums
+    }
+}
