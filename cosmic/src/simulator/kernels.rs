@@ -118,8 +118,11 @@ impl Drift {
     #[inline(always)]
     fn slide<R: Real>(&self, friction: f64, [x, y]: [R; 2], [vx, vy]: [R; 2]) -> [R; 4] {
         let (touches, moving) = self.touch(y, vy);
-        let left = vx.abs() - R::lit(friction) * vy.abs();
+        let friction = R::lit(friction);
+        let left = vx.abs() - friction * vy.abs();
         let braked = vx.signum() * left.max(R::zero());
+        // Without friction nothing holds a node at rest: no kink is there, and no derivative of one.
+        let braked = R::select(R::zero().lt(friction), braked, vx);
         let rest = R::lit(self.dt) - moving;
         [
             moving.fma(vx, x) + R::select(touches, rest * braked, R::zero()),
@@ -405,6 +408,21 @@ mod tests {
                 is_right(&drift, drifting(node));
             }
         }
+    }
+
+    /// Friction holds a node that is at rest, so that nothing passes (D9); without friction nothing
+    /// holds it.
+    #[test]
+    fn coulomb_friction_at_rest() {
+        let resting = [0.3, 1e-3, 0.0, -0.9];
+        let drift = |friction| SlidingDrift {
+            drift: Drift { dt: DT },
+            friction,
+        };
+        is_right(&drift(0.2), resting);
+        is_right(&drift(0.0), resting);
+        let by_velocity = |friction| drift(friction).vjp(resting, [0.0, 0.0, 1.0, 0.0])[2];
+        assert_eq!([0.2, 0.0].map(by_velocity), [0.0, 1.0]);
     }
 
     /// A node under the ground that moves inward stops where it is: `time_of_impact` is clamped
