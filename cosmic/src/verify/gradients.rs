@@ -78,8 +78,8 @@ impl GradientCheck {
 /// A node that stands exactly on the ground line sits on a kink of the positions, with one
 /// derivative upwards and one downwards; several such nodes take sides one by one, which no
 /// difference along a line shows. There the positions are checked 1 mm higher. So are the
-/// velocities where leapfrog integrates: its first drift takes a node at rest off the ground or
-/// not, before any force does.
+/// velocities where leapfrog integrates, whose first drift takes a node at rest off the ground or
+/// not before any force does, and where nothing weighs anything, so that no force does.
 pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> GradientCheck {
     let mut case = case.clone();
     case.physics.steps = steps.min(case.physics.steps);
@@ -90,7 +90,8 @@ pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> Gradient
     let mut control = None;
     for (block, name) in BLOCKS.into_iter().enumerate() {
         let leaps = case.physics.integrator == Integrator::Leapfrog;
-        let is_kink = name == "x0" || (name == "v0" && leaps);
+        let floats = case.physics.gravity == 0.0;
+        let is_kink = name == "x0" || (name == "v0" && (leaps || floats));
         let above = above.as_ref().filter(|_| is_kink);
         let subject = above.unwrap_or(&here);
         let gradient = &subject.gradient[block];
@@ -308,8 +309,8 @@ mod tests {
         assert_eq!(check.failures(), ["b1", "the negative control"]);
     }
 
-    /// Where robots stand on ground, leapfrog has a kink of the velocities as well; where there is
-    /// no ground, nothing has.
+    /// Where robots stand on ground, leapfrog has a kink of the velocities as well, and so has a
+    /// world without weight; where there is no ground, nothing has.
     #[test]
     fn robots_that_stand_are_lifted_off_their_kinks() {
         let lifted = |change: &dyn Fn(&mut Scene)| {
@@ -334,6 +335,8 @@ mod tests {
             };
             assert_eq!(lifted(&leaps), ["x0", "v0"]);
         }
+        let floats = |s: &mut Scene| s.physics.gravity = 0.0;
+        assert_eq!(lifted(&floats), ["x0", "v0"]);
         let nowhere = |s: &mut Scene| s.physics.contact = Contact::None;
         assert_eq!(lifted(&nowhere), Vec::<&str>::new());
     }
