@@ -53,7 +53,8 @@ pub struct Options {
     /// leave uncertain is added.
     pub tolerance: f64,
     /// The relative error of the values and the arguments: that of the number type, or more where
-    /// the computation amplifies rounding. Below it differences mean nothing.
+    /// the computation amplifies rounding. Below it differences mean nothing, nor do slopes that
+    /// would change the value by less over a step as long as the point.
     pub noise: f64,
     /// Seed of the directions.
     pub seed: u64,
@@ -175,10 +176,12 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
         let value = |h| self.moved(direction, h);
         let size = largest(self.claim.x);
         let sweep = slopes::sweep(value, self.steps(), (self.options.noise, size));
+        let unseen = self.options.noise * value(0.0).abs() / size.max(1.0);
         let judge = slopes::Judge {
             claimed,
             typical: self.typical.max(slopes::change(&sweep, claimed)),
             tolerance: self.options.tolerance,
+            unseen: if unseen.is_finite() { unseen } else { 0.0 },
         };
         let (mut verdict, slopes) = judge.verdict(&sweep);
         if claimed.is_nan() || forward.is_some_and(|forward| !judge.same(forward)) {

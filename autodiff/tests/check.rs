@@ -194,6 +194,24 @@ fn a_second_source_that_disagrees_is_wrong() {
     assert_eq!(report.verdict, Verdict::Wrong, "{report}");
 }
 
+/// Over a step as long as `x` such slopes change the value by less than its last digit: where two
+/// sources differ there, as behind a saturated `tanh`, neither is wrong.
+#[test]
+fn sources_may_disagree_below_the_value_s_last_digit() {
+    let verdict = |x: f64, disagree: f64| {
+        let forward = |direction: &[f64]| disagree * direction[0];
+        let claim = Claim {
+            x: &[x],
+            gradient: &[0.0],
+            forward: Some(&forward),
+        };
+        check_directions(|_| 0.1, &claim, &Options::default()).verdict
+    };
+    assert_eq!(verdict(0.5, 1e-37), Verdict::Smooth);
+    assert_eq!(verdict(0.5, 1e-15), Verdict::Wrong);
+    assert_eq!(verdict(1e3, 1e-18), Verdict::Wrong);
+}
+
 #[test]
 fn a_flat_function_with_a_large_value_is_smooth() {
     struct Flat;

@@ -129,6 +129,8 @@ pub(super) struct Judge {
     pub(super) claimed: f64,
     pub(super) typical: f64,
     pub(super) tolerance: f64,
+    /// A slope that changes the value by no more than its noise over a step as long as the point.
+    pub(super) unseen: f64,
 }
 
 impl Judge {
@@ -152,7 +154,8 @@ impl Judge {
     /// Whether another exact derivative is the claimed one.
     pub(super) fn same(&self, derivative: f64) -> bool {
         self.claimed == derivative
-            || (self.claimed - derivative).abs() <= self.tolerance * self.scale(derivative)
+            || (self.claimed - derivative).abs()
+                <= self.tolerance * self.scale(derivative) + self.unseen
     }
 
     /// The verdict, and the slopes that it rests on.
