@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::gradient::{ALL, BLOCKS, Horizon, Inputs, Task};
 use crate::lattice::Ground;
 use crate::objective::Displacement;
-use crate::projection::{Projection, mixture};
+use crate::projection::{Projection, holds, mixture_held};
 use crate::scene::{Contact, HorizonMode, Integrator, ProjectionSettings};
 
 /// By how much the negative control's gradient is wrong: one part in a hundred.
@@ -209,7 +209,8 @@ impl<'a> Subject<'a> {
             beta_stability: sharpness.beta_straight_through,
             ..sharpness.clone()
         };
-        let soft = |z: &[[f64; 3]]| mixture(Projection::Stability, z, &softer);
+        let holds = holds(&softer, &self.case.lattice);
+        let soft = |z: &[_]| mixture_held(Projection::Stability, z, (&softer, &holds));
         let mut moved = self.case.mixture(Projection::Stability, &self.inputs.z);
         let change = soft(&inputs.z).into_iter().zip(soft(&self.inputs.z));
         for (share, (there, here)) in moved.iter_mut().zip(change) {

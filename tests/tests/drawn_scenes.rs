@@ -1,0 +1,97 @@
+//! Scenes drawn at random, their physics and their robots: every gradient against differences and
+//! forward mode. Some settings are wrong together alone.
+
+use autodiff::check::Options;
+use cosmic::case::Case;
+use cosmic::design::Material;
+use cosmic::projection::Projection;
+use cosmic::scene::{Contact, Integrator, Scene, StartKind, VoidEdges};
+use cosmic::verify::check_gradients;
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+
+/// Of 1500 all pass but one, which has a kink of friction a millionth beside it.
+const SCENES: u64 = 60;
+
+fn one_of<T: Copy>(rng: &mut ChaCha8Rng, all: &[T]) -> T {
+    all[rng.random_range(0..all.len())]
+}
+
+/// A small world.
+fn scene(rng: &mut ChaCha8Rng) -> Scene {
+    let mut scene = Scene::default();
+    let (lattice, physics) = (&mut scene.lattice, &mut scene.physics);
+    (lattice.columns, lattice.rows) = one_of(rng, &[(2, 2), (3, 2), (2, 3), (3, 3), (4, 3)]);
+    lattice.drop = one_of(rng, &[0.0, 0.0, 0.004]);
+    physics.dt = one_of(rng, &[5e-4, 1e-3, 2e-3]);
+    physics.steps = one_of(rng, &[1, 2, 8, 33, 64]);
+    physics.integrator = one_of(rng, &[Integrator::SymplecticEuler, Integrator::Leapfrog]);
+    physics.substeps = one_of(rng, &[1, 1, 2, 3]);
+    physics.gravity = one_of(rng, &[0.0, 4.8, 9.81]);
+    physics.damping = one_of(rng, &[0.0, 5.0, 20.0]);
+    physics.ground_height = one_of(rng, &[0.0, 0.1]);
+    physics.incline_deg = one_of(rng, &[0.0, 0.0, 10.0, -15.0]);
+    physics.contact = one_of(rng, &[Contact::None, Contact::Infinite, Contact::Coulomb]);
+    physics.friction = one_of(rng, &[0.0, 0.3, 2.5]);
+    physics.stiffening = one_of(rng, &[0.0, 0.0, 500.0]);
+    physics.bending_radius = one_of(rng, &[0.0, 0.0, 0.01]);
+    physics.void_edges = one_of(rng, &[VoidEdges::Keep, VoidEdges::Drop]);
+    scene.materials.penalisation = one_of(rng, &[1, 1, 3]);
+    scene.projection.hold_materials = one_of(rng, &[0.0, 0.0, 0.3]);
+    let controller = &mut scene.controller;
+    controller.hidden = one_of(rng, &[1, 3, 8, 17]);
+    controller.clocks = one_of(rng, &[1, 2, 10]);
+    controller.goal_relative = one_of(rng, &[true, false]);
+    controller.offset_scale = one_of(rng, &[0.0, 0.05, 0.5]);
+    controller.velocity_scale = one_of(rng, &[0.0, 0.05, 0.5]);
+    controller.gain = one_of(rng, &[[2.0, 2.0], [6.0, 6.0]]);
+    scene.start.kind = one_of(
+        rng,
+        &[StartKind::Uniform, StartKind::Stability, StartKind::Filled],
+    );
+    scene
+}
+
+/// A robot in it: at rest or not, of mixtures or of one material an edge.
+fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
+    let seed = rng.random();
+    let mut case = Case::of_scene(scene, seed).unwrap_or_else(|error| panic!("{error}"));
+    for z in case.z.as_flattened_mut() {
+        *z += rng.random_range(0.0..0.05);
+    }
+    let moves = one_of(rng, &[0.0, 0.0, 0.3]);
+    for v in case.start.v.as_flattened_mut() {
+        *v = moves * rng.random_range(-1.0..1.0);
+    }
+    if rng.random_range(0..3) == 0 {
+        let all = [Material::Void, Material::Skeleton, Material::Actuator];
+        case.frozen = Some(case.z.iter().map(|_| one_of(rng, &all)).collect());
+    }
+    case.projection = one_of(rng, &[Projection::Performance, Projection::Stability]);
+    case
+}
+
+#[test]
+fn gradients_of_drawn_robots_agree_with_differences() {
+    let options = Options {
+        directions: 2,
+        ..Options::default()
+    };
+    for seed in 0..SCENES {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let scene = scene(&mut rng);
+        let case = robot(&mut rng, &scene);
+        // What is refused for its time step grows without end: differences mean nothing.
+        if case.step_check().accept(&case.physics).is_err() {
+            continue;
+        }
+        let check = check_gradients(&case, scene.physics.steps, &options);
+        assert!(
+            check.failures().is_empty(),
+            "seed {seed}: {check}\n{:?} {:?} {:?}",
+            (case.physics, case.projection, case.frozen),
+            (scene.controller, scene.start.kind),
+            (scene.lattice, scene.materials)
+        );
+    }
+}
