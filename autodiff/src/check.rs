@@ -175,8 +175,9 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
         let forward = self.claim.forward.map(|forward| forward(direction));
         let value = |h| self.moved(direction, h);
         let size = largest(self.claim.x);
-        let sweep = slopes::sweep(value, self.steps(), (self.options.noise, size));
-        let unseen = self.options.noise * value(0.0).abs() / size.max(1.0);
+        let (here, noise) = (value(0.0), self.options.noise);
+        let sweep = slopes::sweep((here, value), self.steps(), (noise, size));
+        let unseen = noise * here.abs() / size.max(1.0);
         let judge = slopes::Judge {
             claimed,
             typical: self.typical.max(slopes::change(&sweep, claimed)),

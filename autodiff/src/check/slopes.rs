@@ -39,14 +39,13 @@ struct Plateau {
     steepest: f64,
 }
 
-/// `value(h)` is the function at distance `h` along the direction. Its values and its arguments,
-/// which are up to `size`, have a relative error of `noise`.
+/// `value(h)` is the function at distance `h` along the direction, `here` that at none. Its values and
+/// its arguments, which are up to `size`, have a relative error of `noise`.
 pub(super) fn sweep(
-    value: impl Fn(f64) -> f64,
+    (here, value): (f64, impl Fn(f64) -> f64),
     steps: impl Iterator<Item = f64>,
     (noise, size): (f64, f64),
 ) -> Vec<Slopes> {
-    let here = value(0.0);
     let slopes = |step: f64| {
         let (behind, ahead) = (value(-step), value(step));
         let mut slopes = Slopes {

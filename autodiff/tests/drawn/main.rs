@@ -50,8 +50,9 @@ impl Rollouts {
         let drawn = &self.rollout.model;
         let has_own = !drawn.parameters.is_empty();
         let constants = |&len: &usize| (0..len).map(|i| Var::lit(0.2 * number(i))).collect();
-        let shared = drawn.shapes()[1 + usize::from(has_own)..].to_vec();
-        let shared: Vec<Vec<Var<f64>>> = shared.iter().map(constants).collect();
+        let lens = drawn.shapes();
+        let shared = lens[1 + usize::from(has_own)..].iter();
+        let shared: Vec<Vec<Var<f64>>> = shared.map(constants).collect();
         if self.together {
             let (starts, owns): (Vec<_>, Vec<_>) = starts.iter().copied().unzip();
             let own = has_own.then_some(Given::Each(&owns)).into_iter();

@@ -9,8 +9,8 @@ use crate::case::Case;
 use crate::gradient::{ALL, BLOCKS, Horizon, Inputs, Task};
 use crate::lattice::Ground;
 use crate::objective::Displacement;
-use crate::projection::{Projection, holds, mixture_held};
-use crate::scene::{Contact, HorizonMode, Integrator, ProjectionSettings};
+use crate::projection::Projection;
+use crate::scene::{Contact, HorizonMode, Integrator};
 
 /// By how much the negative control's gradient is wrong: one part in a hundred.
 const WRONG_BY: f64 = 0.01;
@@ -145,6 +145,8 @@ fn lifted(case: &Case) -> Case {
 /// A case as a function of its inputs.
 struct Subject<'a> {
     case: &'a Case,
+    /// The same with the stability projection that its derivative is of.
+    softer: Case,
     task: Task,
     inputs: Inputs<f64>,
     /// The gradient that is checked, block by block.
@@ -153,8 +155,11 @@ struct Subject<'a> {
 
 impl<'a> Subject<'a> {
     fn new(case: &'a Case) -> Self {
+        let mut softer = case.clone();
+        softer.sharpness.beta_stability = softer.sharpness.beta_straight_through;
         let mut subject = Self {
             case,
+            softer,
             task: case.task(),
             inputs: case.inputs(),
             gradient: Vec::new(),
@@ -204,13 +209,7 @@ impl<'a> Subject<'a> {
         if self.case.projection == Projection::Performance || self.case.frozen.is_some() {
             return self.loss(inputs);
         }
-        let sharpness = &self.case.sharpness;
-        let softer = ProjectionSettings {
-            beta_stability: sharpness.beta_straight_through,
-            ..sharpness.clone()
-        };
-        let holds = holds(&softer, &self.case.lattice);
-        let soft = |z: &[_]| mixture_held(Projection::Stability, z, (&softer, &holds));
+        let soft = |z| self.softer.mixture(Projection::Stability, z);
         let mut moved = self.case.mixture(Projection::Stability, &self.inputs.z);
         let change = soft(&inputs.z).into_iter().zip(soft(&self.inputs.z));
         for (share, (there, here)) in moved.iter_mut().zip(change) {
