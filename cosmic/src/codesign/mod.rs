@@ -272,8 +272,7 @@ impl CoDesign {
         let mixtures: Vec<Vec<_>> = layouts.iter().map(|l| projection::one_hot(l)).collect();
         let side_by_side = |mixtures: &[Vec<_>]| {
             let mixtures: Vec<&[_]> = mixtures.iter().map(Vec::as_slice).collect();
-            let starts = vec![&self.start; mixtures.len()];
-            self.reach_many(&mixtures, controller, (task, &starts))
+            self.try_many(&mixtures, controller, task)
         };
         let groups = mixtures.par_chunks(together(layouts.len()));
         groups.flat_map_iter(side_by_side).collect()

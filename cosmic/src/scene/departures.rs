@@ -38,7 +38,7 @@ const KNOWN: [Known; 22] = [
     (
         |s| s.gradient.precision == GradientPrecision::F32,
         "gradient.precision",
-        "gradients are of rollouts in f32, which has seven digits",
+        "rollouts on the way are in f32, which has seven digits",
     ),
     (
         |s| s.schedule.snap_trials > 0 && s.designs(),

@@ -170,7 +170,8 @@ pub struct GradientSettings {
     pub cotangent_bound: Option<f64>,
     /// Steps from one check of the cotangent to the next.
     pub cotangent_every: usize,
-    /// Number type of the rollouts that gradients are taken of; full rollouts, by which controllers
+    /// Number type of the rollouts on the way: those that gradients are taken of, trials of other
+    /// materials, and an iteration's full one. Medians over perturbed starts, by which controllers
     /// are chosen and results are quoted, are in f64 always.
     pub precision: GradientPrecision,
 }

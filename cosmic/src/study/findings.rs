@@ -68,7 +68,7 @@ const QUESTIONS: [(&str, &str, &str, Option<&str>); 15] = [
         None,
     ),
     (
-        "Do gradients in f32 cost distance?",
+        "Do rollouts in f32 cost distance?",
         "single-precision",
         REFERENCE,
         None,

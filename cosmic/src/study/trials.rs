@@ -322,7 +322,7 @@ const FINDINGS: [(&str, &str, &str, &str); 19] = [
     ),
     (
         "single-precision",
-        "gradients in f32",
+        "rollouts in f32",
         "stability",
         "[gradient]\nprecision = \"f32\"",
     ),
