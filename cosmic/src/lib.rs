@@ -4,6 +4,7 @@
 //! The order of the modules is the architecture: each uses only those above it.
 
 pub mod error;
+mod parallel;
 pub mod random;
 pub mod reading;
 pub mod scene;

@@ -219,7 +219,12 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
 #[test]
 fn of_several_starts_the_best_is_kept() {
     let bench = tiny();
-    bench.run("all", &["--starts", "3", "--seed", "2"]);
+    let several = ["--starts", "3", "--seed", "2"];
+    bench.run("all", &several);
+    for threads in ["1", "2", "7"] {
+        bench.run(threads, &[&several[..], &["--threads", threads]].concat());
+        assert_eq!(bench.results(threads), bench.results("all"));
+    }
     let summary = bench.json("all/summary.json");
     let starts = summary["starts"].as_array().unwrap();
     assert!((2..5).eq(starts.iter().map(|start| start["seed"].as_u64().unwrap())));

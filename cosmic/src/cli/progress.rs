@@ -6,7 +6,8 @@ use crate::codesign::Record;
 use crate::error::Result;
 use crate::record::{Observer, Run};
 use crate::sweep::{Ended, Outcome, Overseer, SweepPlan};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -18,15 +19,22 @@ const LINE_EVERY: usize = 10;
 /// Where progress goes. Standard output is left to results.
 enum Voice {
     Silent,
-    Bar(ProgressBar),
+    Bars(MultiProgress),
     Lines,
 }
 
-/// Shows a run on standard error, and passes on the user's wish to stop.
+/// Shows runs on standard error, those that are at work, and passes on the user's wish to stop.
 pub(super) struct Progress {
     voice: Voice,
     interrupt: Interrupt,
-    /// What the run is called.
+    /// The runs by their seeds.
+    runs: BTreeMap<u64, Shown>,
+}
+
+/// A run as it is shown.
+struct Shown {
+    bar: Option<ProgressBar>,
+    /// What it is called.
     title: String,
     /// The last iteration.
     last: usize,
@@ -41,17 +49,50 @@ impl Progress {
     pub(super) fn new(output: &Output, interrupt: Interrupt) -> Self {
         let voice = match (output.quiet, io::stderr().is_terminal()) {
             (true, _) => Voice::Silent,
-            (false, true) => Voice::Bar(bar()),
+            (false, true) => Voice::Bars(MultiProgress::new()),
             (false, false) => Voice::Lines,
         };
         Self {
             voice,
             interrupt,
-            title: String::new(),
-            last: 0,
-            begun: (0, Instant::now()),
+            runs: BTreeMap::new(),
+        }
+    }
+}
+
+impl Shown {
+    fn new(run: &Run, voice: &Voice) -> Self {
+        let plan = run.plan();
+        let (done, last) = (run.progress().iteration, plan.last_iteration());
+        let title = format!("{} seed {}", plan.name, plan.seed);
+        let bar = match voice {
+            Voice::Bars(bars) => Some(bars.add(bar(&title, done as u64, last as u64))),
+            Voice::Silent | Voice::Lines => None,
+        };
+        Self {
+            bar,
+            title,
+            last,
+            begun: (done, Instant::now()),
             displacement: None,
-            skipped: 0,
+            skipped: run.progress().skipped,
+        }
+    }
+
+    fn iteration(&mut self, record: &Record, voice: &Voice) {
+        self.displacement = record.displacement.or(self.displacement);
+        self.skipped += record.skipped;
+        let iteration = record.iteration;
+        if let Some(bar) = &self.bar {
+            bar.set_position(iteration as u64);
+            bar.set_message(self.describe(record));
+        }
+        let due = iteration.is_multiple_of(LINE_EVERY) || iteration == self.last;
+        if due && matches!(voice, Voice::Lines) {
+            let (title, last) = (&self.title, self.last);
+            let text = self.describe(record);
+            // A run goes on although nobody reads of it any more.
+            let _ = writeln!(io::stderr(), "{title}  {iteration}/{last}  {text}");
         }
     }
 
@@ -78,36 +119,13 @@ impl Progress {
 
 impl Observer for Progress {
     fn begin(&mut self, run: &Run) {
-        let plan = run.plan();
-        self.title = format!("{} seed {}", plan.name, plan.seed);
-        self.last = plan.last_iteration();
-        self.begun = (run.progress().iteration, Instant::now());
-        self.displacement = None;
-        self.skipped = run.progress().skipped;
-        if let Voice::Bar(bar) = &self.voice {
-            bar.set_length(self.last as u64);
-            bar.set_position(self.begun.0 as u64);
-            bar.set_prefix(self.title.clone());
-        }
+        let shown = Shown::new(run, &self.voice);
+        self.runs.insert(run.plan().seed, shown);
     }
 
-    fn iteration(&mut self, record: &Record) -> ControlFlow<()> {
-        self.displacement = record.displacement.or(self.displacement);
-        self.skipped += record.skipped;
-        let iteration = record.iteration;
-        match &self.voice {
-            Voice::Silent => {}
-            Voice::Bar(bar) => {
-                bar.set_position(iteration as u64);
-                bar.set_message(self.describe(record));
-            }
-            Voice::Lines if iteration.is_multiple_of(LINE_EVERY) || iteration == self.last => {
-                let (title, last) = (&self.title, self.last);
-                let text = self.describe(record);
-                // A run goes on although nobody reads of it any more.
-                let _ = writeln!(io::stderr(), "{title}  {iteration}/{last}  {text}");
-            }
-            Voice::Lines => {}
+    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
+        if let Some(shown) = self.runs.get_mut(&run.plan().seed) {
+            shown.iteration(record, &self.voice);
         }
         match self.interrupt.is_asked() {
             true => ControlFlow::Break(()),
@@ -115,11 +133,15 @@ impl Observer for Progress {
         }
     }
 
-    fn warning(&mut self, text: &str) {
+    fn end(&mut self, run: &Run) {
+        self.runs.remove(&run.plan().seed);
+    }
+
+    fn warning(&mut self, _: &Run, text: &str) {
         let text = format!("warning: {text}");
         match &self.voice {
             Voice::Silent => {}
-            Voice::Bar(bar) => bar.suspend(|| note(&text)),
+            Voice::Bars(bars) => bars.suspend(|| note(&text)),
             Voice::Lines => note(&text),
         }
     }
@@ -186,20 +208,21 @@ pub(super) fn told(outcome: &Outcome) -> String {
     }
 }
 
-impl Drop for Progress {
-    /// Leaves the terminal to the result.
+impl Drop for Shown {
+    /// Leaves the terminal to others, in the end to the result.
     fn drop(&mut self) {
-        if let Voice::Bar(bar) = &self.voice {
+        if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
     }
 }
 
-fn bar() -> ProgressBar {
+fn bar(title: &str, done: u64, last: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{prefix} [{bar:24}] {pos}/{len}  {msg}")
         .expect("the template is one")
         .progress_chars("=> ");
-    ProgressBar::new(0).with_style(style)
+    let bar = ProgressBar::new(last).with_style(style);
+    bar.with_position(done).with_prefix(title.to_owned())
 }
 
 /// A duration as minutes and seconds, with hours before them where there are any.

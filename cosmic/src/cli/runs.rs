@@ -100,8 +100,12 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     if let Some(loss) = summary.loss_p50 {
         text += &format!("loss {loss:.4} (median over the same starts as the displacement)\n");
     }
+    let together = match summary.starts.is_empty() {
+        true => "",
+        false => ", all starts together",
+    };
     text + &format!(
-        "displacement {} (10-90 %: {} to {}), V {:.4}, V_act {:.4}, time {:.1} s\n",
+        "displacement {} (10-90 %: {} to {}), V {:.4}, V_act {:.4}, time {:.1} s{together}\n",
         metres(summary.displacement_p50),
         metres(summary.displacement_p10),
         metres(summary.displacement_p90),

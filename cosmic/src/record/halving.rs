@@ -66,15 +66,14 @@ pub(super) fn climb(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> 
         if iteration >= plan.last_iteration() || left.len() == 1 {
             break;
         }
-        let mut standings = Vec::new();
-        for &seed in &left {
+        let standings = starts::side_by_side(&left, observer, |seed, observer| {
             starts::pause(folder, (seed, iteration), plan, observer)?;
             let rows = rows(&starts::folder_of(folder, seed), iteration)?;
-            standings.push(Standing {
+            Ok(Standing {
                 seed,
                 displacement: judged(&rows, settings.window),
-            });
-        }
+            })
+        })?;
         let rung = Rung::new(iteration, standings, keep);
         left = rung.standings[..rung.kept].iter().map(|s| s.seed).collect();
         search.rungs.push(rung);

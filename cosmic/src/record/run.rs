@@ -28,17 +28,24 @@ const SNAPSHOT_EVERY: usize = 10;
 /// The longest time from one snapshot to the next, as far as the last iteration foretells.
 const SNAPSHOT_WITHIN: Duration = Duration::from_secs(1);
 
-/// Whoever watches a run, and may end it early.
-pub trait Observer {
+/// Whoever watches a run, and may end it early. Several starts are runs of their own, some of them
+/// at work at the same time, each told from its own thread; calls do not overlap.
+pub trait Observer: Send {
     /// A run begins, or goes on after the iterations that it has.
     fn begin(&mut self, run: &Run);
 
-    /// An iteration is done. `Break` interrupts the run: it is saved, and can be resumed.
-    fn iteration(&mut self, record: &Record) -> ControlFlow<()>;
+    /// An iteration is done. `Break` interrupts the run, and others that are at work with it: they
+    /// are saved, and can be resumed.
+    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()>;
+
+    /// A run is at its end, or waits for others to come as far.
+    fn end(&mut self, run: &Run) {
+        let _ = run;
+    }
 
     /// Something is not as it should be, and the run goes on. Said once.
-    fn warning(&mut self, text: &str) {
-        let _ = text;
+    fn warning(&mut self, run: &Run, text: &str) {
+        let _ = (run, text);
     }
 }
 
@@ -154,6 +161,7 @@ impl Run {
         observer.begin(&self);
         self.judge_step(observer)?;
         self.advance(self.plan.last_iteration(), observer)?;
+        observer.end(&self);
         let summary = self.deliver()?;
         self.lock.finish();
         Ok(summary)
@@ -162,7 +170,9 @@ impl Run {
     /// Does what is left to do up to an iteration. The run is saved and can be gone on with.
     pub(super) fn pause_at(mut self, iteration: usize, observer: &mut dyn Observer) -> Result<()> {
         observer.begin(&self);
-        self.advance(iteration.min(self.plan.last_iteration()), observer)
+        self.advance(iteration.min(self.plan.last_iteration()), observer)?;
+        observer.end(&self);
+        Ok(())
     }
 
     fn advance(&mut self, last: usize, observer: &mut dyn Observer) -> Result<()> {
@@ -172,7 +182,7 @@ impl Run {
             let record = self.codesign.iterate(&mut self.progress);
             let seconds = self.seconds();
             (self.history).append(&record, seconds, &self.progress.z)?;
-            let interrupted = observer.iteration(&record).is_break();
+            let interrupted = observer.iteration(self, &record).is_break();
             let next_ends = saved.elapsed() + began.elapsed();
             let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);
             let judged = self.judge_step(observer);
@@ -201,7 +211,7 @@ impl Run {
                 0 => String::new(),
                 iteration => format!("after iteration {iteration}: "),
             };
-            observer.warning(&format!("{when}{check}"));
+            observer.warning(self, &format!("{when}{check}"));
             self.warned = check.grade();
         }
         Ok(())

@@ -10,12 +10,16 @@ use super::snapshot::{SNAPSHOT, Snapshot};
 use super::summary::SUMMARY;
 use super::trajectory_file::TRAJECTORY;
 use super::{Observer, Plan, Run, Search, Start, Summary, resume, summary};
-use crate::codesign::CoDesign;
+use crate::codesign::{CoDesign, Record};
 use crate::error::{Error, Result};
+use crate::parallel::{Crew, in_parallel};
 use std::borrow::Cow;
 use std::fs;
 use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The most runs that go together, as starts or in a sweep: each is a folder.
 pub(crate) const MOST_RUNS: usize = 1_000_000;
@@ -46,7 +50,7 @@ pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Lock> {
     Ok(lock)
 }
 
-/// Does what is left of several starts, one after the other, and copies the best one's files.
+/// Does what is left of several starts, and copies the best one's files.
 pub(super) fn search(
     (folder, lock): (&Path, Lock),
     plan: &Plan,
@@ -58,6 +62,16 @@ pub(super) fn search(
         Search::Full => Halving::default(),
         Search::Halving => climb(folder, plan, observer)?,
     };
+    let is_left = |seed: &u64| dropped.dropped_at(*seed).is_none();
+    let left: Vec<u64> = seeds(plan).filter(is_left).collect();
+    // One that flies apart ends itself alone.
+    let ended = side_by_side(&left, observer, |seed, observer| {
+        match one(folder, seed, plan, observer) {
+            Err(error) if !matches!(error, Error::Diverged { .. }) => Err(error),
+            ended => Ok(ended),
+        }
+    });
+    let mut ended = ended?.into_iter();
     let mut starts = Vec::new();
     let mut best: Option<Summary> = None;
     let mut diverged = None;
@@ -68,13 +82,12 @@ pub(super) fn search(
             starts.push(Start::dropped(seed, iteration));
             continue;
         }
-        let summary = match one(folder, seed, plan, observer) {
+        let summary = match ended.next().expect("every start that is left has ended") {
             Ok(summary) => Some(summary),
-            Err(error @ Error::Diverged { .. }) => {
+            Err(error) => {
                 diverged.get_or_insert((seed, error));
                 None
             }
-            Err(error) => return Err(error),
         };
         starts.push(Start {
             seed,
@@ -123,6 +136,55 @@ fn better(best: Option<Summary>, other: Option<Summary>) -> Option<Summary> {
 pub(super) fn seeds(plan: &Plan) -> impl Iterator<Item = u64> + use<> {
     let first = plan.seed;
     (0..plan.starts.get() as u64).map(move |k| first.wrapping_add(k))
+}
+
+/// Does something for each of several starts, as many at a time as there are threads, and gives what
+/// came of it in the order of the seeds. Where one fails or is interrupted, the others are too.
+pub(super) fn side_by_side<T: Send>(
+    seeds: &[u64],
+    observer: &mut dyn Observer,
+    work: impl Fn(u64, &mut dyn Observer) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
+    let crew = Crew::shared_out(rayon::current_num_threads(), seeds.len());
+    let observer = Mutex::new(observer);
+    in_parallel(seeds.len(), crew, |k, failed| {
+        let observer = &observer;
+        work(seeds[k], &mut OfOne { observer, failed })
+    })
+}
+
+/// What one of several starts tells the observer of them all.
+struct OfOne<'a, 'o> {
+    observer: &'a Mutex<&'o mut dyn Observer>,
+    /// Whether another start failed.
+    failed: &'a AtomicBool,
+}
+
+impl<'o> OfOne<'_, 'o> {
+    fn observer(&self) -> MutexGuard<'_, &'o mut dyn Observer> {
+        self.observer.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Observer for OfOne<'_, '_> {
+    fn begin(&mut self, run: &Run) {
+        self.observer().begin(run);
+    }
+
+    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
+        match self.failed.load(Ordering::Acquire) {
+            true => ControlFlow::Break(()),
+            false => self.observer().iteration(run, record),
+        }
+    }
+
+    fn end(&mut self, run: &Run) {
+        self.observer().end(run);
+    }
+
+    fn warning(&mut self, run: &Run, text: &str) {
+        self.observer().warning(run, text);
+    }
 }
 
 /// One seed's run: finished, gone on with, or begun.
@@ -191,4 +253,117 @@ fn copy(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
         let bytes = fs::read(&path).map_err(|source| Error::Read { path, source })?;
         write_atomic(&to.join(name), |file| file.write_all(&bytes))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{create, folder_of, search};
+    use crate::codesign::Record;
+    use crate::record::{Observer, Plan, Run, Search, optimise, resume};
+    use crate::scene::Scene;
+    use rayon::ThreadPoolBuilder;
+    use std::fs;
+    use std::num::NonZeroUsize;
+    use std::ops::ControlFlow;
+    use std::path::Path;
+
+    /// Asks one run to stop, by its so many-th call.
+    struct StopsAt(usize);
+
+    impl Observer for StopsAt {
+        fn begin(&mut self, _: &Run) {}
+
+        fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
+            self.0 = self.0.wrapping_sub(1);
+            match self.0 {
+                0 => ControlFlow::Break(()),
+                _ => ControlFlow::Continue(()),
+            }
+        }
+    }
+
+    const NEVER: StopsAt = StopsAt(0);
+
+    fn plan() -> Plan {
+        let text = "
+            [lattice]
+            columns = 3
+            rows = 2
+            [physics]
+            steps = 32
+            [schedule]
+            iterations = 60
+            attraction_from = 20
+            snap_at = 40
+            horizon = [32, 32]
+            [loss]
+            window = 16
+        ";
+        Plan {
+            name: "test".to_owned(),
+            scene: Scene::parse("test", text).unwrap(),
+            seed: 3,
+            starts: NonZeroUsize::new(3).unwrap(),
+            iterations: None,
+            search: Search::Full,
+        }
+    }
+
+    fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap().install(work)
+    }
+
+    /// The delivered designs of all starts and of the search.
+    fn designs(folder: &Path) -> Vec<Vec<u8>> {
+        let starts = (3..6).map(|seed| folder_of(folder, seed));
+        let folders = starts.chain([folder.to_owned()]);
+        folders
+            .map(|f| fs::read(f.join("design.json")).unwrap())
+            .collect()
+    }
+
+    fn whole(folder: &Path) -> Vec<Vec<u8>> {
+        let whole = folder.join("whole");
+        on_threads(1, || optimise(&whole, &plan(), &mut { NEVER })).unwrap();
+        designs(&whole)
+    }
+
+    #[test]
+    fn who_stops_one_start_stops_all_and_they_go_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let expected = whole(folder.path());
+        for threads in [1, 2, 3, 7] {
+            let run = folder.path().join(threads.to_string());
+            let stopped = || optimise(&run, &plan(), &mut StopsAt(30));
+            let error = on_threads(threads, stopped).unwrap_err();
+            // Of the search, not of a start.
+            let says = error.to_string();
+            assert!(
+                error.exit_code() == 75 && !says.contains("starts"),
+                "{says}"
+            );
+            assert!(!run.join("summary.json").exists());
+            on_threads(threads, || resume(&run, &mut { NEVER })).unwrap();
+            assert_eq!(designs(&run), expected, "{threads} threads");
+        }
+    }
+
+    /// What fails is said, not that others were stopped because of it.
+    #[test]
+    fn a_start_that_fails_is_named_and_the_others_are_saved() {
+        let folder = tempfile::tempdir().unwrap();
+        let expected = whole(folder.path());
+        let run = folder.path().join("run");
+        let lock = create(&run, &plan()).unwrap();
+        let stray = folder_of(&run, 4).join("stray");
+        fs::create_dir_all(folder_of(&run, 4)).unwrap();
+        fs::write(&stray, "").unwrap();
+        let work = || search((&run, lock), &plan(), &mut { NEVER });
+        let says = on_threads(3, work).unwrap_err().to_string();
+        assert!(says.contains("starts/4: the folder is not empty"), "{says}");
+        fs::remove_file(stray).unwrap();
+        on_threads(3, || resume(&run, &mut { NEVER })).unwrap();
+        assert_eq!(designs(&run), expected);
+    }
 }

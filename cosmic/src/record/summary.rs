@@ -65,7 +65,7 @@ pub struct Summary {
     pub departures: Vec<Departure>,
     /// Version of the program.
     pub cosmic_version: String,
-    /// Wall time, interruptions left out, s.
+    /// Wall time, interruptions left out, s; of several starts, the sum of theirs.
     pub seconds: f64,
     /// What came of every seed, where several were tried; the summary is that of the best.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]

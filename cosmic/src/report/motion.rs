@@ -225,7 +225,7 @@ mod tests {
     impl Observer for Silent {
         fn begin(&mut self, _: &Run) {}
 
-        fn iteration(&mut self, _: &Record) -> ControlFlow<()> {
+        fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
             ControlFlow::Continue(())
         }
     }

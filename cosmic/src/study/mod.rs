@@ -25,9 +25,8 @@ pub use statistics::Statistics;
 pub use trials::{Base, Entities, Kind, Trial, trials};
 
 use crate::error::{Error, Result};
-use crate::sweep::{
-    Overseer, PLAN, PlannedScene, RunState, SweepPlan, in_parallel, merge, run_all,
-};
+use crate::parallel::{Crew, in_parallel};
+use crate::sweep::{Overseer, PLAN, PlannedScene, RunState, SweepPlan, merge, run_all};
 use rows::collect;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -127,7 +126,7 @@ impl Study {
             )));
         }
         let total = plan.runs();
-        in_parallel(total, threads, |index| {
+        let checked = in_parallel(total, Crew::of_one(threads), |index, _| {
             if overseer.is_stopped() {
                 return Err(Error::Stopped { done: total, total });
             }
@@ -135,7 +134,8 @@ impl Study {
                 RunState::Done => Check::keep(&plan.folder(&self.runs, index)),
                 _ => Ok(()),
             }
-        })
+        });
+        checked.map(drop)
     }
 
     /// Writes the results from the runs' records, and says which files these are.

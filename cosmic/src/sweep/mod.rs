@@ -15,4 +15,4 @@ mod work;
 pub use merge::{MergedRun, Results, merge, write_results};
 pub use plan::{PLAN, PlannedScene, SweepPlan};
 pub use state::RunState;
-pub use work::{Ended, Outcome, Overseer, in_parallel, run_all, run_next, run_one};
+pub use work::{Ended, Outcome, Overseer, run_all, run_next, run_one};

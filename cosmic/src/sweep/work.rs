@@ -4,15 +4,13 @@ use super::claim::Claim;
 use super::{RunState, SweepPlan};
 use crate::codesign::Record;
 use crate::error::{Error, Result};
+use crate::parallel::{Crew, in_parallel};
 use crate::record::snapshot::SNAPSHOT;
 use crate::record::{self, Observer, Run, Summary};
-use rayon::ThreadPoolBuilder;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
 /// What came of a run that was asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,7 +104,7 @@ pub fn run_all(
     overseer: &dyn Overseer,
 ) -> Result<()> {
     let telling = Mutex::new(());
-    let done = in_parallel(plan.runs(), threads, |index| {
+    let done = in_parallel(plan.runs(), Crew::of_one(threads), |index, _| {
         if overseer.is_stopped() {
             return Err(stopped(sweep, plan));
         }
@@ -117,7 +115,7 @@ pub fn run_all(
         }
         Ok(())
     });
-    done.map_err(|error| match error {
+    done.map(drop).map_err(|error| match error {
         // Counted when all threads have stopped.
         Error::Interrupted { .. } | Error::Stopped { .. } => stopped(sweep, plan),
         error => error,
@@ -132,96 +130,16 @@ fn stopped(sweep: &Path, plan: &SweepPlan) -> Error {
     }
 }
 
-/// Does so many jobs by their numbers, the lowest first, on so many threads at once, all cores'
-/// where not said. What a job itself would do in parallel it does on its one thread: jobs share
-/// nothing, and their wall times are those of one core.
-///
-/// # Errors
-/// The first error; no further job is begun after it.
-pub fn in_parallel(
-    jobs: usize,
-    threads: Option<NonZeroUsize>,
-    job: impl Fn(usize) -> Result<()> + Sync,
-) -> Result<()> {
-    let cores = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let threads = threads.unwrap_or_else(cores).get().min(jobs);
-    let next = AtomicUsize::new(0);
-    let failed = Mutex::new(None);
-    let worker = || {
-        let pool = ThreadPoolBuilder::new().num_threads(1).build();
-        let pool = pool.map_err(|error| Error::Usage(format!("cannot start a thread: {error}")))?;
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            if index >= jobs {
-                return Ok(());
-            }
-            pool.install(|| job(index))?;
-        }
-    };
-    thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                if let Err(error) = worker() {
-                    next.store(jobs, Ordering::Relaxed);
-                    let mut failed = failed.lock().unwrap_or_else(|poison| poison.into_inner());
-                    failed.get_or_insert(error);
-                }
-            });
-        }
-    });
-    let failed = failed.into_inner();
-    match failed.unwrap_or_else(|poison| poison.into_inner()) {
-        None => Ok(()),
-        Some(error) => Err(error),
-    }
-}
-
 /// A run among others says nothing of its iterations.
 struct Quiet<'o>(&'o dyn Overseer);
 
 impl Observer for Quiet<'_> {
     fn begin(&mut self, _: &Run) {}
 
-    fn iteration(&mut self, _: &Record) -> ControlFlow<()> {
+    fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
         match self.0.is_stopped() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::in_parallel;
-    use crate::error::Error;
-    use std::num::NonZeroUsize;
-    use std::sync::atomic::{AtomicUsize, Ordering};
-
-    #[test]
-    fn every_job_is_done_once() {
-        for threads in [1, 3, 64] {
-            let counts = [(); 17].map(|()| AtomicUsize::new(0));
-            in_parallel(17, NonZeroUsize::new(threads), |job| {
-                counts[job].fetch_add(1, Ordering::Relaxed);
-                Ok(())
-            })
-            .unwrap();
-            assert!(counts.iter().all(|n| n.load(Ordering::Relaxed) == 1));
-        }
-    }
-
-    #[test]
-    fn after_an_error_no_job_is_begun() {
-        let begun = AtomicUsize::new(0);
-        let error = in_parallel(100, NonZeroUsize::new(2), |job| {
-            begun.fetch_add(1, Ordering::Relaxed);
-            match job {
-                3 => Err(Error::Usage("the third".to_owned())),
-                _ => Ok(()),
-            }
-        });
-        assert_eq!(error.unwrap_err().to_string(), "the third");
-        // The other thread may be at any job meanwhile, and stops at its next.
-        assert!((4..=100).contains(&begun.load(Ordering::Relaxed)));
     }
 }

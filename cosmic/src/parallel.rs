@@ -1,0 +1,162 @@
+//! Jobs that share nothing, side by side.
+
+use crate::error::{Error, Result};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+
+/// How many jobs are at work at a time, and how many threads each of them has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crew {
+    at_work: usize,
+    threads: usize,
+}
+
+impl Crew {
+    /// A thread for each job, of so many, all cores' where not said: what a job itself would do in
+    /// parallel it does on its one thread, and its wall time is that of one core.
+    pub(crate) fn of_one(threads: Option<NonZeroUsize>) -> Self {
+        let cores = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        Self {
+            at_work: threads.unwrap_or_else(cores).get(),
+            threads: 1,
+        }
+    }
+
+    /// So many threads shared out among so many jobs: where there are fewer jobs, each has several.
+    pub(crate) fn shared_out(threads: usize, jobs: usize) -> Self {
+        let at_work = threads.min(jobs).max(1);
+        Self {
+            at_work,
+            threads: (threads / at_work).max(1),
+        }
+    }
+
+    fn pool(self) -> Result<ThreadPool> {
+        let pool = ThreadPoolBuilder::new().num_threads(self.threads).build();
+        pool.map_err(|error| {
+            Error::Usage(format!("cannot start {} threads: {error}", self.threads))
+        })
+    }
+}
+
+/// Does so many jobs by their numbers, the lowest first, and gives what came of them in that order.
+/// A job is told by the flag when another one failed.
+///
+/// # Errors
+/// The first error; no further job is begun after it.
+pub(crate) fn in_parallel<T: Send>(
+    jobs: usize,
+    crew: Crew,
+    job: impl Fn(usize, &AtomicBool) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
+    let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let (sender, ended) = mpsc::channel();
+    let tell = |sender: &mpsc::Sender<_>, index: usize, result: Result<T>| {
+        let is_error = result.is_err();
+        sender
+            .send((index, result))
+            .expect("whoever waits is there until all have ended");
+        // Not before: whoever stops because of it comes later.
+        failed.fetch_or(is_error, Ordering::Release);
+    };
+    let work = |sender: mpsc::Sender<_>| {
+        let pool = match crew.pool() {
+            Ok(pool) => pool,
+            Err(error) => return tell(&sender, 0, Err(error)),
+        };
+        while !failed.load(Ordering::Acquire) {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= jobs {
+                break;
+            }
+            tell(&sender, index, pool.install(|| job(index, &failed)));
+        }
+    };
+    let results = thread::scope(|scope| {
+        for _ in 0..crew.at_work.min(jobs) {
+            let sender = sender.clone();
+            scope.spawn(|| work(sender));
+        }
+        drop(sender);
+        ended.into_iter().collect::<Vec<_>>()
+    });
+    let mut done: Vec<(usize, T)> = results
+        .into_iter()
+        .map(|(index, result)| Ok((index, result?)))
+        .collect::<Result<_>>()?;
+    done.sort_unstable_by_key(|(index, _)| *index);
+    Ok(done.into_iter().map(|(_, of_job)| of_job).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Crew, in_parallel};
+    use crate::error::Error;
+    use std::num::NonZeroUsize;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    #[test]
+    fn every_job_is_done_once_and_in_order() {
+        for threads in [1, 3, 64] {
+            let counts = [(); 17].map(|()| AtomicUsize::new(0));
+            let crew = Crew::of_one(NonZeroUsize::new(threads));
+            let done = in_parallel(17, crew, |job, _| {
+                counts[job].fetch_add(1, Ordering::Relaxed);
+                Ok(job * job)
+            });
+            assert!(counts.iter().all(|n| n.load(Ordering::Relaxed) == 1));
+            assert!(done.unwrap().into_iter().eq((0..17).map(|job| job * job)));
+        }
+    }
+
+    #[test]
+    fn threads_are_shared_out() {
+        for (threads, jobs, [at_work, each]) in [
+            (8, 3, [3, 2]),
+            (2, 5, [2, 1]),
+            (4, 1, [1, 4]),
+            (1, 9, [1, 1]),
+            (3, 0, [1, 3]),
+        ] {
+            let crew = Crew::shared_out(threads, jobs);
+            assert_eq!([crew.at_work, crew.threads], [at_work, each]);
+            let found = in_parallel(jobs, crew, |_, _| Ok(rayon::current_num_threads()));
+            assert_eq!(found.unwrap(), vec![each; jobs]);
+        }
+    }
+
+    #[test]
+    fn after_an_error_no_job_is_begun() {
+        let begun = AtomicUsize::new(0);
+        let crew = Crew::of_one(NonZeroUsize::new(2));
+        let error = in_parallel(100, crew, |job, _| {
+            begun.fetch_add(1, Ordering::Relaxed);
+            match job {
+                3 => Err(Error::Usage("the third".to_owned())),
+                _ => Ok(()),
+            }
+        });
+        assert_eq!(error.unwrap_err().to_string(), "the third");
+        // The other thread may be at any job meanwhile, and stops at its next.
+        assert!((4..=100).contains(&begun.load(Ordering::Relaxed)));
+    }
+
+    /// The error is the one that others stopped for, not one of theirs.
+    #[test]
+    fn jobs_are_told_of_an_error() {
+        let crew = Crew::of_one(NonZeroUsize::new(2));
+        let error = in_parallel(2, crew, |job, failed| {
+            if job == 1 {
+                return Err::<(), _>(Error::Usage("the cause".to_owned()));
+            }
+            while !failed.load(Ordering::Acquire) {
+                std::thread::yield_now();
+            }
+            Err(Error::Usage("what came of it".to_owned()))
+        });
+        assert_eq!(error.unwrap_err().to_string(), "the cause");
+    }
+}
