@@ -288,19 +288,8 @@ impl Task {
         (controller, start): (&Controller<f64>, &State<f64>),
         span: &Span,
     ) -> Guarded {
-        self.guarded_many(&[mixture], (controller, &[start]), span)
-            .remove(0)
-    }
-
-    /// The same from several starts, all of one mixture or each of its own.
-    pub fn guarded_many(
-        &self,
-        mixtures: &[&[[f64; 3]]],
-        (controller, starts): (&Controller<f64>, &[&State<f64>]),
-        span: &Span,
-    ) -> Vec<Guarded> {
-        let robots = (&self.bodies(mixtures)[..], controller);
-        self.simulator.guarded_many(robots, starts, span)
+        let body = self.body(mixture);
+        self.simulator.guarded((&body, controller), start, span)
     }
 
     fn bodies<R: Real>(&self, mixtures: &[&[[R; 3]]]) -> Vec<Body<R>> {

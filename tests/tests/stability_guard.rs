@@ -16,6 +16,13 @@ fn case(change: impl FnOnce(&mut Scene)) -> Case {
     Case::of_scene(&scene, 0).expect("any lattice starts so")
 }
 
+fn watched(span: &Span) -> Span {
+    Span {
+        watched: true,
+        ..span.clone()
+    }
+}
+
 fn guarded(case: &Case) -> Guarded {
     let mixture = case.mixture(case.projection, &case.z);
     let robot = (&case.controller, &case.start);
@@ -166,10 +173,10 @@ fn a_divergence_is_replayed_from_its_file() {
     assert_eq!(results.divergence, Some(found));
 }
 
-/// In lanes, where one start goes wrong, it alone does: the rest, and what is found of it, have
-/// the bits of single rollouts.
+/// In lanes, where one start goes wrong, it alone does, and shows it where it is watched: the rest
+/// has the bits of single rollouts.
 #[test]
-fn several_starts_together_are_judged_one_by_one() {
+fn several_starts_together_are_watched_one_by_one() {
     const WRONG: usize = 3;
     for contact in [Contact::Infinite, Contact::Coulomb] {
         let case = case(|scene| scene.physics.contact = contact);
@@ -182,15 +189,17 @@ fn several_starts_together_are_judged_one_by_one() {
         starts[WRONG].v[3] = [2e6, 0.0];
         let starts: Vec<_> = starts.iter().collect();
         let span = Span::from_start(vec![0, 7, case.physics.steps]);
-        let guarded = task.guarded_many(&[&mixture], (&case.controller, &starts), &span);
-        let plain = task.rollout_many(&[&mixture], (&case.controller, &starts), &span);
-        for (k, start) in starts.iter().enumerate() {
-            let robot = (&case.controller, *start);
-            let alone = task.guarded(&mixture, robot, &span);
-            assert_eq!(format!("{:?}", guarded[k]), format!("{alone:?}"), "{k}");
-            let alone = task.rollout(&mixture, robot, &span);
-            assert_eq!(format!("{:?}", plain[k]), format!("{alone:?}"), "{k}");
-            assert_eq!(guarded[k].divergence.is_some(), k == WRONG, "{k}");
+        for span in [watched(&span), span] {
+            let together = task.rollout_many(&[&mixture], (&case.controller, &starts), &span);
+            for (k, start) in starts.iter().enumerate() {
+                let robot = (&case.controller, *start);
+                let alone = task.rollout(&mixture, robot, &span);
+                assert_eq!(format!("{:?}", together[k]), format!("{alone:?}"), "{k}");
+                let guarded = task.guarded(&mixture, robot, &span);
+                assert_eq!(guarded.divergence.is_some(), k == WRONG, "{k}");
+                let shows = span.watched && k == WRONG;
+                assert_eq!(together[k].states[0].x[0][0].is_nan(), shows, "{k}");
+            }
         }
     }
 }
@@ -220,21 +229,18 @@ fn several_layouts_together_have_the_bits_of_each_alone() {
             let starts: Vec<_> = (0..count).map(start).collect();
             let span = Span::from_start(vec![0, 7, case.physics.steps]);
             let (task, layouts) = (case.task(), &layouts[..count]);
-            let guarded = task.guarded_many(layouts, (&case.controller, &starts), &span);
-            let plain = task.rollout_many(layouts, (&case.controller, &starts), &span);
-            for k in 0..count {
-                let robot = (&case.controller, starts[k]);
-                let alone = task.guarded(layouts[k], robot, &span);
-                assert_eq!(format!("{:?}", guarded[k]), format!("{alone:?}"), "{k}");
-                let alone = task.rollout(layouts[k], robot, &span);
-                assert_eq!(format!("{:?}", plain[k]), format!("{alone:?}"), "{k}");
+            for span in [watched(&span), span] {
+                let together = task.rollout_many(layouts, (&case.controller, &starts), &span);
+                for k in 0..count {
+                    let robot = (&case.controller, starts[k]);
+                    let alone = task.rollout(layouts[k], robot, &span);
+                    assert_eq!(format!("{:?}", together[k]), format!("{alone:?}"), "{k}");
+                }
+                let shows = together.iter().any(|seen| seen.states[0].x[0][0].is_nan());
+                assert_eq!(shows, span.watched && count > WRONG);
+                let reached = |k: usize| &together[k].states[2];
+                assert_ne!(reached(0), reached(1));
             }
-            assert_eq!(
-                guarded.iter().any(|g| g.divergence.is_some()),
-                count > WRONG
-            );
-            let reached = |k: usize| &plain[k].states[2];
-            assert_ne!(reached(0), reached(1));
         }
     }
 }

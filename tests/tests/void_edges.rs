@@ -151,10 +151,12 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
         // Guarded, and together with others: the same bits.
         let (bodies, span) = ([body(&dropped)], Span::from_start(vec![STEPS]));
         let (robots, starts) = ((&bodies[..], &dropped.controller), [&dropped.start; 9]);
-        let guarded = simulator(&dropped).guarded_many(robots, &starts, &span);
-        for guarded in guarded {
-            assert_eq!(guarded.divergence, None);
-            assert_eq!(guarded.trajectory.states[0], all[STEPS]);
+        let robot = (&bodies[0], &dropped.controller);
+        let guarded = simulator(&dropped).guarded(robot, &dropped.start, &span);
+        assert_eq!(guarded.divergence, None);
+        let together = simulator(&dropped).rollout_many(robots, &starts, &span);
+        for seen in [guarded.trajectory].iter().chain(&together) {
+            assert_eq!(seen.states[0], all[STEPS]);
         }
     }
 }

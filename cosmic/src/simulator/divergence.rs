@@ -97,40 +97,11 @@ impl Simulator {
         start: &State<f64>,
         span: &Span,
     ) -> Guarded {
-        let (body, controller) = robot;
-        let robots = (std::slice::from_ref(body), controller);
-        self.guarded_many(robots, &[start], span).remove(0)
-    }
-
-    /// Guarded rollouts from several starts, all of one body or each of its own: the bits of as many
-    /// single ones, in less time.
-    ///
-    /// # Panics
-    /// As [`rollout_many`](Simulator::rollout_many).
-    pub fn guarded_many(
-        &self,
-        (bodies, controller): (&[Body<f64>], &Controller<f64>),
-        starts: &[&State<f64>],
-        span: &Span,
-    ) -> Vec<Guarded> {
         let watched = Span {
             watched: true,
             ..span.clone()
         };
-        let seen = self.rollout_many((bodies, controller), starts, &watched);
-        let of_starts = bodies.iter().cycle().zip(starts).zip(seen);
-        of_starts
-            .map(|((body, start), seen)| self.judged((body, controller), (start, seen), span))
-            .collect()
-    }
-
-    /// What a watched rollout has seen, if that says that all went well.
-    fn judged(
-        &self,
-        robot: (&Body<f64>, &Controller<f64>),
-        (start, seen): (&State<f64>, Trajectory<f64>),
-        span: &Span,
-    ) -> Guarded {
+        let seen = self.rollout(robot, start, &watched);
         // A place within both bounds of the ground's frame is that far from its origin at most, which
         // may itself be far above the world's.
         let farthest = self.ground.height.abs() + 2f64.sqrt() * WATCHED;
