@@ -138,16 +138,19 @@ impl CoDesign {
         self.spreads(mixture, &[controller], &starts)[0].displacement
     }
 
-    /// The controllers that may be delivered, each with the iteration after which it stood; the
-    /// last iterate first.
+    /// The controllers that may be delivered, each once and with the iteration after which it stood;
+    /// the last iterate first.
     fn entrants<'a>(&self, progress: &'a Progress) -> Vec<Entrant<'a>> {
+        let candidates = progress.candidates.iter();
+        let (same, others): (Vec<_>, Vec<_>) =
+            candidates.partition(|c| c.controller == progress.controller);
         let mut entrants = vec![Entrant {
             iteration: progress.iteration,
             controller: &progress.controller,
-            spread: None,
+            spread: same.first().and_then(|c| c.spread),
         }];
         if self.scene.selection.kind == SelectionKind::Median {
-            entrants.extend(progress.candidates.iter().map(Entrant::from));
+            entrants.extend(others.into_iter().map(Entrant::from));
         }
         entrants
     }
@@ -284,6 +287,26 @@ fn spread(reached: &[Reached], of: fn(&Reached) -> f64) -> Spread {
 #[cfg(test)]
 mod tests {
     use super::{Spread, first_best};
+    use crate::codesign::CoDesign;
+    use crate::codesign::tests::tiny;
+
+    #[test]
+    fn a_candidate_that_is_the_last_iterate_is_rolled_out_once() {
+        let codesign = CoDesign::new(&tiny()).unwrap();
+        let mut progress = codesign.begin(1).unwrap();
+        let plain = codesign.deliver(&progress);
+        codesign.note_candidate(&mut progress, 1.0);
+        assert_eq!(codesign.entrants(&progress).len(), 1);
+        assert_eq!(codesign.deliver(&progress), plain);
+        codesign.judge_candidates(&mut progress);
+        assert_eq!(
+            codesign.entrants(&progress)[0].spread,
+            Some(plain.selection)
+        );
+        // Where the controller moves on, both may be delivered.
+        progress.controller.b1[0] += 0.1;
+        assert_eq!(codesign.entrants(&progress).len(), 2);
+    }
 
     #[test]
     fn the_first_of_equals_is_the_best_and_what_diverged_is_none() {
