@@ -406,6 +406,13 @@ fn an_unstable_time_step_is_let_pass_with_a_warning() {
     let bench = Bench::with(&unstable());
     let said = bench.optimize("a", &["--allow-unstable", "--iterations", "2"]);
     assert_eq!(said.error.matches(warning).count(), 1, "{said:?}");
+    // Of several starts each has its own.
+    let several = ["--allow-unstable", "--iterations", "2", "--starts", "2"];
+    let said = bench.optimize("several", &several);
+    for seed in 0..2 {
+        let warning = warning.replace("warning: ", &format!("warning: seed {seed}: "));
+        assert_eq!(said.error.matches(&warning).count(), 1, "{said:?}");
+    }
     let text = fs::read_to_string(bench.path("a/scene.toml")).unwrap();
     assert!(text.contains("unstable_step = \"warn\""));
     let history = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();

@@ -183,7 +183,8 @@ impl Observer for OfOne<'_, '_> {
     }
 
     fn warning(&mut self, run: &Run, text: &str) {
-        self.observer().warning(run, text);
+        let seed = run.plan().seed;
+        (self.observer()).warning(run, &format!("seed {seed}: {text}"));
     }
 }
 
