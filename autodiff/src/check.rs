@@ -184,7 +184,7 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
             tolerance: self.options.tolerance,
             unseen: if unseen.is_finite() { unseen } else { 0.0 },
         };
-        let (mut verdict, slopes) = judge.verdict(&sweep);
+        let (mut verdict, slopes, unsure) = judge.verdict(&sweep);
         if claimed.is_nan() || forward.is_some_and(|forward| !judge.same(forward)) {
             verdict = Verdict::Wrong;
         }
@@ -203,6 +203,7 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
             right,
             step,
             error: (claimed - central).abs() / judge.scale(central),
+            unsure: unsure / judge.scale(central),
             verdict,
         }
     }

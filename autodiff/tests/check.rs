@@ -212,6 +212,34 @@ fn sources_may_disagree_below_the_value_s_last_digit() {
     assert_eq!(verdict(1e3, 1e-18), Verdict::Wrong);
 }
 
+/// A slope that hardly stands out of the value's rounding may agree by chance: what differences may
+/// be off tells it from one that is known.
+#[test]
+fn differences_say_how_sure_they_are() {
+    let direction = |value: fn(f64) -> f64, slope: f64| {
+        let claim = Claim {
+            x: &[0.5],
+            gradient: &[slope],
+            forward: None,
+        };
+        let report = check_directions(|x| value(x[0]), &claim, &Options::default());
+        report.directions[0].clone()
+    };
+    let known = direction(f64::sin, 0.5f64.cos());
+    assert!(
+        known.error <= known.unsure && known.unsure < 1e-7,
+        "{known:?}"
+    );
+    // The value is rounded at 1e-16 and steps are 3e-3 at most: a thirtieth of this slope.
+    let drowned = direction(|x| 1.0 + 1e-12 * x, 1e-12);
+    assert!(
+        drowned.unsure > 1e-2 && drowned.unsure.is_finite(),
+        "{drowned:?}"
+    );
+    let infinite = direction(|x| (x - 0.5).cbrt(), 1.0);
+    assert_eq!(infinite.unsure, f64::INFINITY, "{infinite:?}");
+}
+
 #[test]
 fn a_flat_function_with_a_large_value_is_smooth() {
     struct Flat;

@@ -41,6 +41,9 @@ pub struct Direction {
     pub step: f64,
     /// `|gradient - central|`, relative to the slope and the typical slope.
     pub error: f64,
+    /// By how much `central` may be off, relative to the same: a guess from the steps beside it,
+    /// infinite where differences do not settle.
+    pub unsure: f64,
     /// The verdict.
     pub verdict: Verdict,
 }

@@ -157,19 +157,20 @@ impl Judge {
                 <= self.tolerance * self.scale(derivative) + self.unseen
     }
 
-    /// The verdict, and the slopes that it rests on.
-    pub(super) fn verdict(&self, sweep: &[Slopes]) -> (Verdict, Slopes) {
+    /// The verdict, the slopes that it rests on, and by how much they may be off.
+    pub(super) fn verdict(&self, sweep: &[Slopes]) -> (Verdict, Slopes, f64) {
         let Some(best) = settled(sweep, central).filter(|best| self.settles(best)) else {
             // No derivative to compare with: rough, or with an infinite slope.
-            return (Verdict::Kink, sweep[sweep.len() / 2]);
+            return (Verdict::Kink, sweep[sweep.len() / 2], f64::INFINITY);
         };
         let apart = self.stays_apart(sweep, &best);
         let closer = apart.then(|| self.closer(sweep, &best)).flatten();
         let kink = apart && closer.is_none();
         let best = closer.unwrap_or(best);
         let agreed = |kink| if kink { Verdict::Kink } else { Verdict::Smooth };
+        let rests = |verdict, on: &Plateau| (verdict, sweep[on.level], Self::SAFETY * on.spread);
         if self.agrees(&best) {
-            return (agreed(kink), sweep[best.level]);
+            return rests(agreed(kink), &best);
         }
         // The stencil may have crossed a kink beside the point: a smaller step with a clearly
         // different slope, settled too, has the last word.
@@ -178,14 +179,14 @@ impl Judge {
             let unsure = Self::SAFETY * (closer.spread + best.spread);
             let other = (closer.slope - best.slope).abs() > unsure;
             if other && self.settles(&closer) && self.agrees(&closer) {
-                return (agreed(self.stays_apart(sweep, &closer)), sweep[level]);
+                return rests(agreed(self.stays_apart(sweep, &closer)), &closer);
             }
         }
         // Sides that grow apart, a cusp's, have every slope between them.
         if self.between_sides(sweep) || kink && grows_apart(&sweep[best.level..]) {
-            return (Verdict::Kink, sweep[best.level]);
+            return rests(Verdict::Kink, &best);
         }
-        (Verdict::Wrong, sweep[best.level])
+        rests(Verdict::Wrong, &best)
     }
 
     fn settles(&self, plateau: &Plateau) -> bool {
