@@ -64,8 +64,7 @@ fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
         *v = moves * rng.random_range(-1.0..1.0);
     }
     if rng.random_range(0..3) == 0 {
-        let all = [Material::Void, Material::Skeleton, Material::Actuator];
-        case.frozen = Some(case.z.iter().map(|_| one_of(rng, &all)).collect());
+        case.frozen = Some(case.z.iter().map(|_| one_of(rng, &Material::ALL)).collect());
     }
     // Beside the sharp projection's shares of nothing, what bends changes its slope within a
     // millionth: differences do not see the point alone.

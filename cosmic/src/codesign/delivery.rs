@@ -108,7 +108,11 @@ impl CoDesign {
         let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
         let spreads = self.spreads(&mixture, &judged, &worlds);
         let guarded = self.shown_rollout(&mixture, controller);
-        let moved = self.moved(&self.start, &guarded);
+        let trajectory = &guarded.trajectory;
+        let moved = match guarded.divergence {
+            Some(_) => [f64::NAN; 2],
+            None => self.between(&self.start, trajectory.at(trajectory.last_step())),
+        };
         let share =
             |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
         Delivery {
@@ -230,7 +234,7 @@ impl CoDesign {
             .collect();
         let reach = |(controller, group): &(&Controller<f64>, &[Place])| {
             let starts: Vec<&State<f64>> = group.iter().map(|(_, start)| start).collect();
-            self.reach_many(&[mixture], controller, (&group[0].0, &starts))
+            self.reach_many::<f64>(&[mixture], controller, (&group[0].0, &starts))
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();

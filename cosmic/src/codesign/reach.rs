@@ -8,7 +8,7 @@ use crate::gradient::Task;
 use crate::lattice::State;
 use crate::objective::Loss;
 use crate::scene::GradientPrecision;
-use crate::simulator::{Guarded, Span, Trajectory};
+use crate::simulator::{Span, Trajectory};
 
 /// What came of a full rollout; NaN where some state on the way is absurd or close to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,8 +44,8 @@ impl CoDesign {
     ) -> Vec<Reached> {
         let starts = vec![&self.start; mixtures.len()];
         match self.scene.gradient.precision {
-            GradientPrecision::F64 => self.reach_many(mixtures, controller, (task, &starts)),
-            GradientPrecision::F32 => self.reach_in::<f32>(mixtures, controller, (task, &starts)),
+            GradientPrecision::F64 => self.reach_many::<f64>(mixtures, controller, (task, &starts)),
+            GradientPrecision::F32 => self.reach_many::<f32>(mixtures, controller, (task, &starts)),
         }
     }
 
@@ -56,20 +56,12 @@ impl CoDesign {
         controller: &Controller<f64>,
         (task, start): (&Task, &State<f64>),
     ) -> Reached {
-        self.reach_many(&[mixture], controller, (task, &[start]))[0]
+        self.reach_many::<f64>(&[mixture], controller, (task, &[start]))[0]
     }
 
-    /// The same from several starts, all of one robot or each of its own.
-    pub fn reach_many(
-        &self,
-        mixtures: &[&[[f64; 3]]],
-        controller: &Controller<f64>,
-        (task, starts): (&Task, &[&State<f64>]),
-    ) -> Vec<Reached> {
-        self.reach_in::<f64>(mixtures, controller, (task, starts))
-    }
-
-    fn reach_in<R: Real + Into<f64>>(
+    /// The same from several starts, all of one robot or each of its own, in rollouts of a number
+    /// type.
+    pub fn reach_many<R: Real + Into<f64>>(
         &self,
         mixtures: &[&[[f64; 3]]],
         controller: &Controller<f64>,
@@ -103,16 +95,6 @@ impl CoDesign {
             Reached { moved, merit }
         };
         starts.iter().zip(&all).map(reached).collect()
-    }
-
-    /// From the payload's start to its place in the last state, in the ground's frame; NaN where
-    /// any state is absurd.
-    pub(super) fn moved(&self, start: &State<f64>, guarded: &Guarded) -> [f64; 2] {
-        if guarded.divergence.is_some() {
-            return [f64::NAN; 2];
-        }
-        let trajectory = &guarded.trajectory;
-        self.between(start, trajectory.at(trajectory.last_step()))
     }
 
     /// From the payload's start to its place in another state, in the ground's frame; NaN where
