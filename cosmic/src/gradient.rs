@@ -292,6 +292,11 @@ impl Task {
         self.simulator.guarded((&body, controller), start, span)
     }
 
+    /// As [`Simulator::is_cleared`].
+    pub fn is_cleared(&self, last: &State<f64>) -> bool {
+        self.simulator.is_cleared(last)
+    }
+
     fn bodies<R: Real>(&self, mixtures: &[&[[R; 3]]]) -> Vec<Body<R>> {
         mixtures.iter().map(|mixture| self.body(mixture)).collect()
     }

@@ -10,7 +10,7 @@ use crate::objective::Loss;
 use crate::scene::GradientPrecision;
 use crate::simulator::{Span, Trajectory};
 
-/// What came of a full rollout; NaN where some state on the way is absurd or close to it.
+/// What came of a full rollout; NaN where some state on the way is absurd.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
     /// Displacement of the payload along the ground, and in the height above, m.
@@ -21,6 +21,11 @@ pub struct Reached {
 }
 
 impl Reached {
+    const NOWHERE: Self = Self {
+        moved: [f64::NAN; 2],
+        merit: f64::NAN,
+    };
+
     pub(super) fn along(&self) -> f64 {
         self.moved[0]
     }
@@ -68,33 +73,55 @@ impl CoDesign {
         (task, starts): (&Task, &[&State<f64>]),
     ) -> Vec<Reached> {
         let steps = task.physics.steps;
-        let far = self.objective.is_far();
-        let observed = match far {
+        let observed = match self.objective.is_far() {
             true => vec![steps],
             false => self.objective.observed(steps),
         };
-        let span = Span {
+        let span = Span::from_start(observed);
+        let watched = Span {
             watched: true,
-            ..Span::from_start(observed)
+            ..span.clone()
         };
         let lift = |mixture: &&[[f64; 3]]| mixture.iter().map(|m| m.map(R::lit)).collect();
-        let mixtures: Vec<Vec<[R; 3]>> = mixtures.iter().map(lift).collect();
-        let mixtures: Vec<&[[R; 3]]> = mixtures.iter().map(Vec::as_slice).collect();
+        let in_type: Vec<Vec<[R; 3]>> = mixtures.iter().map(lift).collect();
+        let lifted_mixtures: Vec<&[[R; 3]]> = in_type.iter().map(Vec::as_slice).collect();
         let lifted: Vec<State<R>> = starts.iter().map(|start| start.map(R::lit)).collect();
         let robots = (
             &controller.map(R::lit),
             &lifted.iter().collect::<Vec<_>>()[..],
         );
-        let all = task.rollout_many(&mixtures, robots, &span);
-        let reached = |(&start, seen): (&&State<f64>, &Trajectory<R>)| {
-            let moved = self.between(start, &seen.at(steps).map(R::into));
-            let merit = match far || moved[0].is_nan() {
-                true => moved[0],
-                false => -self.objective.loss(seen).into(),
+        let all = task.rollout_many(&lifted_mixtures, robots, &watched);
+        let reached = |(k, seen): (usize, &Trajectory<R>)| {
+            let start = starts[k];
+            let last = seen.at(steps).map(R::into);
+            if task.is_cleared(&last) {
+                let loss = || self.objective.loss(seen).into();
+                return self.reached_at(start, &last, loss);
+            }
+            // What is said to be diverged is what the guard finds, whose bounds are wider.
+            let robot = (controller, start);
+            let guarded = task.guarded(mixtures[k % mixtures.len()], robot, &span);
+            let last = match guarded.divergence {
+                Some(_) => return Reached::NOWHERE,
+                None => guarded.trajectory.at(steps),
             };
-            Reached { moved, merit }
+            self.reached_at(start, last, || self.objective.loss(&guarded.trajectory))
         };
-        starts.iter().zip(&all).map(reached).collect()
+        all.iter().enumerate().map(reached).collect()
+    }
+
+    fn reached_at(
+        &self,
+        start: &State<f64>,
+        last: &State<f64>,
+        loss: impl FnOnce() -> f64,
+    ) -> Reached {
+        let moved = self.between(start, last);
+        let merit = match self.objective.is_far() {
+            true => moved[0],
+            false => -loss(),
+        };
+        Reached { moved, merit }
     }
 
     /// From the payload's start to its place in another state, in the ground's frame; NaN where
@@ -113,7 +140,29 @@ impl CoDesign {
 mod tests {
     use crate::codesign::CoDesign;
     use crate::codesign::tests::tiny;
-    use crate::scene::{GradientPrecision, Scene, TaskKind};
+    use crate::scene::{Contact, GradientPrecision, Scene, TaskKind};
+
+    /// A robot that falls along a steep slope for so long, by half of a second's square times its
+    /// share of gravity, to where a watched rollout is looked at again and no state is absurd.
+    #[test]
+    fn what_is_nearly_absurd_has_not_diverged() {
+        let mut scene = tiny();
+        scene.physics.contact = Contact::Coulomb;
+        scene.physics.friction = 0.0;
+        scene.physics.incline_deg = 60.0;
+        scene.physics.gravity = 1000.0;
+        (scene.physics.damping, scene.physics.steps) = (0.0, 20_000);
+        scene.lattice.spacing = 0.001;
+        scene.materials.stiffness = [1e-7, 1.0, 1.0];
+        let codesign = CoDesign::new(&scene).unwrap();
+        let progress = codesign.begin(1).unwrap();
+        let reached = codesign.evaluate(&progress);
+        assert!((5e5..1e6).contains(&reached.along().abs()), "{reached:?}");
+        let delivery = codesign.deliver(&progress);
+        assert_eq!(delivery.divergence, None);
+        assert_eq!(delivery.along, reached.along());
+        assert!(delivery.spread.p10.is_finite(), "{delivery:?}");
+    }
 
     /// On the way in the scene's precision; what is quoted in f64.
     #[test]

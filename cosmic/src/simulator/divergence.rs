@@ -102,11 +102,7 @@ impl Simulator {
             ..span.clone()
         };
         let seen = self.rollout(robot, start, &watched);
-        // A place within both bounds of the ground's frame is that far from its origin at most, which
-        // may itself be far above the world's.
-        let farthest = self.ground.height.abs() + 2f64.sqrt() * WATCHED;
-        let sane = seen.states.last().is_none_or(|last| !last.is_absurd());
-        if farthest < ABSURD && sane {
+        if seen.states.last().is_none_or(|last| self.is_cleared(last)) {
             return Guarded {
                 trajectory: seen,
                 divergence: None,
@@ -116,6 +112,15 @@ impl Simulator {
             trajectory: self.rollout(robot, start, span),
             divergence: self.divergence(robot, start, span.observed.last().copied().unwrap_or(0)),
         }
+    }
+
+    /// Whether a watched rollout that ends in this state had no absurd one. If not, it may still have
+    /// had none: [`guarded`](Simulator::guarded) looks at it again.
+    pub fn is_cleared(&self, last: &State<f64>) -> bool {
+        // A place within both bounds of the ground's frame is that far from its origin at most, which
+        // may itself be far above the world's.
+        let farthest = self.ground.height.abs() + 2f64.sqrt() * WATCHED;
+        farthest < ABSURD && !last.is_absurd()
     }
 
     /// The first absurd state of a rollout of so many steps, or `None` where all is well. Every
