@@ -31,15 +31,20 @@ pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
     let read = |file: File| file.take(most.saturating_add(1)).read_to_end(&mut bytes);
     match File::open(path).and_then(read) {
         Ok(read) if read as u64 <= most => Ok(bytes),
-        Ok(_) => Err(Error::Usage(format!(
-            "{}: more than the {most} bytes that it may have",
-            path.display()
-        ))),
+        Ok(_) => Err(too_long(path, most)),
         Err(source) => Err(Error::Read {
             path: path.into(),
             source,
         }),
     }
+}
+
+/// The error for a file of more bytes than it may have.
+pub(crate) fn too_long(path: &Path, most: u64) -> Error {
+    let path = path.display();
+    Error::Usage(format!(
+        "{path}: more than the {most} bytes that it may have"
+    ))
 }
 
 /// A value from JSON that stands in a file, which is named in messages, after so many lines.
@@ -48,7 +53,8 @@ pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// [`Error::Malformed`], which says where in the file and where in the value.
 pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u8]) -> Result<T> {
     let mut json = serde_json::Deserializer::from_slice(json);
-    let place = |error: &serde_json::Error| (lines + error.line(), error.column());
+    // Of nothing at all it says column 0, where columns count from 1.
+    let place = |error: &serde_json::Error| (lines + error.line(), error.column().max(1));
     let value = serde_path_to_error::deserialize(&mut json).map_err(|error| {
         let keys = error.path().to_string();
         let error = error.into_inner();
@@ -67,13 +73,29 @@ fn sentence(keys: &str, error: &serde_json::Error) -> String {
     let what = text
         .rsplit_once(" at line ")
         .map_or(&text[..], |(what, _)| what);
-    let what = match what {
-        "trailing characters" if keys != ROOT => "more values than belong here",
-        what => what,
+    let what = match what.split_once(", expected ") {
+        _ if what == "trailing characters" && keys != ROOT => {
+            "more values than belong here".to_owned()
+        }
+        Some((found, expected)) => format!("{found}, expected {}", in_words(expected)),
+        None => what.to_owned(),
     };
-    match keys {
-        ROOT => what.to_owned(),
+    // What is cut off has a key that is not known.
+    let keys = keys.strip_suffix('?').unwrap_or(keys);
+    match keys.strip_suffix('.').unwrap_or(keys) {
+        "" | ROOT => what,
         keys => format!("`{keys}`: {what}"),
+    }
+}
+
+/// What was expected, for those who do not know the name of a type.
+fn in_words(expected: &str) -> &str {
+    match expected {
+        "usize" | "u64" | "u32" => "a whole number from 0 on",
+        "a nonzero usize" => "a whole number from 1 on",
+        "f64" => "a number",
+        name if name.starts_with("struct ") => "an object",
+        other => other,
     }
 }
 

@@ -347,7 +347,7 @@ fn wrong_designs_are_refused() {
     refuses(design, &["3 is no material"], |json| {
         json["materials"][0] = json!(3)
     });
-    refuses(design, &["invalid type: null, expected f64"], |json| {
+    refuses(design, &["invalid type: null, expected a number"], |json| {
         json["z"][0][1] = Value::Null
     });
     refuses(design, &["unknown field `colour`"], |json| {
@@ -445,9 +445,40 @@ fn missing_and_unwritable_files_exit_with_4() {
     assert!(missing("design.json").contains("cannot read scene.toml"));
 }
 
+/// A pipe is read once and has its own contents, whatever it is called.
+#[cfg(unix)]
+#[test]
+fn scenes_and_cases_come_through_pipes() {
+    let folder = folder();
+    for name in ["scene.toml", "case.json"] {
+        let bytes = fs::read(folder.path().join(name)).unwrap();
+        let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_cosmic"));
+        let piped = command.args(["evaluate", "/dev/stdin"]).write_stdin(bytes);
+        let piped = piped.output().unwrap();
+        let printed = evaluate(&folder, &[name]);
+        assert_eq!(String::from_utf8(piped.stdout).unwrap(), printed.out);
+    }
+    let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_cosmic"));
+    let wrong = command.args(["gradcheck", "/dev/stdin"]);
+    let wrong = wrong
+        .write_stdin("[physics]\nsteps = -1\n")
+        .output()
+        .unwrap();
+    assert_eq!(wrong.status.code(), Some(2), "{wrong:?}");
+}
+
 #[test]
 fn steps_that_there_are_not_are_refused() {
     let folder = folder();
+    edit(&folder.path().join("case.json"), |case| {
+        case["results"] = json!({ "trajectory": { "2049": null } });
+    });
+    let told = evaluate(&folder, &["case.json"]);
+    let says = "case.json: `results.trajectory` has step 2049, and the rollout 2048 steps";
+    assert!(told.code == 2 && told.error.contains(says), "{told:?}");
+    edit(&folder.path().join("case.json"), |case| {
+        case["results"] = json!({});
+    });
     let told = evaluate(&folder, &["case.json", "--record", "1,2049"]);
     assert_eq!(told.code, 2);
     assert!(

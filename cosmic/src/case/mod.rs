@@ -93,7 +93,7 @@ impl Case {
     /// 0, 1, 2, 3 and the last; ascending, each once.
     ///
     /// # Errors
-    /// Where a step is asked for that the rollout does not reach.
+    /// [`Error::Usage`] where a step is asked for that the rollout does not reach.
     pub fn recorded_steps(&self, asked: &[usize]) -> Result<Vec<usize>> {
         let last = self.physics.steps;
         let mut steps = match (asked, &self.listed_steps[..]) {
@@ -132,7 +132,6 @@ impl Shapes<'_> {
         }
         let observation = self.observation(scene, raw.controller.b1.len())?;
         let inputs = observation_length(&observation, nodes);
-        let listed = raw.results.iter().flat_map(|r| r.trajectory.keys());
         Ok(Case {
             layout: layout(scene),
             physics: physics(scene, raw.steps),
@@ -157,7 +156,7 @@ impl Shapes<'_> {
                 penalty: self.array("al.tau", &raw.al.tau)?,
             },
             thresholds: self.array("al.thresholds", &raw.al.thresholds)?,
-            listed_steps: listed.copied().collect(),
+            listed_steps: self.listed_steps(raw)?,
             lattice,
             observation,
         })
@@ -195,6 +194,18 @@ impl Shapes<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The steps whose states the case's own results have.
+    fn listed_steps(&self, raw: &RawCase) -> Result<Vec<usize>> {
+        let listed = raw.results.iter().flat_map(|r| r.trajectory.keys());
+        let (file, last) = (self.file, raw.steps);
+        match listed.clone().find(|step| **step > last) {
+            Some(step) => Err(Error::Usage(format!(
+                "{file}: `results.trajectory` has step {step}, and the rollout {last} steps"
+            ))),
+            None => Ok(listed.copied().collect()),
+        }
     }
 
     fn length(&self, steps: usize, substeps: usize) -> Result<()> {

@@ -34,8 +34,8 @@ impl Arguments {
         let rollout = RolloutFacts::new(&case);
         // A scene has a loss and horizons of its own; for the rest they are the default scene's.
         let scene = match &source {
-            Source::Scene(name) => Scene::load(name)?,
-            Source::Design(_) | Source::Case(..) => Scene::default(),
+            Source::Scene(scene) => (**scene).clone(),
+            Source::Design(..) | Source::Case(..) => Scene::default(),
         };
         let speed = self.measure.then(|| measure(&case, &scene));
         let plan = match self.measure {
@@ -382,6 +382,9 @@ fn speed_text(speed: &Speed) -> String {
             design,
             controller,
         } = error;
+        if !(design.is_finite() && controller.is_finite()) {
+            return format!("  f32 gradients over {steps} steps: not all are finite\n");
+        }
         format!(
             "  f32 gradients over {steps} steps are off by {design:.1e} (design) and \
              {controller:.1e} (controller) of their length\n"

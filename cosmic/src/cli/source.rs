@@ -6,18 +6,19 @@ use crate::reading::read_whole;
 use crate::record::run::{DESIGN, SCENE};
 use crate::record::{DesignFile, design_file};
 use crate::scene::{BUILTIN, Scene};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The seed of the controller that a scene is tried out with.
 const SEED: u64 = 0;
 
-/// A robot, before it is read.
-#[derive(Debug, PartialEq)]
+/// What a robot is read from. All of it is read once: a pipe has no second time.
+#[derive(Debug)]
 pub(super) enum Source {
-    /// The name of a built-in scene, or a TOML file.
-    Scene(String),
-    /// A run's design; its scene is beside it.
-    Design(PathBuf),
+    /// A built-in scene, or that of a TOML file.
+    Scene(Box<Scene>),
+    /// A run's design, with its bytes; its scene is beside it.
+    Design(PathBuf, Vec<u8>),
     /// A case, with its text.
     Case(String, String),
 }
@@ -26,44 +27,46 @@ impl Source {
     /// Finds out which of them a name stands for: a built-in scene by its name, a run's folder by the
     /// design in it, the files by what they hold.
     pub(super) fn find(name: &str) -> Result<Self> {
+        let scene = || Ok(Self::Scene(Box::new(Scene::load(name)?)));
         if BUILTIN.iter().any(|builtin| builtin.name == name) {
-            return Ok(Self::Scene(name.to_owned()));
+            return scene();
         }
         let path = Path::new(name);
         if path.is_dir() {
-            return Ok(Self::Design(path.join(DESIGN)));
+            let design = path.join(DESIGN);
+            let bytes = read_whole(&design)?;
+            return Ok(Self::Design(design, bytes));
         }
-        let text = match read_whole(path) {
-            Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
+        match read_whole(path) {
+            Ok(bytes) => Self::recognise(path, bytes),
             // A name that is no file may be a misspelt scene: that reader has a hint.
             Err(Error::Read { source, .. })
-                if source.kind() == std::io::ErrorKind::NotFound && !is_json(path) =>
+                if source.kind() == ErrorKind::NotFound && !is_json(path) =>
             {
-                return Ok(Self::Scene(name.to_owned()));
+                scene()
             }
-            Err(error) => return Err(error),
-        };
-        Ok(Self::recognise(path, text))
+            Err(error) => Err(error),
+        }
     }
 
-    fn recognise(path: &Path, text: String) -> Self {
-        let name = path.display().to_string();
+    fn recognise(path: &Path, bytes: Vec<u8>) -> Result<Self> {
+        let text = String::from_utf8_lossy(&bytes);
         if !is_json(path) && !text.trim_start().starts_with('{') {
-            return Self::Scene(name);
+            return Ok(Self::Scene(Box::new(Scene::of_bytes(path, &bytes)?)));
         }
         // Not by parsing: a truncated design is a design too, and its reader says what is wrong.
         if text.contains(&format!("\"{}\"", design_file::FORMAT.name)) {
-            return Self::Design(path.to_owned());
+            return Ok(Self::Design(path.to_owned(), bytes));
         }
-        Self::Case(name, text)
+        Ok(Self::Case(path.display().to_string(), text.into_owned()))
     }
 
     /// Reads the robot.
     pub(super) fn case(&self) -> Result<Case> {
         match self {
-            Self::Scene(name) => Case::of_scene(&Scene::load(name)?, SEED),
-            Self::Design(path) => {
-                let design = DesignFile::read(path)?;
+            Self::Scene(scene) => Case::of_scene(scene, SEED),
+            Self::Design(path, bytes) => {
+                let design = DesignFile::parse(path, bytes)?;
                 let scene = Scene::read(&path.with_file_name(SCENE))?;
                 design.case(&scene, &path.display().to_string())
             }

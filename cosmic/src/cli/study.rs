@@ -2,12 +2,12 @@
 
 use super::progress::Many;
 use super::{Output, print, print_json};
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::scene::Scene;
 use crate::study::{Kind, Study};
 use crate::sweep::merge;
 use clap::{Args, Subcommand};
 use serde_json::json;
-use std::fs;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -82,11 +82,7 @@ impl Arguments {
 impl Options {
     fn study(&self, kind: Kind) -> Result<Study> {
         let read = |path: &PathBuf| -> Result<(String, String)> {
-            let text = fs::read_to_string(path).map_err(|source| Error::Read {
-                path: path.clone(),
-                source,
-            })?;
-            Ok((path.display().to_string(), text))
+            Ok((path.display().to_string(), Scene::text(path)?))
         };
         let default = || PathBuf::from("runs").join(format!("study-{}", kind.name()));
         Ok(Study {

@@ -4,7 +4,7 @@ use super::Scene;
 use super::diagnostic::not_text;
 use super::read::{pointed, suggest};
 use crate::error::{Error, Result};
-use crate::reading::read_at_most;
+use crate::reading::{read_at_most, too_long};
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -96,11 +96,32 @@ impl Scene {
     /// [`Error::Read`] for a file that cannot be read, [`Error::Usage`] for one that is far too
     /// long, [`Error::Malformed`] for one that is not UTF-8, and those of [`Scene::parse`].
     pub fn read(path: &Path) -> Result<Scene> {
-        let file = path.display().to_string();
-        let bytes = read_at_most(path, LARGEST)?;
-        let text = std::str::from_utf8(&bytes).map_err(|_| not_text(&file, &bytes))?;
-        Scene::parse(&file, text)
+        Scene::parse(&path.display().to_string(), &Scene::text(path)?)
     }
+
+    /// The text of a scene file.
+    ///
+    /// # Errors
+    /// As [`read`](Scene::read), less what parsing it would find.
+    pub fn text(path: &Path) -> Result<String> {
+        text_of(path, &read_at_most(path, LARGEST)?).map(str::to_owned)
+    }
+
+    /// As [`read`](Scene::read), of bytes at hand; `path` is named in messages.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for far too many bytes, [`Error::Malformed`] for some that are not UTF-8,
+    /// and those of [`Scene::parse`].
+    pub fn of_bytes(path: &Path, bytes: &[u8]) -> Result<Scene> {
+        Scene::parse(&path.display().to_string(), text_of(path, bytes)?)
+    }
+}
+
+fn text_of<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str> {
+    if bytes.len() as u64 > LARGEST {
+        return Err(too_long(path, LARGEST));
+    }
+    std::str::from_utf8(bytes).map_err(|_| not_text(&path.display().to_string(), bytes))
 }
 
 /// The error for a setting of a scene, by name or file, that turned out wrong after reading, shown
@@ -109,6 +130,8 @@ pub fn fault(name: &str, key: &str, says: [&str; 2]) -> Option<Error> {
     if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
         return pointed((name, builtin.text), key, says);
     }
-    let bytes = read_at_most(Path::new(name), LARGEST).ok()?;
+    let path = Path::new(name);
+    // A pipe has been read, and may have no one who writes to it any more.
+    let bytes = path.is_file().then(|| read_at_most(path, LARGEST).ok())??;
     pointed((name, std::str::from_utf8(&bytes).ok()?), key, says)
 }
