@@ -11,6 +11,21 @@ const SMALL: &str = "[lattice]\ncolumns = 2\nrows = 2\n\
                      [schedule]\nhorizon = [32, 64]\n[loss]\nwindow = 16\nevery = 4\n\
                      [controller]\nhidden = 2\n";
 
+/// Before minutes of work, not after.
+#[test]
+fn a_folder_that_cannot_be_is_refused_first() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("small.toml"), SMALL).unwrap();
+    let told = cosmic_in(
+        folder.path(),
+        &["verify", "small.toml", "--out", "small.toml"],
+    );
+    assert!(
+        told.code == 4 && told.out.is_empty() && told.error.contains("cannot write small.toml"),
+        "{told:?}"
+    );
+}
+
 #[test]
 fn a_scene_is_verified_into_a_folder() {
     let folder = tempfile::tempdir().unwrap();

@@ -93,6 +93,27 @@ fn a_failed_write_leaves_the_old_file_whole_and_nothing_beside_it() {
     assert_eq!(names(folder.path()), ["state"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn links_and_pipes_stay_what_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, link, pipe] = ["file", "link", "pipe"].map(|name| folder.path().join(name));
+    fs::write(&file, "old").unwrap();
+    std::os::unix::fs::symlink("file", &link).unwrap();
+    write_atomic(&link, |out| out.write_all(b"new")).unwrap();
+    assert!(link.is_symlink());
+    assert_eq!(fs::read(&file).unwrap(), b"new");
+    let made = process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.unwrap().success());
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || fs::read(pipe).unwrap()
+    });
+    write_atomic(&pipe, |out| out.write_all(b"through")).unwrap();
+    assert_eq!(reader.join().unwrap(), b"through");
+    assert_eq!(names(folder.path()).len(), 3);
+}
+
 /// Names the folder to the copy of this test that dies in the middle of a write.
 const VICTIM: &str = "COSMIC_TEST_VICTIM";
 

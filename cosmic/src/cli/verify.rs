@@ -4,6 +4,7 @@ use super::source::Source;
 use super::{note, print, print_json};
 use crate::case::Case;
 use crate::error::Result;
+use crate::record::files::make_folder;
 use crate::report::sheet::{Section, Sheet};
 use crate::verify::stability::Stability;
 use crate::verify::{Accuracy, Gradients, stable_steps};
@@ -40,20 +41,23 @@ type Part = fn(&Case) -> Section;
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let case = Source::find(&self.source)?.case()?;
+        if let Some(folder) = &self.out {
+            make_folder(folder)?;
+        }
         let sections = self.parts().into_iter().map(|part| part(&case));
         let sheet = Sheet {
             title: format!("Verification of {}", self.source),
             subject: subject(&case),
             sections: sections.collect(),
         };
+        match self.json {
+            true => print_json(&sheet.to_json())?,
+            false => print(&sheet.to_text())?,
+        }
         if let Some(folder) = &self.out {
             for path in sheet.write(folder)? {
                 note(&path.display().to_string());
             }
-        }
-        match self.json {
-            true => print_json(&sheet.to_json())?,
-            false => print(&sheet.to_text())?,
         }
         sheet.judge()
     }

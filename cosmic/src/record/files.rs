@@ -5,7 +5,7 @@ use crate::reading::{from_json, malformed, read_whole};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
@@ -35,6 +35,16 @@ pub fn write_atomic(
 }
 
 fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    // Where a link leads, not the link; and into a pipe or a device, not in its place.
+    let path = &match path.canonicalize() {
+        Ok(path) if path.is_file() || path.is_dir() => path,
+        Ok(path) => {
+            let mut file = BufWriter::new(OpenOptions::new().write(true).open(path)?);
+            fill(&mut file)?;
+            return file.flush();
+        }
+        Err(_) => path.to_owned(),
+    };
     // `file.json` has the empty parent, which means the current folder.
     let parent = path
         .parent()
@@ -90,6 +100,18 @@ pub fn sweep(folder: &Path) -> Result<()> {
         Ok(())
     };
     remove().map_err(|source| Error::Write {
+        path: folder.into(),
+        source,
+    })
+}
+
+/// Makes a folder where there is none, and sees that files can be made in it.
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn make_folder(folder: &Path) -> Result<()> {
+    let made = fs::create_dir_all(folder).and_then(|()| temporary(folder).map(drop));
+    made.map_err(|source| Error::Write {
         path: folder.into(),
         source,
     })
@@ -171,13 +193,22 @@ pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> 
 /// # Errors
 /// [`Error::Malformed`].
 pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format) -> Result<T> {
+    parse_stamped((path, 0), bytes, format)
+}
+
+/// The same of bytes that stand in the file after so many lines.
+pub(super) fn parse_stamped<T: DeserializeOwned>(
+    (path, lines): (&Path, usize),
+    bytes: &[u8],
+    format: Format,
+) -> Result<T> {
     let file = &path.display().to_string();
-    let stamp: Stamp = from_json(file, 0, bytes)?;
+    let stamp: Stamp = from_json(file, lines, bytes)?;
     if stamp.format != format.name || stamp.version != format.version {
         let found = format!("{:?} version {}", stamp.format, stamp.version);
         let needed = format!("{:?} version {}", format.name, format.version);
         let message = format!("the format is {found}, not {needed}");
-        return Err(malformed(file, (1, 1), &message));
+        return Err(malformed(file, (lines + 1, 1), &message));
     }
-    from_json(file, 0, bytes)
+    from_json(file, lines, bytes)
 }

@@ -1,6 +1,6 @@
 //! A run's folder belongs to one process at a time: whoever holds its lock.
 
-use super::files::{LOCK, is_used};
+use super::files::{LOCK, is_used, make_folder};
 use super::snapshot::Snapshot;
 use super::summary::SUMMARY;
 use crate::error::{Error, Result};
@@ -56,10 +56,7 @@ impl Lock {
 pub(super) fn begin(folder: &Path) -> Result<Lock> {
     // Not even a lock is left in a folder that is refused.
     refuse_used(folder)?;
-    fs::create_dir_all(folder).map_err(|source| Error::Write {
-        path: folder.into(),
-        source,
-    })?;
+    make_folder(folder)?;
     let lock = Lock::take(folder)?;
     // Whoever had it until just now may have filled it.
     refuse_used(folder)?;

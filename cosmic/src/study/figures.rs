@@ -3,10 +3,9 @@
 use super::rows::{Collected, Row};
 use super::trials::{DEFAULT, STRICT};
 use super::{Kind, Study, ablation, files};
-use crate::error::{Error, Result};
-use crate::record::files::write_atomic;
+use crate::error::Result;
+use crate::record::files::{make_folder, write_atomic};
 use crate::report::{Bar, Picture, Results, bars};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The unit of all bars.
@@ -19,10 +18,7 @@ const UNIT: &str =
 /// Those of reading the runs that are drawn; [`Error::Write`].
 pub(super) fn write(study: &Study, collected: &[Collected]) -> Result<Vec<PathBuf>> {
     let folder = study.out.join(study.kind.name());
-    fs::create_dir_all(&folder).map_err(|source| Error::Write {
-        path: folder.clone(),
-        source,
-    })?;
+    make_folder(&folder)?;
     let mut written = Vec::new();
     for (name, text) in charts(study, collected) {
         written.push(keep(&folder, name, &text)?);

@@ -26,6 +26,7 @@ pub use trials::{Base, Entities, Kind, Trial, trials};
 
 use crate::error::{Error, Result};
 use crate::parallel::{Crew, in_parallel};
+use crate::record::files::make_folder;
 use crate::sweep::{Overseer, PLAN, PlannedScene, RunState, SweepPlan, merge, run_all};
 use rows::collect;
 use std::num::NonZeroUsize;
@@ -86,6 +87,8 @@ impl Study {
     /// [`Error::Usage`] where the runs are of other experiments; those of [`SweepPlan::freeze`].
     pub fn prepare(&self) -> Result<SweepPlan> {
         let plan = self.plan()?;
+        // Before hours of work that could not be written down.
+        make_folder(&self.out)?;
         if !self.runs.join(PLAN).exists() {
             plan.freeze(&self.runs)?;
             return Ok(plan);

@@ -2,7 +2,7 @@
 
 use crate::codesign::CoDesign;
 use crate::error::{Error, Result};
-use crate::record::files::{Format, is_used, read_json, write_json};
+use crate::record::files::{Format, is_used, make_folder, read_json, write_json};
 use crate::record::snapshot;
 use crate::record::{MOST_RUNS, Plan, Search};
 use crate::scene::Scene;
@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
 use std::num::NonZeroUsize;
+use std::path;
 use std::path::{Path, PathBuf};
-use std::{fs, path};
 
 /// What a plan says it is.
 pub(super) const FORMAT: Format = Format {
@@ -110,10 +110,7 @@ impl SweepPlan {
     /// # Errors
     /// [`Error::Write`].
     pub fn write(&self, folder: &Path) -> Result<()> {
-        fs::create_dir_all(folder).map_err(|source| Error::Write {
-            path: folder.into(),
-            source,
-        })?;
+        make_folder(folder)?;
         write_json(&folder.join(PLAN), FORMAT, self)
     }
 
@@ -122,9 +119,12 @@ impl SweepPlan {
     /// # Errors
     /// Those of [`read_json`] and [`check`](Self::check).
     pub fn read(folder: &Path) -> Result<Self> {
-        let plan: Self = read_json(&folder.join(PLAN), FORMAT)?;
-        plan.check()?;
-        Ok(plan)
+        let path = folder.join(PLAN);
+        let plan: Self = read_json(&path, FORMAT)?;
+        match plan.check() {
+            Err(Error::Usage(what)) => Err(Error::Usage(format!("{}: {what}", path.display()))),
+            checked => checked.map(|()| plan),
+        }
     }
 
     /// How many runs there are.

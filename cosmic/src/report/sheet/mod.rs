@@ -3,13 +3,12 @@
 mod page;
 mod text;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
 use crate::error::{Error, Result};
-use crate::record::files::{Format, write_atomic, write_json};
+use crate::record::files::{Format, make_folder, write_atomic, write_json};
 
 /// What a sheet's JSON file says it is.
 pub const FORMAT: Format = Format {
@@ -237,10 +236,7 @@ impl Sheet {
     /// # Errors
     /// [`Error::Write`].
     pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>> {
-        fs::create_dir_all(folder).map_err(|source| Error::Write {
-            path: folder.into(),
-            source,
-        })?;
+        make_folder(folder)?;
         let mut texts = vec![("verify.html".to_owned(), page::render(self))];
         for section in &self.sections {
             let tables = section.tables.iter();
