@@ -144,6 +144,63 @@ fn files_of_another_run_do_not_fit() {
 }
 
 #[test]
+fn a_history_of_another_version_or_without_all_its_rows_is_refused() {
+    let folder = finished();
+    let run = path(&folder, "run");
+    let refused = |name: &str, change: fn(&str) -> Vec<u8>, words: &str| {
+        let file = path(&folder, &format!("run/{name}"));
+        let whole = fs::read_to_string(&file).unwrap();
+        fs::write(&file, change(&whole)).unwrap();
+        let (_, says, code) = cosmic(&["report", &run]);
+        assert!(
+            code == 2 && says.contains(name) && says.contains(words),
+            "{code}, {says}"
+        );
+        fs::write(&file, whole).unwrap();
+    };
+    let last_of_another_version = |text: &str| {
+        let at = text.rfind("\"version\":1").unwrap();
+        [&text[..at], "\"version\":7", &text[at + 11..]]
+            .concat()
+            .into()
+    };
+    refused(
+        "history.jsonl",
+        last_of_another_version,
+        "history.jsonl:12:1",
+    );
+    refused("designs.jsonl", last_of_another_version, "version 7, not");
+    refused("history.jsonl", |_| Vec::new(), "iterations 1 to 12");
+    let without_the_first = |text: &str| text.split_once('\n').unwrap().1.into();
+    refused("history.jsonl", without_the_first, "iterations 1 to 12");
+    let no_text = |text: &str| [text.as_bytes(), b"\xff\n"].concat();
+    refused("history.jsonl", no_text, "history.jsonl:13:");
+}
+
+/// A robot a hundred million lattices away in the end, and a rollout of hours: neither is too much
+/// to draw.
+#[test]
+fn a_robot_far_away_and_a_long_rollout_are_drawn() {
+    let steep = "incline_deg = 60.0\ncontact = \"coulomb\"\nfriction = 0.0\ngravity = 1000.0\n\
+                 damping = 0.0\n[materials]\nstiffness = [1e-7, 1.0, 1.0]\n";
+    let long = "dt = 1.0\ngravity = 0.0\n[materials]\nstiffness = [0.0, 0.0, 0.0]\n";
+    for physics in [steep, long] {
+        let folder = TempDir::new().unwrap();
+        let [scene, run] = ["scene.toml", "run"].map(|name| path(&folder, name));
+        let text = "[lattice]\ncolumns = 2\nrows = 2\nspacing = 0.001\n[physics]\nsteps = 10000\n";
+        fs::write(&scene, [text, physics].concat()).unwrap();
+        let once = ["--iterations", "1", "--out", &run, "--quiet"];
+        let optimize = [&["optimize", &scene][..], &once].concat();
+        for command in [&optimize[..], &["report", &run, "--quiet"]] {
+            let (_, says, code) = cosmic(command);
+            assert_eq!(code, 0, "{says}");
+        }
+        let animation = fs::metadata(path(&folder, "run/gait.gif")).unwrap();
+        assert!(animation.len() < 4_000_000);
+    }
+}
+
+#[test]
 fn a_page_that_cannot_be_written_is_exit_4() {
     let folder = finished();
     // A folder in the file's place stops root as well.

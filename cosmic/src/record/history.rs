@@ -1,14 +1,14 @@
 //! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends; `designs.jsonl`:
 //! the design vectors of some of them.
 
-use super::files::Format;
+use super::files::{Format, parse_stamped};
 use crate::codesign::{MmaDiagnostics, Record};
 use crate::error::{Error, Result};
-use crate::reading::from_json;
+use crate::reading::read_whole;
 use crate::scene::Pass;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::fs::{self, File, OpenOptions};
+use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -71,22 +71,21 @@ pub struct Row {
 /// # Errors
 /// As [`read_lines`].
 pub fn read(folder: &Path) -> Result<Vec<Record>> {
-    let rows: Vec<Row> = read_lines(&folder.join(LINES))?;
+    let rows: Vec<Row> = read_lines(&folder.join(LINES), FORMAT)?;
     Ok(rows.into_iter().map(|row| row.record).collect())
 }
 
-/// The rows of a file of JSON lines.
+/// The rows of a file of JSON lines, each with its format and version.
 ///
 /// # Errors
 /// [`Error::Read`] where the file is missing, [`Error::Malformed`] for a line that is none.
-pub fn read_lines<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
-    let text = fs::read_to_string(path).map_err(|source| Error::Read {
-        path: path.into(),
-        source,
-    })?;
-    let file = path.display().to_string();
-    let read = |(index, line): (usize, &str)| from_json(&file, index, line.as_bytes());
-    text.lines().enumerate().map(read).collect()
+pub fn read_lines<T: DeserializeOwned>(path: &Path, format: Format) -> Result<Vec<T>> {
+    let bytes = read_whole(path)?;
+    let lines = bytes.strip_suffix(b"\n").unwrap_or(&bytes);
+    let lines = lines.split(|&byte| byte == b'\n');
+    let lines = lines.enumerate().take_while(|_| !bytes.is_empty());
+    let read = |(index, line): (usize, &[u8])| parse_stamped((path, index), line, format);
+    lines.map(read).collect()
 }
 
 /// The files, open for more rows by whoever has the folder.

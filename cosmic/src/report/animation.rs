@@ -16,9 +16,14 @@ const TICK: [u8; 3] = [0x99; 3];
 const WIDTHS: f64 = 3.2;
 /// Seconds of the rollout from one frame to the next, and hundredths of a second it is shown.
 const FRAME: (f64, u16) = (0.1, 5);
+/// Pixels beyond the edges of a picture within which lines end that go on: wider than any of them.
+const BEYOND: f64 = 32.0;
+/// The most ticks across a picture.
+const MOST_TICKS: f64 = 100.0;
 
-/// Writes the whole rollout, twice as fast as it happens, the camera beside the robot. Ticks on
-/// the ground stand every tenth of a metre, longer every whole one.
+/// Writes the whole rollout, twice as fast as it happens, faster where it is long, the camera beside
+/// the robot. Ticks on the ground stand every tenth of a metre, longer every whole one; where these
+/// are many, farther apart by powers of ten.
 ///
 /// # Errors
 /// What writing to `file` reports.
@@ -29,9 +34,9 @@ pub(super) fn write(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
     encoder
         .set_repeat(Repeat::Infinite)
         .map_err(io::Error::other)?;
-    let frames = (motion.duration() / FRAME.0) as usize;
-    for k in 0..=frames {
-        let index = motion.index_at(FRAME.0 * k as f64);
+    let (_, moments) = motion.every(FRAME.0);
+    let frames = moments.len() - 1;
+    for (k, index) in moments.into_iter().enumerate() {
         let Some(picture) = Picture::new(motion, index) else {
             break;
         };
@@ -45,6 +50,36 @@ pub(super) fn write(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
         encoder.write_frame(&frame).map_err(io::Error::other)?;
     }
     Ok(())
+}
+
+/// What of a line between two points is within the picture and a little beyond; `None` for nothing.
+/// The rasteriser has no room for lines that end far away.
+fn within([from, to]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
+    // Shares of the way, by Liang and Barsky.
+    let (mut first, mut last) = (0.0_f64, 1.0_f64);
+    for k in 0..2 {
+        let way = to[k] - from[k];
+        let bounds = [-BEYOND, f64::from(SIZE[k]) + BEYOND].map(|bound| bound - from[k]);
+        if way == 0.0 && !(bounds[0]..=bounds[1]).contains(&0.0) {
+            return None;
+        }
+        if way != 0.0 {
+            let [one, other] = bounds.map(|bound| bound / way);
+            first = first.max(one.min(other));
+            last = last.min(one.max(other));
+        }
+    }
+    // Held to the bounds: from far away their share is rounded.
+    let at = |share: f64| {
+        let along = |k: usize| from[k] + share * (to[k] - from[k]);
+        [0, 1].map(|k| along(k).clamp(-BEYOND, f64::from(SIZE[k]) + BEYOND))
+    };
+    let ends = [
+        if first > 0.0 { at(first) } else { from },
+        if last < 1.0 { at(last) } else { to },
+    ];
+    let finite = ends.as_flattened().iter().all(|x| x.is_finite());
+    (first <= last && finite).then_some(ends)
 }
 
 /// The colours of the picture in eight shades from white, and the nearest of them to any colour.
@@ -110,22 +145,25 @@ impl<'m> Picture<'m> {
         })
     }
 
-    fn place(&self, [x, y]: [f64; 2]) -> [f32; 2] {
+    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let across = 0.5 * f64::from(SIZE[0]) + (x - self.camera[0]) * self.scale;
         let down = 0.78 * f64::from(SIZE[1]) - (y - self.camera[1]) * self.scale;
-        [across as f32, down as f32]
+        [across, down]
     }
 
     /// A line through points of the world.
     fn stroke(&mut self, points: &[[f64; 2]], ([r, g, b], width): ([u8; 3], f32)) {
         let mut path = PathBuilder::new();
-        for (k, &point) in points.iter().enumerate() {
-            let [x, y] = self.place(point);
-            if k == 0 {
-                path.move_to(x, y)
-            } else {
-                path.line_to(x, y)
+        let mut end = None;
+        for pair in points.windows(2) {
+            let Some([from, to]) = within([pair[0], pair[1]].map(|point| self.place(point))) else {
+                continue;
+            };
+            if end != Some(from) {
+                path.move_to(from[0] as f32, from[1] as f32);
             }
+            path.line_to(to[0] as f32, to[1] as f32);
+            end = Some(to);
         }
         // A path of one point, or of points that are not finite, has nothing to draw.
         let Some(path) = path.finish() else { return };
@@ -165,11 +203,14 @@ impl<'m> Picture<'m> {
         let height = |x| self.motion.ground_height(x);
         let ends = [self.camera[0] - half, self.camera[0] + half];
         let line = ends.map(|x| [x, height(x)]);
-        let ticks = (10.0 * ends[0]).ceil() as i64..=(10.0 * ends[1]).floor() as i64;
+        let per_metre = 10f64.powf((MOST_TICKS / (2.0 * half)).log10().floor().min(1.0));
+        let [first, last] = ends.map(|x| per_metre * x);
+        let ticks = first.ceil() as i64..=last.floor() as i64;
         let pixel = 1.0 / self.scale;
         let ticks: Vec<_> = ticks
             .map(|k| {
-                let (x, length) = (k as f64 / 10.0, if k % 10 == 0 { 14.0 } else { 5.0 });
+                let x = k as f64 / per_metre;
+                let length = if k % 10 == 0 { 14.0 } else { 5.0 };
                 [[x, height(x)], [x, height(x) - length * pixel]]
             })
             .collect();
@@ -177,5 +218,34 @@ impl<'m> Picture<'m> {
             self.stroke(&tick, (TICK, 1.0));
         }
         self.stroke(&line, (SKELETON, 1.6));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::within;
+
+    #[test]
+    fn lines_end_where_the_picture_does() {
+        let inside = [[10.0, 10.0], [400.0, 200.0]];
+        assert_eq!(within(inside), Some(inside));
+        // Across the picture's middle, from 32 pixels before its left edge to 32 behind its right.
+        let across = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
+        assert!(
+            near(across[0][0], -32.0) && near(across[1][0], 512.0),
+            "{across:?}"
+        );
+        let half = within([[240.0, 120.0], [240.0, -1e12]]).unwrap();
+        assert!(
+            half[0] == [240.0, 120.0] && near(half[1][1], -32.0),
+            "{half:?}"
+        );
+        let far = within([[-1e30, 120.0], [1e30, 120.0]]).unwrap();
+        assert!(far.iter().all(|end| end[0].abs() <= 512.0), "{far:?}");
+        assert_eq!(within([[-1e9, 0.0], [-1e8, 0.0]]), None);
+        assert_eq!(within([[0.0, 1e9], [1e9, 1e9 + 1.0]]), None);
+        assert_eq!(within([[f64::NAN, 0.0], [1.0, 1.0]]), None);
+        assert_eq!(within([[0.0, 0.0], [f64::INFINITY, 1.0]]), None);
     }
 }

@@ -11,6 +11,9 @@ pub(super) const SKELETON: [u8; 3] = [0x26, 0x2b, 0x33];
 /// Colour of the payload and its path.
 pub(super) const PAYLOAD: [u8; 3] = [0xe6, 0x8a, 0x00];
 
+/// The most moments of a rollout that are shown one after the other.
+const MOST_FRAMES: usize = 2000;
+
 /// An actuator's colours, from the strongest contraction over rest to the strongest extension.
 const CONTRACTED: [u8; 3] = [0x0b, 0x4f, 0xc4];
 const AT_REST: [u8; 3] = [0xb4, 0xae, 0xba];
@@ -67,6 +70,16 @@ impl<'r> Motion<'r> {
         let step = (time / self.run.trajectory.dt + 0.5) as usize;
         let after = self.run.trajectory.steps.partition_point(|&s| s <= step);
         after.saturating_sub(1)
+    }
+
+    /// States from the first to the last, so many seconds from one to the next or, where the rollout
+    /// is long, more; and the seconds.
+    pub(super) fn every(&self, seconds: f64) -> (f64, Vec<usize>) {
+        let most = MOST_FRAMES as f64;
+        let seconds = seconds.max(self.duration() / most);
+        let frames = (self.duration() / seconds).min(most) as usize;
+        let indices = (0..=frames).map(|k| self.index_at(seconds * k as f64));
+        (seconds, indices.collect())
     }
 
     /// Seconds of the whole rollout.

@@ -198,14 +198,10 @@ fn player(motion: &Motion) -> String {
     )
 }
 
-/// What the player draws: 25 frames a second, tenths of millimetres.
+/// What the player draws: 25 frames a second, of a long rollout less, and tenths of millimetres.
 fn motion_data(motion: &Motion) -> Value {
-    const STEP: f64 = 0.04;
     let run = motion.run;
-    let frames = (motion.duration() / STEP) as usize;
-    let indices: Vec<usize> = (0..=frames)
-        .map(|k| motion.index_at(STEP * k as f64))
-        .collect();
+    let (step, indices) = motion.every(0.04);
     let tenths = |v: &f64| (v * 1e4).round() as i64;
     let frame = |&i: &usize| -> Vec<i64> {
         motion.states()[i]
@@ -234,7 +230,7 @@ fn motion_data(motion: &Motion) -> Value {
     let side = run.lattice.columns.max(run.lattice.rows) as f64 * run.scene.lattice.spacing;
     let floor = motion.ground_height(0.0);
     json!({
-        "step": STEP,
+        "step": step,
         "duration": motion.duration(),
         "width": 4.0 * side,
         "ground": [floor, motion.ground_height(1.0) - floor],

@@ -45,9 +45,9 @@ impl Results {
         let design = DesignFile::read(&path)?;
         design.robot(&scene, &path.display().to_string())?;
         Ok(Self {
-            history: history::read(folder)?,
+            history: read_history(folder, summary.iterations)?,
             designs: read_designs(&folder.join(history::DESIGNS), &lattice)?,
-            trajectory: read_trajectory(&folder.join(trajectory_file::TRAJECTORY), &lattice)?,
+            trajectory: read_trajectory(folder, (&scene, &lattice))?,
             folder: folder.to_owned(),
             scene,
             lattice,
@@ -62,7 +62,21 @@ impl Results {
     }
 }
 
-fn read_trajectory(path: &Path, lattice: &Lattice) -> Result<TrajectoryFile> {
+/// A row for every iteration.
+fn read_history(folder: &Path, iterations: usize) -> Result<Vec<Record>> {
+    let history = history::read(folder)?;
+    let numbers = history.iter().map(|record| record.iteration);
+    match numbers.eq(1..=iterations) {
+        true => Ok(history),
+        false => Err(Error::Usage(format!(
+            "{}: its rows are not those of the iterations 1 to {iterations}, one after the other",
+            folder.join(history::LINES).display()
+        ))),
+    }
+}
+
+fn read_trajectory(folder: &Path, (scene, lattice): (&Scene, &Lattice)) -> Result<TrajectoryFile> {
+    let path = &folder.join(trajectory_file::TRAJECTORY);
     let file: TrajectoryFile = read_json(path, trajectory_file::FORMAT)?;
     let fits = |what: &str, found: usize, expected: usize| match found == expected {
         true => Ok(()),
@@ -78,10 +92,10 @@ fn read_trajectory(path: &Path, lattice: &Lattice) -> Result<TrajectoryFile> {
         file.states.len(),
         file.steps.len().max(1),
     )?;
-    if !file.steps.is_sorted_by(|a, b| a < b) || file.dt <= 0.0 {
-        let path = path.display();
+    if !file.steps.is_sorted_by(|a, b| a < b) || file.dt != scene.physics.dt {
+        let (path, dt) = (path.display(), scene.physics.dt);
         return Err(Error::Usage(format!(
-            "{path}: `steps` must ascend, and `dt` be above zero"
+            "{path}: `steps` must ascend, and `dt` be the scene's, {dt} s"
         )));
     }
     for state in &file.states {
@@ -95,7 +109,7 @@ fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
     if !path.exists() {
         return Ok(Vec::new());
     }
-    let rows: Vec<DesignRow> = history::read_lines(path)?;
+    let rows: Vec<DesignRow> = history::read_lines(path, history::DESIGNS_FORMAT)?;
     match rows.iter().find(|row| row.z.len() != lattice.edges.len()) {
         None => Ok(rows),
         Some(row) => Err(Error::Misfit {

@@ -194,8 +194,8 @@ struct Gait {
 
 impl Gait {
     fn new(motion: &Motion) -> Self {
-        let period = TAU / motion.run.scene.controller.omega;
-        let start = (motion.duration() - period).max(0.0);
+        let period = (TAU / motion.run.scene.controller.omega).min(motion.duration());
+        let start = motion.duration() - period;
         let moments =
             [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
         let extents = moments.map(|index| motion.extent(&motion.states()[index]));
@@ -214,7 +214,10 @@ impl Gait {
     }
 
     fn draw(&self, svg: &mut Svg, (motion, top): (&Motion, f64)) {
-        let title = format!("One period of the clock, {:.2} s, at the end", self.period);
+        let title = match TAU / motion.run.scene.controller.omega <= motion.duration() {
+            true => format!("One period of the clock, {:.2} s, at the end", self.period),
+            false => format!("From start to end, {:.2} s", self.period),
+        };
         svg.text([MARGIN, top], &title, r#"font-weight="600""#);
         let [width, height] = self.panel;
         for (panel, index) in self.moments.into_iter().enumerate() {
