@@ -1,7 +1,7 @@
 //! What can go wrong, with the numbers, and the exit code each case has.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// An error of the library or the program.
 #[derive(Debug, thiserror::Error)]
@@ -94,6 +94,16 @@ pub enum Error {
         /// What to do.
         remedy: String,
     },
+    /// A run whose robot has come to vibrate too fast for the time step. It is saved.
+    #[error("after iteration {iteration}: {step}{}", or_go_on(run))]
+    UnstableRun {
+        /// The run's folder.
+        run: PathBuf,
+        /// The last iteration.
+        iteration: usize,
+        /// What the robot came to: an [`Error::UnstableStep`].
+        step: Box<Error>,
+    },
     /// Results that are not all numbers although no simulated state diverged.
     #[error("not finite: {}", names.join(", "))]
     NotFinite {
@@ -135,6 +145,15 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
+    /// What would make an unstable time step stable, or let it pass: the end of the message.
+    pub fn remedy(&self) -> Option<String> {
+        match self {
+            Error::UnstableStep { remedy, .. } => Some(remedy.clone()),
+            Error::UnstableRun { run, step, .. } => Some(step.remedy()? + &or_go_on(run)),
+            _ => None,
+        }
+    }
+
     /// The process's exit code: 1 a check failed, 2 bad usage or a malformed file, 3 diverged, 4
     /// missing, unreadable or unwritable, 75 interrupted and resumable. (0 is success.)
     pub fn exit_code(&self) -> u8 {
@@ -143,12 +162,19 @@ impl Error {
             Error::Malformed { .. }
             | Error::Misfit { .. }
             | Error::Usage(_)
-            | Error::UnstableStep { .. } => 2,
+            | Error::UnstableStep { .. }
+            | Error::UnstableRun { .. } => 2,
             Error::Diverged { .. } | Error::NotFinite { .. } | Error::NoFigure(_) => 3,
             Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
             Error::Interrupted { .. } | Error::Stopped { .. } => 75,
         }
     }
+}
+
+/// What else there is to do about a run's unstable time step than to set another.
+fn or_go_on(run: &Path) -> String {
+    let run = run.display();
+    format!(", and begin anew, or go on all the same with: cosmic resume {run} --allow-unstable")
 }
 
 #[cfg(test)]

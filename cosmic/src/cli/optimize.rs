@@ -64,12 +64,12 @@ impl Arguments {
 
 /// Shows an unstable time step where the scene sets it.
 fn pointed(error: Error, scene: &str) -> Error {
-    let Error::UnstableStep { remedy, .. } = &error else {
+    let Some(remedy) = error.remedy() else {
         return error;
     };
     let text = error.to_string();
-    let message = text.strip_suffix(remedy).unwrap_or(&text);
-    let says = [message.trim_end_matches("; "), remedy];
+    let message = text.strip_suffix(&remedy).unwrap_or(&text);
+    let says = [message.trim_end_matches("; "), &remedy];
     fault(scene, "physics.dt", says).unwrap_or(error)
 }
 

@@ -101,7 +101,10 @@ impl Shown {
         let phase = record.phase.name().replace('_', " ");
         let displacement = self
             .displacement
-            .map_or("- m".to_string(), |x| format!("{x:.3} m"));
+            .map_or("- m".to_string(), |x| match x.is_nan() {
+                true => "diverged".to_string(),
+                false => format!("{x:.3} m"),
+            });
         let (volume, actuators) = (record.volume, record.actuator_volume);
         let (before, since) = self.begun;
         let done = (record.iteration - before) as f64;

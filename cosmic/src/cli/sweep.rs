@@ -44,6 +44,9 @@ enum Action {
         out: PathBuf,
     },
     /// Do runs that are not done, or go on with them
+    ///
+    /// A run whose simulation diverges is done as well, with exit code 0: that is its result, which
+    /// `status` and `merge` give.
     Run {
         /// The sweep's folder
         #[arg(value_name = "S")]

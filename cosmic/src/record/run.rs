@@ -205,7 +205,8 @@ impl Run {
     /// the scene lets it pass.
     fn judge_step(&mut self, observer: &mut dyn Observer) -> Result<()> {
         let check = self.codesign.step_check(&self.progress);
-        check.accept(&self.plan.scene.physics)?;
+        let stands = (&*self.folder, self.progress.iteration);
+        check.accept_in(stands, &self.plan.scene.physics)?;
         if check.grade() > self.warned {
             let when = match self.progress.iteration {
                 0 => String::new(),

@@ -26,12 +26,7 @@ pub(crate) const MOST_RUNS: usize = 1_000_000;
 
 /// Begins the folder of several starts.
 pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Lock> {
-    if plan.starts.get() > MOST_RUNS {
-        let starts = plan.starts;
-        return Err(Error::Usage(format!(
-            "{starts} starts, where at most {MOST_RUNS} are allowed"
-        )));
-    }
+    refuse_many(plan)?;
     CoDesign::new(&plan.scene)?.begin(plan.seed)?;
     let more = plan.starts.get() as u64 - 1;
     if plan.seed.checked_add(more).is_none() {
@@ -50,12 +45,23 @@ pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Lock> {
     Ok(lock)
 }
 
+fn refuse_many(plan: &Plan) -> Result<()> {
+    let starts = plan.starts;
+    match starts.get() > MOST_RUNS {
+        true => Err(Error::Usage(format!(
+            "{starts} starts, where at most {MOST_RUNS} are allowed"
+        ))),
+        false => Ok(()),
+    }
+}
+
 /// Does what is left of several starts, and copies the best one's files.
 pub(super) fn search(
     (folder, lock): (&Path, Lock),
     plan: &Plan,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
+    refuse_many(plan)?;
     sweep(folder)?;
     keep_scene(folder, &plan.scene)?;
     let dropped = match plan.search {
@@ -233,15 +239,12 @@ fn alone(plan: &Plan, seed: u64) -> Plan {
     }
 }
 
-/// It is the search that was interrupted, and that can be gone on with.
-fn of_search(error: Error, folder: &Path) -> Error {
-    match error {
-        Error::Interrupted { iteration, .. } => Error::Interrupted {
-            run: folder.into(),
-            iteration,
-        },
-        error => error,
+/// It is the search that was interrupted or refused, and that can be gone on with.
+fn of_search(mut error: Error, folder: &Path) -> Error {
+    if let Error::Interrupted { run, .. } | Error::UnstableRun { run, .. } = &mut error {
+        *run = folder.into();
     }
+    error
 }
 
 pub(super) fn folder_of(folder: &Path, seed: u64) -> PathBuf {

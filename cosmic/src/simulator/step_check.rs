@@ -2,6 +2,7 @@
 //! only where the bound does not settle it.
 
 use std::fmt;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
@@ -93,25 +94,46 @@ impl StepCheck {
     /// [`Error::UnstableStep`].
     pub fn accept(&self, physics: &PhysicsSettings) -> Result<()> {
         match (self.grade(), physics.unstable_step) {
-            (Grade::Unstable, UnstableStep::Error) => Err(self.error()),
+            (Grade::Unstable, UnstableStep::Error) => Err(self.error(self.remedy_or_leave())),
             _ => Ok(()),
         }
     }
 
+    /// As [`accept`](Self::accept), for a run after so many iterations.
+    ///
+    /// # Errors
+    /// [`Error::UnstableRun`].
+    pub fn accept_in(
+        &self,
+        (run, iteration): (&Path, usize),
+        physics: &PhysicsSettings,
+    ) -> Result<()> {
+        self.accept(physics).map_err(|_| Error::UnstableRun {
+            run: run.to_owned(),
+            iteration,
+            step: Box::new(self.error(self.remedy())),
+        })
+    }
+
     /// The error for an unstable step.
-    fn error(&self) -> Error {
+    fn error(&self, remedy: String) -> Error {
         let limit = self.exact.unwrap_or(self.bound);
         Error::UnstableStep {
             dt: self.dt,
             limit: limit.dt.unwrap_or(f64::INFINITY),
             frequency: limit.frequency,
             node: limit.node,
-            remedy: format!(
-                "{}; to go on all the same set physics.unstable_step = \"warn\" or say \
-                 --allow-unstable",
-                self.remedy()
-            ),
+            remedy,
         }
+    }
+
+    /// What makes the step safe, or lets an unstable one pass.
+    fn remedy_or_leave(&self) -> String {
+        format!(
+            "{}; to go on all the same set physics.unstable_step = \"warn\" or say \
+             --allow-unstable",
+            self.remedy()
+        )
     }
 
     /// What makes the step safe.
@@ -141,7 +163,7 @@ impl fmt::Display for StepCheck {
                  though vibrations grow from {limit:.3e} s on; {remedy}",
                 self.bound.node
             ),
-            _ => write!(out, "{}", self.error()),
+            _ => write!(out, "{}", self.error(self.remedy_or_leave())),
         }
     }
 }
