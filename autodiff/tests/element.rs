@@ -404,3 +404,28 @@ fn lanes_pass_until_they_disagree_about_a_branch() {
     }
     f64::vectorize(InLanes(std::array::from_fn(|i| 0.75 * (i as f64 - 1.0))));
 }
+
+/// The highest bits there are, and zeros of both signs.
+#[test]
+fn rounding_reaches_the_largest_floats_and_keeps_the_sign_of_zero() {
+    type Pair = (fn(Element<f64>) -> Element<f64>, fn(f64) -> f64);
+    let pairs: [Pair; 5] = [
+        (Float::floor, f64::floor),
+        (Float::ceil, f64::ceil),
+        (Float::round, f64::round),
+        (Float::trunc, f64::trunc),
+        (Float::fract, f64::fract),
+    ];
+    for x in [f64::MAX, 2.0_f64.powi(1023), 1e300, 0.0, 0.3, 5e-324] {
+        for x in [x, -x] {
+            for (i, (ours, system)) in pairs.into_iter().enumerate() {
+                let (got, expected) = (ours(Element(x)).0, system(x));
+                assert_eq!(got.to_bits(), expected.to_bits(), "{i} of {x:e}: {got:e}");
+            }
+        }
+    }
+    assert_eq!(Element(f32::MAX).floor().0, f32::MAX);
+    assert_eq!((Element(f64::MAX) % Element(1.0)).0, 0.0);
+    let largest = Wide::from(f64::MAX);
+    assert_eq!(Element(largest).trunc().0, largest);
+}

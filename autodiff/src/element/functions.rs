@@ -16,20 +16,22 @@ pub(crate) fn sign_bit<R: Real>(x: R) -> R::Mask {
 
 /// Without its fraction, as a constant. Bit by bit, from the highest down: exact in any type.
 pub(crate) fn truncated<R: Real>(x: R) -> R {
-    let (size, two, mut bit) = (x.abs().detach(), R::lit(2.0), R::one());
-    let finite = size.finite();
-    while (bit.le(size) & finite & bit.finite()).any() {
+    let (zero, size, two, mut bit) = (R::zero(), x.abs().detach(), R::lit(2.0), R::one());
+    let (finite, half) = (size.finite(), size / two);
+    // The highest bit is no higher than the number: it is finite.
+    while (bit.le(half) & finite).any() {
         bit *= two;
     }
-    let mut whole = R::zero();
+    let mut whole = zero;
     while R::one().le(bit).any() {
         let more = whole + bit;
         whole = R::select(more.le(size), more, whole);
         bit /= two;
     }
-    // Infinities and NaN stay.
+    // Infinities and NaN stay, and the sign of zero does.
     let whole = R::select(finite, whole, size);
-    R::select(x.lt(R::zero()), -whole, whole)
+    let whole = R::select(x.lt(zero), -whole, whole);
+    R::select(size.le(zero), x.detach(), whole)
 }
 
 pub(crate) fn floor<R: Real>(x: R) -> R {
