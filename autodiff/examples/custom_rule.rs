@@ -8,6 +8,7 @@ use autodiff::custom::{Rule, apply};
 use autodiff::{Function, Real};
 
 /// The eccentric anomaly `E` with `E - e sin E = M`, for `x = [M, e]`.
+#[derive(Clone)]
 struct EccentricAnomaly;
 
 impl Rule for EccentricAnomaly {

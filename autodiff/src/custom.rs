@@ -38,8 +38,8 @@ use crate::real::Real;
 ///
 /// Good for what should not be differentiated through: an iterative solver, whose partials follow
 /// from the equation it solves, or a table. `examples/custom_rule.rs` has one.
-pub trait Rule: Send + 'static {
-    /// The value at `x`.
+pub trait Rule: Clone + Send + 'static {
+    /// The value at `x`. It is not differentiated, in no mode and no nesting.
     fn value<R: Real>(&self, x: &[R]) -> R;
 
     /// The partials at `x`, one per argument. `value` is the value there.
@@ -53,6 +53,7 @@ pub trait Rule: Send + 'static {
 /// use autodiff::{Real, gradient_of};
 ///
 /// /// `ln(e^a + e^b)`, whose partials are weights that sum to 1.
+/// #[derive(Clone)]
 /// struct LogSumExp;
 /// impl Rule for LogSumExp {
 ///     fn value<R: Real>(&self, x: &[R]) -> R {
@@ -71,11 +72,14 @@ pub fn apply<R: Real>(rule: impl Rule, x: &[R]) -> R {
 }
 
 /// A rule as a fused function of one slice with one output.
+///
+/// Each mode peels one layer off its numbers and asks for the rule's value in the numbers inside,
+/// which carries their derivatives by the rule too.
 struct Single<T>(T);
 
 impl<T: Rule> Single<T> {
     fn value_and_partials<R: Real>(&self, x: &[R]) -> (R, Vec<R>) {
-        let value = self.0.value(x);
+        let value = R::fused(Single(self.0.clone()), &[x])[0];
         let partials = self.0.partials(x, value);
         assert_eq!(
             partials.len(),

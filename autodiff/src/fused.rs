@@ -8,7 +8,9 @@ use crate::real::Real;
 /// Plain numbers call [`eval`](Fused::eval), duals [`forward`](Fused::forward). The reverse tape
 /// calls [`record`](Fused::record) and, once in each reverse sweep that reaches it,
 /// [`reverse`](Fused::reverse), with its inner number type for `R`. All of them must describe the
-/// same function. A function with one output and known partials is shorter as a
+/// same function. Where derivatives nest, `R` carries one itself: a function whose derivative is not
+/// that of its `eval` has the outputs that `forward` and `record` return from [`Real::fused`] of a
+/// copy of it, on the numbers inside. A function with one output and known partials is shorter as a
 /// [`Rule`](crate::custom::Rule).
 pub trait Fused: Send + 'static {
     /// What `record` keeps for `reverse`.

@@ -155,6 +155,7 @@ fn sums_nest() {
 }
 
 /// Rounds to zero or one, with the derivative of another function.
+#[derive(Clone)]
 struct Softened;
 
 impl Rule for Softened {

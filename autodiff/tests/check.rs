@@ -25,6 +25,7 @@ struct WrongCube {
     wrong: f64,
 }
 
+#[derive(Clone)]
 struct Cube(f64);
 
 impl Rule for Cube {

@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use autodiff::custom::{Rule, apply};
 use autodiff::fused::dense;
-use autodiff::{Function, Fused, Real, Tape, Var, gradient_of, hessian};
+use autodiff::implicit::{Residual, root};
+use autodiff::{Dual, Function, Fused, Real, Tape, Var, gradient_of, hessian};
 use common::{assert_gradient, gradients};
 
 /// The same sums in another order: a few roundings of terms of order 1.
@@ -210,6 +211,7 @@ fn a_reverse_rule_may_bound_the_cotangent() {
 }
 
 /// `ln(e^a + e^b)`, its partials given.
+#[derive(Clone)]
 struct LogSumExp;
 
 impl Rule for LogSumExp {
@@ -250,6 +252,7 @@ fn a_rule_gives_all_modes_and_their_nestings() {
 #[test]
 fn a_rule_meets_zero_cotangents_as_functions_do() {
     /// `sqrt`, by a rule.
+    #[derive(Clone)]
     struct Root;
     impl Rule for Root {
         fn value<R: Real>(&self, x: &[R]) -> R {
@@ -303,4 +306,85 @@ fn a_dense_layer_is_what_it_stands_for() {
     let (fused, plain) = (Layers { fused: true }, Layers { fused: false });
     assert_same_derivatives(&fused, &plain, &POINT);
     assert_eq!(dense::<f64>(&[], &[], &[2.0, 3.0]), [2.0, 3.0]);
+}
+
+/// The root of `y^3 + y = x` by bisection, through which nothing is differentiated; its partial
+/// follows from the equation.
+#[derive(Clone)]
+struct Bisected;
+
+impl Rule for Bisected {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        let (mut low, mut high) = (R::lit(-8.0), R::lit(8.0));
+        for _ in 0..60 {
+            let middle = R::lit(0.5) * (low + high);
+            let below = (middle * middle * middle + middle).lt(x[0]);
+            low = R::select(below, middle, low);
+            high = R::select(below, high, middle);
+        }
+        low
+    }
+    fn partials<R: Real>(&self, _: &[R], value: R) -> Vec<R> {
+        vec![(R::one() + R::lit(3.0) * value * value).recip()]
+    }
+}
+
+/// The same by [`root`].
+#[derive(Clone)]
+struct Solved;
+
+impl Residual for Solved {
+    fn eval<R: Real>(&self, y: &[R], x: &[R]) -> Vec<R> {
+        vec![y[0].powi(3) + y[0] - x[0]]
+    }
+}
+
+struct Rooted {
+    rule: bool,
+}
+
+impl Function for Rooted {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let y = if self.rule {
+            apply(Bisected, &x[..1])
+        } else {
+            let held = [x[0].detach()];
+            root(Solved, &[Bisected.value(&held)], &x[..1]).expect("an increasing residual")[0]
+        };
+        y * x[1] + y * x[2].sin()
+    }
+}
+
+#[test]
+fn the_value_of_a_rule_has_the_rule_s_derivative_in_nestings_too() {
+    let (rule, root) = (Rooted { rule: true }, Rooted { rule: false });
+    assert_same_derivatives(&rule, &root, &POINT);
+}
+
+/// What is a constant of an inner tape may be a variable of the outer mode.
+#[test]
+fn constants_of_an_inner_tape_keep_their_outer_derivative() {
+    /// `d/dw (w y(p))`, by an inner tape that takes `p` for a constant.
+    fn inner<R: Real>(p: R, rule: bool) -> R {
+        let of = |w: &[Var<R>]| {
+            let p = [Var::constant(p)];
+            let y = if rule {
+                apply(Bisected, &p)
+            } else {
+                let start = Bisected.value(&[p[0].detach()]);
+                root(Solved, &[start], &p).expect("an increasing residual")[0]
+            };
+            w[0] * y
+        };
+        gradient_of(of, &[R::one()])[0]
+    }
+    let y = Bisected.value(&[2.7]);
+    let slope = Bisected.partials(&[2.7], y)[0];
+    for rule in [true, false] {
+        let dual = inner(Dual::<f64, 1>::variable(2.7, 0), rule);
+        let taped = gradient_of(|p| inner(p[0], rule), &[2.7])[0];
+        for by_p in [dual.tangent[0], taped] {
+            assert!((by_p - slope).abs() < 1e-13, "{rule}: {by_p}, {slope}");
+        }
+    }
 }

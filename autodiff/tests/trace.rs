@@ -155,6 +155,7 @@ fn tracing_nests_and_follows_derivatives_inside() {
 }
 
 /// The magnitude by a root, whose slope at 0 is infinite; its own rule gives another.
+#[derive(Clone)]
 struct Magnitude {
     slope_at_zero: f64,
 }
@@ -177,6 +178,7 @@ fn a_custom_rule_is_judged_by_its_own_partials() {
     assert_eq!(of(f64::NAN, 2.0), None);
     // Where both are unsound the line inside is named.
     assert_eq!(of(f64::NAN, 0.0).expect("a kink").operation, "sqrt");
+    #[derive(Clone)]
     struct Smooth;
     impl Rule for Smooth {
         fn value<R: Real>(&self, x: &[R]) -> R {

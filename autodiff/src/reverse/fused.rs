@@ -77,7 +77,8 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
     let values: SmallVec<[&[R]; 4]> = values.iter().map(Vec::as_slice).collect();
     let generation = inputs.iter().copied().flatten().fold(CONSTANT, Var::common);
     if generation == CONSTANT {
-        let outputs = function.eval(&values);
+        // Not `eval`: what is constant here may carry a derivative of its own.
+        let outputs = R::fused(function, &values);
         return outputs.into_iter().map(Var::constant).collect();
     }
     let (outputs, saved) = function.record(&values);
