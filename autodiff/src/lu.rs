@@ -23,7 +23,12 @@ impl<R: Real> Lu<R> {
             let sizes = numbers.iter().map(|x| x.detach().abs());
             sizes.fold(R::zero(), |largest, size| largest.max(size))
         };
-        let mut of_rows: Vec<R> = rows.iter().map(|row| largest(row)).collect();
+        // A row of zeros has shares of zero.
+        let size = |row: &Vec<R>| {
+            let (size, zero) = (largest(row), R::zero());
+            R::select(zero.lt(size), size, R::one())
+        };
+        let mut of_rows: Vec<R> = rows.iter().map(size).collect();
         let of_column = |k: usize| {
             let shares = rows.iter().zip(&of_rows).map(|(row, &size)| row[k] / size);
             largest(&shares.collect::<Vec<R>>()) * unit_roundoff() * R::lit(n as f64)
@@ -32,7 +37,8 @@ impl<R: Real> Lu<R> {
         let mut exchanges = Vec::with_capacity(n * n / 2);
         for k in 0..n {
             for i in k + 1..n {
-                let [here, there] = [(k, i), (i, k)].map(|(i, j)| rows[i][k].abs() * of_rows[j]);
+                // Quotients: a product of entry and size would leave the range of floats.
+                let [here, there] = [k, i].map(|i| rows[i][k].detach().abs() / of_rows[i]);
                 let mask = here.lt(there);
                 exchange(&mut rows, (k, i), mask);
                 swap(&mut of_rows, (k, i), mask);
@@ -136,6 +142,19 @@ mod tests {
         }
     }
 
+    /// Squares of the units are no floats.
+    #[test]
+    fn units_of_any_size_leave_the_pivots_alone() {
+        for unit in [1e-300, 1e-170, 1.0, 1e170, 1e300] {
+            let [zero, one] = [1e-12 * unit, unit];
+            let lu = Lu::new(vec![vec![zero, one], vec![one, one]]).expect("a matrix of full rank");
+            let mut b = [one, one + one];
+            lu.solve(&mut b);
+            // The first pivot would lose the digits of what it is small beside.
+            assert!(b.iter().all(|x| (x - 1.0).abs() < 1e-11), "{unit:e}: {b:?}");
+        }
+    }
+
     #[test]
     fn dependent_columns_are_named() {
         let rows = |last: f64| {
@@ -147,6 +166,7 @@ mod tests {
         };
         assert_eq!(Lu::new(rows(0.5)).err(), Some(2));
         assert!(Lu::new(rows(0.6)).is_ok());
+        assert_eq!(Lu::new(vec![vec![0.0, 0.0], vec![1.0, 2.0]]).err(), Some(1));
         assert_eq!(Lu::new(vec![vec![f64::NAN]]).err(), Some(0));
         assert_eq!(Lu::new(vec![vec![0.0]]).err(), Some(0));
     }
