@@ -63,6 +63,9 @@ impl Node {
     }
 }
 
+/// More nodes than anyone would check in.
+const MOST: usize = 1 << 20;
+
 /// All nodes, each formula once.
 #[derive(Default)]
 pub(super) struct Graph {
@@ -88,7 +91,12 @@ impl Graph {
         if let Some(&place) = self.places.get(&node) {
             return place;
         }
-        let place = u32::try_from(self.nodes.len()).expect("a kernel is a small function");
+        assert!(
+            self.nodes.len() < MOST,
+            "a kernel of more than {MOST} operations cannot be emitted: does it loop for as long as \
+             a mask has a lane? A formula has no end to that"
+        );
+        let place = self.nodes.len() as u32;
         self.nodes.push((node, self.known(node)));
         self.places.insert(node, place);
         place

@@ -42,7 +42,9 @@ use symbol::Symbol;
 ///
 /// # Panics
 /// If the kernel computes a literal from a field (`R::lit(2.0 * self.dt)`): the printed code
-/// could not follow a change of the field. Such a number belongs into a field of its own.
+/// could not follow a change of the field. Such a number belongs into a field of its own. And if
+/// it loops for as long as [`Mask::any`](crate::Mask::any) says so, as an
+/// [`Element`](crate::Element) that is rounded does: a formula has no values that would end it.
 pub fn adjoint<K, const I: usize, const O: usize>(
     name: &str,
     fields: &[&str],

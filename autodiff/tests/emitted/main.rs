@@ -5,8 +5,8 @@ use std::path::Path;
 use autodiff::element::Elementary;
 use autodiff::emit::{adjoint, adjoint_with_results, partials};
 use autodiff::{
-    Adjoint, Function, Kernel, Mask, Memory, Model, Partials, Program, Real, Rollout, batch,
-    value_and_gradient,
+    Adjoint, Element, Function, Kernel, Mask, Memory, Model, Partials, Program, Real, Rollout,
+    batch, value_and_gradient,
 };
 
 mod guarded;
@@ -244,4 +244,19 @@ fn a_program_gives_the_adjoint_the_results_of_its_own_step() {
             assert!((g - e).abs() <= 1e-13 * e.abs(), "{got:?} and {expected:?}");
         }
     }
+}
+
+/// Rounds, which takes as many steps as the number has bits.
+struct Rounded;
+
+impl Kernel<1, 1> for Rounded {
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [num_traits::Float::floor(Element(x)).0 * x]
+    }
+}
+
+#[test]
+#[should_panic(expected = "does it loop for as long as")]
+fn a_loop_that_values_end_is_refused() {
+    adjoint("Rounded", &[], |_| Rounded);
 }
