@@ -1,6 +1,7 @@
 //! Origins of infinities and NaN, against what the modes themselves return.
 
 use autodiff::custom::{Rule, apply};
+use autodiff::implicit::{Residual, root};
 use autodiff::trace::{NonFinite, Traced, first_non_finite};
 use autodiff::{
     Adjoint, Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, value_and_gradient,
@@ -230,4 +231,52 @@ fn a_rollout_says_in_which_step() {
         "{found}"
     );
     assert_eq!(found.place.file(), file!());
+}
+
+/// `x^3 + x = p`.
+#[derive(Clone)]
+struct Cubic;
+
+impl Residual for Cubic {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        vec![x[0].powi(3) + x[0] - p[0]]
+    }
+}
+
+/// The identity, the value of which does not show the argument.
+#[derive(Clone)]
+struct Held;
+
+impl Rule for Held {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        x[0].detach()
+    }
+    fn partials<R: Real>(&self, _: &[R], _: R) -> Vec<R> {
+        vec![R::one()]
+    }
+}
+
+#[test]
+fn what_a_root_or_a_rule_is_made_of_is_followed_through_it() {
+    fn through<R: Real>(p: R, rule: bool) -> R {
+        if rule {
+            return apply(Held, &[p]);
+        }
+        root(Cubic, &[R::zero()], &[p]).expect("an increasing residual")[0]
+    }
+    for rule in [true, false] {
+        let after = first_non_finite(&[0.0], |x| vec![through(x[0], rule).sqrt()]);
+        let before = first_non_finite(&[0.0], |x| vec![through(x[0].sqrt(), rule)]);
+        for found in [after, before] {
+            assert_eq!(
+                found.expect("an infinite slope").operation,
+                "sqrt",
+                "{rule}"
+            );
+        }
+        assert_eq!(
+            first_non_finite(&[0.0], |x| vec![through(x[0], rule)]),
+            None
+        );
+    }
 }

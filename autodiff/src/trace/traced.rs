@@ -87,6 +87,19 @@ fn clean<R>(numbers: &[Traced<R>]) -> bool {
     numbers.iter().all(|x| x.origin == CLEAN)
 }
 
+/// Has the outputs of a function depend on its inputs where its code hides that: a root is its value
+/// alone, and what a rule says of it may be.
+fn depend<R: Real>(outputs: &mut [Traced<R>], inputs: &[&[Traced<R>]]) {
+    let active = inputs.iter().copied().flatten().filter(|x| x.active);
+    let Some(origin) = active.map(|x| x.origin).min() else {
+        return;
+    };
+    for y in outputs.iter_mut().filter(|y| !y.active) {
+        y.active = true;
+        y.origin = y.origin.min(origin);
+    }
+}
+
 /// Whether the values of a function, and the cotangents of those inputs that are active, are
 /// finite.
 fn soundly_differentiated<R: Real>(function: &impl Fused, inputs: &[&[Traced<R>]]) -> bool {
@@ -256,6 +269,7 @@ impl<R: Real> Real for Traced<R> {
     #[track_caller]
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         let mut outputs = function.eval(inputs);
+        depend(&mut outputs, inputs);
         if inputs.iter().any(|slice| !clean(slice)) {
             return outputs;
         }
