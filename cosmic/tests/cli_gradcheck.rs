@@ -30,7 +30,7 @@ fn a_table_with_a_row_a_group_and_a_negative_control() {
         // The robot stands on the ground at the start.
         assert_eq!(verdict, if name == "x0" { "kink" } else { "smooth" });
     }
-    assert!(lines[9].starts_with("x0: nodes stand exactly on the ground"));
+    assert!(lines[9].starts_with("x0: nodes rest on the ground"));
     let control = "negative control: the gradient by z, made wrong by 1 %, is called wrong";
     assert_eq!(lines[10..], [control]);
 }

@@ -54,6 +54,42 @@ fn the_weak_stop_at_their_rungs_and_the_rest_are_whole_runs() {
     }
 }
 
+/// The best at its task goes on, not who got far.
+#[test]
+fn starts_are_ranked_by_their_task() {
+    let bench = Bench::with(&(scene(24, 64, "") + RUNGS + "[objective]\ntask = \"climb\"\n"));
+    bench.run("a", &SEARCH);
+    let search = bench.json("a/search.json");
+    let rung = &search["rungs"][0];
+    let median = |seed: &Value, of: &str| {
+        let path = bench.path(&format!("a/starts/{seed}/history.jsonl"));
+        let text = fs::read_to_string(path).unwrap();
+        let rows = text.lines().skip(4).take(4);
+        let number = |line| {
+            serde_json::from_str::<Value>(line).unwrap()[of]
+                .as_f64()
+                .unwrap()
+        };
+        let mut numbers: Vec<f64> = rows.map(number).collect();
+        numbers.sort_by(f64::total_cmp);
+        0.5 * (numbers[1] + numbers[2])
+    };
+    let standings = rung["standings"].as_array().unwrap();
+    let merits = standings.iter().map(|s| s["merit"].as_f64().unwrap());
+    assert!(merits.clone().is_sorted_by(|a, b| a > b), "{standings:?}");
+    let mut by_displacement = standings.clone();
+    let of = |s: &Value| s["displacement"].as_f64().unwrap();
+    by_displacement.sort_by(|a, b| of(b).total_cmp(&of(a)));
+    assert_ne!(&by_displacement, standings);
+    for (standing, merit) in standings.iter().zip(merits) {
+        assert_eq!(merit, median(&standing["seed"], "merit_horizon"));
+        assert_eq!(
+            of(standing),
+            median(&standing["seed"], "displacement_horizon")
+        );
+    }
+}
+
 /// What is drawn in an iteration is drawn again alike after a pause.
 #[test]
 fn robust_and_tilted_starts_are_paused_without_a_trace() {

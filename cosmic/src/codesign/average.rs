@@ -26,6 +26,7 @@ mod tests {
 
     fn slope(gradient: [f64; 2]) -> Slope {
         Slope {
+            loss: 0.0,
             gradient: gradient.to_vec(),
             displacement: 0.0,
         }

@@ -313,6 +313,7 @@ impl CoDesign {
             pass,
             displacement: None,
             displacement_horizon: None,
+            merit_horizon: None,
             horizon: moment.horizon(),
             volume: measures.volume,
             actuator_volume: measures.actuator_volume,

@@ -4,7 +4,7 @@ use autodiff::Real;
 
 use super::progress::{Candidate, MmaDiagnostics, Progress, Record};
 use super::schedule::{Moment, Phase};
-use super::slopes::{At, Sought};
+use super::slopes::{At, Slope, Sought};
 use super::{CoDesign, EVALUATE_EVERY, Reached};
 use crate::design::clamp;
 use crate::gradient::{CONTROLLER, DESIGN, Inputs};
@@ -44,6 +44,7 @@ impl CoDesign {
         );
         record.displacement = evaluated.map(|reached| reached.along());
         record.displacement_horizon = Some(performance.displacement);
+        record.merit_horizon = self.merit_horizon(&performance);
 
         let is_augmented = self.scene.binarisation.method == BinarisationMethod::Augmented;
         let (rows, terms) = match is_augmented {
@@ -108,6 +109,7 @@ impl CoDesign {
         );
         record.displacement = evaluated.map(|reached| reached.along());
         record.displacement_horizon = Some(slope.displacement);
+        record.merit_horizon = self.merit_horizon(&slope);
         if let (Phase::FineTuning, Some(reached)) = (moment.phase(), evaluated) {
             self.note_candidate(progress, reached.merit);
             if self.settle(progress, moment, reached.merit) {
@@ -151,6 +153,10 @@ impl CoDesign {
                 .candidates
                 .truncate(self.scene.selection.candidates);
         }
+    }
+
+    fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
+        (!self.objective.is_far()).then_some(-slope.loss)
     }
 
     fn is_evaluated(&self, moment: &Moment) -> bool {

@@ -151,6 +151,9 @@ pub struct Record {
     pub displacement: Option<f64>,
     /// Displacement along the ground after the horizon, in the rollout of the gradient.
     pub displacement_horizon: Option<f64>,
+    /// For another task than to get far: minus the loss over the horizon that the gradient is of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub merit_horizon: Option<f64>,
     /// Steps that carried the gradient.
     pub horizon: usize,
     /// Share of solid edges.

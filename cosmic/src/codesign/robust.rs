@@ -48,6 +48,7 @@ impl Slope {
         let share = 1.0 / slopes.len() as f64;
         let mut mean = Self {
             gradient: Vec::new(),
+            loss: 0.0,
             displacement: 0.0,
         };
         for slope in slopes {
@@ -55,6 +56,7 @@ impl Slope {
             for (mean, g) in mean.gradient.iter_mut().zip(&slope.gradient) {
                 *mean += share * g;
             }
+            mean.loss += share * slope.loss;
             mean.displacement += share * slope.displacement;
         }
         mean

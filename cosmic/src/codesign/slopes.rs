@@ -11,10 +11,11 @@ use crate::scatter::World;
 use crate::scene::GradientPrecision;
 use crate::simulator::Trajectory;
 
-/// A gradient of the loss, and where the payload was after the horizon.
+/// A gradient of the loss, the loss, and where the payload was after the horizon.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Slope {
     pub(super) gradient: Vec<f64>,
+    pub(super) loss: f64,
     pub(super) displacement: f64,
 }
 
@@ -91,28 +92,29 @@ impl CoDesign {
                 GradientPrecision::F64 => self.differentiated(task, inputs, (&sought, horizon)),
                 GradientPrecision::F32 => self
                     .differentiated::<f32, N>(task, &inputs.lift(), (&sought, horizon))
-                    .map(|(gradient, last)| {
+                    .map(|(loss, gradient, last)| {
                         let gradient = gradient.into_iter().map(f64::from).collect();
-                        (gradient, last.map(f64::from))
+                        (f64::from(loss), gradient, last.map(f64::from))
                     }),
             };
-            found.map(|(gradient, last)| {
+            found.map(|(loss, gradient, last)| {
                 let [displacement, _] = self.between(&self.start, &last);
                 Slope {
                     gradient,
+                    loss,
                     displacement,
                 }
             })
         })
     }
 
-    /// Gradients of the loss, and the states after the horizon.
+    /// The loss, its gradients, and the states after the horizon.
     fn differentiated<R: Real, const N: usize>(
         &self,
         task: &Task,
         inputs: &Inputs<R>,
         (sought, horizon): (&[Sought; N], &Horizon),
-    ) -> [(Vec<R>, State<R>); N] {
+    ) -> [(R, Vec<R>, State<R>); N] {
         let mut last: [State<R>; N] = std::array::from_fn(|_| inputs.start.clone());
         let found = inputs.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
             let mixtures: [_; N] = std::array::from_fn(|k| sought[k].mixture(task, &copies[k].z));
@@ -124,8 +126,8 @@ impl CoDesign {
             })
         });
         let both = found.into_iter().zip(last);
-        let mut both = both.map(|((_, gradient), last)| (gradient, last));
-        std::array::from_fn(|_| both.next().expect("as many states as gradients"))
+        let mut all = both.map(|((loss, gradient), last)| (loss, gradient, last));
+        std::array::from_fn(|_| all.next().expect("as many states as gradients"))
     }
 
     /// The losses and the rollouts that they are of. With a second goal behind, each

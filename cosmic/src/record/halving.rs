@@ -9,6 +9,7 @@ use super::files::{Format, write_json};
 use super::{Observer, Plan, history, starts};
 use crate::codesign::Record;
 use crate::error::{Error, Result};
+use crate::scene::TaskKind;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -47,6 +48,9 @@ pub struct Standing {
     /// The median displacement after the horizon over the iterations before the rung, m; `None`
     /// where most of them diverged.
     pub displacement: Option<f64>,
+    /// What starts are ranked by: the same, and for another task than to get far the median of minus
+    /// the loss.
+    pub merit: Option<f64>,
 }
 
 impl Halving {
@@ -69,9 +73,15 @@ pub(super) fn climb(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> 
         let standings = starts::side_by_side(&left, observer, |seed, observer| {
             starts::pause(folder, (seed, iteration), plan, observer)?;
             let rows = rows(&starts::folder_of(folder, seed), iteration)?;
+            let displacement = median(&rows, settings.window, |row| row.displacement_horizon);
+            let merit = match plan.scene.objective.task {
+                TaskKind::Far => displacement,
+                _ => median(&rows, settings.window, |row| row.merit_horizon),
+            };
             Ok(Standing {
                 seed,
-                displacement: judged(&rows, settings.window),
+                displacement,
+                merit,
             })
         })?;
         let rung = Rung::new(iteration, standings, keep);
@@ -85,7 +95,7 @@ pub(super) fn climb(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> 
 impl Rung {
     /// Ranks the starts; among equals the earlier seed goes on.
     fn new(iteration: usize, mut standings: Vec<Standing>, keep: f64) -> Self {
-        let rank = |s: &Standing| s.displacement.unwrap_or(f64::NEG_INFINITY);
+        let rank = |s: &Standing| s.merit.unwrap_or(f64::NEG_INFINITY);
         standings.sort_by(|a, b| rank(b).total_cmp(&rank(a)).then(a.seed.cmp(&b.seed)));
         // A share of 0.7 of 10 starts are 7, not 8: products are rounded at 1e-16.
         let kept = (keep * standings.len() as f64 - 1e-9).ceil() as usize;
@@ -114,9 +124,9 @@ fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
 
 /// The median over the last iterations before a rung, of which there is at least one. It stands
 /// for where the start will end better than one full rollout does, whose chance is larger.
-fn judged(before: &[Record], window: usize) -> Option<f64> {
+fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> Option<f64> {
     let recent = &before[before.len().saturating_sub(window)..];
-    let reached = |row: &Record| row.displacement_horizon.unwrap_or(f64::NEG_INFINITY);
+    let reached = |row: &Record| of(row).unwrap_or(f64::NEG_INFINITY);
     let mut sorted: Vec<f64> = recent.iter().map(reached).collect();
     sorted.sort_by(f64::total_cmp);
     let (below, above) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
@@ -128,8 +138,12 @@ fn judged(before: &[Record], window: usize) -> Option<f64> {
 mod tests {
     use super::{Halving, Rung, Standing};
 
-    fn standing(seed: u64, displacement: Option<f64>) -> Standing {
-        Standing { seed, displacement }
+    fn standing(seed: u64, merit: Option<f64>) -> Standing {
+        Standing {
+            seed,
+            displacement: None,
+            merit,
+        }
     }
 
     #[test]

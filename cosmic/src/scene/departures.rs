@@ -1,8 +1,8 @@
 //! The options by which a scene departs from the paper on purpose.
 
 use super::{
-    BinarisationMethod, GradientPrecision, Integrator, Layout, LossKind, Scene, SelectionKind,
-    StartKind, TaskKind, VoidEdges,
+    BinarisationMethod, Contact, GradientPrecision, Integrator, Layout, LossKind, Scene,
+    SelectionKind, StartKind, TaskKind, VoidEdges,
 };
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ pub struct Departure {
 type Known = (fn(&Scene) -> bool, &'static str, &'static str);
 
 /// In the order in which summaries have them.
-const KNOWN: [Known; 22] = [
+const KNOWN: [Known; 23] = [
     (
         |s| s.loss.kind == LossKind::Mean,
         "loss.kind",
@@ -130,11 +130,17 @@ const KNOWN: [Known; 22] = [
         "schedule.stability_share",
         "the stability projection moves nothing",
     ),
+    (
+        |s| s.physics.contact == Contact::None,
+        "physics.contact",
+        "there is no ground",
+    ),
 ];
 
 impl Scene {
     /// The departures in force, for a run's summary. With none, physics and algorithm are the
-    /// paper's. Numbers are the scene's, be they the paper's or not: sizes, widths, rates, weights.
+    /// paper's. Numbers are the scene's, be they the paper's or not: sizes, widths, rates, weights,
+    /// and how the passes of a cycle take turns.
     pub fn departures(&self) -> Vec<Departure> {
         let in_force = KNOWN.into_iter().filter(|(differs, ..)| differs(self));
         in_force

@@ -18,10 +18,10 @@ pub struct ScheduleSettings {
     pub attraction_from: usize,
     /// Iteration of the hard snap; 0 with a "layout" start, which has none (paper: 240).
     pub snap_at: usize,
-    /// Edges of the least confidence whose next material is tried in a full rollout at the snap, of
-    /// which the best is kept (paper: 0).
+    /// Changes of one edge's material, of those of the least confidence, that are tried in full
+    /// rollouts at the snap, of which the best is kept (paper: 0).
     pub snap_trials: usize,
-    /// Edges for which another material is tried every so often after the snap, those from which a
+    /// Changes of one edge's material that are tried every so often after the snap, those from which a
     /// gradient promises most: each in a short rollout, the best quarter of them in full ones, of
     /// which the best is kept (paper: 0).
     pub polish_trials: usize,
@@ -135,7 +135,8 @@ pub struct AdamSettings {
     pub rate: f64,
     /// Learning rate at the start of the fine-tuning, when the controller moves alone.
     pub fine_rate: f64,
-    /// Share of the fine-tuning's learning rate that is left at its end, reached linearly.
+    /// Share of the fine-tuning's learning rate that is left at its end, reached linearly; where it
+    /// settles, the rate falls to zero from there on.
     pub fine_decay: f64,
     /// Decay of the first and the second moment.
     pub betas: [f64; 2],

@@ -169,7 +169,8 @@ pub struct MaterialSettings {
     pub stiffness: [f64; 3],
     /// Mass per length of void, skeleton, actuator, kg/m (paper, table 1).
     pub density: [f64; 3],
-    /// Largest actuation strain of void, skeleton, actuator (paper, table 1).
+    /// Largest actuation strain of void, skeleton, actuator (paper, table 1); only the last is used:
+    /// what of an edge is no actuator does not act (D8).
     pub max_strain: [f64; 3],
     /// Exponent on the shares of a mixture in its stiffness, the penalisation of SIMP (paper: 1,
     /// none).
@@ -196,7 +197,7 @@ pub struct ControllerSettings {
     pub clocks: usize,
     /// Angular frequency of the clock, rad/s (paper: 10).
     pub omega: f64,
-    /// Goal, in the ground's frame, m (paper silent).
+    /// Goal: along the ground and above it, from the world's origin, m (paper: 2, 0.1).
     pub goal: [f64; 2],
     /// Factor on the goal at the controller's input, 1/m (D3).
     pub goal_scale: f64,

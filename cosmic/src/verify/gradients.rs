@@ -15,7 +15,7 @@ use crate::scene::{Contact, HorizonMode, Integrator};
 /// By how much the negative control's gradient is wrong: one part in a hundred.
 const WRONG_BY: f64 = 0.01;
 
-/// How far a robot that stands on the ground is lifted where that is a kink, m.
+/// How far above the ground a robot's lowest node is lifted where standing there is a kink, m.
 const LIFT: f64 = 1e-3;
 
 /// What was found for one group of parameters.
@@ -78,21 +78,27 @@ impl GradientCheck {
 ///
 /// A node that stands exactly on the ground line sits on a kink of the positions, with one
 /// derivative upwards and one downwards; several such nodes take sides one by one, which no
-/// difference along a line shows. There the positions are checked 1 mm higher. So are the
-/// velocities where leapfrog integrates, whose first drift takes a node at rest off the ground or
-/// not before any force does, and where nothing weighs anything, so that no force does.
+/// difference along a line shows. There the positions are checked of a robot that is lifted until its
+/// lowest node is 1 mm above. So are the velocities of one that has a node on the ground line or below
+/// where leapfrog integrates, whose first drift takes a node at rest off its place or not before any
+/// force does, and where nothing weighs anything, so that no force does.
 pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> GradientCheck {
     let mut case = case.clone();
     case.physics.steps = steps.min(case.physics.steps);
     let here = Subject::new(&case);
-    let lifted = stands(&case).then(|| lifted(&case));
+    let [stands, touches] = stands_and_touches(&case);
+    let lifted = touches.then(|| lifted(&case));
     let above = lifted.as_ref().map(Subject::new);
     let mut groups = Vec::new();
     let mut control = None;
     for (block, name) in BLOCKS.into_iter().enumerate() {
         let leaps = case.physics.integrator == Integrator::Leapfrog;
         let floats = case.physics.gravity == 0.0;
-        let is_kink = name == "x0" || (name == "v0" && (leaps || floats));
+        let is_kink = match name {
+            "x0" => stands,
+            "v0" => leaps || floats,
+            _ => false,
+        };
         let above = above.as_ref().filter(|_| is_kink);
         let subject = above.unwrap_or(&here);
         let gradient = &subject.gradient[block];
@@ -127,18 +133,29 @@ pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> Gradient
     }
 }
 
-/// Whether a node starts on ground, to the rounding of an incline's frame.
-fn stands(case: &Case) -> bool {
+/// The rounding of heights in an incline's frame, m.
+const ON_LINE: f64 = 1e-12;
+
+/// Whether a node starts on the ground line, and whether one does there or below.
+fn stands_and_touches(case: &Case) -> [bool; 2] {
+    let any = |is: fn(f64) -> bool| {
+        case.physics.contact != Contact::None && heights(case).into_iter().any(is)
+    };
+    [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
+}
+
+/// Of all nodes above the ground line, m.
+fn heights(case: &Case) -> Vec<f64> {
     let state = case.start.to_ground(&Ground::from(&case.physics));
-    let on_line = || state.x.iter().any(|x| x[1].abs() < 1e-12);
-    case.physics.contact != Contact::None && on_line()
+    state.x.iter().map(|x| x[1]).collect()
 }
 
 fn lifted(case: &Case) -> Case {
+    let by = LIFT - heights(case).into_iter().fold(0.0, f64::min);
     let mut case = case.clone();
     let [nx, ny] = Ground::from(&case.physics).normal();
     for x in &mut case.start.x {
-        *x = [x[0] + LIFT * nx, x[1] + LIFT * ny];
+        *x = [x[0] + by * nx, x[1] + by * ny];
     }
     case
 }
@@ -249,7 +266,7 @@ impl fmt::Display for GradientCheck {
         if !lifted.is_empty() {
             writeln!(
                 out,
-                "{}: nodes stand exactly on the ground, a kink; the slopes are those {LIFT} m above",
+                "{}: nodes rest on the ground, a kink; the slopes are those of a robot {LIFT} m above",
                 lifted.join(", ")
             )?;
         }
@@ -357,6 +374,12 @@ mod tests {
         }
         let floats = |s: &mut Scene| s.physics.gravity = 0.0;
         assert_eq!(lifted(&floats), ["x0", "v0"]);
+        // Nodes that rest below the line: their velocities alone have a kink.
+        let sunk = |s: &mut Scene| {
+            leapfrog(s);
+            s.lattice.drop = -0.003;
+        };
+        assert_eq!(lifted(&sunk), ["v0"]);
         let nowhere = |s: &mut Scene| s.physics.contact = Contact::None;
         assert_eq!(lifted(&nowhere), Vec::<&str>::new());
     }

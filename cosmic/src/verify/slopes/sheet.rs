@@ -133,9 +133,9 @@ impl Gradients {
             _ if !row.error.is_finite() => "failed: not finite",
             _ if self.is_wrong(row) => "failed: wrong",
             _ if self.is_checked(row) => "checked",
-            Way::Truncated(_) if row.angle > 90.0 => "failed: against the gradient",
+            Way::Truncated(_) if row.angle > 90.0 => "useless: against the gradient",
             Way::Truncated(_) => "truncated",
-            _ if row.error > super::WORTHLESS => "failed: not two digits",
+            _ if row.error > super::WORTHLESS => "useless: not two digits",
             _ => "ok",
         }
     }
