@@ -202,6 +202,11 @@
 //!   constants, iteration counts and stopping rules, which is not always the function meant.
 //!   A solver stopped early has the derivative of a solver stopped early; [`implicit::root`] has
 //!   that of the solution.
+//! - **Builds without optimisation.** Kernels and sums over data become functions of the calling crate,
+//!   each a whole step in which no two numbers share a place on the stack. Built without optimisation
+//!   itself, this crate uses no wide registers, with which that would be megabytes. Where the
+//!   dependencies alone are optimised, by `[profile.dev.package."*"]`, it does: have `opt-level = 1` in
+//!   `[profile.dev]` too.
 //! - **Method names.** On plain `f64` the inherent `max`, `clamp`, `signum`, … hide the trait's,
 //!   which differ at ties, NaN and zero. Generic code gets the trait's.
 //!

@@ -202,6 +202,11 @@ pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
 
 #[inline]
 fn found() -> Level {
+    // There everything that is inlined has a place of its own on the stack, with wide registers some
+    // megabytes for a kernel.
+    if cfg!(unoptimised) {
+        return Level::Baseline;
+    }
     #[cfg(target_arch = "x86_64")]
     {
         if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {

@@ -68,16 +68,7 @@ pub(super) fn search(
         Search::Full => Halving::default(),
         Search::Halving => climb(folder, plan, observer)?,
     };
-    let is_left = |seed: &u64| dropped.dropped_at(*seed).is_none();
-    let left: Vec<u64> = seeds(plan).filter(is_left).collect();
-    // One that flies apart ends itself alone.
-    let ended = side_by_side(&left, observer, |seed, observer| {
-        match one(folder, seed, plan, observer) {
-            Err(error) if !matches!(error, Error::Diverged { .. }) => Err(error),
-            ended => Ok(ended),
-        }
-    });
-    let mut ended = ended?.into_iter();
+    let mut ended = finish_left(folder, (plan, &dropped), observer)?.into_iter();
     let mut starts = Vec::new();
     let mut best: Option<Summary> = None;
     let mut diverged = None;
@@ -122,6 +113,23 @@ pub(super) fn search(
     write_json(&folder.join(SUMMARY), summary::FORMAT, &summary)?;
     lock.finish();
     Ok(summary)
+}
+
+/// Does what is left of the starts that were not dropped, in the order of their seeds.
+fn finish_left(
+    folder: &Path,
+    (plan, dropped): (&Plan, &Halving),
+    observer: &mut dyn Observer,
+) -> Result<Vec<Result<Summary>>> {
+    let is_left = |seed: &u64| dropped.dropped_at(*seed).is_none();
+    let left: Vec<u64> = seeds(plan).filter(is_left).collect();
+    // One that flies apart ends itself alone.
+    side_by_side(&left, observer, |seed, observer| {
+        match one(folder, seed, plan, observer) {
+            Err(error) if !matches!(error, Error::Diverged { .. }) => Err(error),
+            ended => Ok(ended),
+        }
+    })
 }
 
 /// The one with the higher median over the starts that choose; the first of equals. The figure
