@@ -261,7 +261,7 @@ fn a_damaged_snapshot_is_refused_where_it_is_damaged() {
     let position = |column: usize| format!("a/snapshot.json:1:{column}");
     let half = whole.len() / 2;
     assert!(refusal(&whole[..half]).contains(&position(half)));
-    assert!(refusal("").contains("a/snapshot.json:1:0"));
+    assert!(refusal("").contains("a/snapshot.json:1:1"));
     let newer = whole.replacen("\"version\":1", "\"version\":2", 1);
     let error = refusal(&newer);
     assert!(
