@@ -214,7 +214,7 @@ impl Gait {
     }
 
     fn draw(&self, svg: &mut Svg, (motion, top): (&Motion, f64)) {
-        let title = match TAU / motion.run.scene.controller.omega <= motion.duration() {
+        let title = match self.period < motion.duration() {
             true => format!("One period of the clock, {:.2} s, at the end", self.period),
             false => format!("From start to end, {:.2} s", self.period),
         };

@@ -132,6 +132,6 @@ pub fn fault(name: &str, key: &str, says: [&str; 2]) -> Option<Error> {
     }
     let path = Path::new(name);
     // A pipe has been read, and may have no one who writes to it any more.
-    let bytes = path.is_file().then(|| read_at_most(path, LARGEST).ok())??;
-    pointed((name, std::str::from_utf8(&bytes).ok()?), key, says)
+    let text = path.is_file().then(|| Scene::text(path).ok())??;
+    pointed((name, &text), key, says)
 }

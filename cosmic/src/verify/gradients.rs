@@ -121,7 +121,7 @@ pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> Gradient
         let subject = above.unwrap_or(&here);
         let gradient = &subject.gradient[block];
         let report = subject.check(block, gradient, options);
-        let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let norm = length(gradient);
         // Differences have to be so sure of the right one that they can see it wrong, and may be off
         // once when they agree and once when they do not.
         let sure = |direction: &Direction| direction.unsure < 0.25 * WRONG_BY;
@@ -156,6 +156,10 @@ pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> Gradient
         control,
         rounding,
     }
+}
+
+fn length(of: &[f64]) -> f64 {
+    of.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Whether rounding explains by how much forward and reverse mode differ.
@@ -229,11 +233,11 @@ impl<'a> Subject<'a> {
         let places = (BLOCKS.iter()).position(|name| *name == "x0");
         let places = places.expect("a block of the inputs");
         let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let length = (self.gradient[places].iter().map(|g| g * g))
-            .sum::<f64>()
-            .sqrt();
         let steps = self.case.physics.steps as f64;
-        f64::EPSILON * steps * length * largest(self.inputs.blocks()[places])
+        f64::EPSILON
+            * steps
+            * length(&self.gradient[places])
+            * largest(self.inputs.blocks()[places])
     }
 
     fn check(&self, block: usize, gradient: &[f64], options: &Options) -> Report {
