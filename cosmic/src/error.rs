@@ -171,6 +171,22 @@ impl Error {
     }
 }
 
+/// That so many were found as belong there.
+///
+/// # Errors
+/// [`Error::Misfit`].
+pub(crate) fn fits(file: &str, what: &str, found: usize, expected: usize) -> Result<()> {
+    match found == expected {
+        true => Ok(()),
+        false => Err(Error::Misfit {
+            file: file.to_owned(),
+            what: what.to_owned(),
+            expected,
+            found,
+        }),
+    }
+}
+
 /// What else there is to do about a run's unstable time step than to set another.
 fn or_go_on(run: &Path) -> String {
     let run = run.display();

@@ -1,11 +1,14 @@
 //! Reading files whole, of which some do not end: `/dev/zero` does not. And JSON, of which what is
 //! wrong is named with its keys.
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde_json::value::RawValue;
 
 use crate::error::{Error, Result};
 
@@ -64,6 +67,40 @@ pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u
     json.end().map(|()| value).map_err(end)
 }
 
+/// An error about what stands in a JSON text, with the place of the value whose keys its message names
+/// first, such as `z[3]`. As it is where it names none.
+pub(crate) fn placed(file: &str, text: &str, error: Error) -> Error {
+    let message = error.to_string();
+    match message.split('`').nth(1).and_then(|keys| place(text, keys)) {
+        Some(place) => {
+            let named = message.strip_prefix(&format!("{file}: "));
+            malformed(file, place, named.unwrap_or(&message))
+        }
+        None => error,
+    }
+}
+
+/// Line and column, from 1, at which the value of such keys begins in a JSON text, if it has one.
+fn place(text: &str, keys: &str) -> Option<(usize, usize)> {
+    let mut value: &RawValue = serde_json::from_str(text).ok()?;
+    for key in keys.split(['.', '[']) {
+        value = match key.strip_suffix(']') {
+            None => of::<HashMap<String, &RawValue>>(value)?.remove(key)?,
+            Some(index) => of::<Vec<&RawValue>>(value)?
+                .into_iter()
+                .nth(index.parse().ok()?)?,
+        };
+    }
+    let before = &text[..value.get().as_ptr().addr() - text.as_ptr().addr()];
+    let line = before.rsplit('\n').next().unwrap_or_default();
+    Some((1 + before.matches('\n').count(), 1 + line.chars().count()))
+}
+
+/// The parts of a value, as they are written.
+fn of<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
+    serde_json::from_str(value.get()).ok()
+}
+
 /// The keys of a value as a whole.
 const ROOT: &str = ".";
 
@@ -112,7 +149,7 @@ pub(crate) fn malformed(file: &str, (line, column): (usize, usize), message: &st
 
 #[cfg(test)]
 mod tests {
-    use super::{from_json, read_at_most, read_whole};
+    use super::{Error, from_json, placed, read_at_most, read_whole};
     use std::path::Path;
 
     #[test]
@@ -154,6 +191,25 @@ mod tests {
         assert!(refusal("{}").starts_with("error: missing field `rows`\n"));
         assert!(refusal("{\"rows\": []} x").starts_with("error: trailing characters\n"));
         assert!(refusal("{\"rows\": [], \"row\": 1}").contains("unknown field `row`"));
+    }
+
+    #[test]
+    fn what_a_message_names_is_pointed_at() {
+        let text = "{\"a\": 1,\n \"b\": {\"z\": [[0, 1],\n  [2]]}}";
+        let placed = |message: &str| placed("a.json", text, Error::Usage(message.to_owned()));
+        let told = |message: &str| placed(message).to_string();
+        assert_eq!(
+            told("a.json: `a` is 1, not `b`"),
+            "error: `a` is 1, not `b`\n --> a.json:1:7"
+        );
+        assert!(told("length of `b.z`: 2").ends_with("--> a.json:2:13"));
+        assert!(told("length of `b.z[1]`: 1").ends_with("--> a.json:3:3"));
+        assert!(told("`b.z[0][1]` is 1").ends_with("--> a.json:2:18"));
+        for unknown in [
+            "no keys", "`c`", "`a.b`", "`b[0]`", "`b.z[2]`", "`b.z[x]`", "`",
+        ] {
+            assert!(matches!(placed(unknown), Error::Usage(same) if same == unknown));
+        }
     }
 
     #[cfg(unix)]

@@ -116,7 +116,8 @@ fn sizes_that_do_not_fit_are_named_with_both() {
         );
     }
     let text = message(|json| pop(&mut json["z"][1]));
-    assert_eq!(text, "case.json: length of `z[1]`: 2, where 3 belong");
+    let says = "error: length of `z[1]`: 2, where 3 belong\n --> case.json:1:";
+    assert!(text.starts_with(says), "{text}");
     let text = message(|json| pop(&mut json["controller"]["w1"][1]));
     assert!(text.contains("length of `controller.w1[1]`"), "{text}");
 }

@@ -16,11 +16,11 @@ use std::path::Path;
 
 use crate::controller::{Controller, observation_length};
 use crate::design::Material;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, fits};
 use crate::lattice::{Lattice, State};
 use crate::objective::AugmentedLagrangian;
 use crate::projection::Projection;
-use crate::reading::{from_json, read_whole};
+use crate::reading::{from_json, placed, read_whole};
 use crate::scene::{
     ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
     UnstableStep, allowed_instead,
@@ -81,12 +81,13 @@ impl Case {
     /// Reads a case from text; `file` names it in messages.
     ///
     /// # Errors
-    /// Where the text is no case: a key unknown, missing or of the wrong type
-    /// ([`Error::Malformed`]), sizes that do not fit one another ([`Error::Misfit`]), or numbers
-    /// without a meaning, such as a negative mass ([`Error::Usage`]).
+    /// [`Error::Malformed`], with the place, where the text is no case: a key unknown, missing or of
+    /// the wrong type, sizes that do not fit one another, or numbers without a meaning, such as a
+    /// negative mass.
     pub fn parse(file: &str, text: &str) -> Result<Self> {
         let raw: RawCase = from_json(file, 0, text.as_bytes())?;
-        Shapes { file }.case(&raw)
+        let case = Shapes { file }.case(&raw);
+        case.map_err(|error| placed(file, text, error))
     }
 
     /// The steps whose states are recorded: those asked for, else those that the file lists, else
@@ -170,7 +171,7 @@ impl Shapes<'_> {
             return Ok(());
         }
         Err(Error::Usage(format!(
-            "{}: the format is {format:?} version {version}, not {FORMAT:?} version {VERSION}",
+            "{}: `format` is {format:?} version {version}, not {FORMAT:?} version {VERSION}",
             self.file
         )))
     }
@@ -296,15 +297,7 @@ impl Shapes<'_> {
     }
 
     fn fits(&self, what: &str, found: usize, expected: usize) -> Result<()> {
-        if found == expected {
-            return Ok(());
-        }
-        Err(Error::Misfit {
-            file: self.file.to_owned(),
-            what: what.to_owned(),
-            expected,
-            found,
-        })
+        fits(self.file, what, found, expected)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::case::Case;
 use crate::error::{Error, Result};
-use crate::reading::read_whole;
+use crate::reading::{placed, read_whole};
 use crate::record::run::{DESIGN, SCENE};
 use crate::record::{DesignFile, design_file};
 use crate::scene::{BUILTIN, Scene};
@@ -68,7 +68,10 @@ impl Source {
             Self::Design(path, bytes) => {
                 let design = DesignFile::parse(path, bytes)?;
                 let scene = Scene::read(&path.with_file_name(SCENE))?;
-                design.case(&scene, &path.display().to_string())
+                let file = &path.display().to_string();
+                let text = String::from_utf8_lossy(bytes);
+                let case = design.case(&scene, file);
+                case.map_err(|error| placed(file, &text, error))
             }
             Self::Case(name, text) => Case::parse(name, text),
         }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Controller;
-use crate::error::{Error, Result};
+use crate::error::{Result, fits};
 
 /// The weights of a controller, matrices as lists of rows; gradients by them have the same form.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,15 +26,7 @@ impl Weights {
     /// Where a matrix or vector has another shape; `file` is named in the message.
     pub fn controller(&self, inputs: usize, edges: usize, file: &str) -> Result<Controller<f64>> {
         let hidden = self.b1.len();
-        let fits = |what: &str, found: usize, expected: usize| match found == expected {
-            true => Ok(()),
-            false => Err(Error::Misfit {
-                file: file.to_owned(),
-                what: what.to_owned(),
-                expected,
-                found,
-            }),
-        };
+        let fits = |what: &str, found, expected| fits(file, what, found, expected);
         fits("length of `controller.b1`", hidden, hidden.max(1))?;
         fits("rows of `controller.w1`", self.w1.len(), hidden)?;
         for (i, row) in self.w1.iter().enumerate() {

@@ -6,7 +6,7 @@ use super::files::{Format, parse_json, read_json, write_json};
 use crate::case::Case;
 use crate::controller::{Controller, Weights, observation_length};
 use crate::design::{Material, one_hot};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, fits};
 use crate::lattice::{Ground, Lattice};
 use crate::scene::Scene;
 use serde::de::IgnoredAny;
@@ -93,15 +93,7 @@ impl DesignFile {
     pub fn robot(&self, scene: &Scene, file: &str) -> Result<Controller<f64>> {
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
         let edges = lattice.edges.len();
-        let fits = |what: &str, found: usize, expected: usize| match found == expected {
-            true => Ok(()),
-            false => Err(Error::Misfit {
-                file: file.to_owned(),
-                what: what.to_owned(),
-                expected,
-                found,
-            }),
-        };
+        let fits = |what: &str, found, expected| fits(file, what, found, expected);
         fits("number of `edges`", self.edges.len(), edges)?;
         if let Some(e) = (0..edges).find(|&e| self.edges[e] != lattice.edges[e]) {
             return Err(Error::Usage(format!(

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::codesign::Record;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, fits};
 use crate::lattice::{Ground, Lattice};
 use crate::record::files::read_json;
 use crate::record::history::{self, DesignRow};
@@ -78,15 +78,8 @@ fn read_history(folder: &Path, iterations: usize) -> Result<Vec<Record>> {
 fn read_trajectory(folder: &Path, (scene, lattice): (&Scene, &Lattice)) -> Result<TrajectoryFile> {
     let path = &folder.join(trajectory_file::TRAJECTORY);
     let file: TrajectoryFile = read_json(path, trajectory_file::FORMAT)?;
-    let fits = |what: &str, found: usize, expected: usize| match found == expected {
-        true => Ok(()),
-        false => Err(Error::Misfit {
-            file: path.display().to_string(),
-            what: what.to_owned(),
-            expected,
-            found,
-        }),
-    };
+    let name = &path.display().to_string();
+    let fits = |what: &str, found, expected| fits(name, what, found, expected);
     fits(
         "number of `states`",
         file.states.len(),
