@@ -17,7 +17,8 @@
 //! | --- | --- | --- |
 //! | smooth, a minimum of exactly zero included | smooth | wrong |
 //! | a kink, `x.abs()`: each side has a slope of its own | kink for any slope between them | wrong |
-//! | a cusp or a spike, `x.abs().sqrt()` or a single value off the rest: the sides grow apart | kink | kink, or wrong where they do so slowly |
+//! | a cusp or a spike, `x.abs().powf(0.6)` or a single value off the rest: the sides grow apart | kink | kink, or wrong where they do so slowly |
+//! | anything | | wrong, of a slope that is NaN, as `x.abs().sqrt()` has at zero in reverse |
 //! | a narrow term, of a few hundred smallest steps or more | smooth | wrong, a forgotten term too |
 //! | a narrower one | kink or smooth | kink or wrong |
 //!
@@ -122,7 +123,7 @@ pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) ->
 ///
 /// # Panics
 /// If there is no component to check or no direction to check along, the gradient's length is not
-/// that of `x`, or the steps span less than a decade.
+/// that of `x`, or the steps span less than a decade or are infinite.
 pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
     let n = claim.x.len();
     assert!(n > 0, "a gradient without components cannot be checked");
@@ -135,6 +136,10 @@ pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &
     assert!(
         options.largest_step >= 10.0 * options.smallest_step && options.smallest_step > 0.0,
         "the steps must span a decade"
+    );
+    assert!(
+        options.largest_step.is_finite(),
+        "the largest step must be finite"
     );
     let typical = (dot(claim.gradient, claim.gradient) / n as f64).sqrt();
     let checker = Checker {

@@ -50,7 +50,9 @@ impl Pattern {
 
     /// A square pattern of so many diagonals below and above the main one.
     pub fn banded(size: usize, below: usize, above: usize) -> Self {
-        let row = |i: usize| (i.saturating_sub(below)..(i + above + 1).min(size)).collect();
+        let row = |i: usize| {
+            (i.saturating_sub(below)..i.saturating_add(above).saturating_add(1).min(size)).collect()
+        };
         Self::new(size, &(0..size).map(row).collect::<Vec<_>>())
     }
 

@@ -166,7 +166,7 @@ impl<R: Real> Float for Element<R> {
         Self(self.0.clamp(least.0, most.0))
     }
     fn abs_sub(self, other: Self) -> Self {
-        Self((self.0 - other.0).max(R::zero()))
+        Self(R::select(self.0.le(other.0), R::zero(), self.0 - other.0))
     }
     fn cbrt(self) -> Self {
         Self(self.0.elementary(Elementary::Cbrt))

@@ -34,6 +34,48 @@ pub(crate) fn truncated<R: Real>(x: R) -> R {
     R::select(size.le(zero), x.detach(), whole)
 }
 
+/// The remainder of `a / b` less its fraction: exact, with the derivative for that whole quotient.
+pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
+    let (zero, divisor) = (R::zero(), b.detach().abs());
+    let size = a.detach().abs();
+    let defined = size.finite() & zero.lt(divisor);
+    // Far apart as the two may be, no multiple of the divisor is more than this above the next.
+    let far = R::lit(FAR);
+    let (mut left, mut unit) = (size, divisor);
+    loop {
+        let grows = (unit * far).le(size) & defined;
+        if !grows.any() {
+            break;
+        }
+        unit = R::select(grows, unit * far, unit);
+    }
+    loop {
+        let mut times = FAR;
+        while times >= 1.0 {
+            let multiple = unit * R::lit(times);
+            left = R::select(multiple.le(left) & defined, left - multiple, left);
+            times *= 0.5;
+        }
+        let larger = divisor.lt(unit) & defined;
+        if !larger.any() {
+            break;
+        }
+        unit = R::select(larger, unit / far, unit);
+    }
+    let whole = round((size - left) / divisor);
+    let value = R::select(a.lt(zero), -left, left);
+    let value = R::select(left.le(zero), zero * a.detach(), value);
+    let value = R::select(defined, value, R::lit(f64::NAN));
+    let whole = R::select(a.lt(zero), -whole, whole);
+    let whole = R::select(b.lt(zero), -whole, whole);
+    // A divisor that fits in no time has no part in the derivative, infinite as it may be.
+    let moves = R::select(whole.abs().le(zero), a, a - b * whole);
+    value.straight_through(moves)
+}
+
+/// A power of two whose own is a number of single precision.
+const FAR: f64 = (1_u64 << 60) as f64;
+
 pub(crate) fn floor<R: Real>(x: R) -> R {
     let whole = truncated(x);
     R::select(x.lt(whole), whole - R::one(), whole)

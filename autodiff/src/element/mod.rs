@@ -31,7 +31,7 @@
 //!   `integer_decode` panics, where a cast would lose the derivative silently. Take `.0` and its
 //!   primal. Constants convert to elements by `T::from`.
 //! - Rounding functions are constants between their steps: `floor(x)` has derivative 0, `x % m`
-//!   that of `x`.
+//!   that of `x - q m` for the whole quotient `q`.
 //! - `max`, `min` and `clamp` have the conventions of the table in [`real`](crate::real): a NaN
 //!   is passed on, not ignored.
 

@@ -9,7 +9,7 @@ use std::ops::{
 use num_traits::{FromPrimitive, Num, One, Signed, Zero};
 
 use super::Element;
-use super::functions::truncated;
+use super::functions::remainder;
 use crate::real::Real;
 use crate::rule;
 
@@ -51,12 +51,12 @@ impl<R: Real> Div for Element<R> {
     }
 }
 
-/// `a - b trunc(a / b)`: exact only where the quotient is.
+/// The exact remainder of a division that leaves a whole number, with the dividend's sign, as of
+/// floats.
 impl<R: Real> Rem for Element<R> {
     type Output = Self;
     fn rem(self, other: Self) -> Self {
-        let (a, b) = (self.0, other.0);
-        Self(a - b * truncated(a / b))
+        Self(remainder(self.0, other.0))
     }
 }
 
@@ -108,10 +108,10 @@ impl<R: Real> Zero for Element<R> {
     fn zero() -> Self {
         Self(R::zero())
     }
-    /// Whether this is the additive identity: a zero that moves is not.
+    /// Whether the primal is zero, as for `==`: algorithms decide by it which way to go.
     #[inline]
     fn is_zero(&self) -> bool {
-        self.0.is_zero()
+        *self == Self::zero()
     }
 }
 

@@ -15,7 +15,9 @@
 //! - other products where an overflow makes a result infinite or NaN too. Behind a `select`, a
 //!   reciprocal or a hyperbolic tangent it may not.
 //!
-//! Exponentials, powers and other quotients are never taken to be finite. What remains: a sum, or a
+//! Exponentials, powers and other quotients are never taken to be finite. What remains: a product
+//! with a constant zero is zero, also where the other factor is NaN, and a choice between constants
+//! (`signum`) is one of them; a sum, or a
 //! product with what constants bound, of numbers near the largest float; and a result
 //! that a sum or product has made infinite, whose cotangent of zero may then pass NaN. Where an
 //! emitted derivative is itself differentiated in reverse, a product with a cotangent of zero is an

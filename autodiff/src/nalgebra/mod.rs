@@ -32,7 +32,13 @@
 //! - Decisions of an algorithm (pivots, convergence) look at primals.
 //! - Iterative factorisations (SVD, eigenvalues) are differentiated through their iterations, and
 //!   stop when the primal has converged; degenerate singular values have no derivative.
-//! - `try_convert` to a float returns `None` and the unchecked conversions panic.
+//! - **They skip entries that are zero, and lose the derivative by them**: those of a diagonal,
+//!   triangular or block matrix. SVD, Schur, eigenvalues and vectors, the pseudo-inverse, and what
+//!   is made of them are to be had there as a root ([`implicit`](crate::implicit)) or by a rule of
+//!   your own. LU, QR, Cholesky, inverse and determinant have it.
+//! - `try_convert` to a float returns `None` and the unchecked conversions panic; so does the matrix
+//!   exponential, which asks for one.
+//! - Where all of this crate is imported (`use autodiff::*`), nalgebra itself is `::nalgebra`.
 
 mod field;
 

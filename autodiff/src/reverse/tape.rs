@@ -209,6 +209,10 @@ fn full() -> ! {
 /// thread, nest it (`Tape<Dual<f64, 1>>`, `Tape<Var<f64>>`). It is current, that is, its
 /// variables can be computed with, only inside the closure of [`record`](Tape::record).
 ///
+/// An operation takes some 24 bytes in f64, of which nothing is given back before the tape is
+/// dropped. Where the system has no more memory the process ends, as with any collection: long
+/// loops are for a [`Rollout`](crate::Rollout), which keeps to a budget.
+///
 /// ```
 /// use autodiff::{Real, Tape};
 ///

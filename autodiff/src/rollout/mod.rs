@@ -34,7 +34,8 @@ pub trait Model: Clone + Send + Sync + 'static {
 pub struct CotangentBound {
     /// The largest Euclidean norm, not below 0.
     pub norm: f64,
-    /// It is looked at every so many steps: 1 or more.
+    /// It is looked at after every so many steps, counted from the start, and at the start itself: 1
+    /// or more.
     pub every: usize,
 }
 
@@ -48,7 +49,7 @@ pub struct Rollout<M> {
     pub steps: usize,
     /// The inputs of the steps, one step after the other: `steps * inputs` numbers at least.
     pub inputs: Arc<[f64]>,
-    /// After how many steps the state is wanted, ascending; 0 is the start.
+    /// After how many steps the state is wanted, not descending; 0 is the start.
     pub observed: Vec<usize>,
     /// Which numbers of such a state are wanted, `None` for all: on a tape each is a variable,
     /// which costs more than to compute it. Without any entry nothing is seen.

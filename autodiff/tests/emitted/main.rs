@@ -194,6 +194,21 @@ fn every_operation_is_emitted_with_its_derivative() {
     assert!(sound > 2000, "{sound} of {}", 64 * 3 * RESULTS);
 }
 
+/// Of a negative zero the slope is that from inside the domain, as everywhere in this crate: the
+/// formula takes the sign off, unless what it is of has none.
+#[test]
+fn limits_at_negative_zero_are_taken_from_inside() {
+    struct Log(bool);
+    impl Kernel<1, 1> for Log {
+        fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+            [if self.0 { (x * x).ln() } else { x.ln() }]
+        }
+    }
+    let [plain, of_square] = [false, true].map(|of| adjoint("Log", &[], |_| Log(of)));
+    assert!(plain.contains("x0 + "), "{plain}");
+    assert!(!of_square.contains(" + t"), "{of_square}");
+}
+
 /// A state of odd length, so that lanes are left over.
 const STATE: usize = 11;
 

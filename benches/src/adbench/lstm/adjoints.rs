@@ -116,13 +116,14 @@ impl Adjoint<4, 1> for Add {
         let [y0] = y_bar;
         let t5 = R::lit(0.0);
         let t8 = x2.ln();
-        let t9 = x2.recip();
-        let t10 = x2.lt(t5);
-        let t11 = R::select(t10, t8, t9);
-        let t15 = -y0;
-        let t16 = R::chain(t8, t15);
-        let t17 = x3 * t15;
-        let t18 = R::chain(t11, t17);
-        [y0, y0, t18, t16]
+        let t9 = x2 + t5;
+        let t10 = t9.recip();
+        let t11 = x2.lt(t5);
+        let t12 = R::select(t11, t8, t10);
+        let t16 = -y0;
+        let t17 = R::chain(t8, t16);
+        let t18 = x3 * t16;
+        let t19 = R::chain(t12, t18);
+        [y0, y0, t19, t17]
     }
 }
