@@ -239,6 +239,15 @@ impl Task {
         }
     }
 
+    /// The same task, the same robots, with the goal behind where it was ahead.
+    #[must_use]
+    pub fn turned_back(&self) -> Self {
+        Self {
+            simulator: self.simulator.turned_back(),
+            ..self.clone()
+        }
+    }
+
     /// The body of a mixture, as designed or as built.
     pub fn body<R: Real>(&self, mixture: &[[R; 3]]) -> Body<R> {
         let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
@@ -328,7 +337,7 @@ impl Task {
     ) -> Option<Divergence> {
         let body = self.body(mixture);
         self.simulator
-            .divergence((&body, controller), start, self.physics.steps)
+            .divergence((&body, controller), start, 0..self.physics.steps)
     }
 
     /// The loss of a robot over a horizon. In the mode "tail" the steps before the horizon are

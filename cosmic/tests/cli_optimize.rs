@@ -400,6 +400,56 @@ fn an_unstable_time_step_is_refused_where_the_scene_sets_it() {
     assert!(said.code == 2 && said.error.starts_with("error: the time step of 0.002 s is"));
 }
 
+/// Without stiffness nothing that is designed moves the payload along the ground.
+#[test]
+fn a_task_without_any_slope_is_warned_of() {
+    let slack = scene(24, 64, "") + "[materials]\nstiffness = [0.0, 0.0, 0.0]\n";
+    let said = Bench::with(&slack).optimize("a", &["--iterations", "12"]);
+    let warning = "warning: after iteration 10: all gradients of the last 10 iterations were zero";
+    assert_eq!(said.error.matches(warning).count(), 1, "{said:?}");
+    let said = tiny().run("a", &["--iterations", "12"]);
+    assert!(!said.error.contains("were zero"), "{said:?}");
+}
+
+/// What a scene's file may not say, a scene from elsewhere may not either: its run could not be
+/// resumed.
+#[test]
+fn a_scene_that_could_not_be_read_again_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = cosmic::scene::Scene::default();
+    scene.schedule.horizon = [32, 32];
+    let plan = cosmic::record::Plan {
+        name: "short".to_owned(),
+        scene,
+        seed: 0,
+        starts: std::num::NonZeroUsize::MIN,
+        iterations: None,
+        search: cosmic::record::Search::Full,
+    };
+    let run = folder.path().join("run");
+    let refused = cosmic::record::optimise(&run, &plan, &mut Nobody).unwrap_err();
+    assert_eq!(refused.exit_code(), 2);
+    assert!(
+        refused
+            .to_string()
+            .contains("the shortest horizon has (32)")
+    );
+    assert!(!run.exists());
+}
+
+struct Nobody;
+
+impl cosmic::record::Observer for Nobody {
+    fn begin(&mut self, _: &cosmic::record::Run) {}
+    fn iteration(
+        &mut self,
+        _: &cosmic::record::Run,
+        _: &cosmic::codesign::Record,
+    ) -> std::ops::ControlFlow<()> {
+        std::ops::ControlFlow::Continue(())
+    }
+}
+
 #[test]
 fn an_unstable_time_step_is_let_pass_with_a_warning() {
     let warning = "warning: the time step of 0.05 s is unstable";

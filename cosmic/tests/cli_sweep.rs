@@ -5,7 +5,7 @@ mod background;
 mod common;
 
 use background::start;
-use common::Bench;
+use common::{Bench, scene};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -51,6 +51,55 @@ fn a_sweep_s_runs_are_those_of_optimize() {
             bench.results(seed)
         );
     }
+}
+
+/// What is wrong with one scene is no reason not to do the others.
+#[test]
+fn runs_that_cannot_be_done_are_passed_over() {
+    let bench = Bench::new(24, 64);
+    fs::write(bench.path("stiff.toml"), scene(24, 64, "dt = 0.05")).unwrap();
+    let plan = [
+        "plan",
+        "stiff.toml",
+        "tiny.toml",
+        "--seeds",
+        "2",
+        "--out",
+        "s",
+    ];
+    let sweep = |arguments: &[&str]| bench.cosmic(&[&["sweep"], arguments].concat());
+    assert_eq!(sweep(&plan).code, 0);
+    let said = sweep(&["run", "s", "--index", "auto", "--json"]);
+    let json: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(
+        (said.code, &json["index"]),
+        (0, &Value::from(2)),
+        "{said:?}"
+    );
+    for index in ["all", "auto"] {
+        let said = sweep(&["run", "s", "--index", index]);
+        assert_eq!(said.code, 2, "{said:?}");
+        assert!(
+            said.error
+                .contains("run 0, stiff-0: the time step of 0.05 s is unstable")
+        );
+        assert!(said.error.contains("so 1 others of this sweep"), "{said:?}");
+        assert!(!said.error.contains("--allow-unstable"), "{said:?}");
+    }
+    let status = sweep(&["status", "s"]).out;
+    assert!(
+        status.ends_with("2 waiting, 0 begun, 2 done, 0 diverged\n"),
+        "{status}"
+    );
+}
+
+#[test]
+fn json_is_written_of_all_runs_too() {
+    let bench = Bench::new(24, 64);
+    planned(&bench, &[]);
+    let said = bench.cosmic(&["sweep", "run", "s", "--index", "all", "--json"]);
+    let json: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!((said.code, &json["counts"]["done"]), (0, &Value::from(3)));
 }
 
 #[test]
@@ -151,7 +200,7 @@ fn status_and_merge_read_what_is_there() {
 
 #[test]
 fn a_diverged_run_is_over() {
-    let bench = Bench::with(&common::scene(8, 64, "dt = 1.0\nunstable_step = \"warn\""));
+    let bench = Bench::with(&scene(8, 64, "dt = 1.0\nunstable_step = \"warn\""));
     let said = bench.cosmic(&["sweep", "plan", &bench.scene, "--seeds", "1", "--out", "s"]);
     assert_eq!(said.code, 0, "{said:?}");
     let said = bench.cosmic(&["sweep", "run", "s", "--index", "all"]);

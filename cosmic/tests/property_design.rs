@@ -76,10 +76,10 @@ proptest! {
         let found = snap(&mixture(Projection::Performance, &z, &settings), &bounds);
         let edges = z.len() as f64;
         let share = |is: fn(Material) -> bool| {
-            found.materials.iter().filter(|m| is(**m)).count() as f64 / edges
+            found.iter().filter(|m| is(**m)).count() as f64 / edges
         };
         let within = |x: f64, [least, most]: [f64; 2]| (least - 1e-9..=most + 1e-9).contains(&x);
-        prop_assert_eq!(found.materials.len(), z.len());
+        prop_assert_eq!(found.len(), z.len());
         prop_assert!(within(share(Material::is_solid), bounds.solid));
         prop_assert!(within(share(|m| m == Material::Actuator), bounds.actuator));
     }

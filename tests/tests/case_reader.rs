@@ -157,6 +157,27 @@ fn what_is_written_reads_back_the_same() {
     }
 }
 
+/// Whatever a robot is made with is written: what is read back is the same robot.
+#[test]
+fn a_robot_written_as_a_case_is_that_robot() {
+    let mut scene = cosmic::scene::Scene::default();
+    (scene.lattice.columns, scene.lattice.rows) = (3, 3);
+    (scene.start.tilt, scene.physics.steps) = (0.2, 8);
+    scene.materials.penalisation = 3;
+    scene.projection.hold_materials = 0.05;
+    scene.physics.stiffening = 2.0;
+    let case = Case::of_scene(&scene, 1).expect("any lattice starts so");
+    let again = Case::parse("written", &case.to_json()).expect("it was just written");
+    let mixture = |case: &Case| case.mixture(case.projection, &case.z);
+    assert_eq!(mixture(&again), mixture(&case));
+    let body = |case: &Case| case.task().body(&mixture(case));
+    assert_eq!(body(&again).stiffness, body(&case).stiffness);
+    assert_eq!(again.task().physics, case.task().physics);
+    // Numbers without a meaning are as wrong here as in a scene.
+    let text = message(|json| json["scene"]["penalisation"] = json!(0));
+    assert!(text.contains("`scene.penalisation` is 0"), "{text}");
+}
+
 #[test]
 fn a_case_may_say_what_it_is() {
     assert!(parse(|json| json["format"] = json!("cosmic-case")).is_ok());

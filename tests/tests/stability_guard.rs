@@ -110,6 +110,63 @@ fn the_last_states_are_those_of_the_rollout() {
     assert!(absurd[8] && !absurd[..8].contains(&true));
 }
 
+/// A rollout that begins late has the clock of its own steps, and so has the search.
+#[test]
+fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
+    let case = case(|scene| {
+        (scene.physics.dt, scene.physics.damping) = (0.02, 0.0);
+        (scene.controller.clocks, scene.controller.velocity_scale) = (1, 0.0);
+        scene.physics.unstable_step = cosmic::scene::UnstableStep::Warn;
+    });
+    let mixture = case.mixture(case.projection, &case.z);
+    let (task, robot) = (case.task(), (&case.controller, &case.start));
+    let mut found = 0;
+    for first in [0, 25, 50, 100] {
+        let span = Span {
+            first,
+            ..Span::from_start((1..=150).collect())
+        };
+        let guarded = task.guarded(&mixture, robot, &span);
+        let seen = guarded.trajectory.states.iter();
+        let absurd = seen.zip(1..).find(|(state, _)| state.is_absurd());
+        let step = guarded.divergence.as_ref().map(|found| found.step);
+        assert_eq!(step, absurd.map(|(_, steps)| first + steps - 1));
+        if let Some(found) = guarded.divergence {
+            let after = &found.last.states[found.last.states.len() - 1];
+            let same = &guarded.trajectory.states[found.step - first];
+            assert_eq!(format!("{after:?}"), format!("{same:?}"));
+        }
+        found += usize::from(step.is_some());
+    }
+    assert!(found > 0, "no part diverges");
+}
+
+/// Parts that are long enough to be misread, and parts that are not.
+#[test]
+fn parts_of_another_lattice_are_refused() {
+    let (small, large) = (case(|_| {}), case(|scene| scene.lattice.columns = 3));
+    let mixture = |case: &Case| case.mixture(case.projection, &case.z);
+    let span = Span::from_start(vec![1]);
+    let says = |mixture: &[[f64; 3]], controller, start| {
+        let task = small.task();
+        let run = || task.rollout(mixture, (controller, start), &span);
+        let refused = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
+        let says = refused.expect_err("it is of another lattice");
+        *says.downcast::<String>().expect("a sentence")
+    };
+    let of = mixture(&small);
+    let foreign = says(&of, &large.controller, &small.start);
+    assert!(foreign.contains("what the controller sees of a robot of 4 nodes"));
+    assert!(says(&of, &small.controller, &large.start).contains("initial positions of a robot"));
+    let mut shifted = small.start.clone();
+    let last = shifted.x.pop().expect("four nodes");
+    shifted.v.insert(0, last);
+    assert!(says(&of, &small.controller, &shifted).contains("initial positions"));
+    let mut longer = small.controller.clone();
+    longer.w2.extend([0.0; 2]);
+    assert!(says(&of, &longer, &small.start).contains("second weights of a robot"));
+}
+
 #[test]
 fn the_term_to_blame_is_named() {
     let mut broken = case(|_| {});

@@ -136,12 +136,16 @@ impl Shapes<'_> {
         Ok(Case {
             layout: layout(scene),
             physics: physics(scene, raw.steps),
-            materials: self.materials(&scene.library)?,
+            materials: MaterialSettings {
+                penalisation: scene.penalisation,
+                ..self.materials(&scene.library)?
+            },
             sharpness: ProjectionSettings {
                 beta: scene.beta,
                 beta_stability: scene.beta_stab,
                 beta_straight_through: scene.beta_ste,
                 delta: scene.delta,
+                hold_materials: scene.hold_materials,
                 ..ProjectionSettings::default()
             },
             start: State {
@@ -180,14 +184,28 @@ impl Shapes<'_> {
     /// affair.
     fn meaning(&self, scene: &RawScene) -> Result<()> {
         let settings = [
-            ("substeps", "substeps", scene.substeps as f64),
-            ("m_eps", "node_mass", scene.m_eps),
-            ("payload_mass", "payload_mass", scene.payload_mass),
-            ("stiffening", "stiffening", scene.stiffening),
-            ("bending_radius", "bending_radius", scene.bending_radius),
+            ("substeps", "physics.substeps", scene.substeps as f64),
+            ("m_eps", "physics.node_mass", scene.m_eps),
+            ("payload_mass", "physics.payload_mass", scene.payload_mass),
+            ("stiffening", "physics.stiffening", scene.stiffening),
+            (
+                "bending_radius",
+                "physics.bending_radius",
+                scene.bending_radius,
+            ),
+            (
+                "penalisation",
+                "materials.penalisation",
+                scene.penalisation as f64,
+            ),
+            (
+                "hold_materials",
+                "projection.hold_materials",
+                scene.hold_materials,
+            ),
         ];
         for (key, setting, value) in settings {
-            if let Some(allowed) = allowed_instead(&format!("physics.{setting}"), value) {
+            if let Some(allowed) = allowed_instead(setting, value) {
                 return Err(Error::Usage(format!(
                     "{}: `scene.{key}` is {value}, where {allowed} belongs",
                     self.file

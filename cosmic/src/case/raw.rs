@@ -87,6 +87,10 @@ pub(super) struct RawScene {
     pub(super) beta_stab: f64,
     pub(super) beta_ste: f64,
     pub(super) delta: f64,
+    #[serde(default = "single", skip_serializing_if = "is_single")]
+    pub(super) penalisation: usize,
+    #[serde(default, skip_serializing_if = "is_off")]
+    pub(super) hold_materials: f64,
     pub(super) library: RawLibrary,
 }
 
@@ -103,8 +107,8 @@ fn single() -> usize {
     1
 }
 
-fn is_single(substeps: &usize) -> bool {
-    *substeps == 1
+fn is_single(option: &usize) -> bool {
+    *option == 1
 }
 
 fn is_default<T: Default + PartialEq>(option: &T) -> bool {

@@ -127,6 +127,8 @@ impl Case {
             beta_stab: sharpness.beta_stability,
             beta_ste: sharpness.beta_straight_through,
             delta: sharpness.delta,
+            penalisation: self.materials.penalisation,
+            hold_materials: sharpness.hold_materials,
             library: RawLibrary {
                 k: self.materials.stiffness.to_vec(),
                 rho: self.materials.density.to_vec(),

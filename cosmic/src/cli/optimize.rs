@@ -63,7 +63,10 @@ impl Arguments {
 }
 
 /// Shows an unstable time step where the scene sets it.
-fn pointed(error: Error, scene: &str) -> Error {
+fn pointed(mut error: Error, scene: &str) -> Error {
+    if let Error::UnstableStep { remedy, .. } = &mut error {
+        remedy.push_str(" or say --allow-unstable");
+    }
     let Some(remedy) = error.remedy() else {
         return error;
     };

@@ -153,7 +153,12 @@ fn run(
     if let Index::All = index {
         let over = merge(sweep, &plan)?.over();
         let overseer = Many::new(output, &plan, over)?;
-        return run_all(whole, threads, &overseer);
+        run_all(whole, threads, &overseer)?;
+        drop(overseer);
+        return match output.json {
+            true => status(sweep, true),
+            false => Ok(()),
+        };
     }
     let pool = super::runs::pool(threads)?;
     let mut progress = Progress::new(output, Interrupt::listen()?);

@@ -119,7 +119,7 @@ impl CoDesign {
             z: progress.z.clone(),
             materials: match &progress.materials {
                 Some(materials) => materials.clone(),
-                None => progress.z.iter().map(design::dominant).collect(),
+                None => mixture.iter().map(design::dominant).collect(),
             },
             controller: controller.clone(),
             iteration,

@@ -53,14 +53,14 @@ use autodiff::CotangentBound;
 use rayon::prelude::*;
 
 use crate::controller::Controller;
-use crate::design::{Material, alternatives, attract, snap, start_vectors};
+use crate::design::{Material, alternatives, attract, flips, snap, start_vectors};
 use crate::error::{Error, Result};
 use crate::gradient::{Horizon, Task, together};
 use crate::lattice::{Ground, Lattice, State};
 use crate::objective::{AugmentedLagrangian, Objective, measures, violations};
 use crate::optimiser::{Adam, Mma, MmaParameters, OptimiserError};
 use crate::projection::{self, Projection};
-use crate::scene::{ControllerSettings, Pass, Scene, StartKind};
+use crate::scene::{Pass, Scene, StartKind};
 use crate::simulator::StepCheck;
 use schedule::Moment;
 
@@ -88,8 +88,6 @@ pub fn optimise(scene: &Scene, seed: u64, mut observe: impl FnMut(&Record)) -> R
 pub struct CoDesign {
     scene: Scene,
     task: Task,
-    /// The same with the goal behind, where the controller is trained for two.
-    back: Option<Task>,
     objective: Objective,
     start: State<f64>,
     /// The design's optimiser, for each projection.
@@ -111,19 +109,8 @@ impl CoDesign {
             let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
             Mma::new(mma_parameters(scene), &lower, &upper).map_err(unusable)
         };
-        let task = |controller: &ControllerSettings| {
-            Task::new(
-                lattice.clone(),
-                (&scene.physics, controller),
-                &scene.materials,
-                &scene.projection,
-            )
-        };
-        let controller = &scene.controller;
         Ok(Self {
             objective: Objective::new(&scene.objective, &scene.loss, &scene.physics),
-            back: (controller.two_goals).then(|| task(&controller.turned_back())),
-            task: task(controller),
             start: lattice.state_at_rest(),
             mma: [mma()?, mma()?],
             adam: Adam {
@@ -131,6 +118,12 @@ impl CoDesign {
                 beta2: scene.adam.betas[1],
                 epsilon: scene.adam.epsilon,
             },
+            task: Task::new(
+                lattice,
+                (&scene.physics, &scene.controller),
+                &scene.materials,
+                &scene.projection,
+            ),
             scene: scene.clone(),
             checked: None,
         })
@@ -238,10 +231,10 @@ impl CoDesign {
         let mixture = self.task.mixture(Projection::Performance, &progress.z);
         let bounds = moment.volume_bounds();
         let snapped = snap(&mixture, &bounds);
-        let others = alternatives(&mixture, &snapped.materials, &bounds);
+        let others = alternatives(&mixture, &snapped, &bounds);
         let others: Vec<_> = others.take(self.scene.schedule.snap_trials).collect();
-        let (materials, _) = self.farthest(snapped.materials, others, &progress.controller);
-        progress.flips = snapped.flips;
+        let (materials, _) = self.farthest(snapped, others, &progress.controller);
+        progress.flips = flips(&mixture, &materials);
         progress.lay_out(materials);
     }
 
@@ -354,6 +347,7 @@ fn unusable(error: OptimiserError) -> Error {
 #[cfg(test)]
 mod tests {
     use super::CoDesign;
+    use crate::design::flips;
     use crate::projection::one_hot;
     use crate::scene::{LossKind, Scene};
 
@@ -397,10 +391,14 @@ mod tests {
         scene.schedule.snap_trials = trials;
         let mut codesign = CoDesign::new(&scene).unwrap();
         let mut progress = codesign.begin(seed).unwrap();
-        while progress.materials.is_none() {
+        while progress.iteration + 1 < scene.schedule.snap_at {
             codesign.iterate(&mut progress);
         }
+        let soft = codesign.mixture(&progress);
+        codesign.iterate(&mut progress);
         let materials = progress.materials.as_ref().unwrap();
+        // Those of the layout that was chosen, not of the one that others were tried beside.
+        assert_eq!(progress.flips, flips(&soft, materials));
         assert_eq!(codesign.mixture(&progress), one_hot::<f64>(materials));
         codesign.evaluate(&progress).merit
     }

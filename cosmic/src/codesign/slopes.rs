@@ -98,7 +98,7 @@ impl CoDesign {
                     }),
             };
             found.map(|(loss, gradient, last)| {
-                let [displacement, _] = self.between(&self.start, &last);
+                let [displacement, _] = self.between(&inputs.start, &last);
                 Slope {
                     gradient,
                     loss,
@@ -143,8 +143,8 @@ impl CoDesign {
         let loss = (&self.objective, horizon);
         let mixtures = mixtures.each_ref().map(Vec::as_slice);
         let mut losses = task.losses(&mixtures, robot, loss);
-        if let Some(task) = &self.back {
-            let back = task.losses(&mixtures, robot, loss);
+        if self.scene.controller.two_goals {
+            let back = task.turned_back().losses(&mixtures, robot, loss);
             for ((ahead, _), (back, _)) in losses.iter_mut().zip(back) {
                 *ahead = R::lit(0.5) * (*ahead - back);
             }
@@ -157,6 +157,7 @@ impl CoDesign {
 mod tests {
     use super::{At, Sought};
     use crate::codesign::CoDesign;
+    use crate::codesign::schedule::Moment;
     use crate::codesign::tests::tiny;
     use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs};
     use crate::projection::Projection;
@@ -212,6 +213,54 @@ mod tests {
         }
     }
 
+    /// Where the network does not see the goal, what it does ahead it does behind: in every world.
+    #[test]
+    fn both_goals_are_pursued_by_the_same_robot() {
+        let mut scene = tiny();
+        (scene.controller.two_goals, scene.controller.goal_scale) = (true, 0.0);
+        scene.robust.samples = 3;
+        let codesign = CoDesign::new(&scene).unwrap();
+        let progress = codesign.begin(1).unwrap();
+        let moment = Moment {
+            scene: &scene,
+            iteration: 1,
+        };
+        let at = At {
+            worlds: &codesign.worlds(&progress, &moment),
+            inputs: &codesign.inputs(&progress),
+            horizon: &horizon(HorizonMode::Head),
+        };
+        let [slope] = codesign.slopes([Sought::Design(Projection::Performance)], at);
+        assert_eq!(slope.loss, 0.0);
+        // Two sweeps that cancel, each of numbers below 1 rounded at 1e-16.
+        assert!(slope.gradient.iter().all(|g| g.abs() < 1e-14));
+    }
+
+    /// A robot moves from where it stands, not from where the nominal one does.
+    #[test]
+    fn displacements_are_from_each_start() {
+        let mut scene = tiny();
+        (scene.robust.samples, scene.robust.start) = (2, 0.5);
+        let codesign = CoDesign::new(&scene).unwrap();
+        let progress = codesign.begin(1).unwrap();
+        let moment = Moment {
+            scene: &scene,
+            iteration: 1,
+        };
+        let at = At {
+            worlds: &codesign.worlds(&progress, &moment),
+            inputs: &codesign.inputs(&progress),
+            horizon: &Horizon {
+                steps: 1,
+                ..horizon(HorizonMode::Head)
+            },
+        };
+        let [slope] = codesign.slopes([Sought::Design(Projection::Performance)], at);
+        // A step of 2 ms at speeds of springs that are off by half a metre: 50 m/s, not 0.1 m at once.
+        assert!(slope.displacement.abs() < 0.1, "{}", slope.displacement);
+        assert!(slope.displacement != 0.0);
+    }
+
     #[test]
     fn slopes_in_f32_are_those_in_f64_to_their_digits() {
         let mut scene = tiny();
@@ -260,7 +309,7 @@ mod tests {
             let codesign = CoDesign::new(scene).unwrap();
             let progress = codesign.begin(1).unwrap();
             let (inputs, horizon) = (codesign.inputs(&progress), horizon(mode));
-            let moment = crate::codesign::schedule::Moment {
+            let moment = Moment {
                 scene,
                 iteration: 1,
             };

@@ -6,7 +6,7 @@ mod snap;
 mod start;
 mod tilt;
 
-pub use snap::{Snap, VolumeBounds, alternatives, flipped, snap};
+pub use snap::{VolumeBounds, alternatives, flipped, flips, snap};
 pub use start::{filled, layout_materials, start_vectors};
 
 use serde::{Deserialize, Serialize};

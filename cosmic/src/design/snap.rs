@@ -23,29 +23,24 @@ impl VolumeBounds {
     }
 }
 
-/// A snapped design.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Snap {
-    /// One material per edge.
-    pub materials: Vec<Material>,
-    /// How many edges were given another material than their largest entry's.
-    pub flips: usize,
-}
-
 /// Gives every edge the material of its largest entry; then, while the volumes are out of bounds,
 /// flips the edge that is least confident among those whose flip brings them nearer.
 ///
 /// Volumes of a one-hot layout are whole numbers of edges: where no whole number is within the
 /// bounds, the nearest one to their middle is taken.
-pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds) -> Snap {
+pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds) -> Vec<Material> {
     let mut materials: Vec<Material> = mixture.iter().map(dominant).collect();
     let counts = Counts::new(bounds, mixture.len());
     while let Some((edge, material)) = next_flip(mixture, &materials, &counts) {
         materials[edge] = material;
     }
+    materials
+}
+
+/// How many edges have another material than their largest entry's.
+pub fn flips(mixture: &[[f64; 3]], materials: &[Material]) -> usize {
     let flipped = |(m, row): &(&Material, &[f64; 3])| **m != dominant(row);
-    let flips = materials.iter().zip(mixture).filter(flipped).count();
-    Snap { materials, flips }
+    materials.iter().zip(mixture).filter(flipped).count()
 }
 
 /// Least share of a mixture for a material to be an alternative: what is held out of a design, as
@@ -156,7 +151,7 @@ fn next_flip(
 
 #[cfg(test)]
 mod tests {
-    use super::{Snap, VolumeBounds, alternatives, snap};
+    use super::{VolumeBounds, alternatives, flips, snap};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
     use crate::scene::VolumeSettings;
 
@@ -173,11 +168,9 @@ mod tests {
             [0.1, 0.5, 0.4],
             [0.0, 0.4, 0.6],
         ];
-        let expected = Snap {
-            materials: vec![Void, Void, Skeleton, Actuator],
-            flips: 0,
-        };
-        assert_eq!(snap(&mixture, &HALF), expected);
+        let snapped = snap(&mixture, &HALF);
+        assert_eq!(snapped, [Void, Void, Skeleton, Actuator]);
+        assert_eq!(flips(&mixture, &snapped), 0);
     }
 
     #[test]
@@ -188,11 +181,9 @@ mod tests {
             [0.1, 0.5, 0.4],
             [0.0, 0.4, 0.6],
         ];
-        let expected = Snap {
-            materials: vec![Void, Void, Skeleton, Actuator],
-            flips: 1,
-        };
-        assert_eq!(snap(&mixture, &HALF), expected);
+        let snapped = snap(&mixture, &HALF);
+        assert_eq!(snapped, [Void, Void, Skeleton, Actuator]);
+        assert_eq!(flips(&mixture, &snapped), 1);
     }
 
     #[test]
@@ -201,12 +192,12 @@ mod tests {
         for material in Material::ALL {
             let mut row = [0.2; 3];
             row[material as usize] = 0.6;
-            let Snap { materials, flips } = snap(&[row; 110], &bounds);
+            let materials = snap(&[row; 110], &bounds);
             let solid = materials.iter().filter(|m| m.is_solid()).count();
             let actuators = materials.iter().filter(|&&m| m == Actuator).count();
             // 0.47 and 0.53, 0.17 and 0.25 of 110 edges.
             assert!((52..=58).contains(&solid) && (19..=27).contains(&actuators));
-            assert!(flips > 0);
+            assert!(flips(&[row; 110], &materials) > 0);
         }
     }
 
@@ -216,7 +207,7 @@ mod tests {
             solid: [0.5, 0.5],
             actuator: [0.0, 1.0],
         };
-        let Snap { materials, .. } = snap(&[[0.0, 1.0, 0.0]; 5], &bounds);
+        let materials = snap(&[[0.0, 1.0, 0.0]; 5], &bounds);
         assert_eq!(materials.iter().filter(|m| m.is_solid()).count(), 2);
     }
 

@@ -10,6 +10,9 @@ pub fn violations<R: Real>(measures: [R; 4], thresholds: &[f64; 4]) -> [R; 4] {
     [0, 1, 2, 3].map(|k| (measures[k] - R::lit(thresholds[k])).max(R::zero()))
 }
 
+/// No penalty grows beyond: terms of larger ones would overflow.
+const LARGEST: f64 = 1e100;
+
 /// Multipliers and penalties of the four measures, in the order of
 /// [`Measures::constrained`](super::Measures::constrained).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,7 +54,7 @@ impl AugmentedLagrangian {
         for k in 0..4 {
             self.multiplier[k] -= self.penalty[k] * violations[k];
             if violations[k] > previous[k] {
-                self.penalty[k] *= growth;
+                self.penalty[k] = (self.penalty[k] * growth).min(LARGEST);
             } else if violations[k] < previous[k] {
                 self.penalty[k] /= growth;
             }
@@ -77,6 +80,16 @@ mod tests {
         };
         let objective = lagrangian.objective(-1.0, [0.5, 0.0, 0.0, 0.25]);
         assert_eq!(objective, -1.0 + (0.25 + 0.25) + (0.25 + 0.125));
+    }
+
+    #[test]
+    fn penalties_stay_finite() {
+        let mut lagrangian = AugmentedLagrangian::new(1.0);
+        for step in 1..400 {
+            let now = 1.0 - (-f64::from(step)).exp2().max(1e-12);
+            lagrangian.update(&[now; 4], &[0.0; 4], 10.0);
+        }
+        assert!(lagrangian.objective(0.0_f64, [1.0; 4]).is_finite());
     }
 
     #[test]

@@ -163,14 +163,16 @@ impl Economy {
     /// The energy that damping takes over the states observed, J/kg.
     pub fn energy<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let square = |v: &[R; 2]| R::dot(v, v);
-        let at = |&step: &usize| {
+        let at = |step: usize| {
             let squares: Vec<R> = trajectory.at(step).v.iter().map(square).collect();
             R::sum(&squares) * R::lit(1.0 / squares.len() as f64)
         };
         let observed = self.observed(trajectory.last_step());
-        let means: Vec<R> = observed.iter().map(at).collect();
-        let interval = self.dt * self.far.settings.every as f64;
-        R::sum(&means) * R::lit(self.rate * interval)
+        // Each state stands for the steps since the one before, the first for those since the start.
+        let since = |k: usize| observed[k] - k.checked_sub(1).map_or(0, |before| observed[before]);
+        let weighed = |k: usize| at(observed[k]) * R::lit(since(k) as f64);
+        let weighed: Vec<R> = (0..observed.len()).map(weighed).collect();
+        R::sum(&weighed) * R::lit(self.rate * self.dt)
     }
 }
 
@@ -266,5 +268,21 @@ mod tests {
         let observed = objective(TaskKind::Economy).observed(3);
         assert_eq!(observed, [0, 1, 2, 3]);
         assert_eq!(objective(TaskKind::Reach).observed(3), [2, 3]);
+        // States at steps 1 and 3, of one and two steps; at step 3 of all three.
+        for (every, mean_squares) in [(2, 16.0 * 0.5 + 0.0), (16, 0.0)] {
+            let Objective::Economy(mut economy) = objective(TaskKind::Economy) else {
+                unreachable!("that task was asked for")
+            };
+            economy.far.settings.every = every;
+            assert_eq!(economy.energy(&walk()), 2.0 * 0.5 * mean_squares);
+        }
+        let mut fast = walk();
+        fast.states[3].v[0] = [2.0, 0.0];
+        let Objective::Economy(mut economy) = objective(TaskKind::Economy) else {
+            unreachable!("that task was asked for")
+        };
+        economy.far.settings.every = 16;
+        // 4 / 2 nodes * 2 / s * 3 steps of 0.5 s.
+        assert_eq!(economy.energy(&fast), 6.0);
     }
 }

@@ -55,8 +55,8 @@ impl Adam {
     /// Moves `variables` against the gradient; no variable moves by much more than `rate`.
     ///
     /// # Errors
-    /// Slices of the wrong length, or a gradient that is not finite: state and variables are then
-    /// unchanged.
+    /// Slices of the wrong length, or a gradient that is not finite or whose squares are not: state
+    /// and variables are then unchanged.
     pub fn update(
         &self,
         state: &mut AdamState,
@@ -68,6 +68,9 @@ impl Adam {
         check_length("state: mean of the gradient", &state.mean, count)?;
         check_length("state: mean of its square", &state.mean_square, count)?;
         check("gradient", gradient, count)?;
+        if gradient.iter().any(|slope| !(slope * slope).is_finite()) {
+            return Err(OptimiserError::Overflow);
+        }
         state.updates += 1;
         let correct1 = bias_correction(self.beta1, state.updates);
         let correct2 = bias_correction(self.beta2, state.updates);
@@ -144,7 +147,8 @@ mod tests {
     fn bad_gradients_change_nothing() {
         let adam = Adam::default();
         let (mut state, mut x) = (adam.init(2), [1.0, 2.0]);
-        for bad in [&[1.0, f64::NAN][..], &[f64::INFINITY, 0.0], &[1.0]] {
+        let huge = [1.0, 1e155];
+        for bad in [&[1.0, f64::NAN][..], &[f64::INFINITY, 0.0], &huge, &[1.0]] {
             assert!(adam.update(&mut state, &mut x, bad, 0.1).is_err());
         }
         assert_eq!((state, x), (adam.init(2), [1.0, 2.0]));

@@ -122,12 +122,15 @@ fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
     Ok(rows)
 }
 
-/// The median over the last iterations before a rung, of which there is at least one. It stands
-/// for where the start will end better than one full rollout does, whose chance is larger.
+/// The median over the last iterations before a rung that had a horizon, as the snap has none. It
+/// stands for where the start will end better than one full rollout does, whose chance is larger.
 fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> Option<f64> {
-    let recent = &before[before.len().saturating_sub(window)..];
+    let passes = before.iter().rev().filter(|row| row.pass.is_some());
     let reached = |row: &Record| of(row).unwrap_or(f64::NEG_INFINITY);
-    let mut sorted: Vec<f64> = recent.iter().map(reached).collect();
+    let mut sorted: Vec<f64> = passes.take(window).map(reached).collect();
+    if sorted.is_empty() {
+        return None;
+    }
     sorted.sort_by(f64::total_cmp);
     let (below, above) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
     let median = 0.5 * (below + above);
@@ -136,7 +139,9 @@ fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> O
 
 #[cfg(test)]
 mod tests {
-    use super::{Halving, Rung, Standing};
+    use super::{Halving, Rung, Standing, median};
+    use crate::codesign::{CoDesign, Record};
+    use crate::scene::Scene;
 
     fn standing(seed: u64, merit: Option<f64>) -> Standing {
         Standing {
@@ -162,6 +167,22 @@ mod tests {
             [5, 3, 6, 4].map(|seed| search.dropped_at(seed)),
             [None, None, Some(40), Some(40)]
         );
+    }
+
+    /// A snap has no rollout over a horizon, and is no fall.
+    #[test]
+    fn the_snap_counts_neither_for_nor_against() {
+        let text = "[lattice]\ncolumns = 2\nrows = 2\n[physics]\nsteps = 16\n[loss]\nwindow = 4\n\
+                    every = 1\n[schedule]\niterations = 6\nattraction_from = 2\nsnap_at = 4\n\
+                    horizon = [16, 16]\nsnap_trials = 0\npolish_trials = 0";
+        let mut codesign = CoDesign::new(&Scene::parse("snapped", text).unwrap()).unwrap();
+        let mut progress = codesign.begin(0).unwrap();
+        let rows: Vec<Record> = (0..4).map(|_| codesign.iterate(&mut progress)).collect();
+        let reached = |row: &Record| row.displacement_horizon;
+        assert_eq!(rows[3].displacement_horizon, None);
+        assert_eq!(median(&rows, 1, reached), rows[2].displacement_horizon);
+        assert_eq!(median(&rows, 8, reached), median(&rows[..3], 8, reached));
+        assert_eq!(median(&rows[3..], 8, reached), None);
     }
 
     #[test]

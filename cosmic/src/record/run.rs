@@ -27,6 +27,8 @@ pub const DIVERGED: &str = "diverged.json";
 const SNAPSHOT_EVERY: usize = 10;
 /// The longest time from one snapshot to the next, as far as the last iteration foretells.
 const SNAPSHOT_WITHIN: Duration = Duration::from_secs(1);
+/// After so many iterations in a row without any slope the run says so.
+const FLAT: usize = 10;
 
 /// Whoever watches a run, and may end it early. Several starts are runs of their own, some of them
 /// at work at the same time, each told from its own thread; calls do not overlap.
@@ -53,12 +55,14 @@ pub trait Observer: Send {
 ///
 /// # Errors
 /// [`Error::Usage`] for a folder that holds something or that another process works in, and for a
-/// plan that cannot be carried out;
+/// plan that cannot be carried out; those of [`Scene::check`];
 /// [`Error::UnstableStep`] where the scene's start, or later the design, vibrates too fast for the
 /// time step and the scene does not let that pass;
 /// [`Error::Write`] where files cannot be written; [`Error::Interrupted`] where the observer
 /// asked for it; [`Error::Diverged`] where the delivered design does, its last states kept.
 pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
+    // What is written has to be read again.
+    plan.scene.check()?;
     if plan.starts.get() == 1 {
         return Run::create(folder, plan)?.finish(observer);
     }
@@ -91,6 +95,8 @@ pub struct Run {
     lock: Lock,
     /// The worst time step that was warned of.
     warned: Grade,
+    /// Iterations in a row whose gradients were all zero.
+    flat: usize,
     /// Wall time spent by earlier processes, s.
     before: f64,
     since: Instant,
@@ -136,6 +142,7 @@ impl Run {
             history,
             lock,
             warned: Grade::Safe,
+            flat: 0,
             before,
             since: Instant::now(),
         })
@@ -185,6 +192,7 @@ impl Run {
             let interrupted = observer.iteration(self, &record).is_break();
             let next_ends = saved.elapsed() + began.elapsed();
             let due = record.iteration.is_multiple_of(SNAPSHOT_EVERY);
+            self.judge_slopes(&record, observer);
             let judged = self.judge_step(observer);
             if interrupted || judged.is_err() || due || next_ends > SNAPSHOT_WITHIN {
                 self.save()?;
@@ -216,6 +224,30 @@ impl Run {
             self.warned = check.grade();
         }
         Ok(())
+    }
+
+    /// Warns of a task that nothing designed has an influence on.
+    fn judge_slopes(&mut self, record: &Record, observer: &mut dyn Observer) {
+        let [performance, stability] = record.design_gradient;
+        let mut slopes = [performance, stability, record.controller_gradient]
+            .into_iter()
+            .flatten()
+            .peekable();
+        if slopes.peek().is_none() {
+            return;
+        }
+        self.flat = match slopes.all(|slope| slope == 0.0) {
+            true => self.flat + 1,
+            false => 0,
+        };
+        if self.flat == FLAT {
+            let text = format!(
+                "after iteration {}: all gradients of the last {FLAT} iterations were zero: within \
+                 the horizon nothing that is designed has an influence on the task",
+                record.iteration
+            );
+            observer.warning(self, &text);
+        }
     }
 
     fn save(&self) -> Result<()> {

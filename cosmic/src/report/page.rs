@@ -114,17 +114,15 @@ pub(super) fn render(motion: &Motion, [robot, convergence]: [&str; 2]) -> String
 
 /// The four numbers to see first.
 fn figures(summary: &Summary) -> String {
-    let spread = format!(
-        "{} \u{2013} {}",
-        metres(summary.displacement_p10),
-        metres(summary.displacement_p90)
-    );
+    let ends = summary.displacement_p10.zip(summary.displacement_p90);
+    let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
+        format!("{} \u{2013} {} m", decimals(low, 3), decimals(high, 3))
+    });
+    let median = summary.displacement_p50;
+    let median = median.map_or(metres(None), |_| metres(median) + " m");
     let cells = [
-        (
-            metres(summary.displacement_p50) + " m",
-            "displacement, median",
-        ),
-        (spread + " m", "10 % to 90 % of perturbed starts"),
+        (median, "displacement, median"),
+        (spread, "10 % to 90 % of perturbed starts"),
         (
             format!("{:.1} %", 100.0 * summary.volume),
             "of the edges are solid",
@@ -156,9 +154,13 @@ fn summary(run: &Results) -> String {
             ""
         }
     };
-    let rows = FIGURES
-        .iter()
-        .map(|f| (f.says, (f.of)(&run.summary) + unit(f)));
+    let rows = FIGURES.iter().map(|f| {
+        let number = (f.of)(&run.summary);
+        match number.ends_with(|c: char| c.is_ascii_digit()) {
+            true => (f.says, number + unit(f)),
+            false => (f.says, number),
+        }
+    });
     for (says, number) in rows.chain([world]) {
         let _ = write!(
             html,

@@ -1,7 +1,8 @@
 //! Settings that are each in range and yet do not fit one another.
 
+use super::field::Choice;
 use super::layout::LAYOUT_SIDE;
-use super::{Layout, LossKind, Scene, StartKind};
+use super::{Layout, LossKind, Scene, StartKind, TaskKind};
 
 /// Settings at odds.
 pub(super) struct Conflict {
@@ -14,7 +15,7 @@ pub(super) struct Conflict {
 /// Every conflict of a scene.
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let checks = [
-        phases, horizons, losses, starts, layouts, volumes, spans, asymptotes, rungs, tilts,
+        phases, horizons, losses, starts, layouts, volumes, spans, asymptotes, rungs, tilts, goals,
     ];
     checks.iter().flat_map(|check| check(scene)).collect()
 }
@@ -169,6 +170,21 @@ fn tilts(scene: &Scene) -> Vec<Conflict> {
     let fits = scene.start.kind != StartKind::Layout || scene.start.tilt == 0.0;
     let says = format!("a layout cannot be tilted (by {})", scene.start.tilt);
     require(fits, ["start.tilt", "start.kind"], says)
+        .into_iter()
+        .collect()
+}
+
+/// Of two goals one is pursued by the negative of the other's loss: that is to get far back, and
+/// would be to spend energy, or to keep away from a target.
+fn goals(scene: &Scene) -> Vec<Conflict> {
+    let task = scene.objective.task;
+    let far = matches!(task, TaskKind::Far | TaskKind::Back);
+    let says = format!(
+        "two goals are there for the tasks far and back, not {}",
+        task.name()
+    );
+    let keys = ["controller.two_goals", "objective.task"];
+    require(far || !scene.controller.two_goals, keys, says)
         .into_iter()
         .collect()
 }

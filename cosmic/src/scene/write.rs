@@ -2,10 +2,20 @@
 
 use super::Scene;
 use super::table::SECTIONS;
+use crate::error::Result;
 use std::collections::HashMap;
 use std::fmt::Write;
 
 impl Scene {
+    /// Whether the settings are such as a scene's file may have. A scene that is read is; one whose
+    /// fields were set need not be.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`](crate::error::Error::Malformed), with places in its [text](Scene::to_toml).
+    pub fn check(&self) -> Result<()> {
+        Self::parse("scene", &self.to_toml()).map(drop)
+    }
+
     /// The whole scene as commented TOML; [`Scene::parse`] reads it back to the same bits.
     pub fn to_toml(&self) -> String {
         let comments = comments();

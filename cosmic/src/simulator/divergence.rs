@@ -4,6 +4,7 @@
 //! then is the rollout done again, and every state looked at.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use super::blame::Term;
 use super::{Simulator, Span, Trajectory, slices};
@@ -110,7 +111,7 @@ impl Simulator {
         }
         Guarded {
             trajectory: self.rollout(robot, start, span),
-            divergence: self.divergence(robot, start, span.observed.last().copied().unwrap_or(0)),
+            divergence: self.divergence(robot, start, span.first..span.first + span.steps()),
         }
     }
 
@@ -123,8 +124,8 @@ impl Simulator {
         farthest < ABSURD && !last.is_absurd()
     }
 
-    /// The first absurd state of a rollout of so many steps, or `None` where all is well. Every
-    /// state is looked at but the start.
+    /// The first absurd state of a rollout over some of the planned steps, by whose numbers it is
+    /// told, or `None` where all is well. Every state is looked at but the start.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).
@@ -132,18 +133,18 @@ impl Simulator {
         &self,
         robot: (&Body<f64>, &Controller<f64>),
         start: &State<f64>,
-        steps: usize,
+        steps: Range<usize>,
     ) -> Option<Divergence> {
         let size = 4 * self.robot.graph.nodes();
         let (model, parameters) = self.planned(robot);
         let parameters = slices(&parameters);
         // Flat arrays in the ground's frame: the next block goes on from the same bits.
         let mut flat = self.flatten(start);
-        let mut last = VecDeque::from([(0, start.clone())]);
-        for first in (0..steps).step_by(BLOCK) {
+        let mut last = VecDeque::from([(steps.start, start.clone())]);
+        for first in steps.clone().step_by(BLOCK) {
             let span = Span {
                 first,
-                ..Span::from_start((1..=BLOCK.min(steps - first)).collect())
+                ..Span::from_start((1..=BLOCK.min(steps.end - first)).collect())
             };
             let seen = self.plan(model.clone(), &span).run(&flat, &parameters);
             for (k, raw) in seen.chunks_exact(size).enumerate() {

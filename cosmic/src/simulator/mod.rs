@@ -28,7 +28,7 @@ pub use robot::Spare;
 pub use step_check::{Grade, StepCheck, StepLimit};
 pub use trajectory::Trajectory;
 
-use crate::controller::{Controller, Folded, clock};
+use crate::controller::{Controller, Folded, clock, observation_length};
 use crate::lattice::{Ground, Lattice, State};
 use crate::projection::Body;
 use crate::scene::{ControllerSettings, PhysicsSettings};
@@ -62,6 +62,11 @@ impl Span {
             watched: false,
             cotangent_bound: None,
         }
+    }
+
+    /// How many steps are done.
+    fn steps(&self) -> usize {
+        self.observed.last().copied().unwrap_or(0)
     }
 }
 
@@ -112,6 +117,15 @@ impl Simulator {
         other
     }
 
+    /// The same world with the goal behind where it was ahead.
+    #[must_use]
+    pub fn turned_back(&self) -> Self {
+        Self {
+            controller: self.controller.turned_back(),
+            ..self.clone()
+        }
+    }
+
     /// The same simulator, which computes a term even where it makes no difference: what leaving
     /// it out is held against.
     #[must_use]
@@ -141,6 +155,7 @@ impl Simulator {
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
+        self.check(std::slice::from_ref(robot.0), robot.1, &[start]);
         let (model, parameters) = self.planned(robot);
         let rollout = self.plan(model, span);
         self.trajectory(
@@ -165,6 +180,7 @@ impl Simulator {
         if let ([body], &[start]) = (bodies, starts) {
             return vec![self.rollout((body, controller), start, span)];
         }
+        self.check(bodies, controller, starts);
         let robot = self.robot.for_bodies(bodies);
         let parameters = self.parameters(&robot, bodies, controller);
         let starts: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
@@ -189,6 +205,7 @@ impl Simulator {
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
+        self.check(std::slice::from_ref(robot.0), robot.1, &[start]);
         let (model, parameters) = self.planned(robot);
         let start = self.flatten(start);
         let inputs = [vec![&start[..]], slices(&parameters)].concat();
@@ -196,9 +213,40 @@ impl Simulator {
         self.trajectory(&rollout.eval(&inputs), span)
     }
 
+    /// That all is of this lattice: a part of another one may be long enough to be misread.
+    fn check<R: Real>(&self, bodies: &[Body<R>], controller: &Controller<R>, starts: &[&State<R>]) {
+        let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
+        let inputs = observation_length(&self.controller, nodes);
+        let fits = |what: &str, found: usize, expected: usize| {
+            assert_eq!(found, expected, "{what} of a robot of {nodes} nodes");
+        };
+        for body in bodies {
+            fits("stiffness", body.stiffness.len(), edges);
+            fits("strain", body.strain.len(), edges);
+            fits("masses", body.mass.len(), nodes);
+        }
+        for start in starts {
+            fits("initial positions", start.x.len(), nodes);
+            fits("initial velocities", start.v.len(), nodes);
+        }
+        let Controller {
+            hidden,
+            inputs: seen,
+            w1,
+            b1,
+            w2,
+            b2,
+        } = controller;
+        fits("what the controller sees", *seen, inputs);
+        fits("first weights", w1.len(), hidden * inputs);
+        fits("first biases", b1.len(), *hidden);
+        fits("second weights", w2.len(), edges * hidden);
+        fits("second biases", b2.len(), edges);
+    }
+
     /// The rollout of a robot.
     fn plan(&self, model: Robot, span: &Span) -> Rollout<Robot> {
-        let steps = span.observed.last().copied().unwrap_or(0);
+        let steps = span.steps();
         // The whole clock is shared; a later part of it is copied.
         let clock = match span.first {
             0 => Arc::clone(&self.clock),

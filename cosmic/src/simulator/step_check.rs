@@ -130,8 +130,7 @@ impl StepCheck {
     /// What makes the step safe, or lets an unstable one pass.
     fn remedy_or_leave(&self) -> String {
         format!(
-            "{}; to go on all the same set physics.unstable_step = \"warn\" or say \
-             --allow-unstable",
+            "{}; to go on all the same set physics.unstable_step = \"warn\"",
             self.remedy()
         )
     }

@@ -50,10 +50,17 @@ pub(super) fn preamble(study: &Study) -> String {
     let limit = study.iterations.map_or(String::new(), |n| {
         format!(" **Every run was stopped after {n} iterations: a study in little.**")
     });
+    let (moved, base) = match &study.base {
+        None => ("1e-9 m".to_owned(), String::new()),
+        Some((file, _)) => (
+            "`selection.perturbation`".to_owned(),
+            format!(" Every experiment starts from the settings of `{file}`."),
+        ),
+    };
     format!(
-        "Displacements of the payload along the ground, in metres, over {whose}.{limit} The number \
+        "Displacements of the payload along the ground, in metres, over {whose}.{limit}{base} The number \
          of a seed is of its delivered design: the median of full rollouts in double precision from \
-         8 or more starts moved by 1e-9 m, other starts than those by which the design was chosen. \
+         8 or more starts moved by {moved}, other starts than those by which the design was chosen. \
          *Spread* is from the 10 % to the 90 % quantile of these rollouts, *dt/2* the same design at \
          half the time step, *last* the last iterate, each as its median over the seeds. ± is the \
          standard error of the median over the seeds, by the bootstrap. A run that diverges counts \

@@ -28,11 +28,15 @@ pub(super) fn document(study: &Study, results: &Results) -> String {
             beside_the_paper(&default)
         ),
         format!(
-            "## Strictly by the paper\n\nThe paper's algorithm with no departure: no bound on the \
+            "## Strictly by the paper\n\nThe paper's algorithm with no departure{}: no bound on the \
              cotangent, every design gradient by itself, no alternatives at the snap, no settling, \
              the loss at the end point only, the last iterate delivered, the tall layout in both \
              the baseline and the three-legged start. Reported as it comes.\n\n{}\n![every \
              seed](paper/strict.svg)\n",
+            study
+                .base
+                .as_ref()
+                .map_or("", |_| " but those named below"),
             beside_the_paper(&results.table(STRICT))
         ),
         format!("## Against the baselines\n\n{}", against_baselines(results)),

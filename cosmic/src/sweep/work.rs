@@ -77,27 +77,55 @@ pub fn run_one(
     }
 }
 
-/// Does the first run that is neither over nor taken; `None` where there is none.
+/// Does the first run that is neither over nor taken; `None` where there is none. One that cannot be
+/// done for a reason of its own, such as its time step, is passed over.
 ///
 /// # Errors
-/// As [`run_one`].
+/// As [`run_one`], of what is passed over where nothing else is left.
 pub fn run_next(
     (sweep, plan): (&Path, &SweepPlan),
     observer: &mut dyn Observer,
 ) -> Result<Option<Ended>> {
+    let mut passed_over = Vec::new();
     for index in 0..plan.runs() {
-        let outcome = run_one((sweep, plan), index, observer)?;
-        if !matches!(outcome, Outcome::Over | Outcome::Taken) {
-            return Ok(Some(Ended { index, outcome }));
+        match run_one((sweep, plan), index, observer) {
+            Ok(Outcome::Over | Outcome::Taken) => {}
+            Ok(outcome) => return Ok(Some(Ended { index, outcome })),
+            Err(error) => passed_over.push(of_its_own((plan, index), error)?),
         }
     }
-    Ok(None)
+    first_of(passed_over).map(|()| None)
 }
 
-/// Does every run that is neither over nor taken, each on a thread of its own.
+/// A run's error that says nothing of others, with the run; all other errors end a sweep.
+fn of_its_own((plan, index): (&SweepPlan, usize), error: Error) -> Result<String> {
+    match error {
+        Error::UnstableStep { .. }
+        | Error::UnstableRun { .. }
+        | Error::Malformed { .. }
+        | Error::Misfit { .. } => Ok(format!("run {index}, {}: {error}", plan.name(index))),
+        error => Err(error),
+    }
+}
+
+/// Says what was passed over, if anything was.
+fn first_of(passed_over: Vec<String>) -> Result<()> {
+    match &passed_over[..] {
+        [] => Ok(()),
+        [only] => Err(Error::Usage(only.clone())),
+        [first, others @ ..] => Err(Error::Usage(format!(
+            "{first}\nso {} others of this sweep, too, cannot be done for reasons of their own",
+            others.len()
+        ))),
+    }
+}
+
+/// Does every run that is neither over nor taken, each on a thread of its own; what cannot be done for
+/// a reason of its own is passed over.
 ///
 /// # Errors
-/// As [`run_one`], the first of them; [`Error::Stopped`] where the overseer asked for it.
+/// As [`run_one`], the first of them, after all others are done if it is of one run alone;
+/// [`Error::Stopped`] where the overseer asked for it.
 pub fn run_all(
     (sweep, plan): (&Path, &SweepPlan),
     threads: Option<NonZeroUsize>,
@@ -108,18 +136,22 @@ pub fn run_all(
         if overseer.is_stopped() {
             return Err(stopped(sweep, plan));
         }
-        let outcome = run_one((sweep, plan), index, &mut Quiet(overseer))?;
-        if !matches!(outcome, Outcome::Over | Outcome::Taken) {
-            let _told = telling.lock();
-            overseer.ended(&Ended { index, outcome });
+        match run_one((sweep, plan), index, &mut Quiet(overseer)) {
+            Ok(Outcome::Over | Outcome::Taken) => Ok(None),
+            Ok(outcome) => {
+                let _told = telling.lock();
+                overseer.ended(&Ended { index, outcome });
+                Ok(None)
+            }
+            Err(error) => of_its_own((plan, index), error).map(Some),
         }
-        Ok(())
     });
-    done.map(drop).map_err(|error| match error {
+    match done {
+        Ok(passed_over) => first_of(passed_over.into_iter().flatten().collect()),
         // Counted when all threads have stopped.
-        Error::Interrupted { .. } | Error::Stopped { .. } => stopped(sweep, plan),
-        error => error,
-    })
+        Err(Error::Interrupted { .. } | Error::Stopped { .. }) => Err(stopped(sweep, plan)),
+        Err(error) => Err(error),
+    }
 }
 
 fn stopped(sweep: &Path, plan: &SweepPlan) -> Error {

@@ -19,8 +19,10 @@ use crate::simulator::Span;
 
 /// Steps of a measured rollout, where the case has as many.
 pub const MEASURED_STEPS: usize = 4096;
-/// Times that each measurement is taken; the least counts, as the one least disturbed.
+/// Times that each measurement is taken, and how long at most; the least counts, as the one least
+/// disturbed.
 const REPEATS: usize = 25;
+const LONGEST: Duration = Duration::from_secs(2);
 /// Starts that are run together.
 const STARTS: u32 = 8;
 /// How far they are moved apart, m.
@@ -90,11 +92,11 @@ pub fn measure(case: &Case, scene: &Scene) -> Speed {
     // One set after the other: a change of number type or size gives up the memory of the rows.
     let least = |times: &mut dyn FnMut() -> [Duration; 3]| {
         let mut least = [Duration::MAX; 3];
-        for _ in 0..REPEATS {
+        repeat(|| {
             for (least, time) in least.iter_mut().zip(times()) {
                 *least = time.min(*least);
             }
-        }
+        });
         let [rollout, design, controller] = least.map(per_step);
         Times {
             rollout,
@@ -138,8 +140,8 @@ fn layout(case: &Case, volume: &VolumeSettings) -> Case {
     let mixture = case.mixture(case.projection, &case.z);
     let snapped = snap(&mixture, &VolumeBounds::widened(volume, 0.0));
     Case {
-        z: one_hot(&snapped.materials),
-        frozen: Some(snapped.materials),
+        z: one_hot(&snapped),
+        frozen: Some(snapped),
         ..case.clone()
     }
 }
@@ -150,10 +152,22 @@ pub(super) fn timed<T>(work: impl FnOnce() -> T) -> Duration {
     start.elapsed()
 }
 
+/// Takes a measurement so often, or once where that takes long.
+fn repeat(mut measurement: impl FnMut()) {
+    let start = ThreadTime::now();
+    for _ in 0..REPEATS {
+        measurement();
+        if start.elapsed() > LONGEST {
+            break;
+        }
+    }
+}
+
 /// The least of the times that a piece of work takes.
 fn least_time<T>(work: impl Fn() -> T) -> Duration {
-    let times = (0..REPEATS).map(|_| timed(&work));
-    times.min().expect("measured at least once")
+    let mut least = Duration::MAX;
+    repeat(|| least = timed(&work).min(least));
+    least
 }
 
 /// The most memory that this process has held so far, in bytes, where the system says.

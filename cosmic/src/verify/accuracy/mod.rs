@@ -265,7 +265,8 @@ fn stable_limit(case: &Case) -> f64 {
     stable_step(&case.physics, vibration.largest_frequency())
 }
 
-/// Orders from rows of the same method and precision with time steps twice as long.
+/// Orders from rows of the same method and precision with time steps twice as long. A row that went
+/// astray has an error, but none of its step.
 fn set_orders(runs: &mut [Run]) {
     let known = runs.to_vec();
     for run in runs {
@@ -274,6 +275,7 @@ fn set_orders(runs: &mut [Run]) {
                 && other.precision == run.precision
                 && other.dt == 2.0 * run.dt
         });
+        let longer = longer.filter(|longer| longer.is_sound() && run.is_sound());
         run.order = longer.map(|longer| {
             let pairs = longer.error.iter().zip(run.error);
             let mut orders: Vec<f64> = pairs.map(|(long, short)| (long / short).log2()).collect();

@@ -20,6 +20,11 @@ impl Method {
 }
 
 impl Run {
+    /// Whether its error is one of its time step.
+    pub(super) fn is_sound(&self) -> bool {
+        self.finite && self.stable
+    }
+
     /// What is to be said of it in a few words.
     pub fn status(&self, spacing: f64) -> &'static str {
         match (self.finite, self.stable) {
@@ -207,11 +212,12 @@ impl Accuracy {
     fn work_precision(&self) -> Figure {
         let time = self.times[SHOWN];
         let default = self.default_run();
+        let marked = |place| default.is_sound().then(|| (place, "default".to_owned()));
         let chart = LogChart {
             title: format!("Largest error of a node at {time} s, m"),
             along: format!("run time of {} s of motion, s", self.times[3]),
             lines: self.lines(&Precision::ALL, |run| [run.time, run.error[SHOWN]]),
-            marked: Some(([default.time, default.error[SHOWN]], "default".to_owned())),
+            marked: marked([default.time, default.error[SHOWN]]),
         };
         Figure {
             name: "work_precision".to_owned(),
@@ -234,11 +240,12 @@ impl Accuracy {
             ..line
         });
         let default = self.default_run();
+        let marked = |place| default.is_sound().then(|| (place, "default".to_owned()));
         let chart = LogChart {
             title: format!("Largest error of a node at {time} s in f64, m"),
             along: "time step, s".to_owned(),
             lines: lines.into_iter().chain(held).collect(),
-            marked: Some(([default.dt, default.error[SHOWN]], "default".to_owned())),
+            marked: marked([default.dt, default.error[SHOWN]]),
         };
         Figure {
             name: "order".to_owned(),
@@ -251,13 +258,19 @@ impl Accuracy {
     }
 
     /// A line for every method in some precisions.
-    fn lines(&self, precisions: &[Precision], point: impl Fn(&Run) -> [f64; 2]) -> Vec<Line> {
+    pub(super) fn lines(
+        &self,
+        precisions: &[Precision],
+        point: impl Fn(&Run) -> [f64; 2],
+    ) -> Vec<Line> {
         let mut methods: Vec<Method> = self.runs.iter().map(|run| run.method).collect();
         methods.dedup();
         let mut lines = Vec::new();
         for &precision in precisions {
             for (k, method) in methods.iter().enumerate() {
                 let belongs = |run: &&Run| run.method == *method && run.precision == precision;
+                // Errors of runs that went astray would leave all others on one line.
+                let sound = self.runs.iter().filter(|run| run.is_sound());
                 lines.push(Line {
                     name: format!("{}, {}", method.name(), precision.name()),
                     colour: COLOURS[k % COLOURS.len()],
@@ -266,7 +279,7 @@ impl Accuracy {
                         Precision::Double => "",
                         Precision::DoubleDouble => "1 5",
                     },
-                    points: self.runs.iter().filter(belongs).map(&point).collect(),
+                    points: sound.filter(belongs).map(&point).collect(),
                 });
             }
         }

@@ -71,3 +71,21 @@ fn a_diverged_row_is_shown_as_failed() {
     assert!(!section.failures.is_empty());
     assert!(accuracy.runs.iter().all(|run| run.finite || !run.stable));
 }
+
+/// Errors of runs that went astray say nothing of the time step: no order is taken from them, and no
+/// figure is drawn to their size.
+#[test]
+fn what_went_astray_has_no_order_and_no_point() {
+    let mut case = falling();
+    case.materials.stiffness = [1e4; 3];
+    let accuracy = Accuracy::of(&case);
+    let (sound, astray): (Vec<_>, Vec<_>) = accuracy.runs.iter().partition(|run| run.is_sound());
+    assert!(!sound.is_empty() && !astray.is_empty());
+    assert!(astray.iter().all(|run| run.order.is_none()));
+    assert!(sound.iter().any(|run| run.order.is_some()));
+    let orders = sound.iter().filter_map(|run| run.order);
+    assert!(orders.into_iter().all(|order| order.abs() < 10.0));
+    let lines = accuracy.lines(&Precision::ALL, |run| [run.dt, run.error[0]]);
+    let points: usize = lines.iter().map(|line| line.points.len()).sum();
+    assert_eq!(points, sound.len());
+}
