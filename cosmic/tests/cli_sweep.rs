@@ -53,23 +53,25 @@ fn a_sweep_s_runs_are_those_of_optimize() {
     }
 }
 
-/// What is wrong with one scene is no reason not to do the others.
+/// What is wrong with one scene is no reason not to do the others. All edges of this one become
+/// skeleton at the snap, too stiff for its time step.
 #[test]
 fn runs_that_cannot_be_done_are_passed_over() {
     let bench = Bench::new(24, 64);
-    fs::write(bench.path("stiff.toml"), scene(24, 64, "dt = 0.05")).unwrap();
-    let plan = [
-        "plan",
-        "stiff.toml",
-        "tiny.toml",
-        "--seeds",
-        "2",
-        "--out",
-        "s",
-    ];
-    let sweep = |arguments: &[&str]| bench.cosmic(&[&["sweep"], arguments].concat());
-    assert_eq!(sweep(&plan).code, 0);
-    let said = sweep(&["run", "s", "--index", "auto", "--json"]);
+    let stiff = scene(24, 64, "dt = 0.0045")
+        .replace("columns = 3\nrows = 3", "columns = 2\nrows = 2")
+        .replace(
+            "[volume]\n",
+            "[volume]\nsolid = [1.0, 1.0]\nactuator = [0.0, 0.0]\n",
+        );
+    fs::write(bench.path("stiff.toml"), stiff).unwrap();
+    let sweep = |arguments: &str| {
+        let arguments: Vec<&str> = ["sweep"].into_iter().chain(arguments.split(' ')).collect();
+        bench.cosmic(&arguments)
+    };
+    let said = sweep("plan stiff.toml tiny.toml --seeds 2 --out s");
+    assert_eq!(said.code, 0, "{said:?}");
+    let said = sweep("run s --index auto --json");
     let json: Value = serde_json::from_str(&said.out).unwrap();
     assert_eq!(
         (said.code, &json["index"]),
@@ -77,18 +79,18 @@ fn runs_that_cannot_be_done_are_passed_over() {
         "{said:?}"
     );
     for index in ["all", "auto"] {
-        let said = sweep(&["run", "s", "--index", index]);
+        let said = sweep(&format!("run s --index {index}"));
         assert_eq!(said.code, 2, "{said:?}");
+        let says = "run 0, stiff-0: after iteration ";
+        assert!(said.error.contains(says), "{said:?}");
         assert!(
-            said.error
-                .contains("run 0, stiff-0: the time step of 0.05 s is unstable")
+            said.error.contains("\n1 more of this sweep cannot"),
+            "{said:?}"
         );
-        assert!(said.error.contains("so 1 others of this sweep"), "{said:?}");
-        assert!(!said.error.contains("--allow-unstable"), "{said:?}");
     }
-    let status = sweep(&["status", "s"]).out;
+    let status = sweep("status s").out;
     assert!(
-        status.ends_with("2 waiting, 0 begun, 2 done, 0 diverged\n"),
+        status.ends_with("0 waiting, 2 begun, 2 done, 0 diverged\n"),
         "{status}"
     );
 }

@@ -163,6 +163,8 @@ fn a_robot_written_as_a_case_is_that_robot() {
     let mut scene = cosmic::scene::Scene::default();
     (scene.lattice.columns, scene.lattice.rows) = (3, 3);
     (scene.start.tilt, scene.physics.steps) = (0.2, 8);
+    // A case is evaluated, and that never refuses.
+    scene.physics.unstable_step = cosmic::scene::UnstableStep::Warn;
     scene.materials.penalisation = 3;
     scene.projection.hold_materials = 0.05;
     scene.physics.stiffening = 2.0;

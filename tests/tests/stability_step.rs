@@ -49,7 +49,7 @@ fn an_unstable_step_is_refused_with_node_number_and_remedy() {
         .expect_err("50 ms are too long");
     let node = check.exact.expect("it is beyond the bound").node;
     assert_eq!(said.exit_code(), 2);
-    let words = ["0.05 s", "physics.dt", "--allow-unstable", "1/s"];
+    let words = ["0.05 s", "physics.dt", "unstable_step = \"warn\"", "1/s"];
     for word in words.into_iter().chain([&*format!("node {node}")]) {
         assert!(said.to_string().contains(word), "{said}");
     }

@@ -114,7 +114,7 @@ fn first_of(passed_over: Vec<String>) -> Result<()> {
         [] => Ok(()),
         [only] => Err(Error::Usage(only.clone())),
         [first, others @ ..] => Err(Error::Usage(format!(
-            "{first}\nso {} others of this sweep, too, cannot be done for reasons of their own",
+            "{first}\n{} more of this sweep cannot be done, each for a reason of its own",
             others.len()
         ))),
     }
