@@ -10,7 +10,7 @@ use num_traits::{FromPrimitive, Num, One, Signed, Zero};
 
 use super::Element;
 use super::functions::remainder;
-use crate::real::Real;
+use crate::real::{Mask, Real};
 use crate::rule;
 
 /// The truth of a comparison that an algorithm branches on.
@@ -108,10 +108,11 @@ impl<R: Real> Zero for Element<R> {
     fn zero() -> Self {
         Self(R::zero())
     }
-    /// Whether the primal is zero, as for `==`: algorithms decide by it which way to go.
+    /// Whether the primal is zero, in lanes all of them: algorithms decide by it which way to go.
     #[inline]
     fn is_zero(&self) -> bool {
-        *self == Self::zero()
+        let zero = R::zero();
+        (self.0.le(zero) & zero.le(self.0)).all()
     }
 }
 

@@ -146,7 +146,6 @@ impl Shapes<'_> {
                 beta_straight_through: scene.beta_ste,
                 delta: scene.delta,
                 hold_materials: scene.hold_materials,
-                ..ProjectionSettings::default()
             },
             start: State {
                 x: lattice.positions.clone(),

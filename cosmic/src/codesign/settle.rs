@@ -21,7 +21,8 @@ pub struct Settled {
     /// The last controller that lost nothing.
     pub controller: Controller<f64>,
     /// What it is held against: at first the median of the best candidate, or its own rollout if that
-    /// is far behind, later the best single rollout; m along the ground, for another task than to get far minus its loss.
+    /// is far behind, later the best single rollout; m along the ground, for another task than to get
+    /// far minus its loss.
     pub merit: f64,
     /// What is left of the learning rate: halved by every update that is taken back.
     pub trust: f64,

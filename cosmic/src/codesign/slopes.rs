@@ -155,7 +155,7 @@ impl CoDesign {
 
 #[cfg(test)]
 mod tests {
-    use super::{At, Sought};
+    use super::{At, Slope, Sought};
     use crate::codesign::CoDesign;
     use crate::codesign::schedule::Moment;
     use crate::codesign::tests::tiny;
@@ -213,24 +213,33 @@ mod tests {
         }
     }
 
+    /// The slope by the design over so many steps in the worlds of the first iteration.
+    fn slope_in_worlds(scene: &Scene, steps: usize) -> Slope {
+        let codesign = CoDesign::new(scene).unwrap();
+        let progress = codesign.begin(1).unwrap();
+        let moment = Moment {
+            scene,
+            iteration: 1,
+        };
+        let at = At {
+            worlds: &codesign.worlds(&progress, &moment),
+            inputs: &codesign.inputs(&progress),
+            horizon: &Horizon {
+                steps,
+                ..horizon(HorizonMode::Head)
+            },
+        };
+        let [slope] = codesign.slopes([Sought::Design(Projection::Performance)], at);
+        slope
+    }
+
     /// Where the network does not see the goal, what it does ahead it does behind: in every world.
     #[test]
     fn both_goals_are_pursued_by_the_same_robot() {
         let mut scene = tiny();
         (scene.controller.two_goals, scene.controller.goal_scale) = (true, 0.0);
         scene.robust.samples = 3;
-        let codesign = CoDesign::new(&scene).unwrap();
-        let progress = codesign.begin(1).unwrap();
-        let moment = Moment {
-            scene: &scene,
-            iteration: 1,
-        };
-        let at = At {
-            worlds: &codesign.worlds(&progress, &moment),
-            inputs: &codesign.inputs(&progress),
-            horizon: &horizon(HorizonMode::Head),
-        };
-        let [slope] = codesign.slopes([Sought::Design(Projection::Performance)], at);
+        let slope = slope_in_worlds(&scene, 20);
         assert_eq!(slope.loss, 0.0);
         // Two sweeps that cancel, each of numbers below 1 rounded at 1e-16.
         assert!(slope.gradient.iter().all(|g| g.abs() < 1e-14));
@@ -241,21 +250,7 @@ mod tests {
     fn displacements_are_from_each_start() {
         let mut scene = tiny();
         (scene.robust.samples, scene.robust.start) = (2, 0.5);
-        let codesign = CoDesign::new(&scene).unwrap();
-        let progress = codesign.begin(1).unwrap();
-        let moment = Moment {
-            scene: &scene,
-            iteration: 1,
-        };
-        let at = At {
-            worlds: &codesign.worlds(&progress, &moment),
-            inputs: &codesign.inputs(&progress),
-            horizon: &Horizon {
-                steps: 1,
-                ..horizon(HorizonMode::Head)
-            },
-        };
-        let [slope] = codesign.slopes([Sought::Design(Projection::Performance)], at);
+        let slope = slope_in_worlds(&scene, 1);
         // A step of 2 ms at speeds of springs that are off by half a metre: 50 m/s, not 0.1 m at once.
         assert!(slope.displacement.abs() < 0.1, "{}", slope.displacement);
         assert!(slope.displacement != 0.0);
