@@ -292,6 +292,7 @@ fn rounding_is_exact_at_every_size() {
         assert_eq!(element.trunc().0, x.trunc());
     }
     assert!(Element(f64::NAN).floor().is_nan());
+    assert_eq!((Element(7.5) % Element(-2.0)).0, 7.5 % -2.0);
 }
 
 /// To the last bit, however far apart the two are; and the derivative for the whole quotient.
@@ -488,6 +489,7 @@ fn rounding_reaches_the_largest_floats_and_keeps_the_sign_of_zero() {
         }
     }
     assert_eq!(Element(f32::MAX).floor().0, f32::MAX);
+    assert_eq!((Element(f64::MAX) % Element(1.0)).0, 0.0);
     let largest = Wide::from(f64::MAX);
     assert_eq!(Element(largest).trunc().0, largest);
 }

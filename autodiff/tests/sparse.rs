@@ -48,6 +48,7 @@ fn patterns() -> Vec<(Pattern, usize)> {
     vec![
         (Pattern::banded(50, 1, 1), 3),
         (Pattern::banded(40, 2, 3), 6),
+        (Pattern::banded(3, 5, 5), 3),
         (Pattern::banded(3, usize::MAX, usize::MAX), 3),
         (Pattern::banded(9, 0, 0), 1),
         (Pattern::blocks(&[[2, 3], [4, 1], [1, 5], [3, 3]]), 5),

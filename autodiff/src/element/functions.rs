@@ -63,8 +63,7 @@ pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
         unit = R::select(larger, unit / far, unit);
     }
     let whole = round((size - left) / divisor);
-    let value = R::select(a.lt(zero), -left, left);
-    let value = R::select(left.le(zero), zero * a.detach(), value);
+    let value = R::select(sign_bit(a), -left, left);
     let value = R::select(defined, value, R::lit(f64::NAN));
     let whole = R::select(a.lt(zero), -whole, whole);
     let whole = R::select(b.lt(zero), -whole, whole);

@@ -122,7 +122,11 @@ impl Graph {
             Node::Sub(a, b) => of(a).plus(of(b).negated()),
             Node::Mul(a, b) | Node::Chain(a, b) => product(a, b),
             Node::Neg(a) => of(a).negated(),
-            Node::Fma(a, b, c) => product(a, b).plus(of(c)),
+            // A negative product of its own may be rounded to a negative zero.
+            Node::Fma(a, b, c) => Known {
+                unsigned: a == b && of(c).unsigned && of(c).least >= 0.0,
+                ..product(a, b).plus(of(c))
+            },
             Node::Select(_, a, b) => of(a).or(of(b)),
             Node::Unary(method, a) => of(a).through(method),
             Node::Binary("straight_through", hard, soft) => Known {

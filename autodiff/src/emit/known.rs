@@ -7,6 +7,8 @@ pub(super) struct Known {
     /// A lower bound.
     pub(super) least: f64,
     pub(super) range: Range,
+    /// Whether it is no negative zero: squares are none, and no sum is that has another term.
+    pub(super) unsigned: bool,
 }
 
 /// How large a number may become. A sum is taken to be finite where its terms are, and so is a
@@ -35,6 +37,7 @@ impl Known {
         Self {
             least: f64::NEG_INFINITY,
             range,
+            unsigned: false,
         }
     }
 
@@ -45,6 +48,7 @@ impl Known {
         Self {
             least: value,
             range: Bounded,
+            unsigned: value.is_sign_positive(),
         }
     }
 
@@ -61,6 +65,7 @@ impl Known {
         Self {
             least: self.least + other.least,
             range: self.range.max(other.range),
+            unsigned: self.unsigned || other.unsigned,
         }
     }
 
@@ -77,12 +82,16 @@ impl Known {
                 Bounded => wider,
                 _ => wider.max(Overflow),
             },
+            unsigned: false,
         }
     }
 
     pub(super) fn squared(self) -> Self {
         let magnitude = self.through("abs");
-        magnitude.times(magnitude)
+        Self {
+            unsigned: true,
+            ..magnitude.times(magnitude)
+        }
     }
 
     /// Either of two.
@@ -90,6 +99,7 @@ impl Known {
         Self {
             least: self.least.min(other.least),
             range: self.range.max(other.range),
+            unsigned: self.unsigned && other.unsigned,
         }
     }
 
@@ -112,7 +122,15 @@ impl Known {
             "exp" => (0.0, Singular),
             _ => (f64::NEG_INFINITY, Singular),
         };
-        Self { least, range }
+        Self {
+            least,
+            range,
+            unsigned: match method {
+                "abs" | "exp" => true,
+                "detach" => self.unsigned,
+                _ => least > 0.0,
+            },
+        }
     }
 
     /// The same of a number that shows in the kernel's results, which are finite; `method` made it.

@@ -17,11 +17,11 @@
 //!
 //! Exponentials, powers and other quotients are never taken to be finite. What remains: a product
 //! with a constant zero is zero, also where the other factor is NaN, and a choice between constants
-//! (`signum`) is one of them; a sum, or a
-//! product with what constants bound, of numbers near the largest float; and a result
-//! that a sum or product has made infinite, whose cotangent of zero may then pass NaN. Where an
-//! emitted derivative is itself differentiated in reverse, a product with a cotangent of zero is an
-//! entry of the tape like others, and an infinity that comes back to it makes NaN: see
+//! (`signum`) is one of them; a sum, or a product with what constants bound, of numbers near the
+//! largest float; and a result that a sum or product has made infinite, whose cotangent of zero may
+//! then pass NaN. Where an emitted derivative is itself differentiated in reverse, a product with a
+//! cotangent of zero is an entry of the tape like others, and an infinity that comes back to it makes
+//! NaN: see
 //! [the conventions](crate::real).
 
 mod graph;

@@ -32,21 +32,6 @@ impl Symbol {
     fn known(self) -> Known {
         GRAPH.with_borrow(|graph| graph.nodes[self.0 as usize].1)
     }
-    /// Whether it is known to be no negative zero: squares are none, and no sum is that has another
-    /// term.
-    fn is_unsigned(self) -> bool {
-        let of = |number: u32| Symbol(number).is_unsigned();
-        match self.node() {
-            _ if self.known().least > 0.0 => true,
-            Node::Constant(bits) => f64::from_bits(bits).is_sign_positive(),
-            Node::Unary("abs" | "exp", _) => true,
-            Node::Mul(a, b) => a == b,
-            Node::Add(a, b) => of(a) || of(b),
-            // A product of its own may be rounded to one.
-            Node::Fma(a, b, term) => a == b && of(term),
-            _ => false,
-        }
-    }
     fn unary(self, method: &'static str) -> Self {
         Symbol(place(Node::Unary(method, self.0)))
     }
@@ -59,7 +44,7 @@ impl Add for Symbol {
     fn add(self, other: Self) -> Self {
         match () {
             () if self.is(0.0) => other,
-            () if other.is(0.0) && (!other.is_unsigned() || self.is_unsigned()) => self,
+            () if other.is(0.0) && (!other.known().unsigned || self.known().unsigned) => self,
             () => Symbol(place(Node::Add(self.0, other.0))),
         }
     }

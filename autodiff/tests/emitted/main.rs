@@ -204,6 +204,14 @@ fn limits_at_negative_zero_are_taken_from_inside() {
             [if self.0 { (x * x).ln() } else { x.ln() }]
         }
     }
+    /// Each sum has the one before twice: what is known of it is not worked out twice.
+    struct Doubled;
+    impl Kernel<1, 1> for Doubled {
+        fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+            [(0..64).fold(x, |sum, _| sum + sum).ln()]
+        }
+    }
+    assert!(adjoint("Doubled", &[], |_| Doubled).contains(".recip()"));
     let [plain, of_square] = [false, true].map(|of| adjoint("Log", &[], |_| Log(of)));
     assert!(plain.contains("x0 + "), "{plain}");
     assert!(!of_square.contains(" + t"), "{of_square}");
