@@ -25,7 +25,7 @@ use crate::scene::{
     ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
     UnstableStep, allowed_instead,
 };
-use raw::{FORMAT, RawCase, RawLibrary, RawScene, VERSION};
+use raw::{FORMAT, RawCase, RawScene, VERSION};
 
 /// The longest rollout that a case may ask for, substeps counted: the clock is kept for every step of
 /// it, and a slip of the pen should end neither in a lack of memory nor never.
@@ -136,10 +136,7 @@ impl Shapes<'_> {
         Ok(Case {
             layout: layout(scene),
             physics: physics(scene, raw.steps),
-            materials: MaterialSettings {
-                penalisation: scene.penalisation,
-                ..self.materials(&scene.library)?
-            },
+            materials: self.materials(scene)?,
             sharpness: ProjectionSettings {
                 beta: scene.beta,
                 beta_stability: scene.beta_stab,
@@ -254,12 +251,13 @@ impl Shapes<'_> {
         })
     }
 
-    fn materials(&self, library: &RawLibrary) -> Result<MaterialSettings> {
+    fn materials(&self, scene: &RawScene) -> Result<MaterialSettings> {
+        let library = &scene.library;
         Ok(MaterialSettings {
+            penalisation: scene.penalisation,
             stiffness: self.array("scene.library.k", &library.k)?,
             density: self.array("scene.library.rho", &library.rho)?,
             max_strain: self.array("scene.library.a_max", &library.a_max)?,
-            ..MaterialSettings::default()
         })
     }
 

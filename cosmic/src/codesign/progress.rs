@@ -7,7 +7,7 @@ use super::schedule::Phase;
 use super::settle::Settled;
 use crate::controller::Controller;
 use crate::design::{Material, one_hot};
-use crate::error::{Error, Result};
+use crate::error::{Result, fits};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaState};
 use crate::scene::Pass;
@@ -62,7 +62,7 @@ impl Progress {
     /// in a saved one they may not.
     ///
     /// # Errors
-    /// [`Error::Misfit`] for the first that has not; `file` is named.
+    /// [`Error::Misfit`](crate::error::Error::Misfit) for the first that has not; `file` is named.
     pub fn fits(&self, other: &Self, file: &str) -> Result<()> {
         let expected = controller_sizes(&other.controller);
         let mut pairs: Vec<_> = self.sizes().into_iter().zip(other.sizes()).collect();
@@ -78,15 +78,11 @@ impl Progress {
         if let Some(materials) = &self.materials {
             pairs.push((("materials", materials.len()), ("materials", other.z.len())));
         }
-        match pairs.into_iter().find(|(own, others)| own != others) {
-            None => Ok(()),
-            Some(((what, found), (_, expected))) => Err(Error::Misfit {
-                file: file.to_owned(),
-                what: format!("length of `{what}`"),
-                expected,
-                found,
-            }),
-        }
+        pairs
+            .into_iter()
+            .try_for_each(|((what, found), (_, expected))| {
+                fits(file, &format!("length of `{what}`"), found, expected)
+            })
     }
 
     /// The lists whose lengths a scene sets.

@@ -269,20 +269,18 @@ mod tests {
         assert_eq!(observed, [0, 1, 2, 3]);
         assert_eq!(objective(TaskKind::Reach).observed(3), [2, 3]);
         // States at steps 1 and 3, of one and two steps; at step 3 of all three.
-        for (every, mean_squares) in [(2, 16.0 * 0.5 + 0.0), (16, 0.0)] {
+        let energy = |every, walk: &Trajectory<f64>| {
             let Objective::Economy(mut economy) = objective(TaskKind::Economy) else {
                 unreachable!("that task was asked for")
             };
             economy.far.settings.every = every;
-            assert_eq!(economy.energy(&walk()), 2.0 * 0.5 * mean_squares);
-        }
+            economy.energy(walk)
+        };
+        // 16 / 2 nodes * 2 / s * 0.5 s, and at rest after three steps.
+        assert_eq!([2, 16].map(|every| energy(every, &walk())), [8.0, 0.0]);
         let mut fast = walk();
         fast.states[3].v[0] = [2.0, 0.0];
-        let Objective::Economy(mut economy) = objective(TaskKind::Economy) else {
-            unreachable!("that task was asked for")
-        };
-        economy.far.settings.every = 16;
         // 4 / 2 nodes * 2 / s * 3 steps of 0.5 s.
-        assert_eq!(economy.energy(&fast), 6.0);
+        assert_eq!(energy(16, &fast), 6.0);
     }
 }

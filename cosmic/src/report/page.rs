@@ -72,6 +72,14 @@ fn metres(value: impl Into<Option<f64>>) -> String {
         .map_or("diverged".to_owned(), |v| decimals(v, 3))
 }
 
+/// A number with its unit; what is none, a word, has none.
+fn with_unit(number: String, unit: &str) -> String {
+    match number.ends_with(|last: char| last.is_ascii_digit()) {
+        true => number + unit,
+        false => number,
+    }
+}
+
 /// A whole page of HTML.
 pub(super) fn wrap(title: &str, body: &str) -> String {
     let (title, style) = (escape(title), include_str!("page.css"));
@@ -118,8 +126,7 @@ fn figures(summary: &Summary) -> String {
     let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
         format!("{} \u{2013} {} m", decimals(low, 3), decimals(high, 3))
     });
-    let median = summary.displacement_p50;
-    let median = median.map_or(metres(None), |_| metres(median) + " m");
+    let median = with_unit(metres(summary.displacement_p50), " m");
     let cells = [
         (median, "displacement, median"),
         (spread, "10 % to 90 % of perturbed starts"),
@@ -143,7 +150,7 @@ fn summary(run: &Results) -> String {
     let [x, y] = run.summary.displacement.map(metres);
     let world = (
         "displacement of one unperturbed rollout, x and y of the world",
-        format!("{x} m, {y} m"),
+        format!("{}, {}", with_unit(x, " m"), with_unit(y, " m")),
     );
     let unit = |f: &Figure| {
         if f.short.ends_with(", m") {
@@ -154,13 +161,9 @@ fn summary(run: &Results) -> String {
             ""
         }
     };
-    let rows = FIGURES.iter().map(|f| {
-        let number = (f.of)(&run.summary);
-        match number.ends_with(|c: char| c.is_ascii_digit()) {
-            true => (f.says, number + unit(f)),
-            false => (f.says, number),
-        }
-    });
+    let rows = FIGURES
+        .iter()
+        .map(|f| (f.says, with_unit((f.of)(&run.summary), unit(f))));
     for (says, number) in rows.chain([world]) {
         let _ = write!(
             html,

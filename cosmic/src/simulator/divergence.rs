@@ -136,7 +136,7 @@ impl Simulator {
         steps: Range<usize>,
     ) -> Option<Divergence> {
         let size = 4 * self.robot.graph.nodes();
-        let (model, parameters) = self.planned(robot);
+        let (model, parameters) = self.planned(robot, start);
         let parameters = slices(&parameters);
         // Flat arrays in the ground's frame: the next block goes on from the same bits.
         let mut flat = self.flatten(start);

@@ -155,8 +155,7 @@ impl Simulator {
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        self.check(std::slice::from_ref(robot.0), robot.1, &[start]);
-        let (model, parameters) = self.planned(robot);
+        let (model, parameters) = self.planned(robot, start);
         let rollout = self.plan(model, span);
         self.trajectory(
             &rollout.run(&self.flatten(start), &slices(&parameters)),
@@ -205,8 +204,7 @@ impl Simulator {
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        self.check(std::slice::from_ref(robot.0), robot.1, &[start]);
-        let (model, parameters) = self.planned(robot);
+        let (model, parameters) = self.planned(robot, start);
         let start = self.flatten(start);
         let inputs = [vec![&start[..]], slices(&parameters)].concat();
         let rollout = self.plan(model, span);
@@ -270,8 +268,10 @@ impl Simulator {
     fn planned<R: Real>(
         &self,
         (body, controller): (&Body<R>, &Controller<R>),
+        start: &State<R>,
     ) -> (Robot, Vec<Vec<R>>) {
         let bodies = std::slice::from_ref(body);
+        self.check(bodies, controller, &[start]);
         let robot = self.robot.for_bodies(bodies);
         let parameters = self.parameters(&robot, bodies, controller);
         (robot, parameters.into_iter().flatten().collect())
