@@ -7,7 +7,7 @@ use autodiff::{CotangentBound, Real, Tape, Var};
 
 use crate::controller::Controller;
 use crate::lattice::{Ground, Lattice, State};
-use crate::objective::Loss;
+use crate::objective::{AnyLoss, Loss};
 use crate::projection::{Body, Projection, Variation, holds, mixture_held};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
@@ -356,9 +356,21 @@ impl Task {
     pub fn losses<R: Real>(
         &self,
         mixtures: &[&[[R; 3]]],
-        (controller, start): (&Controller<R>, &State<R>),
+        robot: (&Controller<R>, &State<R>),
         (loss, horizon): (&impl Loss, &Horizon),
     ) -> Vec<(R, Trajectory<R>)> {
+        let with_loss = |trajectory| (loss.loss(&trajectory), trajectory);
+        let trajectories = self.over_horizon(mixtures, robot, (loss, horizon));
+        trajectories.into_iter().map(with_loss).collect()
+    }
+
+    /// What a loss looks at, of robots with one controller from one start.
+    pub(crate) fn over_horizon<R: Real>(
+        &self,
+        mixtures: &[&[[R; 3]]],
+        (controller, start): (&Controller<R>, &State<R>),
+        (loss, horizon): (&dyn AnyLoss, &Horizon),
+    ) -> Vec<Trajectory<R>> {
         let steps = horizon.steps.min(self.physics.steps);
         let mut span = Span {
             nodes: loss.nodes(),
@@ -381,8 +393,6 @@ impl Task {
         }
         let robots = (&bodies[..], controller);
         let starts: Vec<&State<R>> = starts.iter().collect();
-        let trajectories = self.simulator.rollout_many(robots, &starts, &span);
-        let with_loss = |trajectory| (loss.loss(&trajectory), trajectory);
-        trajectories.into_iter().map(with_loss).collect()
+        self.simulator.rollout_many(robots, &starts, &span)
     }
 }

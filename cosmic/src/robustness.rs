@@ -76,7 +76,7 @@ fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
     let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
     let spread = Spread::of(&far);
     let finite = |x: f64| x.is_finite().then_some(x);
-    let has_loss = !codesign.objective().is_far();
+    let has_loss = !codesign.is_far();
     Ok(Robustness {
         run: folder.display().to_string(),
         nominal: finite(nominal.moved[0]),

@@ -114,7 +114,8 @@ fn a_design_that_becomes_unstable_is_in_the_record() {
     // All skeleton in place of a third of it: stiffer by more than the third left here.
     scene.physics.dt = 0.7 * limit(&scene);
     let mut shares = Vec::new();
-    let told = cosmic::codesign::optimise(&scene, 0, |record| {
+    let mut codesign = CoDesign::new(&scene).expect("a plan");
+    let told = codesign.optimise(0, |record| {
         let check = record.time_step.expect("every iteration is checked");
         shares.push(check.bound.share(check.dt));
     });

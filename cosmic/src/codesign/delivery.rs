@@ -128,7 +128,7 @@ impl CoDesign {
             selection: selections[best],
             spread: spreads[0].displacement,
             last: spreads[judged.len() - 1].displacement,
-            merit: (!self.objective.is_far()).then_some(spreads[0].merit),
+            merit: (!self.loss.is_far()).then_some(spreads[0].merit),
             volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
             trajectory: guarded.trajectory,
             divergence: guarded.divergence,

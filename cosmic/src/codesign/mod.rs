@@ -2,10 +2,11 @@
 //!
 //! [`CoDesign::iterate`] is one iteration. It moves a [`Progress`], which is the whole state of
 //! an optimisation, and tells what it did in a [`Record`]; what it draws depends on seed and
-//! iteration alone, and it knows no files. [`CoDesign::deliver`] picks and measures the result. [`optimise`] does all of it:
+//! iteration alone, and it knows no files. [`CoDesign::deliver`] picks and measures the result.
+//! [`CoDesign::optimise`] does all of it:
 //!
 //! ```
-//! use cosmic::codesign::optimise;
+//! use cosmic::codesign::CoDesign;
 //! use cosmic::scene::Scene;
 //!
 //! let scene = Scene::parse("tiny", "
@@ -23,7 +24,7 @@
 //!     window = 16
 //! ")?;
 //! let mut design_gradients = Vec::new();
-//! let delivery = optimise(&scene, 0, |record| {
+//! let delivery = CoDesign::new(&scene)?.optimise(0, |record| {
 //!     design_gradients.extend(record.design_gradient[0]);
 //! })?;
 //! assert_eq!(design_gradients.len(), 3); // The cycle begins d c d c d, and 6 is the snap.
@@ -57,7 +58,7 @@ use crate::design::{Material, alternatives, attract, flips, snap, start_vectors}
 use crate::error::{Error, Result};
 use crate::gradient::{Horizon, Task, together};
 use crate::lattice::{Ground, Lattice, State};
-use crate::objective::{AugmentedLagrangian, Objective, measures, violations};
+use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, Objective, measures, violations};
 use crate::optimiser::{Adam, Mma, MmaParameters, OptimiserError};
 use crate::projection::{self, Projection};
 use crate::scene::{Pass, Scene, StartKind};
@@ -68,27 +69,11 @@ use schedule::Moment;
 /// controllers are candidates for delivery, has one every iteration.
 const EVALUATE_EVERY: usize = 10;
 
-/// Optimises a scene from a seed, showing every iteration's record to `observe`. To stop on the
-/// way, to save and to go on later, drive a [`CoDesign`] by hand or have a
-/// [`Run`](crate::record::Run) do it in a folder.
-///
-/// # Errors
-/// As [`CoDesign::new`] and [`CoDesign::begin`], the time step checked after every iteration.
-pub fn optimise(scene: &Scene, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
-    let mut codesign = CoDesign::new(scene)?;
-    let mut progress = codesign.begin(seed)?;
-    while !codesign.is_done(&progress) {
-        observe(&codesign.iterate(&mut progress));
-        codesign.step_check(&progress).accept(&scene.physics)?;
-    }
-    Ok(codesign.deliver(&progress))
-}
-
 /// A scene, ready to be optimised.
 pub struct CoDesign {
     scene: Scene,
     task: Task,
-    objective: Objective,
+    loss: Box<dyn AnyLoss>,
     start: State<f64>,
     /// The design's optimiser, for each projection.
     mma: [Mma; 2],
@@ -103,6 +88,57 @@ impl CoDesign {
     /// # Errors
     /// Where the scene's optimiser settings do not fit one another.
     pub fn new(scene: &Scene) -> Result<Self> {
+        let objective = Objective::new(&scene.objective, &scene.loss, &scene.physics);
+        Self::with_loss(scene, objective)
+    }
+
+    /// Plans the optimisation of a scene for a loss of one's own in place of the scene's objective.
+    ///
+    /// Robots are then ranked by minus that loss, unless it [says](Loss::is_far) otherwise. In a
+    /// scene with two goals the second is served by the opposite: by what has a large loss.
+    ///
+    /// ```
+    /// use autodiff::Real;
+    /// use cosmic::{codesign::CoDesign, objective::Loss, scene::Scene, simulator::Trajectory};
+    ///
+    /// /// The square of the last node's speed: a robot that stands still.
+    /// struct Rest;
+    ///
+    /// impl Loss for Rest {
+    ///     fn observed(&self, steps: usize) -> Vec<usize> {
+    ///         vec![steps - 8, steps]
+    ///     }
+    ///     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+    ///         let speeds = trajectory.states.iter().map(|s| R::dot(&s.v[5], &s.v[5]));
+    ///         R::sum(&speeds.collect::<Vec<_>>()) * R::lit(0.5)
+    ///     }
+    /// }
+    ///
+    /// let scene = Scene::parse("tiny", "
+    ///     [lattice]
+    ///     columns = 3
+    ///     rows = 2
+    ///     [physics]
+    ///     steps = 64
+    ///     [schedule]
+    ///     iterations = 8
+    ///     attraction_from = 4
+    ///     snap_at = 6
+    ///     horizon = [32, 32]
+    ///     [loss]
+    ///     window = 16
+    /// ")?;
+    /// let delivery = CoDesign::with_loss(&scene, Rest)?.optimise(0, |_| ())?;
+    /// let merit = delivery.merit.expect("it is not ranked by its displacement");
+    /// assert!(merit.p50 < 0.0); // Minus the loss.
+    /// # Ok::<(), cosmic::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`Error::Usage`] where the loss does not observe steps in ascending
+    /// order up to the last.
+    pub fn with_loss(scene: &Scene, loss: impl Loss + 'static) -> Result<Self> {
+        check_loss(&loss, scene)?;
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
         let variables = 3 * lattice.edges.len();
         let mma = || {
@@ -110,7 +146,7 @@ impl CoDesign {
             Mma::new(mma_parameters(scene), &lower, &upper).map_err(unusable)
         };
         Ok(Self {
-            objective: Objective::new(&scene.objective, &scene.loss, &scene.physics),
+            loss: Box::new(loss),
             start: lattice.state_at_rest(),
             mma: [mma()?, mma()?],
             adam: Adam {
@@ -139,9 +175,24 @@ impl CoDesign {
         &self.task
     }
 
-    /// What robots are designed for.
-    pub fn objective(&self) -> &Objective {
-        &self.objective
+    /// Whether robots are ranked by how far they get, as by [`Loss::is_far`].
+    pub fn is_far(&self) -> bool {
+        self.loss.is_far()
+    }
+
+    /// Optimises from a seed, showing every iteration's record to `observe`. To stop on the way, to
+    /// save and to go on later, move a [`Progress`] by hand or have a
+    /// [`Run`](crate::record::Run) do it in a folder.
+    ///
+    /// # Errors
+    /// As [`begin`](Self::begin), the time step checked after every iteration.
+    pub fn optimise(&mut self, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
+        let mut progress = self.begin(seed)?;
+        while !self.is_done(&progress) {
+            observe(&self.iterate(&mut progress));
+            self.step_check(&progress).accept(&self.scene.physics)?;
+        }
+        Ok(self.deliver(&progress))
     }
 
     /// The state before the first iteration.
@@ -323,6 +374,21 @@ impl CoDesign {
     }
 }
 
+/// Whether a loss looks at what a rollout has.
+fn check_loss(loss: &impl Loss, scene: &Scene) -> Result<()> {
+    let [first, last] = scene.schedule.horizon;
+    for steps in [first, last, scene.physics.steps] {
+        let observed = loss.observed(steps);
+        if !observed.is_sorted() || observed.last() != Some(&steps) {
+            return Err(Error::Usage(format!(
+                "of a rollout of {steps} steps the loss observes the steps {observed:?}, where \
+                 they must ascend and end with {steps}"
+            )));
+        }
+    }
+    Ok(())
+}
+
 fn mma_parameters(scene: &Scene) -> MmaParameters {
     let mma = &scene.mma;
     MmaParameters {
@@ -346,10 +412,15 @@ fn unusable(error: OptimiserError) -> Error {
 
 #[cfg(test)]
 mod tests {
+    use autodiff::Real;
+
     use super::CoDesign;
     use crate::design::flips;
+    use crate::error::Result;
+    use crate::objective::Loss;
     use crate::projection::one_hot;
-    use crate::scene::{LossKind, Scene};
+    use crate::scene::{GradientPrecision, LossKind, Scene, TaskKind};
+    use crate::simulator::Trajectory;
 
     /// A small robot that moves from the first, with room for other layouts, and the beginning of
     /// its schedule.
@@ -415,5 +486,65 @@ mod tests {
             pairs.iter().any(|[plain, tried]| tried > plain),
             "{pairs:?}"
         );
+    }
+    /// Minus the payload's height, as a user would write it; the state after half of the steps
+    /// counts too.
+    struct Up;
+
+    impl Loss for Up {
+        fn observed(&self, steps: usize) -> Vec<usize> {
+            vec![steps / 2, steps]
+        }
+
+        fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+            let heights: Vec<R> = trajectory.states.iter().map(|s| -s.x[0][1]).collect();
+            R::sum(&heights) * R::lit(0.5)
+        }
+    }
+
+    /// A loss of one's own is optimised as the built-in one that it is the same as: to the bit, in
+    /// both precisions.
+    #[test]
+    fn an_own_loss_is_optimised_as_a_built_in_one() {
+        for precision in [GradientPrecision::F64, GradientPrecision::F32] {
+            let mut scene = tiny();
+            scene.gradient.precision = precision;
+            (scene.loss.kind, scene.loss.window, scene.loss.every) = (LossKind::Mean, 24, 12);
+            let run = |codesign: Result<CoDesign>| {
+                let mut records = Vec::new();
+                let mut codesign = codesign.unwrap();
+                let delivery = codesign.optimise(1, |record| records.push(record.clone()));
+                (records, delivery.unwrap())
+            };
+            let own = run(CoDesign::with_loss(&scene, Up));
+            assert_ne!(run(CoDesign::new(&scene)), own);
+            scene.objective.task = TaskKind::Climb;
+            assert_eq!(run(CoDesign::new(&scene)), own);
+        }
+    }
+
+    #[test]
+    fn a_loss_that_does_not_look_at_the_end_is_refused() {
+        struct Astray(fn(usize) -> Vec<usize>);
+        impl Loss for Astray {
+            fn observed(&self, steps: usize) -> Vec<usize> {
+                (self.0)(steps)
+            }
+
+            fn loss<R: Real>(&self, _: &Trajectory<R>) -> R {
+                R::one()
+            }
+        }
+        let said = |observed| {
+            let refused = CoDesign::with_loss(&tiny(), Astray(observed)).err();
+            refused.expect("it is refused").to_string()
+        };
+        let text = said(|steps| vec![steps - 1]);
+        assert!(
+            text.contains("[23]") && text.contains("end with 24"),
+            "{text}"
+        );
+        assert!(said(|steps| vec![steps, 0, steps]).contains("[24, 0, 24]"));
+        assert!(said(|_| Vec::new()).contains("[]"));
     }
 }

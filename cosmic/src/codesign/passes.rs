@@ -156,7 +156,7 @@ impl CoDesign {
     }
 
     fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
-        (!self.objective.is_far()).then_some(-slope.loss)
+        (!self.loss.is_far()).then_some(-slope.loss)
     }
 
     fn is_evaluated(&self, moment: &Moment) -> bool {
@@ -266,7 +266,7 @@ fn blend(z: &mut [[f64; 3]], from: &[[f64; 3]], (to, share): (&[f64], f64)) {
 #[cfg(test)]
 mod tests {
     use crate::codesign::tests::tiny;
-    use crate::codesign::{Record, optimise};
+    use crate::codesign::{CoDesign, Record};
     use crate::scene::{BinarisationMethod, GradientPrecision, Scene, TaskKind};
 
     /// What f32 does not reach is skipped, as what f64 does not reach is; the run goes on.
@@ -286,7 +286,8 @@ mod tests {
 
     fn records(scene: &Scene) -> Vec<Record> {
         let mut records = Vec::new();
-        optimise(scene, 0, |record| records.push(record.clone())).unwrap();
+        let mut codesign = CoDesign::new(scene).unwrap();
+        (codesign.optimise(0, |record| records.push(record.clone()))).unwrap();
         records
     }
 

@@ -6,7 +6,7 @@ use super::{CoDesign, Progress};
 use crate::controller::Controller;
 use crate::gradient::Task;
 use crate::lattice::State;
-use crate::objective::Loss;
+use crate::objective::{AnyLoss, LossOf};
 use crate::scene::GradientPrecision;
 use crate::simulator::{Span, Trajectory};
 
@@ -66,16 +66,19 @@ impl CoDesign {
 
     /// The same from several starts, all of one robot or each of its own, in rollouts of a number
     /// type.
-    pub fn reach_many<R: Real + Into<f64>>(
+    pub(super) fn reach_many<R: Real + Into<f64>>(
         &self,
         mixtures: &[&[[f64; 3]]],
         controller: &Controller<f64>,
         (task, starts): (&Task, &[&State<f64>]),
-    ) -> Vec<Reached> {
+    ) -> Vec<Reached>
+    where
+        dyn AnyLoss: LossOf<R>,
+    {
         let steps = task.physics.steps;
-        let observed = match self.objective.is_far() {
+        let observed = match self.loss.is_far() {
             true => vec![steps],
-            false => self.objective.observed(steps),
+            false => self.loss.observed(steps),
         };
         let span = Span::from_start(observed);
         let watched = Span {
@@ -95,7 +98,7 @@ impl CoDesign {
             let start = starts[k];
             let last = seen.at(steps).map(R::into);
             if task.is_cleared(&last) {
-                let loss = || self.objective.loss(seen).into();
+                let loss = || self.loss.loss_of(seen).into();
                 return self.reached_at(start, &last, loss);
             }
             // What is said to be diverged is what the guard finds, whose bounds are wider.
@@ -105,7 +108,8 @@ impl CoDesign {
                 Some(_) => return Reached::NOWHERE,
                 None => guarded.trajectory.at(steps),
             };
-            self.reached_at(start, last, || self.objective.loss(&guarded.trajectory))
+            let loss = || LossOf::<f64>::loss_of(&*self.loss, &guarded.trajectory);
+            self.reached_at(start, last, loss)
         };
         all.iter().enumerate().map(reached).collect()
     }
@@ -117,7 +121,7 @@ impl CoDesign {
         loss: impl FnOnce() -> f64,
     ) -> Reached {
         let moved = self.between(start, last);
-        let merit = match self.objective.is_far() {
+        let merit = match self.loss.is_far() {
             true => moved[0],
             false => -loss(),
         };

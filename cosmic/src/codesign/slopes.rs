@@ -5,6 +5,7 @@ use autodiff::{Real, Var};
 use super::CoDesign;
 use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task, together};
 use crate::lattice::State;
+use crate::objective::{AnyLoss, LossOf};
 use crate::optimiser::bound_norm;
 use crate::projection::Projection;
 use crate::scatter::World;
@@ -114,7 +115,10 @@ impl CoDesign {
         task: &Task,
         inputs: &Inputs<R>,
         (sought, horizon): (&[Sought; N], &Horizon),
-    ) -> [(R, Vec<R>, State<R>); N] {
+    ) -> [(R, Vec<R>, State<R>); N]
+    where
+        dyn AnyLoss: LossOf<Var<R>>,
+    {
         let mut last: [State<R>; N] = std::array::from_fn(|_| inputs.start.clone());
         let found = inputs.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
             let mixtures: [_; N] = std::array::from_fn(|k| sought[k].mixture(task, &copies[k].z));
@@ -138,18 +142,24 @@ impl CoDesign {
         task: &Task,
         mixtures: &[Vec<[R; 3]>; N],
         (inputs, horizon): (&Inputs<R>, &Horizon),
-    ) -> Vec<(R, Trajectory<R>)> {
+    ) -> Vec<(R, Trajectory<R>)>
+    where
+        dyn AnyLoss: LossOf<R>,
+    {
         let robot = (&inputs.controller, &inputs.start);
-        let loss = (&self.objective, horizon);
         let mixtures = mixtures.each_ref().map(Vec::as_slice);
-        let mut losses = task.losses(&mixtures, robot, loss);
+        let losses = |task: &Task| {
+            let seen = task.over_horizon(&mixtures, robot, (&*self.loss, horizon));
+            seen.into_iter()
+                .map(|seen| (self.loss.loss_of(&seen), seen))
+        };
+        let mut ahead: Vec<_> = losses(task).collect();
         if self.scene.controller.two_goals {
-            let back = task.turned_back().losses(&mixtures, robot, loss);
-            for ((ahead, _), (back, _)) in losses.iter_mut().zip(back) {
+            for ((ahead, _), (back, _)) in ahead.iter_mut().zip(losses(&task.turned_back())) {
                 *ahead = R::lit(0.5) * (*ahead - back);
             }
         }
-        losses
+        ahead
     }
 }
 

@@ -42,6 +42,10 @@ impl Loss for Displacement {
         1
     }
 
+    fn is_far(&self) -> bool {
+        true
+    }
+
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let observed = self.observed(trajectory.last_step());
         let along = |&step: &usize| {

@@ -1,10 +1,12 @@
 //! From a trajectory to a loss, from a mixture to its measures, and from both to the objective.
 
+mod any;
 mod augmented;
 mod displacement;
 mod measures;
 mod tasks;
 
+pub(crate) use any::{AnyLoss, LossOf};
 pub use augmented::{AugmentedLagrangian, violations};
 pub use displacement::Displacement;
 pub use measures::{Measures, measures};
@@ -17,7 +19,9 @@ use crate::simulator::Trajectory;
 /// A number to be made small, from states of a rollout.
 ///
 /// Written once over [`Real`], it is differentiated by the engine; there is no adjoint to write.
-pub trait Loss {
+/// Robots are designed for it by [`CoDesign::with_loss`](crate::codesign::CoDesign::with_loss),
+/// side by side on several threads.
+pub trait Loss: Send + Sync {
     /// Which states it looks at in a rollout of so many steps: numbers of steps done, ascending,
     /// the last of them `steps`.
     fn observed(&self, steps: usize) -> Vec<usize>;
@@ -26,6 +30,13 @@ pub trait Loss {
     /// states that a gradient is taken through hold no others. All, unless it says otherwise.
     fn nodes(&self) -> usize {
         usize::MAX
+    }
+
+    /// Whether a robot is as good as it gets far along the ground: it is ranked by where it ends,
+    /// as in the paper. Where not, which is so unless it says otherwise, by minus this loss of a
+    /// full rollout.
+    fn is_far(&self) -> bool {
+        false
     }
 
     /// The loss of a trajectory that holds at least the states and nodes observed.

@@ -53,11 +53,6 @@ impl Objective {
             }),
         }
     }
-
-    /// Whether it is the paper's.
-    pub fn is_far(&self) -> bool {
-        matches!(self, Self::Far(_))
-    }
 }
 
 impl Loss for Objective {
@@ -77,6 +72,10 @@ impl Loss for Objective {
             Self::Climb(loss) => loss.nodes(),
             Self::Economy(loss) => loss.nodes(),
         }
+    }
+
+    fn is_far(&self) -> bool {
+        matches!(self, Self::Far(_))
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {

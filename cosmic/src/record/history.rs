@@ -326,7 +326,7 @@ fn perhaps(x: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::{DESIGNS, DesignRow, History, LINES, Row, TABLE};
-    use crate::codesign::{Record, optimise};
+    use crate::codesign::{CoDesign, Record};
     use crate::scene::Scene;
     use std::fs;
 
@@ -338,7 +338,8 @@ mod tests {
         scene.schedule.snap_at = 3;
         scene.schedule.horizon = [8, 8];
         let mut records = Vec::new();
-        optimise(&scene, 0, |record| records.push(record.clone())).unwrap();
+        let mut codesign = CoDesign::new(&scene).unwrap();
+        (codesign.optimise(0, |record| records.push(record.clone()))).unwrap();
         records
     }
 

@@ -1,0 +1,44 @@
+//! A loss behind a pointer.
+//!
+//! An optimisation asks a loss in four number types. Asked through a pointer, it is compiled for
+//! these four where it is written, and the simulator where the simulator is: a loss of one's own
+//! costs neither its compilation again nor its speed in a build without optimisation.
+
+use autodiff::{Real, Var};
+
+use super::Loss;
+use crate::simulator::Trajectory;
+
+/// The loss of trajectories of one number type.
+pub(crate) trait LossOf<R> {
+    fn loss_of(&self, trajectory: &Trajectory<R>) -> R;
+}
+
+impl<L: Loss, R: Real> LossOf<R> for L {
+    fn loss_of(&self, trajectory: &Trajectory<R>) -> R {
+        self.loss(trajectory)
+    }
+}
+
+/// A [`Loss`], whichever.
+pub(crate) trait AnyLoss:
+    LossOf<f64> + LossOf<f32> + LossOf<Var<f64>> + LossOf<Var<f32>> + Send + Sync
+{
+    fn observed(&self, steps: usize) -> Vec<usize>;
+    fn nodes(&self) -> usize;
+    fn is_far(&self) -> bool;
+}
+
+impl<L: Loss> AnyLoss for L {
+    fn observed(&self, steps: usize) -> Vec<usize> {
+        Loss::observed(self, steps)
+    }
+
+    fn nodes(&self) -> usize {
+        Loss::nodes(self)
+    }
+
+    fn is_far(&self) -> bool {
+        Loss::is_far(self)
+    }
+}
