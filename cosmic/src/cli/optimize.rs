@@ -1,8 +1,9 @@
 //! `cosmic optimize`.
 
+use super::source::robot;
 use super::{RunOptions, runs};
 use crate::error::{Error, Result};
-use crate::record::{Plan, Search, optimise};
+use crate::record::{Plan, Search, optimise, optimise_from};
 use crate::scene::{BUILTIN, Scene, UnstableStep, fault};
 use clap::Args;
 use std::num::NonZeroUsize;
@@ -20,6 +21,10 @@ pub(super) struct Arguments {
     /// Carry out all starts, or drop weak ones on the way as the scene's [search] says
     #[arg(long, value_enum, default_value_t = Search::Full)]
     search: Search,
+    /// Begin with the robot of a run's folder or of a design.json: one that is decided enters after
+    /// the snap, for the fine-tuning that is left
+    #[arg(long, value_name = "RUN", conflicts_with = "starts")]
+    from: Option<PathBuf>,
     /// Stop after this many iterations; the phases stay where they are
     #[arg(long, value_name = "N")]
     iterations: Option<NonZeroUsize>,
@@ -55,9 +60,17 @@ impl Arguments {
             Some(folder) => folder.clone(),
             None => PathBuf::from("runs").join(format!("{}-{}", plan.name, plan.seed)),
         };
-        runs::carry_out(&folder, options.threads, &options.output, |observer| {
-            optimise(&folder, &plan, observer)
-        })
+        let robot = self.from.as_deref().map(|from| robot(from, &plan.scene));
+        let robot = robot.transpose()?;
+        runs::carry_out(
+            &folder,
+            options.threads,
+            &options.output,
+            |observer| match robot {
+                None => optimise(&folder, &plan, observer),
+                Some(robot) => optimise_from(&folder, &plan, robot, observer),
+            },
+        )
         .map_err(|error| pointed(error, &self.scene))
     }
 }

@@ -63,7 +63,7 @@ impl Progress {
 impl Shown {
     fn new(run: &Run, voice: &Voice) -> Self {
         let plan = run.plan();
-        let (done, last) = (run.progress().iteration, plan.last_iteration());
+        let (done, last) = (run.progress().iteration, run.last_iteration());
         let title = format!("{} seed {}", plan.name, plan.seed);
         let bar = match voice {
             Voice::Bars(bars) => Some(bars.add(bar(&title, done as u64, last as u64))),

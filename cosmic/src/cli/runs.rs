@@ -97,6 +97,9 @@ fn describe(folder: &Path, summary: &Summary) -> String {
          {delivered_iteration}, {flips} flips, {skipped_gradients} gradients skipped\n\
          departures from the paper: {departures}\n"
     );
+    if let Some(entered) = summary.entered {
+        text += &format!("began after iteration {entered} with the robot in start.json\n");
+    }
     if let Some(loss) = summary.loss_p50 {
         text += &format!("loss {loss:.4} (median over the same starts as the displacement)\n");
     }

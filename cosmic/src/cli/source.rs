@@ -1,6 +1,7 @@
 //! What the commands that run one robot are given: a case, a design or a scene.
 
 use crate::case::Case;
+use crate::controller::Controller;
 use crate::error::{Error, Result};
 use crate::reading::{placed, read_whole};
 use crate::record::run::{DESIGN, SCENE};
@@ -33,7 +34,7 @@ impl Source {
         }
         let path = Path::new(name);
         if path.is_dir() {
-            let design = path.join(DESIGN);
+            let design = design_of(path);
             let bytes = read_whole(&design)?;
             return Ok(Self::Design(design, bytes));
         }
@@ -68,13 +69,34 @@ impl Source {
             Self::Design(path, bytes) => {
                 let design = DesignFile::parse(path, bytes)?;
                 let scene = Scene::read(&path.with_file_name(SCENE))?;
-                let file = &path.display().to_string();
-                let text = String::from_utf8_lossy(bytes);
-                let case = design.case(&scene, file);
-                case.map_err(|error| placed(file, &text, error))
+                fitted((path, bytes), |file| design.case(&scene, file))
             }
             Self::Case(name, text) => Case::parse(name, text),
         }
+    }
+}
+
+/// Something made of a design; what does not fit is pointed at in its file.
+fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>) -> Result<T> {
+    let file = &path.display().to_string();
+    let text = String::from_utf8_lossy(bytes);
+    make(file).map_err(|error| placed(file, &text, error))
+}
+
+/// The robot of a run's folder or of a design, for a scene.
+pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Vec<[f64; 3]>, Controller<f64>)> {
+    let path = design_of(name);
+    let bytes = read_whole(&path)?;
+    let design = DesignFile::parse(&path, &bytes)?;
+    let controller = fitted((&path, &bytes), |file| design.robot(scene, file))?;
+    Ok((design.z, controller))
+}
+
+/// The design of a run's folder, or the design that a path is of itself.
+fn design_of(path: &Path) -> PathBuf {
+    match path.is_dir() {
+        true => path.join(DESIGN),
+        false => path.to_owned(),
     }
 }
 

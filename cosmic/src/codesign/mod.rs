@@ -54,7 +54,9 @@ use autodiff::CotangentBound;
 use rayon::prelude::*;
 
 use crate::controller::Controller;
-use crate::design::{Material, alternatives, attract, flips, snap, start_vectors};
+use crate::design::{
+    Material, alternatives, attract, dominant, flips, one_hot, snap, start_vectors,
+};
 use crate::error::{Error, Result};
 use crate::gradient::{Horizon, Task, together};
 use crate::lattice::{Ground, Lattice, State};
@@ -201,19 +203,89 @@ impl CoDesign {
     /// Where the scene's start is drawn for another lattice, and [`Error::UnstableStep`] where the
     /// start vibrates too fast for the time step and the scene does not let that pass.
     pub fn begin(&self, seed: u64) -> Result<Progress> {
+        let progress = self.first(seed)?;
+        self.step_check(&progress).accept(&self.scene.physics)?;
+        Ok(progress)
+    }
+
+    /// The state before the first iteration of a robot that is there already, in place of the
+    /// scene's start. One whose design vectors are one-hot is decided: it enters after the snap, and
+    /// the fine-tuning is what is left to do. Of a robot that the snap is still to decide the whole
+    /// schedule is done.
+    ///
+    /// # Errors
+    /// [`Error::Misfit`] for a robot of another lattice or another number of hidden units,
+    /// [`Error::Usage`] for design vectors beyond 0 and 1 and for one that is not decided where the
+    /// scene has no snap; otherwise as [`begin`](Self::begin).
+    pub fn begin_with(
+        &self,
+        seed: u64,
+        (z, controller): (Vec<[f64; 3]>, Controller<f64>),
+    ) -> Result<Progress> {
+        let materials: Vec<_> = z.iter().map(dominant).collect();
+        let materials = (one_hot(&materials) == z).then_some(materials);
+        let snap_at = self.scene.schedule.snap_at;
+        if materials.is_none() && snap_at == 0 {
+            return Err(Error::Usage(
+                "the design to begin with is not decided, and the scene has no snap \
+                 (`schedule.snap_at` = 0): it trains controllers alone"
+                    .into(),
+            ));
+        }
+        if let Some(edge) = z
+            .iter()
+            .position(|z| z.iter().any(|z| !(0.0..=1.0).contains(z)))
+        {
+            return Err(Error::Usage(format!(
+                "the design to begin with: `z[{edge}]` is {:?}, where numbers from 0 to 1 are allowed",
+                z[edge]
+            )));
+        }
+        let entered = if materials.is_some() { snap_at } else { 0 };
+        if entered >= self.scene.schedule.iterations {
+            return Err(Error::Usage(format!(
+                "the design to begin with is decided, and the scene ends with its snap (iteration \
+                 {snap_at}): there is no fine-tuning left to do"
+            )));
+        }
+        let first = self.first(seed)?;
+        let progress = Progress {
+            entered: Some(entered),
+            iteration: entered,
+            ..self.progress(seed, (z, materials), controller)
+        };
+        progress.fits(&first, "the robot to begin with")?;
+        self.step_check(&progress).accept(&self.scene.physics)?;
+        Ok(progress)
+    }
+
+    /// The state before the first iteration, whatever its time step.
+    pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
         let (scene, lattice) = (&self.scene, &self.task.lattice);
         let z = start_vectors(&scene.start, lattice, scene.projection.beta, seed)?;
-        let materials = (scene.start.kind == StartKind::Layout)
-            .then(|| z.iter().map(crate::design::dominant).collect());
+        let is_layout = scene.start.kind == StartKind::Layout;
+        let materials = is_layout.then(|| z.iter().map(dominant).collect());
         let controller = Controller::xavier(&scene.controller, lattice, seed);
+        Ok(self.progress(seed, (z, materials), controller))
+    }
+
+    /// The state of a robot before any iteration.
+    fn progress(
+        &self,
+        seed: u64,
+        (z, materials): (Vec<[f64; 3]>, Option<Vec<Material>>),
+        controller: Controller<f64>,
+    ) -> Progress {
         let mixture = self.task.mixture(Projection::Performance, &z);
-        let progress = Progress {
+        let first_measures = measures(&mixture, self.scene.projection.delta).constrained();
+        Progress {
             seed,
+            entered: None,
             iteration: 0,
             mma: [0, 1].map(|k: usize| self.mma[k].init(z.as_flattened())),
             adam: self.adam.init(controller.weights()),
-            lagrangian: AugmentedLagrangian::new(scene.binarisation.penalty),
-            first_measures: measures(&mixture, scene.projection.delta).constrained(),
+            lagrangian: AugmentedLagrangian::new(self.scene.binarisation.penalty),
+            first_measures,
             violations: [0.0; 4],
             flips: 0,
             skipped: 0,
@@ -223,9 +295,7 @@ impl CoDesign {
             z,
             materials,
             controller,
-        };
-        self.step_check(&progress).accept(&scene.physics)?;
-        Ok(progress)
+        }
     }
 
     /// The time step against the vibrations of the design as it stands.

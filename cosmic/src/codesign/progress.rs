@@ -18,7 +18,11 @@ use crate::simulator::StepCheck;
 pub struct Progress {
     /// Seed of all that is drawn: first weights, a tilted start, perturbed starts, scattered worlds.
     pub seed: u64,
-    /// Iterations that are done.
+    /// The iteration after which a robot entered that was there already: 0, or for one that was
+    /// decided, the snap's. `None` for the scene's start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub entered: Option<usize>,
+    /// The iteration after which this is the state.
     pub iteration: usize,
     /// Design vectors; one-hot from the snap on.
     pub z: Vec<[f64; 3]>,
@@ -52,6 +56,11 @@ pub struct Progress {
 }
 
 impl Progress {
+    /// The iteration before the first.
+    pub fn before_first(&self) -> usize {
+        self.entered.unwrap_or(0)
+    }
+
     /// Gives every edge one material; the design vectors follow.
     pub(super) fn lay_out(&mut self, materials: Vec<Material>) {
         self.z = one_hot(&materials);

@@ -47,9 +47,11 @@ pub struct DesignRow {
     pub z: Vec<[f64; 3]>,
 }
 
-/// Lines of `designs.jsonl` after so many iterations.
-fn design_rows(iterations: usize) -> usize {
-    usize::from(iterations > 0) + iterations / DESIGNS_EVERY
+/// Lines of `designs.jsonl` up to an iteration, in a run that enters after another.
+fn design_rows(entered: usize, iteration: usize) -> usize {
+    let tens = iteration / DESIGNS_EVERY - entered / DESIGNS_EVERY;
+    let first = entered + 1;
+    tens + usize::from(iteration >= first && !first.is_multiple_of(DESIGNS_EVERY))
 }
 
 /// A line of `history.jsonl`.
@@ -94,15 +96,19 @@ pub(super) struct History {
     lines: Appended,
     table: Appended,
     designs: Appended,
+    /// The iteration after which the run entered.
+    entered: usize,
 }
 
 impl History {
-    /// Opens a run's history and cuts it back to so many rows; with none it begins anew.
+    /// Opens the history of a run that entered after an iteration, and cuts it back to the rows of
+    /// those up to another; with none it begins anew.
     ///
     /// # Errors
     /// [`Error::Read`] where a file is missing, [`Error::Misfit`] where rows are, all of it left as
     /// it was; [`Error::Write`] where it cannot be opened.
-    pub(super) fn open(folder: &Path, rows: usize) -> Result<Self> {
+    pub(super) fn open(folder: &Path, (entered, iteration): (usize, usize)) -> Result<Self> {
+        let rows = iteration.saturating_sub(entered);
         let begins = rows == 0;
         let open = |name| Appended::open(folder.join(name), begins);
         let (lines, table, designs) = (open(LINES)?, open(TABLE)?, open(DESIGNS)?);
@@ -110,11 +116,12 @@ impl History {
             lines,
             table,
             designs,
+            entered,
         };
         // The table's header is one more line.
         let ends = [
             history.lines.end(rows)?,
-            history.designs.end(design_rows(rows))?,
+            history.designs.end(design_rows(entered, entered + rows))?,
             history.table.end(rows + usize::from(!begins))?,
         ];
         history.lines.cut(ends[0])?;
@@ -144,7 +151,8 @@ impl History {
     }
 
     fn append_design(&mut self, iteration: usize, z: &[[f64; 3]]) -> Result<()> {
-        if design_rows(iteration) == design_rows(iteration - 1) {
+        let rows = |iteration| design_rows(self.entered, iteration);
+        if rows(iteration) == rows(iteration - 1) {
             return Ok(());
         }
         let rounded = |x: f64| (1e4 * x).round() / 1e4;
@@ -347,7 +355,7 @@ mod tests {
     fn rows_read_back_and_the_table_has_a_cell_under_every_name() {
         let folder = tempfile::tempdir().unwrap();
         let records = records();
-        let mut history = History::open(folder.path(), 0).unwrap();
+        let mut history = History::open(folder.path(), (0, 0)).unwrap();
         records
             .iter()
             .for_each(|record| history.append(record, 0.25, &[]).unwrap());
@@ -368,7 +376,7 @@ mod tests {
     fn designs_are_kept_after_the_first_and_every_tenth_iteration() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(DESIGNS);
-        let mut history = History::open(folder.path(), 0).unwrap();
+        let mut history = History::open(folder.path(), (0, 0)).unwrap();
         let z = |iteration: usize| [[1.0 / iteration as f64, 0.0, 1.0]];
         (1..=21).for_each(|k| history.append_design(k, &z(k)).unwrap());
         let text = fs::read_to_string(&file).unwrap();
@@ -384,7 +392,7 @@ mod tests {
         for name in [LINES, TABLE] {
             fs::write(folder.path().join(name), "\n".repeat(10)).unwrap();
         }
-        drop(History::open(folder.path(), 9).unwrap());
+        drop(History::open(folder.path(), (0, 9)).unwrap());
         assert_eq!(fs::read_to_string(&file).unwrap().lines().count(), 1);
     }
 
@@ -394,15 +402,20 @@ mod tests {
         let read =
             || [LINES, TABLE, DESIGNS].map(|name| fs::read(folder.path().join(name)).unwrap());
         let records = records();
-        let mut history = History::open(folder.path(), 0).unwrap();
+        let mut history = History::open(folder.path(), (0, 0)).unwrap();
         records[..2]
             .iter()
             .for_each(|record| history.append(record, 1.0, &[]).unwrap());
         let before = read();
         history.append(&records[2], 2.0, &[]).unwrap();
         drop(history);
-        assert_eq!(History::open(folder.path(), 9).unwrap_err().exit_code(), 2);
-        drop(History::open(folder.path(), 2).unwrap());
+        assert_eq!(
+            History::open(folder.path(), (0, 9))
+                .unwrap_err()
+                .exit_code(),
+            2
+        );
+        drop(History::open(folder.path(), (0, 2)).unwrap());
         assert_eq!(read(), before);
     }
 }

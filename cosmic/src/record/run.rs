@@ -8,7 +8,10 @@ use super::summary::SUMMARY;
 use super::trajectory_file::TRAJECTORY;
 use super::{DesignFile, Plan, Summary, TrajectoryFile, starts, summary, trajectory_file};
 use crate::codesign::{CoDesign, Delivery, Progress, Record};
+use crate::controller::Controller;
+use crate::design::dominant;
 use crate::error::{Error, Result};
+use crate::lattice::Lattice;
 use crate::scene::Scene;
 use crate::simulator::Grade;
 use std::borrow::Cow;
@@ -20,6 +23,8 @@ use std::time::{Duration, Instant};
 pub(crate) const SCENE: &str = "scene.toml";
 /// The design's place in a run's folder.
 pub(crate) const DESIGN: &str = "design.json";
+/// Where the robot is kept that a run began with, if it was not the scene's start.
+const START: &str = "start.json";
 /// Where the last states of a diverged result are kept.
 pub const DIVERGED: &str = "diverged.json";
 
@@ -70,6 +75,26 @@ pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Resu
     starts::search((folder, lock), plan, observer)
 }
 
+/// Carries out a plan of one start with a robot that is there already, in place of the scene's
+/// start: [`CoDesign::begin_with`]. It is kept as `start.json`.
+///
+/// # Errors
+/// As [`optimise`] and [`CoDesign::begin_with`].
+pub fn optimise_from(
+    folder: &Path,
+    plan: &Plan,
+    robot: (Vec<[f64; 3]>, Controller<f64>),
+    observer: &mut dyn Observer,
+) -> Result<Summary> {
+    plan.scene.check()?;
+    if plan.starts.get() > 1 {
+        return Err(Error::Usage(
+            "several starts would all begin with the same robot".into(),
+        ));
+    }
+    Run::create_from(folder, plan, robot)?.finish(observer)
+}
+
 /// Goes on with the run of a folder. Nothing is done for one that is finished.
 ///
 /// # Errors
@@ -107,6 +132,21 @@ impl Run {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self> {
         let codesign = CoDesign::new(&plan.scene)?;
         let progress = codesign.begin(plan.seed)?;
+        Self::begin(folder, plan, codesign, progress)
+    }
+
+    /// Begins a run of one start with a robot that is there already.
+    fn create_from(
+        folder: &Path,
+        plan: &Plan,
+        robot: (Vec<[f64; 3]>, Controller<f64>),
+    ) -> Result<Self> {
+        let codesign = CoDesign::new(&plan.scene)?;
+        let progress = codesign.begin_with(plan.seed, robot)?;
+        Self::begin(folder, plan, codesign, progress)
+    }
+
+    fn begin(folder: &Path, plan: &Plan, codesign: CoDesign, progress: Progress) -> Result<Self> {
         let lock = begin(folder)?;
         // The snapshot first: it alone lets a killed run be resumed.
         let snapshot = Snapshot {
@@ -131,9 +171,12 @@ impl Run {
         codesign: CoDesign,
         progress: Progress,
     ) -> Result<Self> {
-        let history = History::open(folder, progress.iteration)?;
+        let history = History::open(folder, (progress.before_first(), progress.iteration))?;
         sweep(folder)?;
         keep_scene(folder, &plan.scene)?;
+        if progress.entered == Some(progress.iteration) {
+            keep_start(folder, &codesign.task().lattice, &progress)?;
+        }
         Ok(Self {
             folder: folder.to_owned(),
             plan,
@@ -153,6 +196,11 @@ impl Run {
         &self.plan
     }
 
+    /// The last iteration.
+    pub fn last_iteration(&self) -> usize {
+        self.plan.last_after(self.progress.before_first())
+    }
+
     /// How far it is.
     pub fn progress(&self) -> &Progress {
         &self.progress
@@ -167,7 +215,7 @@ impl Run {
     pub(super) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         observer.begin(&self);
         self.judge_step(observer)?;
-        self.advance(self.plan.last_iteration(), observer)?;
+        self.advance(self.last_iteration(), observer)?;
         observer.end(&self);
         let summary = self.deliver()?;
         self.lock.finish();
@@ -177,7 +225,7 @@ impl Run {
     /// Does what is left to do up to an iteration. The run is saved and can be gone on with.
     pub(super) fn pause_at(mut self, iteration: usize, observer: &mut dyn Observer) -> Result<()> {
         observer.begin(&self);
-        self.advance(iteration.min(self.plan.last_iteration()), observer)?;
+        self.advance(iteration.min(self.last_iteration()), observer)?;
         observer.end(&self);
         Ok(())
     }
@@ -290,6 +338,13 @@ impl Run {
         })?;
         Err(Error::from(divergence))
     }
+}
+
+/// Writes the robot that a run begins with, as it stands before the first iteration.
+fn keep_start(folder: &Path, lattice: &Lattice, progress: &Progress) -> Result<()> {
+    let materials: Vec<_> = progress.z.iter().map(dominant).collect();
+    let robot = (&progress.z[..], &materials[..]);
+    DesignFile::new(lattice, robot, &progress.controller).write(&folder.join(START))
 }
 
 /// Writes the scene for those who read the folder. It is not read to go on: one that says

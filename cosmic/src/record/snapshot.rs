@@ -57,10 +57,16 @@ impl Search {
 }
 
 impl Plan {
-    /// The last iteration.
+    /// The last iteration of a run from the scene's start.
     pub fn last_iteration(&self) -> usize {
+        self.last_after(0)
+    }
+
+    /// The last iteration of a run that enters after one.
+    pub(super) fn last_after(&self, entered: usize) -> usize {
         let all = self.scene.schedule.iterations;
-        self.iterations.map_or(all, |limit| limit.get().min(all))
+        let last = |limit: NonZeroUsize| entered.saturating_add(limit.get()).min(all);
+        self.iterations.map_or(all, last)
     }
 }
 
@@ -112,13 +118,13 @@ impl Snapshot<'_> {
     /// fit it.
     ///
     /// # Errors
-    /// Those of [`CoDesign::new`], [`CoDesign::begin`] and [`Progress::fits`].
+    /// Those of [`CoDesign::new`] and [`Progress::fits`].
     pub(super) fn unpack(self, file: &Path) -> Result<(Plan, CoDesign, Progress)> {
         let plan = self.plan.into_owned();
         let codesign = CoDesign::new(&plan.scene)?;
-        let begun = codesign.begin(plan.seed)?;
-        let progress = self.progress.map_or(begun.clone(), Cow::into_owned);
-        progress.fits(&begun, &file.display().to_string())?;
+        let first = codesign.first(plan.seed)?;
+        let progress = self.progress.map_or(first.clone(), Cow::into_owned);
+        progress.fits(&first, &file.display().to_string())?;
         Ok((plan, codesign, progress))
     }
 

@@ -55,6 +55,10 @@ pub struct Summary {
     pub flips: usize,
     /// Gradients that were not finite and therefore skipped.
     pub skipped_gradients: usize,
+    /// The iteration after which the robot entered, where the run began with one that was there
+    /// already.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub entered: Option<usize>,
     /// Iterations done.
     pub iterations: usize,
     /// The iteration after which the delivered controller stood.
@@ -148,7 +152,8 @@ impl Summary {
             actuator_volume: delivery.volumes[1],
             flips: progress.flips,
             skipped_gradients: progress.skipped,
-            iterations: progress.iteration,
+            entered: progress.entered,
+            iterations: progress.iteration - progress.before_first(),
             delivered_iteration: delivery.iteration,
             stop_reason: match all {
                 true => StopReason::Finished,

@@ -24,19 +24,20 @@ pub(super) fn draw(run: &Results) -> String {
         gradients(history),
     ];
     let mut svg = Svg::new([WIDTH, TOP + 4.0 * HEIGHT[1] + 14.0]);
+    let first = history.first().map_or(0, |record| record.iteration - 1) as f64;
     let last = history.last().map_or(1, |record| record.iteration) as f64;
     for (k, chart) in charts.into_iter().enumerate() {
         let axes = Axes {
             origin: [LEFT, TOP + k as f64 * HEIGHT[1]],
             size: [WIDTH - LEFT - 24.0, HEIGHT[0]],
-            x: [0.0, last],
+            x: [first, last],
             y: chart.range,
             log: [false, chart.log],
         };
         draw_phases(&mut svg, &axes, (history, k == 0));
         axes.draw(&mut svg, chart.title);
         for level in &chart.levels {
-            let ends = [0.0, last].map(|x| axes.place([x, *level]));
+            let ends = [first, last].map(|x| axes.place([x, *level]));
             svg.line(
                 ends[0],
                 ends[1],

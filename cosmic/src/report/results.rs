@@ -45,7 +45,7 @@ impl Results {
         let design = DesignFile::read(&path)?;
         design.robot(&scene, &path.display().to_string())?;
         Ok(Self {
-            history: read_history(folder, summary.iterations)?,
+            history: read_history(folder, &summary)?,
             designs: read_designs(&folder.join(history::DESIGNS), &lattice)?,
             trajectory: read_trajectory(folder, (&scene, &lattice))?,
             folder: folder.to_owned(),
@@ -63,13 +63,18 @@ impl Results {
 }
 
 /// A row for every iteration.
-fn read_history(folder: &Path, iterations: usize) -> Result<Vec<Record>> {
+fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     let history = history::read(folder)?;
     let numbers = history.iter().map(|record| record.iteration);
-    match numbers.eq(1..=iterations) {
+    let entered = summary.entered.unwrap_or(0);
+    let (first, last) = (
+        entered.saturating_add(1),
+        entered.saturating_add(summary.iterations),
+    );
+    match numbers.eq(first..=last) {
         true => Ok(history),
         false => Err(Error::Usage(format!(
-            "{}: its rows are not those of the iterations 1 to {iterations}, one after the other",
+            "{}: its rows are not those of the iterations {first} to {last}, one after the other",
             folder.join(history::LINES).display()
         ))),
     }
