@@ -2,8 +2,9 @@
 
 use super::source::robot;
 use super::{RunOptions, runs};
+use crate::codesign::CoDesign;
 use crate::error::{Error, Result};
-use crate::record::{Plan, Search, optimise, optimise_from};
+use crate::record::{Plan, Search, optimise, optimise_with};
 use crate::scene::{BUILTIN, Scene, UnstableStep, fault};
 use clap::Args;
 use std::num::NonZeroUsize;
@@ -68,7 +69,11 @@ impl Arguments {
             &options.output,
             |observer| match robot {
                 None => optimise(&folder, &plan, observer),
-                Some(robot) => optimise_from(&folder, &plan, robot, observer),
+                Some(robot) => {
+                    let codesign = CoDesign::new(&plan.scene)?;
+                    let progress = codesign.begin_with(plan.seed, robot)?;
+                    optimise_with(&folder, &plan, (codesign, progress), observer)
+                }
             },
         )
         .map_err(|error| pointed(error, &self.scene))

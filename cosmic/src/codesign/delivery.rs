@@ -30,7 +30,11 @@ pub struct Spread {
 impl Spread {
     /// The quantiles of a sample, linear between its members. A rollout that diverged (NaN) is
     /// below every other, and a quantile that leans on it is minus infinity.
+    ///
+    /// # Panics
+    /// If the sample is empty.
     pub fn of(sample: &[f64]) -> Self {
+        assert!(!sample.is_empty(), "quantiles of no numbers");
         let fallen = f64::NEG_INFINITY;
         let finite = |&x: &f64| if x.is_finite() { x } else { fallen };
         let mut sorted: Vec<f64> = sample.iter().map(finite).collect();

@@ -76,6 +76,8 @@ pub struct CoDesign {
     scene: Scene,
     task: Task,
     loss: Box<dyn AnyLoss>,
+    /// Whether it is another than the scene's.
+    own_loss: bool,
     start: State<f64>,
     /// The design's optimiser, for each projection.
     mma: [Mma; 2],
@@ -91,7 +93,10 @@ impl CoDesign {
     /// Where the scene's optimiser settings do not fit one another.
     pub fn new(scene: &Scene) -> Result<Self> {
         let objective = Objective::new(&scene.objective, &scene.loss, &scene.physics);
-        Self::with_loss(scene, objective)
+        Ok(Self {
+            own_loss: false,
+            ..Self::with_loss(scene, objective)?
+        })
     }
 
     /// Plans the optimisation of a scene for a loss of one's own in place of the scene's objective.
@@ -138,7 +143,7 @@ impl CoDesign {
     ///
     /// # Errors
     /// As [`new`](Self::new); [`Error::Usage`] where the loss does not observe steps in ascending
-    /// order up to the last.
+    /// order up to the last, or no node.
     pub fn with_loss(scene: &Scene, loss: impl Loss + 'static) -> Result<Self> {
         check_loss(&loss, scene)?;
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
@@ -149,6 +154,7 @@ impl CoDesign {
         };
         Ok(Self {
             loss: Box::new(loss),
+            own_loss: true,
             start: lattice.state_at_rest(),
             mma: [mma()?, mma()?],
             adam: Adam {
@@ -281,6 +287,7 @@ impl CoDesign {
         Progress {
             seed,
             entered: None,
+            own_loss: self.own_loss,
             iteration: 0,
             mma: [0, 1].map(|k: usize| self.mma[k].init(z.as_flattened())),
             adam: self.adam.init(controller.weights()),
@@ -456,7 +463,10 @@ fn check_loss(loss: &impl Loss, scene: &Scene) -> Result<()> {
             )));
         }
     }
-    Ok(())
+    match loss.nodes() {
+        0 => Err(Error::Usage("the loss looks at no node".into())),
+        _ => Ok(()),
+    }
 }
 
 fn mma_parameters(scene: &Scene) -> MmaParameters {

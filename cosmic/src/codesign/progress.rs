@@ -22,6 +22,9 @@ pub struct Progress {
     /// decided, the snap's. `None` for the scene's start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub entered: Option<usize>,
+    /// Whether robots are optimised for a loss of one's own, which no file holds.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub own_loss: bool,
     /// The iteration after which this is the state.
     pub iteration: usize,
     /// Design vectors; one-hot from the snap on.

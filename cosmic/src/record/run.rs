@@ -8,7 +8,6 @@ use super::summary::SUMMARY;
 use super::trajectory_file::TRAJECTORY;
 use super::{DesignFile, Plan, Summary, TrajectoryFile, starts, summary, trajectory_file};
 use crate::codesign::{CoDesign, Delivery, Progress, Record};
-use crate::controller::Controller;
 use crate::design::dominant;
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
@@ -75,24 +74,45 @@ pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Resu
     starts::search((folder, lock), plan, observer)
 }
 
-/// Carries out a plan of one start with a robot that is there already, in place of the scene's
-/// start: [`CoDesign::begin_with`]. It is kept as `start.json`.
+/// Carries out a plan of one start by an optimisation of one's own: with another
+/// [loss](CoDesign::with_loss) than the scene's, or from a [robot](CoDesign::begin_with) that is
+/// there already. That robot is kept as `start.json`.
 ///
 /// # Errors
-/// As [`optimise`] and [`CoDesign::begin_with`].
-pub fn optimise_from(
+/// As [`optimise`], and [`Error::Usage`] where the optimisation is not of the plan's scene and seed.
+pub fn optimise_with(
     folder: &Path,
     plan: &Plan,
-    robot: (Vec<[f64; 3]>, Controller<f64>),
+    (codesign, progress): (CoDesign, Progress),
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     plan.scene.check()?;
     if plan.starts.get() > 1 {
+        return Err(Error::Usage("several starts have a beginning each".into()));
+    }
+    if (codesign.scene(), progress.seed) != (&plan.scene, plan.seed) {
         return Err(Error::Usage(
-            "several starts would all begin with the same robot".into(),
+            "the optimisation is not of the plan's scene and seed".into(),
         ));
     }
-    Run::create_from(folder, plan, robot)?.finish(observer)
+    Run::begin(folder, plan, (codesign, progress))?.finish(observer)
+}
+
+/// As [`resume`], for a run with a loss of one's own: by an optimisation with the same.
+///
+/// # Errors
+/// As [`resume`], and [`Error::Usage`] where the optimisation is not of the run's scene.
+pub fn resume_with(
+    folder: &Path,
+    codesign: CoDesign,
+    observer: &mut dyn Observer,
+) -> Result<Summary> {
+    let Some((lock, snapshot)) = take_up(folder)? else {
+        return Summary::read(folder);
+    };
+    let seconds = snapshot.seconds;
+    let (plan, progress) = snapshot.unpack(&folder.join(SNAPSHOT), &codesign)?;
+    Run::at_work((folder, lock), (plan, seconds), codesign, progress)?.finish(observer)
 }
 
 /// Goes on with the run of a folder. Nothing is done for one that is finished.
@@ -132,21 +152,14 @@ impl Run {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self> {
         let codesign = CoDesign::new(&plan.scene)?;
         let progress = codesign.begin(plan.seed)?;
-        Self::begin(folder, plan, codesign, progress)
+        Self::begin(folder, plan, (codesign, progress))
     }
 
-    /// Begins a run of one start with a robot that is there already.
-    fn create_from(
+    fn begin(
         folder: &Path,
         plan: &Plan,
-        robot: (Vec<[f64; 3]>, Controller<f64>),
+        (codesign, progress): (CoDesign, Progress),
     ) -> Result<Self> {
-        let codesign = CoDesign::new(&plan.scene)?;
-        let progress = codesign.begin_with(plan.seed, robot)?;
-        Self::begin(folder, plan, codesign, progress)
-    }
-
-    fn begin(folder: &Path, plan: &Plan, codesign: CoDesign, progress: Progress) -> Result<Self> {
         let lock = begin(folder)?;
         // The snapshot first: it alone lets a killed run be resumed.
         let snapshot = Snapshot {
@@ -161,7 +174,8 @@ impl Run {
     /// Goes on from a snapshot.
     pub(super) fn open(folder: &Path, lock: Lock, snapshot: Snapshot) -> Result<Self> {
         let seconds = snapshot.seconds;
-        let (plan, codesign, progress) = snapshot.unpack(&folder.join(SNAPSHOT))?;
+        let codesign = CoDesign::new(&snapshot.plan.scene)?;
+        let (plan, progress) = snapshot.unpack(&folder.join(SNAPSHOT), &codesign)?;
         Self::at_work((folder, lock), (plan, seconds), codesign, progress)
     }
 

@@ -2,7 +2,7 @@
 
 use super::files::{Format, parse_json, read_json, write_json};
 use crate::codesign::{CoDesign, Progress};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -114,18 +114,34 @@ impl Snapshot<'_> {
         write_json(&folder.join(SNAPSHOT), FORMAT, self)
     }
 
-    /// The plan, ready to be gone on with from the progress; `file` is named where that does not
-    /// fit it.
+    /// The plan, and the progress of an optimisation of its scene; `file` is named where that does
+    /// not fit.
     ///
     /// # Errors
-    /// Those of [`CoDesign::new`] and [`Progress::fits`].
-    pub(super) fn unpack(self, file: &Path) -> Result<(Plan, CoDesign, Progress)> {
+    /// [`Error::Usage`] where the optimisation has another scene or another loss; those of
+    /// [`CoDesign::first`] and [`Progress::fits`].
+    pub(super) fn unpack(self, file: &Path, codesign: &CoDesign) -> Result<(Plan, Progress)> {
         let plan = self.plan.into_owned();
-        let codesign = CoDesign::new(&plan.scene)?;
+        if *codesign.scene() != plan.scene {
+            return Err(Error::Usage(format!(
+                "{}: the optimisation is not of the run's scene",
+                file.display()
+            )));
+        }
         let first = codesign.first(plan.seed)?;
         let progress = self.progress.map_or(first.clone(), Cow::into_owned);
+        if progress.own_loss != first.own_loss {
+            let file = file.display();
+            return Err(Error::Usage(match progress.own_loss {
+                true => format!(
+                    "{file}: the run is for a loss of its own, which no file holds: the program \
+                     that began it goes on with it, by record::resume_with"
+                ),
+                false => format!("{file}: the run is for its scene's objective, and no other loss"),
+            }));
+        }
         progress.fits(&first, &file.display().to_string())?;
-        Ok((plan, codesign, progress))
+        Ok((plan, progress))
     }
 
     /// A folder's snapshot.
@@ -148,5 +164,6 @@ pub fn check(path: &Path, bytes: &[u8], accept: impl Fn(&Plan) -> Result<()>) ->
     if snapshot.progress.is_none() {
         return Ok(snapshot.plan.into_owned());
     }
-    snapshot.unpack(path).map(|(plan, ..)| plan)
+    let codesign = CoDesign::new(&snapshot.plan.scene)?;
+    snapshot.unpack(path, &codesign).map(|(plan, _)| plan)
 }

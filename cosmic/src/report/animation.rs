@@ -22,7 +22,7 @@ const BEYOND: f64 = 32.0;
 const MOST_TICKS: f64 = 100.0;
 
 /// Writes the whole rollout, twice as fast as it happens, faster where it is long, the camera beside
-/// the robot. Ticks on the ground stand every tenth of a metre, longer every whole one; where these
+/// the robot. Ticks stand every tenth of a metre along the ground, longer every whole one; where these
 /// are many, farther apart by powers of ten.
 ///
 /// # Errors
@@ -204,12 +204,14 @@ impl<'m> Picture<'m> {
         let ends = [self.camera[0] - half, self.camera[0] + half];
         let line = ends.map(|x| [x, height(x)]);
         let per_metre = 10f64.powf((MOST_TICKS / (2.0 * half)).log10().floor().min(1.0));
-        let [first, last] = ends.map(|x| per_metre * x);
+        // Along the ground, as displacements are measured.
+        let [cos, _] = self.motion.ground().tangent();
+        let [first, last] = ends.map(|x| per_metre * x / cos);
         let ticks = first.ceil() as i64..=last.floor() as i64;
         let pixel = 1.0 / self.scale;
         let ticks: Vec<_> = ticks
             .map(|k| {
-                let x = k as f64 / per_metre;
+                let x = cos * k as f64 / per_metre;
                 let length = if k % 10 == 0 { 14.0 } else { 5.0 };
                 [[x, height(x)], [x, height(x) - length * pixel]]
             })

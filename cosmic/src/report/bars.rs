@@ -4,8 +4,9 @@ use super::plot::{Axes, range};
 use super::svg::{MUTED, Svg, decimals};
 
 const WIDTH: f64 = 960.0;
-/// Left edge of the bars: names stand before it.
+/// Left edge of the bars at the least, and room for a letter of the names that stand before it.
 const LEFT: f64 = 250.0;
+const LETTER: f64 = 6.5;
 const TOP: f64 = 56.0;
 /// Height of a bar with the space around it.
 const ROW: f64 = 30.0;
@@ -32,21 +33,24 @@ pub fn bars(title: &str, unit: &str, bars: &[Bar]) -> String {
         single.chain(bar.points.iter().copied())
     });
     let [least, most] = range(numbers, [0.0, 0.0]);
+    let letters = bars.iter().map(|bar| bar.name.chars().count()).max();
+    let left = LEFT.max(24.0 + LETTER * letters.unwrap_or(0) as f64);
+    let width = WIDTH.max(left + 0.5 * WIDTH);
     let axes = Axes {
-        origin: [LEFT, TOP],
-        size: [WIDTH - LEFT - 40.0, height],
+        origin: [left, TOP],
+        size: [width - left - 40.0, height],
         x: [least, most + 0.04 * (most - least)],
         y: [0.0, 1.0],
         log: [false; 2],
     };
-    let mut svg = Svg::new([WIDTH, TOP + height + 56.0]);
+    let mut svg = Svg::new([width, TOP + height + 56.0]);
     svg.text([24.0, 28.0], title, r#"font-weight="600""#);
     let zero = axes.place([0.0, 0.0])[0];
     let across = |x: f64| axes.place([x, 0.0])[0];
     for (k, bar) in bars.iter().enumerate() {
         let middle = TOP + ROW * (k as f64 + 0.5);
         let style = r#"text-anchor="end""#;
-        svg.text([LEFT - 12.0, middle + 4.0], &bar.name, style);
+        svg.text([left - 12.0, middle + 4.0], &bar.name, style);
         draw(&mut svg, (bar, middle), (zero, &across));
     }
     svg.line(
@@ -81,6 +85,26 @@ fn draw(svg: &mut Svg, (bar, middle): (&Bar, f64), (zero, across): (f64, &dyn Fn
 #[cfg(test)]
 mod tests {
     use super::{Bar, bars};
+
+    #[test]
+    fn a_long_name_has_room() {
+        let left = |letters: usize| {
+            let bar = Bar {
+                name: "x".repeat(letters),
+                value: None,
+                points: Vec::new(),
+                mark: None,
+            };
+            let svg = bars("title", "m", &[bar]);
+            let (before, _) = svg.split_once("\" text-anchor=\"end\"").unwrap_or_default();
+            let y = before.rfind(r#"" y=""#).unwrap();
+            let x = before[..y].rfind('"').unwrap();
+            before[x + 1..y].parse::<f64>().unwrap()
+        };
+        assert_eq!(left(4), left(30));
+        // Letters of 12 pixels are half as wide as high.
+        assert!(left(60) > 60.0 * 6.0 && left(200) > 200.0 * 6.0);
+    }
 
     #[test]
     fn a_drawing_has_a_bar_a_point_and_a_mark_for_each_number() {

@@ -175,9 +175,12 @@ impl<'r> Motion<'r> {
 
     /// Where the ground is below or above a point, in the world.
     pub(super) fn ground_height(&self, x: f64) -> f64 {
-        let ground = Ground::from(&self.run.scene.physics);
-        let [cos, sin] = ground.tangent();
-        ground.height + x * sin / cos
+        let [cos, sin] = self.ground().tangent();
+        self.ground().height + x * sin / cos
+    }
+
+    pub(super) fn ground(&self) -> Ground {
+        Ground::from(&self.run.scene.physics)
     }
 }
 

@@ -35,8 +35,11 @@ function draw() {
   pen.textAlign = "center";
   pen.font = "20px system-ui, sans-serif";
   const half = data.width / 2;
-  for (let k = Math.ceil((cameraX - half) * 10); k <= (cameraX + half) * 10; k++) {
-    const [x, y] = place(k / 10, ground(k / 10));
+  // Along the ground, as displacements are measured.
+  const cos = 1 / Math.hypot(1, data.ground[1]);
+  const [first, last] = [-half, half].map(x => (cameraX + x) / cos * 10);
+  for (let k = Math.ceil(first); k <= last; k++) {
+    const [x, y] = place(cos * k / 10, ground(cos * k / 10));
     line([[x, y], [x, y + (k % 5 ? 8 : 16)]], "#9aa3ad", 1.5);
     if (k % 5 === 0) pen.fillText(`${k / 10} m`.replace("-", "\u2212"), x, y + 40);
   }

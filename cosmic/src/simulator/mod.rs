@@ -43,7 +43,8 @@ pub struct Span {
     /// Numbers of steps done from the start on at which the state is wanted, ascending; the last
     /// ends the rollout.
     pub observed: Vec<usize>,
-    /// How many nodes are looked at, from the first on; the states observed hold no others.
+    /// How many nodes are looked at, from the first on, at least one; the states observed hold no
+    /// others.
     pub nodes: usize,
     /// Whether all that is observed is NaN where a state after the start, observed or not, is
     /// absurd or close to it.
@@ -148,7 +149,7 @@ impl Simulator {
     ///
     /// # Panics
     /// If body, controller or state are of another lattice, or the span goes past the planned
-    /// steps.
+    /// steps or looks at no node.
     pub fn rollout<R: Real>(
         &self,
         robot: (&Body<R>, &Controller<R>),
@@ -244,6 +245,7 @@ impl Simulator {
 
     /// The rollout of a robot.
     fn plan(&self, model: Robot, span: &Span) -> Rollout<Robot> {
+        assert!(span.nodes > 0, "a span that looks at no node");
         let steps = span.steps();
         // The whole clock is shared; a later part of it is copied.
         let clock = match span.first {

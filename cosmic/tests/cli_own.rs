@@ -1,11 +1,14 @@
-//! `cosmic optimize --from`: runs that begin with the robot of another.
+//! Runs with a beginning or a loss of their own: `cosmic optimize --from`, and a user's program.
 
 mod common;
 
+use autodiff::Real;
 use common::{Bench, scene};
-use cosmic::codesign::Record;
-use cosmic::record::{DesignFile, Observer, Plan, Run, Search, optimise_from};
+use cosmic::codesign::{CoDesign, Record};
+use cosmic::objective::Loss;
+use cosmic::record::{DesignFile, Observer, Plan, Run, Search, optimise_with, resume_with};
 use cosmic::scene::Scene;
+use cosmic::simulator::Trajectory;
 use std::fs;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
@@ -98,19 +101,23 @@ impl Observer for StopsAfter {
     }
 }
 
-#[test]
-fn an_interrupted_run_goes_on_to_the_same_bytes() {
-    let bench = bench();
-    bench.run("a", &[]);
-    bench.run("whole", &["--from", "a"]);
-    let plan = Plan {
+fn plan(bench: &Bench) -> Plan {
+    Plan {
         name: "tiny".into(),
         scene: Scene::read(Path::new(&bench.scene)).unwrap(),
         seed: 0,
         starts: NonZeroUsize::MIN,
         iterations: None,
         search: Search::Full,
-    };
+    }
+}
+
+#[test]
+fn an_interrupted_run_goes_on_to_the_same_bytes() {
+    let bench = bench();
+    bench.run("a", &[]);
+    bench.run("whole", &["--from", "a"]);
+    let plan = plan(&bench);
     let file = bench.path("a/design.json");
     let design = DesignFile::read(&file).unwrap();
     let controller = design.robot(&plan.scene, "a").unwrap();
@@ -118,11 +125,92 @@ fn an_interrupted_run_goes_on_to_the_same_bytes() {
         let run = format!("stopped-{stop}");
         let robot = (design.z.clone(), controller.clone());
         let observer = &mut StopsAfter(stop);
-        let stopped = optimise_from(&bench.path(&run), &plan, robot, observer);
+        let codesign = CoDesign::new(&plan.scene).unwrap();
+        let progress = codesign.begin_with(plan.seed, robot).unwrap();
+        let with = (codesign, progress);
+        let stopped = optimise_with(&bench.path(&run), &plan, with, observer);
         assert_eq!(stopped.unwrap_err().exit_code(), 75);
         assert_eq!(bench.cosmic(&["resume", &run]).code, 0);
         assert_eq!(bench.results(&run), bench.results("whole"));
     }
+}
+
+/// Minus the height of the payload in the end.
+struct Lift;
+
+impl Loss for Lift {
+    fn observed(&self, steps: usize) -> Vec<usize> {
+        vec![steps]
+    }
+
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+        -trajectory.states[0].x[0][1]
+    }
+}
+
+/// It has a folder as every run, and no program goes on with it that has another loss.
+#[test]
+fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
+    let bench = bench();
+    let plan = plan(&bench);
+    let begin = |run: &str, observer: &mut dyn Observer| {
+        let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
+        let progress = codesign.begin(plan.seed).unwrap();
+        optimise_with(&bench.path(run), &plan, (codesign, progress), observer)
+    };
+    let whole = begin("whole", &mut StopsAfter(usize::MAX)).unwrap();
+    let height = -whole.loss_p50.unwrap();
+    assert!(height.is_finite() && height != whole.displacement_along);
+
+    begin("b", &mut StopsAfter(9)).unwrap_err();
+    let said = bench.cosmic(&["resume", "b"]);
+    assert!(
+        said.code == 2 && said.error.contains("loss of its own"),
+        "{said:?}"
+    );
+    let go_on = |codesign: cosmic::Result<CoDesign>| {
+        resume_with(
+            &bench.path("b"),
+            codesign.unwrap(),
+            &mut StopsAfter(usize::MAX),
+        )
+    };
+    let said = |codesign| go_on(codesign).unwrap_err().to_string();
+    assert!(said(CoDesign::new(&plan.scene)).contains("loss of its own"));
+    let other = CoDesign::with_loss(&Scene::default(), Lift);
+    assert!(said(other).contains("not of the run's scene"));
+    let own = CoDesign::with_loss(&plan.scene, Lift);
+    assert_eq!(go_on(own).unwrap().loss_p50, whole.loss_p50);
+    assert_eq!(bench.results("b"), bench.results("whole"));
+    assert_eq!(bench.cosmic(&["report", "whole"]).code, 0);
+
+    begin_of_the_scene(&bench, &plan);
+}
+
+/// A run for the scene's objective is not gone on with for another loss.
+fn begin_of_the_scene(bench: &Bench, plan: &Plan) {
+    let begin = |plan: &Plan, run: &str| {
+        let codesign = CoDesign::new(&Scene::read(Path::new(&bench.scene)).unwrap()).unwrap();
+        let progress = codesign.begin(0).unwrap();
+        let observer = &mut StopsAfter(3);
+        optimise_with(&bench.path(run), plan, (codesign, progress), observer)
+    };
+    assert_eq!(begin(plan, "c").unwrap_err().exit_code(), 75);
+    let own = CoDesign::with_loss(&plan.scene, Lift).unwrap();
+    let said = resume_with(&bench.path("c"), own, &mut StopsAfter(3)).unwrap_err();
+    assert!(said.to_string().contains("no other loss"), "{said}");
+    let other = Plan {
+        seed: 1,
+        ..plan.clone()
+    };
+    let said = begin(&other, "d").unwrap_err().to_string();
+    assert!(said.contains("scene and seed"), "{said}");
+    let many = Plan {
+        starts: NonZeroUsize::new(2).unwrap(),
+        ..plan.clone()
+    };
+    assert_eq!(begin(&many, "d").unwrap_err().exit_code(), 2);
+    assert!(!bench.path("d").exists());
 }
 
 #[test]
