@@ -1,0 +1,314 @@
+//! Plans, and the states before the first iteration.
+
+use super::{CoDesign, Progress};
+use crate::controller::Controller;
+use crate::design::{Material, dominant, one_hot, start_vectors};
+use crate::error::{Error, Result};
+use crate::gradient::Task;
+use crate::lattice::{Ground, Lattice};
+use crate::objective::{AugmentedLagrangian, Loss, Objective, measures};
+use crate::optimiser::{Adam, Mma, MmaParameters, OptimiserError};
+use crate::projection::Projection;
+use crate::scene::{Scene, StartKind};
+
+impl CoDesign {
+    /// Plans the optimisation of a scene.
+    ///
+    /// # Errors
+    /// Where the scene's optimiser settings do not fit one another.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let objective = Objective::new(&scene.objective, &scene.loss, &scene.physics);
+        Ok(Self {
+            own_loss: false,
+            ..Self::with_loss(scene, objective)?
+        })
+    }
+
+    /// Plans the optimisation of a scene for a loss of one's own in place of the scene's objective.
+    ///
+    /// Robots are then ranked by minus that loss, unless it [says](Loss::is_far) otherwise. In a
+    /// scene with two goals the second is served by the opposite: by what has a large loss.
+    ///
+    /// ```
+    /// use autodiff::Real;
+    /// use cosmic::{codesign::CoDesign, objective::Loss, scene::Scene, simulator::Trajectory};
+    ///
+    /// /// The square of the last node's speed: a robot that stands still.
+    /// struct Rest;
+    ///
+    /// impl Loss for Rest {
+    ///     fn observed(&self, steps: usize) -> Vec<usize> {
+    ///         vec![steps - 8, steps]
+    ///     }
+    ///     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+    ///         let speeds = trajectory.states.iter().map(|s| R::dot(&s.v[5], &s.v[5]));
+    ///         R::sum(&speeds.collect::<Vec<_>>()) * R::lit(0.5)
+    ///     }
+    /// }
+    ///
+    /// let scene = Scene::parse("tiny", "
+    ///     [lattice]
+    ///     columns = 3
+    ///     rows = 2
+    ///     [physics]
+    ///     steps = 64
+    ///     [schedule]
+    ///     iterations = 8
+    ///     attraction_from = 4
+    ///     snap_at = 6
+    ///     horizon = [32, 32]
+    ///     [loss]
+    ///     window = 16
+    /// ")?;
+    /// let delivery = CoDesign::with_loss(&scene, Rest)?.optimise(0, |_| ())?;
+    /// let merit = delivery.merit.expect("it is not ranked by its displacement");
+    /// assert!(merit.p50 < 0.0); // Minus the loss.
+    /// # Ok::<(), cosmic::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`Error::Usage`] where the loss does not observe steps in ascending
+    /// order up to the last, or no node.
+    pub fn with_loss(scene: &Scene, loss: impl Loss + 'static) -> Result<Self> {
+        check_loss(&loss, scene)?;
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let variables = 3 * lattice.edges.len();
+        let mma = || {
+            let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
+            Mma::new(mma_parameters(scene), &lower, &upper).map_err(unusable)
+        };
+        Ok(Self {
+            loss: Box::new(loss),
+            own_loss: true,
+            start: lattice.state_at_rest(),
+            mma: [mma()?, mma()?],
+            adam: Adam {
+                beta1: scene.adam.betas[0],
+                beta2: scene.adam.betas[1],
+                epsilon: scene.adam.epsilon,
+            },
+            task: Task::new(
+                lattice,
+                (&scene.physics, &scene.controller),
+                &scene.materials,
+                &scene.projection,
+            ),
+            scene: scene.clone(),
+            checked: None,
+        })
+    }
+
+    /// The state before the first iteration.
+    ///
+    /// # Errors
+    /// Where the scene's start is drawn for another lattice, and [`Error::UnstableStep`] where the
+    /// start vibrates too fast for the time step and the scene does not let that pass.
+    pub fn begin(&self, seed: u64) -> Result<Progress> {
+        let progress = self.first(seed)?;
+        self.step_check(&progress).accept(&self.scene.physics)?;
+        Ok(progress)
+    }
+
+    /// The state before the first iteration of a robot that is there already, in place of the
+    /// scene's start. One whose design vectors are one-hot is decided: it enters after the snap, and
+    /// the fine-tuning is what is left to do. Of a robot that the snap is still to decide the whole
+    /// schedule is done.
+    ///
+    /// # Errors
+    /// [`Error::Misfit`] for a robot of another lattice or another number of hidden units,
+    /// [`Error::Usage`] for design vectors beyond 0 and 1 and for one that is not decided where the
+    /// scene has no snap; otherwise as [`begin`](Self::begin).
+    pub fn begin_with(
+        &self,
+        seed: u64,
+        (z, controller): (Vec<[f64; 3]>, Controller<f64>),
+    ) -> Result<Progress> {
+        let materials: Vec<_> = z.iter().map(dominant).collect();
+        let materials = (one_hot(&materials) == z).then_some(materials);
+        let snap_at = self.scene.schedule.snap_at;
+        if materials.is_none() && snap_at == 0 {
+            return Err(Error::Usage(
+                "the design to begin with is not decided, and the scene has no snap \
+                 (`schedule.snap_at` = 0): it trains controllers alone"
+                    .into(),
+            ));
+        }
+        if let Some(edge) = z
+            .iter()
+            .position(|z| z.iter().any(|z| !(0.0..=1.0).contains(z)))
+        {
+            return Err(Error::Usage(format!(
+                "the design to begin with: `z[{edge}]` is {:?}, where numbers from 0 to 1 are allowed",
+                z[edge]
+            )));
+        }
+        let entered = if materials.is_some() { snap_at } else { 0 };
+        if entered >= self.scene.schedule.iterations {
+            return Err(Error::Usage(format!(
+                "the design to begin with is decided, and the scene ends with its snap (iteration \
+                 {snap_at}): there is no fine-tuning left to do"
+            )));
+        }
+        let first = self.first(seed)?;
+        let progress = Progress {
+            entered: Some(entered),
+            iteration: entered,
+            ..self.progress(seed, (z, materials), controller)
+        };
+        progress.fits(&first, "the robot to begin with")?;
+        self.step_check(&progress).accept(&self.scene.physics)?;
+        Ok(progress)
+    }
+
+    /// The state before the first iteration, whatever its time step.
+    pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
+        let (scene, lattice) = (&self.scene, &self.task.lattice);
+        let z = start_vectors(&scene.start, lattice, scene.projection.beta, seed)?;
+        let is_layout = scene.start.kind == StartKind::Layout;
+        let materials = is_layout.then(|| z.iter().map(dominant).collect());
+        let controller = Controller::xavier(&scene.controller, lattice, seed);
+        Ok(self.progress(seed, (z, materials), controller))
+    }
+
+    /// The state of a robot before any iteration.
+    fn progress(
+        &self,
+        seed: u64,
+        (z, materials): (Vec<[f64; 3]>, Option<Vec<Material>>),
+        controller: Controller<f64>,
+    ) -> Progress {
+        let mixture = self.task.mixture(Projection::Performance, &z);
+        let first_measures = measures(&mixture, self.scene.projection.delta).constrained();
+        Progress {
+            seed,
+            entered: None,
+            own_loss: self.own_loss,
+            iteration: 0,
+            mma: [0, 1].map(|k: usize| self.mma[k].init(z.as_flattened())),
+            adam: self.adam.init(controller.weights()),
+            lagrangian: AugmentedLagrangian::new(self.scene.binarisation.penalty),
+            first_measures,
+            violations: [0.0; 4],
+            flips: 0,
+            skipped: 0,
+            candidates: Vec::new(),
+            design_mean: [Vec::new(), Vec::new()],
+            settled: None,
+            z,
+            materials,
+            controller,
+        }
+    }
+}
+
+/// Whether a loss looks at what a rollout has.
+fn check_loss(loss: &impl Loss, scene: &Scene) -> Result<()> {
+    let [first, last] = scene.schedule.horizon;
+    for steps in [first, last, scene.physics.steps] {
+        let observed = loss.observed(steps);
+        if !observed.is_sorted() || observed.last() != Some(&steps) {
+            return Err(Error::Usage(format!(
+                "of a rollout of {steps} steps the loss observes the steps {observed:?}, where \
+                 they must ascend and end with {steps}"
+            )));
+        }
+    }
+    match loss.nodes() {
+        0 => Err(Error::Usage("the loss looks at no node".into())),
+        _ => Ok(()),
+    }
+}
+
+fn mma_parameters(scene: &Scene) -> MmaParameters {
+    let mma = &scene.mma;
+    MmaParameters {
+        move_limit: mma.move_limit,
+        asyinit: mma.asyinit,
+        asyincr: mma.asyincr,
+        asydecr: mma.asydecr,
+        asymin: mma.asymin,
+        asymax: mma.asymax,
+        albefa: mma.albefa,
+        raa0: mma.raa0,
+        c: mma.c,
+        d: mma.d,
+    }
+}
+
+/// The settings of an optimiser were refused.
+fn unusable(error: OptimiserError) -> Error {
+    Error::Usage(format!("the scene's [mma] settings: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use autodiff::Real;
+
+    use super::CoDesign;
+    use crate::codesign::tests::tiny;
+    use crate::error::Result;
+    use crate::objective::Loss;
+    use crate::scene::{GradientPrecision, LossKind, TaskKind};
+    use crate::simulator::Trajectory;
+
+    /// Minus the payload's height, as a user would write it; the state after half of the steps
+    /// counts too.
+    struct Up;
+
+    impl Loss for Up {
+        fn observed(&self, steps: usize) -> Vec<usize> {
+            vec![steps / 2, steps]
+        }
+
+        fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+            let heights: Vec<R> = trajectory.states.iter().map(|s| -s.x[0][1]).collect();
+            R::sum(&heights) * R::lit(0.5)
+        }
+    }
+
+    /// A loss of one's own is optimised as the built-in one that it is the same as: to the bit, in
+    /// both precisions.
+    #[test]
+    fn an_own_loss_is_optimised_as_a_built_in_one() {
+        for precision in [GradientPrecision::F64, GradientPrecision::F32] {
+            let mut scene = tiny();
+            scene.gradient.precision = precision;
+            (scene.loss.kind, scene.loss.window, scene.loss.every) = (LossKind::Mean, 24, 12);
+            let run = |codesign: Result<CoDesign>| {
+                let mut records = Vec::new();
+                let mut codesign = codesign.unwrap();
+                let delivery = codesign.optimise(1, |record| records.push(record.clone()));
+                (records, delivery.unwrap())
+            };
+            let own = run(CoDesign::with_loss(&scene, Up));
+            assert_ne!(run(CoDesign::new(&scene)), own);
+            scene.objective.task = TaskKind::Climb;
+            assert_eq!(run(CoDesign::new(&scene)), own);
+        }
+    }
+
+    #[test]
+    fn a_loss_that_does_not_look_at_the_end_is_refused() {
+        struct Astray(fn(usize) -> Vec<usize>);
+        impl Loss for Astray {
+            fn observed(&self, steps: usize) -> Vec<usize> {
+                (self.0)(steps)
+            }
+
+            fn loss<R: Real>(&self, _: &Trajectory<R>) -> R {
+                R::one()
+            }
+        }
+        let said = |observed| {
+            let refused = CoDesign::with_loss(&tiny(), Astray(observed)).err();
+            refused.expect("it is refused").to_string()
+        };
+        let text = said(|steps| vec![steps - 1]);
+        assert!(
+            text.contains("[23]") && text.contains("end with 24"),
+            "{text}"
+        );
+        assert!(said(|steps| vec![steps, 0, steps]).contains("[24, 0, 24]"));
+        assert!(said(|_| Vec::new()).contains("[]"));
+    }
+}
