@@ -36,8 +36,10 @@ use crate::real::Real;
 
 /// A scalar function of a vector with its partials given.
 ///
-/// Good for what should not be differentiated through: an iterative solver, whose partials follow
-/// from the equation it solves, or a table. `examples/custom_rule.rs` has one.
+/// Good for what should not be differentiated through, such as an iterative solver, whose partials
+/// follow from the equation it solves, and for special functions: the error function is a series over
+/// `R` with the partial `2 / sqrt(pi) exp(-x^2)`. `examples/custom_rule.rs` has one. A value is made of
+/// the operations of `R`: no foreign function of floats serves all modes.
 pub trait Rule: Clone + Send + 'static {
     /// The value at `x`. It is not differentiated, in no mode and no nesting.
     fn value<R: Real>(&self, x: &[R]) -> R;

@@ -9,7 +9,7 @@
 
 use crate::forward::Dual;
 use crate::real::Real;
-use crate::reverse::{Tape, Var};
+use crate::reverse::{Var, with_tape};
 
 /// A scalar function of a vector.
 pub trait Function {
@@ -78,9 +78,10 @@ fn value_and_gradient_of<R: Real>(
     function: impl FnOnce(&[Var<R>]) -> Var<R>,
     x: &[R],
 ) -> (R, Vec<R>) {
-    let mut tape = Tape::new();
-    let y = tape.record(x, function);
-    (y.value(), tape.pullback(&[y], &[R::one()]).to_vec())
+    with_tape(|tape| {
+        let y = tape.record(x, function);
+        (y.value(), tape.pullback(&[y], &[R::one()]).to_vec())
+    })
 }
 
 /// The values and their derivative along `direction` (a JVP), by one forward pass.
@@ -123,10 +124,11 @@ pub fn jvp<R: Real>(function: &impl VectorFunction, x: &[R], direction: &[R]) ->
 /// # Panics
 /// If `y_bar` has not one cotangent per value.
 pub fn vjp<R: Real>(function: &impl VectorFunction, x: &[R], y_bar: &[R]) -> (Vec<R>, Vec<R>) {
-    let mut tape = Tape::new();
-    let y = tape.record(x, |x| function.eval(x));
-    let x_bar = tape.pullback(&y, y_bar).to_vec();
-    (y.into_iter().map(Var::value).collect(), x_bar)
+    with_tape(|tape| {
+        let y = tape.record(x, |x| function.eval(x));
+        let x_bar = tape.pullback(&y, y_bar).to_vec();
+        (y.into_iter().map(Var::value).collect(), x_bar)
+    })
 }
 
 /// The Jacobian, one row per value: by forward passes where there are at least as many values as
@@ -150,10 +152,11 @@ pub fn jacobian<R: Real>(function: &impl VectorFunction, x: &[R]) -> Vec<Vec<R>>
         let passes = passes.map(|first| function.eval(&seeded(x, first)));
         return joined_columns(passes, x.len(), values);
     }
-    let mut tape = Tape::new();
-    let y = tape.record(x, |x| function.eval(x));
-    let row = |i: usize| tape.pullback(&y[i..=i], &[R::one()]).to_vec();
-    (0..values).map(row).collect()
+    with_tape(|tape| {
+        let y = tape.record(x, |x| function.eval(x));
+        let row = |i: usize| tape.pullback(&y[i..=i], &[R::one()]).to_vec();
+        (0..values).map(row).collect()
+    })
 }
 
 /// The rows of a Jacobian from its columns, [`CHUNK`] of them a pass.

@@ -27,9 +27,11 @@
 //!   not compile. `R::zero()` and `R::one()` are there wherever the bound is `R: Real`; on a number
 //!   type by its name, as in a closure over [`Var`]s, write `Var::lit(0.0)`.
 //! - What is not differentiated, data and settings, is a field of the type.
-//! - Loops, arrays and helper functions over `R: Real` are plain Rust.
-//! - A comparison, [`x.lt(y)`](Real::lt), is a mask: `R::select(x.lt(y), a, b)`, not `if`, of which
-//!   the [pitfalls](#pitfalls) say more.
+//! - Loops, arrays and helper functions over `R: Real` are plain Rust; a sum is
+//!   [`R::sum(&terms)`](Real::sum).
+//! - A comparison, [`x.lt(y)`](Real::lt), is a mask: `R::select(x.lt(y), a, b)`, not `if x < y`, of
+//!   which the [pitfalls](#pitfalls) say more. (The bound `PartialOrd`, which the compiler advises, is
+//!   one that a method of a trait cannot add.)
 //! - The elementary functions are the methods of [`Real`], the rarer ones by
 //!   [`elementary`](Real::elementary); [`custom`] adds others.
 //!
@@ -40,7 +42,10 @@
 //! each element of some arrays, a [`Model`] that strings kernels together, a [`Rollout`] that runs
 //! them, in lanes and with little memory. The rollout is then one operation of a function.
 //! A kernel takes arrays of one length: a parameter that all elements share is an array of one
-//! number, which [`Program::gather`] spreads, `program.gather(drag, &[Some(0); BALLS])`.
+//! number, which [`Program::gather`] spreads, `program.gather(drag, &[Some(0); BALLS])`. **A kernel's
+//! `eval`, and what it calls, is `#[inline(always)]`**: without it the same numbers take some fifty
+//! times as long, for a reason that [`Kernel`] gives. What is differentiated is starts and parameters;
+//! a force or control for every step is a part of the state that moves up by a place in every step.
 //!
 //! ```
 //! use autodiff::{Adjoint, Function, Kernel, Model, Program, Real, Rollout, gradient};
@@ -49,6 +54,7 @@
 //! struct Ball;
 //!
 //! impl Kernel<4, 4> for Ball {
+//!     #[inline(always)]
 //!     fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
 //!         let (dt, drag) = (R::lit(0.01), R::lit(-0.02) * vx.hypot(vy));
 //!         let vx = vx + dt * drag * vx;
@@ -116,6 +122,7 @@
 //! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour: 3 for a tridiagonal one of any size |
 //! | Hessian times a vector | [`hessian_vector`] | twice a gradient |
 //! | all of a Hessian | [`hessian`] | that for every few arguments |
+//! | a Hessian that is mostly zeros | [`sparse_jacobian`] of a function that returns its [`gradient`] | a gradient's for every colour |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
 //! | the same from many starts with shared parameters | [`Rollout::run_many`] | about half of one by one, in lanes over the starts |
 //! | the same where starts have arrays of their own among the parameters | [`Rollout::run_each`] | for two, some nine tenths of one by one; they share the matrices |

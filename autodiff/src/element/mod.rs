@@ -38,6 +38,7 @@
 mod elementary;
 mod float;
 pub(crate) mod functions;
+mod constants;
 mod number;
 
 use crate::real::Real;

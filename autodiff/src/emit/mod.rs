@@ -77,6 +77,7 @@ where
 ///
 /// struct Squash;
 /// impl Kernel<1, 1> for Squash {
+///     #[inline(always)]
 ///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
 ///         [x.tanh()]
 ///     }
@@ -116,6 +117,7 @@ where
 ///
 /// struct Area;
 /// impl Kernel<2, 1> for Area {
+///     #[inline(always)]
 ///     fn eval<R: Real>(&self, [width, height]: [R; 2]) -> [R; 1] {
 ///         [width * height]
 ///     }

@@ -193,7 +193,8 @@ impl Graph {
         &self.0.slot_of_edge
     }
 
-    /// The edge of every slot, for [`Program::gather`](super::Program::gather); none of ghosts.
+    /// The edge of every slot, for [`Program::gather`](super::Program::gather); none of ghosts. What
+    /// no step changes is better brought [to its slots](Graph::to_slots) once, before the rollout.
     pub fn edge_of_slot(&self) -> Vec<Option<usize>> {
         let mut edges = vec![None; self.0.slots];
         for (edge, &slot) in self.0.slot_of_edge.iter().enumerate() {

@@ -209,7 +209,8 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// A per-step input: constants given for every step, which carry no derivative.
+    /// A per-step input: constants given for every step, which carry no derivative. What is to be
+    /// differentiated by, a control, belongs into the [state](Program::state).
     pub fn input(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.inputs.push(array);
@@ -293,6 +294,7 @@ impl<R: Real> Program<R> {
     /// # #[derive(Clone)]
     /// # struct Decay;
     /// impl Kernel<2, 1> for Decay {
+    ///     #[inline(always)]
     ///     fn eval<R: Real>(&self, [x, rate]: [R; 2]) -> [R; 1] {
     ///         [x - rate * x]
     ///     }

@@ -3,8 +3,10 @@
 
 mod current;
 mod fused;
+mod spare;
 mod tape;
 mod var;
 
+pub(crate) use spare::with_tape;
 pub use tape::Tape;
 pub use var::Var;

@@ -304,6 +304,18 @@ impl<R: Real> Tape<R> {
         self.arena.entries.len()
     }
 
+    /// Forgets the last recording and keeps its memory.
+    pub(super) fn forget(&mut self) {
+        self.arena.restart(0);
+    }
+
+    /// How much memory it has, but for what is rare.
+    pub(super) fn bytes(&self) -> usize {
+        let entries = self.arena.entries.capacity() * size_of::<Entry<R>>();
+        let terms = self.arena.many.terms.capacity() * size_of::<(R, u32)>();
+        entries + terms + self.bars.capacity() * size_of::<R>()
+    }
+
     /// Whether nothing is recorded.
     pub fn is_empty(&self) -> bool {
         self.arena.entries.is_empty()

@@ -134,6 +134,7 @@ impl<M: Model> Rollout<M> {
     /// struct Spring;
     ///
     /// impl Kernel<3, 2> for Spring {
+    ///     #[inline(always)]
     ///     fn eval<R: Real>(&self, [x, v, stiffness]: [R; 3]) -> [R; 2] {
     ///         let v = v - R::lit(0.1) * stiffness * x;
     ///         [x + R::lit(0.1) * v, v]

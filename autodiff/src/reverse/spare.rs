@@ -1,0 +1,92 @@
+//! Tapes that are done with, for the thread's next gradient.
+//!
+//! Fresh pages from the system cost as much as a long recording and its sweep do: a driver that is
+//! called in a loop has the memory of its last call.
+
+use std::any::Any;
+use std::cell::RefCell;
+
+use super::Tape;
+use crate::real::Real;
+
+/// One tape of a number type each; with nested modes there are a few types.
+const MOST_TAPES: usize = 4;
+/// A tape that is larger is given back to the system.
+const MOST_BYTES: usize = 1 << 28;
+
+thread_local! {
+    static SPARE: RefCell<Vec<Box<dyn Any>>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Does something with a tape of the thread's own. Where that panics, the tape is lost.
+pub(crate) fn with_tape<R: Real, T>(work: impl FnOnce(&mut Tape<R>) -> T) -> T {
+    let spare = SPARE.try_with(|spare| {
+        let mut spare = spare.borrow_mut();
+        let place = spare.iter().position(|tape| tape.is::<Tape<R>>())?;
+        spare.swap_remove(place).downcast::<Tape<R>>().ok()
+    });
+    // At the end of a thread there is nothing to take from, and nowhere to put it.
+    let spare = spare.ok().flatten();
+    let mut tape = spare.unwrap_or_else(|| Box::new(Tape::new()));
+    let result = work(&mut tape);
+    // What was recorded may hold what belongs to the caller.
+    tape.forget();
+    if tape.bytes() <= MOST_BYTES {
+        let _ = SPARE.try_with(|spare| {
+            let mut spare = spare.borrow_mut();
+            spare.truncate(MOST_TAPES - 1);
+            spare.insert(0, tape);
+        });
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MOST_BYTES, SPARE, with_tape};
+    use crate::reverse::{Tape, Var};
+    use crate::{Dual, Real, gradient_of};
+
+    fn spare() -> usize {
+        SPARE.with_borrow(Vec::len)
+    }
+
+    fn long(x: Var<f64>, entries: usize) -> Var<f64> {
+        (0..entries).fold(x, |y, _| y * x)
+    }
+
+    #[test]
+    fn a_thread_keeps_one_tape_of_a_type() {
+        let capacity = |tape: &mut Tape<f64>| tape.bytes();
+        assert_eq!(with_tape(capacity), 0);
+        assert_eq!(gradient_of(|x| long(x[0], 1000), &[1.0]), [1001.0]);
+        let kept = with_tape(capacity);
+        assert!(kept >= 24 * 1000);
+        with_tape(|_: &mut Tape<Dual<f64, 2>>| {
+            with_tape(|_: &mut Tape<f32>| assert_eq!(spare(), 1))
+        });
+        assert_eq!((spare(), with_tape(capacity)), (3, kept));
+    }
+
+    #[test]
+    fn nested_gradients_have_a_tape_each() {
+        // 2 x of the inner x^2, at x = y^3: by y, 6 y^2.
+        let outer = gradient_of(|y| gradient_of(|x| x[0] * x[0], &[y[0].powi(3)])[0], &[2.0]);
+        assert_eq!(outer, [24.0]);
+    }
+
+    #[test]
+    fn a_tape_that_was_left_in_a_panic_is_not_used_again() {
+        let left =
+            std::panic::catch_unwind(|| gradient_of(|_: &[Var<f64>]| panic!("left"), &[1.0]));
+        assert!(left.is_err());
+        assert_eq!(gradient_of(|x| x[0] * x[0], &[3.0]), [6.0]);
+    }
+
+    #[test]
+    fn what_is_large_goes_back_to_the_system() {
+        let entries = MOST_BYTES / 24 + 1;
+        let slope = gradient_of(|x| long(x[0], entries), &[1.0]);
+        assert_eq!((slope[0] as usize, spare()), (entries + 1, 0));
+    }
+}

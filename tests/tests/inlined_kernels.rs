@@ -1,0 +1,82 @@
+//! Every kernel that is shown or shipped is inlined by order: without that it has the same numbers,
+//! fifty times slower, and nothing says so.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The files of a folder and below that may hold code.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("a folder can be listed") {
+        let path = entry.expect("an entry can be read").path();
+        match path.is_dir() {
+            true => found.extend(files(&path)),
+            false => found.push(path),
+        }
+    }
+    found.retain(|path| path.extension().is_some_and(|e| e == "rs" || e == "md"));
+    found
+}
+
+/// A line of code, in documentation too.
+fn code(line: &str) -> &str {
+    line.trim_start_matches(['/', '!', ' '])
+        .trim_start_matches("# ")
+}
+
+/// Functions `eval` of kernels and summands: how many, and those that are not inlined by order.
+fn kernels(text: &str) -> (usize, Vec<String>) {
+    let lines: Vec<&str> = text.lines().map(code).collect();
+    let (mut seen, mut wrong) = (0, Vec::new());
+    for (at, line) in lines.iter().enumerate() {
+        let is_kernel = ["Kernel<", "Summand for"]
+            .iter()
+            .any(|of| line.contains(of));
+        if !line.starts_with("impl") || !is_kernel || !line.ends_with('{') {
+            continue;
+        }
+        let body = lines[at..].iter().take_while(|line| **line != "}");
+        if let Some(eval) = body.clone().position(|line| line.starts_with("fn eval<")) {
+            seen += 1;
+            if lines[at + eval - 1] != "#[inline(always)]" {
+                wrong.push((*line).to_string());
+            }
+        }
+    }
+    (seen, wrong)
+}
+
+#[test]
+fn kernels_are_inlined() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut seen = 0;
+    for folder in [
+        "autodiff/src",
+        "autodiff/examples",
+        "cosmic/src",
+        "benches/src",
+        "benches/benches",
+    ] {
+        for file in files(&root.join(folder)) {
+            let text = fs::read_to_string(&file).expect("a source file can be read");
+            let (here, wrong) = kernels(&text);
+            // The crate's own tests are about numbers.
+            let is_test = file.ends_with("rollout/tests.rs");
+            assert!(is_test || wrong.is_empty(), "{}: {wrong:?}", file.display());
+            seen += here;
+        }
+    }
+    assert!(seen > 20, "{seen} kernels");
+}
+
+#[test]
+fn one_that_is_not_is_found() {
+    let kernel = |above: &str| {
+        format!(
+            "/// # impl Kernel<1, 1> for A {{\n///     {above}\n///     fn eval<R: Real>(\n/// }}\n"
+        )
+    };
+    assert_eq!(kernels(&kernel("#[inline(always)]")), (1, vec![]));
+    let (seen, wrong) = kernels(&kernel("// A comment."));
+    assert_eq!((seen, wrong.len()), (1, 1));
+}
