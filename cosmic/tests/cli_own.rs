@@ -6,7 +6,9 @@ use autodiff::Real;
 use common::{Bench, scene};
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
-use cosmic::record::{DesignFile, Observer, Plan, Run, Search, optimise_with, resume_with};
+use cosmic::record::{
+    DesignFile, Observer, Plan, Run, Search, optimise, optimise_with, resume_with,
+};
 use cosmic::scene::Scene;
 use cosmic::simulator::Trajectory;
 use std::fs;
@@ -93,7 +95,8 @@ impl Observer for StopsAfter {
     fn begin(&mut self, _: &Run) {}
 
     fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
-        self.0 -= 1;
+        // Of several starts others are told of what they had at work.
+        self.0 = self.0.saturating_sub(1);
         match self.0 {
             0 => ControlFlow::Break(()),
             _ => ControlFlow::Continue(()),
@@ -146,6 +149,87 @@ impl Loss for Lift {
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         -trajectory.states[0].x[0][1]
     }
+}
+
+/// The options that a run's summary names as departures.
+fn departures(bench: &Bench, run: &str) -> Vec<String> {
+    let summary = bench.json(&format!("{run}/summary.json"));
+    let departures = summary["departures"].as_array().unwrap().iter();
+    let options = departures.map(|d| d["option"].as_str().unwrap().to_string());
+    options.collect()
+}
+
+#[test]
+fn a_run_says_what_of_its_scene_was_not_in_force() {
+    let bench = bench();
+    bench.run("a", &[]);
+    bench.run("soft", &["--iterations", "10"]);
+    bench.run("b", &["--from", "a"]);
+    bench.run("c", &["--from", "soft"]);
+    let [a, b, c] = ["a", "b", "c"].map(|run| departures(&bench, run));
+    let has = |run: &[String], option: &str| run.iter().any(|o| o == option);
+    for option in ["gradient.design_memory", "schedule.snap_trials"] {
+        assert!(has(&a, option) && !has(&b, option) && has(&c, option));
+    }
+    assert!(!has(&a, "start") && has(&b, "start") && has(&c, "start"));
+    let plan = plan(&bench);
+    let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
+    let progress = codesign.begin(0).unwrap();
+    let with = (codesign, progress);
+    optimise_with(&bench.path("own"), &plan, with, &mut StopsAfter(usize::MAX)).unwrap();
+    let own = departures(&bench, "own");
+    assert!(has(&a, "loss.kind") && !has(&own, "loss.kind") && has(&own, "loss"));
+}
+
+/// Without a scene a run goes on in the one of the run that it comes from, beside that run.
+#[test]
+fn a_run_goes_on_in_its_own_scene() {
+    let bench = bench();
+    bench.run("runs/a", &[]);
+    let said = bench.cosmic(&["optimize", "--from", "runs/a"]);
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(
+        said.out.contains("run: runs/a-on\n") && said.out.contains("tiny, seed 0"),
+        "{}",
+        said.out
+    );
+    let scene = |run: &str| fs::read_to_string(bench.path(run).join("scene.toml")).unwrap();
+    assert_eq!(scene("runs/a"), scene("runs/a-on"));
+    let design = "runs/a/design.json";
+    let said = bench.cosmic(&["optimize", "--from", design, "--out", "b"]);
+    assert_eq!(said.code, 0, "{said:?}");
+    assert_eq!(scene("runs/a"), scene("b"));
+}
+
+/// What no run can have written is refused, and not gone on with.
+#[test]
+fn a_snapshot_that_enters_where_no_run_does_is_refused() {
+    let bench = bench();
+    bench.run("a", &[]);
+    let plan = plan(&bench);
+    let design = DesignFile::read(&bench.path("a/design.json")).unwrap();
+    let controller = design.robot(&plan.scene, "a").unwrap();
+    let codesign = CoDesign::new(&plan.scene).unwrap();
+    let progress = codesign.begin_with(0, (design.z, controller)).unwrap();
+    let with = (codesign, progress);
+    optimise_with(&bench.path("b"), &plan, with, &mut StopsAfter(2)).unwrap_err();
+    let path = bench.path("b/snapshot.json");
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(text.contains("\"entered\":19,"));
+    for wrong in ["3", "30", "18446744073709551615"] {
+        fs::write(
+            &path,
+            text.replace("\"entered\":19,", &format!("\"entered\":{wrong},")),
+        )
+        .unwrap();
+        let said = bench.cosmic(&["resume", "b"]);
+        assert!(
+            said.code == 2 && said.error.contains("`progress.entered`"),
+            "{said:?}"
+        );
+    }
+    fs::write(&path, text).unwrap();
+    assert_eq!(bench.cosmic(&["resume", "b"]).code, 0);
 }
 
 /// It has a folder as every run, and no program goes on with it that has another loss.
@@ -205,11 +289,31 @@ fn begin_of_the_scene(bench: &Bench, plan: &Plan) {
     };
     let said = begin(&other, "d").unwrap_err().to_string();
     assert!(said.contains("scene and seed"), "{said}");
+    let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
+    let of_the_scene = CoDesign::new(&plan.scene).unwrap().begin(0).unwrap();
+    let with = (codesign, of_the_scene);
+    let said = optimise_with(&bench.path("d"), plan, with, &mut StopsAfter(3)).unwrap_err();
+    assert!(said.to_string().contains("of one loss"), "{said}");
+    let mut codesign = CoDesign::new(&plan.scene).unwrap();
+    let mut progress = codesign.begin(0).unwrap();
+    codesign.iterate(&mut progress);
+    let with = (codesign, progress);
+    let said = optimise_with(&bench.path("d"), plan, with, &mut StopsAfter(3)).unwrap_err();
+    assert!(
+        said.to_string().contains("iterations behind it: 1"),
+        "{said}"
+    );
     let many = Plan {
         starts: NonZeroUsize::new(2).unwrap(),
         ..plan.clone()
     };
     assert_eq!(begin(&many, "d").unwrap_err().exit_code(), 2);
+    // A search has an optimisation for each of its starts.
+    optimise(&bench.path("e"), &many, &mut StopsAfter(3)).unwrap_err();
+    let codesign = CoDesign::new(&plan.scene).unwrap();
+    let said = resume_with(&bench.path("e"), codesign, &mut StopsAfter(3)).unwrap_err();
+    assert!(said.to_string().contains("several starts"), "{said}");
+    assert!(!bench.path("e/summary.json").exists());
     assert!(!bench.path("d").exists());
 }
 
@@ -230,7 +334,7 @@ fn what_cannot_be_begun_with_is_refused() {
     let tiny = &bench.scene[..];
     // Of another lattice, with the place in the file.
     refused(
-        &["--from", "a"],
+        &["stability", "--from", "a"],
         &["a/design.json", "number of `edges`", "110", "20"],
     );
     refused(&[tiny, "--from", "a", "--starts", "2"], &["--starts"]);
@@ -243,6 +347,14 @@ fn what_cannot_be_begun_with_is_refused() {
     refused(
         &[tiny, "--from", "far.json"],
         &["`z[3]`", "1.5", "from 0 to 1"],
+    );
+    let mut other = bench.json("a/design.json");
+    let material = other["materials"][7].as_u64().unwrap();
+    other["materials"][7] = ((material + 1) % 3).into();
+    write("other.json", &other.to_string());
+    refused(
+        &[tiny, "--from", "other.json"],
+        &["`materials[7]`", "decided"],
     );
     let text = scene(24, 64, "");
     let layout = "[start]\nkind = \"layout\"\nlayout = \"filled\"\n";

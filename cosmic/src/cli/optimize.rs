@@ -1,10 +1,11 @@
 //! `cosmic optimize`.
 
-use super::source::robot;
+use super::source::{folder_of, robot};
 use super::{RunOptions, runs};
 use crate::codesign::CoDesign;
 use crate::error::{Error, Result};
-use crate::record::{Plan, Search, optimise, optimise_with};
+use crate::record::run::SCENE;
+use crate::record::{Plan, Search, Summary, optimise, optimise_with};
 use crate::scene::{BUILTIN, Scene, UnstableStep, fault};
 use clap::Args;
 use std::num::NonZeroUsize;
@@ -13,9 +14,9 @@ use std::path::{Path, PathBuf};
 /// Co-design a robot: structure, material and controller together, by the paper's algorithm 1
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A built-in scene or a TOML file
-    #[arg(value_name = "SCENE", default_value = BUILTIN[0].name)]
-    scene: String,
+    /// A built-in scene or a TOML file [default: stability, with --from the scene beside that design]
+    #[arg(value_name = "SCENE")]
+    scene: Option<String>,
     /// Try this many seeds, from --seed on, and keep the best
     #[arg(long, value_name = "N", default_value = "1")]
     starts: NonZeroUsize,
@@ -40,12 +41,13 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let options = &self.options;
-        let mut scene = Scene::load(&self.scene)?;
+        let [from, name] = self.sources();
+        let mut scene = Scene::load(&from)?;
         if self.allow_unstable {
             scene.physics.unstable_step = UnstableStep::Warn;
         }
         let plan = Plan {
-            name: name_of(&self.scene),
+            name: name_of(&name),
             scene,
             seed: options.seed,
             starts: self.starts,
@@ -59,7 +61,7 @@ impl Arguments {
         }
         let folder = match &options.out {
             Some(folder) => folder.clone(),
-            None => PathBuf::from("runs").join(format!("{}-{}", plan.name, plan.seed)),
+            None => PathBuf::from("runs").join(self.folder_name(&plan)),
         };
         let robot = self.from.as_deref().map(|from| robot(from, &plan.scene));
         let robot = robot.transpose()?;
@@ -76,7 +78,34 @@ impl Arguments {
                 }
             },
         )
-        .map_err(|error| pointed(error, &self.scene))
+        .map_err(|error| pointed(error, &from))
+    }
+
+    /// Where the scene is read from, and what it is called after.
+    fn sources(&self) -> [String; 2] {
+        if let Some(scene) = &self.scene {
+            return [scene, scene].map(String::clone);
+        }
+        let beside = self.from.as_deref().map(|from| folder_of(from).join(SCENE));
+        match beside.filter(|scene| scene.exists()) {
+            None => [BUILTIN[0].name; 2].map(String::from),
+            Some(scene) => {
+                let summary = Summary::read(scene.parent().unwrap_or(Path::new("")));
+                let scene = scene.display().to_string();
+                let name = summary.map_or_else(|_| scene.clone(), |summary| summary.scene);
+                [scene, name]
+            }
+        }
+    }
+
+    /// What the run's folder is called where none is named: the run that goes on from another after
+    /// that one.
+    fn folder_name(&self, plan: &Plan) -> String {
+        let before = self.from.as_deref().map(folder_of);
+        match before.as_ref().and_then(|folder| folder.file_name()) {
+            Some(name) if self.scene.is_none() => format!("{}-on", name.to_string_lossy()),
+            _ => format!("{}-{}", plan.name, plan.seed),
+        }
     }
 }
 

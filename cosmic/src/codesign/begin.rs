@@ -1,5 +1,6 @@
 //! Plans, and the states before the first iteration.
 
+use super::schedule::Moment;
 use super::{CoDesign, Progress};
 use crate::controller::Controller;
 use crate::design::{Material, dominant, one_hot, start_vectors};
@@ -15,7 +16,7 @@ impl CoDesign {
     /// Plans the optimisation of a scene.
     ///
     /// # Errors
-    /// Where the scene's optimiser settings do not fit one another.
+    /// Those of [`Scene::check`], and where the scene's optimiser settings do not fit one another.
     pub fn new(scene: &Scene) -> Result<Self> {
         let objective = Objective::new(&scene.objective, &scene.loss, &scene.physics);
         Ok(Self {
@@ -67,9 +68,11 @@ impl CoDesign {
     /// ```
     ///
     /// # Errors
-    /// As [`new`](Self::new); [`Error::Usage`] where the loss does not observe steps in ascending
-    /// order up to the last, or no node.
+    /// As [`new`](Self::new); [`Error::Usage`] where of some length that the schedule comes to the
+    /// loss does not observe steps in ascending order up to the last, and for one that looks at no
+    /// node.
     pub fn with_loss(scene: &Scene, loss: impl Loss + 'static) -> Result<Self> {
+        scene.check()?;
         check_loss(&loss, scene)?;
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
         let variables = 3 * lattice.edges.len();
@@ -116,8 +119,8 @@ impl CoDesign {
     ///
     /// # Errors
     /// [`Error::Misfit`] for a robot of another lattice or another number of hidden units,
-    /// [`Error::Usage`] for design vectors beyond 0 and 1 and for one that is not decided where the
-    /// scene has no snap; otherwise as [`begin`](Self::begin).
+    /// [`Error::Usage`] for design vectors beyond 0 and 1, weights that are no numbers, and a robot
+    /// that is not decided where the scene has no snap; otherwise as [`begin`](Self::begin).
     pub fn begin_with(
         &self,
         seed: u64,
@@ -141,6 +144,11 @@ impl CoDesign {
                 "the design to begin with: `z[{edge}]` is {:?}, where numbers from 0 to 1 are allowed",
                 z[edge]
             )));
+        }
+        if !is_finite(&controller) {
+            return Err(Error::Usage(
+                "the controller to begin with has weights that are no numbers".into(),
+            ));
         }
         let entered = if materials.is_some() { snap_at } else { 0 };
         if entered >= self.scene.schedule.iterations {
@@ -201,10 +209,18 @@ impl CoDesign {
     }
 }
 
+fn is_finite(c: &Controller<f64>) -> bool {
+    let mut weights = [&c.w1, &c.b1, &c.w2, &c.b2].into_iter().flatten();
+    weights.all(|weight| weight.is_finite())
+}
+
 /// Whether a loss looks at what a rollout has.
 fn check_loss(loss: &impl Loss, scene: &Scene) -> Result<()> {
-    let [first, last] = scene.schedule.horizon;
-    for steps in [first, last, scene.physics.steps] {
+    let horizon = |iteration| Moment { scene, iteration }.horizon();
+    let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();
+    lengths.push(scene.physics.steps);
+    lengths.dedup();
+    for steps in lengths {
         let observed = loss.observed(steps);
         if !observed.is_sorted() || observed.last() != Some(&steps) {
             return Err(Error::Usage(format!(
@@ -310,5 +326,30 @@ mod tests {
         );
         assert!(said(|steps| vec![steps, 0, steps]).contains("[24, 0, 24]"));
         assert!(said(|_| Vec::new()).contains("[]"));
+        // Of every length that the horizon has on the way.
+        let mut scene = tiny();
+        (scene.schedule.horizon, scene.schedule.horizon_over) = ([12, 24], [1, 5]);
+        let astray = Astray(|steps| vec![steps - usize::from(steps == 15)]);
+        let refused = CoDesign::with_loss(&scene, astray).err();
+        let text = refused.expect("it is refused").to_string();
+        assert!(text.contains("a rollout of 15 steps"), "{text}");
+    }
+
+    #[test]
+    fn a_robot_to_begin_with_has_numbers_and_the_lattice_of_the_scene() {
+        let codesign = CoDesign::new(&tiny()).unwrap();
+        let progress = codesign.begin(1).unwrap();
+        let robot = || (progress.z.clone(), progress.controller.clone());
+        let said = |robot| codesign.begin_with(1, robot).err().map(|e| e.to_string());
+        assert_eq!(said(robot()), None);
+        let (z, mut controller) = robot();
+        controller.w2[3] = f64::NAN;
+        assert!(said((z, controller)).unwrap().contains("no numbers"));
+        let (mut z, controller) = robot();
+        z[2][1] = f64::NAN;
+        assert!(said((z, controller)).unwrap().contains("`z[2]`"));
+        let (mut z, controller) = robot();
+        z.pop();
+        assert!(said((z, controller)).unwrap().contains("length of `z`"));
     }
 }

@@ -1,8 +1,9 @@
 //! A loss behind a pointer.
 //!
 //! An optimisation asks a loss in four number types. Asked through a pointer, it is compiled for
-//! these four where it is written, and the simulator where the simulator is: a loss of one's own
-//! costs neither its compilation again nor its speed in a build without optimisation.
+//! these four where it is written, and the simulator where the simulator is: with a loss of one's own
+//! the simulator is neither compiled again nor, where dependencies are optimised and the own crate is
+//! not, slow.
 
 use autodiff::{Real, Var};
 

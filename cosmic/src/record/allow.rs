@@ -19,6 +19,13 @@ pub fn allow_unstable(folder: &Path) -> Result<()> {
     let Some((_lock, mut snapshot)) = take_up(folder)? else {
         return Ok(());
     };
+    if snapshot.progress.as_ref().is_some_and(|p| p.own_loss) {
+        return Err(Error::Usage(format!(
+            "{}: the run is for a loss of its own: the program that began it begins anew, with \
+             `physics.unstable_step = \"warn\"` in its scene",
+            folder.display()
+        )));
+    }
     if snapshot.plan.scene.physics.unstable_step != UnstableStep::Warn {
         let scene = folder.join(SCENE);
         keep_scene(folder, &snapshot.plan.scene)?;

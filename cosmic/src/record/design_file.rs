@@ -5,7 +5,7 @@
 use super::files::{Format, parse_json, read_json, write_json};
 use crate::case::Case;
 use crate::controller::{Controller, Weights, observation_length};
-use crate::design::{Material, one_hot};
+use crate::design::{Material, dominant, one_hot};
 use crate::error::{Error, Result, fits};
 use crate::lattice::{Ground, Lattice};
 use crate::scene::Scene;
@@ -89,7 +89,7 @@ impl DesignFile {
     ///
     /// # Errors
     /// [`Error::Misfit`] for another number of edges, nodes or hidden units, [`Error::Usage`] for
-    /// as many edges between other nodes.
+    /// as many edges between other nodes and for materials that are not those of a decided `z`.
     pub fn robot(&self, scene: &Scene, file: &str) -> Result<Controller<f64>> {
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
         let edges = lattice.edges.len();
@@ -103,6 +103,16 @@ impl DesignFile {
         }
         fits("rows of `z`", self.z.len(), edges)?;
         fits("length of `materials`", self.materials.len(), edges)?;
+        let decided: Vec<_> = self.z.iter().map(dominant).collect();
+        let differs = |e: &usize| self.materials[*e] != decided[*e];
+        if let Some(e) = (0..edges)
+            .find(differs)
+            .filter(|_| self.z == one_hot(&decided))
+        {
+            return Err(Error::Usage(format!(
+                "{file}: `materials[{e}]` is not what `z`, which is decided, has there"
+            )));
+        }
         let hidden = self.controller.b1.len();
         fits("length of `controller.b1`", hidden, scene.controller.hidden)?;
         let inputs = observation_length(&scene.controller, lattice.nodes());

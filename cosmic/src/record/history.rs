@@ -335,7 +335,7 @@ fn perhaps(x: Option<f64>) -> String {
 mod tests {
     use super::{DESIGNS, DesignRow, History, LINES, Row, TABLE};
     use crate::codesign::{CoDesign, Record};
-    use crate::scene::Scene;
+    use crate::scene::{LossKind, Scene};
     use std::fs;
 
     fn records() -> Vec<Record> {
@@ -343,7 +343,8 @@ mod tests {
         (scene.lattice.columns, scene.lattice.rows) = (2, 2);
         scene.physics.steps = 8;
         scene.schedule.iterations = 4;
-        scene.schedule.snap_at = 3;
+        (scene.schedule.attraction_from, scene.schedule.snap_at) = (2, 3);
+        scene.loss.kind = LossKind::Final;
         scene.schedule.horizon = [8, 8];
         let mut records = Vec::new();
         let mut codesign = CoDesign::new(&scene).unwrap();

@@ -90,10 +90,21 @@ pub fn optimise_with(
     if plan.starts.get() > 1 {
         return Err(Error::Usage("several starts have a beginning each".into()));
     }
-    if (codesign.scene(), progress.seed) != (&plan.scene, plan.seed) {
+    let first = codesign.first(plan.seed)?;
+    let is_of_plan = (codesign.scene(), progress.seed) == (&plan.scene, plan.seed);
+    if !is_of_plan || progress.own_loss != first.own_loss {
         return Err(Error::Usage(
-            "the optimisation is not of the plan's scene and seed".into(),
+            "the optimisation and its progress are not both of the plan's scene and seed, and of one \
+             loss"
+                .into(),
         ));
+    }
+    progress.fits(&first, "the progress to begin with")?;
+    if progress.iteration != progress.before_first() {
+        return Err(Error::Usage(format!(
+            "the progress to begin with has iterations behind it: {}",
+            progress.iteration
+        )));
     }
     Run::begin(folder, plan, (codesign, progress))?.finish(observer)
 }
@@ -101,7 +112,8 @@ pub fn optimise_with(
 /// As [`resume`], for a run with a loss of one's own: by an optimisation with the same.
 ///
 /// # Errors
-/// As [`resume`], and [`Error::Usage`] where the optimisation is not of the run's scene.
+/// As [`resume`], and [`Error::Usage`] where the optimisation is not of the run's scene, or the
+/// folder is that of several starts.
 pub fn resume_with(
     folder: &Path,
     codesign: CoDesign,
@@ -110,6 +122,12 @@ pub fn resume_with(
     let Some((lock, snapshot)) = take_up(folder)? else {
         return Summary::read(folder);
     };
+    if snapshot.progress.is_none() {
+        return Err(Error::Usage(format!(
+            "{}: several starts, which have an optimisation each",
+            folder.display()
+        )));
+    }
     let seconds = snapshot.seconds;
     let (plan, progress) = snapshot.unpack(&folder.join(SNAPSHOT), &codesign)?;
     Run::at_work((folder, lock), (plan, seconds), codesign, progress)?.finish(observer)
@@ -140,7 +158,7 @@ pub struct Run {
     lock: Lock,
     /// The worst time step that was warned of.
     warned: Grade,
-    /// Iterations in a row whose gradients were all zero.
+    /// Iterations in a row whose gradients were all zero or no numbers.
     flat: usize,
     /// Wall time spent by earlier processes, s.
     before: f64,
@@ -278,9 +296,10 @@ impl Run {
         let stands = (&*self.folder, self.progress.iteration);
         check.accept_in(stands, &self.plan.scene.physics)?;
         if check.grade() > self.warned {
-            let when = match self.progress.iteration {
-                0 => String::new(),
-                iteration => format!("after iteration {iteration}: "),
+            let iteration = self.progress.iteration;
+            let when = match iteration == self.progress.before_first() {
+                true => String::new(),
+                false => format!("after iteration {iteration}: "),
             };
             observer.warning(self, &format!("{when}{check}"));
             self.warned = check.grade();
@@ -298,14 +317,16 @@ impl Run {
         if slopes.peek().is_none() {
             return;
         }
-        self.flat = match slopes.all(|slope| slope == 0.0) {
+        // Where a slope is no number, the update is skipped.
+        self.flat = match slopes.all(|slope| slope == 0.0 || !slope.is_finite()) {
             true => self.flat + 1,
             false => 0,
         };
         if self.flat == FLAT {
             let text = format!(
-                "after iteration {}: all gradients of the last {FLAT} iterations were zero: within \
-                 the horizon nothing that is designed has an influence on the task",
+                "after iteration {}: all gradients of the last {FLAT} iterations were zero or not \
+                 finite: within the horizon nothing that is designed has an influence on the task, or \
+                 the loss is no number",
                 record.iteration
             );
             observer.warning(self, &text);

@@ -140,7 +140,17 @@ impl Snapshot<'_> {
                 false => format!("{file}: the run is for its scene's objective, and no other loss"),
             }));
         }
-        progress.fits(&first, &file.display().to_string())?;
+        let file = &file.display().to_string();
+        progress.fits(&first, file)?;
+        let (snap_at, iteration) = (plan.scene.schedule.snap_at, progress.iteration);
+        if let Some(entered) = progress.entered
+            && ((entered != 0 && entered != snap_at) || entered > iteration)
+        {
+            return Err(Error::Usage(format!(
+                "{file}: `progress.entered` is {entered}, where after iteration {iteration} 0 or the \
+                 snap's ({snap_at}) would be"
+            )));
+        }
         Ok((plan, progress))
     }
 

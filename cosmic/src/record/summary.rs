@@ -159,7 +159,7 @@ impl Summary {
                 true => StopReason::Finished,
                 false => StopReason::IterationLimit,
             },
-            departures: plan.scene.departures(),
+            departures: departures(plan, progress),
             cosmic_version: env!("CARGO_PKG_VERSION").to_string(),
             seconds,
             starts: Vec::new(),
@@ -173,4 +173,38 @@ impl Summary {
     pub fn read(folder: &Path) -> Result<Self> {
         read_json(&folder.join(SUMMARY), FORMAT)
     }
+}
+
+/// What differs from the paper in a run: of the scene's departures those that were in force, and
+/// what no scene says.
+fn departures(plan: &Plan, progress: &Progress) -> Vec<Departure> {
+    let schedule = &plan.scene.schedule;
+    let decided_before = progress
+        .entered
+        .is_some_and(|entered| entered == schedule.snap_at);
+    let idle = |option: &str| {
+        let of_start = progress.entered.is_some() && option.starts_with("start.");
+        let of_design =
+            decided_before && ["gradient.design_memory", "schedule.snap_trials"].contains(&option);
+        let of_loss = progress.own_loss
+            && ["loss.", "objective."]
+                .iter()
+                .any(|s| option.starts_with(s));
+        of_start || of_design || of_loss
+    };
+    let mut departures = plan.scene.departures();
+    departures.retain(|departure| !idle(&departure.option));
+    let named = |option: &str, says: &str| Departure {
+        option: option.to_string(),
+        says: says.to_string(),
+    };
+    if progress.entered.is_some() {
+        let says = "the run began with a robot that was there already, kept in start.json";
+        departures.push(named("start", says));
+    }
+    if progress.own_loss {
+        let says = "robots are designed for a loss of the program that began the run";
+        departures.push(named("loss", says));
+    }
+    departures
 }
