@@ -86,6 +86,8 @@ fn the_step_that_a_refusal_asks_for_is_safe() {
 fn an_optimisation_refuses_an_unstable_start_unless_told_otherwise() {
     let mut scene = scene(0.05);
     scene.physics.steps = 8;
+    scene.schedule.horizon = [8, 8];
+    (scene.loss.window, scene.loss.every) = (8, 4);
     let begin = |scene: &Scene| CoDesign::new(scene).and_then(|c| c.begin(0));
     let refused = begin(&scene).expect_err("50 ms are too long");
     assert_eq!(refused.exit_code(), 2);
