@@ -5,7 +5,9 @@
 //! its own. Parameters that are not differentiated are fields of the type. Where reverse mode is
 //! all that is wanted, [`gradient_of`] takes a closure.
 //!
-//! All drivers are generic over the number type of `x`, so they nest.
+//! All drivers are generic over the number type of `x`, so they nest. Those of reverse mode leave the
+//! memory of their recording, up to a gigabyte, to the next call on the same thread; a
+//! [`Tape`](crate::Tape) of one's own gives it back when it is dropped.
 
 use crate::forward::Dual;
 use crate::real::Real;

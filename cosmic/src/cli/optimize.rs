@@ -47,7 +47,7 @@ impl Arguments {
             scene.physics.unstable_step = UnstableStep::Warn;
         }
         let plan = Plan {
-            name: name_of(&name),
+            name,
             scene,
             seed: options.seed,
             starts: self.starts,
@@ -81,10 +81,10 @@ impl Arguments {
         .map_err(|error| pointed(error, &from))
     }
 
-    /// Where the scene is read from, and what it is called after.
+    /// Where the scene is read from, and what it is called.
     fn sources(&self) -> [String; 2] {
         if let Some(scene) = &self.scene {
-            return [scene, scene].map(String::clone);
+            return [scene.clone(), name_of(scene)];
         }
         let beside = self.from.as_deref().map(|from| folder_of(from).join(SCENE));
         match beside.filter(|scene| scene.exists()) {
@@ -92,7 +92,7 @@ impl Arguments {
             Some(scene) => {
                 let summary = Summary::read(scene.parent().unwrap_or(Path::new("")));
                 let scene = scene.display().to_string();
-                let name = summary.map_or_else(|_| scene.clone(), |summary| summary.scene);
+                let name = summary.map_or_else(|_| name_of(&scene), |summary| summary.scene);
                 [scene, name]
             }
         }
