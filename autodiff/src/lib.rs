@@ -255,6 +255,7 @@ pub mod real;
 pub mod reverse;
 pub mod rollout;
 mod rule;
+mod spare;
 pub mod sparse;
 pub mod trace;
 pub mod wide;

@@ -35,10 +35,10 @@
 //! - `max`, `min` and `clamp` have the conventions of the table in [`real`](crate::real): a NaN
 //!   is passed on, not ignored.
 
+mod constants;
 mod elementary;
 mod float;
 pub(crate) mod functions;
-mod constants;
 mod number;
 
 use crate::real::Real;

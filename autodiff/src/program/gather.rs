@@ -127,6 +127,7 @@ impl<R: Real> Vectorized<R> for Forward<'_, R> {
         }
         let starts = self.moves.starts;
         for &Run { from, to, len } in &self.moves.spreads {
+            // Of single numbers a lane would be all mask.
             if starts == 1 {
                 self.to[to..to + len].fill(self.from[from]);
                 continue;

@@ -1,22 +1,14 @@
 //! Tapes that are done with, for the thread's next gradient.
 //!
-//! Fresh pages from the system cost as much as a long recording and its sweep do: a driver that is
-//! called in a loop has the memory of its last call.
-
-use std::any::Any;
-use std::cell::RefCell;
+//! A driver that is called in a loop has the memory of its last call: fresh pages would cost as much as
+//! a long recording and its sweep do.
 
 use super::Tape;
 use crate::real::Real;
+use crate::spare;
 
-/// One tape of a number type each; with nested modes there are a few types.
-const MOST_TAPES: usize = 4;
 /// A tape that is larger is given back to the system.
 const MOST_BYTES: usize = 1 << 30;
-
-thread_local! {
-    static SPARE: RefCell<Vec<Box<dyn Any>>> = const { RefCell::new(Vec::new()) };
-}
 
 /// Does something with a tape of the thread's own. Where that panics, the tape is lost.
 pub(crate) fn with_tape<R: Real, T>(work: impl FnOnce(&mut Tape<R>) -> T) -> T {
@@ -24,36 +16,22 @@ pub(crate) fn with_tape<R: Real, T>(work: impl FnOnce(&mut Tape<R>) -> T) -> T {
 }
 
 fn keeping<R: Real, T>(most: usize, work: impl FnOnce(&mut Tape<R>) -> T) -> T {
-    let spare = SPARE.try_with(|spare| {
-        let mut spare = spare.borrow_mut();
-        let place = spare.iter().position(|tape| tape.is::<Tape<R>>())?;
-        spare.swap_remove(place).downcast::<Tape<R>>().ok()
-    });
-    // At the end of a thread there is nothing to take from, and nowhere to put it.
-    let spare = spare.ok().flatten();
-    let mut tape = spare.unwrap_or_else(|| Box::new(Tape::new()));
+    let mut tape = spare::take::<Tape<R>>().unwrap_or_default();
     let result = work(&mut tape);
     // What was recorded may hold what belongs to the caller.
     tape.forget();
     if tape.bytes() <= most {
-        let _ = SPARE.try_with(|spare| {
-            let mut spare = spare.borrow_mut();
-            spare.truncate(MOST_TAPES - 1);
-            spare.insert(0, tape);
-        });
+        spare::keep(tape);
     }
     result
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{MOST_BYTES, SPARE, keeping, with_tape};
+    use super::{MOST_BYTES, keeping, with_tape};
     use crate::reverse::{Tape, Var};
+    use crate::spare::count;
     use crate::{Dual, Real, gradient_of};
-
-    fn spare() -> usize {
-        SPARE.with_borrow(Vec::len)
-    }
 
     fn long(x: Var<f64>, entries: usize) -> Var<f64> {
         (0..entries).fold(x, |y, _| y * x)
@@ -67,9 +45,9 @@ mod tests {
         let kept = with_tape(capacity);
         assert!(kept >= 24 * 1000);
         with_tape(|_: &mut Tape<Dual<f64, 2>>| {
-            with_tape(|_: &mut Tape<f32>| assert_eq!(spare(), 1))
+            with_tape(|_: &mut Tape<f32>| assert_eq!(count(), 1))
         });
-        assert_eq!((spare(), with_tape(capacity)), (3, kept));
+        assert_eq!((count(), with_tape(capacity)), (3, kept));
     }
 
     #[test]
@@ -91,8 +69,8 @@ mod tests {
     fn what_is_large_goes_back_to_the_system() {
         let record = |tape: &mut Tape<f64>| tape.record(&[1.0], |x| long(x[0], 1000)).value();
         assert_eq!(keeping(24 * 1000, record), 1.0);
-        assert_eq!(spare(), 0);
+        assert_eq!(count(), 0);
         assert_eq!(keeping(MOST_BYTES, record), 1.0);
-        assert_eq!(spare(), 1);
+        assert_eq!(count(), 1);
     }
 }

@@ -1,7 +1,5 @@
 //! The two directions of a rollout.
 
-use std::any::Any;
-use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -10,6 +8,7 @@ use super::{Model, Rollout};
 use crate::lanes::prefetch;
 use crate::program::{Aligned, Program, Watch};
 use crate::real::Real;
+use crate::spare;
 
 /// Starts that run side by side.
 #[derive(Clone, Copy)]
@@ -278,17 +277,10 @@ impl<R: Real> Recorded<R> {
     }
 }
 
-thread_local! {
-    /// Rows that are done with, for the thread's next sweep: to have fresh pages from the system
-    /// costs as much as a quarter of it.
-    static SPARE: RefCell<Option<Box<dyn Any>>> = const { RefCell::new(None) };
-}
-
-/// So many numbers at least, of which nothing is known.
+/// So many numbers at least, of which nothing is known; those that the thread's last sweep had,
+/// where they are enough.
 fn spare_rows<R: Real>(len: usize) -> Aligned<R> {
-    let spare = SPARE.with_borrow_mut(Option::take);
-    let rows = spare.and_then(|spare| spare.downcast::<Aligned<R>>().ok());
-    match rows {
+    match spare::take::<Aligned<R>>() {
         Some(rows) if rows.len() >= len => *rows,
         // Room for somewhat longer sweeps to come; what is not touched takes no memory.
         _ => Aligned::zeros(len + len / 4),
@@ -298,7 +290,6 @@ fn spare_rows<R: Real>(len: usize) -> Aligned<R> {
 impl<R: Real> Drop for Recorded<R> {
     fn drop(&mut self) {
         let rows = std::mem::replace(&mut self.rows, Aligned::zeros(0));
-        // At the end of a thread there may be nowhere to put it.
-        let _ = SPARE.try_with(|spare| spare.replace(Some(Box::new(rows))));
+        spare::keep(Box::new(rows));
     }
 }
