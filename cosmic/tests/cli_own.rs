@@ -88,6 +88,16 @@ fn a_robot_that_is_not_decided_goes_through_the_whole_schedule() {
     assert!(!bench.path("plain/start.json").exists());
 }
 
+/// A material that is held is none of an edge that is not decided, at the start as in the end.
+#[test]
+fn a_start_names_the_materials_of_its_mixture() {
+    let held = scene(24, 64, "") + "[projection]\nhold_materials = 1.0\n";
+    let bench = Bench::with(&held);
+    bench.run("soft", &["--iterations", "1"]);
+    bench.run("b", &["--from", "soft"]);
+    assert!(is_the_start(&bench, ["soft", "b"]));
+}
+
 /// Stops a run after so many iterations.
 struct StopsAfter(usize);
 

@@ -1,6 +1,6 @@
 //! `cosmic optimize`.
 
-use super::source::{folder_of, robot};
+use super::source::{design_of, robot};
 use super::{RunOptions, runs};
 use crate::codesign::CoDesign;
 use crate::error::{Error, Result};
@@ -86,7 +86,10 @@ impl Arguments {
         if let Some(scene) = &self.scene {
             return [scene.clone(), name_of(scene)];
         }
-        let beside = self.from.as_deref().map(|from| folder_of(from).join(SCENE));
+        let beside = self
+            .from
+            .as_deref()
+            .map(|from| design_of(from).with_file_name(SCENE));
         match beside.filter(|scene| scene.exists()) {
             None => [BUILTIN[0].name; 2].map(String::from),
             Some(scene) => {
@@ -101,8 +104,9 @@ impl Arguments {
     /// What the run's folder is called where none is named: the run that goes on from another after
     /// that one.
     fn folder_name(&self, plan: &Plan) -> String {
-        let before = self.from.as_deref().map(folder_of);
-        match before.as_ref().and_then(|folder| folder.file_name()) {
+        let before = self.from.as_deref().map(design_of);
+        let folder = before.as_deref().and_then(Path::parent);
+        match folder.and_then(Path::file_name) {
             Some(name) if self.scene.is_none() => format!("{}-on", name.to_string_lossy()),
             _ => format!("{}-{}", plan.name, plan.seed),
         }

@@ -92,16 +92,8 @@ pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Vec<[f64; 3]>, Contro
     Ok((design.z, controller))
 }
 
-/// The folder of a run, named by itself or by its design.
-pub(super) fn folder_of(path: &Path) -> PathBuf {
-    match path.is_dir() {
-        true => path.to_owned(),
-        false => path.parent().unwrap_or(Path::new("")).to_owned(),
-    }
-}
-
 /// The design of a run's folder, or the design that a path is of itself.
-fn design_of(path: &Path) -> PathBuf {
+pub(super) fn design_of(path: &Path) -> PathBuf {
     match path.is_dir() {
         true => path.join(DESIGN),
         false => path.to_owned(),

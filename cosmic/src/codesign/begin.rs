@@ -72,6 +72,7 @@ impl CoDesign {
     /// loss does not observe steps in ascending order up to the last, and for one that looks at no
     /// node.
     pub fn with_loss(scene: &Scene, loss: impl Loss + 'static) -> Result<Self> {
+        // What a run writes has to be read again.
         scene.check()?;
         check_loss(&loss, scene)?;
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));

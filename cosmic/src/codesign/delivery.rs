@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::reach::Reached;
 use super::{Candidate, CoDesign, Progress};
 use crate::controller::Controller;
-use crate::design::{self, Material};
+use crate::design::Material;
 use crate::gradient::{Task, together};
 use crate::lattice::State;
 use crate::random::{Purpose, stream, symmetric};
@@ -121,10 +121,7 @@ impl CoDesign {
             |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
         Delivery {
             z: progress.z.clone(),
-            materials: match &progress.materials {
-                Some(materials) => materials.clone(),
-                None => mixture.iter().map(design::dominant).collect(),
-            },
+            materials: self.materials(progress),
             controller: controller.clone(),
             iteration,
             displacement: self.task.ground().vector_to_world(moved),

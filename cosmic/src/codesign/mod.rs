@@ -55,7 +55,7 @@ use autodiff::CotangentBound;
 use rayon::prelude::*;
 
 use crate::controller::Controller;
-use crate::design::{Material, alternatives, attract, flips, snap};
+use crate::design::{Material, alternatives, attract, dominant, flips, snap};
 use crate::error::Result;
 use crate::gradient::{Horizon, Task, together};
 use crate::lattice::State;
@@ -216,6 +216,14 @@ impl CoDesign {
         match &progress.materials {
             Some(materials) => projection::one_hot(materials),
             None => self.task.mixture(Projection::Performance, &progress.z),
+        }
+    }
+
+    /// The layout, and before there is one the material nearest to each edge's mixture.
+    pub(crate) fn materials(&self, progress: &Progress) -> Vec<Material> {
+        match &progress.materials {
+            Some(materials) => materials.clone(),
+            None => self.mixture(progress).iter().map(dominant).collect(),
         }
     }
 

@@ -8,9 +8,7 @@ use super::summary::SUMMARY;
 use super::trajectory_file::TRAJECTORY;
 use super::{DesignFile, Plan, Summary, TrajectoryFile, starts, summary, trajectory_file};
 use crate::codesign::{CoDesign, Delivery, Progress, Record};
-use crate::design::dominant;
 use crate::error::{Error, Result};
-use crate::lattice::Lattice;
 use crate::scene::Scene;
 use crate::simulator::Grade;
 use std::borrow::Cow;
@@ -65,8 +63,6 @@ pub trait Observer: Send {
 /// [`Error::Write`] where files cannot be written; [`Error::Interrupted`] where the observer
 /// asked for it; [`Error::Diverged`] where the delivered design does, its last states kept.
 pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
-    // What is written has to be read again.
-    plan.scene.check()?;
     if plan.starts.get() == 1 {
         return Run::create(folder, plan)?.finish(observer);
     }
@@ -86,7 +82,6 @@ pub fn optimise_with(
     (codesign, progress): (CoDesign, Progress),
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
-    plan.scene.check()?;
     if plan.starts.get() > 1 {
         return Err(Error::Usage("several starts have a beginning each".into()));
     }
@@ -207,7 +202,7 @@ impl Run {
         sweep(folder)?;
         keep_scene(folder, &plan.scene)?;
         if progress.entered == Some(progress.iteration) {
-            keep_start(folder, &codesign.task().lattice, &progress)?;
+            keep_start(folder, &codesign, &progress)?;
         }
         Ok(Self {
             folder: folder.to_owned(),
@@ -376,10 +371,11 @@ impl Run {
 }
 
 /// Writes the robot that a run begins with, as it stands before the first iteration.
-fn keep_start(folder: &Path, lattice: &Lattice, progress: &Progress) -> Result<()> {
-    let materials: Vec<_> = progress.z.iter().map(dominant).collect();
+fn keep_start(folder: &Path, codesign: &CoDesign, progress: &Progress) -> Result<()> {
+    let materials = codesign.materials(progress);
     let robot = (&progress.z[..], &materials[..]);
-    DesignFile::new(lattice, robot, &progress.controller).write(&folder.join(START))
+    let design = DesignFile::new(&codesign.task().lattice, robot, &progress.controller);
+    design.write(&folder.join(START))
 }
 
 /// Writes the scene for those who read the folder. It is not read to go on: one that says
