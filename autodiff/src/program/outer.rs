@@ -108,11 +108,15 @@ impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
                 first: panel.first_row,
             };
             let entries = self.to.panel_mut::<L>(panel);
-            match panel.lanes {
-                1 => part.add::<L, 1, 8>(entries),
-                2 => part.add::<L, 2, 4>(entries),
-                3 => part.add::<L, 3, 2>(entries),
-                _ => part.add::<L, PANEL, 2>(entries),
+            // There are more of the widest registers.
+            match (panel.lanes, const { size_of::<L>() == 64 }) {
+                (1, _) => part.add::<L, 1, 8>(entries),
+                (2, false) => part.add::<L, 2, 4>(entries),
+                (2, true) => part.add::<L, 2, 8>(entries),
+                (3, false) => part.add::<L, 3, 2>(entries),
+                (3, true) => part.add::<L, 3, 4>(entries),
+                (_, false) => part.add::<L, PANEL, 2>(entries),
+                (_, true) => part.add::<L, PANEL, 4>(entries),
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Running a recorded program, forward and in reverse.
 
 use super::{Aligned, Array, Bars, Frame, Layout, Parameter, Program, WIDEST};
+use crate::lanes::prefetch;
 use crate::real::Real;
 
 impl<R: Real> Program<R> {
@@ -135,10 +136,22 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Computes a step; the new state stands where the next row begins.
-    pub(crate) fn step(&mut self, parameters: &[R], row: &mut [R]) {
-        for operation in &mut self.operations {
-            operation.forward(parameters, row);
+    /// Asks for a part of a row that is soon to be touched: a share before every operation. What
+    /// an operation reads would wait behind a whole row.
+    #[inline(always)]
+    fn prefetch(&self, operation: usize, row: *const R) {
+        let share = self.layout.stride.div_ceil(self.operations.len());
+        prefetch(row.wrapping_add(operation * share), share);
+    }
+
+    /// Computes a step; the new state stands where the next row begins. `soon` is the row that the
+    /// next step touches, where that is not in the cache.
+    pub(crate) fn step(&mut self, parameters: &[R], row: &mut [R], soon: Option<*const R>) {
+        for k in 0..self.operations.len() {
+            if let Some(soon) = soon {
+                self.prefetch(k, soon);
+            }
+            self.operations[k].forward(parameters, row);
         }
         for (from, to) in &self.layout.moves {
             let to = self.layout.stride + to.start;
@@ -162,12 +175,14 @@ impl<R: Real> Program<R> {
     }
 
     /// The reverse of a step, from its row. `state_bar` goes from the cotangent of the next state
-    /// to that of this one, and the bars of parameters grow by this step's part.
+    /// to that of this one, and the bars of parameters grow by this step's part. `soon` is the row
+    /// of the step before: the processor does not foresee that memory is read backwards.
     pub(crate) fn reverse_step(
         &mut self,
         (parameters, row): (&[R], &[R]),
         [parameter_bars, row_bars]: &mut [Aligned<R>; 2],
         state_bar: &mut Vec<R>,
+        soon: *const R,
     ) {
         let bars = &mut Bars {
             parameters: &mut parameter_bars[..],
@@ -191,8 +206,9 @@ impl<R: Real> Program<R> {
             }
         }
         let values = &Frame { parameters, row };
-        for operation in self.operations.iter_mut().rev() {
-            operation.reverse(values, bars);
+        for k in (0..self.operations.len()).rev() {
+            self.prefetch(k, soon);
+            self.operations[k].reverse(values, bars);
         }
         state_bar.clear();
         self.push_state(bars.row, state_bar);

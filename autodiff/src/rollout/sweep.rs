@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use super::memory::Plan;
 use super::{Model, Rollout};
-use crate::lanes::prefetch;
 use crate::program::{Aligned, Program, Watch};
 use crate::real::Real;
 use crate::spare;
@@ -74,11 +73,12 @@ impl<R: Real> Sweep<R> {
         state
     }
 
-    /// Does a step; the new state stands where the next row begins.
-    fn step(&mut self, step: usize, row: &mut [R]) {
+    /// Does a step; the new state stands where the next row begins. Asks meanwhile for the row that
+    /// is soon to be touched.
+    fn step(&mut self, step: usize, row: &mut [R], soon: Option<*const R>) {
         R::mark_step(step);
         self.program.set_inputs(row, (&self.inputs, step));
-        self.program.step(&self.parameters, row);
+        self.program.step(&self.parameters, row, soon);
         // The new state is looked at a step later: now that would wait for it to be written.
         if let (Some(watch), true) = (&mut self.watch, step > 0) {
             watch.look(&self.program, row);
@@ -102,7 +102,7 @@ impl<R: Real> Sweep<R> {
 
     /// Does a step within one row.
     pub(super) fn step_in_place(&mut self, step: usize, row: &mut [R]) {
-        self.step(step, row);
+        self.step(step, row, None);
         self.program.turn(row);
     }
 }
@@ -193,7 +193,9 @@ impl<R: Real> Recorded<R> {
     /// Does a step from the state in one of the rows.
     fn step_to_row(&mut self, step: usize, row: usize) {
         let (stride, len) = (self.sweep.program.stride(), self.sweep.program.row_len());
-        self.sweep.step(step, &mut self.rows[row * stride..][..len]);
+        let row = &mut self.rows[row * stride..];
+        let next = row[stride..].as_ptr();
+        self.sweep.step(step, &mut row[..len], Some(next));
     }
 
     /// The state of the one row.
@@ -266,12 +268,9 @@ impl<R: Real> Recorded<R> {
         let (stride, len) = (program.stride(), program.row_len());
         for step in steps.clone().rev() {
             let place = (step - steps.start) * stride;
-            // Memory is read backwards here, which the processor does not foresee. Rows of several
-            // starts are longer, and the first cache has room for one of them.
-            let ahead = if program.starts() == 1 { 2 } else { 1 };
-            prefetch(&self.rows[place.saturating_sub(ahead * stride)..][..stride]);
+            let soon = self.rows[place.saturating_sub(stride)..].as_ptr();
             let row = &self.rows[place..][..len];
-            program.reverse_step((parameters, row), bars, state_bar);
+            program.reverse_step((parameters, row), bars, state_bar, soon);
             at(step, state_bar);
         }
     }
