@@ -126,6 +126,8 @@ pub struct Program<R: Real> {
     /// How many numbers the parameters' arrays and a step's row take so far.
     ends: [usize; 2],
     layout: Layout,
+    /// How many numbers of a row to come are asked for before each operation.
+    share: usize,
     /// How far past the arrays lanes may reach, beyond their own width.
     margin: usize,
 }
@@ -159,6 +161,7 @@ impl<R: Real> Default for Program<R> {
             starts: 1,
             ends: [0; 2],
             layout: Layout::default(),
+            share: 0,
             margin: 0,
         }
     }

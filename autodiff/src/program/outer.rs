@@ -4,7 +4,7 @@
 //! gradient's memory once in [`BATCH`] steps.
 
 use super::panels::{PANEL, Panels, lane_of_column};
-use super::{Aligned, lanes};
+use super::{Aligned, WIDEST, lanes};
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
 
@@ -65,9 +65,10 @@ impl<R: Real> Batch<R> {
             self.x[self.len * columns..][..columns].copy_from_slice(x);
         } else {
             let to = &mut self.x[self.len * columns..][..columns * starts];
-            part(x, (starts, columns), to);
+            R::vectorize(Part(x, (starts, columns), to));
             let to = &mut self.y_bar[self.len * tall..][..tall * starts];
-            part(&self.side_by_side[..self.rows * starts], (starts, tall), to);
+            let side_by_side = &self.side_by_side[..self.rows * starts];
+            R::vectorize(Part(side_by_side, (starts, tall), to));
         }
         self.len += starts;
         self.len == BATCH
@@ -79,13 +80,49 @@ impl<R: Real> Batch<R> {
 }
 
 /// Numbers of several starts side by side become those of one after the other, so far apart.
-fn part<R: Real>(side_by_side: &[R], (starts, apart): (usize, usize), to: &mut [R]) {
-    for (start, to) in to.chunks_exact_mut(apart.max(1)).enumerate() {
-        let of_start = side_by_side[start..].iter().step_by(starts);
-        for (to, &from) in to.iter_mut().zip(of_start) {
-            *to = from;
+struct Part<'a, R>(&'a [R], (usize, usize), &'a mut [R]);
+
+impl<R: Real> Vectorized<R> for Part<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let Self(side_by_side, (starts, apart), to) = self;
+        let numbers = side_by_side.len() / starts;
+        if starts != L::N {
+            for (start, to) in to.chunks_exact_mut(apart.max(1)).enumerate() {
+                let of_start = side_by_side[start..].iter().step_by(starts);
+                for (to, &from) in to.iter_mut().zip(of_start) {
+                    *to = from;
+                }
+            }
+            return;
+        }
+        for (first, square) in (0..numbers)
+            .step_by(L::N)
+            .zip(side_by_side.chunks(L::N * L::N))
+        {
+            let mut lanes = [L::zero(); WIDEST];
+            for (lane, of_starts) in lanes.iter_mut().zip(square.chunks_exact(L::N)) {
+                *lane = L::load(of_starts);
+            }
+            for (start, lane) in transposed(lanes).into_iter().take(L::N).enumerate() {
+                lane.store_up_to(&mut to[start * apart..][first..numbers]);
+            }
         }
     }
+}
+
+/// The first `N` lanes, with the numbers of lane `i` at place `j` in lane `j` at place `i`.
+#[inline(always)]
+fn transposed<R: Real, L: Lane<R>>(mut lanes: [L; WIDEST]) -> [L; WIDEST] {
+    // A round turns the binary digits of lane and place, taken as one number, by one.
+    for _ in 0..L::N.trailing_zeros() {
+        let before = lanes;
+        for k in 0..L::N / 2 {
+            [lanes[2 * k], lanes[2 * k + 1]] = before[k].zip(before[k + L::N / 2]);
+        }
+    }
+    lanes
 }
 
 /// `W_bar += sum over the batch of y_bar x^T`.
@@ -169,6 +206,38 @@ impl<R: Real> BatchRows<'_, R> {
                 let to = &mut to[(c * W + w) * L::N..];
                 (L::load(to) + sums[c][w]).store(to);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Part;
+    use crate::lanes::{Level, at_most, level};
+    use crate::program::lanes;
+    use crate::real::Real;
+
+    #[test]
+    fn each_start_has_its_numbers_in_their_order() {
+        for cap in [Level::Baseline, Level::Avx2, level()] {
+            at_most(cap, || {
+                let sizes = [1, 7, 8, 19].map(|numbers| [(2, numbers), (lanes::<f64>(), numbers)]);
+                for (starts, numbers) in sizes.into_iter().flatten() {
+                    let apart = numbers + 1;
+                    let side_by_side: Vec<f64> =
+                        (0u8..).map(f64::from).take(starts * numbers).collect();
+                    let mut to = vec![-1.0; starts * apart];
+                    f64::vectorize(Part(&side_by_side, (starts, apart), &mut to));
+                    for (start, own) in to.chunks_exact(apart).enumerate() {
+                        let expected = side_by_side[start..].iter().step_by(starts);
+                        assert!(
+                            own[..numbers].iter().eq(expected),
+                            "{cap:?} {starts} {numbers}"
+                        );
+                        assert_eq!(own[numbers], -1.0);
+                    }
+                }
+            });
         }
     }
 }

@@ -10,6 +10,7 @@ impl<R: Real> Program<R> {
         let next: Option<Vec<Array>> = self.next.iter().copied().collect();
         let next = next.expect("a part of the state is never advanced");
         self.layout = Layout::new(&self.states, &next, self.ends[1]);
+        self.share = self.layout.stride.div_ceil(self.operations.len().max(1));
         self
     }
 
@@ -140,8 +141,7 @@ impl<R: Real> Program<R> {
     /// an operation reads would wait behind a whole row.
     #[inline(always)]
     fn prefetch(&self, operation: usize, row: *const R) {
-        let share = self.layout.stride.div_ceil(self.operations.len());
-        prefetch(row.wrapping_add(operation * share), share);
+        prefetch(row.wrapping_add(operation * self.share), self.share);
     }
 
     /// Computes a step; the new state stands where the next row begins. `soon` is the row that the
