@@ -45,7 +45,7 @@
 //! number, which [`Program::gather`] spreads, `program.gather(drag, &[Some(0); BALLS])`. **A kernel's
 //! `eval`, and what it calls, is `#[inline(always)]`**: without it the same numbers take some fifty
 //! times as long, for a reason that [`Kernel`] gives. What is differentiated is starts and parameters;
-//! a force or control for every step is a part of the state that moves up by a place in every step.
+//! a force for every step is one of them too, a [control](Program::control).
 //!
 //! ```
 //! use autodiff::{Adjoint, Function, Kernel, Model, Program, Real, Rollout, gradient};

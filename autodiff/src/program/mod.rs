@@ -64,6 +64,11 @@ impl Array {
         self.len == 0
     }
 
+    /// How many numbers it is given: those of all starts, if each has its own.
+    fn numbers(self, own: bool) -> usize {
+        if own { self.len } else { self.len() }
+    }
+
     /// Where it lies in its part.
     #[inline(always)]
     fn range(self) -> Range<usize> {
@@ -91,6 +96,17 @@ impl Matrix {
 enum Parameter {
     Array(Array),
     Matrix(Matrix),
+    /// Of these controls.
+    Control(usize),
+}
+
+/// An array with values of its own in every step, and their cotangents.
+struct Control<R> {
+    array: Array,
+    /// Of one step after the other, as many as the array has.
+    values: Vec<R>,
+    /// None where they are not asked for.
+    bars: Option<Vec<R>>,
 }
 
 /// One recorded operation. Its outputs lie in the row after everything it reads.
@@ -109,7 +125,8 @@ trait Operation<R: Real>: Send {
 
 /// A recorded step. See the [module](self).
 ///
-/// Parameters are declared first, then states and inputs, then operations. Any array may be empty.
+/// Parameters are declared first, then states, inputs and controls, then operations. Any array may
+/// be empty.
 pub struct Program<R: Real> {
     arrays: Vec<Array>,
     parameters: Vec<Parameter>,
@@ -118,6 +135,7 @@ pub struct Program<R: Real> {
     states: Vec<Array>,
     next: Vec<Option<Array>>,
     inputs: Vec<Array>,
+    controls: Vec<Control<R>>,
     /// How many inputs a step is given, for all starts.
     given: usize,
     operations: Vec<Box<dyn Operation<R>>>,
@@ -156,6 +174,7 @@ impl<R: Real> Default for Program<R> {
             states: Vec::new(),
             next: Vec::new(),
             inputs: Vec::new(),
+            controls: Vec::new(),
             given: 0,
             operations: Vec::new(),
             starts: 1,
@@ -213,11 +232,62 @@ impl<R: Real> Program<R> {
     }
 
     /// A per-step input: constants given for every step, which carry no derivative. What is to be
-    /// differentiated by, a control, belongs into the [state](Program::state).
+    /// differentiated by is a [control](Program::control).
     pub fn input(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.inputs.push(array);
         self.given += len;
+        array
+    }
+
+    /// A control: an array with values of its own in every step, which carry derivatives. A rollout
+    /// is given them as one parameter, those of one step after the other.
+    ///
+    /// ```
+    /// use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    ///
+    /// /// A mass of 1 that a force pushes, in steps of 0.1 s.
+    /// #[derive(Clone, Copy)]
+    /// struct Push;
+    ///
+    /// impl Kernel<3, 2> for Push {
+    ///     #[inline(always)]
+    ///     fn eval<R: Real>(&self, [x, v, force]: [R; 3]) -> [R; 2] {
+    ///         let v = v + R::lit(0.1) * (force - x * v);
+    ///         [x + R::lit(0.1) * v, v]
+    ///     }
+    /// }
+    /// impl Adjoint<3, 2> for Push {}
+    ///
+    /// impl Model for Push {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let [x, v] = [(); 2].map(|()| program.state(1));
+    ///         let force = program.control(1);
+    ///         let [x_next, v_next] = program.map(Push, [x, v, force]);
+    ///         program.advance(x, x_next);
+    ///         program.advance(v, v_next);
+    ///     }
+    /// }
+    ///
+    /// let forces = [1.0, 2.0, 0.5, -1.0];
+    /// let rollout = Rollout::new(Push, forces.len());
+    /// let start = [0.0, 1.0].map(Var::constant);
+    /// let by_rollout = gradient_of(|forces| rollout.run(&start, &[forces])[0], &forces);
+    /// let step = |[x, v]: [_; 2], &force: &_| Push.eval([x, v, force]);
+    /// let by_tape = gradient_of(|forces| forces.iter().fold(start, step)[0], &forces);
+    /// for (a, b) in by_rollout.into_iter().zip(by_tape) {
+    ///     assert!((a - b).abs() < 1e-15);
+    /// }
+    /// ```
+    pub fn control(&mut self, len: usize) -> Array {
+        let array = self.allocate(false, len);
+        self.parameters
+            .push(Parameter::Control(self.controls.len()));
+        self.controls.push(Control {
+            array,
+            values: Vec::new(),
+            bars: None,
+        });
         array
     }
 
@@ -388,7 +458,7 @@ impl<R: Real> Program<R> {
         let [output] = self.outputs(places.len());
         let places = repeated(places, self.starts);
         let entries = |parameter: &Parameter| match parameter {
-            Parameter::Array(_) => 0,
+            Parameter::Array(_) | Parameter::Control(_) => 0,
             Parameter::Matrix(m) => m.len(),
         };
         let numbers = self.parameters.iter().map(entries).sum();

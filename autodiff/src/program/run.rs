@@ -1,6 +1,6 @@
 //! Running a recorded program, forward and in reverse.
 
-use super::{Aligned, Array, Bars, Frame, Layout, Parameter, Program, WIDEST};
+use super::{Aligned, Array, Bars, Control, Frame, Layout, Parameter, Program, WIDEST, repeated};
 use crate::lanes::prefetch;
 use crate::real::Real;
 
@@ -54,8 +54,14 @@ impl<R: Real> Program<R> {
     }
 
     /// Takes the parameters over, checking their shapes: arrays and matrices that all starts share,
-    /// and arrays of every start's own, side by side, where `own` says so.
-    pub(crate) fn load(&mut self, values: &mut [R], (parameters, own): (&[&[R]], &[bool])) {
+    /// and arrays of every start's own, side by side, where `own` says so; controls have numbers for
+    /// so many steps.
+    pub(crate) fn load(
+        &mut self,
+        values: &mut [R],
+        (parameters, own): (&[&[R]], &[bool]),
+        steps: usize,
+    ) {
         assert_eq!(
             parameters.len(),
             self.parameters.len(),
@@ -64,26 +70,30 @@ impl<R: Real> Program<R> {
         self.own = vec![false; parameters.len()];
         self.own[..own.len()].copy_from_slice(own);
         for (at, (declared, given)) in self.parameters.iter().zip(parameters).enumerate() {
-            let len = match (declared, self.own[at]) {
-                (Parameter::Array(a), false) => a.len(),
-                (Parameter::Array(a), true) => a.len,
-                (Parameter::Matrix(m), false) => m.len(),
-                (Parameter::Matrix(_), true) => {
+            let own = self.own[at];
+            let len = match declared {
+                Parameter::Array(a) => a.numbers(own),
+                Parameter::Control(k) => steps * self.controls[*k].array.numbers(own),
+                Parameter::Matrix(_) if own => {
                     panic!("parameter {at} of a program is a matrix, which all starts share")
                 }
+                Parameter::Matrix(m) => m.len(),
             };
             assert_eq!(
                 given.len(),
                 len,
-                "parameter {at} of a program differs in length"
+                "parameter {at} of a program differs in length, over {steps} steps"
             );
-            let Parameter::Array(array) = declared else {
-                continue;
-            };
-            let times = if self.own[at] { 1 } else { self.starts };
-            let places = values[array.range()].chunks_exact_mut(times);
-            for (place, &given) in places.zip(*given) {
-                place.fill(given);
+            let times = if own { 1 } else { self.starts };
+            match declared {
+                Parameter::Array(array) => {
+                    let places = values[array.range()].chunks_exact_mut(times);
+                    for (place, &given) in places.zip(*given) {
+                        place.fill(given);
+                    }
+                }
+                Parameter::Control(k) => self.controls[*k].values = repeated(given, times),
+                Parameter::Matrix(_) => {}
             }
         }
         for operation in &mut self.operations {
@@ -95,8 +105,14 @@ impl<R: Real> Program<R> {
     pub(crate) fn set_active(&mut self, parameters: &[bool]) {
         let mut active = vec![false; self.arrays.len()];
         for (declared, &wanted) in self.parameters.iter().zip(parameters) {
-            if let Parameter::Array(a) = declared {
-                active[a.id] = wanted;
+            match declared {
+                Parameter::Array(a) => active[a.id] = wanted,
+                Parameter::Control(k) => {
+                    let control = &mut self.controls[*k];
+                    active[control.array.id] = wanted;
+                    control.bars = wanted.then(|| vec![R::zero(); control.values.len()]);
+                }
+                Parameter::Matrix(_) => {}
             }
         }
         for state in &self.states {
@@ -126,13 +142,25 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Writes the inputs of a step, given those of all steps, into its row.
+    /// Writes the inputs of a step, given those of all steps, and its controls into its row.
     pub(crate) fn set_inputs(&self, row: &mut [R], (all, step): (&[f64], usize)) {
         let mut given = all[step * self.given..][..self.given].iter();
         for part in &self.inputs {
             let places = row[part.range()].chunks_exact_mut(self.starts);
             for (to, &x) in places.zip(&mut given) {
                 to.fill(R::lit(x));
+            }
+        }
+        for Control { array, values, .. } in &self.controls {
+            row[array.range()].copy_from_slice(&values[step * array.len..][..array.len]);
+        }
+    }
+
+    /// Notes the cotangents of a step's controls after its reverse.
+    pub(crate) fn note_controls(&mut self, row_bars: &[R], step: usize) {
+        for Control { array, bars, .. } in &mut self.controls {
+            if let Some(bars) = bars {
+                bars[step * array.len..][..array.len].copy_from_slice(&row_bars[array.range()]);
             }
         }
     }
@@ -222,10 +250,18 @@ impl<R: Real> Program<R> {
                 .iter()
                 .fold(of_starts[0], |sum, &bar| sum + bar)
         };
+        let of_starts = |own, bars: &[R]| match own {
+            true => bars.to_vec(),
+            false => bars.chunks_exact(self.starts).map(sum).collect(),
+        };
         let bar = |(declared, &own): (&Parameter, &bool)| match declared {
-            Parameter::Array(a) if own => bars[a.range()].to_vec(),
-            Parameter::Array(a) => bars[a.range()].chunks_exact(self.starts).map(sum).collect(),
+            Parameter::Array(a) => of_starts(own, &bars[a.range()]),
             Parameter::Matrix(m) => vec![R::zero(); m.len()],
+            Parameter::Control(k) => {
+                let Control { values, bars, .. } = &self.controls[*k];
+                let none = || vec![R::zero(); values.len()];
+                of_starts(own, &bars.clone().unwrap_or_else(none))
+            }
         };
         let mut all: Vec<Vec<R>> = self.parameters.iter().zip(&self.own).map(bar).collect();
         for operation in &mut self.operations {

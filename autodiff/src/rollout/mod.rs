@@ -90,7 +90,8 @@ impl<M: Model> Rollout<M> {
     }
 
     /// The observed states one after the other, or the wanted numbers of each, from the parts of
-    /// the start's state and the parameters in the order of the model's declarations.
+    /// the start's state and the parameters in the order of the model's declarations; a
+    /// [control](Program::control) is a parameter of one step's numbers after the other.
     ///
     /// On the tape the whole rollout is one entry.
     ///

@@ -46,7 +46,7 @@ impl<R: Real> Sweep<R> {
             program.state_len(),
             "the start of a rollout differs in length"
         );
-        program.load(&mut parameters, (given, starts.own));
+        program.load(&mut parameters, (given, starts.own), rollout.steps);
         Self {
             program,
             parameters,
@@ -271,6 +271,7 @@ impl<R: Real> Recorded<R> {
             let soon = self.rows[place.saturating_sub(stride)..].as_ptr();
             let row = &self.rows[place..][..len];
             program.reverse_step((parameters, row), bars, state_bar, soon);
+            program.note_controls(&bars[1], step);
             at(step, state_bar);
         }
     }

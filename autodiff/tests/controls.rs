@@ -1,0 +1,190 @@
+//! Controls: parameters with values of their own in every step.
+
+use autodiff::{
+    Adjoint, Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient,
+    gradient_of,
+};
+
+const MASSES: usize = 5;
+const STEPS: usize = 23;
+
+/// A mass on a spring, pushed by a force of its own and by the wind, which is the same for all.
+#[derive(Clone, Copy)]
+struct Pushed;
+
+impl Kernel<5, 2> for Pushed {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, v, stiffness, force, wind]: [R; 5]) -> [R; 2] {
+        let v = v + R::lit(0.05) * (force + wind * v - stiffness * x * x * x);
+        [x + R::lit(0.05) * v, v]
+    }
+}
+impl Adjoint<5, 2> for Pushed {}
+
+#[derive(Clone, Copy)]
+struct Masses;
+
+impl Model for Masses {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let stiffness = program.parameter(MASSES);
+        let [x, v] = [(); 2].map(|()| program.state(MASSES));
+        let [force, wind] = [MASSES, 1].map(|len| program.control(len));
+        let wind = program.gather(wind, &[Some(0); MASSES]);
+        let next = program.map(Pushed, [x, v, stiffness, force, wind]);
+        for (state, next) in [x, v].into_iter().zip(next) {
+            program.advance(state, next);
+        }
+    }
+}
+
+/// Lengths of the start, the stiffnesses, the forces and the winds.
+const LENGTHS: [usize; 4] = [2 * MASSES, MASSES, STEPS * MASSES, STEPS];
+
+fn parts<T>(mut x: &[T]) -> [&[T]; 4] {
+    LENGTHS.map(|len| {
+        let (part, rest) = x.split_at(len);
+        x = rest;
+        part
+    })
+}
+
+fn point(k: usize) -> Vec<f64> {
+    let wave = |i: usize| 0.5 + 0.4 * ((i * 3 + k) as f64).sin();
+    (0..LENGTHS.iter().sum()).map(wave).collect()
+}
+
+/// Squares of the states after some steps, of which one is not the last.
+#[derive(Clone, Copy, Default)]
+struct Squares(Memory);
+
+impl Squares {
+    fn rollout(self) -> Rollout<Masses> {
+        Rollout {
+            observed: vec![STEPS / 2, STEPS],
+            memory: self.0,
+            ..Rollout::new(Masses, STEPS)
+        }
+    }
+}
+
+impl Function for Squares {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let [start, parameters @ ..] = parts(x);
+        let seen = self.rollout().run(start, &parameters);
+        R::dot(&seen, &seen)
+    }
+}
+
+/// The same, step by step in scalars.
+fn in_scalars<R: Real>(x: &[R]) -> R {
+    let [start, stiffness, forces, winds] = parts(x);
+    let (mut x, mut v) = (start[..MASSES].to_vec(), start[MASSES..].to_vec());
+    let mut squares = R::zero();
+    for step in 0..STEPS {
+        for i in 0..MASSES {
+            let force = forces[step * MASSES + i];
+            [x[i], v[i]] = Pushed.eval([x[i], v[i], stiffness[i], force, winds[step]]);
+        }
+        if [STEPS / 2, STEPS].contains(&(step + 1)) {
+            squares += R::dot(&x, &x) + R::dot(&v, &v);
+        }
+    }
+    squares
+}
+
+#[test]
+fn gradients_are_those_of_scalars_and_of_duals() {
+    let x = point(0);
+    let by_rollout = gradient(&Squares::default(), &x);
+    let by_tape = gradient_of(in_scalars::<Var<f64>>, &x);
+    for i in 0..x.len() {
+        let lifted = |(k, &x): (usize, &f64)| Dual::<f64, 1> {
+            value: x,
+            tangent: [f64::from(u8::from(k == i))],
+        };
+        let lifted: Vec<_> = x.iter().enumerate().map(lifted).collect();
+        let [forward] = Squares::default().eval(&lifted).tangent;
+        // Sums of some hundred terms of magnitude 1.
+        assert!((by_rollout[i] - by_tape[i]).abs() < 1e-13, "{i}");
+        assert!((by_rollout[i] - forward).abs() < 1e-13, "{i}");
+        assert!(by_rollout[i] != 0.0, "{i}");
+    }
+}
+
+#[test]
+fn little_memory_gives_the_same_bits() {
+    let x = point(1);
+    let few = Squares(Memory::States(16));
+    assert_eq!(gradient(&few, &x), gradient(&Squares::default(), &x));
+}
+
+/// Each start with controls of its own, and all with the same.
+#[test]
+fn starts_together_are_as_each_alone() {
+    for count in [1, 2, 3, 8, 11] {
+        let points: Vec<Vec<f64>> = (0..count).map(point).collect();
+        let alone = |own: bool| {
+            let gradient_at = |x: &Vec<f64>| {
+                let shared = |i| if own { x[i] } else { points[0][i] };
+                let controls = LENGTHS[0] + LENGTHS[1]..x.len();
+                let x = [
+                    &x[..controls.start],
+                    &controls.map(shared).collect::<Vec<_>>(),
+                ]
+                .concat();
+                gradient(&Squares::default(), &x)
+            };
+            points.iter().map(gradient_at).collect::<Vec<_>>()
+        };
+        let together = |own: bool| {
+            let of_all = |x: &[Var<f64>]| {
+                let robots: Vec<_> = x.chunks(points[0].len()).map(parts).collect();
+                let each = [0, 1, 2, 3].map(|k| robots.iter().map(|r| r[k]).collect::<Vec<_>>());
+                let [starts, stiffness, forces, winds] = each.each_ref().map(Vec::as_slice);
+                let controls = match own {
+                    true => [Given::Each(forces), Given::Each(winds)],
+                    false => [Given::Shared(forces[0]), Given::Shared(winds[0])],
+                };
+                let given = [&[Given::Each(stiffness)][..], &controls].concat();
+                let seen = Squares::default().rollout().run_each(starts, &given);
+                let squares: Vec<Var<f64>> = seen.iter().map(|seen| Var::dot(seen, seen)).collect();
+                Var::sum(&squares)
+            };
+            gradient_of(of_all, &points.concat())
+        };
+        assert_eq!(together(true), alone(true).concat(), "{count}");
+        let (together, alone) = (together(false), alone(false));
+        let len = points[0].len();
+        let controls = LENGTHS[0] + LENGTHS[1];
+        for (k, alone) in alone.iter().enumerate() {
+            assert_eq!(together[k * len..][..controls], alone[..controls]);
+        }
+        for i in controls..len {
+            let sum: f64 = alone.iter().map(|alone| alone[i]).sum();
+            // Another order of as many terms.
+            assert!((together[i] - sum).abs() < 1e-13 * count as f64, "{i}");
+        }
+    }
+}
+
+/// What is not asked for is not there, and leaves the rest as it is.
+#[test]
+fn controls_may_be_constants() {
+    let x = point(2);
+    let all = gradient(&Squares::default(), &x);
+    let [start, rest] = [&x[..2 * MASSES], &x[2 * MASSES..]];
+    let of_start = |start: &[Var<f64>]| {
+        let rest: Vec<Var<f64>> = rest.iter().map(|&x| Var::constant(x)).collect();
+        Squares::default().eval(&[start, &rest[..]].concat())
+    };
+    assert_eq!(gradient_of(of_start, start), all[..2 * MASSES]);
+}
+
+#[test]
+#[should_panic(expected = "parameter 1 of a program differs in length, over 23 steps")]
+fn controls_for_too_few_steps_are_told() {
+    let x = point(0);
+    let [start, stiffness, forces, winds] = parts(&x);
+    let few = &forces[MASSES..];
+    (Squares::default().rollout()).run(start, &[stiffness, few, winds]);
+}
