@@ -237,12 +237,12 @@ pub(crate) fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
 #[inline(always)]
 pub(crate) fn prefetch<T>(first: *const T, len: usize) {
     #[cfg(target_arch = "x86_64")]
-    for byte in (0..len * size_of::<T>()).step_by(64) {
+    for line in 0..(len * size_of::<T>()).div_ceil(64) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         #[allow(unsafe_code)] // `cosmic explain --measure`: a fifth of a gradient's time.
         // SAFETY: a hint to the cache; it reads nothing that the program can see.
         unsafe {
-            _mm_prefetch::<_MM_HINT_T0>(first.cast::<i8>().wrapping_add(byte));
+            _mm_prefetch::<_MM_HINT_T0>(first.cast::<i8>().wrapping_add(64 * line));
         }
     }
     #[cfg(not(target_arch = "x86_64"))]

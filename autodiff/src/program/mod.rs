@@ -144,7 +144,7 @@ pub struct Program<R: Real> {
     /// How many numbers the parameters' arrays and a step's row take so far.
     ends: [usize; 2],
     layout: Layout,
-    /// How many numbers of a row to come are asked for before each operation.
+    /// How many numbers of a row to come are asked for before each operation, in whole lines.
     share: usize,
     /// How far past the arrays lanes may reach, beyond their own width.
     margin: usize,

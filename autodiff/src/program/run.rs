@@ -10,7 +10,8 @@ impl<R: Real> Program<R> {
         let next: Option<Vec<Array>> = self.next.iter().copied().collect();
         let next = next.expect("a part of the state is never advanced");
         self.layout = Layout::new(&self.states, &next, self.ends[1]);
-        self.share = self.layout.stride.div_ceil(self.operations.len().max(1));
+        let share = self.layout.stride.div_ceil(self.operations.len().max(1));
+        self.share = share.next_multiple_of(Aligned::<R>::LINE);
         self
     }
 
@@ -169,7 +170,9 @@ impl<R: Real> Program<R> {
     /// an operation reads would wait behind a whole row.
     #[inline(always)]
     fn prefetch(&self, operation: usize, row: *const R) {
-        prefetch(row.wrapping_add(operation * self.share), self.share);
+        let first = operation * self.share;
+        let left = self.layout.stride.saturating_sub(first);
+        prefetch(row.wrapping_add(first), self.share.min(left));
     }
 
     /// Computes a step; the new state stands where the next row begins. `soon` is the row that the
