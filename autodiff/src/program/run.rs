@@ -88,10 +88,7 @@ impl<R: Real> Program<R> {
             let times = if own { 1 } else { self.starts };
             match declared {
                 Parameter::Array(array) => {
-                    let places = values[array.range()].chunks_exact_mut(times);
-                    for (place, &given) in places.zip(*given) {
-                        place.fill(given);
-                    }
+                    values[array.range()].copy_from_slice(&repeated(given, times));
                 }
                 Parameter::Control(k) => self.controls[*k].values = repeated(given, times),
                 Parameter::Matrix(_) => {}
@@ -262,8 +259,10 @@ impl<R: Real> Program<R> {
             Parameter::Matrix(m) => vec![R::zero(); m.len()],
             Parameter::Control(k) => {
                 let Control { values, bars, .. } = &self.controls[*k];
-                let none = || vec![R::zero(); values.len()];
-                of_starts(own, &bars.clone().unwrap_or_else(none))
+                match bars {
+                    Some(bars) => of_starts(own, bars),
+                    None => vec![R::zero(); values.len() / if own { 1 } else { self.starts }],
+                }
             }
         };
         let mut all: Vec<Vec<R>> = self.parameters.iter().zip(&self.own).map(bar).collect();
