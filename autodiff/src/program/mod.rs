@@ -38,7 +38,7 @@ use crate::real::Real;
 
 pub(crate) use aligned::Aligned;
 pub use graph::Graph;
-use row::{Bars, Frame, Layout};
+use row::{Bars, Frame, Layout, Soon};
 pub(crate) use watch::Watch;
 
 /// A handle to an array of a [`Program`].
@@ -144,8 +144,6 @@ pub struct Program<R: Real> {
     /// How many numbers the parameters' arrays and a step's row take so far.
     ends: [usize; 2],
     layout: Layout,
-    /// How many numbers of a row to come are asked for before each operation, in whole lines.
-    share: usize,
     /// How far past the arrays lanes may reach, beyond their own width.
     margin: usize,
 }
@@ -180,7 +178,6 @@ impl<R: Real> Default for Program<R> {
             starts: 1,
             ends: [0; 2],
             layout: Layout::default(),
-            share: 0,
             margin: 0,
         }
     }
