@@ -95,15 +95,20 @@ pub enum Error {
         remedy: String,
     },
     /// A run whose robot has come to vibrate too fast for the time step. It is saved.
-    #[error("after iteration {iteration}: {step}{}", or_go_on(run))]
+    #[error("after iteration {iteration}: {step}{}", or_go_on(run, *own_loss))]
     UnstableRun {
         /// The run's folder.
         run: PathBuf,
         /// The last iteration.
         iteration: usize,
+        /// Whether it is for a loss of one's own, with which no command goes on.
+        own_loss: bool,
         /// What the robot came to: an [`Error::UnstableStep`].
         step: Box<Error>,
     },
+    /// A run that another process, or another thread of this one, is at work on.
+    #[error("{}: another process is at work on this run", .0.display())]
+    Taken(PathBuf),
     /// Results that are not all numbers although no simulated state diverged.
     #[error("not finite: {}", names.join(", "))]
     NotFinite {
@@ -123,6 +128,16 @@ pub enum Error {
         /// Checks that ran.
         total: usize,
     },
+    /// Runs of a sweep that cannot be done, each for a reason of its own; all others are.
+    #[error("{run}: {error}{}", and_others(*others))]
+    PassedOver {
+        /// The first of them.
+        run: String,
+        /// Its reason.
+        error: Box<Error>,
+        /// How many more there are.
+        others: usize,
+    },
     /// Several runs that were told to stop; each saved what resuming needs.
     #[error("interrupted with {done} of {total} runs done; the same command goes on")]
     Stopped {
@@ -132,12 +147,14 @@ pub enum Error {
         total: usize,
     },
     /// A run that was told to stop, and saved what resuming needs.
-    #[error("interrupted after iteration {iteration}; go on with: cosmic resume {}", run.display())]
+    #[error("interrupted after iteration {iteration}; {}", go_on(run, *own_loss))]
     Interrupted {
         /// The run's folder.
         run: PathBuf,
         /// Iterations that are done.
         iteration: usize,
+        /// Whether it is for a loss of one's own, with which no command goes on.
+        own_loss: bool,
     },
 }
 
@@ -149,7 +166,12 @@ impl Error {
     pub fn remedy(&self) -> Option<String> {
         match self {
             Error::UnstableStep { remedy, .. } => Some(remedy.clone()),
-            Error::UnstableRun { run, step, .. } => Some(step.remedy()? + &or_go_on(run)),
+            Error::UnstableRun {
+                run,
+                own_loss,
+                step,
+                ..
+            } => Some(step.remedy()? + &or_go_on(run, *own_loss)),
             _ => None,
         }
     }
@@ -159,10 +181,12 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::CheckFailed { .. } => 1,
+            Error::PassedOver { error, .. } => error.exit_code(),
             Error::Malformed { .. }
             | Error::Misfit { .. }
             | Error::Usage(_)
             | Error::UnstableStep { .. }
+            | Error::Taken(_)
             | Error::UnstableRun { .. } => 2,
             Error::Diverged { .. } | Error::NotFinite { .. } | Error::NoFigure(_) => 3,
             Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
@@ -187,10 +211,52 @@ pub(crate) fn fits(file: &str, what: &str, found: usize, expected: usize) -> Res
     }
 }
 
+/// What a sweep passed over beside the first.
+fn and_others(others: usize) -> String {
+    match others {
+        0 => String::new(),
+        n => format!("\n{n} more of this sweep cannot be done, each for a reason of its own"),
+    }
+}
+
+/// A path as a word of a command line, quoted where a shell would take it for more than that.
+pub(crate) fn in_shell(path: &Path) -> String {
+    let text = path.display().to_string();
+    let text = match text.starts_with('-') {
+        true => format!("./{text}"),
+        false => text,
+    };
+    let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
+    match !text.is_empty() && text.chars().all(plain) {
+        true => text,
+        false => format!("'{}'", text.replace('\'', r"'\''")),
+    }
+}
+
+/// How to go on with an interrupted run.
+fn go_on(run: &Path, own_loss: bool) -> String {
+    match own_loss {
+        true => format!(
+            "go on by record::resume_with, with its own loss, in {}",
+            run.display()
+        ),
+        false => format!("go on with: cosmic resume {}", in_shell(run)),
+    }
+}
+
 /// What else there is to do about a run's unstable time step than to set another.
-fn or_go_on(run: &Path) -> String {
-    let run = run.display();
-    format!(", and begin anew, or go on all the same with: cosmic resume {run} --allow-unstable")
+fn or_go_on(run: &Path, own_loss: bool) -> String {
+    let run = in_shell(run);
+    match own_loss {
+        true => {
+            ", and begin anew, if need be with physics.unstable_step = \"warn\" in its scene".into()
+        }
+        false => {
+            format!(
+                ", and begin anew, or go on all the same with: cosmic resume {run} --allow-unstable"
+            )
+        }
+    }
 }
 
 #[cfg(test)]
@@ -253,9 +319,26 @@ mod tests {
         assert!(code == 75 && text.starts_with("interrupted with 3 of 16 runs done"));
 
         let run = PathBuf::from("runs/a");
-        let (code, text) = told(&Error::Interrupted { run, iteration: 99 });
+        for (path, word) in [
+            ("runs/a-1.2", "runs/a-1.2"),
+            ("-run", "./-run"),
+            ("my runs/a", "'my runs/a'"),
+            ("it's", r"'it'\''s'"),
+            ("", "''"),
+        ] {
+            assert_eq!(in_shell(Path::new(path)), word);
+        }
+
+        let interrupted = |own_loss| Error::Interrupted {
+            run: run.clone(),
+            iteration: 99,
+            own_loss,
+        };
+        let (code, text) = told(&interrupted(false));
         assert!(
             code == 75 && text.contains("iteration 99") && text.ends_with("cosmic resume runs/a")
         );
+        let (code, text) = told(&interrupted(true));
+        assert!(code == 75 && !text.contains("cosmic") && text.contains("resume_with"));
     }
 }

@@ -514,6 +514,28 @@ fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
         several.contains("cosmic resume several --allow-unstable"),
         "{several}"
     );
+    // Nor does a search take steps that are refused, however often it is asked to.
+    let search = "[search]\nrungs = [5, 6, 6]\nkeep = [0.5, 0.5, 0.5]\nwindow = 2\n";
+    fs::write(bench.path("search.toml"), text.to_owned() + search).unwrap();
+    let halving = ["--starts", "2", "--search", "halving", "--threads", "1"];
+    let refused = [
+        &["optimize", "search.toml", "--out", "halved"],
+        &halving[..],
+    ]
+    .concat();
+    let said = bench.cosmic(&refused);
+    assert!(
+        said.code == 2 && says(&said.error.replace("halved", "a")),
+        "{said:?}"
+    );
+    for _ in 0..2 {
+        assert_eq!(
+            bench.cosmic(&["resume", "halved", "--threads", "1"]).code,
+            2
+        );
+        let rows = fs::read_to_string(bench.path("halved/starts/0/history.jsonl")).unwrap();
+        assert_eq!(rows.lines().count(), 4);
+    }
     let said = bench.cosmic(&["resume", "a", "--allow-unstable"]);
     assert!(said.error.contains("warning: "), "{said:?}");
     let all = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();

@@ -143,6 +143,10 @@ fn the_search_depends_on_neither_threads_nor_interruptions() {
     }
     fs::remove_dir_all(bench.path(&format!("a/starts/{other}"))).unwrap();
     fs::remove_file(bench.path(&format!("a/starts/{best}/summary.json"))).unwrap();
+    // The survivor was writing a line, as on a disk that is full.
+    let history = bench.path(&format!("a/starts/{best}/history.jsonl"));
+    let torn = fs::read_to_string(&history).unwrap() + "{\"format\":\"cosm";
+    fs::write(history, torn).unwrap();
     let said = bench.cosmic(&["resume", "a"]);
     assert_eq!(said.code, 0, "{said:?}");
     assert_eq!(bench.results("a"), whole);

@@ -95,6 +95,77 @@ fn runs_that_cannot_be_done_are_passed_over() {
     );
 }
 
+/// Nor is what has become of one run's files, or who works on it.
+#[test]
+fn troubles_of_one_run_do_not_keep_from_the_others() {
+    let bench = Bench::new(24, 64);
+    planned(&bench, &["--iterations", "4"]);
+    let sweep = |arguments: &str| {
+        let arguments: Vec<&str> = ["sweep"].into_iter().chain(arguments.split(' ')).collect();
+        bench.cosmic(&arguments)
+    };
+    let run = |index: usize, file: &str| bench.path(&format!("s/runs/tiny-{index}/{file}"));
+    fs::create_dir_all(run(0, "")).unwrap();
+    fs::write(run(0, "stray"), "").unwrap();
+    fs::create_dir_all(run(1, "")).unwrap();
+    let lock = fs::File::create(run(1, ".cosmic-lock")).unwrap();
+    lock.try_lock().unwrap();
+    let said = sweep("run s --index all");
+    assert_eq!(said.code, 2, "{said:?}");
+    let says = "error: run 0, tiny-0: s/runs/tiny-0: the folder is not empty, and no run is in it";
+    assert!(said.error.contains(says), "{said:?}");
+    assert!(!said.error.contains("more of this sweep"), "{said:?}");
+    let ends = |said: &str, counts: &str| assert!(said.ends_with(counts), "{said}");
+    ends(
+        &sweep("status s").out,
+        "2 waiting, 0 begun, 1 done, 0 diverged\n",
+    );
+    drop(lock);
+    assert_eq!(sweep("run s --index auto").code, 0);
+    // One that went on to its end and lost it again, with a row that it needs.
+    fs::remove_file(run(1, "summary.json")).unwrap();
+    fs::remove_file(run(1, "history.csv")).unwrap();
+    let said = sweep("run s --index 1");
+    assert!(
+        said.code == 4 && said.error.contains("history.csv"),
+        "{said:?}"
+    );
+    fs::remove_file(run(0, "stray")).unwrap();
+    let said = sweep("run s --index all");
+    assert!(
+        said.code == 4 && said.error.contains("run 1, tiny-1: "),
+        "{said:?}"
+    );
+    ends(
+        &sweep("status s").out,
+        "0 waiting, 1 begun, 2 done, 0 diverged\n",
+    );
+    // What nobody reads harms nobody.
+    fs::write(run(2, "summary.json"), "{").unwrap();
+    ends(
+        &sweep("status s").out,
+        "0 waiting, 1 begun, 2 done, 0 diverged\n",
+    );
+    let said = sweep("merge s");
+    assert!(
+        said.code == 2 && said.error.contains("tiny-2/summary.json"),
+        "{said:?}"
+    );
+}
+
+#[test]
+fn warnings_name_their_runs() {
+    let bench = Bench::with(&scene(24, 64, "dt = 0.05\nunstable_step = \"warn\""));
+    planned(&bench, &["--iterations", "2"]);
+    let all = ["sweep", "run", "s", "--index", "all"];
+    let said = bench.cosmic(&all);
+    let warning = "warning: tiny-1: the time step of 0.05 s is unstable";
+    assert!(said.error.contains(warning), "{said:?}");
+    fs::remove_dir_all(bench.path("s/runs")).unwrap();
+    let quiet = bench.cosmic(&[&all[..], &["--quiet"]].concat());
+    assert!(!quiet.error.contains("warning"), "{quiet:?}");
+}
+
 #[test]
 fn json_is_written_of_all_runs_too() {
     let bench = Bench::new(24, 64);

@@ -195,6 +195,12 @@ impl Overseer for Many {
         let says = told(&ended.outcome);
         note(&format!("{done}/{total}  {title}  {says}  {left} left"));
     }
+
+    fn warning(&self, run: &str, text: &str) {
+        if !self.quiet {
+            note(&format!("warning: {run}: {text}"));
+        }
+    }
 }
 
 /// What came of a run, in a few words.

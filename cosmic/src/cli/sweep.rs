@@ -7,7 +7,7 @@ use super::{Output, note, print, print_json};
 use crate::error::{Error, Result};
 use crate::scene::{BUILTIN, Scene};
 use crate::sweep::{
-    Ended, Outcome, PlannedScene, RunState, SweepPlan, merge, run_all, run_next, run_one,
+    Ended, Outcome, PlannedScene, RunState, SweepPlan, merge, run_all, run_next, run_one, survey,
     write_results,
 };
 use clap::{Args, Subcommand};
@@ -151,7 +151,7 @@ fn run(
     let plan = SweepPlan::read(sweep)?;
     let whole = (sweep, &plan);
     if let Index::All = index {
-        let over = merge(sweep, &plan)?.over();
+        let over = survey(sweep, &plan).over();
         let overseer = Many::new(output, &plan, over)?;
         run_all(whole, threads, &overseer)?;
         drop(overseer);
@@ -208,7 +208,7 @@ fn status(sweep: &Path, as_json: bool) -> Result<()> {
         RunState::Diverged,
     ];
     let plan = SweepPlan::read(sweep)?;
-    let merged = merge(sweep, &plan)?;
+    let merged = survey(sweep, &plan);
     if as_json {
         let counts = STATES.map(|state| (state.name().to_owned(), json!(merged.count(state))));
         let runs = merged.runs.iter().map(|run| {

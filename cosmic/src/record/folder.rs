@@ -1,7 +1,7 @@
 //! A run's folder belongs to one process at a time: whoever holds its lock.
 
 use super::files::{LOCK, is_used, make_folder};
-use super::snapshot::Snapshot;
+use super::snapshot::{SNAPSHOT, Snapshot};
 use super::summary::SUMMARY;
 use crate::error::{Error, Result};
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -20,8 +20,7 @@ impl Lock {
     /// Locks a folder, which must be there.
     ///
     /// # Errors
-    /// [`Error::Usage`] where another process, or another thread of this one, has it;
-    /// [`Error::Write`].
+    /// [`Error::Taken`]; [`Error::Write`].
     fn take(folder: &Path) -> Result<Self> {
         let path = folder.join(LOCK);
         let mut options = OpenOptions::new();
@@ -31,10 +30,7 @@ impl Lock {
             Err(source) => return Err(Error::Write { path, source }),
         };
         match file.try_lock() {
-            Err(TryLockError::WouldBlock) => Err(Error::Usage(format!(
-                "{}: another process is at work on this run",
-                folder.display()
-            ))),
+            Err(TryLockError::WouldBlock) => Err(Error::Taken(folder.to_owned())),
             // Not every file system has locks: without one, two processes are the user's affair.
             Ok(()) | Err(TryLockError::Error(_)) => Ok(Self { path, _file: file }),
         }
@@ -51,8 +47,7 @@ impl Lock {
 /// A new or empty folder, locked: of two that begin there one has it, before either writes.
 ///
 /// # Errors
-/// [`Error::Usage`] for a folder that holds something, or that another process has;
-/// [`Error::Write`].
+/// [`Error::Usage`] for a folder that holds something; [`Error::Taken`]; [`Error::Write`].
 pub(super) fn begin(folder: &Path) -> Result<Lock> {
     // Not even a lock is left in a folder that is refused.
     refuse_used(folder)?;
@@ -66,8 +61,7 @@ pub(super) fn begin(folder: &Path) -> Result<Lock> {
 /// A run's folder, locked, and its snapshot; `None` for a run that is finished.
 ///
 /// # Errors
-/// Those of [`Snapshot::read`]; [`Error::Usage`] where another process is at work on the run;
-/// [`Error::Write`].
+/// Those of [`Snapshot::read`]; [`Error::Taken`]; [`Error::Write`].
 pub(super) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot<'static>)>> {
     let is_finished = || folder.join(SUMMARY).exists();
     if is_finished() {
@@ -91,9 +85,12 @@ fn refuse_used(folder: &Path) -> Result<()> {
     match is_used(folder) {
         Ok(false) => Ok(()),
         Ok(true) => Err(Error::Usage(format!(
-            "{}: the folder is not empty; go on with it by `cosmic resume`, or name another by \
-             --out",
-            folder.display()
+            "{}: the folder is not empty{}, or name another",
+            folder.display(),
+            match folder.join(SNAPSHOT).exists() || folder.join(SUMMARY).exists() {
+                true => "; go on with the run in it by `cosmic resume`",
+                false => ", and no run is in it: empty it",
+            }
         ))),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
         Err(source) => Err(Error::Write {

@@ -109,7 +109,7 @@ impl Rung {
 
 /// A start's iterations before a rung.
 fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
-    let mut rows = history::read(folder)?;
+    let rows = history::read_first(folder, iteration)?;
     if rows.len() < iteration {
         return Err(Error::Misfit {
             file: folder.join(history::LINES).display().to_string(),
@@ -118,7 +118,6 @@ fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
             found: rows.len(),
         });
     }
-    rows.truncate(iteration);
     Ok(rows)
 }
 

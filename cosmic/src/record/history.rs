@@ -73,7 +73,16 @@ pub struct Row {
 /// # Errors
 /// As [`read_lines`].
 pub fn read(folder: &Path) -> Result<Vec<Record>> {
-    let rows: Vec<Row> = read_lines(&folder.join(LINES), FORMAT)?;
+    read_first(folder, usize::MAX)
+}
+
+/// So many of them, or all where they are fewer. What follows is not looked at: where a run was
+/// stopped it is cut off when the run goes on.
+///
+/// # Errors
+/// As [`read_lines`].
+pub(super) fn read_first(folder: &Path, iterations: usize) -> Result<Vec<Record>> {
+    let rows: Vec<Row> = first_lines(&folder.join(LINES), FORMAT, iterations)?;
     Ok(rows.into_iter().map(|row| row.record).collect())
 }
 
@@ -82,12 +91,16 @@ pub fn read(folder: &Path) -> Result<Vec<Record>> {
 /// # Errors
 /// [`Error::Read`] where the file is missing, [`Error::Malformed`] for a line that is none.
 pub fn read_lines<T: DeserializeOwned>(path: &Path, format: Format) -> Result<Vec<T>> {
+    first_lines(path, format, usize::MAX)
+}
+
+fn first_lines<T: DeserializeOwned>(path: &Path, format: Format, most: usize) -> Result<Vec<T>> {
     let bytes = read_whole(path)?;
     let lines = bytes.strip_suffix(b"\n").unwrap_or(&bytes);
     let lines = lines.split(|&byte| byte == b'\n');
     let lines = lines.enumerate().take_while(|_| !bytes.is_empty());
     let read = |(index, line): (usize, &[u8])| parse_stamped((path, index), line, format);
-    lines.map(read).collect()
+    lines.take(most).map(read).collect()
 }
 
 /// The files, open for more rows by whoever has the folder.
@@ -285,7 +298,8 @@ fn header() -> String {
     names.join(",") + "\n"
 }
 
-/// A row of the table, in the header's order; what an iteration does not have is left empty.
+/// A row of the table, in the header's order; what an iteration does not have is left empty,
+/// and a number that is not finite says so.
 fn line(row: &Row) -> String {
     let r = &row.record;
     let pass = r.pass.map_or("", |pass| match pass {

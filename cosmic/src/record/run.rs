@@ -252,6 +252,7 @@ impl Run {
     /// Does what is left to do up to an iteration. The run is saved and can be gone on with.
     pub(super) fn pause_at(mut self, iteration: usize, observer: &mut dyn Observer) -> Result<()> {
         observer.begin(&self);
+        self.judge_step(observer)?;
         self.advance(iteration.min(self.last_iteration()), observer)?;
         observer.end(&self);
         Ok(())
@@ -278,6 +279,7 @@ impl Run {
                 return Err(Error::Interrupted {
                     run: self.folder.clone(),
                     iteration: record.iteration,
+                    own_loss: self.progress.own_loss,
                 });
             }
         }
@@ -288,10 +290,14 @@ impl Run {
     /// the scene lets it pass.
     fn judge_step(&mut self, observer: &mut dyn Observer) -> Result<()> {
         let check = self.codesign.step_check(&self.progress);
-        let stands = (&*self.folder, self.progress.iteration);
+        let Progress {
+            iteration,
+            own_loss,
+            ..
+        } = self.progress;
+        let stands = (&*self.folder, iteration, own_loss);
         check.accept_in(stands, &self.plan.scene.physics)?;
         if check.grade() > self.warned {
-            let iteration = self.progress.iteration;
             let when = match iteration == self.progress.before_first() {
                 true => String::new(),
                 false => format!("after iteration {iteration}: "),

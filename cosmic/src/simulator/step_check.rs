@@ -99,18 +99,20 @@ impl StepCheck {
         }
     }
 
-    /// As [`accept`](Self::accept), for a run after so many iterations.
+    /// As [`accept`](Self::accept), for a run after so many iterations, which may be for a loss of
+    /// its own.
     ///
     /// # Errors
     /// [`Error::UnstableRun`].
     pub fn accept_in(
         &self,
-        (run, iteration): (&Path, usize),
+        (run, iteration, own_loss): (&Path, usize, bool),
         physics: &PhysicsSettings,
     ) -> Result<()> {
         self.accept(physics).map_err(|_| Error::UnstableRun {
             run: run.to_owned(),
             iteration,
+            own_loss,
             step: Box::new(self.error(self.remedy())),
         })
     }

@@ -51,33 +51,39 @@ impl Results {
     }
 }
 
+/// How far the runs of a sweep are, without their summaries.
+pub fn survey(sweep: &Path, plan: &SweepPlan) -> Results {
+    let one = |index: usize| {
+        let folder = plan.folder(sweep, index);
+        let (scene, seed) = plan.parts(index);
+        MergedRun {
+            index,
+            scene: scene.name.clone(),
+            seed,
+            state: RunState::of(&folder),
+            iterations: iterations(&folder),
+            summary: None,
+        }
+    };
+    Results {
+        runs: (0..plan.runs()).map(one).collect(),
+    }
+}
+
 /// Reads how far the runs of a sweep are, and the summaries there are.
 ///
 /// # Errors
 /// Those of [`Summary::read`].
 pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Results> {
-    let one = |index: usize| {
-        let folder = plan.folder(sweep, index);
-        let (scene, seed) = plan.parts(index);
-        let state = RunState::of(&folder);
-        let summary = match state {
-            RunState::Done => Some(Summary::read(&folder)?),
-            _ => None,
-        };
-        Ok(MergedRun {
-            index,
-            scene: scene.name.clone(),
-            seed,
-            state,
-            iterations: match &summary {
-                Some(summary) => summary.iterations,
-                None => iterations(&folder),
-            },
-            summary,
-        })
-    };
-    let runs = (0..plan.runs()).map(one).collect::<Result<_>>()?;
-    Ok(Results { runs })
+    let mut results = survey(sweep, plan);
+    for run in &mut results.runs {
+        if run.state == RunState::Done {
+            let summary = Summary::read(&plan.folder(sweep, run.index))?;
+            run.iterations = summary.iterations;
+            run.summary = Some(summary);
+        }
+    }
+    Ok(results)
 }
 
 /// Writes a sweep's merged results into its folder and says which files these are.

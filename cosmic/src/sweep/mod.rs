@@ -12,7 +12,7 @@ mod plan;
 mod state;
 mod work;
 
-pub use merge::{MergedRun, Results, merge, write_results};
+pub use merge::{MergedRun, Results, merge, survey, write_results};
 pub use plan::{PLAN, PlannedScene, SweepPlan};
 pub use state::RunState;
 pub use work::{Ended, Outcome, Overseer, run_all, run_next, run_one};

@@ -41,6 +41,9 @@ pub trait Overseer: Sync {
 
     /// A run ended; calls do not overlap.
     fn ended(&self, ended: &Ended);
+
+    /// What a run's observer is [warned](Observer::warning) of, and the run's name.
+    fn warning(&self, run: &str, text: &str);
 }
 
 /// Does one run of a sweep, or goes on with it.
@@ -73,6 +76,8 @@ pub fn run_one(
     match done {
         Ok(summary) => Ok(Outcome::Done(Box::new(summary))),
         Err(error @ Error::Diverged { .. }) => Ok(Outcome::Diverged(error.to_string())),
+        // By `cosmic resume`, which knows of no claims.
+        Err(Error::Taken(_)) => Ok(Outcome::Taken),
         Err(error) => Err(error),
     }
 }
@@ -97,26 +102,30 @@ pub fn run_next(
     first_of(passed_over).map(|()| None)
 }
 
-/// A run's error that says nothing of others, with the run; all other errors end a sweep.
-fn of_its_own((plan, index): (&SweepPlan, usize), error: Error) -> Result<String> {
+/// A run's error that says nothing of others, with the run: its time step, its files. Where nothing
+/// can be written, or the user wants an end, that is the end of a sweep.
+fn of_its_own((plan, index): (&SweepPlan, usize), error: Error) -> Result<Error> {
     match error {
-        Error::UnstableStep { .. }
-        | Error::UnstableRun { .. }
-        | Error::Malformed { .. }
-        | Error::Misfit { .. } => Ok(format!("run {index}, {}: {error}", plan.name(index))),
-        error => Err(error),
+        Error::Write { .. } | Error::Interrupted { .. } | Error::Stopped { .. } => Err(error),
+        error => Ok(Error::PassedOver {
+            run: format!("run {index}, {}", plan.name(index)),
+            error: Box::new(error),
+            others: 0,
+        }),
     }
 }
 
 /// Says what was passed over, if anything was.
-fn first_of(passed_over: Vec<String>) -> Result<()> {
-    match &passed_over[..] {
-        [] => Ok(()),
-        [only] => Err(Error::Usage(only.clone())),
-        [first, others @ ..] => Err(Error::Usage(format!(
-            "{first}\n{} more of this sweep cannot be done, each for a reason of its own",
-            others.len()
-        ))),
+fn first_of(passed_over: Vec<Error>) -> Result<()> {
+    let more = passed_over.len().saturating_sub(1);
+    match passed_over.into_iter().next() {
+        None => Ok(()),
+        Some(mut first) => {
+            if let Error::PassedOver { others, .. } = &mut first {
+                *others = more;
+            }
+            Err(first)
+        }
     }
 }
 
@@ -136,7 +145,12 @@ pub fn run_all(
         if overseer.is_stopped() {
             return Err(stopped(sweep, plan));
         }
-        match run_one((sweep, plan), index, &mut Quiet(overseer)) {
+        let name = plan.name(index);
+        let mut quiet = Quiet {
+            overseer,
+            name: &name,
+        };
+        match run_one((sweep, plan), index, &mut quiet) {
             Ok(Outcome::Over | Outcome::Taken) => Ok(None),
             Ok(outcome) => {
                 let _told = telling.lock();
@@ -163,15 +177,22 @@ fn stopped(sweep: &Path, plan: &SweepPlan) -> Error {
 }
 
 /// A run among others says nothing of its iterations.
-struct Quiet<'o>(&'o dyn Overseer);
+struct Quiet<'o> {
+    overseer: &'o dyn Overseer,
+    name: &'o str,
+}
 
 impl Observer for Quiet<'_> {
     fn begin(&mut self, _: &Run) {}
 
     fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
-        match self.0.is_stopped() {
+        match self.overseer.is_stopped() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
+    }
+
+    fn warning(&mut self, _: &Run, text: &str) {
+        self.overseer.warning(self.name, text);
     }
 }
