@@ -35,6 +35,23 @@ fn a_table_with_a_row_a_group_and_a_negative_control() {
     assert_eq!(lines[10..], [control]);
 }
 
+/// Of a scene's own task, as every one is optimised.
+#[test]
+fn the_gradient_of_every_task_is_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let tables = ["far", "reach", "climb", "back", "economy"].map(|task| {
+        let scene = format!("{SMALL}[objective]\ntask = \"{task}\"\n");
+        fs::write(folder.path().join("small.toml"), scene).unwrap();
+        let told = cosmic_in(folder.path(), &["gradcheck", "small.toml", "--steps", "64"]);
+        assert_eq!(told.code, 0, "{task}: {}{}", told.out, told.error);
+        assert!(told.out.contains("of its scene's loss"), "{}", told.out);
+        told.out
+    });
+    for (k, table) in tables.iter().enumerate() {
+        assert!(!tables[..k].contains(table), "{table}");
+    }
+}
+
 #[test]
 fn bad_input_is_refused() {
     let folder = tempfile::tempdir().unwrap();

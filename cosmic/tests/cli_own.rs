@@ -205,6 +205,10 @@ fn a_run_goes_on_in_its_own_scene() {
     );
     let scene = |run: &str| fs::read_to_string(bench.path(run).join("scene.toml")).unwrap();
     assert_eq!(scene("runs/a"), scene("runs/a-on"));
+    // The folder that the user is in has a name as well.
+    let said = bench.cosmic_in("runs/a", &["optimize", "--from", "."]);
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(said.out.contains("run: runs/a-on\n"), "{said:?}");
     let design = "runs/a/design.json";
     let said = bench.cosmic(&["optimize", "--from", design, "--out", "b"]);
     assert_eq!(said.code, 0, "{said:?}");
@@ -256,7 +260,11 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
     let height = -whole.loss_p50.unwrap();
     assert!(height.is_finite() && height != whole.displacement_along);
 
-    begin("b", &mut StopsAfter(9)).unwrap_err();
+    let stopped = begin("b", &mut StopsAfter(9)).unwrap_err().to_string();
+    assert!(
+        stopped.contains("record::resume_with") && !stopped.contains("cosmic resume"),
+        "{stopped}"
+    );
     let said = bench.cosmic(&["resume", "b"]);
     assert!(
         said.code == 2 && said.error.contains("loss of its own"),

@@ -5,7 +5,7 @@ use super::{print, print_json};
 use crate::case::Case;
 use crate::error::Result;
 use crate::projection::Body;
-use crate::scene::{Contact, Integrator, Scene};
+use crate::scene::{Contact, Integrator};
 use crate::simulator::stability::{Vibration, stable_step};
 use crate::verify::{GradientError, Plan, Pull, Speed, Term, Times, Voids, measure, peak_memory};
 use clap::Args;
@@ -18,8 +18,8 @@ pub(super) struct Arguments {
     /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
     #[arg(value_name = "SCENE", default_value = "stability")]
     source: String,
-    /// Measure microseconds per step over 4096 steps: processor time of this thread, the least of
-    /// several repeats
+    /// Measure microseconds per step over 4096 steps, or as many as the rollout has: processor time
+    /// of this thread, the least of several repeats
     #[arg(long)]
     measure: bool,
     /// Write JSON
@@ -32,11 +32,8 @@ impl Arguments {
         let source = Source::find(&self.source)?;
         let case = source.case()?;
         let rollout = RolloutFacts::new(&case);
-        // A scene has a loss and horizons of its own; for the rest they are the default scene's.
-        let scene = match &source {
-            Source::Scene(scene) => (**scene).clone(),
-            Source::Design(..) | Source::Case(..) => Scene::default(),
-        };
+        // A scene has a loss and horizons of its own; for a case they are the default scene's.
+        let scene = source.scene()?.unwrap_or_default();
         let speed = self.measure.then(|| measure(&case, &scene));
         let plan = match self.measure {
             true => Plan::measured(&case, &scene.loss),

@@ -3,11 +3,16 @@
 use super::print;
 use super::source::Source;
 use crate::error::{Error, Result};
-use crate::verify::check_gradients;
+use crate::lattice::Ground;
+use crate::objective::{Displacement, Objective};
+use crate::verify::check_gradients_of;
 use autodiff::check::Options;
 use clap::Args;
 
 /// Check the program's own gradient against finite differences and forward mode
+///
+/// The gradient is of the loss of the scene, or of that beside a design; of a case it is of the
+/// payload's displacement after the last step.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
@@ -27,7 +32,18 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let mut case = Source::find(&self.source)?.case()?;
+        let source = Source::find(&self.source)?;
+        let mut case = source.case()?;
+        let (loss, of) = match source.scene()? {
+            Some(scene) => (
+                Objective::new(&scene.objective, &scene.loss, &scene.physics),
+                "its scene's loss",
+            ),
+            None => (
+                Objective::Far(Displacement::at_end(Ground::from(&case.physics))),
+                "the displacement",
+            ),
+        };
         case.physics.steps = self.steps.min(case.physics.steps);
         if let Some(divergence) = case.divergence() {
             return Err(Error::from(&divergence));
@@ -39,10 +55,10 @@ impl Arguments {
             smallest_step: 1e-12,
             ..Options::default()
         };
-        let check = check_gradients(&case, self.steps, &options);
+        let check = check_gradients_of(&loss, &case, self.steps, &options);
         let (name, steps) = (&self.source, check.steps);
         print(&format!(
-            "gradient of {name} over {steps} steps (the motion is chaotic: over thousands of \
+            "gradient of {name} over {steps} steps, of {of} (the motion is chaotic: over thousands of \
              steps finite differences mean nothing)\n{check}\n"
         ))?;
         let failures = check.failures();

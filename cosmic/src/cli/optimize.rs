@@ -106,7 +106,19 @@ impl Arguments {
     fn folder_name(&self, plan: &Plan) -> String {
         let before = self.from.as_deref().map(design_of);
         let folder = before.as_deref().and_then(Path::parent);
-        match folder.and_then(Path::file_name) {
+        let name = folder.and_then(|folder| match folder.file_name() {
+            Some(name) => Some(name.to_owned()),
+            // The folder that the user is in, and that above, have a name as well.
+            None => Some(
+                Path::new(".")
+                    .join(folder)
+                    .canonicalize()
+                    .ok()?
+                    .file_name()?
+                    .to_owned(),
+            ),
+        });
+        match name {
             Some(name) if self.scene.is_none() => format!("{}-on", name.to_string_lossy()),
             _ => format!("{}-{}", plan.name, plan.seed),
         }

@@ -62,6 +62,15 @@ impl Source {
         Ok(Self::Case(path.display().to_string(), text.into_owned()))
     }
 
+    /// The scene, or that beside a design; a case has none.
+    pub(super) fn scene(&self) -> Result<Option<Scene>> {
+        match self {
+            Self::Scene(scene) => Ok(Some((**scene).clone())),
+            Self::Design(path, _) => Scene::read(&path.with_file_name(SCENE)).map(Some),
+            Self::Case(..) => Ok(None),
+        }
+    }
+
     /// Reads the robot.
     pub(super) fn case(&self) -> Result<Case> {
         match self {

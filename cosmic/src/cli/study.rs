@@ -4,8 +4,8 @@ use super::progress::Many;
 use super::{Output, print, print_json};
 use crate::error::Result;
 use crate::scene::Scene;
-use crate::study::{Kind, Study};
-use crate::sweep::merge;
+use crate::study::{Kind, RESULTS, Study, runs_of};
+use crate::sweep::survey;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::num::NonZeroUsize;
@@ -37,7 +37,7 @@ struct Options {
     #[arg(long, value_name = "N", default_value_t = 0)]
     first_seed: u64,
     /// Folder for the results
-    #[arg(long, value_name = "DIR", default_value = "docs/results")]
+    #[arg(long, value_name = "DIR", default_value = RESULTS)]
     out: PathBuf,
     /// Folder for the runs; an interrupted study goes on there [default: runs/study-NAME]
     #[arg(long, value_name = "DIR")]
@@ -64,7 +64,7 @@ impl Arguments {
         };
         let study = options.study(kind)?;
         let plan = study.prepare()?;
-        let over = merge(&study.runs, &plan)?.over();
+        let over = survey(&study.runs, &plan).over();
         let overseer = Many::new(&options.output, &plan, over)?;
         study.simulate(&plan, options.threads, &overseer)?;
         let written = study.write()?;
@@ -84,7 +84,6 @@ impl Options {
         let read = |path: &PathBuf| -> Result<(String, String)> {
             Ok((path.display().to_string(), Scene::text(path)?))
         };
-        let default = || PathBuf::from("runs").join(format!("study-{}", kind.name()));
         Ok(Study {
             kind,
             first_seed: self.first_seed,
@@ -92,7 +91,7 @@ impl Options {
             iterations: self.iterations,
             base: self.base.as_ref().map(read).transpose()?,
             out: self.out.clone(),
-            runs: self.runs.clone().unwrap_or_else(default),
+            runs: self.runs.clone().unwrap_or_else(|| runs_of(kind)),
         })
     }
 }

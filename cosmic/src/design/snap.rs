@@ -98,15 +98,15 @@ struct Counts {
 
 impl Counts {
     fn new(bounds: &VolumeBounds, edges: usize) -> Self {
-        let whole = |[least, most]: [f64; 2]| {
+        let whole = |bounds: [f64; 2]| {
             // 0.03 * 100 is not 3: a bound that a whole number meets to rounding is met.
             let slack = 1e-9;
-            let least = (least * edges as f64 - slack).ceil().max(0.0);
-            let most = (most * edges as f64 + slack).floor().max(0.0);
-            if least <= most {
-                [least as usize, most as usize]
-            } else {
-                [(0.5 * (least + most)) as usize; 2]
+            let [least, most] = bounds.map(|share| share * edges as f64);
+            let inside =
+                [(least - slack).ceil(), (most + slack).floor()].map(|n| n.max(0.0) as usize);
+            match inside[0] <= inside[1] {
+                true => inside,
+                false => [(0.5 * (least + most) - 0.5).ceil().max(0.0) as usize; 2],
             }
         };
         Self {
@@ -203,12 +203,15 @@ mod tests {
 
     #[test]
     fn bounds_between_two_whole_numbers_take_the_nearest() {
-        let bounds = VolumeBounds {
-            solid: [0.5, 0.5],
-            actuator: [0.0, 1.0],
-        };
-        let materials = snap(&[[0.0, 1.0, 0.0]; 5], &bounds);
-        assert_eq!(materials.iter().filter(|m| m.is_solid()).count(), 2);
+        for (solid, edges) in [([0.5, 0.5], 2), ([0.36, 0.36], 2), ([0.56, 0.58], 3)] {
+            let bounds = VolumeBounds {
+                solid,
+                actuator: [0.0, 1.0],
+            };
+            let materials = snap(&[[0.0, 1.0, 0.0]; 5], &bounds);
+            let solids = materials.iter().filter(|m| m.is_solid()).count();
+            assert_eq!(solids, edges, "{solid:?} of 5 edges");
+        }
     }
 
     #[test]

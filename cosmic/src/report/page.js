@@ -1,7 +1,7 @@
 "use strict";
 // Said in the document, where a test can see it.
 addEventListener("error", event => { document.body.dataset.error = event.message; });
-// Plays the rollout on the canvas. Positions are tenths of millimetres: x0, y0, x1, y1, … a frame.
+// Plays the rollout on the canvas. Positions are in units of `data.unit` metres: x0, y0, x1, y1, … a frame.
 const data = JSON.parse(document.getElementById("motion").textContent);
 const canvas = document.getElementById("stage");
 const slider = document.getElementById("time");
@@ -10,6 +10,9 @@ const speed = document.getElementById("speed");
 const clock = document.getElementById("clock");
 const pen = canvas.getContext("2d");
 const scale = canvas.width / data.width;
+// Some two dozen marks along the ground, a power of ten apart.
+const decade = Math.round(Math.log10(data.width / 24));
+const tick = 10 ** decade;
 let now = 0, playing = true, last = null;
 
 slider.max = data.duration;
@@ -27,7 +30,7 @@ function draw() {
   const frame = data.frames[index];
   const [cameraX, cameraY] = data.camera[index];
   const place = (x, y) => [canvas.width / 2 + (x - cameraX) * scale, canvas.height * 0.8 - (y - cameraY) * scale];
-  const node = (frame, i) => place(frame[2 * i] / 1e4, frame[2 * i + 1] / 1e4);
+  const node = (frame, i) => place(frame[2 * i] * data.unit, frame[2 * i + 1] * data.unit);
   const ground = x => data.ground[0] + data.ground[1] * x;
   pen.clearRect(0, 0, canvas.width, canvas.height);
   pen.lineCap = pen.lineJoin = "round";
@@ -37,16 +40,18 @@ function draw() {
   const half = data.width / 2;
   // Along the ground, as displacements are measured.
   const cos = 1 / Math.hypot(1, data.ground[1]);
-  const [first, last] = [-half, half].map(x => (cameraX + x) / cos * 10);
+  const [first, last] = [-half, half].map(x => (cameraX + x) / cos / tick);
   for (let k = Math.ceil(first); k <= last; k++) {
-    const [x, y] = place(cos * k / 10, ground(cos * k / 10));
+    const along = cos * k * tick;
+    const [x, y] = place(along, ground(along));
     line([[x, y], [x, y + (k % 5 ? 8 : 16)]], "#9aa3ad", 1.5);
-    if (k % 5 === 0) pen.fillText(`${k / 10} m`.replace("-", "\u2212"), x, y + 40);
+    const metres = (k * tick).toFixed(Math.max(0, -decade));
+    if (k % 5 === 0) pen.fillText(`${metres} m`.replace("-", "\u2212"), x, y + 40);
   }
   line([cameraX - half, cameraX + half].map(x => place(x, ground(x))), "#1f2328", 2.5);
   line(data.frames.slice(0, index + 1).map(f => node(f, 0)), data.payload, 2);
   for (const [i, j, rest] of data.edges) {
-    const length = Math.hypot(frame[2 * i] - frame[2 * j], frame[2 * i + 1] - frame[2 * j + 1]) / 1e4;
+    const length = Math.hypot(frame[2 * i] - frame[2 * j], frame[2 * i + 1] - frame[2 * j + 1]) * data.unit;
     const share = Math.max(-1, Math.min(1, (length / rest - 1) / data.limit));
     const middle = (data.ramp.length - 1) / 2;
     const colour = rest > 0 ? data.ramp[Math.round(middle * (1 + share))] : data.skeleton;

@@ -203,22 +203,23 @@ fn player(motion: &Motion) -> String {
     )
 }
 
-/// What the player draws: 25 frames a second, of a long rollout less, and tenths of millimetres.
+/// What the player draws: 25 frames a second, of a long rollout less, in thousandths of a cell.
 fn motion_data(motion: &Motion) -> Value {
     let run = motion.run;
     let (step, indices) = motion.every(0.04);
-    let tenths = |v: &f64| (v * 1e4).round() as i64;
+    let unit = 1e-3 * run.scene.lattice.spacing;
+    let whole = |v: &f64| (v / unit).round() as i64;
     let frame = |&i: &usize| -> Vec<i64> {
         motion.states()[i]
             .x
             .as_flattened()
             .iter()
-            .map(tenths)
+            .map(whole)
             .collect()
     };
     let camera = |&i: &usize| {
         let x = motion.camera(i)[0];
-        [x, motion.ground_height(x)].map(|v| (v * 1e4).round() / 1e4)
+        [x, motion.ground_height(x)].map(|v| (v / unit).round() * unit)
     };
     // Skeleton edges have no rest length here: their colour does not depend on it.
     let edges = run
@@ -236,6 +237,7 @@ fn motion_data(motion: &Motion) -> Value {
     let floor = motion.ground_height(0.0);
     json!({
         "step": step,
+        "unit": unit,
         "duration": motion.duration(),
         "width": 4.0 * side,
         "ground": [floor, motion.ground_height(1.0) - floor],

@@ -108,7 +108,8 @@ const ABOUT: &str = "All trials begin with the stability heuristic where topolog
     with a filled lattice where not. Without control the network keeps its first weights. Without \
     material the actuators are spread evenly over the vertical edges, and what an edge is not is \
     held down before every projection, in the stability projection after its centring. Without \
-    topology the share of solid edges is held above 0.90. With neither, the filled layout, outside \
+    topology the share of solid edges is held above 0.90, once materials are decided above 0.87 \
+    (`volume.widening`). With neither, the filled layout, outside \
     the volume bounds, is taken as it is.\n";
 
 fn trials(rows: &[&Row]) -> String {

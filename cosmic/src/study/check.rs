@@ -83,7 +83,8 @@ impl Check {
     }
 }
 
-fn with_half_steps(scene: &Scene) -> Scene {
+/// The scene in which a design is rolled out with half the time step.
+pub(super) fn with_half_steps(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.physics.dt *= 0.5;
     scene.physics.steps *= 2;

@@ -151,10 +151,10 @@ fn answer(
     let [from, to] = rows.map(|row| row.displacement.median);
     let [before, after] = rows.map(|row| row.runs.iter().map(RunRow::displacement));
     let pairs = before.zip(after).map(|(a, b)| Some(b? - a?));
-    let change = pairs
-        .collect::<Option<Vec<f64>>>()
-        .and_then(|all| mean(&all));
+    let pairs = pairs.collect::<Option<Vec<f64>>>();
+    let change = pairs.as_deref().and_then(mean);
     let verdict = match change {
+        None if pairs.is_some() => "undecided: one seed's change has no error",
         None => "no number: runs diverged",
         Some([change, error]) if change.abs() <= 2.0 * error => "within twice its error: undecided",
         Some([change, _]) if change < 0.0 => "worse",

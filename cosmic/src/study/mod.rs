@@ -24,13 +24,14 @@ pub use rows::{Row, RunRow};
 pub use statistics::Statistics;
 pub use trials::{Base, Entities, Kind, Trial, trials};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, in_shell};
 use crate::parallel::{Crew, in_parallel};
 use crate::record::files::make_folder;
-use crate::sweep::{Overseer, PLAN, PlannedScene, RunState, SweepPlan, merge, run_all};
+use crate::sweep::{Overseer, PLAN, PlannedScene, RunState, SweepPlan, run_all, survey};
+use check::with_half_steps;
 use rows::collect;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use trials::NO_BASE;
 
 /// What is to be studied, and where.
@@ -50,6 +51,14 @@ pub struct Study {
     pub out: PathBuf,
     /// Where the runs are, or go on.
     pub runs: PathBuf,
+}
+
+/// Where results go, unless another folder is named.
+pub const RESULTS: &str = "docs/results";
+
+/// Where the runs of a study are, unless another folder is named.
+pub fn runs_of(kind: Kind) -> PathBuf {
+    PathBuf::from("runs").join(format!("study-{}", kind.name()))
 }
 
 impl Study {
@@ -87,6 +96,14 @@ impl Study {
     /// [`Error::Usage`] where the runs are of other experiments; those of [`SweepPlan::freeze`].
     pub fn prepare(&self) -> Result<SweepPlan> {
         let plan = self.plan()?;
+        for PlannedScene { name, scene } in &plan.scenes {
+            with_half_steps(scene).check().map_err(|error| {
+                Error::Usage(format!(
+                    "{name}: its designs are rolled out with half the time step and twice the \
+                     steps as well, which no scene may have: {error}"
+                ))
+            })?;
+        }
         // Before hours of work that could not be written down.
         make_folder(&self.out)?;
         if !self.runs.join(PLAN).exists() {
@@ -120,7 +137,7 @@ impl Study {
         overseer: &dyn Overseer,
     ) -> Result<()> {
         run_all((&self.runs, plan), threads, overseer)?;
-        let merged = merge(&self.runs, plan)?;
+        let merged = survey(&self.runs, plan);
         let left = plan.runs() - merged.over();
         if left > 0 {
             return Err(Error::Usage(format!(
@@ -171,7 +188,16 @@ impl Study {
             command += &format!(" --iterations {iterations}");
         }
         if let Some((file, _)) = &self.base {
-            command += &format!(" --base {file}");
+            command += &format!(" --base {}", in_shell(Path::new(file)));
+        }
+        let folders = [
+            ("out", &self.out, RESULTS.into()),
+            ("runs", &self.runs, runs_of(self.kind)),
+        ];
+        for (option, folder, usual) in folders {
+            if *folder != usual {
+                command += &format!(" --{option} {}", in_shell(folder));
+            }
         }
         command
     }

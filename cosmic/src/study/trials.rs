@@ -1,6 +1,6 @@
 //! What the studies run: every experiment of the paper as a scene, by what it changes.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::{BUILTIN, Scene};
 
 /// A study.
@@ -107,9 +107,19 @@ pub fn trials(kind: Kind, base: &Base) -> Result<Vec<Trial>> {
 fn scene(base: &Base, name: &str, changes: &[&str]) -> Result<Scene> {
     let builtin = BUILTIN.iter().find(|builtin| builtin.name == name);
     let text = builtin.map_or("", |builtin| builtin.text);
-    let scene = Scene::parse(base.file, base.text)?.with(name, text)?;
-    let change = |scene: Scene, text: &&str| scene.with(&format!("changes of {name}"), text);
-    changes.iter().try_fold(scene, change)
+    let below = Scene::parse(base.file, base.text)?;
+    let changes = changes
+        .iter()
+        .map(|text| (format!("changes of {name}"), *text));
+    let mut layers = std::iter::once((name.to_owned(), text)).chain(changes);
+    let scene = layers.try_fold(below, |scene, (name, text)| scene.with(&name, text));
+    // The place is in the study's own settings, the cause may be in the others.
+    scene.map_err(|error| match base.file {
+        "" => error,
+        file => Error::Usage(format!(
+            "the settings of {file} do not go with the study's: {error}"
+        )),
+    })
 }
 
 fn paper(base: &Base) -> Result<Vec<Trial>> {

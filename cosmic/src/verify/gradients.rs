@@ -1,4 +1,4 @@
-//! The gradient of a robot's displacement against finite differences and forward mode.
+//! The gradient of a robot's loss against finite differences and forward mode.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use autodiff::{Dual, Real};
 use crate::case::Case;
 use crate::gradient::{ALL, BLOCKS, Horizon, Inputs, Task};
 use crate::lattice::Ground;
-use crate::objective::Displacement;
+use crate::objective::{Displacement, Loss};
 use crate::projection::Projection;
 use crate::scene::{Contact, HorizonMode, Integrator};
 
@@ -80,9 +80,15 @@ const WORN: f64 = 1e-6;
 /// [`GradientCheck::rounding`] is a guess, not a bound: this many of them are.
 const SAFETY: f64 = 64.0;
 
-/// Checks the gradient of `-(s . x_0(T))` of a case, cut to so many steps, by every block of its
-/// inputs. Steps are to be few: a robot's motion is chaotic, and over thousands of steps no
-/// finite difference means anything.
+/// Checks the gradient of `-(s . x_0(T))`, the paper's loss, of a case; see [`check_gradients_of`].
+pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> GradientCheck {
+    let loss = Displacement::at_end(Ground::from(&case.physics));
+    check_gradients_of(&loss, case, steps, options)
+}
+
+/// Checks the gradient of a loss, one's own or a scene's, of a case that is cut to so many steps, by
+/// every block of its inputs. Steps are to be few: a robot's motion is chaotic, and over thousands of
+/// steps no finite difference means anything.
 ///
 /// A node that stands exactly on the ground line sits on a kink of the positions, with one
 /// derivative upwards and one downwards; several such nodes take sides one by one, which no
@@ -93,13 +99,18 @@ const SAFETY: f64 = 64.0;
 ///
 /// Where a motion magnifies rounding until slopes show it, differences that disagree can not tell
 /// either: a kink, unless forward mode disagrees by more than rounding explains.
-pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> GradientCheck {
+pub fn check_gradients_of(
+    loss: &impl Loss,
+    case: &Case,
+    steps: usize,
+    options: &Options,
+) -> GradientCheck {
     let mut case = case.clone();
     case.physics.steps = steps.min(case.physics.steps);
-    let here = Subject::new(&case);
+    let here = Subject::new(&case, loss);
     let [stands, touches] = stands_and_touches(&case);
     let lifted = touches.then(|| lifted(&case));
-    let above = lifted.as_ref().map(Subject::new);
+    let above = lifted.as_ref().map(|case| Subject::new(case, loss));
     let rounding = here.rounding();
     // Roundings of steps add up as they come.
     let steps_taken = case.physics.steps as f64;
@@ -199,8 +210,9 @@ fn lifted(case: &Case) -> Case {
 }
 
 /// A case as a function of its inputs.
-struct Subject<'a> {
+struct Subject<'a, L> {
     case: &'a Case,
+    of: &'a L,
     /// The same with the stability projection that its derivative is of.
     softer: Case,
     task: Task,
@@ -209,12 +221,13 @@ struct Subject<'a> {
     gradient: Vec<Vec<f64>>,
 }
 
-impl<'a> Subject<'a> {
-    fn new(case: &'a Case) -> Self {
+impl<'a, L: Loss> Subject<'a, L> {
+    fn new(case: &'a Case, of: &'a L) -> Self {
         let mut softer = case.clone();
         softer.sharpness.beta_stability = softer.sharpness.beta_straight_through;
         let mut subject = Self {
             case,
+            of,
             softer,
             task: case.task(),
             inputs: case.inputs(),
@@ -294,9 +307,8 @@ impl<'a> Subject<'a> {
             mode: HorizonMode::Head,
             cotangent_bound: None,
         };
-        let loss = Displacement::at_end(self.task.ground());
         let robot = (&inputs.controller, &inputs.start);
-        self.task.loss(mixture, robot, (&loss, &horizon)).0
+        self.task.loss(mixture, robot, (self.of, &horizon)).0
     }
 }
 

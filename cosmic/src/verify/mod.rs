@@ -15,7 +15,7 @@ mod voids;
 
 pub use accuracy::{Accuracy, Energy, Method, Precision, Run};
 pub use chaos::{Chaos, Predictable};
-pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients};
+pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients, check_gradients_of};
 pub use plan::{Plan, Term};
 pub use slopes::{Gradients, Slopes, Way};
 pub use speed::{

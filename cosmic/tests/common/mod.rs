@@ -46,9 +46,14 @@ impl Bench {
 
     /// The program in the folder.
     pub(crate) fn cosmic(&self, arguments: &[&str]) -> Said {
+        self.cosmic_in("", arguments)
+    }
+
+    /// The program in a folder below.
+    pub(crate) fn cosmic_in(&self, below: &str, arguments: &[&str]) -> Said {
         let output = Command::new(env!("CARGO_BIN_EXE_cosmic"))
             .args(arguments)
-            .current_dir(self.folder.path())
+            .current_dir(self.path(below))
             .output()
             .unwrap();
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
