@@ -227,6 +227,24 @@ fn compare_has_a_row_for_every_run() {
     let html = fs::read_to_string(page).unwrap();
     assert_eq!(html.matches("<tr>").count(), 3);
 
+    // Another run of the name, for another task.
+    assert!(!rows[0].contains("loss"));
+    let other = path(&folder, "other/run");
+    fs::create_dir_all(&other).unwrap();
+    let text = text.replacen("\"seed\":", "\"loss_p50\": -1.25,\n\"seed\":", 1);
+    fs::write(path(&folder, "other/run/summary.json"), text).unwrap();
+    let (out, _, code) = cosmic(&["compare", &run, &other]);
+    let rows: Vec<&str> = out.lines().collect();
+    assert!(code == 0 && rows[0].ends_with("loss p50"), "{out}");
+    assert!(
+        rows[1].starts_with(&run) && rows[1].ends_with(" –"),
+        "{out}"
+    );
+    assert!(
+        rows[2].starts_with(&other) && rows[2].ends_with("1.2500"),
+        "{out}"
+    );
+
     let (_, says, code) = cosmic(&["compare", &run, &path(&folder, "none")]);
     assert!(code == 4 && says.contains("none"), "{says}");
     assert_eq!(cosmic(&["compare"]).2, 2);

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use super::page;
+use super::page::{self, Figure};
 use super::svg::escape;
 use crate::error::Result;
 use crate::record::Summary;
@@ -27,24 +27,38 @@ impl Comparison {
     /// # Errors
     /// Those of [`Summary::read`].
     pub fn read(folders: &[PathBuf]) -> Result<Self> {
-        let column = |folder: &PathBuf| {
+        let names: Vec<String> = folders.iter().map(|folder| name(folder)).collect();
+        let column = |(folder, name): (&PathBuf, &String)| {
+            let mut others = folders.iter().zip(&names);
+            let has_namesake = others.any(|(other, of)| of == name && other != folder);
             Ok(Column {
-                name: name(folder),
+                name: match has_namesake {
+                    true => folder.display().to_string(),
+                    false => name.clone(),
+                },
                 summary: Summary::read(folder)?,
             })
         };
-        let runs = folders.iter().map(column).collect::<Result<_>>()?;
-        Ok(Self { runs })
+        let runs = folders.iter().zip(&names).map(column);
+        Ok(Self {
+            runs: runs.collect::<Result<_>>()?,
+        })
+    }
+
+    /// What is shown of every run.
+    fn figures(&self) -> Vec<Figure> {
+        let with_loss = self.runs.iter().any(|run| run.summary.loss_p50.is_some());
+        let loss = with_loss.then_some(page::LOSS);
+        page::FIGURES.into_iter().chain(loss).collect()
     }
 
     /// A row a run, aligned for a terminal, ordered as the runs were given.
     pub fn to_text(&self) -> String {
+        let figures = self.figures();
         let head = std::iter::once("run".to_owned());
-        let mut rows = vec![
-            head.chain(page::FIGURES.map(|f| f.short.to_owned()))
-                .collect(),
-        ];
-        rows.extend(self.runs.iter().map(Column::cells));
+        let shorts = figures.iter().map(|f| f.short.to_owned());
+        let mut rows = vec![head.chain(shorts).collect()];
+        rows.extend(self.runs.iter().map(|run| run.cells(&figures)));
         let width = |k: usize| {
             rows.iter()
                 .map(|r: &Vec<String>| r[k].chars().count())
@@ -67,7 +81,8 @@ impl Comparison {
     /// A page with a row a run.
     pub fn to_html(&self) -> String {
         let mut table = String::from("<table><thead><tr><th>run</th>");
-        for figure in &page::FIGURES {
+        let figures = self.figures();
+        for figure in &figures {
             let _ = write!(
                 table,
                 r#"<th title="{}">{}</th>"#,
@@ -76,7 +91,7 @@ impl Comparison {
         }
         table += "<th>departures from the paper</th></tr></thead><tbody>";
         for run in &self.runs {
-            let cells = run.cells();
+            let cells = run.cells(&figures);
             let _ = write!(table, "<tr><td>{}</td>", escape(&cells[0]));
             for cell in &cells[1..] {
                 let _ = write!(table, r#"<td class="number">{}</td>"#, escape(cell));
@@ -99,9 +114,9 @@ impl Comparison {
 }
 
 impl Column {
-    fn cells(&self) -> Vec<String> {
+    fn cells(&self, figures: &[Figure]) -> Vec<String> {
         let name = std::iter::once(self.name.clone());
-        name.chain(page::FIGURES.map(|f| (f.of)(&self.summary)))
+        name.chain(figures.iter().map(|f| (f.of)(&self.summary)))
             .collect()
     }
 }

@@ -12,7 +12,7 @@ const pen = canvas.getContext("2d");
 const scale = canvas.width / data.width;
 // Some two dozen marks along the ground, a power of ten apart.
 const decade = Math.round(Math.log10(data.width / 24));
-const tick = 10 ** decade;
+const between = 10 ** decade;
 let now = 0, playing = true, last = null;
 
 slider.max = data.duration;
@@ -40,12 +40,12 @@ function draw() {
   const half = data.width / 2;
   // Along the ground, as displacements are measured.
   const cos = 1 / Math.hypot(1, data.ground[1]);
-  const [first, last] = [-half, half].map(x => (cameraX + x) / cos / tick);
+  const [first, last] = [-half, half].map(x => (cameraX + x) / cos / between);
   for (let k = Math.ceil(first); k <= last; k++) {
-    const along = cos * k * tick;
+    const along = cos * k * between;
     const [x, y] = place(along, ground(along));
     line([[x, y], [x, y + (k % 5 ? 8 : 16)]], "#9aa3ad", 1.5);
-    const metres = (k * tick).toFixed(Math.max(0, -decade));
+    const metres = (k * between).toFixed(Math.max(0, -decade));
     if (k % 5 === 0) pen.fillText(`${metres} m`.replace("-", "\u2212"), x, y + 40);
   }
   line([cameraX - half, cameraX + half].map(x => place(x, ground(x))), "#1f2328", 2.5);

@@ -65,6 +65,13 @@ pub(super) const FIGURES: [Figure; 9] = [
     }),
 ];
 
+/// What runs of another task than to get far, and of an own loss, are ranked by.
+pub(super) const LOSS: Figure = figure(
+    "loss p50",
+    "loss: median over the same perturbed starts",
+    |s| s.loss_p50.map_or("–".to_owned(), |loss| decimals(loss, 4)),
+);
+
 /// A displacement; none where the rollouts that it stands for diverged.
 fn metres(value: impl Into<Option<f64>>) -> String {
     value
@@ -161,8 +168,10 @@ fn summary(run: &Results) -> String {
             ""
         }
     };
+    let loss = run.summary.loss_p50.is_some().then_some(&LOSS);
     let rows = FIGURES
         .iter()
+        .chain(loss)
         .map(|f| (f.says, with_unit((f.of)(&run.summary), unit(f))));
     for (says, number) in rows.chain([world]) {
         let _ = write!(

@@ -102,7 +102,7 @@ pub fn write_results(sweep: &Path, results: &Results) -> Result<[PathBuf; 2]> {
 fn table(results: &Results) -> String {
     let mut text = String::from("index,scene,seed,state,iterations");
     text.extend(NUMBERS.map(|(name, _)| format!(",{name}")));
-    text.push('\n');
+    text += ",loss_p50\n";
     for run in &results.runs {
         let state = run.state.name();
         text += &format!(
@@ -112,7 +112,8 @@ fn table(results: &Results) -> String {
             run.seed,
             run.iterations
         );
-        for (_, of) in NUMBERS {
+        let loss: fn(&Summary) -> Option<f64> = |summary| summary.loss_p50;
+        for of in NUMBERS.map(|(_, of)| of).into_iter().chain([loss]) {
             let number = run.summary.as_ref().and_then(of);
             text += &number.map_or(",".to_owned(), |x| format!(",{x}"));
         }
