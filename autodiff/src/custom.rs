@@ -34,7 +34,8 @@ use crate::forward::Dual;
 use crate::fused::Fused;
 use crate::real::Real;
 
-/// A scalar function of a vector with its partials given.
+/// A scalar function of a vector with its partials given. Its data it owns, or shares by an `Arc`: the
+/// tape keeps it.
 ///
 /// Good for what should not be differentiated through, such as an iterative solver, whose partials
 /// follow from the equation it solves, and for special functions: the error function is a series over

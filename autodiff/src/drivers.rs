@@ -5,7 +5,19 @@
 //! its own. Parameters that are not differentiated are fields of the type. Where reverse mode is
 //! all that is wanted, [`gradient_of`] takes a closure.
 //!
-//! All drivers are generic over the number type of `x`, so they nest. Those of reverse mode leave the
+//! All drivers are generic over the number type of `x`, so they nest. A number of an outer derivative
+//! enters an inner closure as a [`Var::constant`]; the outer derivative sees it all the same:
+//!
+//! ```
+//! use autodiff::{Var, gradient_of};
+//! // d/da of d/dx (a x^2) at x = 3.
+//! let slope = |a: &[Var<f64>]| {
+//!     gradient_of(|x| Var::constant(a[0]) * x[0] * x[0], &[Var::constant(3.0)])[0]
+//! };
+//! assert_eq!(gradient_of(slope, &[5.0]), [6.0]);
+//! ```
+//!
+//! Those of reverse mode leave the
 //! memory of their recording, up to a gigabyte, to the next call on the same thread; a
 //! [`Tape`](crate::Tape) of one's own gives it back when it is dropped.
 

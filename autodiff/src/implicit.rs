@@ -14,7 +14,31 @@ use crate::lu::Lu;
 use crate::real::Real;
 use crate::reverse::{Tape, Var};
 
-/// As many equations as unknowns, with parameters.
+/// As many equations as unknowns, with parameters. It owns what data it has, or shares it by an `Arc`:
+/// the tape keeps it.
+///
+/// An equilibrium's equations are a gradient, and can be had as one; what the energy is not
+/// differentiated by enters it as [constants](Var::constant):
+///
+/// ```
+/// use autodiff::implicit::{Residual, root};
+/// use autodiff::{Real, Var, gradient_of};
+///
+/// /// Where `x^4 / 4 + x^2 / 2 - load x` is least.
+/// #[derive(Clone)]
+/// struct Equilibrium;
+/// impl Residual for Equilibrium {
+///     fn eval<R: Real>(&self, x: &[R], load: &[R]) -> Vec<R> {
+///         let load = Var::constant(load[0]);
+///         let quarter = Var::lit(0.25);
+///         gradient_of(|x| quarter * x[0].powi(4) + (x[0] * x[0]) * (quarter + quarter) - load * x[0], x)
+///     }
+/// }
+///
+/// // x^3 + x = load.
+/// let by_load = gradient_of(|load| root(Equilibrium, &[Var::lit(1.0)], load).unwrap()[0], &[2.0]);
+/// assert_eq!(by_load, [0.25]);
+/// ```
 pub trait Residual: Clone + Send + 'static {
     /// `F(x, p)`, one entry per entry of `x`; zero where `x` is the solution at `p`.
     fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R>;

@@ -8,7 +8,8 @@ use crate::real::Real;
 /// A pure function of `I` numbers with `O` results: a spring, a contact, a reaction.
 ///
 /// It is mapped over whole arrays by [`Program::map`](crate::Program::map), in SIMD lanes, so it
-/// selects and never branches. Its constants are fields of the implementing type.
+/// selects and never branches. Its constants are fields of the implementing type, which borrows
+/// nothing: programs keep it.
 ///
 /// **`eval`, and every function of yours that it calls, is `#[inline(always)]`.** The lanes' registers
 /// belong to an instruction set that is chosen at run time, for the loop around the kernel: a function

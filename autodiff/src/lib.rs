@@ -264,7 +264,7 @@ pub use drivers::{
     Function, VectorFunction, gradient, gradient_of, hessian, hessian_vector, jacobian, jvp,
     value_and_gradient, vjp,
 };
-pub use element::Element;
+pub use element::{Element, Elementary};
 pub use forward::Dual;
 pub use fused::Fused;
 pub use kernel::{Adjoint, Kernel, Partials};

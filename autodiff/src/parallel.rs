@@ -5,7 +5,8 @@
 //! whatever the number of threads. They run in rayon's current pool.
 //!
 //! The numbers may be floats, lanes, [`Wide`](crate::Wide) or duals of these, but not variables of
-//! an outer tape: a tape records on its own thread alone, and says so.
+//! an outer tape: a tape records on its own thread alone, and says so where another thread meets its
+//! variables, which for a few arguments none does.
 
 use rayon::prelude::*;
 

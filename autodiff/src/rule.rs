@@ -110,7 +110,13 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let (value, zero) = (x.powf(exponent), R::zero());
     let by_x = R::chain(x.powf(exponent - R::one()), exponent);
     let at_zero = x.le(zero) & zero.le(x);
-    (value, [by_x, R::select(at_zero, zero, value * x.ln())])
+    let by_exponent = R::select(at_zero, zero, value * x.ln());
+    // Neither `x - 1` for the exponent nor the zero sees every NaN of the value.
+    let number = value.le(value);
+    (
+        value,
+        [by_x, by_exponent].map(|partial| R::select(number, partial, value)),
+    )
 }
 
 /// `atan2(y, x)`, partials by `y` and `x`; zero at the origin and at infinity. Divided by the larger

@@ -181,6 +181,13 @@ fn controls_may_be_constants() {
 }
 
 #[test]
+#[should_panic(expected = "parameter 1 of a program differs in length, over 9223372036854775808")]
+fn controls_for_more_steps_than_numbers_are_told() {
+    let rollout = Rollout::new(Masses, 1 << 63);
+    rollout.run(&[0.0; 2 * MASSES], &[&[0.0; MASSES], &[], &[]]);
+}
+
+#[test]
 #[should_panic(expected = "parameter 1 of a program differs in length, over 23 steps")]
 fn controls_for_too_few_steps_are_told() {
     let x = point(0);

@@ -211,6 +211,13 @@ fn powf_at_zero_takes_the_limit() {
 }
 
 #[test]
+fn powf_without_a_value_has_no_partials() {
+    for at in [[0.0, NAN], [NAN, 0.5], [-1.0, 5e-324], [-1.0, 0.5]] {
+        assert_gradient(&Kink::Powf, &at, &[NAN, NAN]);
+    }
+}
+
+#[test]
 fn atan2_is_flat_at_the_origin() {
     assert_gradient(&Kink::Atan2, &[0.0, 0.0], &[0.0, 0.0]);
     assert_gradient(&Kink::Atan2, &[0.0, 2.0], &[0.5, 0.0]);

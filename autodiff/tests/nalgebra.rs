@@ -1,9 +1,13 @@
 //! nalgebra's algorithms on elements: against f64, differences, and the equations they solve.
 
-use ::nalgebra::{ComplexField, DMatrix, RealField, SMatrix, SVector, convert, try_convert};
+use ::nalgebra::{
+    ComplexField, DMatrix, RealField, SMatrix, SVector, UnitQuaternion, Vector3, convert,
+    try_convert,
+};
+use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::implicit::{Residual, root};
-use autodiff::nalgebra::{Element, vector};
-use autodiff::{Dual, Function, Real, VectorFunction, Wide, gradient, jacobian, jvp};
+use autodiff::nalgebra::{Element, rotation, vector};
+use autodiff::{Dual, Function, Real, VectorFunction, Wide, gradient, hessian, jacobian, jvp};
 
 const SIZE: usize = 4;
 
@@ -218,4 +222,63 @@ fn nothing_turns_into_a_float_silently() {
     assert_eq!((constant.0.value, constant.0.tangent), (2.5, [0.0]));
     let caught = std::panic::catch_unwind(|| ::nalgebra::convert_unchecked::<_, f64>(moving));
     assert!(caught.is_err());
+}
+
+/// A turned point along a direction.
+struct Turned;
+
+impl Function for Turned {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let lit = |v: [f64; 3]| Vector3::from(v).map(Element::<R>::lit);
+        let [i, j, k] = [0, 1, 2].map(|axis| Element(x[axis]));
+        let vector = Vector3::new(i, j, k);
+        let turned = rotation(&vector) * lit([1.0, 2.0, -0.5]);
+        turned.dot(&lit([0.3, -1.1, 0.7])).0
+    }
+}
+
+/// From no rotation at all, over the switch between the two forms, to more than a turn.
+#[test]
+fn rotations_are_those_of_nalgebra_and_smooth_where_it_has_none() {
+    let axis = [0.6, -0.48, 0.64];
+    for angle in [0.0, 1e-200, 1e-9, 1e-3, 0.4999, 0.5001, 2.0, 7.0] {
+        let x = axis.map(|a| a * angle);
+        let vector = Vector3::from(x);
+        let [ours, theirs] = [
+            rotation(&vector.map(Element)).coords.map(|x| x.0),
+            UnitQuaternion::new(vector).coords,
+        ];
+        // Some ten roundings in each; nalgebra has the identity below 1e-16 rad.
+        assert!((ours - theirs).norm() < 1e-15, "{angle}");
+        let report = check_gradient(&Turned, &x, &Options::default());
+        assert_eq!(report.verdict, Verdict::Smooth, "{angle}: {report}");
+        // Differences of the gradient: truncated at h^2 times fourth derivatives of some 10.
+        let h = 1e-5;
+        for (i, row) in hessian(&Turned, &x).iter().enumerate() {
+            let at = |h: f64| {
+                let mut x = x;
+                x[i] += h;
+                gradient(&Turned, &x)
+            };
+            let pairs = at(h).into_iter().zip(at(-h));
+            let slopes: Vec<f64> = pairs.map(|(a, b)| (a - b) / (2.0 * h)).collect();
+            assert!(largest_difference(row, &slopes) < 1e-8, "{angle}: {row:?}");
+        }
+    }
+}
+
+/// The series has the digits of the longest number that there is.
+#[test]
+fn a_rotation_has_31_digits() {
+    let of = |angle: f64| {
+        let vector = Vector3::new(0.0, 0.0, angle).map(|x| Element(Wide::from(x)));
+        let [half, turned] = [
+            Wide::from(angle) * Wide::from(0.5),
+            rotation(&vector).coords[2].0,
+        ];
+        (Real::sin(half) - turned).to_f64().abs() / angle
+    };
+    for angle in [1e-3, 0.1, 0.49] {
+        assert!(of(angle) < 1e-30, "{angle}: {:e}", of(angle));
+    }
 }

@@ -45,6 +45,13 @@ fn states_may_become_one_another() {
     assert_same(Exchange);
 }
 
+#[test]
+#[should_panic(expected = "steps have more rows than any memory: give the rollout a budget")]
+fn more_steps_than_any_memory_keeps_are_refused() {
+    let rollout = Rollout::new(Exchange, 1 << 62);
+    gradient_of(|x| rollout.run(x, &[])[0], &[1.0; 3 * NODES]);
+}
+
 /// The pull of an edge, from the difference of its ends and its stiffness.
 #[derive(Clone, Copy)]
 struct Pull;
@@ -270,6 +277,71 @@ impl Step for Reset {
 #[test]
 fn a_state_may_become_a_parameter() {
     assert_same(Reset);
+}
+
+/// What a step works on, declared as it is needed.
+#[derive(Clone)]
+struct AsNeeded;
+
+impl Model for AsNeeded {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (x, k) = (p.state(NODES), p.parameter(NODES));
+        let [turned] = p.map(Turn, [x, k]);
+        let (y, push, to) = (p.state(NODES), p.input(NODES), p.parameter(NODES));
+        let [pushed] = p.map(Turn, [y, push]);
+        let [next] = p.map(Turn, [pushed, to]);
+        p.advance(x, next);
+        p.advance(y, turned);
+    }
+}
+
+impl Step for AsNeeded {
+    fn shapes(&self) -> Vec<usize> {
+        vec![2 * NODES, NODES, NODES]
+    }
+    fn inputs(&self) -> Vec<f64> {
+        (0..NODES).map(|i| 0.1 * i as f64).collect()
+    }
+    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+        let turn = |a, b| Kernel::eval(&Turn, [a, b])[0];
+        let (x, y) = state.split_at(NODES);
+        let push = self.inputs().into_iter().map(R::lit);
+        let pushed = y.iter().zip(push).map(|(&y, push)| turn(y, push));
+        let next = pushed.zip(given[1]).map(|(y, &to)| turn(y, to));
+        let turned = x.iter().zip(given[0]).map(|(&x, &k)| turn(x, k));
+        next.chain(turned).collect()
+    }
+}
+
+#[test]
+fn declarations_may_come_in_any_order() {
+    assert_same(AsNeeded);
+}
+
+/// A kernel of which nothing comes.
+#[derive(Clone, Copy)]
+struct Nothing;
+
+impl Kernel<1, 0> for Nothing {
+    #[inline(always)]
+    fn eval<R: Real>(&self, _: [R; 1]) -> [R; 0] {
+        []
+    }
+}
+impl Adjoint<1, 0> for Nothing {}
+
+impl Model for Nothing {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let x = p.state(NODES);
+        let [] = p.map(Nothing, [x]);
+        p.advance(x, x);
+    }
+}
+
+#[test]
+#[should_panic(expected = "map: a kernel without results")]
+fn a_kernel_has_results() {
+    Rollout::new(Nothing, 1).run(&[0.0; NODES], &[]);
 }
 
 /// Arrays and matrices without any number beside some that have them.

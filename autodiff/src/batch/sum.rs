@@ -11,7 +11,8 @@ use crate::lanes::{Lane, Vectorized, WIDEST};
 use crate::real::Real;
 use crate::reverse::{Tape, Var};
 
-/// A function of parameters that all data share and of one datum: a term of a [`Sum`].
+/// A function of parameters that all data share and of one datum: a term of a [`Sum`]. What else it
+/// needs it owns, or shares by an `Arc`: the tape keeps it.
 pub trait Summand: Clone + Send + Sync + 'static {
     /// How many numbers of working memory [`eval`](Self::eval) is given.
     fn scratch(&self) -> usize {

@@ -128,12 +128,16 @@ fn odd<R: Real>(x: R, of_size: R) -> R {
     R::select(x.abs().le(R::zero()), x, signed)
 }
 
-/// `2 t / (1 - t)` with `t = tanh(x/2)`, where nothing cancels for small `x`.
+/// `2 t / (1 - t)` with `t = tanh(x/2)`, where nothing cancels for small `x`; `x` itself where a half
+/// of it is rounded, as subnormal numbers are.
 #[inline(always)]
 fn exp_m1<R: Real>(x: R) -> R {
     let one = R::one();
-    let t = (x * R::lit(0.5)).tanh();
-    R::select(x.abs().lt(one), (t + t) / (one - t), x.exp() - one)
+    let half = x * R::lit(0.5);
+    let t = half.tanh();
+    let halved = (half + half).le(x) & x.le(half + half);
+    let small = R::select(halved, (t + t) / (one - t), x);
+    R::select(x.abs().lt(one), small, x.exp() - one)
 }
 
 /// W. Kahan's: `u = 1 + x` is rounded, and `x / (u - 1)` makes up for it.

@@ -232,20 +232,21 @@ pub(crate) fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
     work.run::<f32>()
 }
 
-/// Asks for a cache line that is soon to be read or written. A hint; there need be none.
+/// Asks for memory that is soon to be read or written: so many numbers from the first on. A hint;
+/// there need be none.
 #[inline(always)]
-pub(crate) fn prefetch(line: *const u8) {
+pub(crate) fn prefetch<T>(first: *const T, len: usize) {
     #[cfg(target_arch = "x86_64")]
-    {
+    for line in 0..(len * size_of::<T>()).div_ceil(64) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         #[allow(unsafe_code)] // `cosmic explain --measure`: a fifth of a gradient's time.
         // SAFETY: a hint to the cache; it reads nothing that the program can see.
         unsafe {
-            _mm_prefetch::<_MM_HINT_T0>(line.cast());
+            _mm_prefetch::<_MM_HINT_T0>(first.cast::<i8>().wrapping_add(64 * line));
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = line;
+    let _ = (first, len);
 }
 
 /// The one door into code compiled for wider registers.

@@ -36,13 +36,16 @@
 //!   triangular or block matrix. SVD, Schur, eigenvalues and vectors, the pseudo-inverse, and what
 //!   is made of them are to be had there as a root ([`implicit`](crate::implicit)) or by a rule of
 //!   your own. LU, QR, Cholesky, inverse and determinant have it.
+//! - **Geometry has branches at the identity, and no derivative there**: that of a `UnitQuaternion`,
+//!   `Rotation3` or `Isometry3` made of a rotation vector of zero is zero, as that of `scaled_axis` of
+//!   the identity and of `rotation_between` parallel vectors. [`rotation`] has all derivatives.
 //! - `try_convert` to a float returns `None` and the unchecked conversions panic; so does the matrix
 //!   exponential, which asks for one.
 //! - Where all of this crate is imported (`use autodiff::*`), nalgebra itself is `::nalgebra`.
 
 mod field;
 
-use ::nalgebra::DVector;
+use ::nalgebra::{DVector, Quaternion, UnitQuaternion, Vector3};
 
 pub use crate::element::Element;
 use crate::real::Real;
@@ -50,4 +53,38 @@ use crate::real::Real;
 /// A slice of numbers as a vector.
 pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
     DVector::from_iterator(numbers.len(), numbers.iter().copied().map(Element))
+}
+
+/// The rotation about a vector by its length, rad, with derivatives of every order at zero too.
+///
+/// ```
+/// use ::nalgebra::Vector3;
+/// use autodiff::nalgebra::{Element, rotation};
+/// use autodiff::{Real, Var, gradient_of};
+///
+/// /// The height of a point that is turned.
+/// fn height(x: &[Var<f64>]) -> Var<f64> {
+///     let point = Vector3::new(1.0, 2.0, 3.0).map(Element::<Var<f64>>::lit);
+///     (rotation(&Vector3::new(x[0], x[1], x[2]).map(Element)) * point)[2].0
+/// }
+/// assert_eq!(gradient_of(height, &[0.0; 3]), [2.0, -1.0, 0.0]);
+/// ```
+pub fn rotation<R: Real>(vector: &Vector3<Element<R>>) -> UnitQuaternion<Element<R>> {
+    let half = [0, 1, 2].map(|axis| vector[axis].0 * R::lit(0.5));
+    let square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2];
+    // Below, the terms left out are less than 1e-38.
+    let small = square.lt(R::lit(0.0625));
+    let angle = R::select(small, R::one(), square).sqrt();
+    let cos = R::select(small, cardinal(square, 0), angle.cos());
+    let sinc = R::select(small, cardinal(square, 1), angle.sin() / angle);
+    let [i, j, k] = [0, 1, 2].map(|axis| Element(sinc * half[axis]));
+    UnitQuaternion::new_unchecked(Quaternion::new(Element(cos), i, j, k))
+}
+
+/// `cos(x)`, or for `odd` of 1 `sin(x) / x`, of `x^2`: the first terms of the series.
+fn cardinal<R: Real>(square: R, odd: u8) -> R {
+    (1..=12).rev().fold(R::one(), |rest, term| {
+        let factor = f64::from(2 * term + odd);
+        R::one() - square / R::lit(factor * (factor - 1.0)) * rest
+    })
 }

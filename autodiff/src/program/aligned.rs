@@ -5,7 +5,7 @@ use std::ops::{Deref, DerefMut};
 use crate::real::Real;
 
 /// Bytes of a cache line, and of the widest register.
-pub(super) const LINE: usize = 64;
+const LINE: usize = 64;
 /// Bytes of a page.
 const PAGE: usize = 4096;
 
@@ -17,6 +17,12 @@ pub(crate) struct Aligned<R> {
 }
 
 impl<R: Real> Aligned<R> {
+    /// Numbers of a cache line.
+    pub(crate) const LINE: usize = match LINE.checked_div(size_of::<R>()) {
+        Some(numbers @ 1..) => numbers,
+        _ => 1,
+    };
+
     pub(crate) fn zeros(len: usize) -> Self {
         Self::zeros_to(LINE, len)
     }

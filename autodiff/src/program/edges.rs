@@ -124,6 +124,7 @@ impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C
         (ends, per_edge): ([Array; C], &[Array]),
         sums: [Array; O],
     ) -> Self {
+        assert!(O > 0, "map_edges: a kernel without results");
         assert_eq!(
             C + per_edge.len(),
             I,

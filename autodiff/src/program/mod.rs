@@ -38,7 +38,7 @@ use crate::real::Real;
 
 pub(crate) use aligned::Aligned;
 pub use graph::Graph;
-use row::{Bars, Frame, Layout, Soon};
+use row::{Bars, Frame, Layout};
 pub(crate) use watch::Watch;
 
 /// A handle to an array of a [`Program`].
@@ -125,7 +125,7 @@ trait Operation<R: Real>: Send {
 
 /// A recorded step. See the [module](self).
 ///
-/// Parameters are declared first, then states, inputs and controls, then operations. Any array may
+/// Parameters, states, inputs and controls are declared in any order, before what reads them. Any array may
 /// be empty.
 pub struct Program<R: Real> {
     arrays: Vec<Array>,
@@ -144,6 +144,8 @@ pub struct Program<R: Real> {
     /// How many numbers the parameters' arrays and a step's row take so far.
     ends: [usize; 2],
     layout: Layout,
+    /// How many numbers of a row to come are asked for before each operation, in whole lines.
+    share: usize,
     /// How far past the arrays lanes may reach, beyond their own width.
     margin: usize,
 }
@@ -178,6 +180,7 @@ impl<R: Real> Default for Program<R> {
             starts: 1,
             ends: [0; 2],
             layout: Layout::default(),
+            share: 0,
             margin: 0,
         }
     }
@@ -199,9 +202,6 @@ impl<R: Real> Program<R> {
     }
 
     /// A parameter: an array that stays the same for all steps.
-    ///
-    /// # Panics
-    /// After a state, an input or an operation: rows begin behind the last parameter.
     pub fn parameter(&mut self, len: usize) -> Array {
         self.align(true);
         let array = self.allocate(true, len);
@@ -314,10 +314,6 @@ impl<R: Real> Program<R> {
 
     /// A new array behind those before it.
     fn allocate(&mut self, parameter: bool, len: usize) -> Array {
-        assert!(
-            !parameter || self.ends[0] == 0 || self.ends[1] == 0,
-            "parameters of a program are declared before its states, inputs and operations"
-        );
         let (starts, len) = (self.starts, len * self.starts);
         let end = &mut self.ends[usize::from(!parameter)];
         let array = Array {

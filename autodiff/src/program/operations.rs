@@ -43,13 +43,15 @@ impl<R: Real> Program<R> {
     /// ```
     ///
     /// # Panics
-    /// If the arrays differ in length or there is none, or one is of another program.
+    /// If the arrays differ in length or there is none, or one is of another program; if the kernel has
+    /// no results.
     pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
     where
         K: Adjoint<I, O>,
     {
         self.know(&x);
         let len = x.first().expect("map: a kernel without inputs").len();
+        assert!(O > 0, "map: a kernel without results");
         assert!(
             x.iter().all(|a| a.len() == len),
             "map: the arrays differ in length"

@@ -1,11 +1,10 @@
 //! Where the numbers of a step lie.
 
-use std::ptr::{null, null_mut};
+use std::ptr::null_mut;
 use std::slice::{from_raw_parts, from_raw_parts_mut};
 
 use super::Array;
-use super::aligned::LINE;
-use crate::lanes::{Lane, prefetch};
+use crate::lanes::Lane;
 use crate::real::Real;
 
 /// The values of a step: those of the parameters, which no step changes, and its row.
@@ -199,34 +198,6 @@ impl Layout {
             reach: stride + end,
             state: joined(states),
             moves,
-        }
-    }
-}
-
-/// What is not yet asked for of a row that is soon to be touched. It is asked for in shares, one
-/// before each operation: what an operation reads would wait behind a whole row.
-pub(super) struct Soon {
-    next: *const u8,
-    lines: usize,
-    share: usize,
-}
-
-impl Soon {
-    /// So many numbers, where any are, of a step with so many operations.
-    pub(super) fn new<R>(row: Option<*const R>, len: usize, operations: usize) -> Self {
-        let lines = row.map_or(0, |_| (len * size_of::<R>()).div_ceil(LINE));
-        Self {
-            next: row.unwrap_or(null()).cast(),
-            lines,
-            share: lines.div_ceil(operations.max(1)),
-        }
-    }
-    #[inline(always)]
-    pub(super) fn ask_for_share(&mut self) {
-        for _ in 0..self.share.min(self.lines) {
-            prefetch(self.next);
-            self.next = self.next.wrapping_add(LINE);
-            self.lines -= 1;
         }
     }
 }

@@ -1,8 +1,7 @@
 //! Running a recorded program, forward and in reverse.
 
-use super::{
-    Aligned, Array, Bars, Control, Frame, Layout, Parameter, Program, Soon, WIDEST, repeated,
-};
+use super::{Aligned, Array, Bars, Control, Frame, Layout, Parameter, Program, WIDEST, repeated};
+use crate::lanes::prefetch;
 use crate::real::Real;
 
 impl<R: Real> Program<R> {
@@ -11,6 +10,8 @@ impl<R: Real> Program<R> {
         let next: Option<Vec<Array>> = self.next.iter().copied().collect();
         let next = next.expect("a part of the state is never advanced");
         self.layout = Layout::new(&self.states, &next, self.ends[1]);
+        let share = self.layout.stride.div_ceil(self.operations.len().max(1));
+        self.share = share.next_multiple_of(Aligned::<R>::LINE);
         self
     }
 
@@ -73,7 +74,7 @@ impl<R: Real> Program<R> {
             let own = self.own[at];
             let len = match declared {
                 Parameter::Array(a) => a.numbers(own),
-                Parameter::Control(k) => steps * self.controls[*k].array.numbers(own),
+                Parameter::Control(k) => steps.saturating_mul(self.controls[*k].array.numbers(own)),
                 Parameter::Matrix(_) if own => {
                     panic!("parameter {at} of a program is a matrix, which all starts share")
                 }
@@ -162,13 +163,23 @@ impl<R: Real> Program<R> {
         }
     }
 
+    /// Asks for a part of a row that is soon to be touched: a share before every operation. What
+    /// an operation reads would wait behind a whole row.
+    #[inline(always)]
+    fn prefetch(&self, operation: usize, row: *const R) {
+        let first = operation * self.share;
+        let left = self.layout.stride.saturating_sub(first);
+        prefetch(row.wrapping_add(first), self.share.min(left));
+    }
+
     /// Computes a step; the new state stands where the next row begins. `soon` is the row that the
     /// next step touches, where that is not in the cache.
     pub(crate) fn step(&mut self, parameters: &[R], row: &mut [R], soon: Option<*const R>) {
-        let mut soon = Soon::new(soon, self.layout.stride, self.operations.len());
-        for operation in &mut self.operations {
-            soon.ask_for_share();
-            operation.forward(parameters, row);
+        for k in 0..self.operations.len() {
+            if let Some(soon) = soon {
+                self.prefetch(k, soon);
+            }
+            self.operations[k].forward(parameters, row);
         }
         for (from, to) in &self.layout.moves {
             let to = self.layout.stride + to.start;
@@ -223,10 +234,9 @@ impl<R: Real> Program<R> {
             }
         }
         let values = &Frame { parameters, row };
-        let mut soon = Soon::new(Some(soon), *stride, self.operations.len());
-        for operation in self.operations.iter_mut().rev() {
-            soon.ask_for_share();
-            operation.reverse(values, bars);
+        for k in (0..self.operations.len()).rev() {
+            self.prefetch(k, soon);
+            self.operations[k].reverse(values, bars);
         }
         state_bar.clear();
         self.push_state(bars.row, state_bar);

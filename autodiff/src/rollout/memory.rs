@@ -46,7 +46,7 @@ impl Plan {
         };
         let budget = states.saturating_mul(state);
         // Where the state has no numbers, neither has what would be kept of it.
-        if state == 0 || budget >= steps * row + state {
+        if state == 0 || budget >= steps.saturating_mul(row).saturating_add(state) {
             return all;
         }
         let leaf = (budget / 2 / row).max(1);

@@ -21,7 +21,8 @@ use crate::real::{Mask, Real};
 use many::Many;
 use sweep::{Starts, Sweep};
 
-/// A system that steps: its step is recorded as a program for any number type.
+/// A system that steps: its step is recorded as a program for any number type. What it needs for that
+/// it owns, or shares by an `Arc`: the tape keeps it.
 pub trait Model: Clone + Send + Sync + 'static {
     /// Declares parameters, states and inputs, records one step and advances every state.
     fn record<R: Real>(&self, program: &mut Program<R>);

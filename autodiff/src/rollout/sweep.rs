@@ -134,7 +134,13 @@ impl<R: Real> Recorded<R> {
         let (stride, row) = (sweep.program.stride(), sweep.row(inputs[0]));
         let plan = Plan::new(rollout.memory, rollout.steps, [sweep.state_len(), stride]);
         let leaf = plan.leaf.min(rollout.steps);
-        let mut rows = spare_rows((leaf.saturating_sub(1)) * stride + row.len());
+        let kept = leaf.saturating_sub(1).checked_mul(stride);
+        let kept = kept.and_then(|kept| kept.checked_add(row.len()));
+        let kept = kept.filter(|kept| *kept < isize::MAX as usize / (2 * size_of::<R>().max(1)));
+        let Some(kept) = kept else {
+            panic!("{leaf} steps have more rows than any memory: give the rollout a budget");
+        };
+        let mut rows = spare_rows(kept);
         sweep.program.set_state(&mut rows, inputs[0]);
         Self {
             snapshots: vec![Snapshot {

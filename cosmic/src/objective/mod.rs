@@ -20,7 +20,9 @@ use crate::simulator::Trajectory;
 ///
 /// Written once over [`Real`], it is differentiated by the engine; there is no adjoint to write.
 /// Robots are designed for it by [`CoDesign::with_loss`](crate::codesign::CoDesign::with_loss),
-/// side by side on several threads.
+/// side by side on several threads. [`check_gradients_of`](crate::verify::check_gradients_of) tells
+/// whether its gradient is that of its values: a `floor` or a comparison of values may have made it
+/// another.
 pub trait Loss: Send + Sync {
     /// Which states it looks at in a rollout of so many steps: numbers of steps done, ascending,
     /// the last of them `steps`.
