@@ -17,9 +17,8 @@
 //! assert_eq!(gradient_of(slope, &[5.0]), [6.0]);
 //! ```
 //!
-//! Those of reverse mode leave the
-//! memory of their recording, up to a gigabyte, to the next call on the same thread; a
-//! [`Tape`](crate::Tape) of one's own gives it back when it is dropped.
+//! Drivers of reverse mode leave the memory of their recording, up to a gigabyte, to the next call on
+//! the same thread; a [`Tape`](crate::Tape) of one's own gives it back when it is dropped.
 
 use crate::forward::Dual;
 use crate::real::Real;

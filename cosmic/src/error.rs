@@ -129,7 +129,7 @@ pub enum Error {
         total: usize,
     },
     /// Runs of a sweep that cannot be done, each for a reason of its own; all others are.
-    #[error("{run}: {error}{}", and_others(*others))]
+    #[error("{run}: {}{}", error.within(), and_others(*others))]
     PassedOver {
         /// The first of them.
         run: String,
@@ -174,6 +174,12 @@ impl Error {
             } => Some(step.remedy()? + &or_go_on(run, *own_loss)),
             _ => None,
         }
+    }
+
+    /// Its text as a part of another's: reports of a file have their heading.
+    pub(crate) fn within(&self) -> String {
+        let text = self.to_string();
+        text.strip_prefix("error: ").unwrap_or(&text).to_owned()
     }
 
     /// The process's exit code: 1 a check failed, 2 bad usage or a malformed file, 3 diverged, 4

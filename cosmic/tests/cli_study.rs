@@ -68,11 +68,21 @@ fn done(bench: &Bench, kind: &str, name: &str, more: &[&str]) -> Told {
     said
 }
 
-/// Every file of the results, wall times taken out.
+/// Every file of the results, wall times and the study's folders taken out.
 fn results(bench: &Bench, name: &str) -> BTreeMap<String, String> {
     let mut files = BTreeMap::new();
     collect(&bench.path(name), "", &mut files);
+    let folders = format!(" --out {name} --runs {name}-runs");
+    for text in files.values_mut() {
+        *text = text.replace(&folders, "");
+    }
     files
+}
+
+/// Lines of runs that ended.
+fn ended(said: &Told) -> usize {
+    let lines = said.error.lines();
+    lines.filter(|line| !line.starts_with("warning: ")).count()
 }
 
 fn collect(folder: &Path, prefix: &str, files: &mut BTreeMap<String, String>) {
@@ -125,11 +135,12 @@ fn an_ablation_has_its_document_tables_and_figures() {
     let bench = bench(LITTLE);
     let said = done(&bench, "ablation", "a", &["--seeds", "2"]);
     // A line a run, and a line a file: ten figures, a document, two tables.
-    let lines = [&said.error, &said.out].map(|text| text.lines().count());
+    let lines = [ended(&said), said.out.lines().count()];
     assert_eq!(lines, [16, 13], "{said:?}");
     let document = fs::read_to_string(bench.path("a/ablation.md")).unwrap();
     assert!(document.contains("over 2 seeds, 0 to 1."), "{document}");
-    let command = "```sh\ncosmic study ablation --seeds 2 --base base.toml\n```";
+    let command =
+        "```sh\ncosmic study ablation --seeds 2 --base base.toml --out a --runs a-runs\n```";
     assert!(document.contains(command), "{document}");
     for (what, count) in [
         ("\n| h, all three | yes | yes | yes | 1.91 |", 1),
@@ -250,7 +261,7 @@ fn threads_and_interruptions_change_nothing() {
         "cut",
         &[&seeds[..], &["--threads", "2"]].concat(),
     );
-    assert!(said.error.lines().count() < 16, "{said:?}");
+    assert!(ended(&said) < 16, "{said:?}");
     assert_eq!(results(&bench, "cut"), results(&bench, "whole"));
 }
 
@@ -260,8 +271,11 @@ fn more_seeds_join_and_other_scenes_do_not() {
     let little = ["--iterations", "2", "--seeds"];
     let of = |name: &str, more: &[&str]| done(&bench, "findings", name, &[&little, more].concat());
     of("a", &["1", "--first-seed", "1"]);
+    let alone = fs::read_to_string(bench.path("a/findings.md")).unwrap();
+    let undecided = "undecided: one seed's change has no error";
+    assert_eq!(alone.matches(undecided).count(), 15, "{alone}");
     let said = of("a", &["2"]);
-    assert_eq!(said.error.lines().count(), 19, "{said:?}");
+    assert_eq!(ended(&said), 19, "{said:?}");
     of("b", &["2"]);
     assert_eq!(results(&bench, "a"), results(&bench, "b"));
     let document = fs::read_to_string(bench.path("a/findings.md")).unwrap();
@@ -277,6 +291,17 @@ fn more_seeds_join_and_other_scenes_do_not() {
         said.code == 2 && said.error.contains("base.toml:2:9"),
         "{said:?}"
     );
+    // Right by itself, but not under the study's scenes.
+    fs::write(bench.path("base.toml"), "[lattice]\ncolumns = 2\n").unwrap();
+    let said = study(&bench, "findings", "c", &[]);
+    let says = "error: the settings of base.toml do not go with the study's: the three-legged";
+    assert!(said.code == 2 && said.error.contains(says), "{said:?}");
+    // Nor with what a study does with designs.
+    fs::write(bench.path("base.toml"), "[physics]\nsteps = 600000\n").unwrap();
+    let said = study(&bench, "findings", "c", &[]);
+    let says = "half the time step and twice the steps";
+    assert!(said.code == 2 && said.error.contains(says), "{said:?}");
+    assert!(!bench.path("c-runs").exists());
 }
 
 #[test]

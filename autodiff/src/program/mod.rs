@@ -125,8 +125,8 @@ trait Operation<R: Real>: Send {
 
 /// A recorded step. See the [module](self).
 ///
-/// Parameters, states, inputs and controls are declared in any order, before what reads them. Any array may
-/// be empty.
+/// Parameters, states, inputs and controls are declared in any order, before what reads them. Any
+/// array may be empty.
 pub struct Program<R: Real> {
     arrays: Vec<Array>,
     parameters: Vec<Parameter>,

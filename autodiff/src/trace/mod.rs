@@ -3,9 +3,10 @@
 //! Run the function that returns NaN, or whose gradient does, once more on traced numbers:
 //! [`first_non_finite`] names the operation that first produced what reaches the result, with its
 //! operands and its line. An infinity that a [`select`](crate::Real::select) leaves aside is not
-//! blamed. Of a derivative within the function, such as a [`gradient_of`](crate::gradient_of) whose
-//! result is NaN, the line is one of this crate: trace the inner function by itself.
-//! Nothing of this weighs on the tape or on any other mode.
+//! blamed. Nothing of this weighs on the tape or on any other mode.
+//!
+//! Where the function takes a derivative itself, by a [`gradient_of`](crate::gradient_of), the line is
+//! one of this crate: trace the inner function alone.
 
 mod traced;
 

@@ -100,7 +100,8 @@ impl Study {
             with_half_steps(scene).check().map_err(|error| {
                 Error::Usage(format!(
                     "{name}: its designs are rolled out with half the time step and twice the \
-                     steps as well, which no scene may have: {error}"
+                     steps as well, which no scene may have: {}",
+                    error.within()
                 ))
             })?;
         }

@@ -30,9 +30,9 @@ pub(super) fn document(study: &Study, results: &Results) -> String {
         format!(
             "## Strictly by the paper\n\nThe paper's algorithm with no departure{}: no bound on the \
              cotangent, every design gradient by itself, no alternatives at the snap, no single \
-             edges tried after it, no settling, the loss at the end point only, the last iterate delivered, the tall layout in both \
-             the baseline and the three-legged start. Reported as it comes.\n\n{}\n![every \
-             seed](paper/strict.svg)\n",
+             edges tried after it, no settling, the loss at the end point only, the last iterate \
+             delivered, the tall layout in both the baseline and the three-legged start. Reported \
+             as it comes.\n\n{}\n![every seed](paper/strict.svg)\n",
             study
                 .base
                 .as_ref()

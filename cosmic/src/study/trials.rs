@@ -117,7 +117,8 @@ fn scene(base: &Base, name: &str, changes: &[&str]) -> Result<Scene> {
     scene.map_err(|error| match base.file {
         "" => error,
         file => Error::Usage(format!(
-            "the settings of {file} do not go with the study's: {error}"
+            "the settings of {file} do not go with the study's: {}",
+            error.within()
         )),
     })
 }

@@ -117,16 +117,14 @@ fn of_its_own((plan, index): (&SweepPlan, usize), error: Error) -> Result<Error>
 
 /// Says what was passed over, if anything was.
 fn first_of(passed_over: Vec<Error>) -> Result<()> {
-    let more = passed_over.len().saturating_sub(1);
-    match passed_over.into_iter().next() {
-        None => Ok(()),
-        Some(mut first) => {
-            if let Error::PassedOver { others, .. } = &mut first {
-                *others = more;
-            }
-            Err(first)
-        }
+    let mut passed_over = passed_over.into_iter();
+    let Some(mut first) = passed_over.next() else {
+        return Ok(());
+    };
+    if let Error::PassedOver { others, .. } = &mut first {
+        *others = passed_over.len();
     }
+    Err(first)
 }
 
 /// Does every run that is neither over nor taken, each on a thread of its own; what cannot be done for
