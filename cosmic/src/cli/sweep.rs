@@ -155,6 +155,13 @@ fn run(
         let overseer = Many::new(output, &plan, over)?;
         run_all(whole, threads, &overseer)?;
         drop(overseer);
+        let left = plan.runs() - survey(sweep, &plan).over();
+        if left > 0 && !output.quiet {
+            note(&format!(
+                "{left} of {} runs are at work in other processes",
+                plan.runs()
+            ));
+        }
         return match output.json {
             true => status(sweep, true),
             false => Ok(()),
