@@ -5,7 +5,6 @@ use super::{Output, print, print_json};
 use crate::error::Result;
 use crate::scene::Scene;
 use crate::study::{Kind, RESULTS, Study, runs_of};
-use crate::sweep::survey;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::num::NonZeroUsize;
@@ -64,8 +63,7 @@ impl Arguments {
         };
         let study = options.study(kind)?;
         let plan = study.prepare()?;
-        let over = survey(&study.runs, &plan).over();
-        let overseer = Many::new(&options.output, &plan, over)?;
+        let overseer = Many::new(&options.output, &plan, plan.over(&study.runs))?;
         study.simulate(&plan, options.threads, &overseer)?;
         let written = study.write()?;
         if options.output.json {

@@ -151,11 +151,10 @@ fn run(
     let plan = SweepPlan::read(sweep)?;
     let whole = (sweep, &plan);
     if let Index::All = index {
-        let over = survey(sweep, &plan).over();
-        let overseer = Many::new(output, &plan, over)?;
+        let overseer = Many::new(output, &plan, plan.over(sweep))?;
         run_all(whole, threads, &overseer)?;
         drop(overseer);
-        let left = plan.runs() - survey(sweep, &plan).over();
+        let left = plan.runs() - plan.over(sweep);
         if left > 0 && !output.quiet {
             note(&format!(
                 "{left} of {} runs are at work in other processes",

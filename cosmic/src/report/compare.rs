@@ -47,9 +47,7 @@ impl Comparison {
 
     /// What is shown of every run.
     fn figures(&self) -> Vec<Figure> {
-        let with_loss = self.runs.iter().any(|run| run.summary.loss_p50.is_some());
-        let loss = with_loss.then_some(page::LOSS);
-        page::FIGURES.into_iter().chain(loss).collect()
+        page::figures_of(self.runs.iter().map(|run| &run.summary))
     }
 
     /// A row a run, aligned for a terminal, ordered as the runs were given.

@@ -27,7 +27,7 @@ const fn figure(short: &'static str, says: &'static str, of: fn(&Summary) -> Str
 }
 
 /// The numbers that are worth comparing.
-pub(super) const FIGURES: [Figure; 9] = [
+const FIGURES: [Figure; 9] = [
     figure(
         "p50, m",
         "displacement: median over perturbed starts",
@@ -66,11 +66,18 @@ pub(super) const FIGURES: [Figure; 9] = [
 ];
 
 /// What runs of another task than to get far, and of an own loss, are ranked by.
-pub(super) const LOSS: Figure = figure(
+const LOSS: Figure = figure(
     "loss p50",
     "loss: median over the same perturbed starts",
     |s| s.loss_p50.map_or("–".to_owned(), |loss| decimals(loss, 4)),
 );
+
+/// What is shown of runs, with the loss where one of them is ranked by it.
+pub(super) fn figures_of<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Vec<Figure> {
+    let with_loss = runs.into_iter().any(|run| run.loss_p50.is_some());
+    let loss = with_loss.then_some(LOSS);
+    FIGURES.into_iter().chain(loss).collect()
+}
 
 /// A displacement; none where the rollouts that it stands for diverged.
 fn metres(value: impl Into<Option<f64>>) -> String {
@@ -168,10 +175,9 @@ fn summary(run: &Results) -> String {
             ""
         }
     };
-    let loss = run.summary.loss_p50.is_some().then_some(&LOSS);
-    let rows = FIGURES
+    let figures = figures_of([&run.summary]);
+    let rows = figures
         .iter()
-        .chain(loss)
         .map(|f| (f.says, with_unit((f.of)(&run.summary), unit(f))));
     for (says, number) in rows.chain([world]) {
         let _ = write!(

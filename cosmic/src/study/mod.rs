@@ -27,7 +27,7 @@ pub use trials::{Base, Entities, Kind, Trial, trials};
 use crate::error::{Error, Result, in_shell};
 use crate::parallel::{Crew, in_parallel};
 use crate::record::files::make_folder;
-use crate::sweep::{Overseer, PLAN, PlannedScene, RunState, SweepPlan, run_all, survey};
+use crate::sweep::{Overseer, PLAN, PlannedScene, RunState, SweepPlan, run_all};
 use check::with_half_steps;
 use rows::collect;
 use std::num::NonZeroUsize;
@@ -138,8 +138,7 @@ impl Study {
         overseer: &dyn Overseer,
     ) -> Result<()> {
         run_all((&self.runs, plan), threads, overseer)?;
-        let merged = survey(&self.runs, plan);
-        let left = plan.runs() - merged.over();
+        let left = plan.runs() - plan.over(&self.runs);
         if left > 0 {
             return Err(Error::Usage(format!(
                 "other processes are at work on {left} runs; the same command goes on when they \
@@ -151,8 +150,9 @@ impl Study {
             if overseer.is_stopped() {
                 return Err(Error::Stopped { done: total, total });
             }
-            match merged.runs[index].state {
-                RunState::Done => Check::keep(&plan.folder(&self.runs, index)),
+            let folder = plan.folder(&self.runs, index);
+            match RunState::of(&folder) {
+                RunState::Done => Check::keep(&folder),
                 _ => Ok(()),
             }
         });

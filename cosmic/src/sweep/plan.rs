@@ -1,5 +1,6 @@
 //! `plan.json`: which scenes and seeds a sweep has, fixed when it is planned.
 
+use super::RunState;
 use crate::codesign::CoDesign;
 use crate::error::{Error, Result};
 use crate::record::files::{Format, is_used, make_folder, read_json, write_json};
@@ -130,6 +131,12 @@ impl SweepPlan {
     /// How many runs there are.
     pub fn runs(&self) -> usize {
         self.scenes.len() * self.seeds.get()
+    }
+
+    /// How many runs have nothing left to do, by the files that are there.
+    pub fn over(&self, sweep: &Path) -> usize {
+        let is_over = |index: &usize| RunState::of(&self.folder(sweep, *index)).is_over();
+        (0..self.runs()).filter(is_over).count()
     }
 
     /// The scene and the seed of a run.

@@ -167,9 +167,8 @@ pub fn run_all(
 }
 
 fn stopped(sweep: &Path, plan: &SweepPlan) -> Error {
-    let is_over = |index: &usize| RunState::of(&plan.folder(sweep, *index)).is_over();
     Error::Stopped {
-        done: (0..plan.runs()).filter(is_over).count(),
+        done: plan.over(sweep),
         total: plan.runs(),
     }
 }
