@@ -144,8 +144,8 @@
 //! Code that asks for num-traits' `Float` takes any number of this crate as an [`Element`].
 //!
 //! The folder `examples` has a program of at most 60 lines for each: a derivative, fitting an ODE,
-//! a contact law with its gradient checked, optimal control of a pendulum, a Hessian, a custom
-//! rule, and a Cholesky factorisation in nalgebra.
+//! a neural ODE in a rollout, a contact law with its gradient checked, optimal control of a
+//! pendulum, a Hessian, a custom rule, and a Cholesky factorisation in nalgebra.
 //!
 //! # Pitfalls
 //!
