@@ -167,6 +167,8 @@ impl<R: Real> Inputs<R> {
 pub const DESIGN: [bool; 7] = [true, false, false, false, false, false, false];
 /// The blocks of the controller.
 pub const CONTROLLER: [bool; 7] = [false, true, true, true, true, false, false];
+/// No block.
+pub const NOTHING: [bool; 7] = [false; 7];
 /// Everything.
 pub const ALL: [bool; 7] = [true; 7];
 

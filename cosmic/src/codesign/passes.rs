@@ -38,13 +38,14 @@ impl CoDesign {
             inputs: &inputs,
             horizon: &horizon,
         };
-        let ([performance, stability], evaluated) = rayon::join(
+        let (slopes, evaluated) = rayon::join(
             || self.design_slopes(at),
             || full.then(|| self.evaluate(progress)),
         );
         record.displacement = evaluated.map(|reached| reached.along());
-        record.displacement_horizon = Some(performance.displacement);
-        record.merit_horizon = self.merit_horizon(&performance);
+        let first = slopes.iter().flatten().next();
+        record.displacement_horizon = first.map(|slope| slope.displacement);
+        record.merit_horizon = first.and_then(|slope| self.merit_horizon(slope));
 
         let is_augmented = self.scene.binarisation.method == BinarisationMethod::Augmented;
         let (rows, terms) = match is_augmented {
@@ -53,8 +54,9 @@ impl CoDesign {
         };
         let share = self.scene.schedule.stability_share;
         let before = progress.z.clone();
-        let updates = [(performance, 1.0 - share), (stability, share)];
-        for (k, (mut slope, share)) in updates.into_iter().enumerate() {
+        let shares = [1.0 - share, share];
+        for (k, slope) in slopes.into_iter().enumerate() {
+            let Some(mut slope) = slope else { continue };
             let settings = &self.scene.gradient;
             record.design_gradient[k] = Some(slope.bound(settings.design_norm));
             slope.averaged(&mut progress.design_mean[k], settings.design_memory);
@@ -63,7 +65,7 @@ impl CoDesign {
             }
             match self.update_design(k, &mut progress.mma[k], &before, (&slope.gradient, &rows)) {
                 Some(update) => {
-                    blend(&mut progress.z, &before, (&update.point, share));
+                    blend(&mut progress.z, &before, (&update.point, shares[k]));
                     record.mma[k] = Some(MmaDiagnostics {
                         newton_steps: update.newton_steps,
                         residual: update.residual,
@@ -103,8 +105,14 @@ impl CoDesign {
             inputs: &inputs,
             horizon: &horizon,
         };
+        let trust = progress.settled.as_ref().map_or(1.0, |s| s.trust);
+        let rate = trust * moment.learning_rate();
+        let sought = match rate == 0.0 {
+            true => Sought::Nothing(&mixture),
+            false => Sought::Controller(&mixture),
+        };
         let ([mut slope], evaluated) = rayon::join(
-            || self.slopes([Sought::Controller(&mixture)], at),
+            || self.slopes([sought], at),
             || known.or_else(|| full.then(|| self.evaluate(progress))),
         );
         record.displacement = evaluated.map(|reached| reached.along());
@@ -116,10 +124,11 @@ impl CoDesign {
                 return;
             }
         }
+        if rate == 0.0 {
+            return;
+        }
         record.controller_gradient = Some(slope.bound(self.scene.adam.gradient_norm));
         let mut weights = inputs.get(CONTROLLER);
-        let trust = progress.settled.as_ref().map_or(1.0, |s| s.trust);
-        let rate = trust * moment.learning_rate();
         match self
             .adam
             .update(&mut progress.adam, &mut weights, &slope.gradient, rate)
@@ -309,6 +318,46 @@ mod tests {
         let mut codesign = CoDesign::new(scene).unwrap();
         (codesign.optimise(0, |record| records.push(record.clone()))).unwrap();
         records
+    }
+
+    /// A projection without a share in the update: as if it were skipped, and the other as ever.
+    #[test]
+    fn a_projection_without_a_share_is_left_out() {
+        let mut scene = tiny();
+        let both = records(&scene);
+        for (share, left, out) in [(0.0, 0, 1), (1.0, 1, 0)] {
+            scene.schedule.stability_share = share;
+            let alone = records(&scene);
+            let designs = alone.iter().filter(|r| r.design_gradient[left].is_some());
+            assert!(designs.count() > 0);
+            let nothing = |r: &Record| r.design_gradient[out].is_none() && r.mma[out].is_none();
+            assert!(alone.iter().all(nothing));
+            // The first update is of the same start.
+            let gradient = |records: &[Record]| records[0].design_gradient[left].unwrap();
+            assert_eq!(gradient(&alone), gradient(&both));
+            assert!(alone[0].displacement_horizon.is_some());
+        }
+    }
+
+    #[test]
+    fn a_controller_that_does_not_move_costs_no_gradient() {
+        let mut scene = tiny();
+        scene.schedule.settle = 0.0;
+        let moved = records(&scene);
+        (scene.adam.rate, scene.adam.fine_rate) = (0.0, 0.0);
+        let mut codesign = CoDesign::new(&scene).unwrap();
+        let mut still = Vec::new();
+        let begun = codesign.begin(0).unwrap().controller;
+        let delivered = (codesign.optimise(0, |record| still.push(record.clone()))).unwrap();
+        assert_eq!(delivered.controller, begun);
+        assert!(still.iter().all(|r| r.controller_gradient.is_none()));
+        let first = |records: &[Record]| {
+            let pass = moved.iter().position(|r| r.controller_gradient.is_some());
+            records[pass.unwrap()].displacement_horizon
+        };
+        // Until then nothing differs: what the gradient saw is seen without it.
+        assert!(first(&still).is_some());
+        assert_eq!(first(&still), first(&moved));
     }
 
     #[test]

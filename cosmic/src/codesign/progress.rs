@@ -179,9 +179,9 @@ pub struct Record {
     /// Penalties after the iteration.
     pub penalties: [f64; 4],
     /// Norm of the displacement's gradient by the design, before any bound: performance and
-    /// stability projection.
+    /// stability projection; `None` where updates by it have no share.
     pub design_gradient: [Option<f64>; 2],
-    /// Norm of the gradient by the controller, before any bound.
+    /// Norm of the gradient by the controller, before any bound; `None` where the rate is zero.
     pub controller_gradient: Option<f64>,
     /// How the subproblems of both design updates were solved.
     pub mma: [Option<MmaDiagnostics>; 2],

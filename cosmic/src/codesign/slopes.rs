@@ -3,7 +3,7 @@
 use autodiff::{Real, Var};
 
 use super::CoDesign;
-use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task, together};
+use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, NOTHING, Task, together};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::optimiser::bound_norm;
@@ -45,6 +45,8 @@ pub(super) enum Sought<'a> {
     Shares,
     /// The controller of a robot of this mixture.
     Controller(&'a [[f64; 3]]),
+    /// Nothing: the loss of that robot alone.
+    Nothing(&'a [[f64; 3]]),
 }
 
 impl Sought<'_> {
@@ -52,6 +54,7 @@ impl Sought<'_> {
         match self {
             Self::Design(_) | Self::Shares => DESIGN,
             Self::Controller(_) => CONTROLLER,
+            Self::Nothing(_) => NOTHING,
         }
     }
 
@@ -60,25 +63,29 @@ impl Sought<'_> {
         match self {
             Self::Design(projection) => task.mixture(*projection, z),
             Self::Shares => z.to_vec(),
-            Self::Controller(mixture) => mixture.iter().map(|m| m.map(R::lit)).collect(),
+            Self::Controller(mixture) | Self::Nothing(mixture) => {
+                mixture.iter().map(|m| m.map(R::lit)).collect()
+            }
         }
     }
 }
 
 impl CoDesign {
-    /// The gradients by the design in the performance and in the stability projection: in rollouts
-    /// side by side, unless other threads would then have nothing to do.
-    pub(super) fn design_slopes(&self, at: At) -> [Slope; 2] {
-        let [performance, stability] =
-            [Projection::Performance, Projection::Stability].map(Sought::Design);
-        if together(2) == 2 {
-            return self.slopes([performance, stability], at);
+    /// The gradients by the design in the performance and in the stability projection, as far as
+    /// updates by them have a share in the design's: in rollouts side by side, unless other threads
+    /// would then have nothing to do.
+    pub(super) fn design_slopes(&self, at: At) -> [Option<Slope>; 2] {
+        let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
+        let alone = |k: usize| {
+            let [slope] = self.slopes([both[k]], at);
+            Some(slope)
+        };
+        match self.scene.schedule.stability_share {
+            0.0 => [alone(0), None],
+            1.0 => [None, alone(1)],
+            _ if together(2) == 2 => self.slopes(both, at).map(Some),
+            _ => rayon::join(|| alone(0), || alone(1)).into(),
         }
-        let ([performance], [stability]) = rayon::join(
-            || self.slopes([performance], at),
-            || self.slopes([stability], at),
-        );
-        [performance, stability]
     }
 
     /// Gradients of the loss, of rollouts in the scene's precision: over worlds their
@@ -329,7 +336,7 @@ mod tests {
             let alone = both.map(|sought| codesign.slopes([sought], at).into_iter().next());
             assert_eq!(together.clone().map(Some), alone);
             assert_ne!(together[0].gradient, together[1].gradient);
-            assert_eq!(codesign.design_slopes(at), together);
+            assert_eq!(codesign.design_slopes(at), together.map(Some));
         };
         let mut scene = tiny();
         scene.start.tilt = 0.2;
