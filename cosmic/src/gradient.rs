@@ -12,7 +12,7 @@ use crate::projection::{Body, Projection, Variation, holds, mixture_held};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
-use crate::simulator::stability::Vibration;
+use crate::simulator::stability::{Vibration, bound_of_any_design};
 use crate::simulator::{Divergence, Guarded, Simulator, Span, StepCheck, Trajectory};
 
 /// What a rollout depends on and may be differentiated by.
@@ -315,8 +315,9 @@ impl Task {
     /// The time step against the vibrations of a mixture's robot at rest in these positions.
     pub fn step_check(&self, mixture: &[[f64; 3]], positions: &[[f64; 2]]) -> StepCheck {
         let body = self.body(mixture);
-        let vibration = Vibration::new(&self.lattice, &body, positions);
-        StepCheck::new(&vibration, &self.physics)
+        let vibration = Vibration::new(&self.lattice, &body, &self.physics, positions);
+        let any_design = bound_of_any_design(&self.lattice, &self.materials, &self.physics);
+        StepCheck::new(&vibration, any_design, &self.physics)
     }
 
     /// The same as [`rollout`](Task::rollout), with every operation on the tape.

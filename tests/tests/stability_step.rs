@@ -2,8 +2,9 @@
 
 use cosmic::case::Case;
 use cosmic::codesign::CoDesign;
+use cosmic::projection::Body;
 use cosmic::scene::{Scene, UnstableStep};
-use cosmic::simulator::stability::step_limit;
+use cosmic::simulator::stability::{Vibration, bound_of_any_design, step_limit};
 use cosmic::simulator::{Grade, StepCheck};
 use cosmic::verify::stable_steps;
 
@@ -56,7 +57,88 @@ fn an_unstable_step_is_refused_with_node_number_and_remedy() {
     let mut patient = scene.physics;
     patient.unstable_step = UnstableStep::Warn;
     assert!(check.accept(&patient).is_ok());
-    assert_eq!(check.to_string(), said.to_string());
+    // Who is only warned has set that already.
+    let warned = check.to_string();
+    let (before, _) = said
+        .to_string()
+        .split_once("; to go on")
+        .map(|(a, b)| (a.to_owned(), b.to_owned()))
+        .expect("a way out");
+    assert_eq!(warned, before);
+}
+
+/// Of lattices large and small, with all laws: no design, layout or mixture, vibrates faster than the
+/// bound has it, and a lone stiff bar comes near.
+#[test]
+fn no_design_vibrates_faster_than_the_bound_of_any() {
+    let mut nearest: f64 = 0.0;
+    for (seed, (columns, rows)) in [(2, 2), (1, 3), (6, 6), (4, 3)].into_iter().enumerate() {
+        for (radius, stiffening) in [
+            (0.0, 0.0),
+            (0.02, 0.0),
+            (0.2, 0.0),
+            (0.0, 200.0),
+            (0.1, 1e5),
+        ] {
+            let mut scene = scene(0.002);
+            (scene.lattice.columns, scene.lattice.rows) = (columns, rows);
+            (scene.physics.bending_radius, scene.physics.stiffening) = (radius, stiffening);
+            let case = Case::of_scene(&scene, seed as u64).expect("any lattice starts so");
+            let bound = bound_of_any_design(&case.lattice, &case.materials, &case.physics);
+            for design in 0..12_usize {
+                // One-hot where it is even; void everywhere but on the first edge in the first.
+                let mixture: Vec<[f64; 3]> = (0..case.lattice.edges.len())
+                    .map(|e| match design {
+                        0 => [f64::from(u8::from(e > 0)), f64::from(u8::from(e == 0)), 0.0],
+                        _ if design % 2 == 0 => {
+                            let chosen = (e * e + design * e + e / 3) % 3;
+                            std::array::from_fn(|k| f64::from(u8::from(k == chosen)))
+                        }
+                        _ => {
+                            let shares = [1.0, 2.3, 3.1]
+                                .map(|w| (w * (e + design) as f64).sin().powi(2) + 1e-3);
+                            let sum: f64 = shares.iter().sum();
+                            shares.map(|share| share / sum)
+                        }
+                    })
+                    .collect();
+                let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+                let at_rest = &case.lattice.positions;
+                let vibration = Vibration::new(&case.lattice, &body, &case.physics, at_rest);
+                let (own, fastest) = (vibration.edge_bound(), vibration.largest_frequency());
+                // Up to rounding and the softening of lengths, 1e-12 of a length squared of 1e-2.
+                assert!(
+                    fastest <= own * (1.0 + 1e-9),
+                    "{fastest} above its bound {own}"
+                );
+                assert!(
+                    own <= bound * (1.0 + 1e-9),
+                    "{own} above that of any design {bound}"
+                );
+                if radius == 0.0 && stiffening == 0.0 {
+                    nearest = nearest.max(fastest / bound);
+                }
+            }
+        }
+    }
+    assert!(
+        nearest > 0.9,
+        "a bound that is far from any design: {nearest}"
+    );
+}
+
+/// A step that the start bears, and a lone bar would not.
+#[test]
+fn of_a_step_that_other_designs_do_not_bear_it_is_said() {
+    let check = check(0.002);
+    assert_eq!(check.of_other_designs(), None);
+    let start = check.bound.dt.expect("it vibrates");
+    let any = check.any_design.expect("it vibrates");
+    assert!(any < start, "{any} {start}");
+    let between = self::check(0.5 * (any + start));
+    assert_eq!(between.grade(), Grade::Safe);
+    let said = between.of_other_designs().expect("it is longer");
+    assert!(said.contains("may not bear what comes of it"), "{said}");
 }
 
 #[test]

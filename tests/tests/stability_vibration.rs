@@ -186,7 +186,13 @@ fn limits_of_chains() {
             .into_iter()
             .map(|x| [x, 0.0])
             .collect();
-        let omega = Vibration::new(&bare.lattice, &bare.body, &at_rest).largest_frequency();
+        let omega = Vibration::new(
+            &bare.lattice,
+            &bare.body,
+            &PhysicsSettings::default(),
+            &at_rest,
+        )
+        .largest_frequency();
         let expected = case.number("omega_max");
         // The softening is 1e-12 of a length squared of 1e-2.
         assert!(
@@ -241,7 +247,7 @@ fn stable_steps_of_lattices() {
         let (lattice, body, positions) = lattice(&case);
         // A dozen roundings of sums.
         assert!(relative_error(&body.mass, &case.numbers("node_mass")) < 1e-14);
-        let vibration = Vibration::new(&lattice, &body, &positions);
+        let vibration = Vibration::new(&lattice, &body, &PhysicsSettings::default(), &positions);
         let tolerance = case.of_file("tolerance_rel");
         let check = |key: &str, got: f64| {
             let expected = case.number(key);

@@ -250,7 +250,7 @@ fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
     for (kept, dropped) in pairs {
         let [with_void, without] = [&kept, &dropped].map(body);
         assert_eq!(with_void.mass, without.mass);
-        let vibration = |body| Vibration::new(&kept.lattice, body, &kept.start.x);
+        let vibration = |body| Vibration::new(&kept.lattice, body, &kept.physics, &kept.start.x);
         let [before, after] = [&with_void, &without].map(|body| {
             let vibration = vibration(body);
             let (bound, fastest) = (vibration.edge_bound(), vibration.largest_frequency());

@@ -6,7 +6,8 @@ use crate::case::Case;
 use crate::error::Result;
 use crate::projection::Body;
 use crate::scene::{Contact, Integrator};
-use crate::simulator::stability::{Vibration, stable_step};
+use crate::simulator::rounded_down;
+use crate::simulator::stability::{Vibration, bound_of_any_design, stable_step};
 use crate::verify::{GradientError, Plan, Pull, Speed, Term, Times, Voids, measure, peak_memory};
 use clap::Args;
 use serde::Serialize;
@@ -95,6 +96,8 @@ struct StableStep {
     exact: f64,
     /// From a bound on it that is cheap and safe.
     bound: f64,
+    /// From a bound on the frequencies of every design of the lattice.
+    any_design: f64,
     /// Largest angular frequency, 1/s.
     largest_frequency: f64,
 }
@@ -109,7 +112,7 @@ impl RolloutFacts {
         } = case;
         let mixture = case.mixture(case.projection, &case.z);
         let body = Body::new(&mixture, lattice, &case.materials, physics);
-        let vibration = Vibration::new(lattice, &body, &case.start.x);
+        let vibration = Vibration::new(lattice, &body, physics, &case.start.x);
         let largest_frequency = vibration.largest_frequency();
         Self {
             columns: lattice.columns,
@@ -132,6 +135,10 @@ impl RolloutFacts {
             stable_dt: StableStep {
                 exact: stable_step(physics, largest_frequency),
                 bound: stable_step(physics, vibration.edge_bound()),
+                any_design: stable_step(
+                    physics,
+                    bound_of_any_design(lattice, &case.materials, physics),
+                ),
                 largest_frequency,
             },
         }
@@ -189,15 +196,12 @@ impl RolloutFacts {
         let law = match self.stiffening {
             0.0 => "Hooke's law".to_owned(),
             cubic => format!(
-                "k (e + {cubic} e^3), stiffer off their targets than the stable step has them"
+                "k (e + {cubic} e^3); the stable step has them off by their actuators' strokes"
             ),
         };
         match self.bending_radius {
             0.0 => format!("{law}; bars bend freely at nodes"),
-            radius => format!(
-                "{law}; bars in line resist bending, radius of gyration {radius} m, which the \
-                 stable step leaves out"
-            ),
+            radius => format!("{law}; bars in line resist bending, radius of gyration {radius} m"),
         }
     }
 
@@ -231,11 +235,14 @@ impl RolloutFacts {
         let StableStep {
             exact,
             bound,
+            any_design,
             largest_frequency,
         } = self.stable_dt;
+        let [exact_down, bound, any_design] =
+            [exact, bound, any_design].map(|dt| rounded_down(dt, 4));
         format!(
-            "below {exact:.6} s ({bound:.6} s by the safe bound), largest frequency \
-             {largest_frequency:.2} 1/s; this step is {:.0} % of it",
+            "below {exact_down} s ({bound} s by the safe bound, {any_design} s whatever the \
+             design), largest frequency {largest_frequency:.2} 1/s; this step is {:.0} % of it",
             100.0 * self.dt / exact
         )
     }

@@ -297,6 +297,11 @@ impl Run {
         } = self.progress;
         let stands = (&*self.folder, iteration, own_loss);
         check.accept_in(stands, &self.plan.scene.physics)?;
+        if iteration == self.progress.before_first()
+            && let Some(text) = check.of_other_designs()
+        {
+            observer.warning(self, &text);
+        }
         if check.grade() > self.warned {
             let when = match iteration == self.progress.before_first() {
                 true => String::new(),

@@ -116,16 +116,24 @@ impl Bending {
 
     /// The impulses of all pairs over a step, from the edges' stiffness and the nodes' places.
     pub(super) fn impulses(&self, (edges, dt): (&[f64], f64), x: &[[f64; 2]]) -> Vec<Bar> {
+        let pair = |(nodes, stiffness): ([usize; 3], f64)| {
+            let [[ax, ay], [bx, by], [cx, cy]] = nodes.map(|node| x[node]);
+            let pulls = Bend { dt }.eval([ax, ay, bx, by, cx, cy, stiffness]);
+            let of_node = |role: usize| [pulls[2 * role], pulls[2 * role + 1]];
+            (nodes, [0, 1, 2].map(of_node))
+        };
+        self.springs(edges).into_iter().map(pair).collect()
+    }
+
+    /// The nodes of all pairs, before, middle and after, and their angular stiffness, N m, from the
+    /// edges' stiffness.
+    pub(super) fn springs(&self, edges: &[f64]) -> Vec<([usize; 3], f64)> {
         let stiffness = self.stiffness(edges);
         let pair = |slot: usize| {
             self.slots[slot]?;
             let (group, middle) = (self.groups[slot / self.nodes], slot % self.nodes);
             let node = |role: usize| self.place(middle, offset(group, role));
-            let nodes = [node(0)?, middle, node(2)?];
-            let [[ax, ay], [bx, by], [cx, cy]] = nodes.map(|node| x[node]);
-            let pulls = Bend { dt }.eval([ax, ay, bx, by, cx, cy, stiffness[slot]]);
-            let of_node = |role: usize| [pulls[2 * role], pulls[2 * role + 1]];
-            Some((nodes, [0, 1, 2].map(of_node)))
+            Some(([node(0)?, middle, node(2)?], stiffness[slot]))
         };
         (0..self.slots()).filter_map(pair).collect()
     }

@@ -2,19 +2,21 @@
 //!
 //! A step of symplectic Euler maps a free oscillation of angular frequency `omega` to one that does
 //! not grow exactly for `dt omega < sqrt(2 (1 + exp(-damping dt)))`; one of leapfrog for
-//! `dt omega < 2 sqrt(cosh(damping dt / 2))`. With substeps `dt` is the length of one. The frequencies of a lattice at rest are the
-//! roots of the eigenvalues of `M^-1 K`, where an edge of direction `n`, length `l` and target
-//! length `l0` adds `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull
-//! across a stretched edge, is negative for a compressed one.
+//! `dt omega < 2 sqrt(cosh(damping dt / 2))`. With substeps `dt` is the length of one. The
+//! frequencies of a lattice at rest are the roots of the eigenvalues of `M^-1 K`, where an edge of
+//! direction `n`, length `l` and target length `l0` adds
+//! `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull across a stretched edge,
+//! is negative for a compressed one. Two edges in line that resist bending with `c` (N m) add
+//! `c g g^T`, where `g . u` is the angle between them by displacements `u` of their three nodes.
 //!
-//! Covered are edges that follow Hooke's law, and a stiffening spring at ease. What the scene adds
-//! to them is not: a pair of edges that resists bending with `c` (N m) adds a stiffness of at most
-//! `2 c (1/a + 1/b)^2` for arms `a` and `b`, and a stiffening spring whose length is off by `e` is
-//! `1 + 3 cubic e^2` times as stiff.
+//! A stiffening spring, `k (e + c e^3)`, is taken as stiff as it is where its length is off by the
+//! stroke of its own actuator; what else pulls it longer makes it stiffer than that.
 
+use super::bending::Bending;
+use crate::design::Material;
 use crate::lattice::Lattice;
 use crate::projection::Body;
-use crate::scene::{Integrator, PhysicsSettings};
+use crate::scene::{Integrator, MaterialSettings, PhysicsSettings};
 
 /// A symmetric 2x2 matrix: `xx`, `xy`, `yy`.
 type Symmetric = [f64; 3];
@@ -31,17 +33,56 @@ pub struct Vibration<'a> {
     along: Vec<Symmetric>,
     /// Per edge, the stiffness across it (`k (1 - l0 / l) (I - n n^T)`), of either sign.
     across: Vec<Symmetric>,
+    /// The bars that resist bending.
+    bars: Vec<Bar>,
 }
 
+/// Two edges in line, the angle between which is `g . u`.
+#[derive(Clone, Copy, Debug)]
+struct Bar {
+    nodes: [usize; 3],
+    /// `g` of each node, times the root of the angular stiffness.
+    by: [[f64; 2]; 3],
+}
+
+impl Bar {
+    fn new((nodes, stiffness): ([usize; 3], f64), positions: &[[f64; 2]]) -> Self {
+        let [before, middle, after] = nodes.map(|node| positions[node]);
+        let to = |a: [f64; 2], b: [f64; 2]| {
+            let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+            (dx, dy, (dx * dx + dy * dy + SOFTENING).sqrt())
+        };
+        let ((.., a), (.., b), (dx, dy, length)) =
+            (to(before, middle), to(middle, after), to(before, after));
+        let root = stiffness.sqrt();
+        let by = |turn: f64| [-root * turn * dy / length, root * turn * dx / length];
+        Self {
+            nodes,
+            by: [by(1.0 / a), by(-(1.0 / a + 1.0 / b)), by(1.0 / b)],
+        }
+    }
+}
+
+/// Of lengths squared, m2 (D4).
+const SOFTENING: f64 = 1e-12;
+
 impl<'a> Vibration<'a> {
-    /// A body whose nodes are at these positions (m, either frame), its actuators idle.
-    pub fn new(lattice: &'a Lattice, body: &'a Body<f64>, positions: &[[f64; 2]]) -> Self {
+    /// A body whose nodes are at these positions (m, either frame), its actuators idle. Of the physics
+    /// the laws of springs and bars count.
+    pub fn new(
+        lattice: &'a Lattice,
+        body: &'a Body<f64>,
+        physics: &PhysicsSettings,
+        positions: &[[f64; 2]],
+    ) -> Self {
         let edge = |(e, &[i, j]): (usize, &[usize; 2])| {
             let [dx, dy] = [0, 1].map(|k| positions[j][k] - positions[i][k]);
-            // As the spring is softened (D4): coincident nodes have a direction of length zero.
-            let length = (dx * dx + dy * dy + 1e-12).sqrt();
-            let (nx, ny, k) = (dx / length, dy / length, body.stiffness[e]);
-            let pull = k * (1.0 - lattice.rest_length[e] / length);
+            // As the spring is softened: coincident nodes have a direction of length zero.
+            let length = (dx * dx + dy * dy + SOFTENING).sqrt();
+            let rest = lattice.rest_length[e];
+            let stiffer = stiffer(physics, body.strain[e] * rest);
+            let (nx, ny, k) = (dx / length, dy / length, stiffer * body.stiffness[e]);
+            let pull = k * (1.0 - rest / length);
             let along = [k * nx * nx, k * nx * ny, k * ny * ny];
             let across = [
                 pull * (1.0 - nx * nx),
@@ -51,34 +92,48 @@ impl<'a> Vibration<'a> {
             (along, across)
         };
         let (along, across) = lattice.edges.iter().enumerate().map(edge).unzip();
+        let bending = Bending::new(lattice, physics.bending_radius);
+        let springs = bending.map_or(Vec::new(), |bending| bending.springs(&body.stiffness));
         Self {
             lattice,
             body,
             along,
             across,
+            bars: (springs
+                .into_iter()
+                .map(|spring| Bar::new(spring, positions)))
+            .collect(),
         }
     }
 
     /// A bound on the largest angular frequency, 1/s, from the nodes that an edge joins:
     /// `omega^2 <= max over edges (mu_i + mu_j)`, where `mu_i` is the largest frequency squared
-    /// of node `i` alone among fixed neighbours, compressed edges counted without their push.
+    /// of node `i` alone among fixed neighbours, compressed edges counted without their push. Bars
+    /// add at most the largest `nu_i`, where `nu_i` comes of `c |g_i| (|g_i| + |g_j| + |g_k|)`
+    /// across each bar at node `i`.
     pub fn edge_bound(&self) -> f64 {
-        self.over_edges(&self.node_frequencies(1.0))
+        let of_edges = self.over_edges(&self.node_frequencies(1.0));
+        of_edges.hypot(self.of_bars().0)
     }
 
     /// Where the [bound](Vibration::edge_bound) comes from: of the two nodes of its edge the one
     /// that would swing faster alone.
     pub fn bounding_node(&self) -> usize {
         let mu = self.node_frequencies(1.0);
+        let (of_bars, node) = self.of_bars();
+        if of_bars > self.over_edges(&mu) {
+            return node;
+        }
         let sum = |&[i, j]: &[usize; 2]| mu[i] + mu[j];
         let ends = self.joined().max_by(|a, b| sum(a).total_cmp(&sum(b)));
         ends.map_or(0, |&[i, j]| if mu[j] > mu[i] { j } else { i })
     }
 
-    /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`.
+    /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`, and the part of bars.
     pub fn node_bound(&self) -> f64 {
         let mu = self.node_frequencies(1.0);
-        (2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt()
+        let of_edges = (2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt();
+        of_edges.hypot(self.of_bars().0)
     }
 
     /// The largest angular frequency, 1/s, by power iteration. The matrix is shifted until its
@@ -132,7 +187,39 @@ impl<'a> Vibration<'a> {
                 product[j][k] += root[j] * pull[k];
             }
         }
+        for Bar { nodes, by } in &self.bars {
+            let ends = nodes.iter().zip(by);
+            let angle: f64 = (ends.clone())
+                .map(|(&i, g)| root[i] * (g[0] * v[i][0] + g[1] * v[i][1]))
+                .sum();
+            for (&i, g) in ends {
+                for k in 0..2 {
+                    product[i][k] += root[i] * g[k] * angle;
+                }
+            }
+        }
         product
+    }
+
+    /// The largest frequency that bars alone have at most, 1/s, and the node that it comes from.
+    fn of_bars(&self) -> (f64, usize) {
+        let mut sums = vec![[0.0; 3]; self.lattice.nodes()];
+        for Bar { nodes, by } in &self.bars {
+            let lengths = by.map(|[x, y]| x.hypot(y));
+            let all: f64 = lengths.iter().sum();
+            for ((&i, &[x, y]), length) in nodes.iter().zip(by).zip(lengths) {
+                if length > 0.0 {
+                    let share = all / length;
+                    for (sum, product) in sums[i].iter_mut().zip([x * x, x * y, y * y]) {
+                        *sum += share * product;
+                    }
+                }
+            }
+        }
+        let nodes = sums.into_iter().zip(&self.body.mass).enumerate();
+        let alone = nodes.map(|(i, (sum, mass))| (largest_eigenvalue(sum) / mass, i));
+        let (square, node) = alone.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0));
+        (square.sqrt(), node)
     }
 
     /// Per node the largest eigenvalue of its own edges' stiffness, over its mass. With the sign
@@ -167,6 +254,78 @@ impl<'a> Vibration<'a> {
         edges.filter(|(_, k)| **k != 0.0).map(|(nodes, _)| nodes)
     }
 }
+
+/// How much stiffer springs are than at ease where their length is off by so much.
+fn stiffer(physics: &PhysicsSettings, off: f64) -> f64 {
+    1.0 + 3.0 * physics.stiffening * off * off
+}
+
+/// A bound on the angular frequencies, 1/s, of every design of a lattice at rest, of layouts and
+/// mixtures.
+///
+/// A node has half of its edges' mass: `mu_i` of [`Vibration::edge_bound`] is at most the largest
+/// `2 k / (density l)` of its edges, and at most their stiffness over the mass that is no edge's. A
+/// bar's `c` is at most `2 r^2` times the stiffness of an edge at the node that it pulls on, which
+/// bounds `nu_i` by `12 (r / l)^2 mu_i` with the shortest edge's `l`.
+pub fn bound_of_any_design(
+    lattice: &Lattice,
+    materials: &MaterialSettings,
+    physics: &PhysicsSettings,
+) -> f64 {
+    let mut edges_of = vec![(0.0_f64, 0.0); lattice.nodes()];
+    for (ends, &length) in lattice.edges.iter().zip(&lattice.rest_length) {
+        let [stiffness, ratio] = most_of_any_mixture(materials, physics, length);
+        for &node in ends {
+            let (largest, sum) = edges_of[node];
+            edges_of[node] = (largest.max(2.0 * ratio / length), sum + stiffness);
+        }
+    }
+    let mu = |(ratio, sum): (f64, f64)| ratio.min(sum / physics.node_mass);
+    let mu: Vec<f64> = edges_of.into_iter().map(mu).collect();
+    let sums = lattice.edges.iter().map(|&[i, j]| mu[i] + mu[j]);
+    let of_edges = sums.fold(0.0, f64::max);
+    let shortest = lattice.rest_length.iter().copied().fold(f64::MAX, f64::min);
+    let of_bars = 12.0 * (physics.bending_radius / shortest).powi(2);
+    (of_edges + of_bars * mu.into_iter().fold(0.0, f64::max)).sqrt()
+}
+
+/// The most that an edge of some length can have of stiffness, N/m, and of that over its density.
+fn most_of_any_mixture(
+    MaterialSettings {
+        stiffness,
+        density,
+        max_strain,
+        ..
+    }: &MaterialSettings,
+    physics: &PhysicsSettings,
+    length: f64,
+) -> [f64; 2] {
+    let stroke = max_strain[Material::Actuator as usize] * length;
+    let actuator = Material::Actuator as usize;
+    let mut most = [0.0_f64; 2];
+    for other in 0..3 {
+        // Between two shares of actuator the ratio of sums is between those at them, and a spring
+        // is at most as stiff as with the larger one.
+        for part in 1..=PARTS {
+            let [less, more] = [part - 1, part].map(|part| part as f64 / PARTS as f64);
+            let stiffer = stiffer(physics, more * stroke);
+            for share in [less, more] {
+                let mean = |of: &[f64; 3]| (1.0 - share) * of[other] + share * of[actuator];
+                let (stiffness, density) = (stiffer * mean(stiffness), mean(density));
+                let ratio = if stiffness > 0.0 {
+                    stiffness / density
+                } else {
+                    0.0
+                };
+                most = [most[0].max(stiffness), most[1].max(ratio)];
+            }
+        }
+    }
+    most
+}
+
+/// Parts of the shares that an actuator can have.
+const PARTS: usize = 16;
 
 fn largest_eigenvalue([xx, xy, yy]: Symmetric) -> f64 {
     0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy)

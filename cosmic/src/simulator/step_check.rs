@@ -63,11 +63,16 @@ pub struct StepCheck {
     pub bound: StepLimit,
     /// From the largest frequency itself; looked for only where `dt` is beyond the bound.
     pub exact: Option<StepLimit>,
+    /// The time step below which no vibration of any design of the lattice grows, s; `None` where
+    /// nothing vibrates, and in files of older versions.
+    #[serde(default)]
+    pub any_design: Option<f64>,
 }
 
 impl StepCheck {
-    /// Checks the time step of a scene or case.
-    pub fn new(vibration: &Vibration, physics: &PhysicsSettings) -> Self {
+    /// Checks the time step of a scene or case; the bound on the frequencies of any design is in 1/s.
+    pub fn new(vibration: &Vibration, bound_of_any: f64, physics: &PhysicsSettings) -> Self {
+        let any_design = stable_step(physics, bound_of_any);
         let bound = (vibration.edge_bound(), vibration.bounding_node());
         let bound = StepLimit::new(bound, physics);
         let beyond = bound.share(physics.dt) >= 1.0;
@@ -76,7 +81,20 @@ impl StepCheck {
             bound,
             exact: beyond.then(|| StepLimit::new(vibration.fastest(), physics)),
             substeps: physics.substeps,
+            any_design: any_design.is_finite().then_some(any_design),
         }
+    }
+
+    /// What there is to say of a step that bears this design, and not every one that may come of it.
+    pub fn of_other_designs(&self) -> Option<String> {
+        let any = self.any_design.filter(|any| *any <= self.dt)?;
+        (self.grade() == Grade::Safe).then(|| {
+            format!(
+                "the time step of {} s bears this design, and may not bear what comes of it: every                  design vibrates without growth below {} s",
+                self.dt,
+                two_digits(any)
+            )
+        })
     }
 
     /// How good it is.
@@ -137,11 +155,17 @@ impl StepCheck {
         )
     }
 
-    /// What makes the step safe.
+    /// What makes the step safe, of this design and of what may come of it.
     fn remedy(&self) -> String {
-        let dt = self.bound.dt.map_or(self.dt, two_digits);
+        let limits = [self.bound.dt, self.any_design];
+        let safe = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
+        let dt = if safe.is_finite() {
+            two_digits(safe)
+        } else {
+            self.dt
+        };
         // The limit is in proportion to their number.
-        let substeps = (self.bound.share(self.dt) * self.substeps as f64).floor() + 1.0;
+        let substeps = (self.dt / safe * self.substeps as f64).floor() + 1.0;
         let less = format!("set physics.dt to {dt} or less");
         match substeps <= SUBSTEPS {
             true => format!("{less}, or physics.substeps to {substeps} or more"),
@@ -164,24 +188,29 @@ impl fmt::Display for StepCheck {
                  though vibrations grow from {limit:.3e} s on; {remedy}",
                 self.bound.node
             ),
-            _ => write!(out, "{}", self.error(self.remedy_or_leave())),
+            // Who is only warned has set that already.
+            _ => write!(out, "{}", self.error(self.remedy())),
         }
     }
 }
 
-/// The largest number of two digits that is not above a positive one.
 fn two_digits(x: f64) -> f64 {
-    let unit = 10f64.powi(x.log10().floor() as i32 - 1);
+    rounded_down(x, 2)
+}
+
+/// The largest number of so many digits that is not above a positive one.
+pub(crate) fn rounded_down(x: f64, digits: i32) -> f64 {
+    let unit = 10f64.powi(x.log10().floor() as i32 + 1 - digits);
     // By a quotient of powers: the product of 23 and 1e-4 has seventeen digits.
-    let digits = (x / unit).floor();
-    format!("{digits}e{}", unit.log10().round())
+    let whole = (x / unit).floor();
+    format!("{whole}e{}", unit.log10().round())
         .parse()
         .unwrap_or(x)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::two_digits;
+    use super::{rounded_down, two_digits};
 
     #[test]
     fn remedies_have_two_digits_and_are_safe() {
@@ -193,5 +222,8 @@ mod tests {
         ] {
             assert_eq!(two_digits(x), expected);
         }
+        assert_eq!(rounded_down(2.7909e-6, 4), 2.79e-6);
+        assert_eq!(rounded_down(2.7899e-6, 4), 2.789e-6);
+        assert_eq!(rounded_down(f64::INFINITY, 4), f64::INFINITY);
     }
 }

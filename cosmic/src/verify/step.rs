@@ -10,7 +10,7 @@ use crate::simulator::stability::{Vibration, stable_step};
 pub fn stable_steps(case: &Case) -> Section {
     let mixture = case.mixture(case.projection, &case.z);
     let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
-    let vibration = Vibration::new(&case.lattice, &body, &case.start.x);
+    let vibration = Vibration::new(&case.lattice, &body, &case.physics, &case.start.x);
     let frequencies = [vibration.largest_frequency(), vibration.edge_bound()];
     let asked = (case.physics.integrator, case.physics.substeps);
     let mut offered: Vec<_> = Integrator::ALL.iter().map(|(_, i)| (*i, 1)).collect();

@@ -261,7 +261,7 @@ fn errors(seen: &Trajectory<f64>, truth: &Trajectory<f64>) -> [f64; 4] {
 fn stable_limit(case: &Case) -> f64 {
     let mixture = case.mixture(case.projection, &case.z);
     let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
-    let vibration = Vibration::new(&case.lattice, &body, &case.start.x);
+    let vibration = Vibration::new(&case.lattice, &body, &case.physics, &case.start.x);
     stable_step(&case.physics, vibration.largest_frequency())
 }
 

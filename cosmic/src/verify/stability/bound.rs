@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::lattice::{Ground, Lattice};
 use crate::projection::Body;
 use crate::random::{Purpose, stream, symmetric};
-use crate::scene::Scene;
+use crate::scene::{PhysicsSettings, Scene};
 use crate::simulator::stability::Vibration;
 
 /// The bound on the largest frequency over that frequency, for random lattices.
@@ -24,7 +24,7 @@ pub struct BoundRatio {
 }
 
 /// Measures it over so many lattices: 2 to 8 nodes each way, a random material on every edge or a
-/// random mixture, nodes moved by up to a fifth of the spacing off the places where the springs
+/// random mixture, bars that resist bending on every other one, nodes moved by up to a fifth of the spacing off the places where the springs
 /// rest.
 ///
 /// # Panics
@@ -32,10 +32,10 @@ pub struct BoundRatio {
 pub fn bound_ratio(lattices: usize) -> BoundRatio {
     let ratio = |seed: usize| {
         let mut stream = stream(seed as u64, Purpose::Verification);
-        let (lattice, body) = random(&mut stream);
+        let (lattice, body, physics) = random(&mut stream);
         let moved = |&x: &[f64; 2]| x.map(|c| c + symmetric(&mut stream, 0.2 * SPACING));
         let positions: Vec<[f64; 2]> = lattice.positions.iter().map(moved).collect();
-        let vibration = Vibration::new(&lattice, &body, &positions);
+        let vibration = Vibration::new(&lattice, &body, &physics, &positions);
         vibration.edge_bound() / vibration.largest_frequency()
     };
     let mut ratios: Vec<f64> = (0..lattices).into_par_iter().map(ratio).collect();
@@ -52,12 +52,15 @@ pub fn bound_ratio(lattices: usize) -> BoundRatio {
 /// Distance of neighbouring nodes, m.
 const SPACING: f64 = 0.1;
 
-fn random(stream: &mut ChaCha8Rng) -> (Lattice, Body<f64>) {
+fn random(stream: &mut ChaCha8Rng) -> (Lattice, Body<f64>, PhysicsSettings) {
     let mut scene = Scene::default();
     scene.lattice.spacing = SPACING;
     scene.lattice.columns = stream.random_range(2..=8);
     scene.lattice.rows = stream.random_range(2..=8);
     let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+    if stream.random() {
+        scene.physics.bending_radius = stream.random_range(0.0..0.5 * SPACING);
+    }
     let one_hot = stream.random::<bool>();
     let mut share = |_: &[usize; 2]| match one_hot {
         true => {
@@ -72,5 +75,5 @@ fn random(stream: &mut ChaCha8Rng) -> (Lattice, Body<f64>) {
     };
     let mixture: Vec<[f64; 3]> = lattice.edges.iter().map(&mut share).collect();
     let body = Body::new(&mixture, &lattice, &scene.materials, &scene.physics);
-    (lattice, body)
+    (lattice, body, scene.physics)
 }

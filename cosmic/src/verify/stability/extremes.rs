@@ -29,6 +29,7 @@ pub(super) fn all() -> Vec<Trial> {
         ratios,
         dampings,
         integrators,
+        laws,
         time_steps,
         frictions,
         layouts,
@@ -55,7 +56,7 @@ fn robot(change: impl FnOnce(&mut Scene)) -> Case {
 fn frequency(case: &Case) -> f64 {
     let mixture = case.mixture(case.projection, &case.z);
     let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
-    Vibration::new(&case.lattice, &body, &case.lattice.positions).largest_frequency()
+    Vibration::new(&case.lattice, &body, &case.physics, &case.lattice.positions).largest_frequency()
 }
 
 /// A robot with time steps under and over its limit.
@@ -166,6 +167,23 @@ fn integrators() -> Vec<Trial> {
         ),
         ("leapfrog", Integrator::Leapfrog, 1),
         ("leapfrog, 8 substeps", Integrator::Leapfrog, 8),
+    ];
+    known.into_iter().flat_map(of).collect()
+}
+
+/// Bars that resist bending, slender and so thick that this is what vibrates fastest, and springs that
+/// would stiffen.
+fn laws() -> Vec<Trial> {
+    let of = |(what, radius, stiffening): (&str, f64, f64)| {
+        let case = robot(|scene| {
+            (scene.physics.bending_radius, scene.physics.stiffening) = (radius, stiffening);
+        });
+        around(("law", what), &case, World::Free)
+    };
+    let known = [
+        ("bars of 0.02 m that resist bending", 0.02, 0.0),
+        ("bars of 0.1 m", 0.1, 0.0),
+        ("stiffening springs", 0.0, 1e4),
     ];
     known.into_iter().flat_map(of).collect()
 }
