@@ -70,7 +70,8 @@ impl Pattern {
     /// The entries that are not zero at `x`, by one dense Jacobian.
     ///
     /// A pattern for other points only if no entry vanishes just here: take `x` without zeros and
-    /// coincidences, on the branch of every kink that will be used.
+    /// coincidences, on the branch of every kink that will be used. Where the sparse Jacobian is itself
+    /// differentiated, entries whose terms cancel everywhere belong to the pattern too: write it out.
     pub fn probed(function: &impl VectorFunction, x: &[f64]) -> Self {
         let filled = |row: Vec<f64>| (0..x.len()).filter(|&j| row[j] != 0.0).collect();
         let rows: Vec<Vec<usize>> = jacobian(function, x).into_iter().map(filled).collect();
@@ -217,7 +218,8 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
 /// # Panics
 /// If lengths differ from the pattern's, or if a value turns out to depend on an argument that the
 /// pattern leaves out. That is noticed only where no other argument of the same colour covers it:
-/// hold a new pattern against [`jacobian`] once.
+/// hold a new pattern against [`jacobian`] once. On a tape an entry of a row stands in the pattern even
+/// where it is zero, by terms that cancel: its derivative need not be.
 pub fn sparse_jacobian<R: Real>(
     function: &impl VectorFunction,
     x: &[R],

@@ -107,6 +107,49 @@ fn the_sum_is_that_of_its_terms() {
     assert_close(&[value], &[expected], "recorded value");
 }
 
+/// Work that is skipped where no lane wants it, and a choice by what is zero: a record of one datum
+/// would choose for the others.
+#[derive(Clone)]
+struct Skips;
+
+impl Summand for Skips {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+        let (a, x) = (shared[0], datum[0]);
+        let positive = R::zero().lt(x);
+        let mut term = R::lit(3.0) * a * x;
+        if positive.any() {
+            term = R::select(positive, a * a * x, term);
+        }
+        term
+    }
+}
+
+#[derive(Clone)]
+struct ChoosesByZero;
+
+impl Summand for ChoosesByZero {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+        let (a, x) = (shared[0], datum[0]);
+        if x.is_zero() { a } else { a * a * x }
+    }
+}
+
+/// Such terms are not replayed: each datum takes its own branch, whichever comes first.
+#[test]
+fn a_replay_does_not_take_the_branch_of_another_datum() {
+    let data = [-1.0, 2.0, 0.0, -3.0, 0.5].map(|x| [x]);
+    let turned: Vec<[f64; 1]> = data.iter().rev().copied().collect();
+    for data in [&data[..], &turned] {
+        let skips = Total(Sum::new(Skips, data));
+        assert_close(&gradient(&skips, &[2.0]), &by_duals(&skips, &[2.0]), "any");
+        let zeros = Total(Sum::new(ChoosesByZero, data));
+        assert_close(&gradient(&zeros, &[2.0]), &by_duals(&zeros, &[2.0]), "zero");
+    }
+    // 3 x where it is not positive, 2 a x where it is.
+    let skips = Total(Sum::new(Skips, &data));
+    assert_eq!(gradient(&skips, &[2.0]), [-12.0 + 4.0 * 2.5]);
+}
+
 #[test]
 fn no_data_sum_to_zero() {
     let total = Total(Sum::new(Everything, &data(0)));

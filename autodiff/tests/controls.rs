@@ -138,8 +138,8 @@ fn starts_together_are_as_each_alone() {
         };
         let together = |own: bool| {
             let of_all = |x: &[Var<f64>]| {
-                let robots: Vec<_> = x.chunks(points[0].len()).map(parts).collect();
-                let each = [0, 1, 2, 3].map(|k| robots.iter().map(|r| r[k]).collect::<Vec<_>>());
+                let models: Vec<_> = x.chunks(points[0].len()).map(parts).collect();
+                let each = [0, 1, 2, 3].map(|k| models.iter().map(|m| m[k]).collect::<Vec<_>>());
                 let [starts, stiffness, forces, winds] = each.each_ref().map(Vec::as_slice);
                 let controls = match own {
                     true => [Given::Each(forces), Given::Each(winds)],
@@ -181,14 +181,16 @@ fn controls_may_be_constants() {
 }
 
 #[test]
-#[should_panic(expected = "parameter 1 of a program differs in length, over 9223372036854775808")]
+#[should_panic(
+    expected = "18446744073709551615 numbers over 9223372036854775808 steps: 0 are given"
+)]
 fn controls_for_more_steps_than_numbers_are_told() {
     let rollout = Rollout::new(Masses, 1 << 63);
     rollout.run(&[0.0; 2 * MASSES], &[&[0.0; MASSES], &[], &[]]);
 }
 
 #[test]
-#[should_panic(expected = "parameter 1 of a program differs in length, over 23 steps")]
+#[should_panic(expected = "over 23 steps: ")]
 fn controls_for_too_few_steps_are_told() {
     let x = point(0);
     let [start, stiffness, forces, winds] = parts(&x);

@@ -92,12 +92,12 @@ fn row() -> usize {
     least(|| _ = evaluations(100, Memory::States(1))) - 2
 }
 
-/// `(s + t)! / (s! t!)`: stretches that `s` snapshots and `t` repetitions can do.
+/// `(s + t)! / (s! t!)`: stretches that `s` checkpoints and `t` repetitions can do.
 fn stretches(s: usize, t: usize) -> usize {
     (1..=t).fold(1, |product, k| product * (s + k) / k)
 }
 
-/// Steps done to go back over that many, from a snapshot at their start: Griewank's recurrence.
+/// Steps done to go back over that many, from a checkpoint at their start: Griewank's recurrence.
 fn back(s: usize, t: usize) -> usize {
     match (s, t) {
         (_, 0) => 1,
@@ -109,17 +109,19 @@ fn back(s: usize, t: usize) -> usize {
 #[test]
 fn no_step_is_done_oftener_than_the_rule_says() {
     let row = row();
-    for snapshots in 2..row {
+    for checkpoints in 2..row {
         for repetitions in 1..5 {
-            let steps = stretches(snapshots, repetitions);
-            // The first snapshots are taken as the rollout runs anyway.
-            let on_the_way: usize = (2..=snapshots).map(|s| stretches(s, repetitions - 1)).sum();
-            let expected = steps + back(snapshots, repetitions) - on_the_way;
-            let memory = Memory::States(snapshots + row);
+            let steps = stretches(checkpoints, repetitions);
+            // The first checkpoints are taken as the rollout runs anyway.
+            let on_the_way: usize = (2..=checkpoints)
+                .map(|s| stretches(s, repetitions - 1))
+                .sum();
+            let expected = steps + back(checkpoints, repetitions) - on_the_way;
+            let memory = Memory::States(checkpoints + row);
             assert_eq!(
                 steps_done(steps, memory),
                 expected,
-                "{steps} steps, {snapshots} snapshots"
+                "{steps} steps, {checkpoints} checkpoints"
             );
         }
     }
@@ -134,15 +136,15 @@ fn a_budget_for_all_steps_does_none_again() {
     assert!(steps_done(steps, Memory::States(all - 1)) > steps);
 }
 
-/// Half of a budget goes into rows that are kept, the rest into snapshots.
+/// Half of a budget goes into rows that are kept, the rest into checkpoints.
 #[test]
 fn half_of_a_budget_keeps_rows() {
     let row = row();
-    // Three rows, and three snapshots of four stretches: each step is done once more.
+    // Three rows, and three checkpoints of four stretches: each step is done once more.
     let steps = 3 * stretches(3, 1);
     let done = steps_done(steps, Memory::States(6 * row));
     assert!(done <= 2 * steps, "{done} for {steps}");
-    // Two snapshots are the least; one fewer is refused, as `row` shows.
+    // Two checkpoints are the least; one fewer is refused, as `row` shows.
     steps_done(20, Memory::States(row + 2));
     assert!(catch_unwind(|| evaluations(20, Memory::States(row + 1))).is_err());
 }

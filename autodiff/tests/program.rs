@@ -379,7 +379,7 @@ impl Step for Hollow {
     }
 }
 
-/// A chain of one link has no edges, a robot without sensors no rows of them.
+/// A chain of one link has no edges, a model without sensors no rows of them.
 #[test]
 fn arrays_may_be_empty() {
     assert_same(Hollow);

@@ -47,6 +47,10 @@ use symbol::Symbol;
 /// could not follow a change of the field. Such a number belongs into a field of its own. And if
 /// it loops for as long as [`Mask::any`](crate::Mask::any) says so, as an
 /// [`Element`](crate::Element) that is rounded does: a formula has no values that would end it.
+///
+/// Work that a kernel skips where no lane wants it, by `any`, is printed as if it were wanted: that is
+/// the same by the contract of [`Mask`](crate::Mask). What breaks it, a kernel that computes something
+/// else there, is not noticed: [`check_gradient`](crate::check::check_gradient) tells.
 pub fn adjoint<K, const I: usize, const O: usize>(
     name: &str,
     fields: &[&str],

@@ -38,6 +38,8 @@ struct Plan {
     slots: usize,
     /// How long an array of scratch is.
     room: usize,
+    /// Numbers of a lane.
+    width: usize,
 }
 
 /// Slots side by side, and a bit for each that has an edge.
@@ -104,7 +106,15 @@ impl Plan {
             at_nodes: ranges(&at_nodes),
             edges,
             ends,
+            width: lanes,
         }
+    }
+
+    /// # Panics
+    /// Unless lanes are as wide as planned: a number type may choose others at any call.
+    #[inline(always)]
+    fn check<R: Real, L: Lane<R>>(&self) {
+        assert_eq!(L::N, self.width, "the lanes of a number type have changed");
     }
 }
 
@@ -238,6 +248,7 @@ where
             row,
         } = self;
         map.reach.check(parameters, row);
+        map.plan.check::<R, L>();
         let Plan { room, .. } = map.plan;
         let results = &mut map.scratch[..O * room];
         // SAFETY: the reach was checked, and the results have the plan's room.
@@ -278,6 +289,7 @@ where
         let Self { map, values, bars } = self;
         map.reach.check(values.parameters, values.row);
         map.reach.check(bars.parameters, bars.row);
+        map.plan.check::<R, L>();
         let Plan { room, .. } = map.plan;
         let ends_bar = &mut map.scratch[..C * room];
         let places = Places::new(bars);

@@ -4,7 +4,7 @@
 //! A step is written once as a generic function over `R: Real` that calls the methods of
 //! [`Program`]. For plain floats every operation runs in SIMD lanes; for duals, extended
 //! precision or tape variables the same operations run on those numbers. There is no control
-//! flow inside a program: kernels select, and what a scene does not need is not recorded.
+//! flow inside a program: kernels select, and what a model does not need is not recorded.
 //!
 //! All arrays of a step but the parameters lie side by side in its **row**, the state first. The
 //! row of the next step begins where this one puts its new state, so that a rollout that keeps
@@ -162,7 +162,13 @@ impl<R: Real> Vectorized<R> for LaneCount {
 
 /// Lanes of this type on this machine.
 pub(crate) fn lanes<R: Real>() -> usize {
-    R::vectorize(LaneCount)
+    let lanes = R::vectorize(LaneCount);
+    let fits = lanes.is_power_of_two() && lanes <= WIDEST;
+    assert!(
+        fits,
+        "lanes of a number type are a power of two, {WIDEST} at most"
+    );
+    lanes
 }
 
 impl<R: Real> Default for Program<R> {
@@ -233,6 +239,7 @@ impl<R: Real> Program<R> {
     pub fn input(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.inputs.push(array);
+        // No larger than the row that they are in.
         self.given += len;
         array
     }
@@ -314,7 +321,8 @@ impl<R: Real> Program<R> {
 
     /// A new array behind those before it.
     fn allocate(&mut self, parameter: bool, len: usize) -> Array {
-        let (starts, len) = (self.starts, len * self.starts);
+        let starts = self.starts;
+        let len = len.checked_mul(starts).expect(TOO_LONG);
         let end = &mut self.ends[usize::from(!parameter)];
         let array = Array {
             id: self.arrays.len(),
@@ -323,7 +331,7 @@ impl<R: Real> Program<R> {
             len,
             starts,
         };
-        *end += len;
+        *end = sum(*end, len);
         self.arrays.push(array);
         array
     }
@@ -331,7 +339,7 @@ impl<R: Real> Program<R> {
     /// Begins the next array at a whole lane.
     fn align(&mut self, parameter: bool) {
         let end = &mut self.ends[usize::from(!parameter)];
-        *end = end.next_multiple_of(lanes::<R>());
+        *end = sum(*end, lanes::<R>() - 1) / lanes::<R>() * lanes::<R>();
     }
 
     /// New arrays for the outputs of an operation, one after the other.
@@ -340,6 +348,15 @@ impl<R: Real> Program<R> {
         [(); O].map(|()| self.allocate(false, len))
     }
 }
+
+/// Of places in a row. Reads rely on the reach of arrays: it must not wrap around.
+fn sum(a: usize, b: usize) -> usize {
+    a.checked_add(b)
+        .filter(|&sum| sum <= isize::MAX as usize)
+        .expect(TOO_LONG)
+}
+
+const TOO_LONG: &str = "the arrays of a program are longer than any memory";
 
 /// Every item so many times, one after the other.
 fn repeated<T: Copy>(items: &[T], times: usize) -> Vec<T> {

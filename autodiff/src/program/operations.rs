@@ -1,7 +1,7 @@
 //! Recording what a step does with its arrays.
 
 use super::{
-    Array, Graph, Matrix, Parameter, Program, WIDEST, dense, edges, gather, map, repeated,
+    Array, Graph, Matrix, Parameter, Program, WIDEST, dense, edges, gather, map, repeated, sum,
 };
 use crate::kernel::Adjoint;
 use crate::real::Real;
@@ -116,6 +116,8 @@ impl<R: Real> Program<R> {
         let rows = places.iter().filter(|row| **row).count();
         assert_eq!(rows, matrix.rows, "dense: places and matrix rows differ");
         let [output] = self.outputs(places.len());
+        // The last lane of one that is set out is written whole.
+        self.align(false);
         let places = repeated(places, self.starts);
         let entries = |parameter: &Parameter| match parameter {
             Parameter::Array(_) | Parameter::Control(_) => 0,
@@ -157,7 +159,7 @@ impl<R: Real> Program<R> {
         // Lanes of edges reach past the nodes, but not into what the operation writes.
         let reach = interleaved.nodes() + WIDEST * self.starts;
         for end in ends.iter().filter(|a| !a.parameter) {
-            self.ends[1] = self.ends[1].max(end.start + reach);
+            self.ends[1] = self.ends[1].max(sum(end.start, reach));
         }
         let outputs = self.outputs(graph.nodes());
         let map = edges::EdgeMap::new(kernel, &interleaved, (ends, per_edge), outputs);

@@ -27,11 +27,11 @@ const PARTED: RangeInclusive<usize> = 36 << 10..=128 << 10;
 
 /// A matrix in panels of some lanes of rows; within a panel column after column.
 ///
-/// The matrices of a controller do not fit the first cache together, and what is read in turns
+/// The matrices of a network do not fit the first cache together, and what is read in turns
 /// pushes out of it whatever is to be read next. So they share its sets out: some chunks are
 /// near, in sets where nothing pushes them out, the others pass through the remaining sets. Both
 /// are read in turns, so that the far ones come from the second cache while the near ones are
-/// worked on. That a tenth of a rollout's time is saved says `cosmic explain --measure`.
+/// worked on. That saves a tenth of a rollout's time: `cargo bench -p benches --bench rollout`.
 pub(super) struct Panels<R> {
     entries: Aligned<R>,
     rows: usize,

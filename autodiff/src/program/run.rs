@@ -63,10 +63,10 @@ impl<R: Real> Program<R> {
         (parameters, own): (&[&[R]], &[bool]),
         steps: usize,
     ) {
+        let [given, declared] = [parameters.len(), self.parameters.len()];
         assert_eq!(
-            parameters.len(),
-            self.parameters.len(),
-            "a program's parameters differ in number"
+            given, declared,
+            "a program has {declared} parameters: {given} are given"
         );
         self.own = vec![false; parameters.len()];
         self.own[..own.len()].copy_from_slice(own);
@@ -80,10 +80,14 @@ impl<R: Real> Program<R> {
                 }
                 Parameter::Matrix(m) => m.len(),
             };
+            let over = match declared {
+                Parameter::Control(_) => format!(" over {steps} steps"),
+                _ => String::new(),
+            };
+            let numbers = given.len();
             assert_eq!(
-                given.len(),
-                len,
-                "parameter {at} of a program differs in length, over {steps} steps"
+                numbers, len,
+                "parameter {at} of a program has {len} numbers{over}: {numbers} are given"
             );
             let times = if own { 1 } else { self.starts };
             match declared {

@@ -24,7 +24,8 @@ use crate::rule;
 /// # Panics
 /// Every operation that records panics where the variable's tape is not recording or has begun
 /// another recording since, and where variables of two recordings meet. Adding a constant records
-/// nothing.
+/// nothing. A variable that outlives 16 million recordings of its number type may pass for one of
+/// another.
 #[derive(Clone, Copy, Debug)]
 pub struct Var<R> {
     pub(super) value: R,

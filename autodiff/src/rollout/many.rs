@@ -48,10 +48,15 @@ impl Group {
     fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
         let of_starts = &of_starts[self.starts.clone()];
         let len = of_starts[0].len();
-        assert!(
-            of_starts.iter().all(|own| own.len() == len),
-            "what the starts of a rollout have of their own differs in length"
-        );
+        for own in of_starts {
+            assert_eq!(
+                own.len(),
+                len,
+                "the starts of a rollout, or what each has of its own, differ in length: one has {} \
+                 numbers, the first of its group {len}",
+                own.len()
+            );
+        }
         self.joined(|lane| of_starts[lane.min(of_starts.len() - 1)])
     }
 

@@ -1,8 +1,8 @@
 //! Which states are kept, and where the reverse sweep has to run forward again.
 //!
-//! With fewer snapshots than steps, a stretch is halved where the binomial rule says: A. Griewank,
+//! With fewer checkpoints than steps, a stretch is halved where the binomial rule says: A. Griewank,
 //! "Achieving logarithmic growth of temporal and spatial complexity in reverse automatic
-//! differentiation", Optimization Methods and Software 1 (1992). With `s` snapshots, no step is
+//! differentiation", Optimization Methods and Software 1 (1992). With `s` checkpoints, no step is
 //! run more than `t` times again as long as there are at most `(s + t)! / (s! t!)` stretches.
 
 use std::ops::Range;
@@ -30,8 +30,8 @@ pub enum Memory {
 pub(super) struct Plan {
     /// Steps whose rows are kept at once.
     pub(super) leaf: usize,
-    /// Snapshots that may be held at once, the start's included.
-    snapshots: usize,
+    /// Checkpoints that may be held at once, the start's included.
+    checkpoints: usize,
 }
 
 impl Plan {
@@ -39,7 +39,7 @@ impl Plan {
     pub(super) fn new(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
         let all = Self {
             leaf: steps,
-            snapshots: 1,
+            checkpoints: 1,
         };
         let Memory::States(states) = memory else {
             return all;
@@ -50,26 +50,26 @@ impl Plan {
             return all;
         }
         let leaf = (budget / 2 / row).max(1);
-        let snapshots = budget.saturating_sub(leaf * row) / state;
+        let checkpoints = budget.saturating_sub(leaf * row) / state;
         // One step has its record and its start.
         let least = steps.min(2) + row.div_ceil(state);
         assert!(
-            snapshots >= 2,
+            checkpoints >= 2,
             "a memory of {states} states holds no two beside the record of a step, \
              {row} numbers: {least} states do"
         );
-        Self { leaf, snapshots }
+        Self { leaf, checkpoints }
     }
 
-    /// Where a stretch gets its next snapshot, if it is too long for its rows to be kept and
-    /// another of the snapshots is free.
+    /// Where a stretch gets its next checkpoint, if it is too long for its rows to be kept and
+    /// another of the checkpoints is free.
     pub(super) fn split(&self, steps: Range<usize>, held: usize) -> Option<usize> {
         let stretches = steps.len().div_ceil(self.leaf);
-        let free = self.snapshots.saturating_sub(held);
+        let free = self.checkpoints.saturating_sub(held);
         if stretches <= 1 || free == 0 {
             return None;
         }
-        // The least number of repetitions that does, with the snapshot below and the free ones.
+        // The least number of repetitions that does, with the checkpoint below and the free ones.
         let repeats = (1..)
             .find(|&t| binomial(free + 1, t) >= stretches)
             .unwrap_or(1);
@@ -133,7 +133,7 @@ mod tests {
                 done as f64 / 4096.0
             );
             assert!(most <= states * 144, "{most} numbers for {states} states");
-            // The binomial bound for 10 states: two steps' rows and five snapshots, 2048
+            // The binomial bound for 10 states: two steps' rows and five checkpoints, 2048
             // stretches; 12 repetitions do.
             assert!(done <= 13 * 4096, "{done} steps for {states} states");
         }

@@ -125,7 +125,7 @@ impl<M: Model> Rollout<M> {
     }
 
     /// What [`run_many`](Rollout::run_many) gives where starts have arrays of their own among the
-    /// parameters: robots that differ in all but their controller, which is read once for all. The
+    /// parameters: models that differ in all but their matrices, which are read once for all. The
     /// cotangents of what a start has of its own have the bits that they have alone.
     ///
     /// ```
@@ -235,7 +235,7 @@ impl<M: Model> Rollout<M> {
             return (0..len).collect();
         };
         assert!(
-            entries.iter().all(|entry| entry * starts < len),
+            entries.iter().all(|entry| *entry < len / starts),
             "a rollout has {} numbers in a state: {entries:?} are wanted",
             len / starts
         );

@@ -41,10 +41,11 @@ impl<R: Real> Sweep<R> {
         rollout.check(program.inputs_len());
         let mut parameters = program.parameters();
         let (start, given) = inputs.split_first().expect("a rollout has a start");
+        let [numbers, len] = [start.len(), program.state_len()].map(|n| n / starts.count.max(1));
         assert_eq!(
-            start.len(),
-            program.state_len(),
-            "the start of a rollout differs in length"
+            numbers, len,
+            "the start of a rollout has {numbers} numbers, where the parts of the model's state have \
+             {len} together"
         );
         program.load(&mut parameters, (given, starts.own), rollout.steps);
         Self {
@@ -109,7 +110,7 @@ impl<R: Real> Sweep<R> {
 
 /// A state and how many steps were done before it.
 #[derive(Clone)]
-struct Snapshot<R> {
+struct Checkpoint<R> {
     step: usize,
     state: Vec<R>,
 }
@@ -120,7 +121,7 @@ pub struct Recorded<R: Real> {
     plan: Plan,
     steps: usize,
     /// States from which the reverse sweep runs forward again; the start is the first.
-    snapshots: Vec<Snapshot<R>>,
+    checkpoints: Vec<Checkpoint<R>>,
     /// The rows of the last steps run, one after the other; of all of them where memory allows.
     rows: Aligned<R>,
     /// The row of a rollout whose rows are not kept.
@@ -143,7 +144,7 @@ impl<R: Real> Recorded<R> {
         let mut rows = spare_rows(kept);
         sweep.program.set_state(&mut rows, inputs[0]);
         Self {
-            snapshots: vec![Snapshot {
+            checkpoints: vec![Checkpoint {
                 step: 0,
                 state: inputs[0].to_vec(),
             }],
@@ -184,14 +185,17 @@ impl<R: Real> Recorded<R> {
         self.sweep.state(self.row_after(step))
     }
 
-    /// A step of the first run forward: keeps its row, or now and then a snapshot.
+    /// A step of the first run forward: keeps its row, or now and then a checkpoint.
     pub(super) fn step(&mut self, step: usize) {
         if self.keeps_all() {
             return self.step_to_row(step, step);
         }
-        let last = self.snapshots.last().map_or(0, |snapshot| snapshot.step);
-        if self.plan.split(last..self.steps, self.snapshots.len()) == Some(step) {
-            self.snapshots.push(self.snapshot(step));
+        let last = self
+            .checkpoints
+            .last()
+            .map_or(0, |checkpoint| checkpoint.step);
+        if self.plan.split(last..self.steps, self.checkpoints.len()) == Some(step) {
+            self.checkpoints.push(self.checkpoint(step));
         }
         self.sweep.step_in_place(step, &mut self.row);
     }
@@ -205,8 +209,8 @@ impl<R: Real> Recorded<R> {
     }
 
     /// The state of the one row.
-    fn snapshot(&self, step: usize) -> Snapshot<R> {
-        Snapshot {
+    fn checkpoint(&self, step: usize) -> Checkpoint<R> {
+        Checkpoint {
             step,
             state: self.sweep.state(&self.row),
         }
@@ -222,7 +226,7 @@ impl<R: Real> Recorded<R> {
     ) -> Vec<Vec<R>> {
         self.sweep.program.set_active(wanted);
         let mut bars = self.sweep.program.bars();
-        let mut stack = self.snapshots.clone();
+        let mut stack = self.checkpoints.clone();
         let mut end = self.steps;
         at(end, state_bar);
         while end > 0 {
@@ -231,13 +235,13 @@ impl<R: Real> Recorded<R> {
             if let Some(middle) = self.plan.split(top.step..end, stack.len()) {
                 let top = top.clone();
                 self.run_again(&top, middle);
-                stack.push(self.snapshot(middle));
+                stack.push(self.checkpoint(middle));
                 continue;
             }
             if !self.keeps_all() {
                 let top = top.clone();
                 self.run_again(&top, first);
-                let state = self.snapshot(first).state;
+                let state = self.checkpoint(first).state;
                 self.sweep.program.set_state(&mut self.rows, &state);
                 for step in first..end {
                     self.step_to_row(step, step - first);
@@ -245,15 +249,18 @@ impl<R: Real> Recorded<R> {
             }
             self.reverse_rows(first..end, (&mut bars, state_bar), &mut at);
             end = first;
-            while stack.last().is_some_and(|snapshot| snapshot.step >= end) {
+            while stack
+                .last()
+                .is_some_and(|checkpoint| checkpoint.step >= end)
+            {
                 stack.pop();
             }
         }
         self.sweep.program.parameter_bars(&bars[0])
     }
 
-    /// Steps on from a snapshot, within the one row.
-    fn run_again(&mut self, from: &Snapshot<R>, to: usize) {
+    /// Steps on from a checkpoint, within the one row.
+    fn run_again(&mut self, from: &Checkpoint<R>, to: usize) {
         self.sweep.program.set_state(&mut self.row, &from.state);
         for step in from.step..to {
             self.sweep.step_in_place(step, &mut self.row);

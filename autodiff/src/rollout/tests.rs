@@ -280,7 +280,7 @@ fn a_start_without_its_own_is_told() {
     several.loss.rollout.run_each(&starts, &given);
 }
 
-/// Snapshots hold all starts, and every start's cotangent has its own bound.
+/// Checkpoints hold all starts, and every start's cotangent has its own bound.
 #[test]
 fn memory_and_bounds_are_as_for_one() {
     let mut several = Several::<f64>::new(lanes::<f64>(), steps(61));

@@ -4,7 +4,7 @@ use autodiff::Graph;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-use crate::step::{Declared, Drawn, Layer, Operation};
+use crate::step::{Drawn, Layer, Operation, Part, parts};
 
 /// Draws a step, array by array.
 struct Draw {
@@ -48,19 +48,28 @@ impl Draw {
         (!all.is_empty()).then(|| all[self.below(all.len())])
     }
 
-    fn declared(&mut self) -> Vec<Declared> {
-        let count = 1 + self.below(4);
-        let (lens, state) = (self.new_arrays(count), self.below(count));
-        let part = |(k, len)| Declared {
-            len,
-            is_state: k == state || !self.one_in(3),
+    /// A part of the state, or an input.
+    fn part(&mut self, is_state: bool) -> Operation {
+        let [len] = self.new_arrays(1)[..] else {
+            unreachable!("one was asked for");
         };
-        lens.into_iter().enumerate().map(part).collect()
+        Operation::Part(Part { len, is_state })
+    }
+
+    /// Parts before all else, one of the state at least.
+    fn parts(&mut self) -> Vec<Operation> {
+        let count = 1 + self.below(4);
+        let state = self.below(count);
+        let part = |k| {
+            let is_state = k == state || !self.one_in(3);
+            self.part(is_state)
+        };
+        (0..count).map(part).collect()
     }
 
     /// `None` where there is nothing to work on.
     fn operation(&mut self) -> Option<Operation> {
-        match self.below(5) {
+        match self.below(6) {
             0 => {
                 let len = self.len();
                 self.turn(len)
@@ -80,6 +89,10 @@ impl Draw {
                 Some(Operation::Gather { from, indices })
             }
             3 => Some(Operation::Layer(self.layer())),
+            4 => {
+                let is_state = self.one_in(2);
+                Some(self.part(is_state))
+            }
             _ => {
                 let [nodes, slots, _] = self.lens;
                 let (end, per_edge) = (self.of(nodes)?, self.of(slots)?);
@@ -147,10 +160,10 @@ impl Drawn {
         let graph = Graph::new(nodes, &ends).without(&without);
         draw.lens = [nodes, graph.slots(), [0, 3, 16, 17][draw.below(4)]];
         let count = draw.below(4);
-        let (parameters, declared) = (draw.new_arrays(count), draw.declared());
-        let operations = 0..1 + draw.below(8);
-        let mut operations: Vec<_> = operations.filter_map(|_| draw.operation()).collect();
-        let states = declared.iter().filter(|part| part.is_state);
+        let (parameters, mut operations) = (draw.new_arrays(count), draw.parts());
+        let more = 0..1 + draw.below(8);
+        operations.extend(more.filter_map(|_| draw.operation()));
+        let states = parts(&operations).filter(|part| part.is_state);
         let states: Vec<usize> = states.map(|part| part.len).collect();
         Self {
             next: draw.next(&states, &mut operations),
@@ -158,7 +171,6 @@ impl Drawn {
             edges: ends.into_iter().zip(without).collect(),
             parameters,
             matrices: draw.matrices,
-            declared,
             operations,
         }
     }

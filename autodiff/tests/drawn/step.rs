@@ -26,10 +26,11 @@ impl Kernel<2, 1> for Tug {
 }
 impl Adjoint<2, 1> for Tug {}
 
-/// One operation. Arrays are known by their numbers: parameters first, then states and inputs,
-/// then what operations give.
+/// One operation, or a part that is declared among them. Arrays are known by their numbers:
+/// parameters first.
 #[derive(Clone, Debug)]
 pub(crate) enum Operation {
+    Part(Part),
     Turn([usize; 2]),
     Cross([usize; 3]),
     Gather {
@@ -52,11 +53,19 @@ pub(crate) struct Layer {
     pub(crate) tanh: bool,
 }
 
-/// A part of a row that is there before any operation.
+/// A part of the state, or an input.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Declared {
+pub(crate) struct Part {
     pub(crate) len: usize,
     pub(crate) is_state: bool,
+}
+
+/// The parts, in their order.
+pub(crate) fn parts(operations: &[Operation]) -> impl Iterator<Item = &Part> {
+    operations.iter().filter_map(|operation| match operation {
+        Operation::Part(part) => Some(part),
+        _ => None,
+    })
 }
 
 /// A step of operations.
@@ -69,7 +78,6 @@ pub(crate) struct Drawn {
     pub(crate) parameters: Vec<usize>,
     /// Rows and columns.
     pub(crate) matrices: Vec<[usize; 2]>,
-    pub(crate) declared: Vec<Declared>,
     pub(crate) operations: Vec<Operation>,
     /// What the states become.
     pub(crate) next: Vec<usize>,
@@ -83,7 +91,7 @@ fn scale<R: Real>([_, columns]: [usize; 2]) -> R {
 impl Drawn {
     /// Numbers of a state.
     pub(crate) fn state_len(&self) -> usize {
-        let states = self.declared.iter().filter(|part| part.is_state);
+        let states = parts(&self.operations).filter(|part| part.is_state);
         states.map(|part| part.len).sum()
     }
 }
@@ -98,16 +106,13 @@ impl Model for Drawn {
             .collect();
         let mut matrices = matrices.into_iter();
         let mut states = Vec::new();
-        for part in &self.declared {
-            if part.is_state {
-                states.push(p.state(part.len));
-                arrays.extend(states.last());
-            } else {
-                arrays.push(p.input(part.len));
-            }
-        }
         for operation in &self.operations {
             match operation {
+                Operation::Part(part) if part.is_state => {
+                    states.push(p.state(part.len));
+                    arrays.extend(states.last());
+                }
+                Operation::Part(part) => arrays.push(p.input(part.len)),
                 Operation::Turn(both) => arrays.extend(p.map(Turn, both.map(|k| arrays[k]))),
                 Operation::Cross(all) => arrays.extend(p.map(Cross, all.map(|k| arrays[k]))),
                 Operation::Gather { from, indices } => {
@@ -180,7 +185,7 @@ impl Step for Drawn {
     }
 
     fn inputs(&self) -> Vec<f64> {
-        let inputs = self.declared.iter().filter(|part| !part.is_state);
+        let inputs = parts(&self.operations).filter(|part| !part.is_state);
         let len: usize = inputs.map(|part| part.len).sum();
         (0..len).map(|i| 0.1 * i as f64 - 0.3).collect()
     }
@@ -190,14 +195,14 @@ impl Step for Drawn {
         let mut matrices = matrices.iter().copied().zip(self.matrices.iter().copied());
         let mut arrays: Vec<Vec<R>> = arrays.iter().map(|a| a.to_vec()).collect();
         let mut inputs = self.inputs().into_iter().map(R::lit);
-        for part in &self.declared {
-            arrays.push(match part.is_state {
-                true => state.split_off(..part.len).unwrap().to_vec(),
-                false => inputs.by_ref().take(part.len).collect(),
-            });
-        }
         for operation in &self.operations {
             match operation {
+                Operation::Part(part) if part.is_state => {
+                    arrays.push(state.split_off(..part.len).unwrap().to_vec());
+                }
+                Operation::Part(part) => {
+                    arrays.push(inputs.by_ref().take(part.len).collect());
+                }
                 &Operation::Turn([x, y]) => {
                     let both = arrays[x].iter().zip(&arrays[y]);
                     let turned = both.map(|(&x, &y)| Kernel::eval(&Turn, [x, y])[0]);

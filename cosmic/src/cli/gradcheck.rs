@@ -58,8 +58,8 @@ impl Arguments {
         let check = check_gradients_of(&loss, &case, self.steps, &options);
         let (name, steps) = (&self.source, check.steps);
         print(&format!(
-            "gradient of {name} over {steps} steps, of {of} (the motion is chaotic: over thousands of \
-             steps finite differences mean nothing)\n{check}\n"
+            "gradient of {name} over {steps} steps, of {of} (over thousands of steps of a chaotic \
+             motion finite differences mean nothing)\n{check}\n"
         ))?;
         let failures = check.failures();
         if failures.is_empty() {

@@ -156,7 +156,9 @@ impl<'a> Facts<'a> {
     fn new(case: &'a Case) -> Self {
         let mixture = case.mixture(case.projection, &case.z);
         let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
-        let strains = body.strain.iter().filter(|strain| **strain != 0.0);
+        // An edge without stiffness pulls on nothing, strained or not.
+        let edges = body.strain.iter().zip(&body.stiffness);
+        let strains = edges.filter(|(strain, stiffness)| **strain != 0.0 && **stiffness != 0.0);
         let settings = &case.observation;
         Self {
             outputs: [strains.count(), body.strain.len()],
@@ -204,9 +206,10 @@ impl<'a> Facts<'a> {
 
     fn controller_terms(&self) -> Vec<Term> {
         let ([some, all], hidden) = (self.outputs, self.case.controller.hidden);
-        let why_blind = |sees: bool, scale: &str| match sees {
-            true => "the controller sees them".to_owned(),
-            false => format!("controller.{scale} is 0"),
+        let why_blind = |sees: bool, scale: &str| match (sees, some) {
+            (false, _) => format!("controller.{scale} is 0"),
+            (true, 0) => "there is no controller: no edge strains".to_owned(),
+            (true, _) => "the controller sees them".to_owned(),
         };
         let [positions, velocities] = self.senses;
         vec![
@@ -221,16 +224,24 @@ impl<'a> Facts<'a> {
                 some > 0,
                 format!("{hidden} units, of what the controller sees"),
             ),
-            term(POSITIONS, positions, why_blind(positions, "offset_scale")),
+            term(
+                POSITIONS,
+                positions && some > 0,
+                why_blind(positions, "offset_scale"),
+            ),
             term(
                 VELOCITIES,
-                velocities,
+                velocities && some > 0,
                 why_blind(velocities, "velocity_scale"),
             ),
             term(OUTPUT, some > 0, format!("{some} edges strain")),
             match all - some {
                 0 => term(IDLE, true, "there are none: every edge strains a little"),
-                idle => term(IDLE, false, format!("{idle} edges do not strain at all")),
+                idle => term(
+                    IDLE,
+                    false,
+                    format!("{idle} edges do not strain, or have no stiffness"),
+                ),
             },
         ]
     }

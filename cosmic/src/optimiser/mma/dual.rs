@@ -55,7 +55,7 @@ pub(super) fn maximise(
     }
     search.evaluate();
     let mut newton_steps = 0;
-    let mut checkpoint = (search.value, search.residual());
+    let mut before = (search.value, search.residual());
     while !search.converged() && newton_steps < MAX_STEPS {
         search.find_direction();
         if !finite(&search.matrix) || !search.slope().is_finite() {
@@ -66,10 +66,10 @@ pub(super) fn maximise(
         if newton_steps.is_multiple_of(PATIENCE) {
             search.ascend_each();
             let (value, residual) = (search.value, search.residual());
-            if value <= checkpoint.0 + search.value_noise && residual > 0.5 * checkpoint.1 {
+            if value <= before.0 + search.value_noise && residual > 0.5 * before.1 {
                 break;
             }
-            checkpoint = (value, residual);
+            before = (value, residual);
         }
     }
     if !finite(&search.gradient) || !finite(search.model.steps()) {

@@ -1,0 +1,86 @@
+//! Where the arrays of a step lie, and what is refused because it would lie nowhere.
+
+use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout};
+
+/// Lanes that are set out are written whole: what is declared next begins behind them.
+#[derive(Clone)]
+struct SetOutBefore;
+
+impl Model for SetOutBefore {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (matrix, bias) = (p.matrix(1, 0), p.parameter(1));
+        p.dense_tanh_spread((matrix, bias), &[], &[true, false]);
+        let x = p.state(1);
+        let [next] = p.map(Halve, [x]);
+        p.advance(x, next);
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Halve;
+
+impl Kernel<1, 1> for Halve {
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [R::lit(0.5) * x]
+    }
+}
+impl Adjoint<1, 1> for Halve {}
+
+#[test]
+fn what_is_declared_behind_a_spread_layer_keeps_its_numbers() {
+    let rollout = Rollout::new(SetOutBefore, 2);
+    assert_eq!(rollout.run(&[8.0], &[&[], &[0.25]]), [2.0]);
+    assert_eq!(rollout.run(&[8.0_f32], &[&[], &[0.25]]), [2.0]);
+    let many = rollout.run_many(&[&[8.0], &[4.0], &[12.0]], &[&[], &[0.25]]);
+    assert_eq!(many, [[2.0], [1.0], [3.0]]);
+}
+
+/// Two parts of the state that are together as long as this, and no longer than a row where the sum
+/// wraps around.
+#[derive(Clone)]
+struct Huge(usize);
+
+impl Model for Huge {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let [long, short] = [self.0.wrapping_sub(1032), 1032].map(|len| p.state(len));
+        let [next] = p.map(Halve, [short]);
+        p.advance(long, long);
+        p.advance(short, next);
+    }
+}
+
+#[test]
+#[should_panic(expected = "longer than any memory")]
+fn arrays_whose_lengths_overflow_are_refused() {
+    Rollout::new(Huge(8), 1).run(&[1.0; 8], &[]);
+}
+
+#[test]
+#[should_panic(expected = "longer than any memory")]
+fn starts_whose_arrays_overflow_are_refused() {
+    let start: &[f64] = &[1.0; 8];
+    Rollout::new(Huge(1 << 61), 1).run_many(&[start; 16], &[]);
+}
+
+#[test]
+#[should_panic(expected = "has 1 numbers in a state: [9223372036854775808] are wanted")]
+fn entries_are_counted_in_each_start() {
+    let rollout = Rollout {
+        entries: Some(vec![1 << 63]),
+        ..Rollout::new(SetOutBefore, 1)
+    };
+    rollout.run_many(&[&[1.0], &[2.0]], &[&[], &[0.25]]);
+}
+
+#[test]
+#[should_panic(expected = "has 2 numbers, where the parts of the model's state have 1 together")]
+fn a_start_of_another_length_is_told_with_both() {
+    Rollout::new(SetOutBefore, 1).run(&[1.0, 2.0], &[&[], &[0.25]]);
+}
+
+#[test]
+#[should_panic(expected = "one has 2 numbers, the first of its group 1")]
+fn starts_of_different_lengths_are_told_with_both() {
+    let starts: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
+    Rollout::new(SetOutBefore, 1).run_many(&starts, &[&[], &[0.25]]);
+}
