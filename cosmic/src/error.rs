@@ -52,6 +52,14 @@ pub enum Error {
         /// What the system said.
         source: io::Error,
     },
+    /// The result of a run that has none, or none yet.
+    #[error("cannot read {}: {why}", path.display())]
+    NoResult {
+        /// The summary that is not there.
+        path: PathBuf,
+        /// Why, and what to do.
+        why: String,
+    },
     /// A file or folder that cannot be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {
@@ -195,7 +203,10 @@ impl Error {
             | Error::Taken(_)
             | Error::UnstableRun { .. } => 2,
             Error::Diverged { .. } | Error::NotFinite { .. } | Error::NoFigure(_) => 3,
-            Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
+            Error::NoScene { .. }
+            | Error::Read { .. }
+            | Error::NoResult { .. }
+            | Error::Write { .. } => 4,
             Error::Interrupted { .. } | Error::Stopped { .. } => 75,
         }
     }
@@ -239,8 +250,8 @@ pub(crate) fn in_shell(path: &Path) -> String {
     }
 }
 
-/// How to go on with an interrupted run.
-fn go_on(run: &Path, own_loss: bool) -> String {
+/// How to go on with a run that is not finished.
+pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     match own_loss {
         true => format!(
             "go on by record::resume_with, with its own loss, in {}",

@@ -119,6 +119,47 @@ fn what_is_missing_or_cut_off_is_named() {
 }
 
 #[test]
+fn a_run_without_a_result_says_why_and_what_to_do() {
+    let folder = finished();
+    let run = path(&folder, "run");
+    let says = |end: &str| {
+        for command in ["report", "compare"] {
+            let (_, says, code) = cosmic(&[command, &run]);
+            let whole = format!("error: cannot read {run}/summary.json: {end}\n");
+            assert_eq!((says, code), (whole, 4), "{command}");
+        }
+    };
+    fs::remove_file(path(&folder, "run/summary.json")).unwrap();
+    says(&format!(
+        "the run is not finished; go on with: cosmic resume {run}"
+    ));
+    // One for a loss that no file holds.
+    let snapshot = path(&folder, "run/snapshot.json");
+    let text = fs::read_to_string(&snapshot).unwrap();
+    let own = text.replacen("\"progress\":{", "\"progress\":{\"own_loss\":true,", 1);
+    fs::write(&snapshot, own).unwrap();
+    says(&format!(
+        "the run is not finished; go on by record::resume_with, with its own loss, in {run}"
+    ));
+
+    fs::remove_dir_all(&run).unwrap();
+    let wild = SCENE.replace("incline_deg = 10.0", "dt = 0.01\ndamping = 0.0")
+        + "[materials]\nstiffness = [1e-7, 4e3, 30.0]\n";
+    let scene = path(&folder, "wild.toml");
+    fs::write(&scene, wild).unwrap();
+    let (_, _, code) = cosmic(&["optimize", &scene, "--out", &run, "--allow-unstable"]);
+    assert_eq!(code, 3);
+    says(&format!(
+        "the run diverged; see its last states with: cosmic evaluate {run}/diverged.json"
+    ));
+
+    // No run at all.
+    fs::remove_dir_all(&run).unwrap();
+    let (_, says, code) = cosmic(&["report", &run]);
+    assert!(code == 4 && !says.contains("resume"), "{says}");
+}
+
+#[test]
 fn files_of_another_run_do_not_fit() {
     let folder = finished();
     let run = path(&folder, "run");

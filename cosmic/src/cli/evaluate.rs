@@ -12,6 +12,9 @@ use std::path::{Path, PathBuf};
 const DIVERGED: &str = "diverged.json";
 
 /// Run one robot, and print what comes of it as JSON
+///
+/// Where it flies apart (exit code 3), its last states go into diverged.json, beside the file of --out
+/// or else in the current folder, in place of any file of that name.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A reference case, a run's folder or design.json (with its scene.toml beside it), a scene

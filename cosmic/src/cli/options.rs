@@ -20,7 +20,8 @@ pub struct RunOptions {
     /// Seed of the random generator
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Folder for the results
+    /// Folder for the results, new or empty [default: runs/SCENE-SEED, with --from NAME and no
+    /// SCENE runs/NAME-on]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Threads; the results do not depend on their number

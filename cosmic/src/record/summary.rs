@@ -1,8 +1,10 @@
 //! `summary.json`: what came of a run, written last.
 
 use super::files::{Format, read_json};
+use super::run::DIVERGED;
+use super::snapshot::{SNAPSHOT, Snapshot};
 use crate::codesign::{Delivery, Progress};
-use crate::error::Result;
+use crate::error::{Error, Result, go_on, in_shell};
 use crate::scene::Departure;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -169,10 +171,30 @@ impl Summary {
     /// The summary of a finished run.
     ///
     /// # Errors
-    /// Those of [`read_json`].
+    /// Those of [`read_json`]; [`Error::NoResult`] where a run is in the folder, and not finished.
     pub fn read(folder: &Path) -> Result<Self> {
-        read_json(&folder.join(SUMMARY), FORMAT)
+        let path = folder.join(SUMMARY);
+        let is_run = || folder.join(SNAPSHOT).exists();
+        match path.exists() || !is_run() {
+            true => read_json(&path, FORMAT),
+            false => Err(Error::NoResult {
+                why: unfinished(folder),
+                path,
+            }),
+        }
     }
+}
+
+/// Why a run has no summary, and what there is to do.
+fn unfinished(folder: &Path) -> String {
+    let diverged = folder.join(DIVERGED);
+    if diverged.exists() {
+        let command = format!("cosmic evaluate {}", in_shell(&diverged));
+        return format!("the run diverged; see its last states with: {command}");
+    }
+    let progress = Snapshot::read(folder).map(|snapshot| snapshot.progress);
+    let own_loss = matches!(progress, Ok(Some(progress)) if progress.own_loss);
+    format!("the run is not finished; {}", go_on(folder, own_loss))
 }
 
 /// What differs from the paper in a run: of the scene's departures those that were in force, and

@@ -34,8 +34,9 @@ impl Results {
     /// Reads a finished run.
     ///
     /// # Errors
-    /// [`Error::Read`] where a file is missing, [`Error::Malformed`] where one is cut off or not
-    /// what it should be, [`Error::Misfit`] or [`Error::Usage`] where two do not belong together.
+    /// Those of [`Summary::read`]; [`Error::Read`] where another file is missing,
+    /// [`Error::Malformed`] where one is cut off or not what it should be, [`Error::Misfit`] or
+    /// [`Error::Usage`] where two do not belong together.
     pub fn read(folder: &Path) -> Result<Self> {
         // Written last: without it there is nothing to report on yet.
         let summary = Summary::read(folder)?;
