@@ -10,6 +10,11 @@
 //! left and the right slope are kept apart, and a disagreement is blamed on the gradient only
 //! when neither a smaller step nor a kink explains it.
 //!
+//! The values of the sweep tell two things more, at no cost. The Taylor slope is the order at which
+//! the remainder `f(x + h d) - f(x) - h g.d` falls with the step: 2 where the gradient is right, 1
+//! where it is not. And a gradient that is wrong on purpose, by [`WRONG_BY`], is judged by the same
+//! differences: a check that does not find this negative control out tells nothing.
+//!
 //! A plateau, a range of steps over which the central slope stays the same, is believed where the
 //! left and the right slope come together as the step shrinks. What follows from that:
 //!
@@ -32,6 +37,7 @@
 
 mod report;
 mod slopes;
+mod taylor;
 
 pub use report::{Component, Direction, Report, Verdict};
 
@@ -59,6 +65,8 @@ pub struct Options {
     pub noise: f64,
     /// Seed of the directions.
     pub seed: u64,
+    /// What the components are called, one name for each; without any, a report shows indices.
+    pub names: Vec<String>,
 }
 
 impl Default for Options {
@@ -70,9 +78,13 @@ impl Default for Options {
             tolerance: 1e-6,
             noise: f64::EPSILON,
             seed: 0,
+            names: Vec::new(),
         }
     }
 }
+
+/// By how much the gradient of the negative control is wrong: one part in a hundred.
+pub const WRONG_BY: f64 = 0.01;
 
 /// The derivative along a given direction.
 pub type Along<'a> = &'a dyn Fn(&[f64]) -> f64;
@@ -103,6 +115,56 @@ pub struct Claim<'a> {
 /// }
 /// let report = check_gradient(&Norm, &[3.0, 4.0], &Options::default());
 /// assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+/// // Made wrong on purpose, it is found out.
+/// assert_eq!(report.control, Some(Verdict::Wrong), "{report}");
+/// // The value bends: its remainder is of second order.
+/// let order = report.directions[0].taylor.unwrap();
+/// assert!((order - 2.0).abs() < 0.1, "{report}");
+/// ```
+///
+/// A rule with a wrong partial, which forward and reverse mode share, and a kink:
+///
+/// ```
+/// use autodiff::check::{Options, Verdict, check_gradient};
+/// use autodiff::custom::{Rule, apply};
+/// use autodiff::{Function, Real};
+///
+/// #[derive(Clone)]
+/// struct Square;
+/// impl Rule for Square {
+///     fn value<R: Real>(&self, x: &[R]) -> R {
+///         x[0] * x[0]
+///     }
+///     fn partials<R: Real>(&self, x: &[R], _value: R) -> Vec<R> {
+///         vec![x[0]] // forgot the 2
+///     }
+/// }
+///
+/// /// The work of lifting a mass and of stopping it.
+/// struct Work;
+/// impl Function for Work {
+///     fn eval<R: Real>(&self, x: &[R]) -> R {
+///         let [mass, height, speed] = [x[0], x[1], x[2]];
+///         let half = R::lit(0.5);
+///         mass * (R::lit(9.81) * height.max(R::zero()) + half * apply(Square, &[speed]))
+///     }
+/// }
+///
+/// let options = Options {
+///     names: ["mass", "height", "speed"].map(String::from).to_vec(),
+///     ..Options::default()
+/// };
+/// let report = check_gradient(&Work, &[2.0, 0.5, 3.0], &options);
+/// assert_eq!(report.verdict, Verdict::Wrong, "{report}");
+/// // 3 m/s are stopped by 2 kg * 3 m/s a unit of speed, of which half is claimed.
+/// assert_eq!(report.worst.name.as_deref(), Some("speed"), "{report}");
+/// assert_eq!(report.worst.gradient, 3.0);
+/// assert!((report.worst.central - 6.0).abs() < 1e-6, "{report}");
+///
+/// // On the ground, at rest: nothing is wrong, and the slopes upwards and downwards differ.
+/// let report = check_gradient(&Work, &[2.0, 0.0, 0.0], &options);
+/// assert_eq!(report.verdict, Verdict::Kink, "{report}");
+/// assert_eq!(report.worst.name.as_deref(), Some("height"), "{report}");
 /// ```
 ///
 /// # Panics
@@ -121,26 +183,27 @@ pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) ->
 /// Checks a gradient against differences of a plain function, and against a second source of
 /// derivatives where the claim has one.
 ///
+/// ```
+/// use autodiff::check::{Claim, Options, Verdict, check_directions};
+///
+/// let claim = Claim {
+///     x: &[1.0, 2.0],
+///     gradient: &[4.0, 1.1], // of x^2 y, whose slopes there are 4 and 1
+///     forward: None,
+/// };
+/// let report = check_directions(|x| x[0] * x[0] * x[1], &claim, &Options::default());
+/// assert_eq!((report.verdict, report.worst.index), (Verdict::Wrong, 1), "{report}");
+/// let order = report.directions[0].taylor.unwrap();
+/// assert!((order - 1.0).abs() < 0.1, "{report}");
+/// ```
+///
 /// # Panics
 /// If there is no component to check or no direction to check along, the gradient's length is not
-/// that of `x`, or the steps span less than a decade or are infinite.
+/// that of `x`, there are names but not one per component, or the steps span less than a decade or
+/// are infinite.
 pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
+    refuse_misuse(claim, options);
     let n = claim.x.len();
-    assert!(n > 0, "a gradient without components cannot be checked");
-    assert!(options.directions > 0, "a check takes a direction at least");
-    assert_eq!(
-        n,
-        claim.gradient.len(),
-        "the gradient needs one component per argument"
-    );
-    assert!(
-        options.largest_step >= 10.0 * options.smallest_step && options.smallest_step > 0.0,
-        "the steps must span a decade"
-    );
-    assert!(
-        options.largest_step.is_finite(),
-        "the largest step must be finite"
-    );
     let typical = (dot(claim.gradient, claim.gradient) / n as f64).sqrt();
     let checker = Checker {
         value: &value,
@@ -162,6 +225,29 @@ pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &
     }
     let component = checker.worst_component(worst.1);
     Report::new(directions, component)
+}
+
+fn refuse_misuse(claim: &Claim, options: &Options) {
+    let (n, names) = (claim.x.len(), options.names.len());
+    assert!(n > 0, "a gradient without components cannot be checked");
+    assert!(options.directions > 0, "a check takes a direction at least");
+    assert_eq!(
+        n,
+        claim.gradient.len(),
+        "the gradient needs one component per argument"
+    );
+    assert!(
+        options.largest_step >= 10.0 * options.smallest_step && options.smallest_step > 0.0,
+        "the steps must span a decade"
+    );
+    assert!(
+        options.largest_step.is_finite(),
+        "the largest step must be finite"
+    );
+    assert!(
+        names == 0 || names == n,
+        "{names} names for {n} components: give one for each, or none"
+    );
 }
 
 struct Checker<'a, F> {
@@ -193,6 +279,7 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
         if claimed.is_nan() || forward.is_some_and(|forward| !judge.same(forward)) {
             verdict = Verdict::Wrong;
         }
+        let control = judge.control(&sweep, (verdict, unsure));
         let Slopes {
             step,
             left,
@@ -207,9 +294,11 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
             central,
             right,
             step,
+            taylor: taylor::order(&sweep, claimed, step),
             error: (claimed - central).abs() / judge.scale(central),
             unsure: unsure / judge.scale(central),
             verdict,
+            control,
         }
     }
 
@@ -244,6 +333,7 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
         let checked = self.check(&direction);
         Component {
             index: first,
+            name: self.options.names.get(first).cloned(),
             gradient: checked.gradient,
             central: checked.central,
             verdict: checked.verdict,

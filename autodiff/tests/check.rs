@@ -280,8 +280,11 @@ fn what_is_not_finite_never_passes() {
 fn the_table_says_it_all() {
     let report = checked(&WrongCube { of: 1, wrong: 2.0 }, &point(3));
     let table = report.to_string();
-    assert_eq!(table.lines().count(), 1 + Options::default().directions + 2);
+    assert_eq!(table.lines().count(), 1 + Options::default().directions + 3);
     assert!(table.contains("worst component 1:"), "{table}");
+    assert!(table.contains("negative control: none"), "{table}");
+    let header = table.lines().next().unwrap_or_default();
+    assert!(header.contains("taylor"), "{table}");
     assert!(table.ends_with("verdict: wrong"), "{table}");
 }
 

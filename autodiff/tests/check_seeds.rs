@@ -38,10 +38,12 @@ impl<F: Fn(&[f64]) -> f64> Subject<F> {
         (0..SEEDS).map(|seed| self.check(&with(seed))).collect()
     }
 
-    /// Every seed must give this verdict.
+    /// Every seed must give this verdict, and none may believe the negative control.
     fn is(&self, verdict: Verdict, name: &str) {
         for (seed, report) in self.reports(Options::default()).iter().enumerate() {
             assert_eq!(report.verdict, verdict, "{name}, seed {seed}\n{report}");
+            let found_out = report.control.is_none_or(|said| said == Verdict::Wrong);
+            assert!(found_out, "{name}, seed {seed}\n{report}");
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::WRONG_BY;
+
 /// What a check says of a gradient; ordered from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
@@ -39,6 +41,11 @@ pub struct Direction {
     pub right: f64,
     /// The step that the verdict rests on.
     pub step: f64,
+    /// The order at which `|f(x + h d) - f(x) - h gradient|`, the larger of ahead and behind, falls
+    /// with the step `h`: 2 or more where the slope is right and `f` smooth, 1 where it is wrong or
+    /// at a kink. Taken from the smallest steps whose remainders are clear of rounding; `None` where
+    /// no two are, as for a linear function.
+    pub taylor: Option<f64>,
     /// `|gradient - central|`, relative to the slope and the typical slope.
     pub error: f64,
     /// By how much `central` may be off, relative to the same: a guess from the steps beside it,
@@ -46,6 +53,10 @@ pub struct Direction {
     pub unsure: f64,
     /// The verdict.
     pub verdict: Verdict,
+    /// What differences alone say of a slope that is wrong on purpose, by [`WRONG_BY`] of it. `None`
+    /// where the slope is not smooth, and where differences and tolerance leave a quarter of that
+    /// unsure: there no verdict would tell anything.
+    pub control: Option<Verdict>,
 }
 
 impl Direction {
@@ -59,12 +70,29 @@ impl Direction {
 pub struct Component {
     /// Its index.
     pub index: usize,
+    /// Its name, where [`Options::names`](super::Options::names) has one.
+    pub name: Option<String>,
     /// The claimed component.
     pub gradient: f64,
     /// Its central difference.
     pub central: f64,
     /// The verdict along this component alone.
     pub verdict: Verdict,
+}
+
+/// Its name, or else its index, and what was found.
+impl fmt::Display for Component {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.name {
+            Some(name) => write!(out, "{name}")?,
+            None => write!(out, "{}", self.index)?,
+        }
+        write!(
+            out,
+            ": gradient {:.8e}, differences {:.8e}, {}",
+            self.gradient, self.central, self.verdict
+        )
+    }
 }
 
 /// The outcome of a check; displayed as a table.
@@ -76,16 +104,23 @@ pub struct Report {
     pub worst: Component,
     /// The worst verdict of any direction.
     pub verdict: Verdict,
+    /// The negative control: the worst of what any direction says of a gradient that is wrong on
+    /// purpose, by [`WRONG_BY`] of it. Where that is not [`Verdict::Wrong`], the check believes what
+    /// it should not. `None` where no direction is smooth and steep enough to tell.
+    pub control: Option<Verdict>,
 }
 
 impl Report {
     pub(super) fn new(directions: Vec<Direction>, worst: Component) -> Self {
         let verdicts = directions.iter().map(|direction| direction.verdict);
         let verdict = verdicts.max().unwrap_or(worst.verdict);
+        let control = directions.iter().filter_map(|direction| direction.control);
+        let control = control.max();
         Report {
             directions,
             worst,
             verdict,
+            control,
         }
     }
 }
@@ -94,29 +129,40 @@ impl fmt::Display for Report {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             out,
-            "{:>9} {:>15} {:>15} {:>15} {:>15} {:>15} {:>8} {:>8}  verdict",
-            "direction", "gradient", "forward", "left", "central", "right", "step", "error"
+            "{:>9} {:>15} {:>15} {:>15} {:>15} {:>15} {:>8} {:>8} {:>7}  verdict",
+            "direction",
+            "gradient",
+            "forward",
+            "left",
+            "central",
+            "right",
+            "step",
+            "error",
+            "taylor"
         )?;
+        let or_dash = |shown: Option<String>| shown.unwrap_or_else(|| "-".into());
         for (i, row) in self.directions.iter().enumerate() {
-            let forward = row
-                .forward
-                .map_or("-".into(), |slope| format!("{slope:.8e}"));
-            writeln!(
-                out,
-                "{i:>9} {:>15.8e} {forward:>15} {:>15.8e} {:>15.8e} {:>15.8e} {:>8.1e} {:>8.1e}  {}",
-                row.gradient, row.left, row.central, row.right, row.step, row.error, row.verdict
-            )?;
+            let forward = or_dash(row.forward.map(|slope| format!("{slope:.8e}")));
+            let taylor = or_dash(row.taylor.map(|order| format!("{order:.2}")));
+            write!(out, "{i:>9} {:>15.8e} {forward:>15} ", row.gradient)?;
+            for slope in [row.left, row.central, row.right] {
+                write!(out, "{slope:>15.8e} ")?;
+            }
+            let (step, error, verdict) = (row.step, row.error, row.verdict);
+            writeln!(out, "{step:>8.1e} {error:>8.1e} {taylor:>7}  {verdict}")?;
         }
-        let Component {
-            index,
-            gradient,
-            central,
-            verdict,
-        } = &self.worst;
-        writeln!(
-            out,
-            "worst component {index}: gradient {gradient:.8e}, differences {central:.8e}, {verdict}"
-        )?;
+        writeln!(out, "worst component {}", self.worst)?;
+        match self.control {
+            Some(said) => writeln!(
+                out,
+                "negative control: the gradient, made wrong by {} %, is called {said}",
+                100.0 * WRONG_BY
+            )?,
+            None => writeln!(
+                out,
+                "negative control: none, no direction is smooth and steep enough for differences"
+            )?,
+        }
         write!(out, "verdict: {}", self.verdict)
     }
 }

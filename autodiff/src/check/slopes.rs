@@ -1,6 +1,6 @@
 //! Difference quotients over a sweep of steps, and what they say about a claimed slope.
 
-use super::Verdict;
+use super::{Verdict, WRONG_BY};
 
 /// The difference quotients of one step.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ impl Slopes {
     }
 
     /// The steeper side's slope, less one that is taken away from both.
-    fn steepest(&self, less: f64) -> f64 {
+    pub(super) fn steepest(&self, less: f64) -> f64 {
         (self.left - less).abs().max((self.right - less).abs())
     }
 }
@@ -102,12 +102,12 @@ fn settled(sweep: &[Slopes], slope: impl Fn(&Slopes) -> f64) -> Option<Plateau> 
         .min_by(|a, b| a.spread.total_cmp(&b.spread))
 }
 
-/// By how much the values closer than the plateau's miss its slope, in the median: their noise,
+/// By how much the values closer than the plateau at `level` miss its slope, in the median: their noise,
 /// whatever they are said to have. Noise, and a jump beside the point, moves each side its own way
 /// and shows here; a kink, a cusp or a spike at the point moves both alike and does not.
-fn missed(sweep: &[Slopes], plateau: &Plateau) -> f64 {
-    let miss = |slopes: &Slopes| (slopes.central - plateau.slope).abs() * slopes.step;
-    let mut misses: Vec<f64> = sweep[plateau.level + 1..].iter().map(miss).collect();
+pub(super) fn missed(sweep: &[Slopes], level: usize) -> f64 {
+    let miss = |slopes: &Slopes| (slopes.central - sweep[level].central).abs() * slopes.step;
+    let mut misses: Vec<f64> = sweep[level + 1..].iter().map(miss).collect();
     misses.sort_by(f64::total_cmp);
     misses[misses.len() / 2]
 }
@@ -124,6 +124,7 @@ fn grows_apart(sweep: &[Slopes]) -> bool {
 }
 
 /// Judges a claimed slope.
+#[derive(Clone, Copy)]
 pub(super) struct Judge {
     pub(super) claimed: f64,
     pub(super) typical: f64,
@@ -189,6 +190,23 @@ impl Judge {
         rests(Verdict::Wrong, &best)
     }
 
+    /// What differences alone say of the slope made wrong by [`WRONG_BY`], if they are sure enough of
+    /// the right one to tell, given the verdict on that and by how much they may be off.
+    pub(super) fn control(
+        &self,
+        sweep: &[Slopes],
+        (verdict, unsure): (Verdict, f64),
+    ) -> Option<Verdict> {
+        let unsure = unsure + self.tolerance * self.scale(self.claimed);
+        // They may be off once when they agree and once when they do not.
+        let sure = unsure < 0.25 * WRONG_BY * self.claimed.abs();
+        let wrong = Judge {
+            claimed: self.claimed * (1.0 + WRONG_BY),
+            ..*self
+        };
+        (verdict == Verdict::Smooth && sure).then(|| wrong.verdict(sweep).0)
+    }
+
     fn settles(&self, plateau: &Plateau) -> bool {
         let rough = Self::ROUGH * plateau.steepest.max(self.typical);
         plateau.spread <= rough.max(Self::SAFETY * plateau.noise)
@@ -204,7 +222,7 @@ impl Judge {
     /// a smooth point their gap shrinks like the step. Over four levels, for noise keeps them apart
     /// over three by chance.
     fn stays_apart(&self, sweep: &[Slopes], best: &Plateau) -> bool {
-        let missed = missed(sweep, best);
+        let missed = missed(sweep, best.level);
         let first = best.level.min(sweep.len().saturating_sub(4));
         let seen =
             |slopes: &Slopes| slopes.gap() > self.tolerance * self.typical && bends(slopes, missed);
@@ -220,7 +238,7 @@ impl Judge {
     fn closer(&self, sweep: &[Slopes], best: &Plateau) -> Option<Plateau> {
         let together = |closer: &Plateau| {
             let levels = &sweep[closer.level - 1..=closer.level + 1];
-            let missed = missed(sweep, closer);
+            let missed = missed(sweep, closer.level);
             let shrinks = |pair: &[Slopes]| pair[1].gap() < Self::STAYS * pair[0].gap();
             levels.windows(2).all(shrinks) && levels.iter().all(|slopes| bends(slopes, missed))
         };

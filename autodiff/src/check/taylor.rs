@@ -1,0 +1,40 @@
+//! The order at which a value parts from the line that its claimed slope draws.
+
+use super::slopes::{Slopes, missed};
+
+/// So many times the noise a remainder is clear of it: then noise moves a local order by a twentieth
+/// at most, where steps are half a decade apart.
+const CLEAR: f64 = 32.0;
+
+/// The order that the smallest steps show counts. A small error of the slope shows there alone, and
+/// a kink beside the point no longer. The median of so many stands two that are off.
+const LOCAL: usize = 5;
+
+/// How fast `|f(x + h d) - f(x) - h slope|` falls with `h`, the larger of ahead and behind so that a
+/// change of its sign on one side is no fall: the median of the orders between neighbouring steps,
+/// over the smallest that are clear of the noise. That is the larger of what the values are said to
+/// have and of what they show below the plateau at step `rests`. `None` where no two steps are clear.
+pub(super) fn order(sweep: &[Slopes], slope: f64, rests: f64) -> Option<f64> {
+    let level = sweep.iter().position(|slopes| slopes.step == rests)?;
+    let missed = missed(sweep, level);
+    let clear = |slopes: &Slopes| {
+        let remainder = slopes.step * slopes.steepest(slope);
+        let noise = missed.max(slopes.step * slopes.noise);
+        let is_clear = remainder.is_finite() && remainder > CLEAR * noise;
+        is_clear.then(|| [slopes.step, remainder].map(f64::ln))
+    };
+    let points: Vec<_> = sweep.iter().map(clear).collect();
+    let local = |pair: &[Option<[f64; 2]>]| {
+        let ([far, more], [near, less]) = (pair[0]?, pair[1]?);
+        Some((more - less) / (far - near))
+    };
+    let orders = points.windows(2).rev().filter_map(local);
+    let mut orders: Vec<f64> = orders.take(LOCAL).collect();
+    orders.sort_by(f64::total_cmp);
+    let middle = orders.len() / 2;
+    let upper = *orders.get(middle)?;
+    Some(match orders.len() % 2 {
+        0 => 0.5 * (orders[middle - 1] + upper),
+        _ => upper,
+    })
+}
