@@ -205,6 +205,20 @@ pub trait Real:
     /// The same primal without any derivative: a constant from here on.
     fn detach(self) -> Self;
     /// The value of `self` with the derivative of `soft` (straight-through).
+    ///
+    /// ```
+    /// use autodiff::{Dual, Real};
+    ///
+    /// /// 1 above zero, else 0; it learns like a sigmoid.
+    /// fn gate<R: Real>(x: R) -> R {
+    ///     let hard = R::select(R::zero().lt(x), R::one(), R::zero());
+    ///     let soft = (R::one() + (-x).exp()).recip();
+    ///     hard.straight_through(soft)
+    /// }
+    ///
+    /// let y = gate(Dual::<f64, 1>::variable(0.0, 0));
+    /// assert_eq!((y.value, y.tangent), (0.0, [0.25]));
+    /// ```
     fn straight_through(self, soft: Self) -> Self;
     /// `partial * cotangent`, where an exactly zero cotangent (or tangent) gives zero even if the
     /// partial is infinite: what every chain rule of this crate multiplies with.

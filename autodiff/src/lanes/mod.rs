@@ -157,7 +157,32 @@ impl<R: Real> Lane<R> for R {
     }
 }
 
-/// Work that is written for any lane width; see [`Real::vectorize`].
+/// Work that is written for any lane width; see [`Real::vectorize`]. Lanes are numbers like others,
+/// also in duals and on a tape:
+///
+/// ```
+/// use autodiff::lanes::{Lane, Vectorized};
+/// use autodiff::{Dual, Real};
+///
+/// /// The slopes of `x^3` at many points.
+/// struct Slopes<'a>(&'a [f64]);
+///
+/// impl Vectorized<f64> for Slopes<'_> {
+///     type Output = Vec<f64>;
+///     #[inline(always)]
+///     fn run<L: Lane<f64>>(self) -> Vec<f64> {
+///         let mut slopes = vec![0.0; self.0.len()];
+///         for (x, slope) in self.0.chunks(L::N).zip(slopes.chunks_mut(L::N)) {
+///             let x = Dual::<L, 1>::variable(L::load_up_to(x), 0);
+///             (x * x * x).tangent[0].store_up_to(slope);
+///         }
+///         slopes
+///     }
+/// }
+///
+/// let slopes = f64::vectorize(Slopes(&[0.0, 1.0, 2.0, 3.0, 4.0]));
+/// assert_eq!(slopes, [0.0, 3.0, 12.0, 27.0, 48.0]);
+/// ```
 pub trait Vectorized<S: Real> {
     /// What the work returns.
     type Output;

@@ -221,6 +221,16 @@ fn full() -> ! {
 /// assert_eq!(y.value(), 5.0);
 /// assert_eq!(tape.pullback(&[y], &[1.0]), [0.6, 0.8]);
 /// ```
+///
+/// A variable that was kept from an earlier recording is refused, wherever it is used:
+///
+/// ```should_panic
+/// use autodiff::Tape;
+///
+/// let mut tape = Tape::new();
+/// let old = tape.record(&[3.0], |x| x[0] * x[0]);
+/// tape.record(&[4.0], |x| x[0] + old);
+/// ```
 pub struct Tape<R: Real> {
     arena: Arena<R>,
     /// What generations call `R`.

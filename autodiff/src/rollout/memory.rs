@@ -8,6 +8,37 @@
 use std::ops::Range;
 
 /// What the forward run of a rollout keeps for the reverse sweep. The gradient has the same bits.
+///
+/// ```
+/// use autodiff::{Adjoint, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient_of};
+///
+/// /// Cooling by radiation.
+/// #[derive(Clone, Copy)]
+/// struct Cooling;
+///
+/// impl Kernel<1, 1> for Cooling {
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, [heat]: [R; 1]) -> [R; 1] {
+///         [heat - R::lit(0.01) * heat.powi(4)]
+///     }
+/// }
+/// impl Adjoint<1, 1> for Cooling {}
+///
+/// impl Model for Cooling {
+///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///         let heat = program.state(16);
+///         let [next] = program.map(Cooling, [heat]);
+///         program.advance(heat, next);
+///     }
+/// }
+///
+/// let gradient = |memory| {
+///     let rollout = Rollout { memory, ..Rollout::new(Cooling, 1000) };
+///     gradient_of(|x: &[Var<f64>]| Var::sum(&rollout.run(x, &[])), &[1.1; 16])
+/// };
+/// // Ten states in place of a thousand.
+/// assert_eq!(gradient(Memory::States(10)), gradient(Memory::All));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Memory {
     /// Every step: the fastest.

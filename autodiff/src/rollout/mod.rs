@@ -117,6 +117,38 @@ impl<M: Model> Rollout<M> {
     /// alone; those of the parameters, which all starts share, are sums over steps and starts and
     /// differ from the sum of single ones by rounding.
     ///
+    /// ```
+    /// use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    ///
+    /// /// What is left of `x` when a step takes its share.
+    /// #[derive(Clone, Copy)]
+    /// struct Decay;
+    ///
+    /// impl Kernel<2, 1> for Decay {
+    ///     #[inline(always)]
+    ///     fn eval<R: Real>(&self, [x, share]: [R; 2]) -> [R; 1] {
+    ///         [x - share * x]
+    ///     }
+    /// }
+    /// impl Adjoint<2, 1> for Decay {}
+    ///
+    /// impl Model for Decay {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let (share, x) = (program.parameter(1), program.state(1));
+    ///         let [next] = program.map(Decay, [x, share]);
+    ///         program.advance(x, next);
+    ///     }
+    /// }
+    ///
+    /// let rollout = Rollout::new(Decay, 2);
+    /// // (a + b) (1 - share)^2 by a, b and the share.
+    /// let left = |x: &[Var<f64>]| {
+    ///     let ends = rollout.run_many(&[&x[..1], &x[1..2]], &[&x[2..]]);
+    ///     ends[0][0] + ends[1][0]
+    /// };
+    /// assert_eq!(gradient_of(left, &[1.0, 3.0, 0.5]), [0.25, 0.25, -4.0]);
+    /// ```
+    ///
     /// # Panics
     /// As [`run`](Rollout::run).
     pub fn run_many<R: Real>(&self, starts: &[&[R]], parameters: &[&[R]]) -> Vec<Vec<R>> {
