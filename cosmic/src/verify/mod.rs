@@ -13,7 +13,7 @@ pub mod stability;
 mod step;
 mod voids;
 
-pub use accuracy::{Accuracy, Energy, Method, Precision, Run};
+pub use accuracy::{Accuracy, Energy, Method, Precision, Reference, Run};
 pub use chaos::{Chaos, Predictable};
 pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients, check_gradients_of};
 pub use plan::{Plan, Term};

@@ -1,6 +1,7 @@
 //! Trajectories: error against run time, for every integrator, time step and precision.
 
 mod energy;
+mod reference;
 mod sheet;
 
 use autodiff::Wide;
@@ -16,9 +17,8 @@ use crate::scene::Integrator;
 use crate::simulator::Trajectory;
 use crate::simulator::stability::{Vibration, stable_step};
 pub use energy::Energy;
+pub use reference::Reference;
 
-/// How many times shorter the steps of a reference run are.
-const FINER: usize = 64;
 /// Steps of the scene after which positions are compared, where it has as many.
 const LAST: usize = 512;
 /// The time steps, as shares of the scene's: exact in binary.
@@ -70,16 +70,16 @@ pub struct Run {
     pub precision: Precision,
     /// Whether the scene asks for just this.
     pub is_default: bool,
-    /// The largest distance of a node, m, after each of [`Accuracy::times`], from a run with time
-    /// steps 64 times shorter.
-    pub error: [f64; 4],
-    /// The same from a run whose controller steps as this one's, and whose mechanics takes
-    /// substeps 64 times shorter.
-    pub held: [f64; 4],
+    /// The largest distance of a node, m, after each of [`Accuracy::times`], from
+    /// [`Accuracy::reference`], which is the same for all. `None` where it is below three times the
+    /// uncertainty of that.
+    pub error: [Option<f64>; 4],
+    /// The same from the one of [`Accuracy::held`] whose controller steps as this one's.
+    pub held: [Option<f64>; 4],
     /// The same from a run in double-double that is alike in all else.
     pub rounding: [f64; 4],
-    /// The order at which `error` falls from the time step twice as long: the median over the
-    /// times. `None` for the longest.
+    /// The order at which `error` falls from the time step twice as long: the median over the times
+    /// at which both are known. `None` where there is none, and for the longest.
     pub order: Option<f64>,
     /// Median processor time of the whole run, s.
     pub time: f64,
@@ -98,6 +98,12 @@ pub struct Accuracy {
     pub times: [f64; 4],
     /// Steps of the scene to those times.
     pub marks: [usize; 4],
+    /// What the errors of all rows are distances from.
+    pub reference: Reference,
+    /// What the integrators' own errors are distances from, for every time step from the longest
+    /// on: a controller whose output is held for longer makes another motion, so that no reference
+    /// serves all rows.
+    pub held: Vec<Reference>,
     /// The rows, by method, time step and precision.
     pub runs: Vec<Run>,
     /// How fast motions part.
@@ -115,15 +121,26 @@ impl Accuracy {
             integrator: case.physics.integrator,
             substeps: case.physics.substeps,
         };
+        let held = SHARES
+            .par_iter()
+            .map(|&share| Reference::held(case, marks, share));
+        let (reference, held) = rayon::join(
+            || Reference::common(case, marks),
+            || held.collect::<Vec<_>>(),
+        );
         let groups: Vec<Group> = methods(own)
             .into_iter()
             .flat_map(|method| SHARES.map(|share| Group { method, share }))
             .collect();
-        let found: Vec<Vec<Run>> = groups
+        let found = groups
             .par_iter()
-            .map(|group| group.runs(case, marks, own))
-            .collect();
-        let mut runs = found.concat();
+            .enumerate()
+            .map(|(k, group)| group.runs(case, marks, [&reference, &held[k % SHARES.len()]]));
+        let mut runs = found.collect::<Vec<_>>().concat();
+        for run in &mut runs {
+            let asked = (own, case.physics.dt, Precision::Double);
+            run.is_default = (run.method, run.dt, run.precision) == asked;
+        }
         set_orders(&mut runs);
         for (group, rows) in groups
             .iter()
@@ -134,6 +151,8 @@ impl Accuracy {
         Self {
             times: marks.map(|mark| mark as f64 * case.physics.dt),
             marks,
+            reference,
+            held,
             runs,
             chaos: Chaos::of(case),
             spacing: case.layout.spacing,
@@ -197,11 +216,10 @@ impl Group {
         narrow(&Probe::new(&case).run::<R>(&case.start, marks))
     }
 
-    fn runs(&self, case: &Case, marks: [usize; 4], own: Method) -> Vec<Run> {
+    fn runs(&self, case: &Case, marks: [usize; 4], references: [&Reference; 2]) -> Vec<Run> {
         let here = self.case(case, 1, 1);
         let at = self.marks(marks, 1);
-        let fine = self.seen::<f64>(&self.case(case, FINER, 1), self.marks(marks, FINER));
-        let held = self.seen::<f64>(&self.case(case, 1, FINER), at.clone());
+        let [reference, held] = references;
         let wide = self.seen::<Wide>(&here, at.clone());
         let stable = here.physics.dt < stable_limit(&here);
         let run = |precision: Precision| {
@@ -220,11 +238,9 @@ impl Group {
                 method: self.method,
                 dt: here.physics.dt,
                 precision,
-                is_default: self.share == 1.0
-                    && self.method == own
-                    && precision == Precision::Double,
-                error: errors(&seen, &fine),
-                held: errors(&seen, &held),
+                is_default: false,
+                error: reference.errors(&seen),
+                held: held.errors(&seen),
                 rounding: errors(&seen, &wide),
                 order: None,
                 time: f64::NAN,
@@ -276,13 +292,19 @@ fn set_orders(runs: &mut [Run]) {
                 && other.dt == 2.0 * run.dt
         });
         let longer = longer.filter(|longer| longer.is_sound() && run.is_sound());
-        run.order = longer.map(|longer| {
-            let pairs = longer.error.iter().zip(run.error);
-            let mut orders: Vec<f64> = pairs.map(|(long, short)| (long / short).log2()).collect();
-            orders.sort_by(f64::total_cmp);
-            0.5 * (orders[1] + orders[2])
-        });
+        run.order = longer.and_then(|longer| order(&longer.error, &run.error));
     }
+}
+
+/// The median over the times of the power with which an error falls when the time step is halved.
+fn order(long: &[Option<f64>; 4], short: &[Option<f64>; 4]) -> Option<f64> {
+    let pairs = long.iter().zip(short);
+    let both = pairs.filter_map(|(long, short)| Some(((*long)? / (*short)?).log2()));
+    // Nothing falls from zero, nor to it by a power.
+    let mut orders: Vec<f64> = both.filter(|order| order.is_finite()).collect();
+    orders.sort_by(f64::total_cmp);
+    let (middle, last) = (orders.len() / 2, orders.len().checked_sub(1)?);
+    Some(0.5 * (orders[middle] + orders[last - middle]))
 }
 
 #[cfg(test)]
