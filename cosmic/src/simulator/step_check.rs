@@ -90,7 +90,8 @@ impl StepCheck {
         let any = self.any_design.filter(|any| *any <= self.dt)?;
         (self.grade() == Grade::Safe).then(|| {
             format!(
-                "the time step of {} s bears this design, and may not bear what comes of it: every                  design vibrates without growth below {} s",
+                "the time step of {} s bears this design, and may not bear what comes of it: \
+                 every design vibrates without growth below {} s",
                 self.dt,
                 two_digits(any)
             )
