@@ -199,8 +199,11 @@ fn two_digits(x: f64) -> f64 {
     rounded_down(x, 2)
 }
 
-/// The largest number of so many digits that is not above a positive one.
+/// The largest number of so many digits that is not above a positive one; infinity is itself.
 pub(crate) fn rounded_down(x: f64, digits: i32) -> f64 {
+    if x.is_infinite() {
+        return x;
+    }
     let unit = 10f64.powi(x.log10().floor() as i32 + 1 - digits);
     // By a quotient of powers: the product of 23 and 1e-4 has seventeen digits.
     let whole = (x / unit).floor();
