@@ -339,7 +339,7 @@ impl<R: Real> Program<R> {
     /// Begins the next array at a whole lane.
     fn align(&mut self, parameter: bool) {
         let end = &mut self.ends[usize::from(!parameter)];
-        *end = sum(*end, lanes::<R>() - 1) / lanes::<R>() * lanes::<R>();
+        *end = sum(0, end.next_multiple_of(lanes::<R>()));
     }
 
     /// New arrays for the outputs of an operation, one after the other.

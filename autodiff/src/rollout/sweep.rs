@@ -41,11 +41,13 @@ impl<R: Real> Sweep<R> {
         rollout.check(program.inputs_len());
         let mut parameters = program.parameters();
         let (start, given) = inputs.split_first().expect("a rollout has a start");
-        let [numbers, len] = [start.len(), program.state_len()].map(|n| n / starts.count.max(1));
         assert_eq!(
-            numbers, len,
-            "the start of a rollout has {numbers} numbers, where the parts of the model's state have \
-             {len} together"
+            start.len(),
+            program.state_len(),
+            "the start of a rollout has {} numbers, where the parts of the model's state have {} \
+             together",
+            start.len() / starts.count,
+            program.state_len() / starts.count
         );
         program.load(&mut parameters, (given, starts.own), rollout.steps);
         Self {

@@ -300,14 +300,16 @@ fn most_of_any_mixture(
     physics: &PhysicsSettings,
     length: f64,
 ) -> [f64; 2] {
-    let stroke = max_strain[Material::Actuator as usize] * length;
     let actuator = Material::Actuator as usize;
+    let stroke = max_strain[actuator] * length;
+    // Springs that do not stiffen have their most at one of the ends.
+    let parts = if physics.stiffening > 0.0 { PARTS } else { 1 };
     let mut most = [0.0_f64; 2];
     for other in 0..3 {
         // Between two shares of actuator the ratio of sums is between those at them, and a spring
         // is at most as stiff as with the larger one.
-        for part in 1..=PARTS {
-            let [less, more] = [part - 1, part].map(|part| part as f64 / PARTS as f64);
+        for part in 1..=parts {
+            let [less, more] = [part - 1, part].map(|part| part as f64 / parts as f64);
             let stiffer = stiffer(physics, more * stroke);
             for share in [less, more] {
                 let mean = |of: &[f64; 3]| (1.0 - share) * of[other] + share * of[actuator];
