@@ -233,6 +233,17 @@ fn a_rollout_says_in_which_step() {
     assert_eq!(found.place.file(), file!());
 }
 
+#[test]
+fn what_follows_a_rollout_is_in_none_of_its_steps() {
+    let rollout = Rollout::new(Falling, 2);
+    let found = first_non_finite(&[1.0], |x| {
+        let end = rollout.run(x, &[])[0];
+        vec![(end - end).sqrt()]
+    });
+    let found = found.expect("a root of 0");
+    assert_eq!((found.operation, found.step), ("sqrt", None));
+}
+
 /// `x^3 + x = p`.
 #[derive(Clone)]
 struct Cubic;

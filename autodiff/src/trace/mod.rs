@@ -72,6 +72,19 @@ type Origin = u32;
 /// The origin of numbers with nothing to blame; above all others.
 const CLEAN: Origin = Origin::MAX;
 
+/// The step that a rollout is at.
+fn step() -> Option<usize> {
+    RUNNING.with_borrow(|trace| trace.as_ref()?.step)
+}
+
+fn set_step(step: Option<usize>) {
+    RUNNING.with_borrow_mut(|trace| {
+        if let Some(trace) = trace {
+            trace.step = step;
+        }
+    });
+}
+
 /// Counts an operation.
 fn count() {
     RUNNING.with_borrow_mut(|trace| {

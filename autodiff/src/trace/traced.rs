@@ -5,7 +5,7 @@ use std::panic::Location;
 
 use num_traits::{One, Zero};
 
-use super::{CLEAN, Origin, RUNNING, count, note};
+use super::{CLEAN, Origin, count, note, set_step, step};
 use crate::element::Elementary;
 use crate::fused::Fused;
 use crate::real::{Mask, Real};
@@ -268,7 +268,10 @@ impl<R: Real> Real for Traced<R> {
     /// sound nothing inside is blamed, where it alone is not the function as a whole is.
     #[track_caller]
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
+        // A rollout says when a step begins and not when the last one ends.
+        let outer_step = step();
         let mut outputs = function.eval(inputs);
+        set_step(outer_step);
         depend(&mut outputs, inputs);
         if inputs.iter().any(|slice| !clean(slice)) {
             return outputs;
@@ -286,11 +289,7 @@ impl<R: Real> Real for Traced<R> {
         outputs
     }
     fn mark_step(step: usize) {
-        RUNNING.with_borrow_mut(|trace| {
-            if let Some(trace) = trace {
-                trace.step = Some(step);
-            }
-        });
+        set_step(Some(step));
     }
 }
 
