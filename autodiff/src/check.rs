@@ -350,9 +350,10 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
     fn steps(&self) -> impl Iterator<Item = f64> {
         let size = largest(self.claim.x).max(1.0);
         let smallest = self.options.smallest_step * size;
-        let first = self.options.largest_step * size;
-        // A hair more, for the smallest step is one of them however the division rounds.
-        let levels = (2.0 * (first / smallest).log10() + 1e-9) as i32;
+        let first = (self.options.largest_step * size).min(f64::MAX);
+        // A hair more, so that the smallest step is one of them however the logarithms round; not that
+        // of a quotient, which may overflow.
+        let levels = (2.0 * (first.log10() - smallest.log10()) + 1e-9) as i32;
         (0..=levels).map(move |level| first / 10f64.powf(0.5 * f64::from(level)))
     }
 }
@@ -361,8 +362,10 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// The largest magnitude; numbers that are not finite set no scale.
 fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |size: f64, x| size.max(x.abs()))
+    let finite = x.iter().filter(|x| x.is_finite());
+    finite.fold(0.0, |size: f64, x| size.max(x.abs()))
 }
 
 fn normalised(mut direction: Vec<f64>) -> Vec<f64> {

@@ -309,6 +309,28 @@ fn the_component_with_an_infinite_slope_is_the_worst() {
     }
 }
 
+/// Neither an infinite point nor steps whose span is no float are a reason to stop.
+#[test]
+fn any_point_and_any_span_of_steps_have_a_verdict() {
+    struct Square;
+    impl Function for Square {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            x[0] * x[0]
+        }
+    }
+    assert_eq!(checked(&Square, &[f64::INFINITY]).verdict, Verdict::Kink);
+    assert_eq!(checked(&Square, &[f64::MAX]).verdict, Verdict::Kink);
+    let options = Options {
+        largest_step: f64::MAX,
+        smallest_step: 1e-300,
+        ..Options::default()
+    };
+    for x in [1.0, 1e3] {
+        let report = check_gradient(&Square, &[x], &options);
+        assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+    }
+}
+
 #[test]
 #[should_panic(expected = "a check takes a direction at least")]
 fn a_check_along_nothing_is_refused() {
