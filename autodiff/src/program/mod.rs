@@ -64,11 +64,6 @@ impl Array {
         self.len == 0
     }
 
-    /// How many numbers it is given: those of all starts, if each has its own.
-    fn numbers(self, own: bool) -> usize {
-        if own { self.len } else { self.len() }
-    }
-
     /// Where it lies in its part.
     #[inline(always)]
     fn range(self) -> Range<usize> {

@@ -72,9 +72,10 @@ impl<R: Real> Program<R> {
         self.own[..own.len()].copy_from_slice(own);
         for (at, (declared, given)) in self.parameters.iter().zip(parameters).enumerate() {
             let own = self.own[at];
+            let given_starts = if own { self.starts } else { 1 };
             let len = match declared {
-                Parameter::Array(a) => a.numbers(own),
-                Parameter::Control(k) => steps.saturating_mul(self.controls[*k].array.numbers(own)),
+                Parameter::Array(a) => a.len(),
+                Parameter::Control(k) => steps.saturating_mul(self.controls[*k].array.len()),
                 Parameter::Matrix(_) if own => {
                     panic!("parameter {at} of a program is a matrix, which all starts share")
                 }
@@ -84,12 +85,12 @@ impl<R: Real> Program<R> {
                 Parameter::Control(_) => format!(" over {steps} steps"),
                 _ => String::new(),
             };
-            let numbers = given.len();
+            let numbers = given.len() / given_starts;
             assert_eq!(
                 numbers, len,
                 "parameter {at} of a program has {len} numbers{over}: {numbers} are given"
             );
-            let times = if own { 1 } else { self.starts };
+            let times = self.starts / given_starts;
             match declared {
                 Parameter::Array(array) => {
                     values[array.range()].copy_from_slice(&repeated(given, times));

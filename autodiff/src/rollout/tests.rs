@@ -280,6 +280,18 @@ fn a_start_without_its_own_is_told() {
     several.loss.rollout.run_each(&starts, &given);
 }
 
+/// Those of one start are counted, however many run together.
+#[test]
+#[should_panic(expected = "parameter 0 of a program has 48 numbers: 47 are given")]
+fn too_few_numbers_of_each_start_are_counted() {
+    let several = Several::<f64>::new(lanes::<f64>(), 1);
+    let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
+    let mut given: Vec<Given<f64>> = parameters.iter().map(|&p| Given::Shared(p)).collect();
+    let own = vec![&parameters[0][1..]; starts.len()];
+    given[0] = Given::Each(&own);
+    several.loss.rollout.run_each(&starts, &given);
+}
+
 /// Checkpoints hold all starts, and every start's cotangent has its own bound.
 #[test]
 fn memory_and_bounds_are_as_for_one() {
