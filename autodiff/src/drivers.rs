@@ -6,7 +6,8 @@
 //! all that is wanted, [`gradient_of`] takes a closure.
 //!
 //! All drivers are generic over the number type of `x`, so they nest. A number of an outer derivative
-//! enters an inner closure as a [`Var::constant`]; the outer derivative sees it all the same:
+//! enters an inner closure as a [`Var::constant`]: constant to the inner derivative, not to the outer
+//! one.
 //!
 //! ```
 //! use autodiff::{Var, gradient_of};
@@ -17,8 +18,8 @@
 //! assert_eq!(gradient_of(slope, &[5.0]), [6.0]);
 //! ```
 //!
-//! Drivers of reverse mode leave the memory of their recording, up to a gigabyte, to the next call on
-//! the same thread; a [`Tape`](crate::Tape) of one's own gives it back when it is dropped.
+//! Drivers of reverse mode keep the memory of their recording, up to a gigabyte, for the next call on
+//! the same thread; a [`Tape`](crate::Tape) of one's own frees it when it is dropped.
 
 use crate::forward::Dual;
 use crate::real::Real;
@@ -97,7 +98,7 @@ fn value_and_gradient_of<R: Real>(
     })
 }
 
-/// The values and their derivative along `direction` (a JVP), by one forward pass.
+/// The values and their derivatives along `direction` (a JVP), by one forward pass.
 ///
 /// ```
 /// use autodiff::{Real, VectorFunction, jvp};
@@ -144,8 +145,9 @@ pub fn vjp<R: Real>(function: &impl VectorFunction, x: &[R], y_bar: &[R]) -> (Ve
     })
 }
 
-/// The Jacobian, one row per value: by forward passes where there are at least as many values as
-/// arguments, else by one reverse sweep per value.
+/// The Jacobian, one row per value and one column per argument: by forward passes over four arguments
+/// each where there are at least as many values as arguments, else by one reverse sweep per value. The
+/// function is evaluated once more, to count its values.
 ///
 /// ```
 /// use autodiff::{Real, VectorFunction, jacobian};
@@ -172,7 +174,7 @@ pub fn jacobian<R: Real>(function: &impl VectorFunction, x: &[R]) -> Vec<Vec<R>>
     })
 }
 
-/// The rows of a Jacobian from its columns, [`CHUNK`] of them a pass.
+/// The rows of a Jacobian from its columns, of which each pass has [`CHUNK`].
 pub(crate) fn joined_columns<R: Real>(
     passes: impl IntoIterator<Item = Vec<Dual<R, CHUNK>>>,
     columns: usize,
@@ -218,8 +220,8 @@ pub fn hessian_vector<R: Real>(
         .unzip()
 }
 
-/// The Hessian, forward over reverse, a few rows at a time. Its two halves are computed
-/// separately and agree to rounding.
+/// The Hessian, forward over reverse, four rows at a time. Its two triangles are computed separately
+/// and agree up to rounding.
 ///
 /// ```
 /// use autodiff::{Function, Real, hessian};
@@ -265,7 +267,7 @@ pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
     pairs.map(dual).collect()
 }
 
-/// `x`, whose arguments from place `first` on are variables.
+/// `x`, of which the [`CHUNK`] arguments from place `first` on move, each along a direction of its own.
 pub(crate) fn seeded<R: Real>(x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
     let seed = |(i, &value)| {
         if (first..first + CHUNK).contains(&i) {

@@ -3,22 +3,23 @@
 //! Where `F(x, p) = 0` defines `x` as a function of `p`, the implicit function theorem gives its
 //! derivative from the Jacobians of `F` at the root: `x_dot = -F_x^-1 F_p p_dot`, and in reverse
 //! `p_bar = -F_p^T F_x^-T x_bar`. How `x` was found plays no part, so the solver may iterate,
-//! branch and stop as it likes, on plain numbers. A solver that is differentiated through costs
-//! its iterations over again, and stopped early it has the derivative of a wrong function.
+//! branch and stop as it likes, on plain numbers. Differentiating through the solver instead would cost
+//! every iteration once more, and, if it stopped early, give the derivative of its last iterate.
 
 use std::fmt;
 
+use crate::drivers::{CHUNK, joined_columns, seeded};
 use crate::forward::Dual;
 use crate::fused::Fused;
 use crate::lu::Lu;
 use crate::real::Real;
 use crate::reverse::{Tape, Var};
 
-/// As many equations as unknowns, with parameters. It owns what data it has, or shares it by an `Arc`:
-/// the tape keeps it.
+/// As many equations as unknowns, with parameters. It must own its data, or share them by an `Arc`,
+/// because the tape keeps it.
 ///
-/// An equilibrium's equations are a gradient, and can be had as one; what the energy is not
-/// differentiated by enters it as [constants](Var::constant):
+/// The equations of an equilibrium are the gradient of an energy, and can be written so; parameters
+/// enter the inner gradient as [constants](Var::constant):
 ///
 /// ```
 /// use autodiff::implicit::{Residual, root};
@@ -66,10 +67,10 @@ impl fmt::Display for Singular {
 
 impl std::error::Error for Singular {}
 
-/// The root `x` of `residual` at the primal of `p`, as a function of `p`: its value is `x` itself,
-/// its derivatives follow from the equations, in every mode and nesting. Derivatives that `x`
-/// carries are ignored; a solver is run on [detached](Real::detach) parameters, which cost nothing
-/// on the tape. The errors of the derivatives are of the order of the error of `x`.
+/// Makes the root `x` of `residual`, found for the primal of `p`, a function of `p`: its value is `x`
+/// itself, its derivatives follow from the equations, in every mode and nesting. Derivatives that `x`
+/// carries are ignored, so run the solver on [detached](Real::detach) parameters, which cost nothing
+/// on the tape. The derivatives are off by the order of the error of `x`.
 ///
 /// ```
 /// use autodiff::implicit::{Residual, root};
@@ -117,34 +118,25 @@ pub fn root<R: Real>(residual: impl Residual, x: &[R], p: &[R]) -> Result<Vec<R>
 
 /// The factors of the Jacobian by the unknowns.
 fn factors<R: Real>(residual: &impl Residual, x: &[R], p: &[R]) -> Result<Lu<R>, Singular> {
-    /// Columns that one pass carries.
-    const CHUNK: usize = 4;
     let p = constants(p);
-    let mut rows = vec![Vec::with_capacity(x.len()); x.len()];
-    for first in (0..x.len()).step_by(CHUNK) {
-        let width = CHUNK.min(x.len() - first);
-        let mut x: Vec<Dual<R, CHUNK>> = constants(x);
-        for (i, x) in x[first..first + width].iter_mut().enumerate() {
-            x.tangent[i] = R::one();
-        }
-        let f = residual.eval(&x, &p);
+    let pass = |first| {
+        let f = residual.eval(&seeded(x, first), &p);
         assert_eq!(
             f.len(),
             x.len(),
             "a residual has as many entries as there are unknowns"
         );
-        for (row, f) in rows.iter_mut().zip(f) {
-            row.extend_from_slice(&f.tangent[..width]);
-        }
-    }
-    Lu::new(rows).map_err(|unknown| Singular { unknown })
+        f
+    };
+    let passes = (0..x.len()).step_by(CHUNK).map(pass);
+    Lu::new(joined_columns(passes, x.len(), x.len())).map_err(|unknown| Singular { unknown })
 }
 
 fn constants<R: Real, const N: usize>(numbers: &[R]) -> Vec<Dual<R, N>> {
     numbers.iter().copied().map(Dual::constant).collect()
 }
 
-/// The root as a function of the slices `x`, which passes nothing, and `p`.
+/// The root as a function of the slices `x`, through which no derivative passes, and `p`.
 ///
 /// Each mode peels one layer off its numbers and asks for the root in the numbers inside. That
 /// one carries all inner derivatives, and so do the Jacobians taken there: this is why nested
@@ -163,7 +155,7 @@ impl<F: Residual> Root<F> {
         R::fused(Root(self.0.clone()), &[x, p])
     }
 
-    /// `root` has looked already: only rounding can make these fail.
+    /// `root` has factored this matrix before: only different rounding can make it singular now.
     fn factors<R: Real>(&self, x: &[R], p: &[R]) -> Lu<R> {
         factors(&self.0, x, p).unwrap_or_else(|singular| panic!("{singular}"))
     }
