@@ -1,12 +1,13 @@
 //! LU factors of a small dense matrix over any [`Real`].
 
+use crate::element::functions::epsilon;
 use crate::real::{Mask, Real};
 
-/// The factors of a square matrix, its rows exchanged by partial pivoting. Pivots are compared, and
-/// found too small, in shares of the largest entries of their row and column: neither the units of
-/// equations nor those of unknowns make a matrix singular.
+/// The LU factors of a square matrix, by scaled partial pivoting: pivots are compared relative to the
+/// largest entry of their row, and count as zero relative to the largest such share in their column, so
+/// that the units of neither equations nor unknowns decide whether a matrix is singular.
 ///
-/// Rows are exchanged by `select`, so lanes may disagree about them and duals follow primals.
+/// Rows are exchanged by `select`: each lane has its own pivots, and those of duals are their primals'.
 pub(crate) struct Lu<R: Real> {
     /// `U`, and below its diagonal `L` without its diagonal of ones.
     rows: Vec<Vec<R>>,
@@ -15,37 +16,38 @@ pub(crate) struct Lu<R: Real> {
 }
 
 impl<R: Real> Lu<R> {
-    /// Factors a matrix given by rows; the error is the first column that depends on those before
-    /// it, to within rounding.
+    /// Factors a matrix given by rows. The error is the first column that depends linearly on those
+    /// before it, to within rounding.
     pub(crate) fn new(mut rows: Vec<Vec<R>>) -> Result<Self, usize> {
         let n = rows.len();
         let largest = |numbers: &[R]| {
             let sizes = numbers.iter().map(|x| x.detach().abs());
             sizes.fold(R::zero(), |largest, size| largest.max(size))
         };
-        // A row of zeros has shares of zero.
-        let size = |row: &Vec<R>| {
+        // 1 for a row of zeros.
+        let row_scale = |row: &Vec<R>| {
             let (size, zero) = (largest(row), R::zero());
             R::select(zero.lt(size), size, R::one())
         };
-        let mut of_rows: Vec<R> = rows.iter().map(size).collect();
-        let of_column = |k: usize| {
-            let shares = rows.iter().zip(&of_rows).map(|(row, &size)| row[k] / size);
-            largest(&shares.collect::<Vec<R>>()) * unit_roundoff() * R::lit(n as f64)
+        let mut row_scales: Vec<R> = rows.iter().map(row_scale).collect();
+        let negligible = |k: usize| {
+            let shares = rows.iter().zip(&row_scales);
+            let shares = shares.map(|(row, &scale)| row[k] / scale);
+            largest(&shares.collect::<Vec<R>>()) * epsilon() * R::lit(n as f64)
         };
-        let negligible: Vec<R> = (0..n).map(of_column).collect();
+        let negligible: Vec<R> = (0..n).map(negligible).collect();
         let mut exchanges = Vec::with_capacity(n * n / 2);
         for k in 0..n {
             for i in k + 1..n {
-                // Quotients: a product of entry and size would leave the range of floats.
-                let [here, there] = [k, i].map(|i| rows[i][k].detach().abs() / of_rows[i]);
+                // Compared as quotients: products across rows could leave the range of floats.
+                let [here, there] = [k, i].map(|i| rows[i][k].detach().abs() / row_scales[i]);
                 let mask = here.lt(there);
                 exchange(&mut rows, (k, i), mask);
-                swap(&mut of_rows, (k, i), mask);
+                swap(&mut row_scales, (k, i), mask);
                 exchanges.push((k, i, mask));
             }
             // NaN is not a pivot either.
-            if !(of_rows[k] * negligible[k]).lt(rows[k][k].abs()).all() {
+            if !(row_scales[k] * negligible[k]).lt(rows[k][k].abs()).all() {
                 return Err(k);
             }
             for i in k + 1..n {
@@ -108,12 +110,6 @@ fn swap<R: Real>(b: &mut [R], (k, i): (usize, usize), mask: R::Mask) {
     (b[k], b[i]) = (R::select(mask, b[i], b[k]), R::select(mask, b[k], b[i]));
 }
 
-/// The distance from 1 to the next number of this type, or nearly: what is left of `3 (4/3 - 1) - 1`.
-pub(crate) fn unit_roundoff<R: Real>() -> R {
-    let third = R::lit(4.0) / R::lit(3.0) - R::one();
-    (R::lit(3.0) * third - R::one()).abs().detach()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -142,7 +138,7 @@ mod tests {
         }
     }
 
-    /// Squares of the units are no floats.
+    /// The squares of these units are out of range.
     #[test]
     fn units_of_any_size_leave_the_pivots_alone() {
         for unit in [1e-300, 1e-170, 1.0, 1e170, 1e300] {
@@ -150,7 +146,7 @@ mod tests {
             let lu = Lu::new(vec![vec![zero, one], vec![one, one]]).expect("a matrix of full rank");
             let mut b = [one, one + one];
             lu.solve(&mut b);
-            // The first pivot would lose the digits of what it is small beside.
+            // Without an exchange, the small first pivot would cost these digits.
             assert!(b.iter().all(|x| (x - 1.0).abs() < 1e-11), "{unit:e}: {b:?}");
         }
     }

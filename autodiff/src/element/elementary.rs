@@ -1,9 +1,9 @@
 //! Elementary functions that a [`Real`] has no method for.
 //!
-//! Their values are made of the functions that it has. No constant but integers goes in, so they
-//! are as precise as the type; and no branch is taken by a jump, so they run in lanes. Formulas
-//! that keep the digits of a value lose those of its derivatives: each has its partial beside it,
-//! and that, again a function of numbers, gives the higher ones.
+//! Their values are made of the functions that it has. No constants but small integers and halves go
+//! in, so they are as precise as the type; and they select and do not branch, so they run in lanes.
+//! Differentiating a formula that is accurate for the value can be inaccurate, so each function has
+//! its partial beside it; higher derivatives follow from that.
 
 use crate::real::Real;
 use crate::rule;
@@ -43,7 +43,7 @@ pub enum Elementary {
 }
 
 impl Elementary {
-    /// As num-traits' `Float` calls it.
+    /// The name of the method in num-traits' `Float`.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Asin => "asin",
@@ -80,8 +80,8 @@ impl Elementary {
         }
     }
 
-    /// What the system has that is better than [`value`](Self::value) on floats: a quotient of
-    /// logarithms is not exact at powers of the base.
+    /// A function of the system's that is better on floats than [`value`](Self::value): a quotient
+    /// of logarithms is not exact at powers of the base.
     #[inline(always)]
     pub(crate) fn of_system(self) -> Option<fn(f64) -> f64> {
         match self {
@@ -113,7 +113,7 @@ impl Elementary {
     }
 }
 
-/// `1 - x^2`, of which neither the derivative at 0 nor the value at 1 is lost to rounding.
+/// `1 - x^2`, with an accurate derivative near 0 and an accurate value near 1.
 #[inline(always)]
 fn one_minus_square<R: Real>(x: R) -> R {
     let one = R::one();
@@ -121,15 +121,15 @@ fn one_minus_square<R: Real>(x: R) -> R {
     R::select(small, one - x * x, (one - x) * (one + x))
 }
 
-/// The value at `x` of an odd function, given that at `|x|`; a zero keeps its sign.
+/// The value at `x` of an odd function, given that at `|x|`. A zero keeps its sign.
 #[inline(always)]
 fn odd<R: Real>(x: R, of_size: R) -> R {
     let signed = R::select(x.lt(R::zero()), -of_size, of_size);
     R::select(x.abs().le(R::zero()), x, signed)
 }
 
-/// `2 t / (1 - t)` with `t = tanh(x/2)`, where nothing cancels for small `x`; `x` itself where a half
-/// of it is rounded, as subnormal numbers are.
+/// For small `x`, `2 t / (1 - t)` with `t = tanh(x/2)`, where nothing cancels; `x` itself where halving
+/// it is inexact, as of subnormal numbers.
 #[inline(always)]
 fn exp_m1<R: Real>(x: R) -> R {
     let one = R::one();
@@ -140,19 +140,18 @@ fn exp_m1<R: Real>(x: R) -> R {
     R::select(x.abs().lt(one), small, x.exp() - one)
 }
 
-/// W. Kahan's: `u = 1 + x` is rounded, and `x / (u - 1)` makes up for it.
+/// By W. Kahan's formula: the factor `x / (u - 1)` makes up for the rounding of `u = 1 + x`.
 #[inline(always)]
 fn ln_1p<R: Real>(x: R) -> R {
     let one = R::one();
     let u = one + x;
-    let stands_for = u - one;
-    let unmoved = stands_for.abs().le(R::zero());
-    let whole = stands_for.finite();
-    let corrected = R::select(whole, u.ln() * (x / stands_for), u.ln());
-    R::select(unmoved, x, corrected)
+    let rounded = u - one;
+    let vanishes = rounded.abs().le(R::zero());
+    let corrected = R::select(rounded.finite(), u.ln() * (x / rounded), u.ln());
+    R::select(vanishes, x, corrected)
 }
 
-/// `e^x / 2`, where `e^x` is infinite and that is not.
+/// `e^x / 2` as the square of a root: finite a little beyond where `e^x` overflows.
 #[inline(always)]
 fn half_exp<R: Real>(x: R) -> R {
     let half = R::lit(0.5);
@@ -176,13 +175,13 @@ fn cosh<R: Real>(x: R) -> R {
     R::select(power.finite(), value, half_exp(size))
 }
 
-/// `ln(2 x)`: the inverse hyperbolic functions of what has no square.
+/// `ln(2 x)`, the limit of the inverse hyperbolic functions, for an `x` whose square overflows.
 #[inline(always)]
 fn ln_twice<R: Real>(x: R) -> R {
     x.ln() + R::lit(2.0).ln()
 }
 
-/// `ln(x + sqrt(x^2 + 1))`, of the magnitude, where nothing cancels.
+/// `ln(x + sqrt(x^2 + 1))`, of the magnitude, so that nothing cancels.
 #[inline(always)]
 fn asinh<R: Real>(x: R) -> R {
     let (one, size) = (R::one(), x.abs());
@@ -198,7 +197,8 @@ fn asinh_partial<R: Real>(x: R) -> R {
     R::select(square.finite(), partial, x.abs().recip())
 }
 
-/// A root of each factor, not of their product, which is positive below -1 too.
+/// `ln(x + sqrt(x^2 - 1))`. The root is taken of each factor, `x - 1` and `x + 1`: their product is
+/// positive below -1 too, where the function is not defined.
 #[inline(always)]
 fn acosh<R: Real>(x: R) -> R {
     let one = R::one();
@@ -207,12 +207,12 @@ fn acosh<R: Real>(x: R) -> R {
     R::select((x * x).finite(), value, ln_twice(x))
 }
 
-/// A power, whose exponent is rounded, and a step of Newton's method.
+/// A power, whose exponent of 1/3 is rounded, corrected by one step of Newton's method.
 #[inline(always)]
 fn cbrt<R: Real>(x: R) -> R {
     let (size, three) = (x.abs(), R::lit(3.0));
     let power = size.powf(three.recip());
     let root = power - (power - size / (power * power)) / three;
-    // Zero and infinity have no such step.
+    // The step is NaN at zero and infinity, where the power is right.
     odd(x, R::select(root.finite(), root, power))
 }

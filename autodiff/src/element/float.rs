@@ -6,10 +6,9 @@ use num_traits::{Float, NumCast, One, ToPrimitive, Zero};
 
 use super::number::decided;
 use super::{Element, Elementary, functions};
-use crate::lu::unit_roundoff;
 use crate::real::Real;
 
-/// Never: the derivative would be lost.
+/// Always `None`: the derivative would be lost.
 impl<R: Real> ToPrimitive for Element<R> {
     fn to_i64(&self) -> Option<i64> {
         None
@@ -30,7 +29,7 @@ impl<R: Real> NumCast for Element<R> {
 }
 
 impl<R: Real> Element<R> {
-    /// The constant of the widest range that the type inside can hold.
+    /// A limit of the range of doubles, or of singles where the type inside cannot hold that.
     fn widest(double: f64, single: f32) -> Self {
         let wide = R::lit(double);
         let fits = wide.finite() & !wide.le(R::zero());
@@ -61,7 +60,7 @@ impl<R: Real> Float for Element<R> {
         Self::widest(f64::MAX, f32::MAX)
     }
     fn epsilon() -> Self {
-        Self(unit_roundoff())
+        Self(functions::epsilon())
     }
     fn is_nan(self) -> bool {
         self.partial_cmp(&self).is_none()
@@ -107,7 +106,7 @@ impl<R: Real> Float for Element<R> {
     fn abs(self) -> Self {
         Self(self.0.abs())
     }
-    /// 0 at 0, unlike that of f64.
+    /// 0 at 0, unlike `f64::signum`.
     fn signum(self) -> Self {
         Self(self.0.signum())
     }

@@ -1,10 +1,17 @@
-//! Signs and rounding, made of what a [`Real`] has. No branch is taken by a jump, so they run in
-//! lanes.
+//! Constants, signs and rounding, made of what a [`Real`] has. They select and do not branch, so they
+//! run in lanes.
 
 use crate::real::{Mask, Real};
 
 pub(crate) fn pi<R: Real>() -> R {
     R::zero().atan2(-R::one())
+}
+
+/// Machine epsilon, the distance from 1 to the next number of the type, or nearly that: what rounding
+/// leaves of `3 (4/3 - 1) - 1`.
+pub(crate) fn epsilon<R: Real>() -> R {
+    let third = R::lit(4.0) / R::lit(3.0) - R::one();
+    (R::lit(3.0) * third - R::one()).abs().detach()
 }
 
 /// Whether the number is negative, or the negative zero.
@@ -14,11 +21,11 @@ pub(crate) fn sign_bit<R: Real>(x: R) -> R::Mask {
     x.lt(zero) | (at_zero & x.detach().recip().lt(zero))
 }
 
-/// Without its fraction, as a constant. Bit by bit, from the highest down: exact in any type.
+/// The integer part, as a constant. Found bit by bit, from the highest down: exact in any type.
 pub(crate) fn truncated<R: Real>(x: R) -> R {
     let (zero, size, two, mut bit) = (R::zero(), x.abs().detach(), R::lit(2.0), R::one());
     let (finite, half) = (size.finite(), size / two);
-    // The highest bit is no higher than the number: it is finite.
+    // Compared with the half, so that the highest bit does not exceed the number and overflow.
     while (bit.le(half) & finite).any() {
         bit *= two;
     }
@@ -28,18 +35,20 @@ pub(crate) fn truncated<R: Real>(x: R) -> R {
         whole = R::select(more.le(size), more, whole);
         bit /= two;
     }
-    // Infinities and NaN stay, and the sign of zero does.
+    // Infinities and NaN are kept, and so is the sign of zero.
     let whole = R::select(finite, whole, size);
     let whole = R::select(x.lt(zero), -whole, whole);
     R::select(size.le(zero), x.detach(), whole)
 }
 
-/// The remainder of `a / b` less its fraction: exact, with the derivative for that whole quotient.
+/// `a - q b` with `q` the integer part of `a / b`, exactly (`fmod`); the derivative is that for a
+/// constant `q`.
 pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
     let (zero, divisor) = (R::zero(), b.detach().abs());
     let size = a.detach().abs();
     let defined = size.finite() & zero.lt(divisor);
-    // Far apart as the two may be, no multiple of the divisor is more than this above the next.
+    // Long division: the divisor is scaled up by powers of `FAR` to just below the dividend, and each
+    // scaled divisor is subtracted in binary multiples. Every difference is exact.
     let far = R::lit(FAR);
     let (mut left, mut unit) = (size, divisor);
     loop {
@@ -67,12 +76,12 @@ pub(crate) fn remainder<R: Real>(a: R, b: R) -> R {
     let value = R::select(defined, value, R::lit(f64::NAN));
     let whole = R::select(a.lt(zero), -whole, whole);
     let whole = R::select(b.lt(zero), -whole, whole);
-    // A divisor that fits in no time has no part in the derivative, infinite as it may be.
+    // Where the quotient is 0 the divisor has no part in the derivative, even if it is infinite.
     let moves = R::select(whole.abs().le(zero), a, a - b * whole);
     value.straight_through(moves)
 }
 
-/// A power of two whose own is a number of single precision.
+/// A power of two that single precision can square.
 const FAR: f64 = (1_u64 << 60) as f64;
 
 pub(crate) fn floor<R: Real>(x: R) -> R {
@@ -80,7 +89,7 @@ pub(crate) fn floor<R: Real>(x: R) -> R {
     R::select(x.lt(whole), whole - R::one(), whole)
 }
 
-/// Halves away from zero.
+/// The nearest integer, halves away from zero, as a constant.
 pub(crate) fn round<R: Real>(x: R) -> R {
     let (whole, zero, one) = (truncated(x), R::zero(), R::one());
     let far = R::lit(0.5).le((x - whole).abs());

@@ -25,15 +25,16 @@
 //!
 //! # What to know
 //!
-//! - Decisions (`<`, `is_nan`, pivots) look at primals; where lanes disagree about one it panics.
-//!   The derivative is that of the branch taken.
+//! - Decisions (`<`, `is_nan`, pivots) look at primals, and panic where lanes disagree. The derivative
+//!   is that of the branch taken.
 //! - An element does not convert to a primitive number: `ToPrimitive` returns `None` and
 //!   `integer_decode` panics, where a cast would lose the derivative silently. Take `.0` and its
 //!   primal. Constants convert to elements by `T::from`.
 //! - Rounding functions are constants between their steps: `floor(x)` has derivative 0, `x % m`
 //!   that of `x - q m` for the whole quotient `q`.
-//! - `max`, `min` and `clamp` have the conventions of the table in [`real`](crate::real): a NaN
-//!   is passed on, not ignored.
+//! - `max`, `min` and `clamp` have the conventions of the table in [`real`](crate::real). Unlike those
+//!   of floats they pass on a NaN of `self`, `Element(f64::NAN).max(Element(1.0))`; they ignore one in
+//!   a bound.
 
 mod constants;
 mod elementary;

@@ -6,14 +6,17 @@ use std::ops::{
     Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign,
 };
 
-use num_traits::{FromPrimitive, Num, One, Signed, Zero};
+use num_traits::{Float, FromPrimitive, Num, One, Signed, Zero};
 
 use super::Element;
 use super::functions::remainder;
 use crate::real::{Mask, Real};
 use crate::rule;
 
-/// The truth of a comparison that an algorithm branches on.
+/// The outcome of a comparison that an algorithm branches on.
+///
+/// # Panics
+/// If lanes disagree.
 pub(crate) fn decided<R: Real>(mask: R::Mask) -> bool {
     rule::uniform(mask)
         .unwrap_or_else(|| panic!("lanes disagree about a branch: evaluate them one by one"))
@@ -51,7 +54,7 @@ impl<R: Real> Div for Element<R> {
     }
 }
 
-/// The exact remainder of a division that leaves a whole number, with the dividend's sign, as of
+/// The exact remainder of a division with an integer quotient, of the dividend's sign, as `%` of
 /// floats.
 impl<R: Real> Rem for Element<R> {
     type Output = Self;
@@ -108,7 +111,7 @@ impl<R: Real> Zero for Element<R> {
     fn zero() -> Self {
         Self(R::zero())
     }
-    /// Whether the primal is zero, in lanes all of them: algorithms decide by it which way to go.
+    /// Whether the primal is zero, in every lane: algorithms branch on it.
     #[inline]
     fn is_zero(&self) -> bool {
         let zero = R::zero();
@@ -157,7 +160,7 @@ impl<R: Real> Signed for Element<R> {
         Self(self.0.abs())
     }
     fn abs_sub(&self, other: &Self) -> Self {
-        Self((self.0 - other.0).max(R::zero()))
+        Float::abs_sub(*self, *other)
     }
     fn signum(&self) -> Self {
         Self(self.0.signum())
@@ -186,5 +189,25 @@ impl<R: Real> FromPrimitive for Element<R> {
 impl<R: Real> fmt::Display for Element<R> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Debug::fmt(&self.0, formatter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_traits::{Float, Signed};
+
+    use crate::Element;
+
+    #[test]
+    fn both_positive_differences_are_one() {
+        let numbers = [f64::INFINITY, 2.0, 0.0, f64::NAN].map(Element);
+        for (a, b) in numbers.into_iter().zip(numbers.into_iter().cycle().skip(1)) {
+            for b in [a, b] {
+                let [signed, float] = [Signed::abs_sub(&a, &b), Float::abs_sub(a, b)];
+                assert!(signed == float || signed.is_nan() && float.is_nan());
+            }
+        }
+        let infinite = numbers[0];
+        assert_eq!(Signed::abs_sub(&infinite, &infinite).0, 0.0);
     }
 }

@@ -6,7 +6,6 @@ use num_traits::{One, Zero};
 use simba::scalar::SubsetOf;
 
 use crate::element::{Element, Elementary, decided, functions};
-use crate::lu::unit_roundoff;
 use crate::real::Real;
 
 impl<R: Real> Field for Element<R> {}
@@ -85,7 +84,7 @@ fn no_float() -> ! {
 impl<R: Real> AbsDiffEq for Element<R> {
     type Epsilon = Self;
     fn default_epsilon() -> Self {
-        Self(unit_roundoff())
+        Self(functions::epsilon())
     }
     fn abs_diff_eq(&self, other: &Self, epsilon: Self) -> bool {
         decided::<R>((self.0 - other.0).abs().le(epsilon.0)) || self == other
@@ -356,8 +355,8 @@ impl<R: Real> RealField for Element<R> {
     }
 }
 
-/// `value / x`, and 1 at 0. The quotient keeps its digits near 0, its derivatives cancel: there
-/// they are those of the series.
+/// `value / x`, and 1 at 0. Near 0 the quotient is accurate but its derivatives are not, because their
+/// terms cancel: there they are taken from the series.
 fn cardinal<R: Real>(value: R, x: R, series: R) -> R {
     let (size, quotient) = (x.abs(), value / x);
     let near = R::select(size.lt(R::one()), series, quotient);

@@ -28,20 +28,20 @@
 //!
 //! # What to know
 //!
-//! - What holds for an [`Element`] anywhere, see [`element`](crate::element).
+//! - What holds for an [`Element`] anywhere: see [`element`](crate::element).
 //! - Decisions of an algorithm (pivots, convergence) look at primals.
 //! - Iterative factorisations (SVD, eigenvalues) are differentiated through their iterations, and
 //!   stop when the primal has converged; degenerate singular values have no derivative.
-//! - **They skip entries that are zero, and lose the derivative by them**: those of a diagonal,
-//!   triangular or block matrix. SVD, Schur, eigenvalues and vectors, the pseudo-inverse, and what
-//!   is made of them are to be had there as a root ([`implicit`](crate::implicit)) or by a rule of
-//!   your own. LU, QR, Cholesky, inverse and determinant have it.
-//! - **Geometry has branches at the identity, and no derivative there**: that of a `UnitQuaternion`,
-//!   `Rotation3` or `Isometry3` made of a rotation vector of zero is zero, as that of `scaled_axis` of
-//!   the identity and of `rotation_between` parallel vectors. [`rotation`] has all derivatives.
+//! - **Iterative factorisations skip entries that are zero, and lose the derivatives by them**, as in a
+//!   diagonal, triangular or block matrix. There, take SVD, Schur, eigenvalues and eigenvectors, the
+//!   pseudo-inverse, and what is made of them as a root ([`implicit`](crate::implicit)) or by a rule of
+//!   your own. LU, QR, Cholesky, inverse and determinant are right.
+//! - **Geometry branches at the identity, and its derivative there is wrong**: zero for a
+//!   `UnitQuaternion`, `Rotation3` or `Isometry3` made of a rotation vector of zero, for `scaled_axis`
+//!   of the identity and for `rotation_between` parallel vectors. [`rotation`] is right everywhere.
 //! - `try_convert` to a float returns `None` and the unchecked conversions panic; so does the matrix
-//!   exponential, which asks for one.
-//! - Where all of this crate is imported (`use autodiff::*`), nalgebra itself is `::nalgebra`.
+//!   exponential, which uses one.
+//! - Under `use autodiff::*`, `nalgebra` means this module; the crate itself is `::nalgebra`.
 
 mod field;
 
@@ -55,7 +55,8 @@ pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
     DVector::from_iterator(numbers.len(), numbers.iter().copied().map(Element))
 }
 
-/// The rotation about a vector by its length, rad, with derivatives of every order at zero too.
+/// The rotation about the axis `vector` by its length in radians, with derivatives of every order at
+/// zero too.
 ///
 /// ```
 /// use ::nalgebra::Vector3;
@@ -72,17 +73,17 @@ pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
 pub fn rotation<R: Real>(vector: &Vector3<Element<R>>) -> UnitQuaternion<Element<R>> {
     let half = [0, 1, 2].map(|axis| vector[axis].0 * R::lit(0.5));
     let square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2];
-    // Below, the terms left out are less than 1e-38.
+    // Half angles below 1/4 rad: the terms that the series leaves out are less than 1e-38.
     let small = square.lt(R::lit(0.0625));
     let angle = R::select(small, R::one(), square).sqrt();
-    let cos = R::select(small, cardinal(square, 0), angle.cos());
-    let sinc = R::select(small, cardinal(square, 1), angle.sin() / angle);
+    let cos = R::select(small, series(square, 0), angle.cos());
+    let sinc = R::select(small, series(square, 1), angle.sin() / angle);
     let [i, j, k] = [0, 1, 2].map(|axis| Element(sinc * half[axis]));
     UnitQuaternion::new_unchecked(Quaternion::new(Element(cos), i, j, k))
 }
 
-/// `cos(x)`, or for `odd` of 1 `sin(x) / x`, of `x^2`: the first terms of the series.
-fn cardinal<R: Real>(square: R, odd: u8) -> R {
+/// `cos(x)`, or with an `odd` of 1 `sin(x) / x`, from `x^2`: the first terms of the series.
+fn series<R: Real>(square: R, odd: u8) -> R {
     (1..=12).rev().fold(R::one(), |rest, term| {
         let factor = f64::from(2 * term + odd);
         R::one() - square / R::lit(factor * (factor - 1.0)) * rest
