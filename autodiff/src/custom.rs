@@ -9,12 +9,13 @@
 //! - [`Fused`]: any number of inputs and outputs, and a reverse rule that may do what no partials
 //!   can, such as bound the cotangent that passes.
 //!
-//! A rule is believed: [`check_gradient`](crate::check::check_gradient) tells whether it is right.
+//! A rule is trusted as given: [`check_gradient`](crate::check::check_gradient) tells whether it is
+//! right.
 //!
 //! ```
 //! use autodiff::{Function, Real, gradient};
 //!
-//! /// Rounds, and passes derivatives as if it did not.
+//! /// Rounds a number in [0, 1], and passes derivatives as if it did not.
 //! fn round<R: Real>(x: R) -> R {
 //!     let above = R::lit(0.5).lt(x);
 //!     R::select(above, R::one(), R::zero()).straight_through(x)
@@ -34,22 +35,23 @@ use crate::forward::Dual;
 use crate::fused::Fused;
 use crate::real::Real;
 
-/// A scalar function of a vector with its partials given. Its data it owns, or shares by an `Arc`: the
-/// tape keeps it.
+/// A scalar function of a vector with its partials given. It must own its data, or share them by an
+/// `Arc`, because the tape keeps it.
 ///
 /// Good for what should not be differentiated through, such as an iterative solver, whose partials
 /// follow from the equation it solves, and for special functions: the error function is a series over
-/// `R` with the partial `2 / sqrt(pi) exp(-x^2)`. `examples/custom_rule.rs` has one. A value is made of
-/// the operations of `R`: no foreign function of floats serves all modes.
+/// `R` with the partial `2 / sqrt(pi) exp(-x^2)`. `examples/custom_rule.rs` has one. The value has to be
+/// computed with the operations of `R`: a foreign function of floats could not serve every mode.
 pub trait Rule: Clone + Send + 'static {
-    /// The value at `x`. It is not differentiated, in no mode and no nesting.
+    /// The value at `x`. It is never differentiated, in any mode or nesting.
     fn value<R: Real>(&self, x: &[R]) -> R;
 
-    /// The partials at `x`, one per argument. `value` is the value there.
+    /// The partials at `x`, one per argument; `value` is the value there. These are differentiated
+    /// where derivatives nest.
     fn partials<R: Real>(&self, x: &[R], value: R) -> Vec<R>;
 }
 
-/// Evaluates a rule, in any mode; on the reverse tape it is one entry.
+/// Evaluates a rule, in any mode; on the reverse tape the call is one fused entry.
 ///
 /// ```
 /// use autodiff::custom::{Rule, apply};

@@ -1,8 +1,8 @@
 //! Exponential, hyperbolic tangent, sine and cosine from additions, multiplications and one
 //! division, written once for scalars and SIMD lanes.
 //!
-//! The libm of a system differs from the next one's, and has no lanes. These have the same bits
-//! everywhere: every product-and-sum is a true fused one, in hardware or not.
+//! One system's libm differs from the next one's, and has no lanes. These give the same bits
+//! everywhere: every multiply-add is truly fused, in hardware or in software.
 //! Errors, measured against correctly rounded values by `tests/elementary.rs`: at most 2 ulp for
 //! `exp`, 4 for `tanh`, 2 for `sin` and `cos` away from their zeros.
 //!
@@ -19,9 +19,9 @@ pub(crate) use abreast::Abreast;
 pub(crate) trait Primitive:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// The highest power, an odd one, that a reduced argument needs of the exponential's series.
+    /// The highest power of the exponential's series, an odd one.
     const EXP_TERMS: usize;
-    /// Terms of the sine's and cosine's series.
+    /// Terms of the sine's and cosine's series after the first: powers up to `2 SIN_TERMS + 1`.
     const SIN_TERMS: usize;
     /// `ln 2` as a sum of floats, largest first.
     const LN_2: [f64; 2];
@@ -29,7 +29,7 @@ pub(crate) trait Primitive:
     const PI_2: [f64; 3];
     /// Adding and taking off this number rounds to an integer, ties to even.
     const ROUNDING: f64;
-    /// Arguments outside give 0 and infinity.
+    /// Below and above, the exponential is 0 and infinity.
     const EXP_RANGE: [f64; 2];
     /// From here on `tanh` rounds to 1.
     const TANH_ONE: f64;
@@ -48,7 +48,7 @@ pub(crate) trait Primitive:
     /// `if_less` where `self < bound`, else `otherwise`.
     fn where_less(self, bound: Self, if_less: Self, otherwise: Self) -> Self;
     fn magnitude(self) -> Self;
-    /// A number that is not negative, with the sign of another, be that a zero's.
+    /// `self`, which is not negative, with the sign bit of `other`.
     fn with_sign_of(self, other: Self) -> Self;
 }
 
@@ -74,8 +74,8 @@ const INVERSE_FACTORIAL: [f64; 18] = [
     1.0 / 355687428096000.0,
 ];
 
-/// `x - n sum(parts)`, part by part. No fold: its closure, not inlined, would be without the
-/// instructions of lanes.
+/// `x - n sum(parts)`, part by part. A loop, not a fold: a closure that is not inlined would be
+/// compiled without the lanes' instructions.
 #[inline(always)]
 fn reduced<P: Primitive, const N: usize>(mut x: P, n: P, parts: [f64; N]) -> P {
     for k in 0..N {
@@ -130,7 +130,8 @@ pub(crate) fn tanh<P: Primitive>(x: P) -> P {
 /// system's sine and cosine serve.
 pub(crate) const SIN_RANGE: f64 = 1e4;
 
-/// `x - n pi/2`. Every product is a negative zero where `n` is zero: then a zero `x` keeps its sign.
+/// `x - n pi/2`. The signs are arranged so that every product is a negative zero where `n` is zero:
+/// added to `x = -0`, that keeps its sign.
 #[inline(always)]
 fn reduced_angle<P: Primitive>(mut x: P, n: P) -> P {
     let minus_n = P::constant(0.0) - n;
@@ -156,7 +157,8 @@ pub(crate) fn sin_cos<P: Primitive>(x: P) -> (P, P) {
         sin = sin.mul_add(square, P::constant(sign * INVERSE_FACTORIAL[2 * k + 1]));
         cos = cos.mul_add(square, P::constant(sign * INVERSE_FACTORIAL[2 * k]));
     }
-    // A product that is added to zero is no negative zero: r keeps its sign if it is one.
+    // Adding +0 keeps the factor of r from being -0, whose product with r = -0 would be +0: sin(-0)
+    // is -0.
     let sin = sin.mul_add(square, P::constant(0.0)).mul_add(r, r);
     let cos = cos.mul_add(square, P::constant(1.0));
     quadrant(n, sin, cos)

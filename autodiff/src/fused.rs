@@ -8,19 +8,21 @@ use crate::real::Real;
 /// Plain numbers call [`eval`](Fused::eval), duals [`forward`](Fused::forward). The reverse tape
 /// calls [`record`](Fused::record) and, once in each reverse sweep that reaches it,
 /// [`reverse`](Fused::reverse), with its inner number type for `R`. All of them must describe the
-/// same function. Where derivatives nest, `R` carries one itself: a function whose derivative is not
-/// that of its `eval` has the outputs that `forward` and `record` return from [`Real::fused`] of a
-/// copy of it, on the numbers inside. A function with one output and known partials is shorter as a
+/// same function. A function with one output and known partials is shorter as a
 /// [`Rule`](crate::custom::Rule).
+///
+/// Where derivatives nest, `R` carries a derivative itself. A function whose derivative is not that of
+/// its `eval` must hand its own rule on to that layer: its `forward` and `record` take the outputs
+/// from [`Real::fused`] of a copy of itself, called on the numbers inside.
 pub trait Fused: Send + 'static {
     /// What `record` keeps for `reverse`.
     type Saved<R: Real>: Send;
 
-    /// The outputs, nothing kept.
+    /// The outputs alone. Their number may depend on the lengths of the inputs, not on their values.
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R>;
 
-    /// The outputs with their tangents. Duals through `eval` do; a function whose derivative is
-    /// not that of its `eval` overrides this.
+    /// The outputs with their tangents; by default those of `eval` on duals. A function whose
+    /// derivative is not that of its `eval` overrides this.
     fn forward<R: Real, const N: usize>(&self, inputs: &[&[Dual<R, N>]]) -> Vec<Dual<R, N>> {
         self.eval(inputs)
     }
@@ -28,8 +30,8 @@ pub trait Fused: Send + 'static {
     /// The outputs, and what the reverse sweep will need.
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>);
 
-    /// The cotangents of the inputs, one vector per input slice in the order of `record`. Where
-    /// `wanted` is false the slice is a constant and its vector may be left empty.
+    /// The cotangents of the inputs, given those of the outputs, `y_bar`: one vector per input slice,
+    /// in their order. Where `wanted` is false the slice is constant and its vector may be left empty.
     fn reverse<R: Real>(
         &self,
         saved: &mut Self::Saved<R>,
@@ -55,12 +57,12 @@ pub trait Fused: Send + 'static {
 /// ```
 ///
 /// # Panics
-/// If there are not as many weights as biases times numbers in `x`.
+/// Unless there are `biases.len() * x.len()` weights.
 pub fn dense<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
     assert_eq!(
         weights.len(),
         x.len() * biases.len(),
-        "dense: weights of another shape"
+        "dense: the weights are not one row per bias and one column per number of x"
     );
     R::fused(Dense, &[weights, x, biases])
 }

@@ -8,28 +8,27 @@ use crate::real::Real;
 /// A pure function of `I` numbers with `O` results: a spring, a contact, a reaction.
 ///
 /// It is mapped over whole arrays by [`Program::map`](crate::Program::map), in SIMD lanes, so it
-/// selects and never branches. Its constants are fields of the implementing type, which borrows
-/// nothing: programs keep it.
+/// selects and never branches. Its constants are fields of the implementing type, which must own
+/// them, because programs keep the kernel.
 ///
-/// **`eval`, and every function of yours that it calls, is `#[inline(always)]`.** The lanes' registers
-/// belong to an instruction set that is chosen at run time, for the loop around the kernel: a function
-/// that is not inlined into that loop is compiled without it, and every operation in it becomes a
-/// call. The numbers are the same, some fifty times slower. Closures are not inlined by order: loops
-/// are better.
+/// **Mark `eval`, and every function of yours that it calls, `#[inline(always)]`.** The instruction set
+/// of the lanes is chosen at run time, for the loop around the kernel: a function that is not inlined
+/// into that loop is compiled without it, and every operation in it becomes a call. The numbers are
+/// the same, some fifty times slower. Closures cannot be marked so: prefer loops.
 pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
-    /// The function; `#[inline(always)]`.
+    /// The results at `x`; mark it `#[inline(always)]`.
     fn eval<R: Real>(&self, x: [R; I]) -> [R; O];
 }
 
 /// The reverse derivative of a [`Kernel`]. `impl Adjoint<I, O> for K {}` is enough: it then runs
-/// the kernel on dual numbers, which costs the more the more inputs there are, some seven evaluations
-/// for eight and seventy for fifty. Straight-line code [emitted](crate::emit) from a recording may
-/// override it, and costs two to four, whatever their number.
+/// the kernel on dual numbers, at a cost that grows with the number of inputs: some seven evaluations
+/// of the kernel for eight inputs, seventy for fifty. Straight-line code [emitted](crate::emit) from a
+/// recording may override it, and costs two to four evaluations for any number of inputs.
 pub trait Adjoint<const I: usize, const O: usize>: Kernel<I, O> {
     /// The cotangents of `x`, given those of the results.
     #[inline(always)]
     fn vjp<R: Real>(&self, x: [R; I], y_bar: [R; O]) -> [R; I] {
-        // Loops, not closures: those would not take on the caller's instruction set.
+        // Loops, not closures, which might be compiled without the caller's instruction set.
         let mut seeded = [Dual::<R, I>::zero(); I];
         for i in 0..I {
             seeded[i] = Dual::variable(x[i], i);
@@ -44,8 +43,8 @@ pub trait Adjoint<const I: usize, const O: usize>: Kernel<I, O> {
         x_bar
     }
 
-    /// The same, given also the results: what stands there need not be computed again. It is
-    /// what the reverse sweep of [`Program::map`](crate::Program::map) calls.
+    /// The same, given also the results `y`, so that code that needs them need not compute them
+    /// again. The reverse sweep of [`Program::map`](crate::Program::map) calls this one.
     #[inline(always)]
     fn vjp_with_results<R: Real>(&self, x: [R; I], _y: [R; O], y_bar: [R; O]) -> [R; I] {
         self.vjp(x, y_bar)
@@ -53,9 +52,10 @@ pub trait Adjoint<const I: usize, const O: usize>: Kernel<I, O> {
 }
 
 /// All partials of a [`Kernel`] at once. `impl Partials<I, O> for K {}` is enough: it then runs
-/// the kernel on dual numbers. Straight-line code emitted from a recording may override it.
+/// the kernel on dual numbers. Straight-line code [emitted](crate::emit::partials) from a recording
+/// may override it.
 pub trait Partials<const I: usize, const O: usize>: Kernel<I, O> {
-    /// The results, and per result its partials by every input.
+    /// The results, and the Jacobian: one row per result, one column per input.
     #[inline(always)]
     fn partials<R: Real>(&self, x: [R; I]) -> ([R; O], [[R; I]; O]) {
         let mut seeded = [Dual::<R, I>::zero(); I];

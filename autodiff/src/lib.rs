@@ -29,23 +29,25 @@
 //! - What is not differentiated, data and settings, is a field of the type.
 //! - Loops, arrays and helper functions over `R: Real` are plain Rust; a sum is
 //!   [`R::sum(&terms)`](Real::sum).
-//! - A comparison, [`x.lt(y)`](Real::lt), is a mask: `R::select(x.lt(y), a, b)`, not `if x < y`, of
-//!   which the [pitfalls](#pitfalls) say more. (The bound `PartialOrd`, which the compiler advises, is
-//!   one that a method of a trait cannot add.)
-//! - The elementary functions are the methods of [`Real`], the rarer ones by
+//! - A comparison, [`x.lt(y)`](Real::lt), gives a mask: write `R::select(x.lt(y), a, b)`, not
+//!   `if x < y`; the [pitfalls](#pitfalls) say why. (For `x < y` the compiler suggests the bound
+//!   `PartialOrd`. Do not follow it: an implementation of `eval` cannot add bounds.)
+//! - The elementary functions are methods of [`Real`], the rarer ones through
 //!   [`elementary`](Real::elementary); [`custom`] adds others.
 //!
 //! # Many time steps
 //!
-//! A loop over steps is as good as any code, and its record on the tape grows with every
-//! operation. Where a step is the same each time, record it once: a [`Kernel`] for what happens to
-//! each element of some arrays, a [`Model`] that strings kernels together, a [`Rollout`] that runs
-//! them, in lanes and with little memory. The rollout is then one operation of a function.
+//! A plain loop over steps works, but its record on the tape grows with every operation. Where each
+//! step does the same, record it once: a [`Kernel`] for what happens to each element of some arrays,
+//! a [`Model`] that strings kernels together, a [`Rollout`] that runs them, in lanes and with little
+//! memory. The whole rollout is then a single operation of a function.
+//!
 //! A kernel takes arrays of one length: a parameter that all elements share is an array of one
-//! number, which [`Program::gather`] spreads, `program.gather(drag, &[Some(0); BALLS])`. **A kernel's
-//! `eval`, and what it calls, is `#[inline(always)]`**: without it the same numbers take some fifty
-//! times as long, for a reason that [`Kernel`] gives. What is differentiated is starts and parameters;
-//! a force for every step is one of them too, a [control](Program::control).
+//! number, which [`Program::gather`] repeats, `program.gather(drag, &[Some(0); BALLS])`. **Mark a
+//! kernel's `eval`, and every function that it calls, `#[inline(always)]`**: without it the same
+//! numbers take some fifty times as long, for a reason that [`Kernel`] gives. Derivatives are taken by
+//! the start and the parameters; a force that differs from step to step is a parameter too, a
+//! [control](Program::control).
 //!
 //! ```
 //! use autodiff::{Adjoint, Function, Kernel, Model, Program, Real, Rollout, gradient};
@@ -62,7 +64,7 @@
 //!         [x + dt * vx, y + dt * vy, vx, vy]
 //!     }
 //! }
-//! impl Adjoint<4, 4> for Ball {} // its derivative is had by itself
+//! impl Adjoint<4, 4> for Ball {} // the derivative follows from `eval`
 //!
 //! #[derive(Clone)]
 //! struct Flight {
@@ -79,7 +81,7 @@
 //!     }
 //! }
 //!
-//! /// How far from (5, 0) one ball is after a second, squared, by the velocity of its start.
+//! /// The squared distance from (5, 0) of one ball after a second, given its initial velocity.
 //! struct Miss(Rollout<Flight>);
 //!
 //! impl Function for Miss {
@@ -105,11 +107,13 @@
 //! For `y = f(x)` with Jacobian `J`:
 //!
 //! - the **primal** is the ordinary value, `x` or `y`;
-//! - a **tangent** is how a value moves when the input moves: `x_dot`, `y_dot`;
-//! - a **cotangent** is how a later scalar moves when the value does: `y_bar`, `x_bar`;
-//! - a **JVP** takes a tangent forward, `y_dot = J x_dot`: the derivative along a direction;
-//! - a **VJP** takes a cotangent back, `x_bar = J^T y_bar`: with `y` a scalar and `y_bar = 1`,
-//!   the gradient.
+//! - a **tangent** is the rate at which a value changes along a direction of the input: `x_dot`,
+//!   `y_dot`;
+//! - a **cotangent** is the sensitivity of a later scalar to a value: `y_bar`, `x_bar`;
+//! - a **JVP** (Jacobian-vector product) takes a tangent forward, `y_dot = J x_dot`: the derivative
+//!   along a direction;
+//! - a **VJP** (vector-Jacobian product) takes a cotangent back, `x_bar = J^T y_bar`: with `y` a
+//!   scalar and `y_bar = 1`, the gradient.
 //!
 //! # Which mode when
 //!
@@ -118,16 +122,16 @@
 //! | derivative along a direction | [`jvp`] | about 2 |
 //! | gradient of one scalar by many arguments | [`gradient`], [`value_and_gradient`], [`gradient_of`] a closure | a few for arrays, tens for scalars on the tape; whatever the number of arguments |
 //! | cotangents of several values at once | [`vjp`] | likewise |
-//! | all of a Jacobian | [`jacobian`] | forward by arguments or reverse by values, whichever are fewer |
+//! | all of a Jacobian | [`jacobian`] | forward over arguments or reverse over values, whichever are fewer |
 //! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour: 3 for a tridiagonal one of any size |
-//! | Hessian times a vector | [`hessian_vector`] | twice a gradient |
-//! | all of a Hessian | [`hessian`] | that for every few arguments |
+//! | Hessian times a vector | [`hessian_vector`] | a few gradients |
+//! | all of a Hessian | [`hessian`] | that for every four arguments |
 //! | a Hessian that is mostly zeros | [`sparse_jacobian`] of a function that returns its [`gradient`] | a gradient's for every colour |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
-//! | the same from many starts with shared parameters | [`Rollout::run_many`] | about half of one by one, in lanes over the starts |
-//! | the same where starts have arrays of their own among the parameters | [`Rollout::run_each`] | for two, some nine tenths of one by one; they share the matrices |
+//! | the same from many starts with shared parameters | [`Rollout::run_many`] | about half of running them one by one, in lanes over the starts |
+//! | the same where starts have arrays of their own among the parameters | [`Rollout::run_each`] | for two starts, some nine tenths of running them one by one; they share the matrices |
 //! | gradient of a sum over data | [`batch::Sum`] | a few, in lanes over the data |
-//! | Jacobian of many small functions | [`batch::jacobians`] | those of one function, in lanes; a few where the kernel's partials are emitted ([`emit::partials`]) |
+//! | Jacobians of one small function at many points | [`batch::jacobians`] | forward over its arguments, in lanes over the points; a few where the kernel's partials are emitted ([`emit::partials`]) |
 //!
 //! Three tiers of reverse mode stand behind this, and mix freely:
 //!
@@ -173,14 +177,14 @@
 //!   assert_eq!(hessian(&Softplus, &[0.0]), [[0.25]]);
 //!   assert_eq!([-1e3, 1e3].map(|x| gradient(&Softplus, &[x])[0]), [0.0, 1.0]);
 //!   ```
-//! - **`if` on values.** Comparisons look at primals, so `if` follows one branch and its
-//!   derivative is that branch's, even at the switch; the switch itself moves nothing. Lanes may
+//! - **`if` on values.** Comparisons look at primals, so the derivative is that of the branch taken,
+//!   even at the switch; how the switch itself moves is not part of it. Lanes may
 //!   disagree, so generic code computes both sides and [`select`](Real::select)s. The side not
-//!   taken passes no derivative, not even an infinite one. Two conditions compile all the same:
-//!   `x.is_zero()`, which comes with num-traits' `Zero`, and [`Mask::any`] or [`Mask::all`]. Both
-//!   answer for all lanes at once, and `is_zero` is false for a variable that happens to be zero:
-//!   `if x.is_zero() { 1 } else { sin(x) / x }` gives NaN where the lane beside has another number.
-//!   Write it with an argument that is safe on the side not taken:
+//!   taken passes no derivative, not even an infinite one. Two kinds of condition compile all the
+//!   same: `x.is_zero()`, which comes with num-traits' `Zero`, and [`Mask::any`] or [`Mask::all`].
+//!   Both answer for all lanes at once, and `is_zero` is false for a variable that happens to be
+//!   zero: `if x.is_zero() { 1 } else { sin(x) / x }` gives NaN where one lane is zero and another is
+//!   not. Give the side not taken an argument that is safe:
 //!
 //!   ```
 //!   use autodiff::{Function, Real, hessian, value_and_gradient};
@@ -190,7 +194,7 @@
 //!   impl Function for Sinc {
 //!       fn eval<R: Real>(&self, x: &[R]) -> R {
 //!           let (x, one) = (x[0], R::one());
-//!           // Below, x^4 / 120 is nothing beside one.
+//!           // The next term of the series, x^4 / 120, is below rounding there.
 //!           let small = x.abs().lt(R::lit(1e-4));
 //!           let safe = R::select(small, one, x);
 //!           R::select(small, one - x * x / R::lit(6.0), safe.sin() / safe)
@@ -205,15 +209,14 @@
 //!   [`trace::first_non_finite`] finds the line.
 //! - **Aliasing.** Variables are values: `let y = x` is the same variable, not a copy that is
 //!   differentiated separately. To hold a quantity fixed, [`detach`](Real::detach) it.
-//! - **Rewriting for exactness.** Derivatives are exact for the code as written, with its
-//!   constants, iteration counts and stopping rules, which is not always the function meant.
-//!   A solver stopped early has the derivative of a solver stopped early; [`implicit::root`] has
-//!   that of the solution.
-//! - **Builds without optimisation.** Kernels and sums over data become functions of the calling crate,
-//!   each a whole step in which no two numbers share a place on the stack. Built without optimisation
-//!   itself, this crate uses no wide registers, with which that would be megabytes. Where the
-//!   dependencies alone are optimised, by `[profile.dev.package."*"]`, it does: have `opt-level = 1` in
-//!   `[profile.dev]` too.
+//! - **Exact for the code as written.** That includes its constants, iteration counts and stopping
+//!   rules, and is not always the function meant. The derivative of a solver stopped early is that of
+//!   the last iterate; [`implicit::root`] has that of the solution.
+//! - **Builds without optimisation.** Kernels and sums over data are compiled into the calling crate,
+//!   each as one large function in which, without optimisation, every intermediate has a stack slot of
+//!   its own: with wide registers, megabytes of stack. So this crate uses scalars where it is itself
+//!   built without optimisation. Where only the dependencies are optimised, by
+//!   `[profile.dev.package."*"]`, it cannot tell: set `opt-level = 1` in `[profile.dev]` too.
 //! - **Method names.** On plain `f64` the inherent `max`, `clamp`, `signum`, … hide the trait's,
 //!   which differ at ties, NaN and zero. Generic code gets the trait's.
 //!
@@ -226,8 +229,8 @@
 //!
 //! # Misuse
 //!
-//! A variable outside its recording, on another thread, mixed with another tape's, a wrong
-//! length: these are mistakes in the calling code and panic with a sentence that says so.
+//! A variable used outside its recording, on another thread or with another tape's variables, a slice
+//! of the wrong length: these are mistakes in the calling code, and panic with a message that says so.
 
 // Tests of the crate share files with those in `tests`.
 #[cfg(test)]

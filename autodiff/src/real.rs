@@ -45,9 +45,8 @@ use crate::lanes::{self, Vectorized};
 
 /// The result of a comparison: `bool`, or one truth value per lane.
 ///
-/// [`any`](Mask::any) and [`all`](Mask::all) are for work that may be skipped where no lane wants
-/// it, and changes nothing where some do. What is computed of a lane must not depend on them: the
-/// lanes beside have a say.
+/// [`any`](Mask::any) and [`all`](Mask::all) are for skipping work that no lane needs. A lane's
+/// result must not depend on them, because the other lanes influence the answer.
 pub trait Mask:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
@@ -77,10 +76,10 @@ impl Mask for bool {
 /// Constants enter through [`lit`](Real::lit); they carry no derivative and are not recorded.
 /// Comparisons look at the primal alone.
 ///
-/// `is_zero`, of the supertrait `Zero`, is no comparison: it asks for the additive identity, so that
-/// work on it may be left out. Lanes are that if all of them are zero, and numbers that carry a
-/// derivative are not, whatever their primal. `if x.is_zero()` compiles and is wrong; the pitfalls
-/// of the [crate](crate#pitfalls) show the `select` in its place.
+/// `is_zero`, of the supertrait `Zero`, is no comparison: it asks whether the number is the additive
+/// identity, so that work on it may be left out. Lanes are if all of them are zero; a number that
+/// carries a derivative is not, whatever its primal. `if x.is_zero()` compiles and is wrong; the
+/// pitfalls of the [crate](crate#pitfalls) show what to write in its place.
 pub trait Real:
     Copy
     + Debug
@@ -182,7 +181,7 @@ pub trait Real:
     fn min(self, bound: Self) -> Self {
         Self::select(bound.le(self), bound, self)
     }
-    /// `self` within `[lo, hi]`; at and beyond a bound the bound.
+    /// `self` within `[lo, hi]`; at and beyond a bound the bound. Where `lo > hi` it is `hi`.
     #[inline(always)]
     fn clamp(self, lo: Self, hi: Self) -> Self {
         self.max(lo).min(hi)
@@ -195,7 +194,7 @@ pub trait Real:
         let scale = x.max(y);
         let (a, b) = (x / scale, y / scale);
         let length = scale * (a * a + b * b).sqrt();
-        // At the origin and at infinity that is NaN; the sum is what it should be, and NaN for NaN.
+        // At the origin and at infinity that is NaN; the sum is right there, and NaN for NaN.
         let divides = zero.lt(scale) & scale.finite();
         Self::select(divides, length, x + y)
     }
@@ -256,11 +255,12 @@ pub trait Real:
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         function.eval(inputs)
     }
-    /// A rollout says which step is next; numbers that [`trace`](crate::trace) note it.
+    /// Called by a rollout before each step, for numbers that [`trace`](crate::trace) where a NaN
+    /// came from; all others ignore it.
     #[inline(always)]
     fn mark_step(_step: usize) {}
-    /// Runs `work` with the widest lanes that this machine has for this type. Most types have
-    /// none: their lane is the number itself.
+    /// Runs `work` with the widest lanes that this machine has for this type: floats in SIMD
+    /// registers; for any other type the lane is the number itself.
     #[inline(always)]
     fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
         work.run::<Self>()

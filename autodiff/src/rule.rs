@@ -6,8 +6,8 @@
 //! partial does not exist the rule follows the table in [`real`](crate::real). Where the value is
 //! NaN the partial is NaN too: no finite derivative is invented outside the domain.
 //!
-//! Partials are always multiplied in by [`Real::chain`]. Nothing here is a closure: those would
-//! not take on the instruction set of lanes.
+//! Partials are always multiplied in by [`Real::chain`]. Nothing here is a closure: one that is not
+//! inlined would be compiled without the instruction set of the lanes around it.
 
 use crate::real::{Mask, Real};
 
@@ -42,7 +42,7 @@ pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
 #[inline(always)]
 pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
     let value = x.rsqrt();
-    // At -0 the value is minus infinity, and the slope that from inside the domain all the same.
+    // At -0 the value is minus infinity, but the slope is still the limit from inside the domain.
     (value, R::lit(-0.5) * value * value * value.abs())
 }
 
@@ -111,7 +111,7 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let by_x = R::chain(x.powf(exponent - R::one()), exponent);
     let at_zero = x.le(zero) & zero.le(x);
     let by_exponent = R::select(at_zero, zero, value * x.ln());
-    // Neither `x - 1` for the exponent nor the zero sees every NaN of the value.
+    // NaN^0 is 1, and the zeros above hide a NaN too: say it wherever the value does.
     let number = value.le(value);
     (
         value,

@@ -1,10 +1,10 @@
-//! Memory that a thread is done with, for its next recording or sweep: to have fresh pages from the
-//! system costs as much as a good part of the work does.
+//! Memory that a thread is done with, for its next recording or sweep: fresh pages from the system
+//! would cost a good part of what the work itself does.
 
 use std::any::Any;
 use std::cell::RefCell;
 
-/// One piece of a type each; with nested modes there are a few types.
+/// At most one piece of each type; nested modes use a few types.
 const MOST: usize = 6;
 
 thread_local! {
@@ -16,14 +16,15 @@ fn take_from<T: Any>(spare: &mut Vec<Box<dyn Any>>) -> Option<Box<T>> {
     spare.swap_remove(place).downcast().ok()
 }
 
-/// What the thread kept of a type.
+/// What the thread has kept of this type, if anything.
 pub(crate) fn take<T: Any>() -> Option<Box<T>> {
-    // At the end of a thread there is nothing left, nor a place for it.
+    // While a thread ends, its thread-locals may be gone already; so below.
     let taken = SPARE.try_with(|spare| take_from(&mut spare.borrow_mut()));
     taken.ok().flatten()
 }
 
-/// Keeps something in place of what was kept of its type. It must hold nothing of the caller's.
+/// Keeps a piece in place of an earlier one of its type. It must hold nothing of the caller's, whose
+/// destructor would run late.
 pub(crate) fn keep<T: Any>(piece: Box<T>) {
     let _ = SPARE.try_with(|spare| {
         let mut spare = spare.borrow_mut();

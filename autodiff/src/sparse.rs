@@ -1,9 +1,10 @@
 //! Sparse Jacobians: columns that share no row are computed together.
 //!
-//! Two columns whose entries stand in different rows can move at once: each row of the result then
-//! belongs to one of them. Colouring the columns so that any two with a common row differ, a whole
-//! Jacobian takes as many forward directions as there are colours (Curtis, Powell and Reid 1974).
-//! A tridiagonal one takes three, of whatever size.
+//! Two columns without entries in a common row can share a forward direction: each row of the result
+//! then belongs to one of them. Once the columns are coloured so that any two with a common row
+//! differ, the whole Jacobian takes as many directions as there are colours (A. R. Curtis, M. J. D.
+//! Powell and J. K. Reid, "On the estimation of sparse Jacobian matrices", IMA Journal of Applied
+//! Mathematics 13, 1974). A tridiagonal one of any size takes three.
 
 use crate::drivers::{CHUNK, VectorFunction, jacobian};
 use crate::forward::Dual;
@@ -23,7 +24,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// A pattern of so many columns from the columns of each row's entries, ascending.
+    /// A pattern with this number of columns, from the columns of each row's entries, ascending.
     ///
     /// # Panics
     /// If a row's columns are out of range or do not ascend.
@@ -48,7 +49,7 @@ impl Pattern {
         }
     }
 
-    /// A square pattern of so many diagonals below and above the main one.
+    /// A square pattern with the main diagonal, `below` diagonals under it and `above` over it.
     pub fn banded(size: usize, below: usize, above: usize) -> Self {
         let row = |i: usize| {
             (i.saturating_sub(below)..i.saturating_add(above).saturating_add(1).min(size)).collect()
@@ -56,7 +57,7 @@ impl Pattern {
         Self::new(size, &(0..size).map(row).collect::<Vec<_>>())
     }
 
-    /// Dense blocks of `[rows, columns]` along the diagonal.
+    /// Dense blocks along the diagonal, of shapes `[rows, columns]`.
     pub fn blocks(shapes: &[[usize; 2]]) -> Self {
         let (mut rows, mut first) = (Vec::new(), 0);
         for &[height, width] in shapes {
@@ -69,9 +70,10 @@ impl Pattern {
 
     /// The entries that are not zero at `x`, by one dense Jacobian.
     ///
-    /// A pattern for other points only if no entry vanishes just here: take `x` without zeros and
-    /// coincidences, on the branch of every kink that will be used. Where the sparse Jacobian is itself
-    /// differentiated, entries whose terms cancel everywhere belong to the pattern too: write it out.
+    /// It serves other points only if no entry vanishes just here: take an `x` without zeros and equal
+    /// numbers, and on that side of every kink that will be used. Where the sparse Jacobian is itself
+    /// differentiated, entries whose terms cancel everywhere belong to the pattern too, and are not
+    /// found by values: use [`Pattern::new`].
     pub fn probed(function: &impl VectorFunction, x: &[f64]) -> Self {
         let filled = |row: Vec<f64>| (0..x.len()).filter(|&j| row[j] != 0.0).collect();
         let rows: Vec<Vec<usize>> = jacobian(function, x).into_iter().map(filled).collect();
@@ -88,7 +90,10 @@ impl Pattern {
         self.color_of_column.len()
     }
 
-    /// The columns of a row's entries.
+    /// The columns of the entries in row `i`.
+    ///
+    /// # Panics
+    /// If there is no such row.
     pub fn row(&self, i: usize) -> &[usize] {
         &self.columns[self.starts[i]..self.starts[i + 1]]
     }
@@ -98,12 +103,12 @@ impl Pattern {
         self.columns.len()
     }
 
-    /// How many directions a Jacobian takes.
+    /// How many forward directions a Jacobian takes.
     pub fn colors(&self) -> usize {
         self.colors
     }
 
-    /// The matrix of these entries, zeros included.
+    /// The dense matrix, row by row, of entries in the order of the pattern.
     ///
     /// # Panics
     /// If there is not one number per entry.
@@ -123,7 +128,8 @@ impl Pattern {
         (0..self.rows()).map(row).collect()
     }
 
-    /// `x`, whose columns of colour `first` and the next few each move along a direction.
+    /// `x` with the columns of the [`CHUNK`] colours from `first` on moving, each colour along a
+    /// direction of its own.
     pub(crate) fn seeded<R: Real>(&self, x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
         assert_eq!(
             x.len(),
@@ -140,7 +146,7 @@ impl Pattern {
         x.iter().zip(&self.color_of_column).map(seed).collect()
     }
 
-    /// Takes the entries of these colours out of the values of [`seeded`](Self::seeded) arguments.
+    /// Writes the entries of these colours, from the values at [`seeded`](Self::seeded) arguments.
     pub(crate) fn decompress<R: Real>(
         &self,
         y: &[Dual<R, CHUNK>],
@@ -168,8 +174,8 @@ impl Pattern {
     }
 }
 
-/// The smallest colour for each column that no earlier one with a common row has. In this order
-/// banded and block patterns get the fewest possible.
+/// Greedy colouring from the first column to the last: each takes the smallest colour that no earlier
+/// column with a common row has. For banded and block patterns that is optimal.
 fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
     let mut rows_of_column = vec![Vec::new(); columns];
     for (i, row) in rows.iter().enumerate() {
@@ -178,7 +184,7 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
         }
     }
     let mut color_of_column = vec![usize::MAX; columns];
-    // The column that a colour was last found unfit for.
+    // For each colour the column that it was last found unfit for: never cleared between columns.
     let mut unfit_for = vec![usize::MAX; columns];
     for j in 0..columns {
         let neighbours = rows_of_column[j].iter().flat_map(|&i| &rows[i]);
@@ -217,9 +223,9 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
 ///
 /// # Panics
 /// If lengths differ from the pattern's, or if a value turns out to depend on an argument that the
-/// pattern leaves out. That is noticed only where no other argument of the same colour covers it:
-/// hold a new pattern against [`jacobian`] once. On a tape an entry of a row stands in the pattern even
-/// where it is zero, by terms that cancel: its derivative need not be.
+/// pattern leaves out. That is noticed only where the row has no entry of the same colour, to which it
+/// would be added: compare a new pattern with [`jacobian`] once. Under an outer tape an entry counts as
+/// a dependence even where its terms cancel to zero, because their derivatives need not cancel.
 pub fn sparse_jacobian<R: Real>(
     function: &impl VectorFunction,
     x: &[R],

@@ -1,8 +1,9 @@
-//! Several numbers abreast.
+//! Several numbers abreast, for instruction-level parallelism.
 //!
-//! A hyperbolic tangent is a chain of twenty operations, each of which waits for the one before; a
-//! processor that meets one chain after the other looks ahead over too few of them. Written over
-//! numbers abreast, the same source does every operation on all of them before the next.
+//! A hyperbolic tangent is a chain of twenty operations, each of which waits for the one before.
+//! Evaluated one after the other, few such chains fit into the window in which a processor reorders
+//! instructions. Over numbers abreast, the same source does every operation on all of them before the
+//! next.
 
 use std::ops::{Add, Div, Mul, Sub};
 
