@@ -4,8 +4,8 @@
 //! frames, one per running [`enter`], innermost first. Rust has no generic thread-local, so the
 //! frames are type-erased; a generation says both which recording it is and of which type.
 //!
-//! `cargo bench -p benches --bench tapes` is what pays for the unsafe code: a RefCell around a
-//! `Box<dyn Any>` would cost each operation its push again.
+//! `cargo bench -p benches --bench tapes` justifies the unsafe code: with a `RefCell` around a
+//! `Box<dyn Any>` every push would cost twice as much.
 #![allow(unsafe_code)]
 
 use std::any::TypeId;
@@ -21,7 +21,7 @@ use crate::real::Real;
 /// The generation of constants; no recording has it.
 pub(super) const CONSTANT: u32 = 0;
 
-/// Bits of a generation that count the recordings of its number type; the others name the type.
+/// The low bits of a generation count the recordings of its number type; the others name the type.
 const COUNT_BITS: u32 = 24;
 const TYPES: usize = 1 << (u32::BITS - COUNT_BITS);
 
@@ -52,22 +52,23 @@ pub(super) fn next_generation(name: u32) -> u32 {
     name << COUNT_BITS | count & ((1 << COUNT_BITS) - 1)
 }
 
-/// What a frame is of.
+/// What a frame refers to.
 #[derive(Clone, Copy)]
 struct Recording {
     /// `CONSTANT` where nothing is recorded.
     generation: u32,
-    /// How many entries there is room for …
+    /// The capacity of `entries`.
     room: u32,
-    /// … and where they lie.
+    /// The arena's entries, `Entry<R>`, where `R` is the type that the generation names.
     entries: *mut (),
-    /// An `Arena<R>`, where `R` is the type that the generation names.
+    /// An `Arena<R>`.
     arena: *mut (),
+    /// The frame of the recording around this one; null around the outermost.
     outer: *const Frame,
 }
 
 /// A running recording. It counts the entries itself, so that an operation writes the next one
-/// without a look at the arena, whose vector hears of them in [`Frame::arena`].
+/// without touching the arena; the length of the arena's vector is set in [`Frame::arena`].
 #[derive(Clone)]
 struct Frame {
     recording: Cell<Recording>,
@@ -75,8 +76,8 @@ struct Frame {
 }
 
 thread_local! {
-    /// The innermost frame itself, not its address: one load less in every operation. The others
-    /// lie on the stack.
+    /// The innermost frame itself, not its address: one load less in every operation. The outer
+    /// frames lie on the stack, each in the [`enter`] that replaced it here.
     static INNERMOST: Frame = const {
         Frame {
             recording: Cell::new(Recording {
@@ -92,7 +93,7 @@ thread_local! {
 }
 
 impl Frame {
-    /// Takes the place of another frame.
+    /// Becomes a copy of another frame.
     fn set(&self, other: &Frame) {
         self.recording.set(other.recording.get());
         self.len.set(other.len.get());
@@ -110,8 +111,8 @@ impl Frame {
         }
         let len = self.len.get();
         let entries = self.recording.get().entries.cast::<Entry<R>>();
-        // SAFETY: there is room for more than `len` entries: `Open` has looked last, as whoever
-        // moves them must.
+        // SAFETY: `len < room`, and both `room` and `entries` are up to date, because whoever moves
+        // the entries does so through `Open`, which sets them when it is dropped.
         unsafe { entries.add(len as usize).write(entry) };
         self.len.set(len + 1);
         len
@@ -128,7 +129,7 @@ impl Frame {
         unsafe { self.arena::<R>() }.arena.make_room();
     }
 
-    /// The arena, whose vector is told how many entries it has.
+    /// The arena, after setting the length of its vector to the number of entries pushed.
     ///
     /// # Safety
     /// The frame is of a recording of `R`, and while the result lives no other reference to the
@@ -144,8 +145,8 @@ impl Frame {
     }
 }
 
-/// The arena of a frame, which afterwards knows how many entries there are and where, also when
-/// the tape turns out to be full.
+/// A borrow of a frame's arena. When dropped, even by the panic of a full tape, it tells the frame
+/// where the entries are now, and how many.
 struct Open<'a, R: Real> {
     frame: &'a Frame,
     arena: &'a mut Arena<R>,
@@ -193,7 +194,7 @@ pub(super) fn enter<R: Real, T>(
     INNERMOST.with(|innermost| {
         innermost.recording.set(recording);
         innermost.len.set(len);
-        // SAFETY: the frame is of a recording of `R`. It finds its room.
+        // SAFETY: the frame is of a recording of `R`. Dropping this sets `entries` and `room`.
         drop(unsafe { innermost.arena::<R>() });
     });
     let _leave = Leave::<R>(&outer, PhantomData);
@@ -209,7 +210,8 @@ pub(super) fn enter<R: Real, T>(
 /// If that recording is not current on this thread.
 #[inline(always)]
 pub(super) unsafe fn push<R: Real>(generation: u32, entry: Entry<R>) -> u32 {
-    // Two calls, not one by a reference to either frame: recording would take two thirds longer.
+    // Two calls, not one with a reference to either frame: with that, recording takes two thirds
+    // longer.
     INNERMOST.with(|innermost| {
         if innermost.recording.get().generation == generation {
             // SAFETY: the generation names `R`, and references to arenas live in `with` alone.
@@ -245,7 +247,7 @@ pub(super) unsafe fn with<R: Real, T>(
     })
 }
 
-/// The frame of a recording around the innermost.
+/// The frame of a recording that is not the innermost.
 #[cold]
 #[inline(never)]
 fn further_out(generation: u32) -> *const Frame {

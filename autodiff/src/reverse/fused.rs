@@ -12,8 +12,8 @@ use crate::real::Real;
 pub(super) struct FusedEntry<R> {
     call: Box<dyn Call<R>>,
     pub(super) outputs: usize,
-    /// Per input slice: its length, and whether any of it is a variable. Functions take a few
-    /// slices, so these stay out of the heap.
+    /// Per input slice: its length, and whether any of it is a variable. Functions take few slices,
+    /// so these need no allocation.
     lengths: SmallVec<[usize; 4]>,
     wanted: SmallVec<[bool; 4]>,
     /// The indices of all inputs, one slice after the other.
@@ -37,7 +37,7 @@ impl<F: Fused, R: Real> Call<R> for Saved<F, R> {
 }
 
 impl<R: Real> FusedEntry<R> {
-    /// Adds to the inputs' cotangents what those of the outputs, from place `first`, pull back.
+    /// Pulls the cotangents of the outputs, which begin at place `first`, back to the inputs.
     pub(super) fn reverse(&mut self, first: usize, bars: &mut [R]) {
         let y_bar = &bars[first..first + self.outputs];
         if y_bar.iter().all(R::is_zero) {
@@ -107,7 +107,7 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
     (0..).zip(outputs).map(variable).collect()
 }
 
-/// The inner values of a slice; few of them stay out of the heap.
+/// The inner values of a slice; up to eight need no allocation.
 pub(super) fn values<R: Real>(slice: &[Var<R>]) -> SmallVec<[R; 8]> {
     slice.iter().map(|x| x.value).collect()
 }

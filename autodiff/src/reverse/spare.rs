@@ -1,7 +1,7 @@
 //! Tapes that are done with, for the thread's next gradient.
 //!
-//! A driver that is called in a loop has the memory of its last call: fresh pages would cost as much as
-//! a long recording and its sweep do.
+//! A driver that is called in a loop reuses the memory of its last call: fresh pages would cost as much
+//! as a long recording and its sweep do.
 
 use super::Tape;
 use crate::real::Real;
@@ -10,7 +10,7 @@ use crate::spare;
 /// A tape that is larger is given back to the system.
 const MOST_BYTES: usize = 1 << 30;
 
-/// Does something with a tape of the thread's own. Where that panics, the tape is lost.
+/// Runs `work` with a tape that the thread keeps. If that panics, the tape is dropped.
 pub(crate) fn with_tape<R: Real, T>(work: impl FnOnce(&mut Tape<R>) -> T) -> T {
     keeping(MOST_BYTES, work)
 }
@@ -18,7 +18,7 @@ pub(crate) fn with_tape<R: Real, T>(work: impl FnOnce(&mut Tape<R>) -> T) -> T {
 fn keeping<R: Real, T>(most: usize, work: impl FnOnce(&mut Tape<R>) -> T) -> T {
     let mut tape = spare::take::<Tape<R>>().unwrap_or_default();
     let result = work(&mut tape);
-    // What was recorded may hold what belongs to the caller.
+    // Fused entries may own what belongs to the caller.
     tape.forget();
     if tape.bytes() <= most {
         spare::keep(tape);

@@ -23,9 +23,9 @@ use crate::rule;
 ///
 /// # Panics
 /// Every operation that records panics where the variable's tape is not recording or has begun
-/// another recording since, and where variables of two recordings meet. Adding a constant records
-/// nothing. A variable that outlives 16 million recordings of its number type may pass for one of
-/// another.
+/// another recording since, and where variables of two recordings meet. (Adding a constant records
+/// nothing, and so does not panic.) After 16 million recordings of its number type a stale variable
+/// may be taken for a current one.
 #[derive(Clone, Copy, Debug)]
 pub struct Var<R> {
     pub(super) value: R,
@@ -58,7 +58,7 @@ impl<R: Real> Var<R> {
         self.generation == CONSTANT
     }
 
-    /// The generation of what was computed from numbers of generation `so_far` and this one.
+    /// The generation of a result of this number and others, whose generation is `so_far`.
     #[inline(always)]
     pub(super) fn common(so_far: u32, &Var { generation, .. }: &Self) -> u32 {
         if so_far == CONSTANT || so_far == generation {
@@ -70,8 +70,8 @@ impl<R: Real> Var<R> {
         }
     }
 
-    // Always inlined, up to the operators: a variable that goes through memory to a function and
-    // is read back in another width waits for the store, longer than the rest of an operation.
+    // Always inlined, up to the operators: a variable passed through memory, and loaded in another
+    // width than it was stored in, stalls for longer than the rest of an operation takes.
 
     /// A function of one number, given its value and partial.
     #[inline(always)]
@@ -102,7 +102,7 @@ impl<R: Real> Var<R> {
         mixed()
     }
 
-    /// Whether both stand for the same entry, whatever constants have made of their values.
+    /// Whether both stand for the same entry; their values may differ by added constants.
     #[inline(always)]
     fn is(self, other: Self) -> bool {
         (self.index, self.generation) == (other.index, other.generation)
@@ -118,7 +118,7 @@ impl<R: Real> Var<R> {
     #[inline(always)]
     fn product(self, factor: Self, value: R) -> Self {
         if self.is(factor) {
-            // A square, or what constants have moved apart: one parent.
+            // `(x + a) (x + b)`: one parent.
             return self.apply((value, self.value + factor.value));
         }
         self.apply2(factor, (value, [factor.value, self.value]))
@@ -140,7 +140,7 @@ impl<R: Real> Var<R> {
         }
     }
 
-    /// A value with many terms; an item of `terms` with index `NONE` is a constant's.
+    /// A value with many terms `(partial, index)`; those of constants, with index `NONE`, are left out.
     #[inline(always)]
     fn push_linear(value: R, terms: impl Iterator<Item = (R, u32)>, generation: u32) -> Self {
         if generation == CONSTANT {
@@ -159,7 +159,7 @@ impl<R: Real> Var<R> {
     }
 }
 
-/// Knows neither variable: to hand their recordings over would cost every operation instructions.
+/// Takes no arguments: to hand the two recordings over would cost every operation instructions.
 #[cold]
 fn mixed() -> ! {
     panic!(

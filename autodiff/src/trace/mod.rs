@@ -3,10 +3,10 @@
 //! Run the function that returns NaN, or whose gradient does, once more on traced numbers:
 //! [`first_non_finite`] names the operation that first produced what reaches the result, with its
 //! operands and its line. An infinity that a [`select`](crate::Real::select) leaves aside is not
-//! blamed. Nothing of this weighs on the tape or on any other mode.
+//! blamed. Other modes pay nothing for this.
 //!
-//! Where the function takes a derivative itself, by a [`gradient_of`](crate::gradient_of), the line is
-//! one of this crate: trace the inner function alone.
+//! Where the function itself takes a derivative, by [`gradient_of`](crate::gradient_of) say, the line
+//! found is in this crate: trace the inner function alone.
 
 mod traced;
 
@@ -28,9 +28,9 @@ pub struct NonFinite {
     pub number: usize,
     /// The step of a [`Rollout`](crate::Rollout), where one was running.
     pub step: Option<usize>,
-    /// The line of code: of the operation, or of the call to [`first_non_finite`].
+    /// The line of the operation; for an argument, of the call to [`first_non_finite`].
     pub place: &'static Location<'static>,
-    /// Operands, value and partials.
+    /// Operands, value and partials, as text.
     pub numbers: String,
 }
 
@@ -69,7 +69,8 @@ impl Drop for Outer {
 /// A place in `Trace::found`.
 type Origin = u32;
 
-/// The origin of numbers with nothing to blame; above all others.
+/// The origin of numbers with nothing to blame. The largest, so that the minimum of several origins is
+/// the first operation to blame.
 const CLEAN: Origin = Origin::MAX;
 
 /// The step that a rollout is at.
@@ -94,7 +95,7 @@ fn count() {
     });
 }
 
-/// Notes an origin; outside of a trace there is nobody to tell.
+/// Notes an origin; outside of a trace, nothing.
 fn note(operation: &'static str, place: &'static Location<'static>, numbers: String) -> Origin {
     RUNNING.with_borrow_mut(|trace| {
         let Some(trace) = trace else { return CLEAN };
@@ -112,8 +113,8 @@ fn note(operation: &'static str, place: &'static Location<'static>, numbers: Str
 /// The first operation whose value or partial is infinite or NaN and reaches a result of
 /// `function` at `x`, or the first argument that is so itself.
 ///
-/// A partial is blamed even if what comes later multiplies it with zero: whether the gradient
-/// survives that depends on the mode, see the table in [`real`](crate::real).
+/// A partial is blamed even if it is multiplied by zero later: whether the gradient survives that
+/// depends on the mode, see the table in [`real`](crate::real).
 ///
 /// ```
 /// use autodiff::Real;

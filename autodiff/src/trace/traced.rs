@@ -11,8 +11,8 @@ use crate::fused::Fused;
 use crate::real::{Mask, Real};
 use crate::rule;
 
-/// A number that knows which operation made it, or one of the partials on its way, infinite or
-/// NaN. The value alone; [`first_non_finite`](super::first_non_finite) reads the rest.
+/// A number that knows which operation made its value, or a partial on the way to it, infinite or NaN.
+/// Only the value is public; [`first_non_finite`](super::first_non_finite) reads the origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Traced<R> {
     value: R,
@@ -87,8 +87,8 @@ fn clean<R>(numbers: &[Traced<R>]) -> bool {
     numbers.iter().all(|x| x.origin == CLEAN)
 }
 
-/// Has the outputs of a function depend on its inputs where its code hides that: a root is its value
-/// alone, and what a rule says of it may be.
+/// Makes the outputs of a function depend on its inputs where `eval` does not show it: the value of an
+/// implicit root, or of a custom rule, need not be computed from the inputs at all.
 fn depend<R: Real>(outputs: &mut [Traced<R>], inputs: &[&[Traced<R>]]) {
     let active = inputs.iter().copied().flatten().filter(|x| x.active);
     let Some(origin) = active.map(|x| x.origin).min() else {
@@ -135,7 +135,7 @@ impl<R: Real> Real for Traced<R> {
     fn finite(self) -> R::Mask {
         self.value.finite()
     }
-    /// Blames nothing: the operand left aside is forgotten.
+    /// Blames nothing itself, and drops the origin of the operand that is not chosen.
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         match rule::uniform(mask) {
             Some(true) => if_true,
@@ -264,8 +264,8 @@ impl<R: Real> Real for Traced<R> {
         }
         sum
     }
-    /// Traced through as written, and held against the function's own derivative: where that is
-    /// sound nothing inside is blamed, where it alone is not the function as a whole is.
+    /// Traced through `eval`, and compared with the function's own derivative. Where that is finite,
+    /// nothing inside is blamed; where it is not though all operations are, the whole function is.
     #[track_caller]
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         // A rollout says when a step begins and not when the last one ends.
