@@ -63,7 +63,7 @@ fn starts_whose_arrays_overflow_are_refused() {
 }
 
 #[test]
-#[should_panic(expected = "has 1 numbers in a state: [9223372036854775808] are wanted")]
+#[should_panic(expected = "has 1 numbers in a state: the entries [9223372036854775808] are wanted")]
 fn entries_are_counted_in_each_start() {
     let rollout = Rollout {
         entries: Some(vec![1 << 63]),

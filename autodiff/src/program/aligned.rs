@@ -1,4 +1,4 @@
-//! Numbers that begin at a cache line: whole registers then never straddle two lines.
+//! Arrays that begin at a cache line, so that no aligned register straddles two lines.
 
 use std::ops::{Deref, DerefMut};
 
@@ -9,7 +9,7 @@ const LINE: usize = 64;
 /// Bytes of a page.
 const PAGE: usize = 4096;
 
-/// A fixed number of zeros to begin with.
+/// An array of fixed length.
 pub(crate) struct Aligned<R> {
     numbers: Vec<R>,
     first: usize,
@@ -17,7 +17,7 @@ pub(crate) struct Aligned<R> {
 }
 
 impl<R: Real> Aligned<R> {
-    /// Numbers of a cache line.
+    /// How many numbers a cache line holds, at least 1.
     pub(crate) const LINE: usize = match LINE.checked_div(size_of::<R>()) {
         Some(numbers @ 1..) => numbers,
         _ => 1,
@@ -27,14 +27,14 @@ impl<R: Real> Aligned<R> {
         Self::zeros_to(LINE, len)
     }
 
-    /// From the start of a page on, where the first cache begins with its sets.
+    /// Zeros from the start of a page on, which falls into the first set of the L1 cache.
     pub(crate) fn to_pages(len: usize) -> Self {
         Self::zeros_to(PAGE, len)
     }
 
     fn zeros_to(bytes: usize, len: usize) -> Self {
         let numbers = vec![R::zero(); len + bytes / size_of::<R>().min(bytes)];
-        // A hint that need not be met: where the type does not fit, nothing is gained.
+        // Alignment only saves time: where the size of the type allows none, do without.
         let first = numbers.as_ptr().align_offset(bytes);
         let first = if first <= numbers.len() - len {
             first

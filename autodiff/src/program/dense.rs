@@ -1,7 +1,7 @@
-//! The dense layer as one operation, with both orders of its weights.
+//! The dense layer as one operation, with two copies of its weights.
 //!
-//! `W x` streams the weights once, and so does `W^T y_bar`; each wants them in another order, so
-//! both are kept.
+//! The forward product `W x` and the reverse one `W^T y_bar` both read the weights once, in order. Each
+//! wants another order, so both are stored.
 
 use super::outer::{Batch, OuterProducts};
 use super::panels::Panels;
@@ -13,12 +13,12 @@ use crate::real::Real;
 
 pub(super) struct Dense<R> {
     matrix: Matrix,
-    /// The inputs, neighbours joined. A single stretch is read in place.
+    /// The inputs, adjacent ones joined. A single stretch is read in place.
     inputs: Vec<Array>,
     inputs_active: Vec<usize>,
     bias: Array,
     output: Array,
-    /// Where the output is not just the rows in their order.
+    /// Where there are zeros among the rows of the output.
     spread: Option<Spread<R>>,
     tanh: bool,
     /// `W`, for `W x`.
@@ -27,23 +27,23 @@ pub(super) struct Dense<R> {
     transposed: Weights<R>,
     /// The cotangent of `W`.
     weights_bar: Panels<R>,
-    /// The last steps' inputs and output cotangents that `weights_bar` still lacks.
+    /// Inputs and output cotangents of the last steps, not yet added to `weights_bar`.
     batch: Batch<R>,
-    /// Inputs of several stretches one after the other, or their cotangents.
+    /// Several stretches of inputs as one, or their cotangents.
     packed: Vec<R>,
     active: Active,
 }
 
-/// An output in which the rows are set out among zeros.
+/// An output with zeros among its rows.
 struct Spread<R> {
     lanes: Vec<LaneOfRows>,
-    /// Which lanes of the output are rows, where the lanes are starts.
+    /// Where a register holds all starts of one row: which registers of the output are rows.
     places: Vec<usize>,
-    /// The rows' values where they are not, with room for a lane past the last.
+    /// Elsewhere: the rows' values without the zeros, with room for a register past the last.
     y: Aligned<R>,
 }
 
-/// A lane of the output: its first row, and a bit for each of its places that has one.
+/// A register of the output: its first row, and a bit for each of its places that has one.
 #[derive(Clone, Copy)]
 struct LaneOfRows {
     first: usize,
@@ -58,7 +58,7 @@ struct Active {
 }
 
 impl<R: Real> Spread<R> {
-    /// `None` where there are no gaps.
+    /// `None` if every place is a row.
     fn new(places: &[bool], starts: usize) -> Option<Self> {
         let count = |places: &[bool]| places.iter().filter(|row| **row).count();
         let (width, rows) = (lanes::<R>(), count(places));
@@ -83,7 +83,7 @@ impl<R: Real> Spread<R> {
 }
 
 impl<R: Real> Dense<R> {
-    /// `numbers` are those of all matrices of the program, which share the caches.
+    /// `numbers` counts the entries of all matrices of the program, which share the caches.
     pub(super) fn new(
         (matrix, bias, numbers): (Matrix, Array, usize),
         x: &[Array],
@@ -116,9 +116,9 @@ impl<R: Real> Dense<R> {
     fn reverse_inputs(&mut self, bars: &mut Bars<R>) {
         let mut product = Product {
             matrix: &self.transposed,
-            x: self.batch.under_way(),
+            x: self.batch.current(),
             output: Output {
-                start: None,
+                bias: None,
                 y: &mut [],
                 places: &[],
                 tanh: false,
@@ -128,7 +128,7 @@ impl<R: Real> Dense<R> {
             product.output.y = bars.get_mut(input);
             return product.run();
         }
-        // Apart from the bars until all is known: an input may stand here twice.
+        // Not added to the bars one by one: an input may occur twice.
         self.packed.clear();
         self.packed
             .resize(self.inputs.iter().map(|input| input.len).sum(), R::zero());
@@ -143,10 +143,10 @@ impl<R: Real> Dense<R> {
         }
     }
 
-    /// Notes this step's outer product; adds the batch up when it is full.
+    /// Keeps this step's outer product for later; adds the batch up when it is full.
     fn reverse_weights(&mut self, values: Frame<R>) {
         let x = input(&self.inputs, &mut self.packed, values);
-        if self.batch.note(x) {
+        if self.batch.keep(x) {
             self.flush();
         }
     }
@@ -160,7 +160,7 @@ impl<R: Real> Dense<R> {
     }
 }
 
-/// The inputs in one slice: where they lie, or packed.
+/// The inputs in one slice: in place if they are adjacent, else packed.
 #[inline(always)]
 fn input<'a, R: Real>(inputs: &[Array], packed: &'a mut Vec<R>, values: Frame<'a, R>) -> &'a [R] {
     if let &[input] = inputs {
@@ -200,7 +200,7 @@ impl<R: Real> Operation<R> for Dense<R> {
             matrix: &self.weights,
             x: input(&self.inputs, &mut self.packed, values),
             output: Output {
-                start: Some(values.get(self.bias)),
+                bias: Some(values.get(self.bias)),
                 y: &mut [],
                 places: &[],
                 tanh: self.tanh,
@@ -228,18 +228,18 @@ impl<R: Real> Operation<R> for Dense<R> {
     fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>) {
         let start = self.output.start;
         let (y, bar) = (&values.row[start..], &bars.row[start..]);
-        R::vectorize(Incoming {
+        R::vectorize(BeforeTanh {
             y,
             bar,
             rows: self.output.len,
             lanes: self.spread.as_ref().map(|spread| &spread.lanes[..]),
             tanh: self.tanh,
-            y_bar: self.batch.under_way_mut(),
+            y_bar: self.batch.current_mut(),
         });
         if self.active.bias {
             R::vectorize(AddTo {
                 to: bars.get_mut(self.bias),
-                bar: self.batch.under_way(),
+                bar: self.batch.current(),
             });
         }
         if self.active.inputs {
@@ -276,7 +276,7 @@ impl<R: Real> Operation<R> for Dense<R> {
     }
 }
 
-/// Writes rows to their places in the output, up to the end of its last lane.
+/// Writes rows and zeros to the output, up to the end of its last register.
 struct SetOut<'a, R> {
     lanes: &'a [LaneOfRows],
     y: &'a [R],
@@ -294,7 +294,7 @@ impl<R: Real> Vectorized<R> for SetOut<'_, R> {
     }
 }
 
-/// Writes the zeros among rows, where the lanes are starts.
+/// Writes the zeros among rows, where a register holds all starts of one row.
 struct Gaps<'a, R> {
     lanes: &'a [LaneOfRows],
     output: &'a mut [R],
@@ -312,20 +312,20 @@ impl<R: Real> Vectorized<R> for Gaps<'_, R> {
     }
 }
 
-/// The cotangent of `W x` from that of the output.
-struct Incoming<'a, R> {
+/// The cotangent of `W x + bias`, row by row, from that of the output.
+struct BeforeTanh<'a, R> {
     y: &'a [R],
     bar: &'a [R],
-    /// How many rows the output has, where there are no gaps.
+    /// The length of an output without gaps.
     rows: usize,
-    /// Where there are.
+    /// The registers of an output with gaps.
     lanes: Option<&'a [LaneOfRows]>,
     tanh: bool,
-    /// With room for a lane past the last.
+    /// The result, with room for a register past the last.
     y_bar: &'a mut [R],
 }
 
-impl<R: Real> Vectorized<R> for Incoming<'_, R> {
+impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
@@ -334,13 +334,13 @@ impl<R: Real> Vectorized<R> for Incoming<'_, R> {
             None => {
                 let to = self.y_bar[..self.rows].chunks_mut(L::N);
                 for (to, (y, bar)) in to.zip(both) {
-                    inner::<R, L>(self.tanh, y, bar).store_up_to(to);
+                    before_tanh::<R, L>(self.tanh, y, bar).store_up_to(to);
                 }
             }
-            // Every lane is written whole; the next one begins where its rows end.
+            // Every register is written whole; the next overwrites what lies past its rows.
             Some(lanes) => {
                 for (lane, (y, bar)) in lanes.iter().zip(both) {
-                    let rows = inner::<R, L>(self.tanh, y, bar).compress(lane.bits);
+                    let rows = before_tanh::<R, L>(self.tanh, y, bar).compress(lane.bits);
                     rows.store(&mut self.y_bar[lane.first..]);
                 }
             }
@@ -348,9 +348,10 @@ impl<R: Real> Vectorized<R> for Incoming<'_, R> {
     }
 }
 
-/// The cotangent of what `tanh` is taken of, if it is, from the value and the output's.
+/// The cotangent of the argument of `tanh`, from the output `y` and its cotangent; without a `tanh`, that
+/// of the output itself.
 #[inline(always)]
-fn inner<R: Real, L: Lane<R>>(tanh: bool, y: &[R], bar: &[R]) -> L {
+fn before_tanh<R: Real, L: Lane<R>>(tanh: bool, y: &[R], bar: &[R]) -> L {
     let (y, bar) = (L::load(y), L::load(bar));
     match tanh {
         true => L::chain((-y).fma(y, L::one()), bar),

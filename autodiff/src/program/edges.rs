@@ -10,61 +10,65 @@ use crate::kernel::Adjoint;
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
 
-/// The kernel's inputs are the `C` differences head less tail, then what is given per edge; its
-/// `O` results count plus at the tail and minus at the head.
+/// The kernel's inputs are `C` differences, head minus tail, then what is given per edge; its `O`
+/// results are added at the tail and subtracted at the head.
 ///
-/// Lanes reach past a group's edges, and past the nodes: what they read there is masked.
+/// Registers reach past a group's edges, and past the nodes: what they read there is masked.
 pub(super) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
     kernel: K,
     plan: Plan,
-    /// `C` arrays per node, then those per slot.
+    /// `C` arrays over the nodes, then those over the slots.
     inputs: [Array; I],
     active: [bool; I],
-    /// Per node, one after the other.
+    /// Over the nodes; adjacent, in this order.
     sums: [Array; O],
     reach: Reach,
-    /// Results, or cotangents of differences, per slot: one array of them after the other.
+    /// The kernel's results (forward) or the cotangents of the differences (reverse), per slot: one
+    /// array of `plan.room` numbers after the other.
     scratch: Aligned<R>,
 }
 
-/// A graph as the lanes that are gone through, so that no step works them out again.
+/// A graph as the registers to be worked through, found once for all steps.
 struct Plan {
     edges: Vec<LaneOfEdges>,
     ends: Vec<LaneOfEnds>,
-    /// For one lane of nodes after the other, which of these lie at them.
+    /// For each register of nodes, which of `ends` lie at them.
     at_nodes: Vec<Range<usize>>,
-    /// How many nodes lanes touch, and how many slots.
+    /// How many nodes registers touch, and how many slots.
     nodes: usize,
     slots: usize,
-    /// How long an array of scratch is.
+    /// The length of an array of scratch.
     room: usize,
-    /// Numbers of a lane.
+    /// How many numbers a register holds.
     width: usize,
 }
 
-/// Slots side by side, and a bit for each that has an edge.
+/// A register of adjacent slots: where its first slot lies in arrays over the slots and in scratch, and
+/// its first edge's tail and head in arrays over the nodes.
 #[derive(Clone, Copy)]
 struct LaneOfEdges {
     slot: usize,
     scratch: usize,
     tail: usize,
     head: usize,
+    /// A bit for each slot that has an edge.
     bits: u16,
 }
 
-/// The edges of one group at nodes side by side: where the scratch has those of which they are
-/// tails, and those of which they are heads; and a bit for each that there is.
+/// The edges of one group at a register of adjacent nodes.
 #[derive(Clone, Copy)]
 struct LaneOfEnds {
+    /// Where scratch has the edges of which the nodes are tails, and a bit for each that there is.
     as_tail: usize,
-    as_head: usize,
     tails: u16,
+    /// Likewise those of which they are heads.
+    as_head: usize,
     heads: u16,
 }
 
 impl Plan {
     fn new(graph: &Graph, lanes: usize) -> Self {
-        // Room for the first slots as those of heads; whole lines, as all that is stored is.
+        // Room before the first slots, which are also read shifted by an offset, as those of heads.
         let lead = graph.lead().next_multiple_of(WIDEST);
         let mut edges = Vec::new();
         let mut at_nodes = vec![Vec::new(); graph.nodes().div_ceil(lanes)];
@@ -86,8 +90,8 @@ impl Plan {
                 if tails | heads != 0 {
                     at_nodes[lane].push(LaneOfEnds {
                         as_tail: scratch,
-                        as_head: scratch - group.offset,
                         tails,
+                        as_head: scratch - group.offset,
                         heads,
                     });
                 }
@@ -111,14 +115,14 @@ impl Plan {
     }
 
     /// # Panics
-    /// Unless lanes are as wide as planned: a number type may choose others at any call.
+    /// Unless registers are as wide as planned: a user's number type could change them.
     #[inline(always)]
     fn check<R: Real, L: Lane<R>>(&self) {
         assert_eq!(L::N, self.width, "the lanes of a number type have changed");
     }
 }
 
-/// Where the items of each list are once all lie one after the other.
+/// Where the items of each list are in the concatenation of all.
 fn ranges<T>(lists: &[Vec<T>]) -> Vec<Range<usize>> {
     let ends = lists.iter().scan(0, |end, list| {
         *end += list.len();
@@ -138,7 +142,7 @@ impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C
         assert_eq!(
             C + per_edge.len(),
             I,
-            "map_edges: the kernel has another number of inputs"
+            "map_edges: the kernel needs one input per array of ends and per edge"
         );
         let plan = Plan::new(graph, lanes::<R>());
         let mut inputs = [sums[0]; I];
@@ -159,12 +163,12 @@ impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C
     }
 }
 
-/// What the edges read: arrays over the nodes, then over the slots.
+/// The inputs' numbers: arrays over the nodes, then over the slots.
 struct Sources<'a, R, const C: usize, const I: usize>([&'a [R]; I]);
 
 impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     /// # Safety
-    /// The plan's reach from the arrays on was checked.
+    /// The reach of the map was checked.
     #[inline(always)]
     unsafe fn new(inputs: &[Array; I], plan: &Plan, values: Frame<'a, R>) -> Self {
         let mut sources = [values.row; I];
@@ -179,7 +183,7 @@ impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     /// The kernel's inputs for a lane of edges.
     ///
     /// # Safety
-    /// The lane is of the plan.
+    /// The lane is one of the plan's.
     #[inline(always)]
     unsafe fn load<L: Lane<R>>(&self, lane: LaneOfEdges) -> [L; I] {
         let LaneOfEdges {
@@ -325,9 +329,9 @@ where
     }
 }
 
-/// For every lane of nodes and every array of values per slot, the sum over the nodes' edges,
-/// plus where a node is the tail and minus where it is the head; with the lane's first node, and
-/// how many there are.
+/// Sums values over the edges of each node, plus where the node is the tail and minus where it is the
+/// head. `values` holds `N` arrays over the slots; for each of them and each register of nodes, calls
+/// `take(array, (first_node, count), sums)`.
 #[inline(always)]
 fn collect<R: Real, L: Lane<R>, const N: usize>(
     plan: &Plan,
@@ -345,7 +349,7 @@ fn collect<R: Real, L: Lane<R>, const N: usize>(
         for lane in &plan.ends[at_node.clone()] {
             let [tails, heads] = [lane.tails, lane.heads].map(L::mask);
             for n in 0..N {
-                // SAFETY: the values have the plan's reach.
+                // SAFETY: the plan's places lie within its room, and `values` has room for `N` arrays.
                 let (as_tail, as_head) = unsafe {
                     let tail = L::load_at(values, n * plan.room + lane.as_tail);
                     (tail, L::load_at(values, n * plan.room + lane.as_head))

@@ -12,17 +12,17 @@ pub(super) struct Gather {
     active: bool,
 }
 
-/// What goes where.
+/// What goes where, in numbers of all starts.
 struct Moves {
-    /// Entries that lie side by side in input and output are moved together.
+    /// Stretches of entries that are adjacent in input and output.
     runs: Vec<Run>,
-    /// One entry that comes to several places side by side; `len` is that of all of these.
+    /// Single entries that are copied to adjacent places, whose length together is `len`.
     spreads: Vec<Run>,
-    /// How many numbers stand side by side for an entry.
+    /// How many numbers are interleaved for an entry.
     starts: usize,
 }
 
-/// `len` numbers, from places of the input to places of the output.
+/// `len` numbers of the output, and where they come from.
 struct Run {
     from: usize,
     to: usize,
@@ -127,7 +127,7 @@ impl<R: Real> Vectorized<R> for Forward<'_, R> {
         }
         let starts = self.moves.starts;
         for &Run { from, to, len } in &self.moves.spreads {
-            // Of single numbers a lane would be all mask.
+            // `starts` numbers at a time would be one lane of a masked register.
             if starts == 1 {
                 self.to[to..to + len].fill(self.from[from]);
                 continue;
@@ -149,7 +149,8 @@ struct Reverse<'a, R> {
     to: &'a mut [R],
 }
 
-/// Cotangents of an entry's places are added up in so many sums: each waits for its own alone.
+/// The cotangents of an entry's copies are added up in this many independent sums, whose additions do
+/// not wait for one another.
 const SUMS: usize = 4;
 
 impl<R: Real> Vectorized<R> for Reverse<'_, R> {
@@ -176,7 +177,7 @@ impl<R: Real> Vectorized<R> for Reverse<'_, R> {
                 self.to[from] += (sums[0] + sums[1]) + (sums[2] + sums[3]);
                 continue;
             }
-            // In the same order: each start has the bits that it has alone.
+            // In the same order as above: each start has the bits that it has alone.
             for i in (0..starts).step_by(L::N) {
                 let mut sums = [L::splat(R::zero()); SUMS];
                 for (k, bars) in bars.chunks_exact(starts).enumerate() {

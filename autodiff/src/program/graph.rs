@@ -1,9 +1,9 @@
 //! Graphs whose edges are stored so that lanes can work on them.
 //!
-//! Edges are grouped by the offset of their node numbers. On a lattice there are four such
-//! groups, and the ends of neighbouring edges then lie side by side: work on edges loads shifted,
-//! contiguous data in place of gathering. A group has a **slot** for every node that could be a
-//! tail; slots without an edge are ghosts, which take no part.
+//! Edges are grouped by their offset, the difference of their node numbers. A square lattice with
+//! diagonals has four such groups, and within one the ends of neighbouring edges lie side by side:
+//! work on edges loads shifted, contiguous data in place of gathering. A group has a **slot** for
+//! every node that could be a tail; slots without an edge are ghosts, which take no part.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ struct Layout {
     nodes: usize,
     groups: Vec<Group>,
     slots: usize,
-    /// The largest offset.
+    /// The largest offset, see [`Graph::lead`].
     lead: usize,
     slot_of_edge: Vec<usize>,
 }
@@ -29,10 +29,10 @@ struct Layout {
 pub(super) struct Group {
     pub(super) offset: usize,
     pub(super) first_slot: usize,
-    /// Slots, in whole lanes.
+    /// How many slots, a multiple of the widest register's lanes.
     pub(super) len: usize,
-    /// Whether a node is the tail of an edge (and so, whether its slot holds one); whether it is
-    /// the head of one.
+    /// For each node, whether it is the tail of an edge, that is, whether its slot holds one; and
+    /// whether it is the head of one.
     pub(super) is_tail: Bits,
     pub(super) is_head: Bits,
 }
@@ -43,7 +43,7 @@ impl Group {
     }
 }
 
-/// A truth value per place, in words of the widest lane.
+/// A bit per place, in words as long as the widest register has lanes.
 #[derive(Clone, Debug)]
 pub(super) struct Bits(Vec<u16>);
 
@@ -60,7 +60,7 @@ impl Bits {
     fn get(&self, place: usize) -> bool {
         self.0[place / WIDEST] >> (place % WIDEST) & 1 == 1
     }
-    /// Every truth value so many times, one after the other.
+    /// Every bit `times` times, one after the other.
     fn repeated(&self, times: usize) -> Self {
         let mut bits = Self::none(self.0.len() * WIDEST * times);
         for place in (0..self.0.len() * WIDEST).filter(|&place| self.get(place)) {
@@ -70,28 +70,28 @@ impl Bits {
         }
         bits
     }
-    /// The truth values lane by lane, one bit each.
+    /// The bits register by register, with so many lanes in each.
     pub(super) fn by_lanes(&self, lanes: usize) -> Vec<u16> {
-        let of_lane = u16::MAX >> (WIDEST - lanes);
+        let of_register = u16::MAX >> (WIDEST - lanes);
         let words = self.0.iter().flat_map(|&word| {
-            let lanes = (0..WIDEST).step_by(lanes);
-            lanes.map(move |k| word >> k & of_lane)
+            let shifts = (0..WIDEST).step_by(lanes);
+            shifts.map(move |shift| word >> shift & of_register)
         });
         words.collect()
     }
 }
 
 impl Graph {
-    /// A graph from its edges `[tail, head]`, `tail < head`. Meant for lattices: memory grows
-    /// with the number of nodes times that of different offsets `head - tail`.
+    /// A graph from its edges `[tail, head]`, `tail < head`. Meant for lattices: memory grows with the
+    /// number of nodes times the number of different offsets `head - tail`.
     ///
     /// # Panics
-    /// If an edge leaves `0..nodes`, runs downwards, or stands twice.
+    /// If an edge leaves `0..nodes`, does not ascend, or is given twice.
     pub fn new(nodes: usize, edges: &[[usize; 2]]) -> Self {
         for [i, j] in edges {
             assert!(
                 i < j && *j < nodes,
-                "edge [{i}, {j}]: not ascending within {nodes} nodes"
+                "edge [{i}, {j}] does not ascend within {nodes} nodes"
             );
         }
         let mut offsets: Vec<usize> = edges.iter().map(|[i, j]| j - i).collect();
@@ -114,7 +114,7 @@ impl Graph {
         let place = |[i, j]: &[usize; 2]| {
             let known = groups.iter_mut().find(|group| group.offset == j - i);
             let group = known.expect("every offset has its group");
-            assert!(!group.is_tail.get(*i), "edge [{i}, {j}] stands twice");
+            assert!(!group.is_tail.get(*i), "edge [{i}, {j}] is given twice");
             group.is_tail.set(*i);
             group.is_head.set(*j);
             group.first_slot + i
@@ -130,19 +130,19 @@ impl Graph {
         }))
     }
 
-    /// The same graph without the edges that are marked, one truth value per edge. Nodes, slots
-    /// and the numbers of edges stay; the slots of what is left out are ghosts, and lanes of
-    /// nothing but ghosts cost no work in [`Program::map_edges`](super::Program::map_edges).
+    /// The same graph without the edges whose mark is true. Nodes, slots and the numbering of edges stay;
+    /// the slots of the edges left out become ghosts, and registers of nothing but ghosts cost no work
+    /// in [`Program::map_edges`](super::Program::map_edges).
     ///
     /// # Panics
-    /// Unless there is one truth value per edge.
+    /// Unless there is one mark per edge.
     #[must_use]
     pub fn without(&self, marked: &[bool]) -> Self {
         let mut layout = Layout::clone(&self.0);
         assert_eq!(
             marked.len(),
             layout.slot_of_edge.len(),
-            "one truth value per edge is needed"
+            "Graph::without needs one mark per edge"
         );
         let slots = layout.slot_of_edge.iter().zip(marked);
         for (&slot, _) in slots.filter(|(_, marked)| **marked) {
@@ -155,8 +155,8 @@ impl Graph {
         Self(Arc::new(layout))
     }
 
-    /// As many such graphs, interleaved: node `i` of the `k`th is `i * count + k`, and slots
-    /// likewise. Numbers of edges are the first one's.
+    /// `count` copies of this graph, interleaved: node `i` of copy `k` is `i * count + k`, and slots
+    /// likewise. Edges keep the numbering of the first copy.
     pub(super) fn side_by_side(&self, count: usize) -> Self {
         if count == 1 {
             return self.clone();
@@ -183,18 +183,19 @@ impl Graph {
         self.0.nodes
     }
 
-    /// The length of arrays along the edges, ghosts included; 0 without edges.
+    /// The number of slots, ghosts included: the length of arrays along the edges.
     pub fn slots(&self) -> usize {
         self.0.slots
     }
 
-    /// The slot of every edge, [left out](Graph::without) or not.
+    /// The slot of every edge, also of those [left out](Graph::without).
     pub fn slot_of_edge(&self) -> &[usize] {
         &self.0.slot_of_edge
     }
 
-    /// The edge of every slot, for [`Program::gather`](super::Program::gather); none of ghosts. What
-    /// no step changes is better brought [to its slots](Graph::to_slots) once, before the rollout.
+    /// The edge of every slot, for [`Program::gather`](super::Program::gather); `None` for ghosts. Values
+    /// that no step changes are better brought [to their slots](Graph::to_slots) once, before the
+    /// rollout.
     pub fn edge_of_slot(&self) -> Vec<Option<usize>> {
         let mut edges = vec![None; self.0.slots];
         for (edge, &slot) in self.0.slot_of_edge.iter().enumerate() {
@@ -203,8 +204,8 @@ impl Graph {
         edges
     }
 
-    /// Registers of `R` that work on edges goes through on this machine: those that have a slot
-    /// with an edge.
+    /// How many registers of `R` the work on edges takes on this machine: those with an edge in at least
+    /// one slot.
     pub fn lanes<R: Real>(&self) -> usize {
         let in_use = |group: &Group| {
             let words = group.is_tail.by_lanes(lanes::<R>());
@@ -220,7 +221,7 @@ impl Graph {
         groups.find(|group| group.has(slot)).is_some_and(holds)
     }
 
-    /// Values per edge in the slot layout, zero in ghosts.
+    /// Values per edge, brought to the slots of the edges; zero in ghosts.
     ///
     /// # Panics
     /// Unless there is one value per edge.
@@ -228,7 +229,7 @@ impl Graph {
         assert_eq!(
             per_edge.len(),
             self.0.slot_of_edge.len(),
-            "one value per edge is needed"
+            "Graph::to_slots needs one value per edge"
         );
         let mut slots = vec![R::zero(); self.0.slots];
         let places = per_edge.iter().zip(&self.0.slot_of_edge);
@@ -238,7 +239,7 @@ impl Graph {
         slots
     }
 
-    /// How far before the first slot a lane may read.
+    /// The largest offset: how far before the first slot a register may read.
     #[inline(always)]
     pub(super) fn lead(&self) -> usize {
         self.0.lead

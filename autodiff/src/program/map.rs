@@ -10,7 +10,7 @@ use crate::real::Real;
 pub(super) struct Map<K, const I: usize, const O: usize> {
     kernel: K,
     inputs: [Array; I],
-    /// One after the other.
+    /// Adjacent, in this order.
     outputs: [Array; O],
     active: [bool; I],
     reach: Reach,
@@ -28,7 +28,7 @@ impl<K, const I: usize, const O: usize> Map<K, I, O> {
         }
     }
 
-    /// What the kernel reads.
+    /// The inputs' numbers.
     ///
     /// # Safety
     /// The reach was checked.
@@ -66,15 +66,15 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for
     }
 }
 
-/// Work on the lanes of arrays of one length.
+/// Work on arrays of one length, register by register.
 trait Lanes<R, const O: usize> {
-    /// The lane of so many entries, the second number, from the first number on.
+    /// The work on the entries from place `at` on, `n` of them, given `(at, n)`.
     ///
     /// # Safety
-    /// All arrays have these entries, which are no more than `N`.
-    unsafe fn lane<L: Lane<R>>(&mut self, at: (usize, usize));
+    /// All arrays have these entries, and `n` is no more than `N`.
+    unsafe fn lane<L: Lane<R>>(&mut self, at_n: (usize, usize));
 
-    /// All lanes.
+    /// The work on all entries.
     ///
     /// # Safety
     /// All arrays have this length.
@@ -103,7 +103,7 @@ struct Forward<'a, K, R, const I: usize, const O: usize> {
 struct ForwardLanes<'a, K, R, const I: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
-    /// The results one after the other, each so long.
+    /// The results, one array of length `len` after the other.
     y: &'a mut [R],
     len: usize,
 }
@@ -162,11 +162,11 @@ struct Reverse<'a, 'b, K, R, const I: usize, const O: usize> {
 struct ReverseLanes<'a, K, R, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
-    /// The results one after the other, each so long, and their cotangents.
+    /// The results, one array of length `len` after the other, and their cotangents.
     y: &'a [R],
     y_bar: *const R,
     len: usize,
-    /// Where the cotangents of the inputs that carry any begin; null for others.
+    /// The cotangents of the inputs that carry derivatives; null for others.
     x_bar: [*mut R; I],
 }
 
@@ -178,7 +178,7 @@ where
     unsafe fn lane<L: Lane<R>>(&mut self, (i, n): (usize, usize)) {
         let (mut x, mut y, mut y_bar) = ([L::zero(); I], [L::zero(); O], [L::zero(); O]);
         for k in 0..I {
-            // SAFETY: the caller's promise, here and below; no two slices live at a time.
+            // SAFETY: the caller's promise, here and below; no two slices of bars live at a time.
             x[k] = unsafe { L::load_n(self.x[k], (i, n)) };
         }
         for k in 0..O {

@@ -6,15 +6,15 @@
 //! precision or tape variables the same operations run on those numbers. There is no control
 //! flow inside a program: kernels select, and what a model does not need is not recorded.
 //!
-//! All arrays of a step but the parameters lie side by side in its **row**, the state first. The
-//! row of the next step begins where this one puts its new state, so that a rollout that keeps
-//! its rows copies nothing: they are the record from which the reverse sweep works.
+//! All arrays of a step but the parameters lie one after the other in its **row**. If the state comes
+//! first, the row of the next step begins where this one puts its new state, so that a rollout that
+//! keeps its rows copies nothing: they are the record from which the reverse sweep works.
 //!
-//! A program may run from several starts at once: from two, or from as many as lanes have room
-//! for. Then every number of a row stands there once for each start, side by side: an array is
-//! that many times as long, and a graph that many graphs interleaved. Operations go over the longer
-//! arrays as over any; only matrices, which all starts share, are multiplied differently. The
-//! other parameters may be each start's own.
+//! A program may run from several **starts** at once: from two, or from a register's lanes of them.
+//! Their numbers are interleaved: every number of a row stands there once for each start, so that an
+//! array is that many times as long, and a graph is that many graphs interleaved. Operations treat the
+//! longer arrays like any others; only products with matrices, which all starts share, are different.
+//! Parameters other than matrices may differ from start to start.
 
 mod aligned;
 mod dense;
@@ -47,8 +47,9 @@ pub struct Array {
     id: usize,
     /// Whether it lies among the parameters, or in the row of each step.
     parameter: bool,
+    /// Where it begins there.
     start: usize,
-    /// Those of all starts together.
+    /// How many numbers it takes there, those of all starts together.
     len: usize,
     starts: usize,
 }
@@ -59,12 +60,12 @@ impl Array {
         self.len / self.starts
     }
 
-    /// Whether it holds none, as an array along the edges of a graph that has no edge.
+    /// Whether it holds none, like an array along the edges of a graph without edges.
     pub fn is_empty(self) -> bool {
         self.len == 0
     }
 
-    /// Where it lies in its part.
+    /// Where it lies, among the parameters or in the row.
     #[inline(always)]
     fn range(self) -> Range<usize> {
         self.start..self.start + self.len
@@ -80,7 +81,7 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// How many entries.
+    /// How many numbers the matrix holds.
     fn len(self) -> usize {
         self.rows * self.columns
     }
@@ -91,16 +92,16 @@ impl Matrix {
 enum Parameter {
     Array(Array),
     Matrix(Matrix),
-    /// Of these controls.
+    /// By its index among the controls.
     Control(usize),
 }
 
 /// An array with values of its own in every step, and their cotangents.
 struct Control<R> {
     array: Array,
-    /// Of one step after the other, as many as the array has.
+    /// `array.len` numbers for each step, one step after the other.
     values: Vec<R>,
-    /// None where they are not asked for.
+    /// Likewise; `None` where they are not asked for.
     bars: Option<Vec<R>>,
 }
 
@@ -108,9 +109,9 @@ struct Control<R> {
 trait Operation<R: Real>: Send {
     fn outputs(&self) -> Vec<Array>;
     fn forward(&mut self, parameters: &[R], row: &mut [R]);
-    /// Adds to the bars of the inputs what the bars of the outputs give.
+    /// Adds to the bars of the inputs what follows from those of the outputs.
     fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>);
-    /// Tells which arrays and matrices carry derivatives; the rest may be skipped.
+    /// Tells which arrays (by id) and which parameters carry derivatives; the rest may be skipped.
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
     /// Takes over the matrices among the parameters (row-major).
     fn load(&mut self, _parameters: &[&[R]]) {}
@@ -125,22 +126,23 @@ trait Operation<R: Real>: Send {
 pub struct Program<R: Real> {
     arrays: Vec<Array>,
     parameters: Vec<Parameter>,
-    /// Which of them are given for each start; loading tells.
+    /// For each parameter, whether every start has its own; set by `load`.
     own: Vec<bool>,
     states: Vec<Array>,
+    /// What each part of the state becomes.
     next: Vec<Option<Array>>,
     inputs: Vec<Array>,
     controls: Vec<Control<R>>,
-    /// How many inputs a step is given, for all starts.
-    given: usize,
+    /// How many numbers the inputs of a step have, which all starts share.
+    inputs_len: usize,
     operations: Vec<Box<dyn Operation<R>>>,
-    /// How many numbers stand side by side for one: the starts it runs from at once.
+    /// From how many starts it runs at once: so many numbers are interleaved.
     starts: usize,
     /// How many numbers the parameters' arrays and a step's row take so far.
     ends: [usize; 2],
     layout: Layout,
-    /// How many numbers of a row to come are asked for before each operation, in whole lines.
-    share: usize,
+    /// How many numbers of a later row each operation prefetches, in whole cache lines.
+    prefetch_len: usize,
     /// How far past the arrays lanes may reach, beyond their own width.
     margin: usize,
 }
@@ -155,7 +157,7 @@ impl<R: Real> Vectorized<R> for LaneCount {
     }
 }
 
-/// Lanes of this type on this machine.
+/// How many lanes a register of this type has on this machine.
 pub(crate) fn lanes<R: Real>() -> usize {
     let lanes = R::vectorize(LaneCount);
     let fits = lanes.is_power_of_two() && lanes <= WIDEST;
@@ -176,12 +178,12 @@ impl<R: Real> Default for Program<R> {
             next: Vec::new(),
             inputs: Vec::new(),
             controls: Vec::new(),
-            given: 0,
+            inputs_len: 0,
             operations: Vec::new(),
             starts: 1,
             ends: [0; 2],
             layout: Layout::default(),
-            share: 0,
+            prefetch_len: 0,
             margin: 0,
         }
     }
@@ -189,12 +191,12 @@ impl<R: Real> Default for Program<R> {
 
 /// Declaring what a step works on.
 impl<R: Real> Program<R> {
-    /// A program that runs from so many starts at once: one, two, or a whole lane of them.
+    /// A program that runs from this many starts at once: one, two, or one for each lane.
     pub(crate) fn side_by_side(starts: usize) -> Self {
         let most = lanes::<R>();
         assert!(
             starts == 1 || starts == most || starts == 2 && most > 2,
-            "a program runs from one start, from two or from a lane of them"
+            "a program runs from one start, from two or from one for each lane"
         );
         Self {
             starts,
@@ -202,7 +204,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// A parameter: an array that stays the same for all steps.
+    /// A parameter: an array of `len` numbers that stays the same for all steps.
     pub fn parameter(&mut self, len: usize) -> Array {
         self.align(true);
         let array = self.allocate(true, len);
@@ -210,7 +212,7 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// A matrix parameter, given row by row.
+    /// A matrix parameter, given row by row; for [`dense`](Program::dense) layers.
     pub fn matrix(&mut self, rows: usize, columns: usize) -> Matrix {
         let matrix = Matrix {
             parameter: self.parameters.len(),
@@ -221,7 +223,8 @@ impl<R: Real> Program<R> {
         matrix
     }
 
-    /// A part of the state: an array that one step hands to the next.
+    /// A part of the state: an array of `len` numbers that one step hands to the next, see
+    /// [`advance`](Program::advance).
     pub fn state(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.states.push(array);
@@ -229,18 +232,19 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// A per-step input: constants given for every step, which carry no derivative. What is to be
-    /// differentiated by is a [control](Program::control).
+    /// A per-step input: `len` constants for every step, without derivatives, from
+    /// [`Rollout::inputs`](crate::Rollout::inputs). Where derivatives by them are wanted, declare a
+    /// [control](Program::control).
     pub fn input(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
         self.inputs.push(array);
-        // No larger than the row that they are in.
-        self.given += len;
+        // Cannot overflow: `allocate` has checked the row, which holds them too.
+        self.inputs_len += len;
         array
     }
 
     /// A control: an array with values of its own in every step, which carry derivatives. A rollout
-    /// is given them as one parameter, those of one step after the other.
+    /// takes them as one parameter of `steps * len` numbers, one step after the other.
     ///
     /// ```
     /// use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
@@ -290,16 +294,16 @@ impl<R: Real> Program<R> {
         array
     }
 
-    /// States which array a part of the state becomes at the end of the step: the output of an
-    /// operation, or as well a state as it was, a parameter or an input.
+    /// Says which array a part of the state becomes at the end of the step: the output of an
+    /// operation, a part of the state as it was at the beginning, a parameter, an input or a control.
     ///
     /// # Panics
     /// If `state` is no part of the state or has been advanced before, the two differ in length, or
-    /// `next` is of another program, as [operations](Program::map) panic.
+    /// `next` is of another program.
     pub fn advance(&mut self, state: Array, next: Array) {
         let part = self.states.iter().position(|s| *s == state);
         let part = part.expect("advance: the first array is no part of the state");
-        self.know(&[next]);
+        self.assert_known(&[next]);
         assert_eq!(state.len, next.len, "advance: the arrays differ in length");
         let before = self.next[part].replace(next);
         assert!(
@@ -308,13 +312,14 @@ impl<R: Real> Program<R> {
         );
     }
 
-    /// What an operation reads has to be there, and before it: steps do not check that.
-    fn know(&self, arrays: &[Array]) {
+    /// An operation reads arrays that are there, and come before its outputs: steps rely on that
+    /// without checks.
+    fn assert_known(&self, arrays: &[Array]) {
         let known = |array: &Array| self.arrays.get(array.id) == Some(array);
         assert!(arrays.iter().all(known), "an array is of another program");
     }
 
-    /// A new array behind those before it.
+    /// A new array behind all others of its part.
     fn allocate(&mut self, parameter: bool, len: usize) -> Array {
         let starts = self.starts;
         let len = len.checked_mul(starts).expect(TOO_LONG);
@@ -326,15 +331,15 @@ impl<R: Real> Program<R> {
             len,
             starts,
         };
-        *end = sum(*end, len);
+        *end = checked_sum(*end, len);
         self.arrays.push(array);
         array
     }
 
-    /// Begins the next array at a whole lane.
+    /// Makes the next array begin at a multiple of the lanes.
     fn align(&mut self, parameter: bool) {
         let end = &mut self.ends[usize::from(!parameter)];
-        *end = sum(0, end.next_multiple_of(lanes::<R>()));
+        *end = checked_sum(0, end.next_multiple_of(lanes::<R>()));
     }
 
     /// New arrays for the outputs of an operation, one after the other.
@@ -344,8 +349,8 @@ impl<R: Real> Program<R> {
     }
 }
 
-/// Of places in a row. Reads rely on the reach of arrays: it must not wrap around.
-fn sum(a: usize, b: usize) -> usize {
+/// The sum of places in a row. Unchecked reads rely on it: it must not wrap around.
+fn checked_sum(a: usize, b: usize) -> usize {
     a.checked_add(b)
         .filter(|&sum| sum <= isize::MAX as usize)
         .expect(TOO_LONG)
@@ -353,7 +358,7 @@ fn sum(a: usize, b: usize) -> usize {
 
 const TOO_LONG: &str = "the arrays of a program are longer than any memory";
 
-/// Every item so many times, one after the other.
+/// Every item `times` times, one after the other.
 fn repeated<T: Copy>(items: &[T], times: usize) -> Vec<T> {
     let each = items
         .iter()

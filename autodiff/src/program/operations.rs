@@ -1,24 +1,25 @@
 //! Recording what a step does with its arrays.
 
 use super::{
-    Array, Graph, Matrix, Parameter, Program, WIDEST, dense, edges, gather, map, repeated, sum,
+    Array, Graph, Matrix, Parameter, Program, WIDEST, checked_sum, dense, edges, gather, map,
+    repeated,
 };
 use crate::kernel::Adjoint;
 use crate::real::Real;
 
-/// The operations. Each panics where this program has no such array or matrix as a handle stands
-/// for. A handle of another program that stands for one in the same place, of the same shape, is
-/// not told from this one's.
+/// The operations. Each panics if it is given an array or a matrix of another program, unless this
+/// program has one of the same shape in the same place: those two cannot be told apart.
 impl<R: Real> Program<R> {
-    fn know_matrix(&self, matrix: Matrix) {
+    fn assert_known_matrix(&self, matrix: Matrix) {
         let known = self.parameters.get(matrix.parameter);
         let is_known = matches!(known, Some(Parameter::Matrix(m)) if *m == matrix);
         assert!(is_known, "a matrix is of another program");
     }
 
-    /// Maps a kernel over arrays of one length.
+    /// Maps a kernel over arrays of one length: element `k` of the outputs is the kernel of the elements
+    /// `k` of `x`.
     ///
-    /// A number that all elements share is an array of one, spread by [`gather`](Program::gather):
+    /// A number that all elements share is an array of one, repeated by [`gather`](Program::gather):
     ///
     /// ```
     /// # use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout};
@@ -43,13 +44,13 @@ impl<R: Real> Program<R> {
     /// ```
     ///
     /// # Panics
-    /// If the arrays differ in length or there is none, or one is of another program; if the kernel has
-    /// no results.
+    /// If the arrays differ in length, or one is of another program; if the kernel has no inputs or no
+    /// results.
     pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
     where
         K: Adjoint<I, O>,
     {
-        self.know(&x);
+        self.assert_known(&x);
         let len = x.first().expect("map: a kernel without inputs").len();
         assert!(O > 0, "map: a kernel without results");
         assert!(
@@ -62,7 +63,7 @@ impl<R: Real> Program<R> {
         outputs
     }
 
-    /// `matrix * (x_0, x_1, ...) + bias`.
+    /// `matrix * (x_0, x_1, ...) + bias`, the arrays of `x` taken as one vector.
     ///
     /// # Panics
     /// Unless the matrix has as many columns as the arrays have numbers together and as many rows
@@ -79,8 +80,8 @@ impl<R: Real> Program<R> {
         self.dense_layer((matrix, bias), x, &vec![true; matrix.rows], true)
     }
 
-    /// The entries of `tanh(matrix * (x_0, x_1, ...) + bias)` set out among zeros: in their order
-    /// at the places that are true.
+    /// `tanh(matrix * (x_0, x_1, ...) + bias)` among zeros: an array as long as `places`, with the
+    /// entries in their order where `places` is true.
     ///
     /// # Panics
     /// As [`dense`](Program::dense), and unless as many places are true as the matrix has rows.
@@ -100,23 +101,26 @@ impl<R: Real> Program<R> {
         places: &[bool],
         tanh: bool,
     ) -> Array {
-        self.know(x);
-        self.know(&[bias]);
-        self.know_matrix(matrix);
+        self.assert_known(x);
+        self.assert_known(&[bias]);
+        self.assert_known_matrix(matrix);
         let columns: usize = x.iter().map(|a| a.len()).sum();
         assert_eq!(
             columns, matrix.columns,
-            "dense: inputs and matrix columns differ"
+            "dense: the inputs together have another length than the matrix has columns"
         );
         assert_eq!(
             bias.len(),
             matrix.rows,
-            "dense: bias and matrix rows differ"
+            "dense: the bias has another length than the matrix has rows"
         );
         let rows = places.iter().filter(|row| **row).count();
-        assert_eq!(rows, matrix.rows, "dense: places and matrix rows differ");
+        assert_eq!(
+            rows, matrix.rows,
+            "dense: another number of places is true than the matrix has rows"
+        );
         let [output] = self.outputs(places.len());
-        // The last lane of one that is set out is written whole.
+        // The last register of a spread output is written whole: nothing else may lie there.
         self.align(false);
         let places = repeated(places, self.starts);
         let entries = |parameter: &Parameter| match parameter {
@@ -129,16 +133,18 @@ impl<R: Real> Program<R> {
         output
     }
 
-    /// Maps a kernel over the edges of a graph and sums its results up at their nodes.
+    /// Maps a kernel over the edges of a graph and sums its results up at the nodes, as springs pull on
+    /// masses.
     ///
-    /// The kernel's inputs are, per edge, the differences of `ends` (the value at the head less
-    /// that at the tail, of arrays over the nodes) and then `per_edge` (arrays in the slot layout
-    /// of the [`Graph`]). Each result counts plus at the edge's tail and minus at its head: the
+    /// The kernel's inputs are, per edge, first the differences of `ends`, arrays over the nodes: the
+    /// value at the head minus that at the tail; then the values of `per_edge`, arrays in the slot
+    /// layout of the [`Graph`]. Each result is added at the edge's tail and subtracted at its head: the
     /// outputs are arrays over the nodes.
     ///
     /// # Panics
-    /// Unless the arrays of `ends` are as long as the graph has nodes, those per edge as it has
-    /// slots, and both together as many as the kernel's inputs; or if one is of another program.
+    /// Unless the arrays of `ends` are as long as the graph has nodes, those of `per_edge` as it has
+    /// slots, and both together as many as the kernel has inputs; if an array is of another program, or
+    /// the kernel has no results.
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
         graph: &Graph,
@@ -148,18 +154,21 @@ impl<R: Real> Program<R> {
     where
         K: Adjoint<I, O>,
     {
-        self.know(&ends);
-        self.know(per_edge);
+        self.assert_known(&ends);
+        self.assert_known(per_edge);
         let fits = ends.iter().all(|a| a.len() == graph.nodes());
-        assert!(fits, "map_edges: an array of ends has one value per node");
+        assert!(fits, "map_edges: an array of ends needs one value per node");
         let fits = per_edge.iter().all(|a| a.len() == graph.slots());
-        assert!(fits, "map_edges: an array per edge has one value per slot");
+        assert!(
+            fits,
+            "map_edges: an array per edge needs one value per slot"
+        );
         let interleaved = graph.side_by_side(self.starts);
         self.margin = self.margin.max(interleaved.lead());
-        // Lanes of edges reach past the nodes, but not into what the operation writes.
+        // Registers of edges reach past the nodes; they must not reach into what the operation writes.
         let reach = interleaved.nodes() + WIDEST * self.starts;
         for end in ends.iter().filter(|a| !a.parameter) {
-            self.ends[1] = self.ends[1].max(sum(end.start, reach));
+            self.ends[1] = self.ends[1].max(checked_sum(end.start, reach));
         }
         let outputs = self.outputs(graph.nodes());
         let map = edges::EdgeMap::new(kernel, &interleaved, (ends, per_edge), outputs);
@@ -167,13 +176,13 @@ impl<R: Real> Program<R> {
         outputs
     }
 
-    /// `x[index]` for every index, and zero where there is none: with `&[Some(0); 8]` an array of
-    /// one number becomes one of eight of it.
+    /// `x[index]` for every index, and zero for `None`. With `&[Some(0); 8]` an array of one number
+    /// becomes one of eight copies of it.
     ///
     /// # Panics
-    /// If an index is out of range, or the array of another program.
+    /// If an index is out of range, or the array is of another program.
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
-        self.know(&[x]);
+        self.assert_known(&[x]);
         assert!(
             indices.iter().flatten().all(|&i| i < x.len()),
             "gather: an index is out of range"

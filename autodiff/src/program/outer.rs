@@ -1,74 +1,75 @@
 //! Sums of outer products: the cotangents of a layer's weights.
 //!
-//! They are gathered over several steps and added as one matrix product: it then touches the
-//! gradient's memory once in [`BATCH`] steps.
+//! They are collected over several steps and added as one matrix product, which touches the memory of
+//! the gradient once in [`BATCH`] steps.
 
 use super::panels::{PANEL, Panels, lane_of_column};
 use super::{Aligned, WIDEST, lanes};
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
 
-/// Steps whose outer products are added together; those of several starts count apart.
+/// Outer products that are added together, one per step and start.
 const BATCH: usize = 16;
 
-/// Inputs and output cotangents of the last steps, of one start after the other.
+/// Inputs and output cotangents of the last steps, one start after the other.
 pub(super) struct Batch<R> {
     x: Vec<R>,
-    /// In whole lanes. The last is that of the step that is under way, if there is one start.
+    /// Padded to whole registers. With one start, those of the current step lie behind the last.
     y_bar: Aligned<R>,
-    /// The cotangents of the step that is under way, if there are several starts side by side.
-    side_by_side: Aligned<R>,
+    /// With several starts, the interleaved cotangents of the current step.
+    interleaved: Aligned<R>,
     starts: usize,
     rows: usize,
-    /// From one step's cotangents to those of the next.
-    tall: usize,
+    /// The distance from one start's cotangents to the next's.
+    stride: usize,
+    /// How many outer products are kept.
     len: usize,
 }
 
 impl<R: Real> Batch<R> {
     pub(super) fn new(starts: usize, rows: usize, columns: usize) -> Self {
         let numbers = if starts == 1 { 0 } else { rows * starts };
-        let tall = rows.next_multiple_of(lanes::<R>());
+        let stride = rows.next_multiple_of(lanes::<R>());
         Self {
             x: vec![R::zero(); BATCH * columns],
-            y_bar: Aligned::zeros(BATCH * tall + lanes::<R>()),
-            // With room for a lane past the last, as above.
-            side_by_side: Aligned::zeros(numbers + lanes::<R>()),
+            // Both with room for a register past the last.
+            y_bar: Aligned::zeros(BATCH * stride + lanes::<R>()),
+            interleaved: Aligned::zeros(numbers + lanes::<R>()),
             starts,
             rows,
-            tall,
+            stride,
             len: 0,
         }
     }
 
-    /// The cotangents of the step that is under way.
-    pub(super) fn under_way(&self) -> &[R] {
+    /// The cotangents of the current step.
+    pub(super) fn current(&self) -> &[R] {
         match self.starts {
-            1 => &self.y_bar[self.len * self.tall..][..self.rows],
-            starts => &self.side_by_side[..self.rows * starts],
+            1 => &self.y_bar[self.len * self.stride..][..self.rows],
+            starts => &self.interleaved[..self.rows * starts],
         }
     }
 
-    /// The place for these, with room for a lane past the last.
-    pub(super) fn under_way_mut(&mut self) -> &mut [R] {
+    /// The place for these, with room for a register past the last.
+    pub(super) fn current_mut(&mut self) -> &mut [R] {
         match self.starts {
-            1 => &mut self.y_bar[self.len * self.tall..],
-            _ => &mut self.side_by_side,
+            1 => &mut self.y_bar[self.len * self.stride..],
+            _ => &mut self.interleaved,
         }
     }
 
-    /// Keeps the step that is under way, with its inputs; says whether the batch is full.
-    pub(super) fn note(&mut self, x: &[R]) -> bool {
-        let (starts, tall) = (self.starts, self.tall);
+    /// Keeps the current step, whose inputs are `x`; returns whether the batch is full.
+    pub(super) fn keep(&mut self, x: &[R]) -> bool {
+        let (starts, stride) = (self.starts, self.stride);
         let columns = x.len() / starts;
         if starts == 1 {
             self.x[self.len * columns..][..columns].copy_from_slice(x);
         } else {
             let to = &mut self.x[self.len * columns..][..columns * starts];
-            R::vectorize(Part(x, (starts, columns), to));
-            let to = &mut self.y_bar[self.len * tall..][..tall * starts];
-            let side_by_side = &self.side_by_side[..self.rows * starts];
-            R::vectorize(Part(side_by_side, (starts, tall), to));
+            R::vectorize(Deinterleave(x, (starts, columns), to));
+            let to = &mut self.y_bar[self.len * stride..][..stride * starts];
+            let interleaved = &self.interleaved[..self.rows * starts];
+            R::vectorize(Deinterleave(interleaved, (starts, stride), to));
         }
         self.len += starts;
         self.len == BATCH
@@ -79,18 +80,19 @@ impl<R: Real> Batch<R> {
     }
 }
 
-/// Numbers of several starts side by side become those of one after the other, so far apart.
-struct Part<'a, R>(&'a [R], (usize, usize), &'a mut [R]);
+/// Copies the interleaved numbers of several starts to one array per start: `(from, (starts, stride),
+/// to)`, with the distance from one start's array to the next.
+struct Deinterleave<'a, R>(&'a [R], (usize, usize), &'a mut [R]);
 
-impl<R: Real> Vectorized<R> for Part<'_, R> {
+impl<R: Real> Vectorized<R> for Deinterleave<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let Self(side_by_side, (starts, apart), to) = self;
-        let numbers = side_by_side.len() / starts;
+        let Self(interleaved, (starts, stride), to) = self;
+        let numbers = interleaved.len() / starts;
         if starts != L::N {
-            for (start, to) in to.chunks_exact_mut(apart.max(1)).enumerate() {
-                let of_start = side_by_side[start..].iter().step_by(starts);
+            for (start, to) in to.chunks_exact_mut(stride.max(1)).enumerate() {
+                let of_start = interleaved[start..].iter().step_by(starts);
                 for (to, &from) in to.iter_mut().zip(of_start) {
                     *to = from;
                 }
@@ -99,23 +101,25 @@ impl<R: Real> Vectorized<R> for Part<'_, R> {
         }
         for (first, square) in (0..numbers)
             .step_by(L::N)
-            .zip(side_by_side.chunks(L::N * L::N))
+            .zip(interleaved.chunks(L::N * L::N))
         {
             let mut lanes = [L::zero(); WIDEST];
             for (lane, of_starts) in lanes.iter_mut().zip(square.chunks_exact(L::N)) {
                 *lane = L::load(of_starts);
             }
             for (start, lane) in transposed(lanes).into_iter().take(L::N).enumerate() {
-                lane.store_up_to(&mut to[start * apart..][first..numbers]);
+                lane.store_up_to(&mut to[start * stride..][first..numbers]);
             }
         }
     }
 }
 
-/// The first `N` lanes, with the numbers of lane `i` at place `j` in lane `j` at place `i`.
+/// The transpose of the first `N` registers: the number in lane `j` of register `i` comes to lane `i` of
+/// register `j`.
 #[inline(always)]
 fn transposed<R: Real, L: Lane<R>>(mut lanes: [L; WIDEST]) -> [L; WIDEST] {
-    // A round turns the binary digits of lane and place, taken as one number, by one.
+    // Each round is a perfect shuffle: it rotates the bits of the index `i N + j` by one. After log2 N
+    // rounds the bits of `i` and `j` have changed places.
     for _ in 0..L::N.trailing_zeros() {
         let before = lanes;
         for k in 0..L::N / 2 {
@@ -135,17 +139,17 @@ impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let (columns, height) = (self.to.columns(), self.to.rows().next_multiple_of(L::N));
+        let (columns, stride) = (self.to.columns(), self.to.rows().next_multiple_of(L::N));
         for k in 0..self.to.panels().len() {
             let panel = self.to.panels()[k];
             let part = BatchRows {
                 batch: self.batch,
                 columns,
-                height,
+                stride,
                 first: panel.first_row,
             };
             let entries = self.to.panel_mut::<L>(panel);
-            // There are more of the widest registers.
+            // With the widest registers there are twice as many: 32 of AVX-512, 16 of AVX2.
             match (panel.lanes, const { size_of::<L>() == 64 }) {
                 (1, _) => part.add::<L, 1, 8>(entries),
                 (2, false) => part.add::<L, 2, 4>(entries),
@@ -159,17 +163,19 @@ impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
     }
 }
 
-/// The rows of a batch that belong to one panel.
+/// A batch as one panel sees it.
 struct BatchRows<'a, R> {
     batch: &'a Batch<R>,
     columns: usize,
-    height: usize,
+    /// The distance from one start's cotangents to the next's.
+    stride: usize,
+    /// The panel's first row.
     first: usize,
 }
 
 impl<R: Real> BatchRows<'_, R> {
-    /// To a panel of `W` lanes of rows, `C` columns at once: every load of a cotangent serves all
-    /// of them, and none of their sums waits for the one before.
+    /// Adds to a panel of `W` registers of rows, `C` columns at once: every load of a cotangent serves all
+    /// of them, and their sums do not wait for one another.
     #[inline(always)]
     fn add<L: Lane<R>, const W: usize, const C: usize>(&self, panel: &mut [R]) {
         let whole = self.columns / C * C;
@@ -181,7 +187,7 @@ impl<R: Real> BatchRows<'_, R> {
         }
     }
 
-    /// The columns are of one chunk.
+    /// The `C` columns from `column` on, which are of one chunk.
     #[inline(always)]
     fn add_columns<L: Lane<R>, const W: usize, const C: usize>(
         &self,
@@ -192,7 +198,7 @@ impl<R: Real> BatchRows<'_, R> {
         let mut sums = [[L::zero(); W]; C];
         for s in 0..*len {
             let x = &x[s * self.columns + column..][..C];
-            let y_bar = &y_bar[s * self.height + self.first..][..W * L::N];
+            let y_bar = &y_bar[s * self.stride + self.first..][..W * L::N];
             for w in 0..W {
                 let y_bar = L::load(&y_bar[w * L::N..]);
                 for c in 0..C {
@@ -212,7 +218,7 @@ impl<R: Real> BatchRows<'_, R> {
 
 #[cfg(test)]
 mod tests {
-    use super::Part;
+    use super::Deinterleave;
     use crate::lanes::{Level, at_most, level};
     use crate::program::lanes;
     use crate::real::Real;
@@ -227,7 +233,7 @@ mod tests {
                     let side_by_side: Vec<f64> =
                         (0u8..).map(f64::from).take(starts * numbers).collect();
                     let mut to = vec![-1.0; starts * apart];
-                    f64::vectorize(Part(&side_by_side, (starts, apart), &mut to));
+                    f64::vectorize(Deinterleave(&side_by_side, (starts, apart), &mut to));
                     for (start, own) in to.chunks_exact(apart).enumerate() {
                         let expected = side_by_side[start..].iter().step_by(starts);
                         assert!(

@@ -1,4 +1,4 @@
-//! A matrix in panels of rows that fit the registers, and its product with a vector.
+//! A matrix in panels of as many rows as registers have room to sum, and its product with a vector.
 
 use std::ops::RangeInclusive;
 
@@ -7,31 +7,33 @@ use super::{Aligned, lanes};
 use crate::lanes::Lane;
 use crate::real::Real;
 
-/// The most lanes of rows that are worked on at once: their sums stay in registers.
+/// The most registers of rows that are worked on at once: their sums stay in registers.
 pub(super) const PANEL: usize = 4;
-/// Columns that are summed up apart, so that no sum waits for the one before.
+/// Independent sums per row: phase `p` sums the columns `p`, `p + 4`, `p + 8`, …, so that consecutive
+/// additions do not wait for one another.
 pub(super) const PHASES: usize = 4;
-/// Lanes of a chunk: so many columns of a panel as a loop goes through at once.
+/// Registers of weights in a chunk, the columns of a panel that one turn of the loop takes.
 const CHUNK: usize = PANEL * PHASES;
-/// Chunks from one page to the next. With the widest registers a page has 4096 bytes: numbers so
-/// far apart share a set of the first cache. The last chunk of every page is a far one.
+/// Chunks in a page. With the widest registers that is 4096 bytes, and numbers one page apart fall into
+/// the same set of the first-level cache (L1). The last chunk of every page is a far one.
 const PAGE: usize = 4;
-/// Near chunks are counted out of so many.
+/// The share of near chunks is given in parts of this.
 const SHARES: usize = 64;
-/// Bytes of near chunks, which stay in the first cache: six of twelve lines in three quarters of
-/// its sets. Half of it is left for a step's other numbers and for what passes through. Best of 14
-/// to 24 kB on Zen 5, and in a simulation of the cache.
+/// Bytes of near chunks, which stay in L1: six of twelve ways in three quarters of its sets. Half of
+/// it is left for a step's other numbers and for the far chunks. The best of 14 to 24 kB on Zen 5, and
+/// in a simulation of the cache.
 const NEAR: usize = 18 << 10;
-/// Matrices of so few bytes stay there as they are; of so many, too few would.
+/// How many bytes of matrices are divided into near and far: fewer stay in L1 as they are, and of more
+/// too small a part could.
 const PARTED: RangeInclusive<usize> = 36 << 10..=128 << 10;
 
-/// A matrix in panels of some lanes of rows; within a panel column after column.
+/// A matrix in panels, each a few registers of rows high; within a panel column after column.
 ///
-/// The matrices of a network do not fit the first cache together, and what is read in turns
-/// pushes out of it whatever is to be read next. So they share its sets out: some chunks are
-/// near, in sets where nothing pushes them out, the others pass through the remaining sets. Both
-/// are read in turns, so that the far ones come from the second cache while the near ones are
-/// worked on. That saves a tenth of a rollout's time: `cargo bench -p benches --bench rollout`.
+/// The matrices of a network do not fit into L1 together, and under a least-recently-used policy data
+/// that are read cyclically evict exactly what is read next. So the cache is divided by address: some
+/// chunks are near, in sets where nothing evicts them, and the others pass through the remaining sets.
+/// Near and far ones alternate, so that the far ones arrive from L2 while the near ones are worked on.
+/// That saves a tenth of a rollout's time: `cargo bench -p benches --bench rollout`.
 pub(super) struct Panels<R> {
     entries: Aligned<R>,
     rows: usize,
@@ -39,36 +41,37 @@ pub(super) struct Panels<R> {
     panels: Vec<Panel>,
 }
 
-/// Some lanes of rows.
+/// A few registers of rows.
 #[derive(Clone, Copy)]
 pub(super) struct Panel {
     pub(super) first_row: usize,
-    /// At most [`PANEL`].
+    /// How many registers, at most [`PANEL`].
     pub(super) lanes: usize,
     places: ChunkPlaces,
 }
 
-/// Columns of a chunk in a panel of so many lanes: whole phases. Three lanes leave room.
+/// How many columns a chunk has in a panel of this many registers: a multiple of the phases. With three
+/// registers a part of the chunk is left unused.
 const fn columns_of_chunk(lanes: usize) -> usize {
     PANEL / lanes * PHASES
 }
 
-/// Where a column begins in a panel of so many lanes whose chunks lie one after the other, in lanes.
+/// Where a column begins in a panel of this many registers whose chunks are adjacent, in registers.
 #[inline(always)]
 pub(super) const fn lane_of_column(column: usize, lanes: usize) -> usize {
     let columns = columns_of_chunk(lanes);
     column / columns * CHUNK + column % columns * lanes
 }
 
-/// Where the chunks of a panel begin, counted in chunks, one after the other. Not looked up, as a
-/// load more for each is a tenth of a product.
+/// Where the chunks of a panel begin, counted in chunks, from one to the next. Computed, not looked up:
+/// one more load for each would cost a tenth of a product.
 #[derive(Clone, Copy)]
 struct ChunkPlaces {
-    /// How many of [`SHARES`] chunks are near; if all are, they lie one after the other.
+    /// How many of [`SHARES`] chunks are near; if all are, they are adjacent.
     share: usize,
-    /// The next chunk is near if this and its share make a whole one.
+    /// Grows by the share with each chunk; when it reaches [`SHARES`], a near chunk is due.
     credit: usize,
-    /// Of the next near chunk, and of the next far one.
+    /// Places of the next near chunk and of the next far one.
     near: usize,
     far: usize,
 }
@@ -100,12 +103,13 @@ impl ChunkPlaces {
 }
 
 impl<R: Real> Panels<R> {
-    /// Zeros, one after the other.
+    /// Zeros, in adjacent chunks.
     pub(super) fn zero(rows: usize, columns: usize) -> Self {
         Self::new((rows, columns), SHARES)
     }
 
-    /// Zeros, for products that take turns with others; `numbers` are those of all matrices.
+    /// Zeros, for a matrix whose products alternate with those of others; `numbers` counts the entries of
+    /// them all.
     pub(super) fn taking_turns(numbers: usize, rows: usize, columns: usize) -> Self {
         let bytes = numbers * size_of::<R>();
         let parted = PARTED.contains(&bytes);
@@ -155,14 +159,15 @@ impl<R: Real> Panels<R> {
         self.entries.fill(R::zero());
     }
 
-    /// The entries of a panel, column after column, where the chunks lie one after the other.
+    /// The entries of a panel, column after column, if its chunks are adjacent.
     #[inline(always)]
     pub(super) fn panel_mut<L: Lane<R>>(&mut self, panel: Panel) -> &mut [R] {
         debug_assert_eq!(panel.places.share, SHARES);
         &mut self.entries[panel.places.near * CHUNK * L::N..]
     }
 
-    /// Calls `f(row, column, entries)` for all entries, in stretches of a column from some row on.
+    /// Calls `f(row, column, entries)` for stretches of columns that cover the matrix: `entries` are those
+    /// of the column from that row on.
     pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut [R])) {
         let width = lanes::<R>();
         for mut panel in self.panels.iter().copied() {
@@ -178,8 +183,8 @@ impl<R: Real> Panels<R> {
         }
     }
 
-    /// Gives `A x` to the output, for `K` vectors side by side: one or two. Every number is summed in
-    /// the same order at every width of lanes: every fourth column, then those sums.
+    /// Gives `A x` to the output, for `K` interleaved vectors, one or two. The order of summation does not
+    /// depend on the width of registers: each phase by itself, then the four sums.
     #[inline(always)]
     pub(super) fn times<L: Lane<R>, const K: usize>(&self, x: &[R], output: &mut Output<R>) {
         for &panel in &self.panels {
@@ -188,7 +193,7 @@ impl<R: Real> Panels<R> {
                 (2, _) => self.part::<L, 2, 2, K>((panel, 0), x, output),
                 (3, 1) => self.part::<L, 3, 3, K>((panel, 0), x, output),
                 (_, 1) => self.part::<L, PANEL, PANEL, K>((panel, 0), x, output),
-                // The registers hold the sums of half as many rows.
+                // With two vectors the registers hold the sums of half as many rows.
                 (3, _) => {
                     self.part::<L, 3, 2, K>((panel, 0), x, output);
                     self.part::<L, 3, 1, K>((panel, 2), x, output);
@@ -201,7 +206,7 @@ impl<R: Real> Panels<R> {
         }
     }
 
-    /// `H` lanes of rows, from some lane on, of a panel of `W` of them.
+    /// The product of `H` registers of rows, from the register `from` on, in a panel of `W` of them.
     #[inline(always)]
     fn part<L: Lane<R>, const W: usize, const H: usize, const K: usize>(
         &self,
@@ -227,7 +232,7 @@ impl<R: Real> Panels<R> {
         output.add_rows(panel.first_row + from * L::N, all);
     }
 
-    /// The columns of a chunk, or the first of them.
+    /// Adds the columns of a chunk, as many as `x` has numbers for.
     #[inline(always)]
     fn add_chunk<L: Lane<R>, const W: usize, const H: usize, const K: usize>(
         &self,
@@ -282,8 +287,7 @@ mod tests {
         assert!((0..200).all(|chunk| all.next() == chunk));
     }
 
-    /// `A x` of `K` vectors, their results side by side, with numbers of a few digits, so that every
-    /// sum is exact.
+    /// `0.5 + A x` of interleaved vectors, with numbers of a few digits, so that every sum is exact.
     fn product(share: usize, (rows, columns): (usize, usize), vectors: usize) -> Vec<f64> {
         let mut panels = Panels::<f64>::new((rows, columns), share);
         let mut seen = 0;
@@ -301,9 +305,9 @@ mod tests {
         };
         let side_by_side = |column| (0..vectors).map(move |k| x_at(column, k));
         let x: Vec<f64> = (0..columns).flat_map(side_by_side).collect();
-        let (start, mut y) = (vec![0.5; rows * vectors], vec![0.0; rows * vectors]);
+        let (bias, mut y) = (vec![0.5; rows * vectors], vec![0.0; rows * vectors]);
         let output = Output {
-            start: Some(&start),
+            bias: Some(&bias),
             y: &mut y,
             places: &[],
             tanh: false,

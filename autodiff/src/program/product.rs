@@ -1,4 +1,4 @@
-//! Products of a layer's matrix with the vectors of one start or of several side by side.
+//! Products of a layer's matrix with the vector of one start, or the interleaved ones of several.
 
 use super::lanes;
 use super::panels::Panels;
@@ -6,7 +6,7 @@ use super::tiles::Tiles;
 use crate::lanes::{Lane, Vectorized};
 use crate::real::Real;
 
-/// A matrix, set out for products with vectors of one start, of two, or of a lane of them.
+/// A matrix, stored for products with the vectors of one start, of two, or of one for each lane.
 pub(super) enum Weights<R> {
     One(Panels<R>),
     Two(Panels<R>),
@@ -14,8 +14,8 @@ pub(super) enum Weights<R> {
 }
 
 impl<R: Real> Weights<R> {
-    /// Zeros, for so many starts. `numbers` are those of all matrices that products go through in
-    /// turns, this one's included.
+    /// Zeros, for this many starts. `numbers` counts the entries of all matrices whose products
+    /// alternate, this one's included.
     pub(super) fn zero((starts, numbers): (usize, usize), rows: usize, columns: usize) -> Self {
         match starts {
             1 => Self::One(Panels::taking_turns(numbers, rows, columns)),
@@ -24,7 +24,7 @@ impl<R: Real> Weights<R> {
         }
     }
 
-    /// Calls `f(row, column, entries)` for all entries, in stretches of a column from some row on.
+    /// As of [`Panels::each`].
     pub(super) fn each(&mut self, f: impl FnMut(usize, usize, &mut [R])) {
         match self {
             Self::One(panels) | Self::Two(panels) => panels.each(f),
@@ -33,7 +33,7 @@ impl<R: Real> Weights<R> {
     }
 }
 
-/// `y = start + A x`, or `y += A x` without a start; then `tanh` of it where asked.
+/// `y = bias + A x`, or `y += A x` without a bias; then `tanh` of it where asked.
 pub(super) struct Product<'a, R> {
     pub(super) matrix: &'a Weights<R>,
     pub(super) x: &'a [R],
@@ -42,15 +42,16 @@ pub(super) struct Product<'a, R> {
 
 /// Where a product goes.
 pub(super) struct Output<'a, R> {
-    pub(super) start: Option<&'a [R]>,
+    pub(super) bias: Option<&'a [R]>,
     pub(super) y: &'a mut [R],
-    /// Where the rows stand in `y`, if not in their order: that only where the lanes are starts.
+    /// Which registers of `y` are rows, if not all in their order; only where each lane is a start.
     pub(super) places: &'a [usize],
     pub(super) tanh: bool,
 }
 
 impl<R: Real> Output<'_, R> {
-    /// Takes lanes of rows of each vector; they stand side by side in the output.
+    /// Takes the sums of `H` registers of rows, from the row `first` on, for each of `K` vectors; the
+    /// output interleaves them.
     #[inline(always)]
     pub(super) fn add_rows<L: Lane<R>, const H: usize, const K: usize>(
         &mut self,
@@ -67,7 +68,7 @@ impl<R: Real> Output<'_, R> {
         }
         self.add((at, at), even);
         if K > 1 {
-            // Of the last rows there may be none left for a second lane.
+            // Past the last rows nothing may be left of a second register.
             for h in 0..H {
                 at[h] += L::N;
             }
@@ -75,7 +76,8 @@ impl<R: Real> Output<'_, R> {
         }
     }
 
-    /// Takes rows of a lane of starts, as far as there are so many.
+    /// Takes the sums of `N` rows, from the row `first` on, each a register of starts; those past the last
+    /// of `rows` are dropped.
     #[inline(always)]
     pub(super) fn add_starts<L: Lane<R>, const N: usize>(
         &mut self,
@@ -93,7 +95,8 @@ impl<R: Real> Output<'_, R> {
         self.add((from, to), sums);
     }
 
-    /// Adds lanes to the start's and writes them to their places, less what lies past the ends.
+    /// Adds registers to the bias from places `from` on, or to `y`, and writes them to `y` from places
+    /// `to` on; what lies past the end of either is dropped.
     #[inline(always)]
     fn add<L: Lane<R>, const N: usize>(
         &mut self,
@@ -101,11 +104,11 @@ impl<R: Real> Output<'_, R> {
         mut sums: [L; N],
     ) {
         for n in 0..N {
-            let start = match self.start {
-                Some(start) => L::load_up_to(&start[from[n].min(start.len())..]),
+            let before = match self.bias {
+                Some(bias) => L::load_up_to(&bias[from[n].min(bias.len())..]),
                 None => L::load_up_to(&self.y[to[n].min(self.y.len())..]),
             };
-            sums[n] = start + sums[n];
+            sums[n] = before + sums[n];
         }
         if self.tanh {
             sums = L::tanh_each(sums);
@@ -129,7 +132,7 @@ impl<R: Real> Product<'_, R> {
     }
 }
 
-/// With `K` vectors. Code of its own for each: in one function all would be slower.
+/// With `K` vectors. Each `K`, and tiles, are entered on their own: all in one function are slower.
 struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Output<'a, R>);
 
 impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {

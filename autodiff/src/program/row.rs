@@ -28,7 +28,7 @@ impl<'a, R: Copy> Frame<'a, R> {
     pub(super) fn get(self, array: Array) -> &'a [R] {
         &self.part(array)[array.range()]
     }
-    /// So many numbers from the start of an array on, without a check.
+    /// `len` numbers from the start of an array on, without a check.
     ///
     /// # Safety
     /// They are within a [`Reach`] that was checked.
@@ -51,7 +51,7 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// Of so many numbers from the start of each array on.
+    /// For each array, given how many numbers are touched from its start on.
     pub(super) fn new(arrays: impl IntoIterator<Item = (Array, usize)>) -> Self {
         let mut reach = Self::default();
         for (array, len) in arrays {
@@ -64,7 +64,7 @@ impl Reach {
         reach
     }
     /// # Panics
-    /// Unless the parts are as long as that.
+    /// Unless the two parts are long enough.
     #[inline(always)]
     pub(super) fn check<R>(self, parameters: &[R], row: &[R]) {
         let fits = self.parameters <= parameters.len() && self.row <= row.len();
@@ -93,8 +93,8 @@ impl<R> Bars<'_, R> {
     }
 }
 
-/// Where cotangents lie, for loops that settle it once: slices would be asked for again, with the
-/// part that they are in, in every lane.
+/// Pointers to the cotangents, so that a loop finds out once where they lie: with slices, which cannot
+/// be held side by side, every register would look up its array and its part again.
 #[derive(Clone, Copy)]
 pub(super) struct Places<R> {
     parameters: *mut R,
@@ -109,7 +109,7 @@ impl<R: Real> Places<R> {
         }
     }
 
-    /// The first cotangent of an array, to be used while nothing else looks at the bars.
+    /// The first cotangent of an array; to be used only while nothing else accesses the bars.
     #[inline(always)]
     pub(super) fn of(self, array: Array) -> *mut R {
         let part = if array.parameter {
@@ -120,7 +120,7 @@ impl<R: Real> Places<R> {
         part.wrapping_add(array.start)
     }
 
-    /// Of those inputs of an operation that carry derivatives; null for the others.
+    /// The first cotangents of those inputs that carry derivatives; null for the others.
     #[inline(always)]
     pub(super) fn of_active<const I: usize>(
         self,
@@ -137,10 +137,10 @@ impl<R: Real> Places<R> {
     }
 }
 
-/// A lane of so many numbers, the second number, from the first number on.
+/// A lane of the `n` numbers from place `at` on, and zeros.
 ///
 /// # Safety
-/// From the pointer on there are as many, which nothing writes meanwhile.
+/// `from` points to `at + n` numbers, which nothing writes meanwhile, and `n` is no more than `N`.
 #[allow(unsafe_code)] // See `Places`.
 #[inline(always)]
 pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, (at, n): (usize, usize)) -> L {
@@ -148,10 +148,11 @@ pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, (at, n): (usize, usize)
     unsafe { L::load_n(from_raw_parts(from.add(at), n), (0, n)) }
 }
 
-/// Adds a lane to so many numbers, unless the pointer is null.
+/// Adds a lane to the `n` numbers from place `at` on, unless the pointer is null.
 ///
 /// # Safety
-/// From the pointer on there are as many, which nothing else reads or writes meanwhile.
+/// `to` is null, or points to `at + n` numbers, which nothing else reads or writes meanwhile; `n` is no
+/// more than `N`.
 #[allow(unsafe_code)] // See `Places`.
 #[inline(always)]
 pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, (at, n): (usize, usize), lane: L) {
@@ -165,28 +166,32 @@ pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, (at, n): (usize, usize), lan
 /// How rows follow one another.
 #[derive(Debug, Default)]
 pub(super) struct Layout {
-    /// From the start of a row to that of the next.
+    /// The distance from the start of a row to the start of the next.
     pub(super) stride: usize,
-    /// From the start of a row to the end of all that its step touches.
+    /// The distance from the start of a row to the end of the new state in the next.
     pub(super) reach: usize,
-    /// The state's parts, neighbours joined.
+    /// The parts of the state, adjacent ones joined.
     pub(super) state: Vec<Array>,
-    /// Parts of the new state that are not yet where the next row wants them: from where, and the
-    /// part's place there.
+    /// How the new state is copied to the next row, from which array to which part; empty if the
+    /// operations have written it there.
     pub(super) moves: Vec<(Array, Array)>,
 }
 
 impl Layout {
-    /// For parts of the state, what they become, and the row's length.
+    /// From the parts of the state, what they become, and the row's length.
+    ///
+    /// Rows can overlap, the new state being the start of the next row, if it stands at the end of this
+    /// one in the same order as the state at the beginning.
     pub(super) fn new(states: &[Array], next: &[Array], row: usize) -> Self {
         let end = states.iter().map(|a| a.start + a.len).max().unwrap_or(0);
         let at = next.first().map_or(row, |a| a.start);
         let in_place =
             |(state, next): (&Array, &Array)| !next.parameter && next.start == at + state.start;
-        // In one piece: inputs between would be written over what lies between the new state's parts.
-        let piece = end == states.iter().map(|a| a.len).sum();
+        // Were there inputs among the parts of the state, those of the next step would overwrite what
+        // lies among the parts of the new one.
+        let contiguous = end == states.iter().map(|a| a.len).sum();
         let overlaps =
-            piece && at >= end && at + end >= row && states.iter().zip(next).all(in_place);
+            contiguous && at >= end && at + end >= row && states.iter().zip(next).all(in_place);
         let stride = if overlaps { at } else { row };
         let moves = if overlaps {
             Vec::new()
@@ -202,7 +207,7 @@ impl Layout {
     }
 }
 
-/// The stretches of arrays, those joined that touch.
+/// The stretches that arrays cover, adjacent ones joined.
 pub(super) fn joined(arrays: &[Array]) -> Vec<Array> {
     let mut stretches: Vec<Array> = Vec::new();
     for &array in arrays {

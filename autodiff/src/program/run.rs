@@ -5,19 +5,22 @@ use crate::lanes::prefetch;
 use crate::real::Real;
 
 impl<R: Real> Program<R> {
-    /// Closes the recording.
+    /// Ends the recording and lays out the rows.
+    ///
+    /// # Panics
+    /// If a part of the state was not advanced.
     pub(crate) fn finish(mut self) -> Self {
         let next: Option<Vec<Array>> = self.next.iter().copied().collect();
         let next = next.expect("a part of the state is never advanced");
         self.layout = Layout::new(&self.states, &next, self.ends[1]);
         let share = self.layout.stride.div_ceil(self.operations.len().max(1));
-        self.share = share.next_multiple_of(Aligned::<R>::LINE);
+        self.prefetch_len = share.next_multiple_of(Aligned::<R>::LINE);
         self
     }
 
     /// Room for the parameters' arrays, and for reads past the last of them.
     pub(crate) fn parameters(&self) -> Aligned<R> {
-        Aligned::zeros(self.ends[0] + self.beyond())
+        Aligned::zeros(self.ends[0] + self.padding())
     }
 
     /// Zeros for all cotangents: of the parameters, and of a row.
@@ -25,13 +28,14 @@ impl<R: Real> Program<R> {
         [self.parameters(), Aligned::zeros(self.row_len())]
     }
 
-    fn beyond(&self) -> usize {
+    /// How far past the last array registers may reach.
+    fn padding(&self) -> usize {
         2 * WIDEST * self.starts + self.margin
     }
 
-    /// How many numbers from the start of a row on a step may touch.
+    /// How many numbers a step may touch, from the start of its row on.
     pub(crate) fn row_len(&self) -> usize {
-        self.layout.reach.max(self.ends[1]) + self.beyond()
+        self.layout.reach.max(self.ends[1]) + self.padding()
     }
 
     /// From how many starts it runs at once.
@@ -39,7 +43,7 @@ impl<R: Real> Program<R> {
         self.starts
     }
 
-    /// From the start of a row to that of the next step's.
+    /// The distance from the start of a row to the start of the next.
     pub(crate) fn stride(&self) -> usize {
         self.layout.stride
     }
@@ -49,14 +53,13 @@ impl<R: Real> Program<R> {
         self.states.iter().map(|a| a.len).sum()
     }
 
-    /// How many inputs a step takes, as declared.
+    /// How many input numbers a step takes.
     pub(crate) fn inputs_len(&self) -> usize {
-        self.given
+        self.inputs_len
     }
 
-    /// Takes the parameters over, checking their shapes: arrays and matrices that all starts share,
-    /// and arrays of every start's own, side by side, where `own` says so; controls have numbers for
-    /// so many steps.
+    /// Takes over the parameters of a rollout over `steps` steps, checking their lengths. Where `own`
+    /// says so, every start has an array of its own, given interleaved; all others are shared.
     pub(crate) fn load(
         &mut self,
         values: &mut [R],
@@ -104,7 +107,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Marks what carries derivatives: the state always does.
+    /// Marks what carries derivatives, given which parameters do; the state always does.
     pub(crate) fn set_active(&mut self, parameters: &[bool]) {
         let mut active = vec![false; self.arrays.len()];
         for (declared, &wanted) in self.parameters.iter().zip(parameters) {
@@ -147,7 +150,7 @@ impl<R: Real> Program<R> {
 
     /// Writes the inputs of a step, given those of all steps, and its controls into its row.
     pub(crate) fn set_inputs(&self, row: &mut [R], (all, step): (&[f64], usize)) {
-        let mut given = all[step * self.given..][..self.given].iter();
+        let mut given = all[step * self.inputs_len..][..self.inputs_len].iter();
         for part in &self.inputs {
             let places = row[part.range()].chunks_exact_mut(self.starts);
             for (to, &x) in places.zip(&mut given) {
@@ -159,7 +162,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Notes the cotangents of a step's controls after its reverse.
+    /// Keeps the cotangents of a step's controls, after the reverse of that step.
     pub(crate) fn note_controls(&mut self, row_bars: &[R], step: usize) {
         for Control { array, bars, .. } in &mut self.controls {
             if let Some(bars) = bars {
@@ -168,17 +171,17 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Asks for a part of a row that is soon to be touched: a share before every operation. What
-    /// an operation reads would wait behind a whole row.
+    /// Prefetches a part of a row that is soon to be touched, one part before every operation: if all
+    /// of the row were asked for at once, the operation's own loads would wait behind it.
     #[inline(always)]
     fn prefetch(&self, operation: usize, row: *const R) {
-        let first = operation * self.share;
+        let first = operation * self.prefetch_len;
         let left = self.layout.stride.saturating_sub(first);
-        prefetch(row.wrapping_add(first), self.share.min(left));
+        prefetch(row.wrapping_add(first), self.prefetch_len.min(left));
     }
 
     /// Computes a step; the new state stands where the next row begins. `soon` is the row that the
-    /// next step touches, where that is not in the cache.
+    /// next step touches, to be prefetched, if it is another.
     pub(crate) fn step(&mut self, parameters: &[R], row: &mut [R], soon: Option<*const R>) {
         for k in 0..self.operations.len() {
             if let Some(soon) = soon {
@@ -195,21 +198,21 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Moves the new state to the start of the same row, for a rollout that keeps none.
-    pub(crate) fn turn(&self, row: &mut [R]) {
+    /// Moves the new state to the start of the same row, for a rollout that keeps no rows.
+    pub(crate) fn rewind(&self, row: &mut [R]) {
         let Layout { stride, reach, .. } = self.layout;
         row.copy_within(stride..reach, 0);
     }
 
-    /// Where a part of the state begins among all.
+    /// Where a part of the state begins in the state.
     fn place_in_state(&self, part: Array) -> usize {
         let before = self.states.iter().take_while(|state| **state != part);
         before.map(|state| state.len).sum()
     }
 
-    /// The reverse of a step, from its row. `state_bar` goes from the cotangent of the next state
-    /// to that of this one, and the bars of parameters grow by this step's part. `soon` is the row
-    /// of the step before: the processor does not foresee that memory is read backwards.
+    /// The reverse of a step, from its row. `state_bar` goes from the cotangent of the new state to that
+    /// of the old one, and the bars of the parameters grow by this step's part. `soon` is the row of
+    /// the step before, to be prefetched: the processor does not foresee rows read backwards.
     pub(crate) fn reverse_step(
         &mut self,
         (parameters, row): (&[R], &[R]),
@@ -247,8 +250,8 @@ impl<R: Real> Program<R> {
         self.push_state(bars.row, state_bar);
     }
 
-    /// The cotangents of all parameters after the last reverse step: side by side where each start
-    /// has its own, else summed over the starts from the first to the last.
+    /// The cotangents of all parameters after the last reverse step: interleaved where each start has
+    /// its own, else summed over the starts from the first to the last.
     pub(crate) fn parameter_bars(&mut self, bars: &[R]) -> Vec<Vec<R>> {
         let sum = |of_starts: &[R]| {
             of_starts[1..]

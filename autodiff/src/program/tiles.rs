@@ -1,6 +1,6 @@
-//! A matrix in tiles of rows, and its product with the vectors of several starts.
+//! A matrix in tiles of rows, and its product with the interleaved vectors of a register of starts.
 //!
-//! The lanes are starts: every weight serves all of them once it is read.
+//! Each lane is a start: a weight that has been read serves all of them.
 
 use super::Aligned;
 use super::panels::PHASES;
@@ -10,10 +10,11 @@ use crate::real::Real;
 
 /// Rows that are worked on at once.
 const TILE: usize = 16;
-/// Rows of which results are made at once; more need more registers than they save time.
+/// Rows whose results are finished at once; more would need too many registers.
 const ABREAST: usize = 4;
 
-/// A matrix in tiles of some rows; within a tile the columns of one phase after the other.
+/// A matrix in tiles of [`TILE`] rows; within a tile the columns are ordered phase by phase, see
+/// [`PHASES`].
 pub(super) struct Tiles<R> {
     entries: Aligned<R>,
     rows: usize,
@@ -29,7 +30,7 @@ impl<R: Real> Tiles<R> {
         }
     }
 
-    /// Calls `f(row, column, entries)` for all entries, in stretches of a column from some row on.
+    /// As of [`Panels`](super::panels::Panels::each).
     pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut [R])) {
         let tiles = self.entries.chunks_exact_mut(TILE * self.columns.max(1));
         for (first, tile) in (0..self.rows).step_by(TILE).zip(tiles) {
@@ -40,8 +41,8 @@ impl<R: Real> Tiles<R> {
         }
     }
 
-    /// Gives `A x` to the output: each sum has the order that it has in
-    /// [`Panels`](super::panels::Panels).
+    /// Gives `A x` to the output, summed in the order of [`Panels`](super::panels::Panels::times): each
+    /// start has the bits that it has alone.
     #[inline(always)]
     pub(super) fn times<L: Lane<R>>(&self, x: &[R], output: &mut Output<R>) {
         for first in (0..self.rows).step_by(TILE) {
@@ -61,8 +62,8 @@ impl<R: Real> Tiles<R> {
         }
     }
 
-    /// The sums of every fourth column. One phase at a time, as the registers hold more rows that
-    /// way: what is read for a multiplication is then little more than its weight.
+    /// The sums of one phase over a tile. One phase at a time, because then the registers hold the sums of
+    /// more rows, and each load of `x` serves more multiplications.
     #[inline(always)]
     fn phase<L: Lane<R>>(&self, x: &[R], (first, phase): (usize, usize)) -> [L; TILE] {
         let columns = self.columns;

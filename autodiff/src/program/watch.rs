@@ -1,4 +1,4 @@
-//! Watching the states that a program goes through.
+//! Checks that the states of a rollout stay within a bound.
 
 use super::{Array, Program};
 use crate::lanes::{Lane, Vectorized, WIDEST};
@@ -8,7 +8,7 @@ use crate::real::{Mask, Real};
 #[derive(Clone, Copy)]
 pub(crate) struct Watch<R> {
     bound: R,
-    /// Zeros, NaN where a number was not. Places belong to the starts by turns.
+    /// Zero, or NaN once a number was not below. Interleaved: place `k` is of start `k % starts`.
     verdict: [R; WIDEST],
 }
 
@@ -29,7 +29,7 @@ impl<R: Real> Watch<R> {
         });
     }
 
-    /// What was seen of each of so many starts: zero, or NaN.
+    /// For each start, zero, or NaN if one of its numbers was not below the bound.
     pub(crate) fn verdicts(&self, starts: usize) -> Vec<R> {
         let mut verdicts = vec![R::zero(); starts];
         for (place, &seen) in self.verdict.iter().enumerate() {
@@ -41,8 +41,8 @@ impl<R: Real> Watch<R> {
 
 struct Look<'a, R> {
     watch: &'a mut Watch<R>,
-    /// Of the state, whose places divide among the starts as lanes do: each part begins with the
-    /// first.
+    /// The parts of the state. Each begins with a number of the first start, so that lanes and starts
+    /// go together.
     parts: &'a [Array],
     row: &'a [R],
 }
@@ -52,7 +52,7 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let bound = L::splat(self.watch.bound);
-        // Numbers that are no lanes may record what is computed with them.
+        // Only in SIMD lanes: on variables of a tape the products would be recorded.
         if L::N > 1 && self.is_small::<L>(bound * bound) {
             return;
         }
@@ -60,7 +60,7 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
         for part in self.parts {
             let numbers = &self.row[part.range()];
             for i in (0..numbers.len()).step_by(L::N) {
-                // No NaN is less than anything.
+                // False for NaN.
                 let x = L::load_up_to(&numbers[i..]);
                 below = below & x.lt(bound) & (-bound).lt(x);
             }
@@ -72,7 +72,8 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
 }
 
 impl<R: Real> Look<'_, R> {
-    /// Whether all squares of a lane together are below one: then so is each, rounded or not.
+    /// Whether the sum of all squares in each lane is below that of the bound: then so is every square,
+    /// rounded or not. Cheaper than to compare each number.
     #[inline(always)]
     fn is_small<L: Lane<R>>(&self, square: L) -> bool {
         let mut sums = [L::zero(); 2];

@@ -1,7 +1,7 @@
 //! Rollouts from several starts at once, in lanes.
 //!
-//! As many starts as a register holds run side by side in one [`Program`](crate::Program), or two;
-//! what is left over runs alone.
+//! The starts are divided into groups: as many as a register has lanes, or two, which run interleaved in
+//! one [`Program`](crate::Program), or one alone.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -12,9 +12,8 @@ use crate::fused::Fused;
 use crate::program::lanes;
 use crate::real::Real;
 
-/// A rollout from so many starts. The inputs are the starts, then, parameter by parameter, the one
-/// that all share or every start's own; the outputs the observed states of one start after the
-/// other.
+/// A rollout from several starts. The inputs are the starts, then, parameter by parameter, the one that
+/// all share or every start's own; the outputs are the observed states, one start after the other.
 #[derive(Clone)]
 pub(super) struct Many<M> {
     pub(super) rollout: Rollout<M>,
@@ -23,8 +22,8 @@ pub(super) struct Many<M> {
     pub(super) own: Vec<bool>,
 }
 
-/// Starts that run side by side: a register's, two, or one alone. Lanes left over repeat the last
-/// start.
+/// Starts that run interleaved: one for each of a register's lanes, two, or one alone. Lanes left over
+/// repeat the last start.
 #[derive(Clone)]
 pub(super) struct Group {
     pub(super) starts: Range<usize>,
@@ -32,19 +31,19 @@ pub(super) struct Group {
 }
 
 impl Group {
-    /// What all lanes have, side by side; nothing is zeros.
-    fn joined<'a, R: Real>(&self, of_lane: impl Fn(usize) -> &'a [R]) -> Vec<R> {
-        let mut joined = vec![R::zero(); of_lane(0).len() * self.lanes];
+    /// Interleaves the numbers of all lanes; missing ones are zero.
+    fn interleaved<'a, R: Real>(&self, of_lane: impl Fn(usize) -> &'a [R]) -> Vec<R> {
+        let mut interleaved = vec![R::zero(); of_lane(0).len() * self.lanes];
         for lane in 0..self.lanes {
-            let places = joined.iter_mut().skip(lane).step_by(self.lanes);
+            let places = interleaved.iter_mut().skip(lane).step_by(self.lanes);
             for (place, &number) in places.zip(of_lane(lane)) {
                 *place = number;
             }
         }
-        joined
+        interleaved
     }
 
-    /// What every start of this group has of its own, side by side.
+    /// What the starts of this group have of their own, interleaved.
     fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
         let of_starts = &of_starts[self.starts.clone()];
         let len = of_starts[0].len();
@@ -57,12 +56,12 @@ impl Group {
                 own.len()
             );
         }
-        self.joined(|lane| of_starts[lane.min(of_starts.len() - 1)])
+        self.interleaved(|lane| of_starts[lane.min(of_starts.len() - 1)])
     }
 
-    /// The numbers of each start, of those side by side.
-    fn parted<R: Real>(&self, side_by_side: &[R]) -> Vec<Vec<R>> {
-        let of_lane = |lane| side_by_side.iter().skip(lane).step_by(self.lanes).copied();
+    /// The numbers of each start, from interleaved ones.
+    fn parted<R: Real>(&self, interleaved: &[R]) -> Vec<Vec<R>> {
+        let of_lane = |lane| interleaved.iter().skip(lane).step_by(self.lanes).copied();
         (0..self.starts.len())
             .map(|lane| of_lane(lane).collect())
             .collect()
@@ -70,7 +69,8 @@ impl Group {
 }
 
 impl<M: Model> Many<M> {
-    /// Three quarters of a register's starts cost about as much together as in pairs.
+    /// Whole registers of starts; what is left, together if that is more than three quarters of a
+    /// register, where it begins to pay, else in pairs.
     pub(super) fn groups<R: Real>(&self) -> Vec<Group> {
         let (mut groups, mut first) = (Vec::new(), 0);
         let widest = lanes::<R>();
@@ -88,14 +88,14 @@ impl<M: Model> Many<M> {
         groups
     }
 
-    fn side_by_side(&self, group: &Group) -> Starts<'_> {
+    fn of_group(&self, group: &Group) -> Starts<'_> {
         Starts {
             count: group.lanes,
             own: &self.own,
         }
     }
 
-    /// What belongs to each parameter, of one thing per input: one that is shared, or every start's.
+    /// Sorts one item per input by parameter: one item if it is shared, else one for each start.
     fn by_parameter<'a, T>(&self, of_inputs: &'a [T]) -> Vec<&'a [T]> {
         let mut rest = &of_inputs[self.starts..];
         let mut take = |&own: &bool| {
@@ -106,7 +106,7 @@ impl<M: Model> Many<M> {
         self.own.iter().map(&mut take).collect()
     }
 
-    /// Runs a group's starts with their parameters.
+    /// Calls `run` with the inputs of a group: its interleaved starts, then each parameter.
     fn with_inputs<'a, R: Real, T>(
         &self,
         group: &Group,
@@ -132,7 +132,7 @@ impl<M: Model> Fused for Many<M> {
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         let mut seen = Vec::new();
         for group in self.groups::<R>() {
-            let forward = |inputs: &[&[R]]| self.rollout.forward(self.side_by_side(&group), inputs);
+            let forward = |inputs: &[&[R]]| self.rollout.forward(self.of_group(&group), inputs);
             let of_group = self.with_inputs(&group, inputs, forward);
             seen.extend(group.parted(&of_group).concat());
         }
@@ -142,7 +142,7 @@ impl<M: Model> Fused for Many<M> {
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>) {
         let (mut seen, mut saved) = (Vec::new(), Vec::new());
         for group in self.groups::<R>() {
-            let record = |inputs: &[&[R]]| self.rollout.recorded(self.side_by_side(&group), inputs);
+            let record = |inputs: &[&[R]]| self.rollout.recorded(self.of_group(&group), inputs);
             let (of_group, recorded) = self.with_inputs(&group, inputs, record);
             seen.extend(group.parted(&of_group).concat());
             saved.push((group, recorded));
@@ -166,9 +166,11 @@ impl<M: Model> Fused for Many<M> {
                 true => &y_bar[(group.starts.start + lane) * len..][..len],
                 false => &[],
             };
-            let seeds = group.joined(seed);
-            let back = self.rollout.back((group.lanes, recorded), &seeds, &wanted);
-            let (start_bar, bars) = back.split_first().expect("a rollout has a start");
+            let seeds = group.interleaved(seed);
+            let x_bars = self
+                .rollout
+                .reversed((group.lanes, recorded), &seeds, &wanted);
+            let (start_bar, bars) = x_bars.split_first().expect("a rollout has a start");
             start_bars.extend(group.parted(start_bar));
             for ((bars, bar), &own) in parameter_bars.iter_mut().zip(bars).zip(&self.own) {
                 match (own, &mut bars[..]) {

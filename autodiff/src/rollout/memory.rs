@@ -1,9 +1,10 @@
-//! Which states are kept, and where the reverse sweep has to run forward again.
+//! Which states are kept, and from where the reverse sweep runs forward again.
 //!
-//! With fewer checkpoints than steps, a stretch is halved where the binomial rule says: A. Griewank,
+//! With fewer checkpoints than steps, a stretch of steps is divided by the binomial rule: A. Griewank,
 //! "Achieving logarithmic growth of temporal and spatial complexity in reverse automatic
-//! differentiation", Optimization Methods and Software 1 (1992). With `s` checkpoints, no step is
-//! run more than `t` times again as long as there are at most `(s + t)! / (s! t!)` stretches.
+//! differentiation", Optimization Methods and Software 1 (1992). With `s` checkpoints no step is run
+//! again more than `t` times, as long as there are at most `(s + t)! / (s! t!)` leaves, stretches
+//! short enough for the rows of all their steps to be kept.
 
 use std::ops::Range;
 
@@ -44,29 +45,30 @@ pub enum Memory {
     /// Every step: the fastest.
     #[default]
     All,
-    /// At most as many numbers as so many states have; the sweep then runs parts of the rollout
-    /// again. They hold the record of a step, which is a state and what its operations put out, and
-    /// two states more: any number of steps goes with that, and the fewer times again, the more
-    /// there is.
+    /// No more numbers than this many states have; the sweep then runs parts of the rollout again. The
+    /// least budget is the record of one step, that is its state and the outputs of its operations, and
+    /// two more states. With that any number of steps is possible; with more, steps are run again less
+    /// often.
     ///
-    /// Ten states do if a step puts out no more than seven states' worth of numbers, rounded up:
-    /// each operation begins at a whole register, of up to 16 numbers, so that small states take
-    /// more, and in single precision more than in double. What does for one start does for several.
-    /// Too few are refused, with a sentence that says how many do, where a tape records the rollout.
+    /// Ten states are enough if the operations of a step put out no more than seven times the numbers
+    /// of a state, rounded up: each operation begins at a whole register, of up to 16 numbers, so that
+    /// small states take more, and in single precision more than in double. What is enough for one start
+    /// is enough for several. A smaller budget is refused when a tape records the rollout, with a message
+    /// that says how many states are needed.
     States(usize),
 }
 
-/// How a reverse sweep goes about it.
+/// The schedule of a reverse sweep.
 #[derive(Debug)]
 pub(super) struct Plan {
-    /// Steps whose rows are kept at once.
+    /// How many steps have their rows kept at once.
     pub(super) leaf: usize,
     /// Checkpoints that may be held at once, the start's included.
     checkpoints: usize,
 }
 
 impl Plan {
-    /// For so many steps, from the lengths of a state and of a row.
+    /// From the lengths of a state and of a row.
     pub(super) fn new(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
         let all = Self {
             leaf: steps,
@@ -76,45 +78,45 @@ impl Plan {
             return all;
         };
         let budget = states.saturating_mul(state);
-        // Where the state has no numbers, neither has what would be kept of it.
+        // A state without numbers takes no memory.
         if state == 0 || budget >= steps.saturating_mul(row).saturating_add(state) {
             return all;
         }
         let leaf = (budget / 2 / row).max(1);
         let checkpoints = budget.saturating_sub(leaf * row) / state;
-        // One step has its record and its start.
+        // The record of a step, its start, and one more checkpoint if there is more than one step.
         let least = steps.min(2) + row.div_ceil(state);
         assert!(
             checkpoints >= 2,
-            "a memory of {states} states holds no two beside the record of a step, \
+            "a memory of {states} states cannot hold two of them and the record of a step, \
              {row} numbers: {least} states do"
         );
         Self { leaf, checkpoints }
     }
 
-    /// Where a stretch gets its next checkpoint, if it is too long for its rows to be kept and
-    /// another of the checkpoints is free.
+    /// Where a stretch gets its next checkpoint, if it is longer than a leaf and a checkpoint is free
+    /// beside those `held`.
     pub(super) fn split(&self, steps: Range<usize>, held: usize) -> Option<usize> {
-        let stretches = steps.len().div_ceil(self.leaf);
+        let leaves = steps.len().div_ceil(self.leaf);
         let free = self.checkpoints.saturating_sub(held);
-        if stretches <= 1 || free == 0 {
+        if leaves <= 1 || free == 0 {
             return None;
         }
-        // The least number of repetitions that does, with the checkpoint below and the free ones.
+        // The least number of repetitions possible with the checkpoint below and the free ones.
         let repeats = (1..)
-            .find(|&t| binomial(free + 1, t) >= stretches)
+            .find(|&t| binomial(free + 1, t) >= leaves)
             .unwrap_or(1);
-        let upper = binomial(free, repeats).min(stretches - 1);
-        Some(steps.start + (stretches - upper) * self.leaf)
+        let upper = binomial(free, repeats).min(leaves - 1);
+        Some(steps.start + (leaves - upper) * self.leaf)
     }
 
-    /// The first of the last steps whose rows are kept.
+    /// Where the last leaf of a stretch begins.
     pub(super) fn leaf_start(&self, steps: Range<usize>) -> usize {
         steps.end.saturating_sub(self.leaf).max(steps.start)
     }
 }
 
-/// `(s + t)! / (s! t!)`, or the largest number there is.
+/// `(s + t)! / (s! t!)`, or the largest integer if that overflows.
 fn binomial(s: usize, t: usize) -> usize {
     (1..=t)
         .try_fold(1_usize, |product, k| Some(product.checked_mul(s + k)? / k))
@@ -164,8 +166,8 @@ mod tests {
                 done as f64 / 4096.0
             );
             assert!(most <= states * 144, "{most} numbers for {states} states");
-            // The binomial bound for 10 states: two steps' rows and five checkpoints, 2048
-            // stretches; 12 repetitions do.
+            // The binomial bound for 10 states: two steps' rows and five checkpoints, so 2048 leaves
+            // and 12 repetitions.
             assert!(done <= 13 * 4096, "{done} steps for {states} states");
         }
         assert_eq!(simulate(Memory::All, 4096, [144, 358]), (4096, 0));
@@ -177,7 +179,7 @@ mod tests {
 
     #[test]
     #[should_panic(
-        expected = "a memory of 3 states holds no two beside the record of a step, \
+        expected = "a memory of 3 states cannot hold two of them and the record of a step, \
                                25 numbers: 5 states do"
     )]
     fn too_small_a_budget_is_told() {

@@ -1,8 +1,8 @@
 //! Rollouts: stepping a [`Program`] many times, and the reverse sweep through all of it.
 //!
-//! The forward run keeps the row of every step, its state and the outputs of its operations; the
-//! reverse sweep goes back one step at a time and computes again what happens inside operations.
-//! Memory: `steps` rows, or what a [`Memory`] budget allows.
+//! The forward run keeps the row of every step: its state and the outputs of its operations. The
+//! reverse sweep goes back one step at a time and recomputes what happens inside operations. Memory:
+//! `steps` rows, or what a [`Memory`] budget allows.
 
 mod many;
 mod memory;
@@ -21,26 +21,26 @@ use crate::real::{Mask, Real};
 use many::Many;
 use sweep::{Starts, Sweep};
 
-/// A system that steps: its step is recorded as a program for any number type. What it needs for that
-/// it owns, or shares by an `Arc`: the tape keeps it.
+/// A system that steps: its step is recorded as a program for any number type. It must own its data, or
+/// share them by an `Arc`, because the tape keeps it.
 pub trait Model: Clone + Send + Sync + 'static {
-    /// Declares parameters, states and inputs, records one step and advances every state.
+    /// Declares parameters, states, inputs and controls, records one step and advances every state.
     fn record<R: Real>(&self, program: &mut Program<R>);
 }
 
-/// A bound on the norm of the state's cotangent in the reverse sweep: where it is exceeded, the
-/// cotangent is scaled back. The result is then no longer the exact gradient. A cotangent of any
-/// size is measured; one with an infinite number or NaN in it becomes NaN.
+/// A bound on the norm of the state's cotangent in the reverse sweep (gradient clipping): where it is
+/// exceeded, the cotangent is scaled back to it. The result is then no longer the exact gradient. The
+/// norm does not overflow; a cotangent with an infinite number or NaN in it becomes NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CotangentBound {
     /// The largest Euclidean norm, not below 0.
     pub norm: f64,
-    /// It is looked at after every so many steps, counted from the start, and at the start itself: 1
-    /// or more.
+    /// The cotangent is checked after every `every` steps, counted from the start, and at the start
+    /// itself; 1 or more.
     pub every: usize,
 }
 
-/// `steps` steps of a model: [`Rollout::new`] for what most have, and fields by name for the rest,
+/// `steps` steps of a model: [`Rollout::new`] has defaults, and the other fields are set by name,
 /// `Rollout { observed: vec![10, 20], ..Rollout::new(model, 20) }`.
 #[derive(Clone, Debug)]
 pub struct Rollout<M> {
@@ -48,35 +48,36 @@ pub struct Rollout<M> {
     pub model: M,
     /// How many steps.
     pub steps: usize,
-    /// The inputs of the steps, one step after the other: `steps * inputs` numbers at least.
+    /// The [inputs](Program::input) of all steps, one step after the other; numbers past the last step
+    /// are ignored.
     pub inputs: Arc<[f64]>,
-    /// After how many steps the state is wanted, not descending; 0 is the start.
+    /// After how many steps the state is observed, in ascending order; 0 is the start.
     pub observed: Vec<usize>,
-    /// Which numbers of such a state are wanted, `None` for all: on a tape each is a variable,
-    /// which costs more than to compute it. Without any entry nothing is seen.
+    /// Which numbers of an observed state are returned, by their index in the state; `None` for all. On a
+    /// tape each is a variable, which costs more than its computation.
     pub entries: Option<Vec<usize>>,
-    /// Where some number of a state after the start, observed or not, is not below this in
-    /// magnitude, or is none, all that is observed is NaN: a rollout that went astray and came back
-    /// does not pass for one that did not. It tells nothing to derivatives. Not below 0.
+    /// If any number of any state after the start, observed or not, is NaN or not below this in
+    /// magnitude, all outputs are NaN: a rollout that went astray and came back is not taken for a good
+    /// one. Derivatives do not depend on it. Not below 0.
     pub state_bound: Option<f64>,
-    /// `None` gives the exact gradient.
+    /// Clips the cotangent; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
     /// What the forward run keeps for the reverse sweep.
     pub memory: Memory,
 }
 
-/// What several rollouts are given for a parameter.
+/// A parameter of several rollouts.
 #[derive(Clone, Copy, Debug)]
 pub enum Given<'a, R> {
     /// The same for all of them.
     Shared(&'a [R]),
-    /// One for each: an array, as all share the matrices.
+    /// One for each: an array or a control, not a matrix.
     Each(&'a [&'a [R]]),
 }
 
 impl<M: Model> Rollout<M> {
-    /// So many steps without inputs, of which the last state is seen, all of it: without bounds,
-    /// the gradient exact, every step kept for the way back.
+    /// `steps` steps without inputs. The last state is observed, all of it; there are no bounds, and every
+    /// step is kept for the reverse sweep.
     pub fn new(model: M, steps: usize) -> Self {
         Self {
             model,
@@ -90,18 +91,21 @@ impl<M: Model> Rollout<M> {
         }
     }
 
-    /// The observed states one after the other, or the wanted numbers of each, from the parts of
-    /// the start's state and the parameters in the order of the model's declarations; a
-    /// [control](Program::control) is a parameter of one step's numbers after the other.
+    /// Runs all steps and returns the observed states (or the chosen [`entries`](Rollout::entries) of
+    /// each), one after the other.
     ///
-    /// On the tape the whole rollout is one entry.
+    /// `start` is the initial state, its parts one after the other in the order of the model's
+    /// declarations; `parameters` are one slice each, in that order too: an array, a matrix row by row, a
+    /// [control](Program::control) step by step.
+    ///
+    /// On the tape the whole rollout is one fused entry.
     ///
     /// # Panics
     /// - If lengths differ from the model's declarations, or the inputs are too few for all steps;
-    /// - if an observed step or a wanted entry is out of range, or the observed steps do not ascend;
-    /// - if a bound is below 0 or NaN, or looked at every 0 steps;
+    /// - if an observed step or an entry is out of range, or the observed steps do not ascend;
+    /// - if a bound is below 0 or NaN, or checked every 0 steps;
     /// - on a tape, if the [`Memory`] is too little for a step;
-    /// - if the model leaves a part of its state unadvanced, and as its program does.
+    /// - if the model leaves a part of its state unadvanced, or records what [`Program`] refuses.
     pub fn run<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
         let inputs: Vec<&[R]> = std::iter::once(start)
             .chain(parameters.iter().copied())
@@ -109,18 +113,18 @@ impl<M: Model> Rollout<M> {
         R::fused(self.clone(), &inputs)
     }
 
-    /// What [`run`](Rollout::run) gives from each of several starts, to the bit, in less time: as
+    /// What [`run`](Rollout::run) returns from each of several starts, to the bit, in less time: as
     /// many starts as a register has lanes run together, and each weight that is read serves them
     /// all.
     ///
-    /// On the tape this too is one entry. The cotangents of starts have the bits that they have
-    /// alone; those of the parameters, which all starts share, are sums over steps and starts and
-    /// differ from the sum of single ones by rounding.
+    /// On the tape this too is one fused entry. The cotangents of starts have the same bits as from
+    /// `run`; those of the parameters, which all starts share, are sums over steps and starts in another
+    /// order, and differ from the sum of those of `run` by rounding.
     ///
     /// ```
     /// use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
     ///
-    /// /// What is left of `x` when a step takes its share.
+    /// /// Each step takes a share of `x`.
     /// #[derive(Clone, Copy)]
     /// struct Decay;
     ///
@@ -141,7 +145,7 @@ impl<M: Model> Rollout<M> {
     /// }
     ///
     /// let rollout = Rollout::new(Decay, 2);
-    /// // (a + b) (1 - share)^2 by a, b and the share.
+    /// // (a + b) (1 - share)^2, differentiated by a, b and the share.
     /// let left = |x: &[Var<f64>]| {
     ///     let ends = rollout.run_many(&[&x[..1], &x[1..2]], &[&x[2..]]);
     ///     ends[0][0] + ends[1][0]
@@ -156,9 +160,9 @@ impl<M: Model> Rollout<M> {
         self.run_each(starts, &shared)
     }
 
-    /// What [`run_many`](Rollout::run_many) gives where starts have arrays of their own among the
-    /// parameters: models that differ in all but their matrices, which are read once for all. The
-    /// cotangents of what a start has of its own have the bits that they have alone.
+    /// Like [`run_many`](Rollout::run_many) where some parameters differ from start to start: all but the
+    /// matrices may. The cotangents of a start's own parameters have the same bits as from
+    /// [`run`](Rollout::run).
     ///
     /// ```
     /// use autodiff::{Adjoint, Given, Kernel, Model, Program, Real, Rollout};
@@ -194,7 +198,7 @@ impl<M: Model> Rollout<M> {
     /// ```
     ///
     /// # Panics
-    /// As [`run`](Rollout::run), if there is not one for each start, and if it is a matrix.
+    /// As [`run`](Rollout::run); and if a [`Given::Each`] has not one slice per start, or is for a matrix.
     pub fn run_each<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
         if starts.is_empty() {
             return Vec::new();
@@ -207,7 +211,7 @@ impl<M: Model> Rollout<M> {
                     assert_eq!(
                         given.len(),
                         starts.len(),
-                        "not one parameter for each start"
+                        "Given::Each needs one slice for each start"
                     );
                     inputs.extend(*given);
                 }
@@ -226,7 +230,7 @@ impl<M: Model> Rollout<M> {
             .collect()
     }
 
-    /// What no step has to look at any more; each of them takes so many inputs.
+    /// Refuses settings that the steps rely on without checks, given how many inputs a step takes.
     fn check(&self, inputs: usize) {
         assert!(
             self.observed.is_sorted(),
@@ -260,23 +264,23 @@ impl<M: Model> Rollout<M> {
         }
     }
 
-    /// Where the wanted numbers lie in a state, given how many starts there are side by side in it
-    /// and how many numbers.
-    fn wanted(&self, (starts, len): (usize, usize)) -> Vec<usize> {
+    /// Where the returned numbers lie in a state of `len` numbers, in which those of `starts` starts are
+    /// interleaved.
+    fn places(&self, (starts, len): (usize, usize)) -> Vec<usize> {
         let Some(entries) = &self.entries else {
             return (0..len).collect();
         };
         assert!(
             entries.iter().all(|entry| *entry < len / starts),
-            "a rollout has {} numbers in a state: {entries:?} are wanted",
+            "a rollout has {} numbers in a state: the entries {entries:?} are wanted",
             len / starts
         );
-        let side_by_side = |&entry: &usize| entry * starts..(entry + 1) * starts;
-        entries.iter().flat_map(side_by_side).collect()
+        let interleaved = |&entry: &usize| entry * starts..(entry + 1) * starts;
+        entries.iter().flat_map(interleaved).collect()
     }
 
-    /// Scales the cotangents of the states side by side back where the bound asks for it.
-    fn bound<R: Real>(&self, (step, starts): (usize, usize), state_bar: &mut [R]) {
+    /// Scales each start's cotangent back where the bound asks for it, after `step` steps.
+    fn clip<R: Real>(&self, (step, starts): (usize, usize), state_bar: &mut [R]) {
         let Some(CotangentBound { norm, every }) = self.cotangent_bound else {
             return;
         };
@@ -290,7 +294,7 @@ impl<M: Model> Rollout<M> {
             let (squared, unit) = measure(&mut of_start);
             let in_units = limit / unit;
             let exceeds = (in_units * in_units).lt(squared) | !squared.finite();
-            // Infinite numbers would make zeros of those that are merely large.
+            // With infinite numbers among them, a factor of zero would hide the others.
             let factor = limit * squared.rsqrt();
             let factor = R::select(squared.finite(), factor, R::lit(f64::NAN));
             let bars = state_bar[start..].iter_mut().step_by(starts);
@@ -300,52 +304,52 @@ impl<M: Model> Rollout<M> {
         }
     }
 
-    /// The observed states, from starts side by side.
+    /// The observed numbers, interleaved for several starts.
     fn forward<R: Real>(&self, starts: Starts, inputs: &[&[R]]) -> Vec<R> {
         let mut sweep = Sweep::new(self, starts, inputs);
         let mut row = sweep.row(inputs[0]);
-        let wanted = self.wanted((starts.count, sweep.state_len()));
+        let places = self.places((starts.count, sweep.state_len()));
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
                 let state = sweep.state(&row);
-                seen.extend(wanted.iter().map(|&i| state[i]));
+                seen.extend(places.iter().map(|&i| state[i]));
             }
             if step < self.steps {
                 sweep.step_in_place(step, &mut row);
             }
         }
-        sweep.judge((self.steps, &row), &mut seen);
+        sweep.apply_state_bound((self.steps, &row), &mut seen);
         seen
     }
 
-    /// The same, and what the way back needs.
+    /// The same, and what the reverse sweep needs.
     fn recorded<R: Real>(&self, starts: Starts, inputs: &[&[R]]) -> (Vec<R>, Recorded<R>) {
         let mut recorded = Recorded::new(self, starts, inputs);
-        let wanted = self.wanted((starts.count, recorded.state_len()));
+        let places = self.places((starts.count, recorded.state_len()));
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
                 let state = recorded.state(step);
-                seen.extend(wanted.iter().map(|&i| state[i]));
+                seen.extend(places.iter().map(|&i| state[i]));
             }
             if step < self.steps {
                 recorded.step(step);
             }
         }
-        recorded.judge(&mut seen);
+        recorded.apply_state_bound(&mut seen);
         (seen, recorded)
     }
 
-    /// The cotangents of starts side by side and of parameters.
-    fn back<R: Real>(
+    /// The cotangents of the (interleaved) starts, then of each parameter.
+    fn reversed<R: Real>(
         &self,
         (starts, saved): (usize, &mut Recorded<R>),
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
         let state_len = saved.state_len();
-        let places = self.wanted((starts, state_len));
+        let places = self.places((starts, state_len));
         let mut seeds = self
             .observed
             .iter()
@@ -359,17 +363,17 @@ impl<M: Model> Rollout<M> {
                     state_bar[place] += s;
                 }
             }
-            self.bound((step, starts), state_bar);
+            self.clip((step, starts), state_bar);
         });
         std::iter::once(state_bar).chain(parameter_bars).collect()
     }
 }
 
-/// Puts numbers into a unit whose squares do not overflow, nor underflow by more than rounding
-/// does: 1, or the largest number's magnitude. Returns the sum of squares, and the unit.
+/// Divides numbers by a unit, 1 or the largest magnitude, with which their squares neither overflow
+/// nor lose to underflow more than rounding does. Returns the sum of squares, and the unit.
 fn measure<R: Real>(numbers: &mut [R]) -> (R, R) {
     let squared = R::dot(numbers, numbers).detach();
-    // What underflows in single precision is below 1e-38 a number: nothing beside this.
+    // Squares that underflow, even in single precision, are below 1e-38: nothing beside this.
     let fits = R::lit(1e-30).le(squared) & squared.finite();
     if fits.all() {
         return (squared, R::one());
@@ -400,6 +404,6 @@ impl<M: Model> Fused for Rollout<M> {
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
-        self.back((1, saved), y_bar, &wanted[1..])
+        self.reversed((1, saved), y_bar, &wanted[1..])
     }
 }

@@ -1,4 +1,4 @@
-//! The two directions of a rollout.
+//! A rollout's run forward, and its reverse sweep.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,11 +9,11 @@ use crate::program::{Aligned, Program, Watch};
 use crate::real::Real;
 use crate::spare;
 
-/// Starts that run side by side.
+/// Starts that run interleaved.
 #[derive(Clone, Copy)]
 pub(super) struct Starts<'a> {
     pub(super) count: usize,
-    /// Of the first parameters, whether each start has its own; the others are shared.
+    /// For the first parameters, whether each start has its own; the others are shared.
     pub(super) own: &'a [bool],
 }
 
@@ -28,12 +28,12 @@ pub(super) struct Sweep<R: Real> {
     parameters: Aligned<R>,
     /// The inputs of all steps.
     inputs: Arc<[f64]>,
-    /// Looks at every state but the start, where there is a bound.
+    /// Checks every state but the start, if there is a bound.
     watch: Option<Watch<R>>,
 }
 
 impl<R: Real> Sweep<R> {
-    /// For starts side by side.
+    /// Records the program and takes over the inputs: the start, or interleaved ones, then parameters.
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
         let mut program = Program::side_by_side(starts.count);
         rollout.model.record(&mut program);
@@ -76,21 +76,20 @@ impl<R: Real> Sweep<R> {
         state
     }
 
-    /// Does a step; the new state stands where the next row begins. Asks meanwhile for the row that
-    /// is soon to be touched.
+    /// Does a step; the new state stands where the next row begins. Meanwhile prefetches the row `soon`.
     fn step(&mut self, step: usize, row: &mut [R], soon: Option<*const R>) {
         R::mark_step(step);
         self.program.set_inputs(row, (&self.inputs, step));
         self.program.step(&self.parameters, row, soon);
-        // The new state is looked at a step later: now that would wait for it to be written.
+        // The old state, not the new one: its loads would wait for the stores just made.
         if let (Some(watch), true) = (&mut self.watch, step > 0) {
             watch.look(&self.program, row);
         }
     }
 
-    /// Takes what was seen of a start away where some state of it was not below the bound, up to the
-    /// last in this row, after so many steps.
-    pub(super) fn judge(&self, (steps, row): (usize, &[R]), seen: &mut [R]) {
+    /// Makes NaN of what was observed of a start if one of its states was not below the bound. `row` has
+    /// the last state, after `steps` steps, which is still to be checked.
+    pub(super) fn apply_state_bound(&self, (steps, row): (usize, &[R]), seen: &mut [R]) {
         let Some(mut watch) = self.watch else {
             return;
         };
@@ -106,7 +105,7 @@ impl<R: Real> Sweep<R> {
     /// Does a step within one row.
     pub(super) fn step_in_place(&mut self, step: usize, row: &mut [R]) {
         self.step(step, row, None);
-        self.program.turn(row);
+        self.program.rewind(row);
     }
 }
 
@@ -124,14 +123,14 @@ pub struct Recorded<R: Real> {
     steps: usize,
     /// States from which the reverse sweep runs forward again; the start is the first.
     checkpoints: Vec<Checkpoint<R>>,
-    /// The rows of the last steps run, one after the other; of all of them where memory allows.
+    /// The rows of the last steps run, one after the other; of all steps where memory allows.
     rows: Aligned<R>,
-    /// The row of a rollout whose rows are not kept.
+    /// The single row for steps whose rows are not kept.
     row: Aligned<R>,
 }
 
 impl<R: Real> Recorded<R> {
-    /// For starts side by side.
+    /// As of [`Sweep::new`].
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
         let sweep = Sweep::new(rollout, starts, inputs);
         let (stride, row) = (sweep.program.stride(), sweep.row(inputs[0]));
@@ -141,7 +140,9 @@ impl<R: Real> Recorded<R> {
         let kept = kept.and_then(|kept| kept.checked_add(row.len()));
         let kept = kept.filter(|kept| *kept < isize::MAX as usize / (2 * size_of::<R>().max(1)));
         let Some(kept) = kept else {
-            panic!("{leaf} steps have more rows than any memory: give the rollout a budget");
+            panic!(
+                "the rows of {leaf} steps exceed any memory: give the rollout a budget, Memory::States"
+            );
         };
         let mut rows = spare_rows(kept);
         sweep.program.set_state(&mut rows, inputs[0]);
@@ -162,10 +163,10 @@ impl<R: Real> Recorded<R> {
         self.sweep.state_len()
     }
 
-    /// As of [`Sweep`], after the first run forward. What is run again has been judged.
-    pub(super) fn judge(&mut self, seen: &mut [R]) {
-        self.sweep
-            .judge((self.steps, self.row_after(self.steps)), seen);
+    /// As of [`Sweep`], after the first run forward; steps that are run again are not checked again.
+    pub(super) fn apply_state_bound(&mut self, seen: &mut [R]) {
+        let last = (self.steps, self.row_after(self.steps));
+        self.sweep.apply_state_bound(last, seen);
         self.sweep.watch = None;
     }
 
@@ -174,7 +175,7 @@ impl<R: Real> Recorded<R> {
         self.plan.leaf >= self.steps
     }
 
-    /// The row that begins with the state that the first run forward has after so many steps.
+    /// During the first run forward: the row that begins with the state after `step` steps.
     fn row_after(&self, step: usize) -> &[R] {
         match self.keeps_all() {
             true => &self.rows[step * self.sweep.program.stride()..],
@@ -182,12 +183,12 @@ impl<R: Real> Recorded<R> {
         }
     }
 
-    /// That state.
+    /// During the first run forward: the state after `step` steps.
     pub(super) fn state(&self, step: usize) -> Vec<R> {
         self.sweep.state(self.row_after(step))
     }
 
-    /// A step of the first run forward: keeps its row, or now and then a checkpoint.
+    /// A step of the first run forward. Keeps its row, or a checkpoint before it if the plan has one there.
     pub(super) fn step(&mut self, step: usize) {
         if self.keeps_all() {
             return self.step_to_row(step, step);
@@ -202,7 +203,7 @@ impl<R: Real> Recorded<R> {
         self.sweep.step_in_place(step, &mut self.row);
     }
 
-    /// Does a step from the state in one of the rows.
+    /// Does a step in the row with this index, and prefetches the next.
     fn step_to_row(&mut self, step: usize, row: usize) {
         let (stride, len) = (self.sweep.program.stride(), self.sweep.program.row_len());
         let row = &mut self.rows[row * stride..];
@@ -210,7 +211,7 @@ impl<R: Real> Recorded<R> {
         self.sweep.step(step, &mut row[..len], Some(next));
     }
 
-    /// The state of the one row.
+    /// The state in the single row.
     fn checkpoint(&self, step: usize) -> Checkpoint<R> {
         Checkpoint {
             step,
@@ -218,8 +219,9 @@ impl<R: Real> Recorded<R> {
         }
     }
 
-    /// Goes back from the last step to the first. `at` sees the state's cotangent after the
-    /// steps' number given, first after all, last at the start; returns the parameters'.
+    /// Goes back from the last step to the first and returns the cotangents of the parameters. Calls
+    /// `at(step, state_bar)` with the cotangent of the state after `step` steps, from the last step down
+    /// to 0, the start; there it may add to the cotangent and clip it.
     pub(super) fn reverse(
         &mut self,
         wanted: &[bool],
@@ -261,7 +263,7 @@ impl<R: Real> Recorded<R> {
         self.sweep.program.parameter_bars(&bars[0])
     }
 
-    /// Steps on from a checkpoint, within the one row.
+    /// Steps on from a checkpoint, within the single row.
     fn run_again(&mut self, from: &Checkpoint<R>, to: usize) {
         self.sweep.program.set_state(&mut self.row, &from.state);
         for step in from.step..to {
@@ -292,12 +294,11 @@ impl<R: Real> Recorded<R> {
     }
 }
 
-/// So many numbers at least, of which nothing is known; those that the thread's last sweep had,
-/// where they are enough.
+/// At least `len` numbers with any values: those of the thread's last sweep, if they are enough.
 fn spare_rows<R: Real>(len: usize) -> Aligned<R> {
     match spare::take::<Aligned<R>>() {
         Some(rows) if rows.len() >= len => *rows,
-        // Room for somewhat longer sweeps to come; what is not touched takes no memory.
+        // Some more for longer sweeps to come; pages that are not touched take no memory.
         _ => Aligned::zeros(len + len / 4),
     }
 }

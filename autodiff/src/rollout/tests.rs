@@ -252,7 +252,7 @@ fn entries_are_those_of_whole_states() {
 }
 
 #[test]
-#[should_panic(expected = "24 numbers in a state: [3, 24] are wanted")]
+#[should_panic(expected = "24 numbers in a state: the entries [3, 24] are wanted")]
 fn an_entry_beyond_the_state_is_told() {
     let mut several = Several::<f64>::new(1, 1);
     assert_eq!(2 * NODES, 24);
@@ -271,7 +271,7 @@ fn a_matrix_of_each_start_is_told() {
 }
 
 #[test]
-#[should_panic(expected = "not one parameter for each start")]
+#[should_panic(expected = "Given::Each needs one slice for each start")]
 fn a_start_without_its_own_is_told() {
     let several = Several::<f64>::new(2, 1);
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
