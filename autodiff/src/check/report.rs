@@ -9,8 +9,8 @@ use super::WRONG_BY;
 pub enum Verdict {
     /// The differences settle on the claimed slope, and from both sides.
     Smooth,
-    /// Differences cannot tell: the left and the right slope differ or grow apart and the claimed
-    /// one is between them, or no step makes the differences settle.
+    /// Differences cannot tell: the left and the right slope differ, or grow apart, with the claimed one
+    /// between them, or no step makes the differences settle.
     Kink,
     /// The differences settle on another slope, or forward mode disagrees.
     Wrong,
@@ -33,11 +33,11 @@ pub struct Direction {
     pub gradient: f64,
     /// The slope by the claim's second source.
     pub forward: Option<f64>,
-    /// Difference quotient behind the point, at `step`.
+    /// The backward difference quotient at `step`.
     pub left: f64,
-    /// Difference quotient around the point, at `step`.
+    /// The central difference quotient at `step`.
     pub central: f64,
-    /// Difference quotient ahead of the point, at `step`.
+    /// The forward difference quotient at `step`.
     pub right: f64,
     /// The step that the verdict rests on.
     pub step: f64,
@@ -48,14 +48,14 @@ pub struct Direction {
     pub taylor: Option<f64>,
     /// `|gradient - central|`, relative to the slope and the typical slope.
     pub error: f64,
-    /// By how much `central` may be off, relative to the same: a guess from the steps beside it,
-    /// infinite where differences do not settle.
+    /// By how much `central` may be off, relative to the same: an estimate from the neighbouring steps,
+    /// infinite where the differences do not settle.
     pub unsure: f64,
     /// The verdict.
     pub verdict: Verdict,
-    /// What differences alone say of a slope that is wrong on purpose, by [`WRONG_BY`] of it. `None`
-    /// where the slope is not smooth, and where differences and tolerance leave a quarter of that
-    /// unsure: there no verdict would tell anything.
+    /// The verdict of the differences alone on a slope that is wrong on purpose, by [`WRONG_BY`] of it.
+    /// `None` where the slope is not smooth, or is known only to within a quarter of that: there no
+    /// verdict would prove anything.
     pub control: Option<Verdict>,
 }
 
@@ -104,9 +104,9 @@ pub struct Report {
     pub worst: Component,
     /// The worst verdict of any direction.
     pub verdict: Verdict,
-    /// The negative control: the worst of what any direction says of a gradient that is wrong on
-    /// purpose, by [`WRONG_BY`] of it. Where that is not [`Verdict::Wrong`], the check believes what
-    /// it should not. `None` where no direction is smooth and steep enough to tell.
+    /// The negative control: the worst verdict of any direction on a gradient that is wrong on purpose,
+    /// by [`WRONG_BY`] of it. If that is not [`Verdict::Wrong`], the check cannot be trusted. `None`
+    /// where no direction is smooth and steep enough to tell.
     pub control: Option<Verdict>,
 }
 

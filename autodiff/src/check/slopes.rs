@@ -9,38 +9,40 @@ pub(super) struct Slopes {
     pub(super) left: f64,
     pub(super) central: f64,
     pub(super) right: f64,
-    /// What the value's noise makes of the quotients.
+    /// The error of the quotients due to the noise of the values.
     pub(super) noise: f64,
 }
 
 impl Slopes {
-    /// How far left and right slope are apart.
+    /// The distance between the left and the right slope.
     fn gap(&self) -> f64 {
         (self.right - self.left).abs()
     }
 
-    /// The steeper side's slope, less one that is taken away from both.
-    pub(super) fn steepest(&self, less: f64) -> f64 {
-        (self.left - less).abs().max((self.right - less).abs())
+    /// The magnitude of the steeper side's slope, relative to a slope of `base`.
+    pub(super) fn steepest(&self, base: f64) -> f64 {
+        (self.left - base).abs().max((self.right - base).abs())
     }
 }
 
-/// A step at which quotients change least from step to step.
+/// A step around which the quotients change little from one step to the next.
 #[derive(Clone, Copy)]
 struct Plateau {
+    /// Which step of the sweep; steps shrink from one level to the next.
     level: usize,
     slope: f64,
-    /// How much the slope differs from those of the neighbouring steps, and its noise. Above the
-    /// step truncation decides, below it noise, here neither, so this measures both. (Differences
-    /// alone do not: steps below the value's resolution give zero, time and again.)
+    /// How much the slope differs from those of the neighbouring steps, plus its noise. At larger steps
+    /// truncation dominates, at smaller ones noise, so this estimates both. (The differences to the
+    /// neighbours would not do: steps below the value's resolution all give the same slope, zero.)
     spread: f64,
     noise: f64,
-    /// The slope of the steeper side: at a minimum the central one is zero and no measure.
+    /// The slope of the steeper side, for a scale: at a minimum the central one is zero.
     steepest: f64,
 }
 
-/// `value(h)` is the function at distance `h` along the direction, `here` that at none. Its values and
-/// its arguments, which are up to `size`, have a relative error of `noise`.
+/// The quotients of all steps. `value(h)` is the function at distance `h` along the direction, `here`
+/// its value at the point. Values, and arguments of magnitudes up to `size`, have a relative error of
+/// `noise`.
 pub(super) fn sweep(
     (here, value): (f64, impl Fn(f64) -> f64),
     steps: impl Iterator<Item = f64>,
@@ -55,7 +57,7 @@ pub(super) fn sweep(
             right: (ahead - here) / step,
             noise: 0.0,
         };
-        // The value at the point alone does not tell: at a minimum it may be zero.
+        // Not the value at the point alone, which may be zero at a minimum.
         let largest = here.abs().max(behind.abs()).max(ahead.abs());
         slopes.noise = noise * (largest + size * slopes.steepest(0.0)) / step;
         slopes
@@ -63,8 +65,8 @@ pub(super) fn sweep(
     steps.map(slopes).collect()
 }
 
-/// How much the slope changes over the middle step: what sets a scale where the slope is zero and
-/// the gradient too. Of the steps above, the one with the least change for its length tells, for a
+/// How much the slope changes over the middle step, for a scale where the slope and the gradient are
+/// zero. It is extrapolated from that larger step whose slope changes least for its length, because a
 /// jump beside the point is no change of the slope.
 pub(super) fn change(sweep: &[Slopes], claimed: f64) -> f64 {
     let middle = sweep.len() / 2;
@@ -102,9 +104,9 @@ fn settled(sweep: &[Slopes], slope: impl Fn(&Slopes) -> f64) -> Option<Plateau> 
         .min_by(|a, b| a.spread.total_cmp(&b.spread))
 }
 
-/// By how much the values closer than the plateau at `level` miss its slope, in the median: their noise,
-/// whatever they are said to have. Noise, and a jump beside the point, moves each side its own way
-/// and shows here; a kink, a cusp or a spike at the point moves both alike and does not.
+/// The observed noise of the values: by how much, in the median, those at smaller steps than the
+/// plateau's `level` miss its central slope. Noise, and a jump beside the point, moves each side its own
+/// way and shows here; a kink, a cusp or a spike at the point moves both sides alike and does not.
 pub(super) fn missed(sweep: &[Slopes], level: usize) -> f64 {
     let miss = |slopes: &Slopes| (slopes.central - sweep[level].central).abs() * slopes.step;
     let mut misses: Vec<f64> = sweep[level + 1..].iter().map(miss).collect();
@@ -112,8 +114,7 @@ pub(super) fn missed(sweep: &[Slopes], level: usize) -> f64 {
     misses[misses.len() / 2]
 }
 
-/// Whether the values bend by more than their noise, the one that shows and the one they are said
-/// to have.
+/// Whether the values bend by more than their noise, both the observed one (`missed`) and the stated one.
 fn bends(slopes: &Slopes, missed: f64) -> bool {
     slopes.gap() * slopes.step > Judge::BENT * missed && slopes.gap() > Judge::SAFETY * slopes.noise
 }
@@ -129,20 +130,21 @@ pub(super) struct Judge {
     pub(super) claimed: f64,
     pub(super) typical: f64,
     pub(super) tolerance: f64,
-    /// A slope that changes the value by no more than its noise over a step as long as the point.
+    /// The slope that changes the value by its noise over a step as long as the point: smaller ones are
+    /// not distinguished.
     pub(super) unseen: f64,
 }
 
 impl Judge {
-    /// Below this part of its slope a spread leaves a plateau a plateau.
+    /// The largest spread of a plateau, relative to its slope.
     const ROUGH: f64 = 1e-2;
-    /// A spread is a guess of an error, not a bound: this many of them are.
+    /// A spread estimates the error; this many times the spread bounds it.
     const SAFETY: f64 = 4.0;
-    /// Values that bend by this many of their misses do so for more than noise: noise up to one
-    /// bends them by up to four, and misses are an eighth of it, in the median, or more.
+    /// Values that bend by this many times their observed noise do so for another reason: noise of up to
+    /// 1 bends them by up to 4, and is observed as 1/8 at least, in the median.
     const BENT: f64 = 32.0;
-    /// A gap that shrinks to more than this part of itself stays: that of a smooth function shrinks
-    /// to 0.32 from one level to the next.
+    /// A gap stays if the next level has more than this part of it; that of a smooth function shrinks to
+    /// 0.32.
     const STAYS: f64 = 0.5;
 
     /// What errors of a slope are measured against.
@@ -151,7 +153,7 @@ impl Judge {
         scale.max(f64::MIN_POSITIVE)
     }
 
-    /// Whether another exact derivative is the claimed one.
+    /// Whether the claimed slope equals that of another exact derivative, up to the tolerance.
     pub(super) fn same(&self, derivative: f64) -> bool {
         self.claimed == derivative
             || (self.claimed - derivative).abs()
@@ -161,7 +163,7 @@ impl Judge {
     /// The verdict, the slopes that it rests on, and by how much they may be off.
     pub(super) fn verdict(&self, sweep: &[Slopes]) -> (Verdict, Slopes, f64) {
         let Some(best) = settled(sweep, central).filter(|best| self.settles(best)) else {
-            // No derivative to compare with: rough, or with an infinite slope.
+            // No plateau to compare with: the function is rough, or its slope infinite.
             return (Verdict::Kink, sweep[sweep.len() / 2], f64::INFINITY);
         };
         let apart = self.stays_apart(sweep, &best);
@@ -173,8 +175,8 @@ impl Judge {
         if self.agrees(&best) {
             return rests(agreed(kink), &best);
         }
-        // The stencil may have crossed a kink beside the point: a smaller step with a clearly
-        // different slope, settled too, has the last word.
+        // The steps of the plateau may cross a kink beside the point: if a smaller step has settled on a
+        // clearly different slope, that one decides.
         for level in best.level + 1..sweep.len() - 1 {
             let closer = plateau(sweep, central, level);
             let unsure = Self::SAFETY * (closer.spread + best.spread);
@@ -183,15 +185,15 @@ impl Judge {
                 return rests(agreed(self.stays_apart(sweep, &closer)), &closer);
             }
         }
-        // Sides that grow apart, a cusp's, have every slope between them.
+        // Between sides that grow apart, as at a cusp, lies every slope.
         if self.between_sides(sweep) || kink && grows_apart(&sweep[best.level..]) {
             return rests(Verdict::Kink, &best);
         }
         rests(Verdict::Wrong, &best)
     }
 
-    /// What differences alone say of the slope made wrong by [`WRONG_BY`], if they are sure enough of
-    /// the right one to tell, given the verdict on that and by how much they may be off.
+    /// The verdict on the slope made wrong by [`WRONG_BY`], given that on the claimed one and by how much
+    /// the differences may be off; `None` unless they are sure enough of the claimed one.
     pub(super) fn control(
         &self,
         sweep: &[Slopes],
@@ -218,9 +220,9 @@ impl Judge {
             && error <= self.tolerance * self.scale(plateau.slope) + Self::SAFETY * plateau.spread
     }
 
-    /// Whether left and right slope stay apart, or grow apart, somewhere from the plateau down: at
-    /// a smooth point their gap shrinks like the step. Over four levels, for noise keeps them apart
-    /// over three by chance.
+    /// Whether the left and the right slope stay apart, or grow apart, somewhere from the plateau down:
+    /// at a smooth point their gap shrinks like the step. Over four levels, because over three noise may
+    /// keep them apart by chance.
     fn stays_apart(&self, sweep: &[Slopes], best: &Plateau) -> bool {
         let missed = missed(sweep, best.level);
         let first = best.level.min(sweep.len().saturating_sub(4));
@@ -233,8 +235,9 @@ impl Judge {
         })
     }
 
-    /// The plateau with the least spread of those below over which left and right slope come
-    /// together: then it was not a kink that kept them apart above, but something narrow.
+    /// The plateau with the least spread among those at smaller steps where the left and the right slope
+    /// come together. If there is one, it was not a kink that kept them apart at larger steps, but a
+    /// narrow term.
     fn closer(&self, sweep: &[Slopes], best: &Plateau) -> Option<Plateau> {
         let together = |closer: &Plateau| {
             let levels = &sweep[closer.level - 1..=closer.level + 1];
@@ -249,7 +252,7 @@ impl Judge {
             .min_by(|a, b| a.spread.total_cmp(&b.spread))
     }
 
-    /// Whether the two sides settle on different slopes, with the claimed one among them.
+    /// Whether the two sides settle on different slopes, with the claimed one between them.
     fn between_sides(&self, sweep: &[Slopes]) -> bool {
         let left = settled(sweep, |slopes| slopes.left).filter(|left| self.settles(left));
         let right = settled(sweep, |slopes| slopes.right).filter(|right| self.settles(right));

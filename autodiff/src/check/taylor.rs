@@ -1,19 +1,20 @@
-//! The order at which a value parts from the line that its claimed slope draws.
+//! The order at which the remainder of the linear approximation by the claimed slope falls.
 
 use super::slopes::{Slopes, missed};
 
-/// So many times the noise a remainder is clear of it: then noise moves a local order by a twentieth
-/// at most, where steps are half a decade apart.
+/// A remainder of this many times the noise is clear of it: then noise changes a local order by a
+/// twentieth at most, with steps half a decade apart.
 const CLEAR: f64 = 32.0;
 
-/// The order that the smallest steps show counts. A small error of the slope shows there alone, and
-/// a kink beside the point no longer. The median of so many stands two that are off.
+/// How many of the smallest clear steps count, by the median, which tolerates two outliers. Only there
+/// does a small error of the slope show, and a kink beside the point no longer.
 const LOCAL: usize = 5;
 
-/// How fast `|f(x + h d) - f(x) - h slope|` falls with `h`, the larger of ahead and behind so that a
-/// change of its sign on one side is no fall: the median of the orders between neighbouring steps,
-/// over the smallest that are clear of the noise. That is the larger of what the values are said to
-/// have and of what they show below the plateau at step `rests`. `None` where no two steps are clear.
+/// How fast `|f(x + h d) - f(x) - h slope|` falls with `h`: the median of the orders between
+/// neighbouring steps, over the smallest that are clear of the noise. The remainder is the larger of
+/// those ahead and behind, so that a change of sign on one side is not taken for a fall. The noise is
+/// the larger of the stated and the observed, below the plateau at step `rests`. `None` where no two
+/// neighbouring steps are clear.
 pub(super) fn order(sweep: &[Slopes], slope: f64, rests: f64) -> Option<f64> {
     let level = sweep.iter().position(|slopes| slopes.step == rests)?;
     let missed = missed(sweep, level);

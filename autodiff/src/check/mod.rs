@@ -1,19 +1,19 @@
 //! Gradient checking: is a gradient right, and if differences say no, is it the gradient's fault?
 //!
-//! [`check_gradient`] takes a generic function and holds its reverse mode against forward mode
-//! and finite differences. [`check_directions`] holds a gradient from anywhere against a plain
-//! function. Both look along random directions, where every component takes part: a wrong one
-//! shows in each of them, and halving the direction then finds it.
+//! [`check_gradient`] takes a generic function and compares its reverse mode with forward mode and
+//! finite differences. [`check_directions`] compares a gradient from anywhere with differences of a plain
+//! function. Both look along random directions, in which every component takes part: a wrong one
+//! shows in each of them, and bisection of the direction then finds it.
 //!
 //! Differences can be wrong too: too long a step crosses a kink nearby, too short a step drowns
 //! in rounding, and at a kink no step is right. So the step is swept over all magnitudes, the
 //! left and the right slope are kept apart, and a disagreement is blamed on the gradient only
 //! when neither a smaller step nor a kink explains it.
 //!
-//! The values of the sweep tell two things more, at no cost. The Taylor slope is the order at which
+//! The values of the sweep tell two more things at no cost. The Taylor slope is the order at which
 //! the remainder `f(x + h d) - f(x) - h g.d` falls with the step: 2 where the gradient is right, 1
-//! where it is not. And a gradient that is wrong on purpose, by [`WRONG_BY`], is judged by the same
-//! differences: a check that does not find this negative control out tells nothing.
+//! where it is not. And a negative control, a gradient that is wrong on purpose by [`WRONG_BY`], is
+//! judged by the same differences: a check that does not call it wrong proves nothing.
 //!
 //! A plateau, a range of steps over which the central slope stays the same, is believed where the
 //! left and the right slope come together as the step shrinks. What follows from that:
@@ -23,15 +23,15 @@
 //! | smooth, a minimum of exactly zero included | smooth | wrong |
 //! | a kink, `x.abs()`: each side has a slope of its own | kink for any slope between them | wrong |
 //! | a cusp or a spike, `x.abs().powf(0.6)` or a single value off the rest: the sides grow apart | kink | kink, or wrong where they do so slowly |
-//! | anything | | wrong, of a slope that is NaN, as `x.abs().sqrt()` has at zero in reverse |
+//! | anything | | wrong for a claimed NaN, as `x.abs().sqrt()` gives at zero in reverse |
 //! | a narrow term, of a few hundred smallest steps or more | smooth | wrong, a forgotten term too |
 //! | a narrower one | kink or smooth | kink or wrong |
 //!
-//! At a stationary point no slope sets a scale for the tolerance: there it is how much the slope
-//! changes over the middle one of the steps. `x * x.abs()` is smooth at zero, whatever its second
-//! derivative; `x.max(0).powf(1.5)`, whose slope shrinks slower than the step, is a kink.
+//! At a stationary point there is no slope to set a scale for the tolerance: instead, the slope's change
+//! over the middle one of the steps does. `x * x.abs()` is smooth at zero, whatever its second
+//! derivative; `x.max(0).powf(1.5)`, whose slope shrinks more slowly than the step, is a kink.
 //!
-//! Two things are out of sight. A jump at the point that is small beside the value's change over
+//! Two things cannot be seen. A jump at the point that is small beside the value's change over
 //! the largest steps looks like noise. And what varies over less than the smallest step, `1 / x` at
 //! 1e-9, looks like a spike whatever its gradient: it needs a smaller step.
 
@@ -49,23 +49,23 @@ use slopes::Slopes;
 pub struct Options {
     /// How many random directions, each of unit length.
     pub directions: usize,
-    /// The largest step along a direction, as a multiple of the largest `|x_i|`, or of 1 where
-    /// that is larger.
+    /// The largest step along a direction, as a multiple of the largest `|x_i|` or of 1, whichever is
+    /// larger; at least ten times the smallest, and finite.
     pub largest_step: f64,
-    /// The smallest step, likewise. What the function does over less than a few hundred of these
-    /// is hardly seen: variables that are small by nature need it smaller, or other units.
+    /// The smallest step, likewise. What the function does over less than a few hundred of these is
+    /// hardly seen: for variables that are small by nature make it smaller, or change their units.
     pub smallest_step: f64,
-    /// The error that counts as agreement, relative to the slope, to the gradient's root mean square
-    /// or to the slope's change over the middle step, whichever is largest. What the differences
-    /// leave uncertain is added.
+    /// The largest error that counts as agreement, relative to the slope, to the gradient's root mean
+    /// square or to the slope's change over the middle step, whichever is largest. The uncertainty of
+    /// the differences is added to it.
     pub tolerance: f64,
-    /// The relative error of the values and the arguments: that of the number type, or more where
-    /// the computation amplifies rounding. Below it differences mean nothing, nor do slopes that
-    /// would change the value by less over a step as long as the point.
+    /// The relative error of the values and the arguments: the epsilon of the number type, or more where
+    /// the computation amplifies rounding. Differences of values within it mean nothing, nor do slopes
+    /// so small that over a step as long as the point the value would change by less.
     pub noise: f64,
     /// Seed of the directions.
     pub seed: u64,
-    /// What the components are called, one name for each; without any, a report shows indices.
+    /// The names of the components, one for each; if empty, a report shows indices.
     pub names: Vec<String>,
 }
 
@@ -86,7 +86,7 @@ impl Default for Options {
 /// By how much the gradient of the negative control is wrong: one part in a hundred.
 pub const WRONG_BY: f64 = 0.01;
 
-/// The derivative along a given direction.
+/// A function that returns the derivative along a given direction.
 pub type Along<'a> = &'a dyn Fn(&[f64]) -> f64;
 
 /// What [`check_directions`] is to check.
@@ -96,7 +96,7 @@ pub struct Claim<'a> {
     pub x: &'a [f64],
     /// The gradient that is claimed there.
     pub gradient: &'a [f64],
-    /// The same derivative from another source, forward mode say.
+    /// The derivative along a direction from another source, forward mode say.
     pub forward: Option<Along<'a>>,
 }
 
@@ -156,7 +156,7 @@ pub struct Claim<'a> {
 /// };
 /// let report = check_gradient(&Work, &[2.0, 0.5, 3.0], &options);
 /// assert_eq!(report.verdict, Verdict::Wrong, "{report}");
-/// // 3 m/s are stopped by 2 kg * 3 m/s a unit of speed, of which half is claimed.
+/// // Its slope by the speed is mass * speed = 6, of which half is claimed.
 /// assert_eq!(report.worst.name.as_deref(), Some("speed"), "{report}");
 /// assert_eq!(report.worst.gradient, 3.0);
 /// assert!((report.worst.central - 6.0).abs() < 1e-6, "{report}");
@@ -199,8 +199,8 @@ pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) ->
 ///
 /// # Panics
 /// If there is no component to check or no direction to check along, the gradient's length is not
-/// that of `x`, there are names but not one per component, or the steps span less than a decade or
-/// are infinite.
+/// that of `x`, there are names but not one per component, or the steps are not positive, finite and a
+/// decade apart.
 pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
     refuse_misuse(claim, options);
     let n = claim.x.len();
@@ -238,7 +238,7 @@ fn refuse_misuse(claim: &Claim, options: &Options) {
     );
     assert!(
         options.largest_step >= 10.0 * options.smallest_step && options.smallest_step > 0.0,
-        "the steps must span a decade"
+        "the steps must be positive and span a decade"
     );
     assert!(
         options.largest_step.is_finite(),
@@ -254,14 +254,14 @@ struct Checker<'a, F> {
     value: &'a F,
     claim: &'a Claim<'a>,
     options: &'a Options,
-    /// Root mean square of the gradient: the slope that a random direction may expect.
+    /// Root mean square of the gradient: the slope to be expected along a random direction.
     typical: f64,
 }
 
 impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
     fn check(&self, direction: &[f64]) -> Direction {
         let along = |(&g, &d): (&f64, &f64)| if d == 0.0 { 0.0 } else { g * d };
-        // A component that does not move adds nothing, be it infinite.
+        // A component that does not move adds nothing, even if it is infinite.
         let claimed = self.claim.gradient.iter().zip(direction).map(along).sum();
         let forward = self.claim.forward.map(|forward| forward(direction));
         let value = |h| self.moved(direction, h);
@@ -302,7 +302,7 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
         }
     }
 
-    /// The component with the largest part in the error along `direction`, found by halving.
+    /// The component with the largest part in the error along `direction`, found by bisection.
     fn worst_component(&self, mut direction: Vec<f64>) -> Component {
         let (mut first, mut end) = (0, direction.len());
         while end - first > 1 {
@@ -313,8 +313,8 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
                 let length = dot(&half, &half).sqrt();
                 let half = normalised(half);
                 let checked = self.check(&half);
-                // The part's own contribution: its slope's error times its length. What is claimed
-                // to be infinite, or no number, is worst whatever differences make of it.
+                // The half's contribution to the error: that of its slope times its length. A claim
+                // of infinity or NaN is the worst, whatever the differences say.
                 let error = match checked.gradient.is_finite() {
                     true => checked.absolute_error() * length,
                     false => f64::INFINITY,
@@ -374,7 +374,7 @@ fn normalised(mut direction: Vec<f64>) -> Vec<f64> {
     direction
 }
 
-/// Steele, Lea and Flood's SplitMix64: enough for directions, and no dependency.
+/// SplitMix64 (Steele, Lea and Flood 2014): good enough for directions, and saves a dependency.
 struct SplitMix(u64);
 
 impl SplitMix {
