@@ -21,12 +21,12 @@ pub trait Lane<S>: Real {
     fn load(from: &[S]) -> Self;
     /// Writes the lanes to the first `N` places of a slice.
     fn store(self, to: &mut [S]);
-    /// A whole slice shorter than `N`, and zeros.
+    /// All of a slice shorter than `N`, then zeros.
     fn load_part(from: &[S]) -> Self;
     /// Fills a slice shorter than `N`.
     fn store_part(self, to: &mut [S]);
 
-    /// [`load`](Lane::load) from a place on, without a check.
+    /// [`load`](Lane::load) from place `at` on, without a check.
     ///
     /// # Safety
     /// The slice holds at least `at + N` scalars.
@@ -37,7 +37,7 @@ pub trait Lane<S>: Real {
         // SAFETY: the caller's promise.
         Self::load(unsafe { from.get_unchecked(at..at + Self::N) })
     }
-    /// [`store`](Lane::store) to a place on, without a check.
+    /// [`store`](Lane::store) from place `at` on, without a check.
     ///
     /// # Safety
     /// The slice holds at least `at + N` scalars.
@@ -48,10 +48,10 @@ pub trait Lane<S>: Real {
         // SAFETY: the caller's promise.
         self.store(unsafe { to.get_unchecked_mut(at..at + Self::N) });
     }
-    /// So many scalars, the second number, from the first number on, and zeros.
+    /// The `n` scalars from place `at` on, then zeros, without a check.
     ///
     /// # Safety
-    /// The slice holds them, and they are no more than `N`.
+    /// The slice holds at least `at + n` scalars, and `n` is no more than `N`.
     #[allow(unsafe_code)] // As above.
     #[inline(always)]
     unsafe fn load_n(from: &[S], (at, n): (usize, usize)) -> Self {
@@ -64,10 +64,10 @@ pub trait Lane<S>: Real {
             }
         }
     }
-    /// The counterpart of [`load_n`](Lane::load_n).
+    /// Writes the first `n` lanes from place `at` on, without a check.
     ///
     /// # Safety
-    /// As there.
+    /// As of [`load_n`](Lane::load_n).
     #[allow(unsafe_code)] // As above.
     #[inline(always)]
     unsafe fn store_n(self, to: &mut [S], (at, n): (usize, usize)) {
@@ -82,14 +82,14 @@ pub trait Lane<S>: Real {
     }
     /// The mask that is true in lane `k` where bit `k` is set.
     fn mask(bits: u16) -> Self::Mask;
-    /// The first lanes in their order at the places of the set bits; zeros elsewhere.
+    /// Moves the first lanes, in order, to the places of the set bits; zeros elsewhere.
     fn expand(self, bits: u16) -> Self;
-    /// The lanes at the places of the set bits, in their order, first; zeros behind them.
+    /// Moves the lanes at the places of the set bits, in order, to the first places; then zeros.
     fn compress(self, bits: u16) -> Self;
-    /// The lanes of two by turns: the first half of them all, and the second.
+    /// The lanes of both interleaved: `self[0], other[0], self[1], ...`, the first `N` and the last `N`.
     fn zip(self, other: Self) -> [Self; 2];
 
-    /// The hyperbolic tangent of each. Registers do them abreast: none waits for the one before.
+    /// The hyperbolic tangent of each. SIMD lanes compute them abreast, as none waits for another.
     #[inline(always)]
     fn tanh_each<const K: usize>(mut x: [Self; K]) -> [Self; K] {
         for k in 0..K {
@@ -98,7 +98,7 @@ pub trait Lane<S>: Real {
         x
     }
 
-    /// The first `N` scalars of a slice, or the whole of a shorter one and zeros.
+    /// The first `N` scalars of a slice, or all of a shorter one, then zeros.
     #[inline(always)]
     fn load_up_to(from: &[S]) -> Self {
         if from.len() >= Self::N {
@@ -157,8 +157,8 @@ impl<R: Real> Lane<R> for R {
     }
 }
 
-/// Work that is written for any lane width; see [`Real::vectorize`]. Lanes are numbers like others,
-/// also in duals and on a tape:
+/// Work that is written for any lane width; see [`Real::vectorize`]. Lanes are numbers like any other,
+/// also inside duals and on a tape:
 ///
 /// ```
 /// use autodiff::lanes::{Lane, Vectorized};
@@ -186,12 +186,12 @@ impl<R: Real> Lane<R> for R {
 pub trait Vectorized<S: Real> {
     /// What the work returns.
     type Output;
-    /// Does the work in lanes of type `L`. Implementations are `#[inline(always)]`, all the way
-    /// down: only then does the code take on the instruction set it was entered with.
+    /// Does the work in lanes of type `L`. Mark implementations, and all that they call,
+    /// `#[inline(always)]`: only then is the code compiled for the instruction set it is entered with.
     fn run<L: Lane<S>>(self) -> Self::Output;
 }
 
-/// The registers in use on this machine.
+/// Which registers lanes use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// What every processor of the target has; scalar code.
@@ -216,7 +216,7 @@ thread_local! {
     static CAP: std::cell::Cell<Level> = const { std::cell::Cell::new(Level::Avx512) };
 }
 
-/// Does work in narrower registers than this machine's, on this thread.
+/// Does work in registers no wider than this, on this thread.
 #[cfg(test)]
 pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
     let before = CAP.replace(cap);
@@ -227,7 +227,7 @@ pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
 
 #[inline]
 fn found() -> Level {
-    // There everything that is inlined has a place of its own on the stack, with wide registers some
+    // Unoptimised, every inlined intermediate has a stack slot of its own: with wide registers some
     // megabytes for a kernel.
     if cfg!(unoptimised) {
         return Level::Baseline;
@@ -257,8 +257,8 @@ pub(crate) fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
     work.run::<f32>()
 }
 
-/// Asks for memory that is soon to be read or written: so many numbers from the first on. A hint;
-/// there need be none.
+/// Prefetches `len` numbers from `first` on, which are soon to be read or written. A hint: the pointer
+/// need not be valid.
 #[inline(always)]
 pub(crate) fn prefetch<T>(first: *const T, len: usize) {
     #[cfg(target_arch = "x86_64")]
@@ -275,7 +275,7 @@ pub(crate) fn prefetch<T>(first: *const T, len: usize) {
     let _ = (first, len);
 }
 
-/// The one door into code compiled for wider registers.
+/// The only entry into code compiled for wider registers.
 #[cfg(target_arch = "x86_64")]
 mod enter {
     // `cargo bench -p benches --bench tapes` shows what it is for.

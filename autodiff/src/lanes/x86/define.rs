@@ -1,8 +1,9 @@
 //! What all registers have in common, as lanes and as numbers.
 
-/// Defines a register as a lane type. The second list names what differs between instruction
-/// sets in more than a prefix; see where it is used. Bodies of several instructions are pasted in: a
-/// closure that the compiler chose not to inline would be without the instructions.
+/// Defines a register as a lane type. The instructions named first differ between instruction sets in
+/// a prefix alone; the expressions after them differ in more, and are best read where they are used
+/// below. They are pasted in and not called: a closure that the compiler chose not to inline would be
+/// compiled without the instruction set.
 macro_rules! define_lanes {
     (
         $name:ident: [$scalar:ident; $n:literal] in $register:ident, mask $mask:ty,
@@ -187,7 +188,7 @@ macro_rules! define_lanes {
         }
 
         impl $name {
-            /// Calls a scalar function lane by lane: for what no hot loop uses.
+            /// Calls a scalar function lane by lane: for functions that have no SIMD version.
             #[inline(always)]
             fn each(self, other: Self, f: impl Fn($scalar, $scalar) -> $scalar) -> Self {
                 let (mut a, mut b) = ([0.0; $n], [0.0; $n]);

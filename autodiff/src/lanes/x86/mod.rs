@@ -1,7 +1,8 @@
 //! The registers of x86-64 as lanes: AVX-512 and AVX2 with FMA, for f64 and f32.
 //!
-//! The types are private to the crate and named only inside [`enter`](super::enter)'s closures,
-//! that is after the processor has been asked for the instructions they use.
+//! The types are private to the crate and named only in [`enter`](super::enter), where the processor
+//! has been asked for the instructions they use. So a value of such a type exists only where its
+//! instructions do.
 // `cargo bench -p benches --bench tapes`: kernels in lanes against the scalar step.
 #![allow(unsafe_code)]
 
@@ -20,21 +21,21 @@ use crate::element::Elementary;
 use crate::elementary::{self, Abreast, Primitive};
 use crate::real::{Mask, Real};
 
-/// A mask of one bit a lane (AVX-512).
+/// A mask with one bit for each lane (AVX-512).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bits<M>(M);
+pub(crate) struct BitMask<M>(M);
 
-/// A mask of one whole lane a truth value (AVX2).
+/// A mask with all bits of a lane set or none (AVX2).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wide<M>(M);
+pub(crate) struct LaneMask<M>(M);
 
-/// A bit for each of the first `n` lanes.
+/// The mask bits of the first `n` lanes.
 #[inline(always)]
 fn first_bits(n: usize) -> u16 {
     !(u16::MAX << n)
 }
 
-/// All bits of the first `n` lanes.
+/// A mask of the first `n` of four lanes: all bits set there, none elsewhere.
 #[inline(always)]
 fn first_i64(n: usize) -> __m256i {
     const ONES: [i64; 8] = [-1, -1, -1, -1, 0, 0, 0, 0];
@@ -43,7 +44,7 @@ fn first_i64(n: usize) -> __m256i {
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }
 
-/// All bits of the first `n` lanes.
+/// A mask of the first `n` of eight lanes, likewise.
 #[inline(always)]
 fn first_i32(n: usize) -> __m256i {
     const ONES: [i32; 16] = [-1, -1, -1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0, 0, 0];
@@ -54,9 +55,10 @@ fn first_i32(n: usize) -> __m256i {
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }
 
-/// For each of eight bits how many below it are set.
+/// For every byte, and each of its bits, how many bits below it are set: where `expand` takes a lane
+/// from.
 static RANK: [[u8; 8]; 256] = ranks_and_set_bits()[0];
-/// The bits that are set, in their order.
+/// For every byte, the bits that are set, in order: where `compress` takes a lane from.
 static SET_BIT: [[u8; 8]; 256] = ranks_and_set_bits()[1];
 
 const fn ranks_and_set_bits() -> [[[u8; 8]; 256]; 2] {
@@ -77,14 +79,14 @@ const fn ranks_and_set_bits() -> [[[u8; 8]; 256]; 2] {
     both
 }
 
-/// Every one of four bits twice: a number of 64 bits moves as two of 32.
+/// Each of four bits twice, so that lanes of 64 bits are moved as pairs of 32.
 #[inline(always)]
 fn twice_each(bits: u16) -> u16 {
     let apart = (bits | bits << 2) & 0b11_0011;
     ((apart | apart << 1) & 0b101_0101) * 3
 }
 
-/// Lanes from other places, and zeros where the bits are not set.
+/// Lane `k` is that of `a` at `places[k]`, or zero where bit `k` is not set.
 ///
 /// # Safety
 /// The processor has AVX2.
@@ -120,14 +122,14 @@ unsafe fn compressed(a: __m256, bits: u16) -> __m256 {
 }
 
 define_lanes!(
-    F64x8: [f64; 8] in __m512d, mask Bits<__mmask8>,
+    F64x8: [f64; 8] in __m512d, mask BitMask<__mmask8>,
     _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd
     _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_fmadd_pd _mm512_sqrt_pd,
     part |from, n| _mm512_maskz_loadu_pd(first_bits(n) as __mmask8, from),
     |to, n, a| _mm512_mask_storeu_pd(to, first_bits(n) as __mmask8, a),
-    |a, b| Bits(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b)),
-    |a, b| Bits(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b)),
-    |mask: Bits<u8>, a, b| _mm512_mask_blend_pd(mask.0, b, a),
+    |a, b| BitMask(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b)),
+    |a, b| BitMask(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b)),
+    |mask: BitMask<u8>, a, b| _mm512_mask_blend_pd(mask.0, b, a),
     |a, b| {
         // A test of the bits below the sign: unlike a comparison, constants fold in it.
         let bits = _mm512_set1_epi64(i64::MAX);
@@ -144,11 +146,11 @@ define_lanes!(
     },
     |a| _mm512_abs_pd(a),
     |size, sign| _mm512_or_pd(size, _mm512_and_pd(_mm512_set1_pd(-0.0), sign)),
-    |a: Self, b: Self| Bits(a.0 & b.0),
-    |a: Self, b: Self| Bits(a.0 | b.0),
-    |a: Self| Bits(!a.0),
+    |a: Self, b: Self| BitMask(a.0 & b.0),
+    |a: Self, b: Self| BitMask(a.0 | b.0),
+    |a: Self| BitMask(!a.0),
     |a: Self| a.0,
-    |bits| Bits(bits as __mmask8),
+    |bits| BitMask(bits as __mmask8),
     |a: Self, bits| Self(unsafe { _mm512_maskz_expand_pd(bits as __mmask8, a.0) }),
     |a: Self, bits| Self(unsafe { _mm512_maskz_compress_pd(bits as __mmask8, a.0) }),
     |a, b| {
@@ -159,14 +161,14 @@ define_lanes!(
 );
 
 define_lanes!(
-    F32x16: [f32; 16] in __m512, mask Bits<__mmask16>,
+    F32x16: [f32; 16] in __m512, mask BitMask<__mmask16>,
     _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps
     _mm512_add_ps _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_fmadd_ps _mm512_sqrt_ps,
     part |from, n| _mm512_maskz_loadu_ps(first_bits(n) as __mmask16, from),
     |to, n, a| _mm512_mask_storeu_ps(to, first_bits(n) as __mmask16, a),
-    |a, b| Bits(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)),
-    |a, b| Bits(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
-    |mask: Bits<u16>, a, b| _mm512_mask_blend_ps(mask.0, b, a),
+    |a, b| BitMask(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)),
+    |a, b| BitMask(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
+    |mask: BitMask<u16>, a, b| _mm512_mask_blend_ps(mask.0, b, a),
     |a, b| {
         // A test of the bits below the sign: unlike a comparison, constants fold in it.
         let bits = _mm512_set1_epi32(i32::MAX);
@@ -183,11 +185,11 @@ define_lanes!(
     },
     |a| _mm512_abs_ps(a),
     |size, sign| _mm512_or_ps(size, _mm512_and_ps(_mm512_set1_ps(-0.0), sign)),
-    |a: Self, b: Self| Bits(a.0 & b.0),
-    |a: Self, b: Self| Bits(a.0 | b.0),
-    |a: Self| Bits(!a.0),
+    |a: Self, b: Self| BitMask(a.0 & b.0),
+    |a: Self, b: Self| BitMask(a.0 | b.0),
+    |a: Self| BitMask(!a.0),
     |a: Self| a.0,
-    Bits,
+    BitMask,
     |a: Self, bits| Self(unsafe { _mm512_maskz_expand_ps(bits, a.0) }),
     |a: Self, bits| Self(unsafe { _mm512_maskz_compress_ps(bits, a.0) }),
     |a, b| {
@@ -198,14 +200,14 @@ define_lanes!(
 );
 
 define_lanes!(
-    F64x4: [f64; 4] in __m256d, mask Wide<__m256d>,
+    F64x4: [f64; 4] in __m256d, mask LaneMask<__m256d>,
     _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd
     _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_fmadd_pd _mm256_sqrt_pd,
     part |from, n| _mm256_maskload_pd(from, first_i64(n)),
     |to, n, a| _mm256_maskstore_pd(to, first_i64(n), a),
-    |a, b| Wide(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)),
-    |a, b| Wide(_mm256_cmp_pd::<_CMP_LE_OQ>(a, b)),
-    |mask: Wide<__m256d>, a, b| _mm256_blendv_pd(b, a, mask.0),
+    |a, b| LaneMask(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)),
+    |a, b| LaneMask(_mm256_cmp_pd::<_CMP_LE_OQ>(a, b)),
+    |mask: LaneMask<__m256d>, a, b| _mm256_blendv_pd(b, a, mask.0),
     |a, b| _mm256_and_pd(_mm256_cmp_pd::<_CMP_NEQ_UQ>(a, _mm256_setzero_pd()), b),
     |partial, cotangent, term| {
         let mask = _mm256_cmp_pd::<_CMP_NEQ_UQ>(cotangent, _mm256_setzero_pd());
@@ -217,14 +219,14 @@ define_lanes!(
     },
     |a| _mm256_andnot_pd(_mm256_set1_pd(-0.0), a),
     |size, sign| _mm256_or_pd(size, _mm256_and_pd(_mm256_set1_pd(-0.0), sign)),
-    |a: Self, b: Self| Wide(unsafe { _mm256_and_pd(a.0, b.0) }),
-    |a: Self, b: Self| Wide(unsafe { _mm256_or_pd(a.0, b.0) }),
-    |a: Self| Wide(unsafe { _mm256_xor_pd(a.0, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))) }),
+    |a: Self, b: Self| LaneMask(unsafe { _mm256_and_pd(a.0, b.0) }),
+    |a: Self, b: Self| LaneMask(unsafe { _mm256_or_pd(a.0, b.0) }),
+    |a: Self| LaneMask(unsafe { _mm256_xor_pd(a.0, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))) }),
     |a: Self| unsafe { _mm256_movemask_pd(a.0) },
     |bits| unsafe {
         let lane = _mm256_set_epi64x(8, 4, 2, 1);
         let set = _mm256_and_si256(_mm256_set1_epi64x(i64::from(bits)), lane);
-        Wide(_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane)))
+        LaneMask(_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane)))
     },
     |a: Self, bits| Self(unsafe {
         _mm256_castps_pd(expanded(_mm256_castpd_ps(a.0), twice_each(bits)))
@@ -239,14 +241,14 @@ define_lanes!(
 );
 
 define_lanes!(
-    F32x8: [f32; 8] in __m256, mask Wide<__m256>,
+    F32x8: [f32; 8] in __m256, mask LaneMask<__m256>,
     _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps
     _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_fmadd_ps _mm256_sqrt_ps,
     part |from, n| _mm256_maskload_ps(from, first_i32(n)),
     |to, n, a| _mm256_maskstore_ps(to, first_i32(n), a),
-    |a, b| Wide(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)),
-    |a, b| Wide(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)),
-    |mask: Wide<__m256>, a, b| _mm256_blendv_ps(b, a, mask.0),
+    |a, b| LaneMask(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)),
+    |a, b| LaneMask(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)),
+    |mask: LaneMask<__m256>, a, b| _mm256_blendv_ps(b, a, mask.0),
     |a, b| _mm256_and_ps(_mm256_cmp_ps::<_CMP_NEQ_UQ>(a, _mm256_setzero_ps()), b),
     |partial, cotangent, term| {
         let mask = _mm256_cmp_ps::<_CMP_NEQ_UQ>(cotangent, _mm256_setzero_ps());
@@ -258,14 +260,14 @@ define_lanes!(
     },
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
     |size, sign| _mm256_or_ps(size, _mm256_and_ps(_mm256_set1_ps(-0.0), sign)),
-    |a: Self, b: Self| Wide(unsafe { _mm256_and_ps(a.0, b.0) }),
-    |a: Self, b: Self| Wide(unsafe { _mm256_or_ps(a.0, b.0) }),
-    |a: Self| Wide(unsafe { _mm256_xor_ps(a.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }),
+    |a: Self, b: Self| LaneMask(unsafe { _mm256_and_ps(a.0, b.0) }),
+    |a: Self, b: Self| LaneMask(unsafe { _mm256_or_ps(a.0, b.0) }),
+    |a: Self| LaneMask(unsafe { _mm256_xor_ps(a.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }),
     |a: Self| unsafe { _mm256_movemask_ps(a.0) },
     |bits| unsafe {
         let lane = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
         let set = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lane);
-        Wide(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)))
+        LaneMask(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)))
     },
     |a: Self, bits| Self(unsafe { expanded(a.0, bits) }),
     |a: Self, bits| Self(unsafe { compressed(a.0, bits) }),
