@@ -5,8 +5,8 @@
 //! whatever the number of threads. They run in rayon's current pool.
 //!
 //! The numbers may be floats, lanes, [`Wide`](crate::Wide) or duals of these, but not variables of
-//! an outer tape: a tape records on its own thread alone, and says so where another thread meets its
-//! variables, which for a few arguments none does.
+//! an outer tape, because a tape records on its own thread only: using them on another panics. (With few
+//! arguments all work may stay on the calling thread, and the mistake go unnoticed.)
 
 use rayon::prelude::*;
 
@@ -38,11 +38,11 @@ pub fn values_and_gradients<R: Real>(
         let y = tape.record(x, |x| function.eval(x));
         (y.value(), tape.pullback(&[y], &[R::one()]).to_vec())
     };
-    // A tape for each share of the points: its memory serves them all.
+    // One tape for each share of the points, which reuses its memory for all of them.
     points.par_iter().map_init(Tape::new, at).collect()
 }
 
-/// [`jacobian`](crate::jacobian), some columns or rows a thread.
+/// [`jacobian`](crate::jacobian), its columns or rows shared out among threads.
 ///
 /// ```
 /// use autodiff::{Real, VectorFunction, parallel};
@@ -62,8 +62,7 @@ pub fn jacobian<R: Real>(function: &(impl VectorFunction + Sync), x: &[R]) -> Ve
         let passes: Vec<_> = firsts(x.len()).map(pass).collect();
         return joined_columns(passes, x.len(), values);
     }
-    // Each share of the rows makes a recording of its own: recording costs about as much as two
-    // of the sweeps it serves.
+    // Each share of the rows makes a recording of its own, which costs about as much as two sweeps.
     let record = || {
         let mut tape = Tape::new();
         let y = tape.record(x, |x| function.eval(x));
@@ -75,7 +74,7 @@ pub fn jacobian<R: Real>(function: &(impl VectorFunction + Sync), x: &[R]) -> Ve
     (0..values).into_par_iter().map_init(record, row).collect()
 }
 
-/// [`sparse_jacobian`](crate::sparse_jacobian), some colours a thread.
+/// [`sparse_jacobian`](crate::sparse_jacobian), its colours shared out among threads.
 ///
 /// # Panics
 /// As the serial one.
@@ -93,7 +92,7 @@ pub fn sparse_jacobian<R: Real>(
     entries
 }
 
-/// [`hessian`](crate::hessian), some rows a thread.
+/// [`hessian`](crate::hessian), its rows shared out among threads.
 ///
 /// ```
 /// use autodiff::{Function, Real, parallel};

@@ -40,9 +40,9 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 /// The Jacobians of a kernel at `count` points, in lanes: `output(i, jacobian)` is called for
 /// `i = 0, 1, ...` with values and partials at the point `input(i)`.
 ///
-/// Together they are a sparse Jacobian with `I` columns stored for each row: every kernel's
-/// inputs are seeded with the same `I` directions, whatever variables they are, which is column
-/// compression without a colouring to find.
+/// Where the inputs of each kernel are `I` of many variables, this is a sparse Jacobian with `I` entries
+/// in each row. The inputs are seeded with the same `I` directions at every point, whichever variables
+/// they are: column compression without a colouring.
 ///
 /// ```
 /// use autodiff::{Kernel, Partials, Real, batch};
@@ -108,8 +108,8 @@ impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
     }
 }
 
-/// The inputs of `L::N` points, given the first and the last there is; past that, it again.
-/// `rows` is working memory.
+/// The inputs of `L::N` points from the first on; points past the last there is repeat it. `rows` is
+/// working memory.
 #[inline(always)]
 fn gather<R: Real, L: Lane<R>, const I: usize>(
     input: &impl Fn(usize) -> [R; I],

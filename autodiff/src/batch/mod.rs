@@ -1,9 +1,9 @@
 //! One function at many points.
 //!
-//! - [`values`] and [`jacobians`] take a [`Kernel`](crate::Kernel) to many points in SIMD lanes:
-//!   a sparse Jacobian whose rows have a fixed number of entries.
-//! - [`Sum`] adds up a function of shared parameters over data, a likelihood for example, and
-//!   has its gradient by all parameters for a few times the cost of the sum.
+//! - [`values`] and [`jacobians`] evaluate a [`Kernel`](crate::Kernel) at many points in SIMD lanes,
+//!   for a sparse Jacobian whose rows have a fixed number of entries.
+//! - [`Sum`] adds up a function of shared parameters over data, a likelihood for example; its gradient
+//!   by all parameters costs a few times as much as the sum.
 
 mod kernels;
 mod replay;

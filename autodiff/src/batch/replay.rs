@@ -10,13 +10,13 @@ use crate::lanes::Lane;
 use crate::real::{Mask, Real};
 use crate::rule;
 
-/// Registers to a number, where there are points enough to fill them.
+/// Registers for each number, where there are points enough to fill them.
 pub(super) const WIDE: usize = 4;
 
 /// A number of the trace for `W * L::N` points.
 type Block<L, const W: usize> = [L; W];
 
-/// The numbers that a trace is replayed on, without their number type: memory worth keeping.
+/// The memory of a replay, to be used again; type-erased, as it depends on the number type.
 pub(super) type Spare = Box<dyn Any + Send>;
 
 /// A trace with the numbers it is replayed on.
@@ -28,7 +28,7 @@ pub(super) struct Replay<'a, R, L, const W: usize> {
 struct Memory<R, L, const W: usize> {
     /// Shared arguments and constants, the same for all points ...
     shared: Vec<R>,
-    /// ... and their cotangents, one part to each lane.
+    /// ... and their cotangents, summed over the points in each lane.
     shared_bars: Vec<L>,
     values: Vec<Block<L, W>>,
     bars: Vec<Block<L, W>>,
@@ -37,7 +37,7 @@ struct Memory<R, L, const W: usize> {
 }
 
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
-    /// Over memory of an earlier replay, if that was of the same number type.
+    /// Reuses the memory of an earlier replay, if that was of the same number type.
     #[inline(always)]
     pub(super) fn new(trace: &'a Trace, arguments: &[R], spare: Option<Spare>) -> Self {
         let spare = spare.and_then(|spare| spare.downcast::<Memory<R, L, W>>().ok());
@@ -206,8 +206,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         y
     }
 
-    /// Carries the cotangent of the result back. Cotangents of own places are zero before and
-    /// after.
+    /// Carries the cotangent of the result back to the shared arguments. The cotangents of own places are
+    /// zero before and after.
     #[inline(always)]
     pub(super) fn reverse(&mut self, result: Place, bar: Block<L, W>) {
         let trace = self.trace;
@@ -374,7 +374,7 @@ fn binary<L: Real>(f: Binary, a: L, b: L) -> (L, [L; 2]) {
     }
 }
 
-/// The frequent ones have a loop of their own, which asks once what is to be done.
+/// The frequent operations have loops of their own, so that the match is outside of the loop.
 #[inline(always)]
 fn forward_binary<L: Real, const W: usize>(
     f: Binary,

@@ -11,25 +11,27 @@ use crate::lanes::{Lane, Vectorized, WIDEST};
 use crate::real::Real;
 use crate::reverse::{Tape, Var};
 
-/// A function of parameters that all data share and of one datum: a term of a [`Sum`]. What else it
-/// needs it owns, or shares by an `Arc`: the tape keeps it.
+/// A function of parameters that all data share and of one datum: a term of a [`Sum`]. It must own what
+/// else it needs, or share it by an `Arc`, because the tape keeps it.
 pub trait Summand: Clone + Send + Sync + 'static {
-    /// How many numbers of working memory [`eval`](Self::eval) is given.
+    /// How many numbers of working memory [`eval`](Self::eval) needs.
     fn scratch(&self) -> usize {
         0
     }
 
-    /// The function. `scratch` holds whatever was left there. Implementations are
-    /// `#[inline(always)]`, to be as fast in lanes as they can be.
+    /// The term for one datum. `scratch` holds any values, and must be written before it is read. Mark
+    /// implementations `#[inline(always)]`: only then are they compiled for the lanes' instruction set.
     fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R;
 }
 
 /// The sum of a [`Summand`] over data.
 ///
-/// Plain numbers are evaluated in lanes, one datum a lane. On the reverse tape the whole sum is
-/// one entry: the summand is recorded once, for no datum in particular, and replayed forward and
-/// back over blocks of data in lanes. A summand that calls fused functions cannot be recorded so;
-/// it goes over an ordinary tape, datum by datum.
+/// Plain numbers are evaluated in lanes, one datum in each. On the reverse tape the whole sum is one
+/// fused entry: the summand is recorded once, without values, and replayed forward and back over blocks
+/// of data in lanes. A summand that calls fused functions ([`Real::fused`], [`Mask::any`] or `is_zero`
+/// likewise) cannot be recorded so, and takes an ordinary tape, datum by datum, which is much slower.
+///
+/// [`Mask::any`]: crate::Mask::any
 ///
 /// ```
 /// use autodiff::batch::{Sum, Summand};
@@ -54,14 +56,15 @@ pub trait Summand: Clone + Send + Sync + 'static {
 pub struct Sum<S> {
     summand: S,
     count: usize,
-    /// Per number of a datum that number of all data, the last repeated to fill whole blocks.
+    /// The data by columns: for each number of a datum, that number of all data, the last repeated to
+    /// fill whole blocks.
     columns: Arc<[Vec<f64>]>,
-    /// What the last gradient was computed on, for the next one.
+    /// The memory of the last gradient, for the next one.
     spare: Arc<Mutex<Option<Spare>>>,
 }
 
 impl<S: Summand> Sum<S> {
-    /// A sum over data, all of one length.
+    /// A sum over data, which all have the same length.
     ///
     /// # Panics
     /// If the data differ in length.
@@ -92,7 +95,7 @@ impl<S: Summand> Sum<S> {
         R::fused(self.clone(), &[shared])[0]
     }
 
-    /// The place for working memory. That it is there or not changes no result.
+    /// The place for spare memory. It may hold any, after a panic too: results do not depend on it.
     fn spare(&self) -> MutexGuard<'_, Option<Spare>> {
         let lock = self.spare.lock();
         lock.unwrap_or_else(|poisoned| poisoned.into_inner())
@@ -143,7 +146,7 @@ impl<S: Summand> Fused for Sum<S> {
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Vec<R>) {
         let shared = inputs[0];
         if self.count == 0 {
-            // There is no datum whose length a summand could be recorded for.
+            // Without a datum its length is not known, and the summand cannot be recorded.
             return (vec![R::zero()], vec![R::zero(); shared.len()]);
         }
         let recorded = trace([shared.len(), self.columns.len()], |shared, datum| {
@@ -223,7 +226,7 @@ impl<R: Real, S: Summand> Vectorized<R> for ValueAndGradient<'_, S, R> {
 }
 
 impl<R: Real, S: Summand> ValueAndGradient<'_, S, R> {
-    /// With `W` registers to a number.
+    /// With `W` registers for each number.
     #[inline(always)]
     fn replay<L: Lane<R>, const W: usize>(self) -> (R, Vec<R>) {
         let Sum { count, columns, .. } = self.sum;
@@ -238,7 +241,7 @@ impl<R: Real, S: Summand> ValueAndGradient<'_, S, R> {
             let terms = replay.forward(self.trace.result);
             let mut bars = terms;
             for w in 0..W {
-                // Past the last datum there are copies of it, which count for nothing.
+                // Past the last datum there are copies of it, which do not count.
                 let counted = count.saturating_sub(first + w * L::N).min(L::N);
                 let mut lanes = [R::zero(); WIDEST];
                 terms[w].store(&mut lanes);

@@ -1,9 +1,10 @@
 //! What a function does with its numbers, recorded as a list of operations that can be replayed
 //! with others.
 //!
-//! [`Traced`] is a [`Real`] without a value: generic code over it leaves an operation for each
+//! [`Traced`] is a [`Real`] without a value: running generic code over it records an operation for each
 //! call. Since such code cannot branch on values, one record serves all of them. What a record
-//! cannot hold, a fused function or a question to a mask, makes [`trace`] return `None`.
+//! cannot hold, a fused function or a decision by [`Mask::any`], makes [`trace`] return `None`.
+//! (No relation to the public module of this name, which looks for the origin of a NaN.)
 
 use std::cell::RefCell;
 use std::ops::{
@@ -20,7 +21,7 @@ use crate::real::{Mask, Real};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Place(u32);
 
-/// The bit that tells shared places.
+/// The bit that marks shared places.
 const SHARED: u32 = 1 << 31;
 
 impl Place {
@@ -46,7 +47,10 @@ impl Place {
 }
 
 fn index(at: usize) -> u32 {
-    assert!(at < SHARED as usize, "a trace is full");
+    assert!(
+        at < SHARED as usize,
+        "a summand takes more than {SHARED} operations"
+    );
     at as u32
 }
 
@@ -81,7 +85,7 @@ pub(super) enum Binary {
     Chain,
 }
 
-/// What gives a mask: 1 for true, 0 for false.
+/// An operation whose result is a mask, stored as a number: 1 for true, 0 for false.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Logic {
     Less,
@@ -91,10 +95,10 @@ pub(super) enum Logic {
     Not,
 }
 
-/// One operation; its result has the next own place.
+/// One operation; its result takes the next own place.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Op {
-    /// `keep` numbers the partials that are kept for the reverse sweep.
+    /// `keep` is where its partial is kept for the reverse sweep.
     Unary {
         f: Unary,
         x: Place,
@@ -124,12 +128,12 @@ pub(super) enum Op {
     Detach {
         x: Place,
     },
-    /// Of `len` places from each of these on.
+    /// The dot product of `len` places from each of these on.
     Dot {
         x: [Place; 2],
         len: u32,
     },
-    /// Of `len` places from this on.
+    /// The sum of `len` places from this on.
     Sum {
         x: Place,
         len: u32,
@@ -139,13 +143,16 @@ pub(super) enum Op {
 /// A recorded function of shared numbers and a point's own.
 #[derive(Debug, Default)]
 pub(super) struct Trace {
-    /// Follow the shared arguments.
+    /// Their places are shared ones, after the shared arguments.
     pub(super) constants: Vec<f64>,
-    /// Their results follow the own arguments.
+    /// The places of their results are own ones, after the own arguments.
     pub(super) ops: Vec<Op>,
     pub(super) result: Place,
+    /// How many shared and how many own arguments there are.
     pub(super) arguments: [usize; 2],
+    /// How many partials are kept.
     pub(super) kept: usize,
+    /// Whether something was called that a record cannot hold.
     unfit: bool,
 }
 
@@ -220,7 +227,7 @@ fn run(slice: &[Traced]) -> Option<Place> {
     places.all(|(i, x)| x.0 == first.plus(i)).then_some(first)
 }
 
-/// A number of which only the origin is known.
+/// A number of which only the place is known.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Traced(Place);
 
@@ -429,7 +436,7 @@ impl Zero for Traced {
     fn zero() -> Self {
         Self::lit(0.0)
     }
-    /// Not known, and so no record.
+    /// A question about the value, which a record cannot answer.
     fn is_zero(&self) -> bool {
         unfit();
         false
