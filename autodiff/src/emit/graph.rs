@@ -1,4 +1,4 @@
-//! The formula: every node once, and what is known of it.
+//! The formula as a graph: every subexpression once, and what is known of it.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -50,7 +50,7 @@ impl Node {
         }
     }
 
-    /// The operands that are finite where the value is.
+    /// The operands that are sure to be finite where the value is.
     fn shows(self) -> Vec<u32> {
         match self {
             Node::Add(..) | Node::Sub(..) | Node::Mul(..) | Node::Fma(..) | Node::Neg(_) => {
@@ -66,11 +66,11 @@ impl Node {
 /// More nodes than anyone would check in.
 const MOST: usize = 1 << 20;
 
-/// All nodes, each formula once.
+/// All nodes, each subexpression once (hash-consing).
 #[derive(Default)]
 pub(super) struct Graph {
     pub(super) nodes: Vec<(Node, Known)>,
-    /// Constants that stand for fields, whose signs are not known.
+    /// Constants that stand for fields: nothing but finiteness is known of those.
     fields: Vec<f64>,
     places: HashMap<Node, u32>,
 }
@@ -93,8 +93,8 @@ impl Graph {
         }
         assert!(
             self.nodes.len() < MOST,
-            "a kernel of more than {MOST} operations cannot be emitted: does it loop for as long as \
-             a mask has a lane? A formula has no end to that"
+            "a kernel of more than {MOST} operations cannot be emitted: does it loop until \
+             `Mask::any` is false? For symbols it never is"
         );
         let place = self.nodes.len() as u32;
         self.nodes.push((node, self.known(node)));
@@ -122,7 +122,8 @@ impl Graph {
             Node::Sub(a, b) => of(a).plus(of(b).negated()),
             Node::Mul(a, b) | Node::Chain(a, b) => product(a, b),
             Node::Neg(a) => of(a).negated(),
-            // A negative product of its own may be rounded to a negative zero.
+            // Unlike a product by itself, one inside is not rounded to a zero first: a small negative
+            // product may round to a negative zero in the end.
             Node::Fma(a, b, c) => Known {
                 unsigned: a == b && of(c).unsigned && of(c).least >= 0.0,
                 ..product(a, b).plus(of(c))
@@ -142,7 +143,7 @@ impl Graph {
         }
     }
 
-    /// Notes that these results are finite, and so is every number that would show in them.
+    /// Notes that these results are finite, and with them every number whose infinity would show there.
     pub(super) fn assume_finite(&mut self, results: &[u32]) {
         let mut shown = vec![false; self.nodes.len()];
         let mut pending = results.to_vec();

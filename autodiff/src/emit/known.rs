@@ -7,7 +7,8 @@ pub(super) struct Known {
     /// A lower bound.
     pub(super) least: f64,
     pub(super) range: Range,
-    /// Whether it is no negative zero: squares are none, and no sum is that has another term.
+    /// Whether it is sure not to be a negative zero: a square is not, nor is a sum one of whose terms is
+    /// not.
     pub(super) unsigned: bool,
 }
 
@@ -28,7 +29,7 @@ pub(super) enum Range {
 
 use Range::{Bounded, Finite, Overflow, Singular};
 
-/// Clear of zero: the cube of its reciprocal, the highest power in a rule, is finite in f32 too.
+/// Clear of zero: even the cube of its reciprocal, the highest power in a rule, is finite in f32.
 const CLEAR: f64 = 1e-12;
 
 impl Known {
@@ -52,7 +53,7 @@ impl Known {
         }
     }
 
-    /// Whether a product with zero is zero.
+    /// Whether it is sure to be finite, so that its product with zero is zero.
     pub(super) fn is_finite(self) -> bool {
         self.range <= Finite
     }
@@ -118,7 +119,7 @@ impl Known {
             "recip" if self.least > 0.0 => (0.0, bounded(inside)),
             "ln" => (f64::NEG_INFINITY, inside),
             "sin" | "cos" | "tanh" => (f64::NEG_INFINITY, bounded(self.range)),
-            // Zero where it vanishes.
+            // 0, not more: it may underflow.
             "exp" => (0.0, Singular),
             _ => (f64::NEG_INFINITY, Singular),
         };
@@ -133,7 +134,8 @@ impl Known {
         }
     }
 
-    /// The same of a number that shows in the kernel's results, which are finite; `method` made it.
+    /// The same for a number made by `method` whose overflow would show in the kernel's results, which
+    /// are finite.
     pub(super) fn shown(self, method: &str) -> Self {
         let range = match (self.range, method) {
             (Overflow, "recip" | "tanh") => Bounded,

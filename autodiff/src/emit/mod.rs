@@ -4,25 +4,30 @@
 //! made: the pullback then *is* the formula of the adjoint. What is printed is checked in beside
 //! the kernel, and a test compares it with what [`adjoint`] or [`partials`] prints today.
 //!
+//! # Zero cotangents
+//!
 //! A product with a cotangent goes through [`Real::chain`](crate::Real::chain), so that a cotangent
-//! of zero passes zero, unless the partial is known to be finite, with its own derivatives, wherever
-//! the inputs and all results of the kernel are. It is where it is made of
+//! of zero passes zero, unless the partial and its own derivatives are known to be finite wherever the
+//! inputs and all results of the kernel are: then it is a plain product, which is faster. A partial is
+//! known to be finite if it is made of
 //!
-//! - inputs, fields, finite constants, sums, sines, cosines, hyperbolic tangents and choices;
-//! - roots, logarithms and reciprocals of what is at least 1e-12: of a sum of squares and a positive
-//!   literal. The sign of a field is not known;
-//! - products with what constants bound;
-//! - other products where an overflow makes a result infinite or NaN too. Behind a `select`, a
-//!   reciprocal or a hyperbolic tangent it may not.
+//! - inputs, fields, finite constants, sums, sines, cosines, hyperbolic tangents and selects;
+//! - square roots, logarithms and reciprocals of numbers known to be at least 1e-12, such as a sum of
+//!   squares and a positive literal (the sign of a field is not known);
+//! - products with a factor that constants bound;
+//! - other products, if their overflow would make a result infinite or NaN too. Behind a `select`, a
+//!   reciprocal or a hyperbolic tangent it might not show.
 //!
-//! Exponentials, powers and other quotients are never taken to be finite. What remains: a product
-//! with a constant zero is zero, also where the other factor is NaN, and a choice between constants
-//! (`signum`) is one of them; a sum, or a product with what constants bound, of numbers near the
-//! largest float; and a result that a sum or product has made infinite, whose cotangent of zero may
-//! then pass NaN. Where an emitted derivative is itself differentiated in reverse, a product with a
-//! cotangent of zero is an entry of the tape like others, and an infinity that comes back to it makes
-//! NaN: see
-//! [the conventions](crate::real).
+//! Exponentials, powers and other quotients are never taken to be finite. In these cases the emitted
+//! code can differ from the tape's:
+//!
+//! - a product with a constant zero is zero even if the other factor is NaN, also where the constant
+//!   comes from a select between constants, as of `signum`;
+//! - a sum, or a product with a bounded factor, of numbers near the largest float may overflow;
+//! - a result that a sum or product has made infinite may pass NaN for a cotangent of zero;
+//! - where the emitted derivative is itself differentiated in reverse, a plain product with a cotangent
+//!   of zero is an ordinary entry of the tape, and an infinite cotangent of it makes NaN: see
+//!   [the conventions](crate::real).
 
 mod graph;
 mod known;
@@ -39,18 +44,36 @@ use symbol::Symbol;
 
 /// An `impl Adjoint` for the kernel type `name`, as Rust source.
 ///
-/// `fields` are the kernel's constants as the printed code reads them (`self.dt`), and `build`
+/// `fields` are the kernel's constants as the printed code is to read them (`self.dt`), and `build`
 /// makes a kernel whose fields have the given values, in that order.
 ///
-/// # Panics
-/// If the kernel computes a literal from a field (`R::lit(2.0 * self.dt)`): the printed code
-/// could not follow a change of the field. Such a number belongs into a field of its own. And if
-/// it loops for as long as [`Mask::any`](crate::Mask::any) says so, as an
-/// [`Element`](crate::Element) that is rounded does: a formula has no values that would end it.
+/// ```
+/// use autodiff::{Kernel, Real, emit};
 ///
-/// Work that a kernel skips where no lane wants it, by `any`, is printed as if it were wanted: that is
-/// the same by the contract of [`Mask`](crate::Mask). What breaks it, a kernel that computes something
-/// else there, is not noticed: [`check_gradient`](crate::check::check_gradient) tells.
+/// struct Decay {
+///     dt: f64,
+/// }
+/// impl Kernel<2, 1> for Decay {
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, [x, rate]: [R; 2]) -> [R; 1] {
+///         [x - R::lit(self.dt) * rate * x]
+///     }
+/// }
+/// // Check this in beside the kernel, and test that it stays the same.
+/// let source = emit::adjoint("Decay", &["self.dt"], |fields| Decay { dt: fields[0] });
+/// assert!(source.starts_with("impl Adjoint<2, 1> for Decay"));
+/// assert!(source.contains("R::lit(self.dt)"));
+/// ```
+///
+/// Work that a kernel skips by [`Mask::any`](crate::Mask::any), because no lane needs it, is printed as
+/// if it were needed: the same, by the contract of [`Mask`](crate::Mask). A kernel that breaks that
+/// contract is not noticed here; [`check_gradient`](crate::check::check_gradient) would tell.
+///
+/// # Panics
+/// If the kernel computes a literal from a field (`R::lit(2.0 * self.dt)`): the printed code could not
+/// follow a change of the field. Give such a number a field of its own. And if the kernel loops for as
+/// long as `any` says so, as rounding an [`Element`](crate::Element) does: symbols have no values that
+/// would end the loop.
 pub fn adjoint<K, const I: usize, const O: usize>(
     name: &str,
     fields: &[&str],
@@ -161,13 +184,12 @@ where
     )
 }
 
-/// The lines of a function, indented: what `print` makes of values for the fields and of the
-/// fields' names beside them.
+/// The indented lines that `print` makes of values for the fields, and of their names and values.
 ///
 /// # Panics
 /// If that depends on the values.
 fn body(name: &str, fields: &[&str], print: impl Fn(&[f64], &[(&str, f64)]) -> String) -> String {
-    // Numbers that no kernel has among its literals.
+    // Numbers that no kernel has among its literals, and other ones for a second run.
     let stand_ins = |seed: f64| (1..=fields.len()).map(move |k| (seed + k as f64).sqrt().fract());
     let [text, again] = [std::f64::consts::E, std::f64::consts::PI].map(|seed| {
         let values: Vec<f64> = stand_ins(seed).collect();
@@ -177,7 +199,7 @@ fn body(name: &str, fields: &[&str], print: impl Fn(&[f64], &[(&str, f64)]) -> S
     });
     assert_eq!(
         text, again,
-        "a literal of the kernel {name} depends on a field"
+        "a literal of the kernel {name} is computed from a field: give it a field of its own"
     );
     text.lines()
         .map(|line| format!("        {line}\n"))

@@ -72,7 +72,7 @@ impl<'a> Printer<'a> {
         (text, rows.iter().map(row).collect())
     }
 
-    /// The names by which an argument is taken apart; none for what is not read, or has another.
+    /// The pattern by which an argument is destructured; `_` for what is not read, or has another name.
     fn names(&self, letter: char, places: &[u32]) -> String {
         let name = |(k, &place): (usize, &u32)| {
             let own = format!("{letter}{k}");
@@ -89,7 +89,7 @@ impl<'a> Printer<'a> {
         results.iter().position(|&result| result == place)
     }
 
-    /// A product that only one sum reads goes into it.
+    /// Whether this product is printed as part of the sum that alone reads it, as a fused multiply-add.
     fn is_folded(&self, place: u32) -> bool {
         let reader = |node: &Node| match *node {
             Node::Add(a, b) => self.fold(a, b).is_some_and(|(product, _)| product == place),
@@ -111,7 +111,7 @@ impl<'a> Printer<'a> {
             && self.given(place).is_none()
     }
 
-    /// The product among two terms that becomes part of a fused one, and the other term.
+    /// Which of two terms is a product to be fused into their sum, and the other term.
     fn fold(&self, a: u32, b: u32) -> Option<(u32, u32)> {
         match (self.is_lone_product(a), self.is_lone_product(b)) {
             (_, true) if a != b => Some((b, a)),

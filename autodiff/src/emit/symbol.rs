@@ -39,8 +39,7 @@ impl Symbol {
 
 impl Add for Symbol {
     type Output = Self;
-    /// A sum with zero is folded, but for what is asked of a number that may be a negative zero: to be
-    /// an unsigned one (`rule`).
+    /// A sum with zero is folded, unless adding +0 may change a negative zero, as the rules want it to.
     fn add(self, other: Self) -> Self {
         match () {
             () if self.is(0.0) => other,
@@ -61,7 +60,8 @@ impl Sub for Symbol {
 }
 impl Mul for Symbol {
     type Output = Self;
-    /// Only trivial products are folded: other constants may stand for fields of the kernel. A product with a constant zero is zero here: the formula has no cotangent there.
+    /// Only trivial products are folded: other constants may stand for fields of the kernel. A product
+    /// with a constant zero is zero, so that no code is printed for what passes no cotangent.
     fn mul(self, other: Self) -> Self {
         let (a, b) = if self.0 <= other.0 {
             (self, other)
@@ -151,7 +151,8 @@ impl Mask for SymbolMask {
     fn splat(value: bool) -> Self {
         SymbolMask(place(Node::Always(value)))
     }
-    /// It may be true and it may be false: no lane is like another.
+    /// True for any mask, and false for [`all`](Mask::all), as if lanes always disagreed: then both sides
+    /// of a choice are printed.
     fn any(self) -> bool {
         true
     }
@@ -218,7 +219,7 @@ impl Real for Symbol {
             self.unary("abs")
         }
     }
-    /// A choice between constants: nothing of it is to be detached.
+    /// A select between constants, of which nothing needs to be detached.
     fn signum(self) -> Self {
         let (zero, one) = (Self::zero(), Self::one());
         let negative = Symbol::select(self.lt(zero), -one, zero);
