@@ -1,6 +1,6 @@
 //! Elementary functions of double-doubles.
 //!
-//! Arguments are reduced with constants of three or four floats, of which each product is exact.
+//! Arguments are reduced by constants of three or four floats, with exact products.
 //! Taylor series are summed inside out, `1 + r/2 (1 + r/3 (...))`: that needs no table of
 //! coefficients, and only the last two operations contribute rounding errors. Roots and angles
 //! start from the system's f64 value and take one correction that doubles its digits.
@@ -54,7 +54,7 @@ pub(super) fn exp(x: Wide) -> Wide {
     if x.high.is_nan() {
         return x;
     }
-    // Beyond these, infinity and zero.
+    // Far enough for infinity and zero.
     let (expm1, n) = reduced_exp_m1(x.clamp(Wide::from(-800.0), Wide::from(800.0)));
     (Wide::one() + expm1).scaled(n)
 }
@@ -123,7 +123,7 @@ pub(super) fn sqrt(x: Wide) -> Wide {
     Wide::normal(root, rest.high / (2.0 * root))
 }
 
-/// The system's angle and the small one that is left after turning the point back by it.
+/// The system's angle, plus the small angle that is left when the point is rotated back by it.
 pub(super) fn atan2(y: Wide, x: Wide) -> Wide {
     let angle = y.high.atan2(x.high);
     // The sum below would take the sign of a zero.
@@ -139,7 +139,7 @@ pub(super) fn atan2(y: Wide, x: Wide) -> Wide {
     let scale = Wide::from(size);
     let (y, x) = (y / scale, x / scale);
     let (sin, cos) = sin_cos(Wide::from(angle));
-    // Some 1e-16: its own inverse tangent to 1e-48.
+    // The quotient is some 1e-16, and equal to its inverse tangent to within 1e-48.
     Wide::from(angle) + (y * cos - x * sin) / (x * cos + y * sin)
 }
 
@@ -156,7 +156,7 @@ pub(super) fn powi(x: Wide, exponent: i32) -> Wide {
     if exponent < 0 { power.recip() } else { power }
 }
 
-/// `e^(y ln x)`; of 0, infinity and NaN what f64 says, of negative numbers NaN.
+/// `e^(y ln x)`; for 0, infinity and NaN the value of f64, for negative numbers NaN.
 pub(super) fn powf(x: Wide, exponent: Wide) -> Wide {
     if x.high == 0.0 || !x.high.is_finite() {
         return Wide::from(x.high.powf(exponent.high));

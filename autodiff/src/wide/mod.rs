@@ -1,10 +1,10 @@
 //! Double-double: a [`Real`] of some 31 digits, to measure rounding errors against.
 //!
-//! A program written over `R: Real` runs on [`Wide`] unchanged. Its result there less its result
-//! in f64 is the rounding error of the program, whatever the program is. Inside
+//! A program written over `R: Real` runs on [`Wide`] unchanged. The difference of its results in f64 and
+//! here is its rounding error, whatever the program is. Inside
 //! [`Dual`](crate::Dual), [`Var`](crate::Var) or a [`Rollout`](crate::Rollout) it measures
-//! derivatives likewise. Some thirty times slower than f64: an instrument, not a number to
-//! compute with.
+//! derivatives likewise. Some thirty times slower than f64, it is a measuring instrument rather than a
+//! number to compute with.
 //!
 //! ```
 //! use autodiff::{Function, Real, Wide};
@@ -29,12 +29,12 @@
 //! `powf(y)` 1e-31 per unit of `y ln x`. All that within 1e-280 and 1e300 in size: the second
 //! float of a smaller number underflows.
 //!
-//! `sin` and `cos` beyond 2^50 radians are NaN rather than wrong, and so is every power `powf` of a
-//! negative number, which f64 has for whole exponents. Infinities, NaN and the conventions of the
-//! table in [`real`](crate::real) are as in f64.
+//! `sin` and `cos` beyond 2^50 radians are NaN rather than wrong, and so is `powf` of a negative number,
+//! which f64 has for integer exponents. Infinities, NaN and the conventions of the table in
+//! [`real`](crate::real) are as in f64.
 //!
-//! Literals are f64: `R::lit(0.1)` is the same number in both runs, as it must be where rounding
-//! is to be told from the choice of constants.
+//! Literals are f64: `R::lit(0.1)` is the same number in both runs, so that the difference is rounding
+//! alone and not a better constant.
 
 mod elementary;
 mod exact;
@@ -50,7 +50,7 @@ use exact::{two_product, two_sum};
 
 /// The unevaluated sum of two floats; see the [module](self).
 ///
-/// The first is the whole rounded to f64, so the pair is unique and compares part by part.
+/// The first is the sum rounded to f64, so the pair is unique and compares part by part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wide {
     high: f64,
@@ -77,8 +77,8 @@ impl Wide {
         self.high
     }
 
-    /// `high + low`, where `low` is small beside `high`. What is left of an infinity is nothing,
-    /// and a zero keeps its sign.
+    /// `high + low`, where `low` is small beside `high`. Infinities and NaN have no second part, and a
+    /// zero keeps its sign.
     #[inline]
     fn normal(high: f64, low: f64) -> Self {
         if low == 0.0 || !high.is_finite() {
@@ -107,7 +107,7 @@ impl Wide {
     }
 }
 
-/// Exactly.
+/// Exact.
 impl From<f64> for Wide {
     #[inline]
     fn from(value: f64) -> Self {
@@ -156,7 +156,7 @@ impl Mul for Wide {
     }
 }
 
-/// Long division, three floats deep.
+/// Long division, with three floats of quotient.
 impl Div for Wide {
     type Output = Self;
     #[inline]
