@@ -18,7 +18,7 @@ pub trait Fused: Send + 'static {
     /// What `record` keeps for `reverse`.
     type Saved<R: Real>: Send;
 
-    /// The outputs alone. Their number may depend on the lengths of the inputs, not on their values.
+    /// The outputs alone.
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R>;
 
     /// The outputs with their tangents; by default those of `eval` on duals. A function whose

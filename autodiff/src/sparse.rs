@@ -71,7 +71,7 @@ impl Pattern {
     /// The entries that are not zero at `x`, by one dense Jacobian.
     ///
     /// It serves other points only if no entry vanishes just here: take an `x` without zeros and equal
-    /// numbers, and on that side of every kink that will be used. Where the sparse Jacobian is itself
+    /// numbers, on the side of every kink on which the pattern will be used. Where the sparse Jacobian is itself
     /// differentiated, entries whose terms cancel everywhere belong to the pattern too, and are not
     /// found by values: use [`Pattern::new`].
     pub fn probed(function: &impl VectorFunction, x: &[f64]) -> Self {

@@ -12,10 +12,10 @@ use crate::real::Real;
 
 /// A directed graph, and the slot layout of arrays along its edges.
 #[derive(Clone, Debug)]
-pub struct Graph(Arc<Layout>);
+pub struct Graph(Arc<SlotLayout>);
 
 #[derive(Clone, Debug)]
-struct Layout {
+struct SlotLayout {
     nodes: usize,
     groups: Vec<Group>,
     slots: usize,
@@ -70,7 +70,7 @@ impl Bits {
         }
         bits
     }
-    /// The bits register by register, with so many lanes in each.
+    /// The bits register by register, for registers of this many lanes.
     pub(super) fn by_lanes(&self, lanes: usize) -> Vec<u16> {
         let of_register = u16::MAX >> (WIDEST - lanes);
         let words = self.0.iter().flat_map(|&word| {
@@ -121,7 +121,7 @@ impl Graph {
         };
         let slot_of_edge = edges.iter().map(place).collect();
         let lead = offsets.last().copied().unwrap_or(0);
-        Self(Arc::new(Layout {
+        Self(Arc::new(SlotLayout {
             nodes,
             groups,
             slots,
@@ -138,7 +138,7 @@ impl Graph {
     /// Unless there is one mark per edge.
     #[must_use]
     pub fn without(&self, marked: &[bool]) -> Self {
-        let mut layout = Layout::clone(&self.0);
+        let mut layout = SlotLayout::clone(&self.0);
         assert_eq!(
             marked.len(),
             layout.slot_of_edge.len(),
@@ -169,7 +169,7 @@ impl Graph {
             is_tail: group.is_tail.repeated(count),
             is_head: group.is_head.repeated(count),
         };
-        Self(Arc::new(Layout {
+        Self(Arc::new(SlotLayout {
             nodes: layout.nodes * count,
             groups: layout.groups.iter().map(group).collect(),
             slots: layout.slots * count,

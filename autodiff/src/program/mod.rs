@@ -136,7 +136,7 @@ pub struct Program<R: Real> {
     /// How many numbers the inputs of a step have, which all starts share.
     inputs_len: usize,
     operations: Vec<Box<dyn Operation<R>>>,
-    /// From how many starts it runs at once: so many numbers are interleaved.
+    /// From how many starts it runs at once, their numbers interleaved.
     starts: usize,
     /// How many numbers the parameters' arrays and a step's row take so far.
     ends: [usize; 2],

@@ -132,7 +132,7 @@ impl<R: Real> Product<'_, R> {
     }
 }
 
-/// With `K` vectors. Each `K`, and tiles, are entered on their own: all in one function are slower.
+/// With `K` vectors. Each `K`, and tiles, have an entry of their own: all in one would be slower.
 struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Output<'a, R>);
 
 impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {

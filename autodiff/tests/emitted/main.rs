@@ -279,7 +279,7 @@ impl Kernel<1, 1> for Rounded {
 }
 
 #[test]
-#[should_panic(expected = "does it loop for as long as")]
+#[should_panic(expected = "does it loop until")]
 fn a_loop_that_values_end_is_refused() {
     adjoint("Rounded", &[], |_| Rounded);
 }
