@@ -87,7 +87,8 @@ trait Lanes<R, const O: usize> {
                 self.lane::<L>((i, L::N));
                 i += L::N;
             }
-            if i < len {
+            // With `N = 1` none are left, but the compiler cannot tell.
+            if L::N > 1 && i < len {
                 self.lane::<L>((i, len - i));
             }
         }

@@ -139,6 +139,10 @@ impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
+        // A constant condition, here and below, so that the impossible case is not compiled.
+        if const { K > L::N } {
+            unreachable!("one lane has no room for {K} starts");
+        }
         self.0.times::<L, K>(self.1, &mut self.2);
     }
 }
@@ -149,6 +153,9 @@ impl<R: Real> Vectorized<R> for OfTiles<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
+        if const { L::N == 1 } {
+            unreachable!("a single start is a vector");
+        }
         self.0.times::<L>(self.1, &mut self.2);
     }
 }
