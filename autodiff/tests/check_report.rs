@@ -107,6 +107,22 @@ fn the_smaller_steps_have_the_say() {
     }
 }
 
+/// Half a decade of order 1 above one of order 3: an even number of orders has no middle one.
+#[test]
+fn of_two_orders_the_mean_counts() {
+    let (largest_step, smallest_step) = (1e-2, 1e-3);
+    let middle = f64::sqrt(largest_step * smallest_step);
+    let value = |x: &[f64]| x[0].abs() * (x[0].abs() / middle).min(1.0).powi(2);
+    for options in seeds() {
+        let options = Options {
+            largest_step,
+            smallest_step,
+            ..options
+        };
+        is_order(&check(value, [&[0.0], &[0.0]], &options), 2.0);
+    }
+}
+
 #[test]
 fn where_all_is_rounding_there_is_no_order() {
     let weights = [0.3, -0.7, 0.2];
