@@ -1,8 +1,11 @@
-//! Graphs without some of their edges.
+//! Graphs without some of their edges, and edges in the plane.
+
+mod steps;
 
 use autodiff::{
     Adjoint, Function, Graph, Kernel, Model, Program, Real, Rollout, value_and_gradient,
 };
+use steps::{Step, Turn, assert_same};
 
 const NODES: usize = 40;
 
@@ -140,4 +143,62 @@ fn nothing_pulls_in_a_graph_without_any_edge() {
 #[should_panic(expected = "one mark per edge")]
 fn every_edge_has_its_truth_value() {
     let _ = Graph::new(NODES, &edges()).without(&[true]);
+}
+
+/// Springs in the plane: two differences of ends, three results.
+#[derive(Clone)]
+struct Plane(Graph);
+
+#[derive(Clone, Copy)]
+struct Strut;
+impl Kernel<3, 3> for Strut {
+    fn eval<R: Real>(&self, [dx, dy, k]: [R; 3]) -> [R; 3] {
+        let length = (dx * dx + dy * dy + R::lit(1e-3)).sqrt();
+        let pull = k * (length - R::one()) / length;
+        [pull * dx, pull * dy, length]
+    }
+}
+impl Adjoint<3, 3> for Strut {}
+
+impl Model for Plane {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let k = p.parameter(self.0.slots());
+        let (x, y) = (p.state(NODES), p.state(NODES));
+        let [pull_x, pull_y, lengths] = p.map_edges(&self.0, Strut, ([x, y], &[k]));
+        let [x_next] = p.map(Turn, [x, pull_x]);
+        let [pulled] = p.map(Turn, [y, pull_y]);
+        let [y_next] = p.map(Turn, [pulled, lengths]);
+        p.advance(x, x_next);
+        p.advance(y, y_next);
+    }
+}
+
+impl Step for Plane {
+    fn shapes(&self) -> Vec<usize> {
+        vec![2 * NODES, edges().len()]
+    }
+    fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
+        vec![self.0.to_slots(given[0])]
+    }
+    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+        let (x, y) = state.split_at(NODES);
+        let mut sums = [[R::zero(); 3]; NODES];
+        for ([tail, head], &k) in edges().into_iter().zip(given[0]) {
+            let strut = Kernel::eval(&Strut, [x[head] - x[tail], y[head] - y[tail], k]);
+            for (o, result) in strut.into_iter().enumerate() {
+                sums[tail][o] += result;
+                sums[head][o] -= result;
+            }
+        }
+        let turn = |x, y| Kernel::eval(&Turn, [x, y])[0];
+        let x_next = x.iter().zip(&sums).map(|(&x, sums)| turn(x, sums[0]));
+        let y_next = y.iter().zip(&sums);
+        let y_next = y_next.map(|(&y, sums)| turn(turn(y, sums[1]), sums[2]));
+        x_next.chain(y_next).collect()
+    }
+}
+
+#[test]
+fn edges_may_have_several_ends_and_several_results() {
+    assert_same(Plane(Graph::new(NODES, &edges())));
 }
