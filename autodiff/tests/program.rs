@@ -189,6 +189,39 @@ fn a_layer_may_see_an_array_twice() {
     assert_same(Echo);
 }
 
+/// A layer that sees a parameter, and a state that begins where the parameter ends, each counted from
+/// the first of its kind.
+#[derive(Clone)]
+struct Beside;
+
+impl Model for Beside {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (k, matrix) = (p.parameter(NODES), p.matrix(NODES, 2 * NODES));
+        let (x, y) = (p.state(NODES), p.state(NODES));
+        let next = p.dense(matrix, &[k, y], x);
+        p.advance(x, next);
+        p.advance(y, x);
+    }
+}
+
+impl Step for Beside {
+    fn shapes(&self) -> Vec<usize> {
+        vec![2 * NODES, NODES, 2 * NODES * NODES]
+    }
+    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+        let (x, y) = state.split_at(NODES);
+        let seen = [given[0], y].concat();
+        let rows = given[1].chunks_exact(2 * NODES).zip(x);
+        let next: Vec<R> = rows.map(|(row, &x)| R::dot(row, &seen) + x).collect();
+        [&next, x].concat()
+    }
+}
+
+#[test]
+fn a_layer_may_see_a_parameter_and_a_state() {
+    assert_same(Beside);
+}
+
 /// A state, an input and a state; and in the same places of the next row the new state with an
 /// array between, which a gather reads or a kernel.
 #[derive(Clone)]

@@ -363,3 +363,41 @@ fn collect<R: Real, L: Lane<R>, const N: usize>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    use super::super::{Graph, Program, lanes};
+    use crate::kernel::{Adjoint, Kernel};
+    use crate::lanes::{Level, at_most};
+    use crate::real::Real;
+
+    /// The difference of an edge's ends.
+    #[derive(Clone)]
+    struct Stretch;
+
+    impl Kernel<1, 1> for Stretch {
+        fn eval<R: Real>(&self, stretch: [R; 1]) -> [R; 1] {
+            stretch
+        }
+    }
+    impl Adjoint<1, 1> for Stretch {}
+
+    #[test]
+    fn lanes_that_are_not_those_of_the_plan_are_refused() {
+        let mut program = Program::<f64>::default();
+        let x = program.state(3);
+        let [next] = program.map_edges(&Graph::new(3, &[[0, 1]]), Stretch, ([x], &[]));
+        program.advance(x, next);
+        let mut program = program.finish();
+        let (mut row, planned) = (vec![0.0; program.row_len()], lanes::<f64>());
+        let mut step = || program.step(&[], &mut row, None);
+        step();
+        at_most(Level::Baseline, || {
+            let done = catch_unwind(AssertUnwindSafe(step));
+            // A machine may have no wider ones.
+            assert_eq!(done.is_err(), lanes::<f64>() != planned);
+        });
+    }
+}
