@@ -115,6 +115,56 @@ fn second_and_third_derivatives_need_nothing_more() {
     assert_close(&third(&IMPLICIT), &third(&UNROLLED), 10.0 * ROUNDING);
 }
 
+/// So many equations, each of an unknown and its neighbours in a ring.
+#[derive(Clone, Copy)]
+struct Ring {
+    unknowns: usize,
+    implicit: bool,
+}
+
+impl Residual for Ring {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        let n = self.unknowns;
+        let entry = |i: usize| {
+            let (before, after) = (x[(i + n - 1) % n], x[(i + 1) % n]);
+            R::lit(4.0) * x[i] + p[0] * after.sin() - p[1] * before - R::lit(i as f64)
+        };
+        (0..n).map(entry).collect()
+    }
+}
+
+impl VectorFunction for Ring {
+    fn eval<R: Real>(&self, p: &[R]) -> Vec<R> {
+        let iterated = |p: &[R]| {
+            (0..200).fold(vec![R::zero(); self.unknowns], |x, _| {
+                let f = Residual::eval(self, &x, p);
+                let moved = x.iter().zip(f).map(|(&x, f)| x - R::lit(0.25) * f);
+                moved.collect::<Vec<R>>()
+            })
+        };
+        if !self.implicit {
+            return iterated(p);
+        }
+        let held: Vec<R> = p.iter().map(|p| p.detach()).collect();
+        root(*self, &iterated(&held), p).expect("a regular root")
+    }
+}
+
+/// The Jacobian by the unknowns takes several passes, of which the last is not full.
+#[test]
+fn there_may_be_many_unknowns() {
+    for unknowns in [1, 4, 5, 8, 11] {
+        let [implicit, unrolled] = [true, false].map(|implicit| Ring { unknowns, implicit });
+        let weights: Vec<f64> = (0..unknowns).map(|i| (i as f64).cos()).collect();
+        let by_weights = |ring| vjp(&ring, &POINT, &weights).1;
+        // Sums of as many terms.
+        let tolerance = unknowns as f64 * ROUNDING;
+        assert_close(&by_weights(implicit), &by_weights(unrolled), tolerance);
+        let [implicit, unrolled] = [implicit, unrolled].map(|ring| jacobian(&ring, &POINT));
+        assert_close(&implicit.concat(), &unrolled.concat(), tolerance);
+    }
+}
+
 #[test]
 fn wide_numbers_give_wide_derivatives() {
     let p = POINT.map(Wide::from);
