@@ -112,6 +112,7 @@ fn what_is_left_out_is_a_ghost() {
     let (full, marked) = (Graph::new(NODES, &edges()), marked());
     let less = full.without(&marked);
     assert_eq!(full.slots(), less.slots());
+    assert_eq!(full.slot_of_edge().len(), marked.len());
     assert_eq!(full.slot_of_edge(), less.slot_of_edge());
     let of_slot = less.edge_of_slot();
     for (edge, &slot) in full.slot_of_edge().iter().enumerate() {
