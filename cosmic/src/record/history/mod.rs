@@ -1,16 +1,17 @@
 //! `history.jsonl` and `history.csv`: a row an iteration, appended as it ends; `designs.jsonl`:
 //! the design vectors of some of them.
 
+mod appended;
+mod table;
+
 use super::files::{Format, parse_stamped};
-use crate::codesign::{MmaDiagnostics, Record};
-use crate::error::{Error, Result};
+use crate::codesign::Record;
+use crate::error::Result;
 use crate::reading::read_whole;
-use crate::scene::Pass;
+use appended::Appended;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::fs::{File, OpenOptions};
-use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What every line of `history.jsonl` says it is.
 pub const FORMAT: Format = Format {
@@ -89,7 +90,8 @@ pub(super) fn read_first(folder: &Path, iterations: usize) -> Result<Vec<Record>
 /// The rows of a file of JSON lines, each with its format and version.
 ///
 /// # Errors
-/// [`Error::Read`] where the file is missing, [`Error::Malformed`] for a line that is none.
+/// [`Error::Read`](crate::Error::Read) where the file is missing,
+/// [`Error::Malformed`](crate::Error::Malformed) for a line that is none.
 pub fn read_lines<T: DeserializeOwned>(path: &Path, format: Format) -> Result<Vec<T>> {
     first_lines(path, format, usize::MAX)
 }
@@ -141,7 +143,7 @@ impl History {
         history.designs.cut(ends[1])?;
         history.table.cut(ends[2])?;
         if begins {
-            history.table.append(&header())?;
+            history.table.append(&table::header())?;
         }
         Ok(history)
     }
@@ -157,7 +159,7 @@ impl History {
             record: record.clone(),
             seconds,
         };
-        self.table.append(&line(&row))?;
+        self.table.append(&table::line(&row))?;
         let text = serde_json::to_string(&row).expect("plain numbers and string keys serialise");
         self.lines.append(&(text + "\n"))?;
         self.append_design(record.iteration, z)
@@ -185,164 +187,8 @@ impl History {
     /// [`Error::Write`].
     pub(super) fn sync(&self) -> Result<()> {
         let files = [&self.lines, &self.table, &self.designs];
-        files.into_iter().try_for_each(|file| {
-            file.file
-                .sync_data()
-                .map_err(|source| file.unwritable(source))
-        })
+        files.into_iter().try_for_each(Appended::sync)
     }
-}
-
-/// A text file that grows by lines.
-#[derive(Debug)]
-struct Appended {
-    path: PathBuf,
-    file: File,
-}
-
-impl Appended {
-    /// Opens a file, and creates it only where a history begins: one that is gone stays gone.
-    fn open(path: PathBuf, create: bool) -> Result<Self> {
-        let mut options = OpenOptions::new();
-        let options = options.read(true).write(true).create(create);
-        match options.truncate(false).open(&path) {
-            Ok(file) => Ok(Self { path, file }),
-            Err(source) if !create && source.kind() == ErrorKind::NotFound => {
-                Err(Error::Read { path, source })
-            }
-            Err(source) => Err(Error::Write { path, source }),
-        }
-    }
-
-    fn unwritable(&self, source: io::Error) -> Error {
-        Error::Write {
-            path: self.path.clone(),
-            source,
-        }
-    }
-
-    /// Where so many lines end, in bytes.
-    fn end(&mut self, lines: usize) -> Result<u64> {
-        let mut bytes = Vec::new();
-        (self.file.seek(SeekFrom::Start(0)))
-            .and_then(|_| self.file.read_to_end(&mut bytes))
-            .map_err(|source| Error::Read {
-                path: self.path.clone(),
-                source,
-            })?;
-        let ends: Vec<usize> = (1..=bytes.len())
-            .filter(|&n| bytes[n - 1] == b'\n')
-            .collect();
-        match lines {
-            0 => Ok(0),
-            n if n <= ends.len() => Ok(ends[n - 1] as u64),
-            n => Err(Error::Misfit {
-                file: self.path.display().to_string(),
-                what: "lines up to the snapshot".to_string(),
-                expected: n,
-                found: ends.len(),
-            }),
-        }
-    }
-
-    /// Drops what comes after so many bytes.
-    fn cut(&mut self, length: u64) -> Result<()> {
-        (self.file.set_len(length))
-            .and_then(|()| self.file.seek(SeekFrom::Start(length)))
-            .map_err(|source| self.unwritable(source))?;
-        Ok(())
-    }
-
-    /// One write a line: a killed process leaves no more than its last line unfinished.
-    fn append(&mut self, line: &str) -> Result<()> {
-        (self.file.write_all(line.as_bytes())).map_err(|source| self.unwritable(source))
-    }
-}
-
-/// The names of the table's columns.
-fn header() -> String {
-    let measures = ["g_bin", "g_01", "g_02", "g_12"];
-    let of_measures = |what: &str| measures.map(|measure| format!("{what}_{measure}"));
-    let projections = ["performance", "stability"];
-    let bounds = ["V_most", "V_least", "V_act_most", "V_act_least"];
-    let of_mma = |projection: &str| {
-        let mut names = vec![
-            format!("mma_{projection}_newton_steps"),
-            format!("mma_{projection}_residual"),
-        ];
-        names.extend(bounds.map(|bound| format!("mma_{projection}_elastic_{bound}")));
-        names
-    };
-    let mut names: Vec<String> = [
-        "iteration",
-        "phase",
-        "pass",
-        "displacement",
-        "displacement_horizon",
-        "horizon",
-        "V",
-        "V_act",
-    ]
-    .map(String::from)
-    .into();
-    names.extend(measures.map(String::from));
-    names.extend(
-        ["violation", "multiplier", "penalty"]
-            .iter()
-            .flat_map(|what| of_measures(what)),
-    );
-    names.extend(projections.map(|projection| format!("design_gradient_{projection}")));
-    names.push("controller_gradient".to_string());
-    names.extend(projections.iter().flat_map(|projection| of_mma(projection)));
-    names.extend(["skipped", "dt_over_bound", "dt_over_limit", "seconds"].map(String::from));
-    names.join(",") + "\n"
-}
-
-/// A row of the table, in the header's order; what an iteration does not have is left empty,
-/// and a number that is not finite says so.
-fn line(row: &Row) -> String {
-    let r = &row.record;
-    let pass = r.pass.map_or("", |pass| match pass {
-        Pass::Design => "design",
-        Pass::Controller => "controller",
-    });
-    let mut cells = vec![r.iteration.to_string(), r.phase.name().into(), pass.into()];
-    cells.extend([r.displacement, r.displacement_horizon].map(perhaps));
-    cells.push(r.horizon.to_string());
-    cells.extend([r.volume, r.actuator_volume].map(number));
-    let lists = [r.measures, r.violations, r.multipliers, r.penalties];
-    cells.extend(lists.as_flattened().iter().map(|&x| number(x)));
-    cells.extend(r.design_gradient.map(perhaps));
-    cells.push(perhaps(r.controller_gradient));
-    cells.extend(r.mma.iter().flat_map(|mma| solved(mma.as_ref())));
-    cells.push(r.skipped.to_string());
-    let bound = r.time_step.map(|check| check.bound.share(check.dt));
-    let limit = r
-        .time_step
-        .and_then(|check| Some(check.exact?.share(check.dt)));
-    cells.extend([bound, limit].map(perhaps));
-    cells.push(number(row.seconds));
-    cells.join(",") + "\n"
-}
-
-/// The six cells on a subproblem.
-fn solved(mma: Option<&MmaDiagnostics>) -> Vec<String> {
-    let Some(mma) = mma else {
-        return vec![String::new(); 6];
-    };
-    let mut cells = vec![mma.newton_steps.to_string(), number(mma.residual)];
-    // Where the measures are constraints too, theirs follow: the lines have them, the table not.
-    cells.extend(mma.elastic.iter().take(4).map(|&x| number(x)));
-    cells
-}
-
-/// The shortest decimal that reads back to the same bits.
-fn number(x: f64) -> String {
-    format!("{x:?}")
-}
-
-fn perhaps(x: Option<f64>) -> String {
-    x.map_or(String::new(), number)
 }
 
 #[cfg(test)]

@@ -1,0 +1,78 @@
+//! Text files that grow by lines, and can be cut back.
+
+use crate::error::{Error, Result};
+use std::fs::{File, OpenOptions};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::path::PathBuf;
+
+/// A text file that grows by lines.
+#[derive(Debug)]
+pub(super) struct Appended {
+    path: PathBuf,
+    file: File,
+}
+
+impl Appended {
+    /// Opens a file, and creates it only where a history begins: one that is gone stays gone.
+    pub(super) fn open(path: PathBuf, create: bool) -> Result<Self> {
+        let mut options = OpenOptions::new();
+        let options = options.read(true).write(true).create(create);
+        match options.truncate(false).open(&path) {
+            Ok(file) => Ok(Self { path, file }),
+            Err(source) if !create && source.kind() == ErrorKind::NotFound => {
+                Err(Error::Read { path, source })
+            }
+            Err(source) => Err(Error::Write { path, source }),
+        }
+    }
+
+    fn unwritable(&self, source: io::Error) -> Error {
+        Error::Write {
+            path: self.path.clone(),
+            source,
+        }
+    }
+
+    /// Where so many lines end, in bytes.
+    pub(super) fn end(&mut self, lines: usize) -> Result<u64> {
+        let mut bytes = Vec::new();
+        (self.file.seek(SeekFrom::Start(0)))
+            .and_then(|_| self.file.read_to_end(&mut bytes))
+            .map_err(|source| Error::Read {
+                path: self.path.clone(),
+                source,
+            })?;
+        let ends: Vec<usize> = (1..=bytes.len())
+            .filter(|&n| bytes[n - 1] == b'\n')
+            .collect();
+        match lines {
+            0 => Ok(0),
+            n if n <= ends.len() => Ok(ends[n - 1] as u64),
+            n => Err(Error::Misfit {
+                file: self.path.display().to_string(),
+                what: "lines up to the snapshot".to_string(),
+                expected: n,
+                found: ends.len(),
+            }),
+        }
+    }
+
+    /// Drops what comes after so many bytes.
+    pub(super) fn cut(&mut self, length: u64) -> Result<()> {
+        (self.file.set_len(length))
+            .and_then(|()| self.file.seek(SeekFrom::Start(length)))
+            .map_err(|source| self.unwritable(source))?;
+        Ok(())
+    }
+
+    /// One write a line: a killed process leaves no more than its last line unfinished.
+    pub(super) fn append(&mut self, line: &str) -> Result<()> {
+        (self.file.write_all(line.as_bytes())).map_err(|source| self.unwritable(source))
+    }
+
+    /// Makes the lines last.
+    pub(super) fn sync(&self) -> Result<()> {
+        let synced = self.file.sync_data();
+        synced.map_err(|source| self.unwritable(source))
+    }
+}

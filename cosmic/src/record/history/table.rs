@@ -1,0 +1,91 @@
+//! The rows of `history.csv`.
+
+use super::Row;
+use crate::codesign::MmaDiagnostics;
+use crate::scene::Pass;
+
+/// The names of the table's columns.
+pub(super) fn header() -> String {
+    let measures = ["g_bin", "g_01", "g_02", "g_12"];
+    let of_measures = |what: &str| measures.map(|measure| format!("{what}_{measure}"));
+    let projections = ["performance", "stability"];
+    let bounds = ["V_most", "V_least", "V_act_most", "V_act_least"];
+    let of_mma = |projection: &str| {
+        let mut names = vec![
+            format!("mma_{projection}_newton_steps"),
+            format!("mma_{projection}_residual"),
+        ];
+        names.extend(bounds.map(|bound| format!("mma_{projection}_elastic_{bound}")));
+        names
+    };
+    let mut names: Vec<String> = [
+        "iteration",
+        "phase",
+        "pass",
+        "displacement",
+        "displacement_horizon",
+        "horizon",
+        "V",
+        "V_act",
+    ]
+    .map(String::from)
+    .into();
+    names.extend(measures.map(String::from));
+    names.extend(
+        ["violation", "multiplier", "penalty"]
+            .iter()
+            .flat_map(|what| of_measures(what)),
+    );
+    names.extend(projections.map(|projection| format!("design_gradient_{projection}")));
+    names.push("controller_gradient".to_string());
+    names.extend(projections.iter().flat_map(|projection| of_mma(projection)));
+    names.extend(["skipped", "dt_over_bound", "dt_over_limit", "seconds"].map(String::from));
+    names.join(",") + "\n"
+}
+
+/// A row of the table, in the header's order; what an iteration does not have is left empty,
+/// and a number that is not finite says so.
+pub(super) fn line(row: &Row) -> String {
+    let r = &row.record;
+    let pass = r.pass.map_or("", |pass| match pass {
+        Pass::Design => "design",
+        Pass::Controller => "controller",
+    });
+    let mut cells = vec![r.iteration.to_string(), r.phase.name().into(), pass.into()];
+    cells.extend([r.displacement, r.displacement_horizon].map(perhaps));
+    cells.push(r.horizon.to_string());
+    cells.extend([r.volume, r.actuator_volume].map(number));
+    let lists = [r.measures, r.violations, r.multipliers, r.penalties];
+    cells.extend(lists.as_flattened().iter().map(|&x| number(x)));
+    cells.extend(r.design_gradient.map(perhaps));
+    cells.push(perhaps(r.controller_gradient));
+    cells.extend(r.mma.iter().flat_map(|mma| solved(mma.as_ref())));
+    cells.push(r.skipped.to_string());
+    let bound = r.time_step.map(|check| check.bound.share(check.dt));
+    let limit = r
+        .time_step
+        .and_then(|check| Some(check.exact?.share(check.dt)));
+    cells.extend([bound, limit].map(perhaps));
+    cells.push(number(row.seconds));
+    cells.join(",") + "\n"
+}
+
+/// The six cells on a subproblem.
+fn solved(mma: Option<&MmaDiagnostics>) -> Vec<String> {
+    let Some(mma) = mma else {
+        return vec![String::new(); 6];
+    };
+    let mut cells = vec![mma.newton_steps.to_string(), number(mma.residual)];
+    // Where the measures are constraints too, theirs follow: the lines have them, the table not.
+    cells.extend(mma.elastic.iter().take(4).map(|&x| number(x)));
+    cells
+}
+
+/// The shortest decimal that reads back to the same bits.
+fn number(x: f64) -> String {
+    format!("{x:?}")
+}
+
+fn perhaps(x: Option<f64>) -> String {
+    x.map_or(String::new(), number)
+}
