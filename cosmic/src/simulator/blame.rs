@@ -63,44 +63,20 @@ impl Simulator {
             ground: &self.ground,
         };
         let activation = controller.activation(&observation(&self.controller, &moment));
-        // Without stiffness there is no pull, be the nodes where they may.
-        let of_node = |&(edge, ends): &(usize, &[usize; 2])| {
-            ends.contains(&node) && body.stiffness[edge] != 0.0
-        };
-        let edges: Vec<(usize, &[usize; 2])> = self
-            .lattice
-            .edges
-            .iter()
-            .enumerate()
-            .filter(of_node)
-            .collect();
-        if let Some(&(edge, _)) = edges
-            .iter()
-            // What does not strain hears nothing of its activation.
-            .find(|(e, _)| activation[*e].is_nan() && body.strain[*e] != 0.0)
-        {
+        let edges = self.pulling_edges(body, node);
+        // What does not strain hears nothing of its activation.
+        let is_misled = |&&e: &&usize| activation[e].is_nan() && body.strain[e] != 0.0;
+        if let Some(&edge) = edges.iter().find(is_misled) {
             return Term::Controller { edge };
         }
-        let mechanics = &self.robot.mechanics;
         // Of either sign: a NaN with its sign bit set would rank below every number.
         let speed = |[x, y]: [f64; 2]| x.hypot(y).abs() / body.mass[node];
-        let spring = |&(edge, &nodes): &(usize, &[usize; 2])| {
-            let [[xi, yi], [xj, yj]] = nodes.map(|node| before.x[node]);
-            let (stiffness, strain) = (body.stiffness[edge], body.strain[edge]);
-            let rest_length = self.lattice.rest_length[edge];
-            let given = [
-                xj - xi,
-                yj - yi,
-                activation[edge],
-                stiffness,
-                rest_length,
-                strain,
-            ];
-            (
-                Term::Spring { edge, nodes },
-                speed(mechanics.spring_impulse(given)),
-            )
+        let spring = |&edge: &usize| {
+            let nodes = self.lattice.edges[edge];
+            let impulse = self.spring_impulse(body, (edge, activation[edge]), &before.x);
+            (Term::Spring { edge, nodes }, speed(impulse))
         };
+        let mechanics = &self.robot.mechanics;
         let bars = mechanics.bending_impulses(&body.stiffness, &before.x);
         let bending = bars.into_iter().filter_map(|(nodes, impulses)| {
             let place = nodes.iter().position(|&other| other == node)?;
@@ -115,5 +91,33 @@ impl Simulator {
         // NaN ranks above every number, and of equals the last wins: motion that is no number.
         let most = terms.iter().max_by(|a, b| a.1.total_cmp(&b.1));
         most.map_or(Term::Motion, |most| most.0)
+    }
+
+    /// The edges of a node that pull on it: without stiffness there is no pull, be the nodes where
+    /// they may.
+    fn pulling_edges(&self, body: &Body<f64>, node: usize) -> Vec<usize> {
+        let edges = self.lattice.edges.iter().zip(&body.stiffness).enumerate();
+        edges
+            .filter(|(_, (ends, stiffness))| ends.contains(&node) && **stiffness != 0.0)
+            .map(|(edge, _)| edge)
+            .collect()
+    }
+
+    /// The impulse of an edge with this activation on its tail, N s, between nodes at these places.
+    fn spring_impulse(
+        &self,
+        body: &Body<f64>,
+        (edge, activation): (usize, f64),
+        x: &[[f64; 2]],
+    ) -> [f64; 2] {
+        let [[xi, yi], [xj, yj]] = self.lattice.edges[edge].map(|node| x[node]);
+        self.robot.mechanics.spring_impulse([
+            xj - xi,
+            yj - yi,
+            activation,
+            body.stiffness[edge],
+            self.lattice.rest_length[edge],
+            body.strain[edge],
+        ])
     }
 }

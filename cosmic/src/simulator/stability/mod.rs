@@ -1,22 +1,29 @@
 //! The largest time step with which a robot's vibrations stay bounded.
 //!
-//! A step of symplectic Euler maps a free oscillation of angular frequency `omega` to one that does
-//! not grow exactly for `dt omega < sqrt(2 (1 + exp(-damping dt)))`; one of leapfrog for
-//! `dt omega < 2 sqrt(cosh(damping dt / 2))`. With substeps `dt` is the length of one. The
-//! frequencies of a lattice at rest are the roots of the eigenvalues of `M^-1 K`, where an edge of
-//! direction `n`, length `l` and target length `l0` adds
-//! `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull across a stretched edge,
-//! is negative for a compressed one. Two edges in line that resist bending with `c` (N m) add
+//! [`Vibration`] has the frequencies of a body about a state, and cheap bounds on them;
+//! [`bound_of_any_design`] bounds those of every design of a lattice; [`stable_step`] is the time
+//! step that an integrator stands at a frequency.
+//!
+//! The frequencies of a lattice at rest are the roots of the eigenvalues of `M^-1 K`, where an edge
+//! of direction `n`, length `l` and target length `l0` adds
+//! `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull across a stretched
+//! edge, is negative for a compressed one. Two edges in line that resist bending with `c` (N m) add
 //! `c g g^T`, where `g . u` is the angle between them by displacements `u` of their three nodes.
 //!
 //! A stiffening spring, `k (e + c e^3)`, is taken as stiff as it is where its length is off by the
 //! stroke of its own actuator; what else pulls it longer makes it stiffer than that.
 
+mod any_design;
+mod limit;
+
+pub use any_design::bound_of_any_design;
+pub use limit::{phase_limit, stable_step, step_limit};
+
 use super::bending::Bending;
-use crate::design::Material;
+use super::kernels::SOFTENING;
 use crate::lattice::Lattice;
 use crate::projection::Body;
-use crate::scene::{Integrator, MaterialSettings, PhysicsSettings};
+use crate::scene::PhysicsSettings;
 
 /// A symmetric 2x2 matrix: `xx`, `xy`, `yy`.
 type Symmetric = [f64; 3];
@@ -63,12 +70,9 @@ impl Bar {
     }
 }
 
-/// Of lengths squared, m2 (D4).
-const SOFTENING: f64 = 1e-12;
-
 impl<'a> Vibration<'a> {
-    /// A body whose nodes are at these positions (m, either frame), its actuators idle. Of the physics
-    /// the laws of springs and bars count.
+    /// A body whose nodes are at these positions (m, either frame), its actuators idle. Of the
+    /// physics the laws of springs and bars count.
     pub fn new(
         lattice: &'a Lattice,
         body: &'a Body<f64>,
@@ -243,6 +247,7 @@ impl<'a> Vibration<'a> {
             .collect()
     }
 
+    /// The root of the largest `mu_i + mu_j` over the edges that have any stiffness, 1/s.
     fn over_edges(&self, mu: &[f64]) -> f64 {
         let sums = self.joined().map(|&[i, j]| mu[i] + mu[j]);
         sums.fold(0.0, f64::max).sqrt()
@@ -260,75 +265,6 @@ fn stiffer(physics: &PhysicsSettings, off: f64) -> f64 {
     1.0 + 3.0 * physics.stiffening * off * off
 }
 
-/// A bound on the angular frequencies, 1/s, of every design of a lattice at rest, of layouts and
-/// mixtures.
-///
-/// A node has half of its edges' mass: `mu_i` of [`Vibration::edge_bound`] is at most the largest
-/// `2 k / (density l)` of its edges, and at most their stiffness over the mass that is no edge's. A
-/// bar's `c` is at most `2 r^2` times the stiffness of an edge at the node that it pulls on, which
-/// bounds `nu_i` by `12 (r / l)^2 mu_i` with the shortest edge's `l`.
-pub fn bound_of_any_design(
-    lattice: &Lattice,
-    materials: &MaterialSettings,
-    physics: &PhysicsSettings,
-) -> f64 {
-    let mut edges_of = vec![(0.0_f64, 0.0); lattice.nodes()];
-    for (ends, &length) in lattice.edges.iter().zip(&lattice.rest_length) {
-        let [stiffness, ratio] = most_of_any_mixture(materials, physics, length);
-        for &node in ends {
-            let (largest, sum) = edges_of[node];
-            edges_of[node] = (largest.max(2.0 * ratio / length), sum + stiffness);
-        }
-    }
-    let mu = |(ratio, sum): (f64, f64)| ratio.min(sum / physics.node_mass);
-    let mu: Vec<f64> = edges_of.into_iter().map(mu).collect();
-    let sums = lattice.edges.iter().map(|&[i, j]| mu[i] + mu[j]);
-    let of_edges = sums.fold(0.0, f64::max);
-    let shortest = lattice.rest_length.iter().copied().fold(f64::MAX, f64::min);
-    let of_bars = 12.0 * (physics.bending_radius / shortest).powi(2);
-    (of_edges + of_bars * mu.into_iter().fold(0.0, f64::max)).sqrt()
-}
-
-/// The most that an edge of some length can have of stiffness, N/m, and of that over its density.
-fn most_of_any_mixture(
-    MaterialSettings {
-        stiffness,
-        density,
-        max_strain,
-        ..
-    }: &MaterialSettings,
-    physics: &PhysicsSettings,
-    length: f64,
-) -> [f64; 2] {
-    let actuator = Material::Actuator as usize;
-    let stroke = max_strain[actuator] * length;
-    // Springs that do not stiffen have their most at one of the ends.
-    let parts = if physics.stiffening > 0.0 { PARTS } else { 1 };
-    let mut most = [0.0_f64; 2];
-    for other in 0..3 {
-        // Between two shares of actuator the ratio of sums is between those at them, and a spring
-        // is at most as stiff as with the larger one.
-        for part in 1..=parts {
-            let [less, more] = [part - 1, part].map(|part| part as f64 / parts as f64);
-            let stiffer = stiffer(physics, more * stroke);
-            for share in [less, more] {
-                let mean = |of: &[f64; 3]| (1.0 - share) * of[other] + share * of[actuator];
-                let (stiffness, density) = (stiffer * mean(stiffness), mean(density));
-                let ratio = if stiffness > 0.0 {
-                    stiffness / density
-                } else {
-                    0.0
-                };
-                most = [most[0].max(stiffness), most[1].max(ratio)];
-            }
-        }
-    }
-    most
-}
-
-/// Parts of the shares that an actuator can have.
-const PARTS: usize = 16;
-
 fn largest_eigenvalue([xx, xy, yy]: Symmetric) -> f64 {
     0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy)
 }
@@ -336,61 +272,4 @@ fn largest_eigenvalue([xx, xy, yy]: Symmetric) -> f64 {
 fn dot(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
     let pairs = a.as_flattened().iter().zip(b.as_flattened());
     pairs.map(|(a, b)| a * b).sum()
-}
-
-/// The smallest time step, s, of a scene's integrator and substeps with which an oscillation of
-/// this angular frequency (1/s) grows; infinite where none does. The scene's own `dt` is not
-/// looked at.
-pub fn stable_step(physics: &PhysicsSettings, frequency: f64) -> f64 {
-    let substep = match physics.integrator {
-        Integrator::SymplecticEuler => step_limit(frequency, physics.damping),
-        Integrator::Leapfrog => leapfrog_limit(frequency, physics.damping),
-    };
-    substep * physics.substeps as f64
-}
-
-/// [`step_limit`] of leapfrog: the smallest root of `dt omega = 2 sqrt(cosh(damping dt / 2))`. Its
-/// step has the determinant `exp(-damping dt)` and the trace `1 + exp(-damping dt) -
-/// exp(-damping dt / 2) (dt omega)^2`.
-fn leapfrog_limit(frequency: f64, damping: f64) -> f64 {
-    if frequency == 0.0 {
-        return f64::INFINITY;
-    }
-    // From below, through numbers that are all on the safe side; without a root they grow for ever.
-    let next = |dt: f64| 2.0 * (0.5 * damping * dt).cosh().sqrt() / frequency;
-    let mut dt = 0.0;
-    for _ in 0..ITERATIONS {
-        let longer = next(dt);
-        if longer <= dt || longer.is_infinite() {
-            return longer;
-        }
-        dt = longer;
-    }
-    dt
-}
-
-/// The `dt omega` of symplectic Euler from which on an oscillation grows: 2 without damping, towards `sqrt(2)` with
-/// much of it.
-pub fn phase_limit(damping: f64, dt: f64) -> f64 {
-    (2.0 * (1.0 + (-damping * dt).exp())).sqrt()
-}
-
-/// The smallest time step, s, of symplectic Euler with which an oscillation of this angular frequency (1/s) grows;
-/// infinite where nothing oscillates.
-pub fn step_limit(frequency: f64, damping: f64) -> f64 {
-    if frequency == 0.0 {
-        return f64::INFINITY;
-    }
-    // `dt omega` grows with dt and the limit falls: they meet once, between sqrt(2) and 2.
-    let (mut below, mut above) = (1.0 / frequency, 2.0 / frequency);
-    // Each halving is a binary digit.
-    for _ in 0..f64::MANTISSA_DIGITS {
-        let middle = 0.5 * (below + above);
-        if middle * frequency < phase_limit(damping, middle) {
-            below = middle;
-        } else {
-            above = middle;
-        }
-    }
-    above
 }

@@ -1,0 +1,75 @@
+//! The frequencies that any design of a lattice may have.
+
+use super::stiffer;
+use crate::design::Material;
+use crate::lattice::Lattice;
+use crate::scene::{MaterialSettings, PhysicsSettings};
+
+/// Parts of the shares that an actuator can have.
+const PARTS: usize = 16;
+
+/// A bound on the angular frequencies, 1/s, of every design of a lattice at rest, of layouts and
+/// mixtures.
+///
+/// A node has half of its edges' mass: `mu_i` of [`Vibration::edge_bound`](super::Vibration::edge_bound) is at most the largest
+/// `2 k / (density l)` of its edges, and at most their stiffness over the mass that is no edge's. A
+/// bar's `c` is at most `2 r^2` times the stiffness of an edge at the node that it pulls on, which
+/// bounds `nu_i` by `12 (r / l)^2 mu_i` with the shortest edge's `l`.
+pub fn bound_of_any_design(
+    lattice: &Lattice,
+    materials: &MaterialSettings,
+    physics: &PhysicsSettings,
+) -> f64 {
+    let mut edges_of = vec![(0.0_f64, 0.0); lattice.nodes()];
+    for (ends, &length) in lattice.edges.iter().zip(&lattice.rest_length) {
+        let [stiffness, ratio] = most_of_any_mixture(materials, physics, length);
+        for &node in ends {
+            let (largest, sum) = edges_of[node];
+            edges_of[node] = (largest.max(2.0 * ratio / length), sum + stiffness);
+        }
+    }
+    let mu = |(ratio, sum): (f64, f64)| ratio.min(sum / physics.node_mass);
+    let mu: Vec<f64> = edges_of.into_iter().map(mu).collect();
+    let sums = lattice.edges.iter().map(|&[i, j]| mu[i] + mu[j]);
+    let of_edges = sums.fold(0.0, f64::max);
+    let shortest = lattice.rest_length.iter().copied().fold(f64::MAX, f64::min);
+    let of_bars = 12.0 * (physics.bending_radius / shortest).powi(2);
+    (of_edges + of_bars * mu.into_iter().fold(0.0, f64::max)).sqrt()
+}
+
+/// The most that an edge of some length can have of stiffness, N/m, and of that over its density.
+fn most_of_any_mixture(
+    MaterialSettings {
+        stiffness,
+        density,
+        max_strain,
+        ..
+    }: &MaterialSettings,
+    physics: &PhysicsSettings,
+    length: f64,
+) -> [f64; 2] {
+    let actuator = Material::Actuator as usize;
+    let stroke = max_strain[actuator] * length;
+    // Springs that do not stiffen have their most at one of the ends.
+    let parts = if physics.stiffening > 0.0 { PARTS } else { 1 };
+    let mut most = [0.0_f64; 2];
+    for other in 0..3 {
+        // Between two shares of actuator the ratio of sums is between those at them, and a spring
+        // is at most as stiff as with the larger one.
+        for part in 1..=parts {
+            let [less, more] = [part - 1, part].map(|part| part as f64 / parts as f64);
+            let stiffer = stiffer(physics, more * stroke);
+            for share in [less, more] {
+                let mean = |of: &[f64; 3]| (1.0 - share) * of[other] + share * of[actuator];
+                let (stiffness, density) = (stiffer * mean(stiffness), mean(density));
+                let ratio = if stiffness > 0.0 {
+                    stiffness / density
+                } else {
+                    0.0
+                };
+                most = [most[0].max(stiffness), most[1].max(ratio)];
+            }
+        }
+    }
+    most
+}
