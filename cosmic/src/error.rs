@@ -68,7 +68,7 @@ pub enum Error {
         /// What the system said.
         source: io::Error,
     },
-    /// A simulated state stopped being finite, or any robot's.
+    /// A simulated state stopped being finite, or got beyond 1e6 m or 1e6 m/s, where no robot gets.
     #[error(
         "diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s, \
          mostly by {term}"
@@ -118,10 +118,12 @@ pub enum Error {
     #[error("{}: another process is at work on this run", .0.display())]
     Taken(PathBuf),
     /// Results that are not all numbers although no simulated state diverged.
-    #[error("not finite: {}", names.join(", "))]
+    #[error("not finite: {}{}", names.join(", "), because(cause.as_deref()))]
     NotFinite {
         /// The results, by their keys.
         names: Vec<String>,
+        /// Where a gradient was lost on its way back, if that is what happened.
+        cause: Option<String>,
     },
     /// Figures that have no value: rollouts that they are taken from diverged.
     #[error("{0}")]
@@ -184,7 +186,7 @@ impl Error {
         }
     }
 
-    /// Its text as a part of another's: reports of a file have their heading.
+    /// Its text as a part of another's: without the heading "error: " that reports on files have.
     pub(crate) fn within(&self) -> String {
         let text = self.to_string();
         text.strip_prefix("error: ").unwrap_or(&text).to_owned()
@@ -212,7 +214,7 @@ impl Error {
     }
 }
 
-/// That so many were found as belong there.
+/// Refuses a count of `what` other than the one that belongs there; `file` is named.
 ///
 /// # Errors
 /// [`Error::Misfit`].
@@ -226,6 +228,24 @@ pub(crate) fn fits(file: &str, what: &str, found: usize, expected: usize) -> Res
             found,
         }),
     }
+}
+
+/// Refuses a count of 0 of `what`; `file` is named.
+///
+/// # Errors
+/// [`Error::Usage`].
+pub(crate) fn some(file: &str, what: &str, found: usize) -> Result<()> {
+    match found {
+        0 => Err(Error::Usage(format!(
+            "{file}: {what}: 0, where at least 1 belongs"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The cause of an error as the end of its message.
+fn because(cause: Option<&str>) -> String {
+    cause.map_or(String::new(), |cause| format!("; {cause}"))
 }
 
 /// What a sweep passed over beside the first.
@@ -261,18 +281,16 @@ pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     }
 }
 
-/// What else there is to do about a run's unstable time step than to set another.
+/// The end of what is said of a run's unstable time step, after which other step to set.
 fn or_go_on(run: &Path, own_loss: bool) -> String {
-    let run = in_shell(run);
     match own_loss {
         true => {
             ", and begin anew, if need be with physics.unstable_step = \"warn\" in its scene".into()
         }
-        false => {
-            format!(
-                ", and begin anew, or go on all the same with: cosmic resume {run} --allow-unstable"
-            )
-        }
+        false => format!(
+            ", and begin anew, or go on all the same with: cosmic resume {} --allow-unstable",
+            in_shell(run)
+        ),
     }
 }
 
@@ -286,30 +304,29 @@ mod tests {
     }
 
     #[test]
-    fn every_error_has_the_promised_exit_code_and_says_its_numbers() {
-        let what = "gradients".to_string();
+    fn checks_and_sizes_say_their_numbers() {
         let (code, text) = told(&Error::CheckFailed {
-            what,
+            what: "gradients".to_string(),
             failed: 17,
             total: 40,
         });
         assert!(code == 1 && text == "17 of 40 checks failed: gradients");
-
-        let (file, what) = ("design.json".to_string(), "edges".to_string());
         let (code, text) = told(&Error::Misfit {
-            file,
-            what,
+            file: "design.json".to_string(),
+            what: "edges".to_string(),
             expected: 110,
             found: 72,
         });
         assert!(code == 2 && text == "design.json: edges: 72, where 110 belong");
+    }
 
-        let (position, velocity) = ([f64::NAN, 0.5], [1.0, 2.0]);
+    #[test]
+    fn simulations_that_go_wrong_say_where() {
         let (code, text) = told(&Error::Diverged {
             step: 12,
             node: 5,
-            position,
-            velocity,
+            position: [f64::NAN, 0.5],
+            velocity: [1.0, 2.0],
             term: "gravity".to_string(),
         });
         assert!(code == 3 && text.contains("step 12: node 5 at [NaN, 0.5] m, velocity [1.0, 2.0]"));
@@ -325,29 +342,31 @@ mod tests {
         assert!(code == 2 && text.contains("0.02 s") && text.contains("432.1 1/s"));
         assert!(text.contains("node 7") && text.ends_with("from 4.100e-3 s on; lower it"));
 
-        let (path, source) = (
-            PathBuf::from("a"),
-            io::Error::from(io::ErrorKind::PermissionDenied),
-        );
-        let (code, text) = told(&Error::Write { path, source });
-        assert!(code == 4 && text == "cannot write a: permission denied");
+        let not_finite = |cause: Option<&str>| Error::NotFinite {
+            names: vec!["V".to_string(), "u0".to_string()],
+            cause: cause.map(str::to_owned),
+        };
+        assert_eq!(told(&not_finite(None)), (3, "not finite: V, u0".into()));
+        let (_, text) = told(&not_finite(Some("in step 3")));
+        assert_eq!(text, "not finite: V, u0; in step 3");
+    }
 
+    #[test]
+    fn files_that_cannot_be_written_are_named() {
+        let (code, text) = told(&Error::Write {
+            path: PathBuf::from("a"),
+            source: io::Error::from(io::ErrorKind::PermissionDenied),
+        });
+        assert!(code == 4 && text == "cannot write a: permission denied");
+    }
+
+    #[test]
+    fn interrupted_runs_say_how_to_go_on() {
         let (code, text) = told(&Error::Stopped { done: 3, total: 16 });
         assert!(code == 75 && text.starts_with("interrupted with 3 of 16 runs done"));
 
-        let run = PathBuf::from("runs/a");
-        for (path, word) in [
-            ("runs/a-1.2", "runs/a-1.2"),
-            ("-run", "./-run"),
-            ("my runs/a", "'my runs/a'"),
-            ("it's", r"'it'\''s'"),
-            ("", "''"),
-        ] {
-            assert_eq!(in_shell(Path::new(path)), word);
-        }
-
         let interrupted = |own_loss| Error::Interrupted {
-            run: run.clone(),
+            run: PathBuf::from("runs/a"),
             iteration: 99,
             own_loss,
         };
@@ -357,5 +376,18 @@ mod tests {
         );
         let (code, text) = told(&interrupted(true));
         assert!(code == 75 && !text.contains("cosmic") && text.contains("resume_with"));
+    }
+
+    #[test]
+    fn paths_are_one_word_of_a_command() {
+        for (path, word) in [
+            ("runs/a-1.2", "runs/a-1.2"),
+            ("-run", "./-run"),
+            ("my runs/a", "'my runs/a'"),
+            ("it's", r"'it'\''s'"),
+            ("", "''"),
+        ] {
+            assert_eq!(in_shell(Path::new(path)), word);
+        }
     }
 }

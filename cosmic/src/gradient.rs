@@ -13,7 +13,7 @@ use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
 use crate::simulator::stability::{Vibration, bound_of_any_design};
-use crate::simulator::{Divergence, Guarded, Simulator, Span, StepCheck, Trajectory};
+use crate::simulator::{Divergence, Guarded, Overflow, Simulator, Span, StepCheck, Trajectory};
 
 /// What a rollout depends on and may be differentiated by.
 #[derive(Clone, Debug, PartialEq)]
@@ -183,8 +183,8 @@ pub struct Horizon {
     pub cotangent_bound: Option<CotangentBound>,
 }
 
-/// How many of so many rollouts with shared robots a thread does together: what lanes take at
-/// once, unless other threads would then have nothing to do.
+/// How many of some rollouts with one controller a thread does together: as many as lanes take at
+/// once, 8, unless other threads would then have nothing to do.
 pub fn together(rollouts: usize) -> usize {
     (rollouts / rayon::current_num_threads()).clamp(1, 8)
 }
@@ -200,7 +200,7 @@ pub struct Task {
     pub materials: MaterialSettings,
     /// Sharpness of the projections, and `delta`.
     pub sharpness: ProjectionSettings,
-    /// What holds the materials, where they are held.
+    /// What is taken off the design vectors where the scene holds the materials; see [`holds`].
     holds: Vec<[f64; 3]>,
     simulator: Simulator,
     /// What is off about the robot as built; `None` for the nominal one.
@@ -343,6 +343,18 @@ impl Task {
             .divergence((&body, controller), start, 0..self.physics.steps)
     }
 
+    /// Where the reverse sweep of a mixture's robot overflows, for the payload's place along the
+    /// ground after the last step; `None` where it does not.
+    pub fn overflow(
+        &self,
+        mixture: &[[f64; 3]],
+        (controller, start): (&Controller<f64>, &State<f64>),
+    ) -> Option<Overflow> {
+        let body = self.body(mixture);
+        self.simulator
+            .overflow((&body, controller), start, self.physics.steps)
+    }
+
     /// The loss of a robot over a horizon. In the mode "tail" the steps before the horizon are
     /// done without derivatives.
     pub fn loss<R: Real>(
@@ -385,8 +397,8 @@ impl Task {
         if horizon.mode == HorizonMode::Tail {
             span.first = self.physics.steps - steps;
             let head = Span::from_start(vec![span.first]);
-            // The same bodies: one that a gradient is asked by is not another one before the
-            // horizon.
+            // Bodies of the same mixtures, made before they are detached: a layout that a gradient
+            // is asked by keeps its void edges, also before the horizon.
             let bodies: Vec<_> = bodies.iter().map(|body| body.map(R::detach)).collect();
             let robots = (&bodies[..], &controller.map(R::detach));
             let start = start.map(R::detach);

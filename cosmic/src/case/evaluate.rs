@@ -12,7 +12,7 @@ use crate::lattice::{Ground, State};
 use crate::objective::{Displacement, measures};
 use crate::projection::{Body, Projection, holds, mixture_held, one_hot};
 use crate::scene::HorizonMode;
-use crate::simulator::{Divergence, Guarded, Span, StepCheck};
+use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 
 impl Case {
     /// The case as a task.
@@ -46,17 +46,32 @@ impl Case {
         }
     }
 
+    /// The mixture that is rolled out: of the case's own design vectors by its own projection.
+    pub fn own_mixture(&self) -> Vec<[f64; 3]> {
+        self.mixture(self.projection, &self.z)
+    }
+
+    /// The body that is rolled out.
+    pub fn body(&self) -> Body<f64> {
+        let mixture = self.own_mixture();
+        Body::new(&mixture, &self.lattice, &self.materials, &self.physics)
+    }
+
     /// Where the rollout diverges, if it does.
     pub fn divergence(&self) -> Option<Divergence> {
-        let mixture = self.mixture(self.projection, &self.z);
         let robot = (&self.controller, &self.start);
-        self.task().divergence(&mixture, robot)
+        self.task().divergence(&self.own_mixture(), robot)
+    }
+
+    /// Where the reverse sweep of the gradient of the displacement overflows, if it does.
+    pub fn overflow(&self) -> Option<Overflow> {
+        let robot = (&self.controller, &self.start);
+        self.task().overflow(&self.own_mixture(), robot)
     }
 
     /// The time step against the vibrations of the robot at rest in its first positions.
     pub fn step_check(&self) -> StepCheck {
-        let mixture = self.mixture(self.projection, &self.z);
-        self.task().step_check(&mixture, &self.start.x)
+        self.task().step_check(&self.own_mixture(), &self.start.x)
     }
 
     /// The loss of the final position, for any number type.
@@ -84,8 +99,8 @@ impl Case {
     pub fn evaluate(&self, gradient: bool, record: &[usize]) -> Result<Results> {
         let task = self.task();
         let recorded = self.recorded_steps(record)?;
-        let mixture = self.mixture(self.projection, &self.z);
-        let body = Body::new(&mixture, &self.lattice, &self.materials, &self.physics);
+        let mixture = self.own_mixture();
+        let body = task.body(&mixture);
         let (trajectory, divergence) = self.trajectory(&task, &mixture, &recorded);
         let ground = task.ground();
         let l_disp = -along(&ground, &trajectory[&self.physics.steps]);

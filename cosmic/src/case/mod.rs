@@ -16,7 +16,7 @@ use std::path::Path;
 
 use crate::controller::{Controller, observation_length};
 use crate::design::Material;
-use crate::error::{Error, Result, fits};
+use crate::error::{Error, Result, fits, some};
 use crate::lattice::{Lattice, State};
 use crate::objective::AugmentedLagrangian;
 use crate::projection::Projection;
@@ -27,8 +27,8 @@ use crate::scene::{
 };
 use raw::{FORMAT, RawCase, RawScene, VERSION};
 
-/// The longest rollout that a case may ask for, substeps counted: the clock is kept for every step of
-/// it, and a slip of the pen should end neither in a lack of memory nor never.
+/// The longest rollout that a case may ask for, substeps counted: the clock is kept for every step
+/// of it, and a slip of the pen should end neither in a lack of memory nor never.
 const LONGEST: usize = 10_000_000;
 
 /// A case, its shapes checked against one another.
@@ -81,9 +81,9 @@ impl Case {
     /// Reads a case from text; `file` names it in messages.
     ///
     /// # Errors
-    /// [`Error::Malformed`], with the place, where the text is no case: a key unknown, missing or of
-    /// the wrong type, sizes that do not fit one another, or numbers without a meaning, such as a
-    /// negative mass.
+    /// [`Error::Malformed`], with the place, where the text is no case: a key unknown, missing or
+    /// of the wrong type, sizes that do not fit one another, or numbers without a meaning, such as
+    /// a negative mass.
     pub fn parse(file: &str, text: &str) -> Result<Self> {
         let raw: RawCase = from_json(file, 0, text.as_bytes())?;
         let case = Shapes { file }.case(&raw);
@@ -264,7 +264,7 @@ impl Shapes<'_> {
     fn lattice(&self, raw: &RawCase) -> Result<Lattice> {
         let RawScene { columns, rows, .. } = raw.scene;
         let nodes = columns.saturating_mul(rows);
-        self.fits("nodes of `scene` (columns x rows)", nodes, nodes.max(1))?;
+        some(self.file, "nodes of `scene` (columns x rows)", nodes)?;
         self.fits("rows of `x0`", raw.x0.len(), nodes)?;
         let edges = self.rows("edges", &raw.edges)?;
         self.fits("length of `l0`", raw.l0.len(), edges.len())?;
@@ -281,7 +281,7 @@ impl Shapes<'_> {
     /// At least one edge; each joins two nodes that exist, in either direction, and no two join
     /// the same ones.
     fn edges(&self, edges: &[[usize; 2]], nodes: usize) -> Result<()> {
-        self.fits("number of `edges`", edges.len(), edges.len().max(1))?;
+        some(self.file, "number of `edges`", edges.len())?;
         let mut seen = HashSet::new();
         for (e, &[i, j]) in edges.iter().enumerate() {
             let belongs = if i == j || i.max(j) >= nodes {

@@ -1,7 +1,7 @@
 //! `cosmic evaluate`.
 
 use super::source::Source;
-use super::{note, print};
+use super::{note, print, see_again};
 use crate::case::{Case, Results};
 use crate::error::{Error, Result};
 use crate::record::files::write_atomic;
@@ -13,8 +13,8 @@ const DIVERGED: &str = "diverged.json";
 
 /// Run one robot, and print what comes of it as JSON
 ///
-/// Where it flies apart (exit code 3), its last states go into diverged.json, beside the file of --out
-/// or else in the current folder, in place of any file of that name.
+/// Where it flies apart (exit code 3), its last states go into diverged.json, beside the file of
+/// --out or else in the current folder, in place of any file of that name.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A reference case, a run's folder or design.json (with its scene.toml beside it), a scene
@@ -24,8 +24,8 @@ pub(super) struct Arguments {
     /// Add the exact gradients
     #[arg(long)]
     gradient: bool,
-    /// Steps whose states are written; without it those that the file lists, else 0, 1, 2, 3 and the
-    /// last
+    /// Steps whose states are written; without it those that the file lists, else 0, 1, 2, 3 and
+    /// the last
     #[arg(long, value_name = "STEPS", value_delimiter = ',')]
     record: Vec<usize>,
     /// Write to this file in place of standard output
@@ -49,10 +49,13 @@ impl Arguments {
     fn judge(&self, case: &Case, results: &Results) -> Result<()> {
         let names = results.not_finite();
         let Some(divergence) = &results.divergence else {
-            return match names.is_empty() {
-                true => Ok(()),
-                false => Err(Error::NotFinite { names }),
-            };
+            if names.is_empty() {
+                return Ok(());
+            }
+            let is_lost = names.iter().any(|name| name.starts_with("grad_l_disp."));
+            let overflow = is_lost.then(|| case.overflow()).flatten();
+            let cause = overflow.map(|overflow| overflow.to_string());
+            return Err(Error::NotFinite { names, cause });
         };
         if !names.is_empty() {
             note(&format!(
@@ -62,11 +65,8 @@ impl Arguments {
         }
         let text = case.diverged_json(divergence) + "\n";
         let path = self.beside(DIVERGED);
-        let name = path.display();
         match write_atomic(&path, |file| file.write_all(text.as_bytes())) {
-            Ok(()) => note(&format!(
-                "the last states are in {name}; see it again with: cosmic evaluate {name}"
-            )),
+            Ok(()) => note(&see_again(&path)),
             // That it diverged is the graver news, and still to come.
             Err(error) => note(&format!("the last states are lost: {error}")),
         }

@@ -21,9 +21,10 @@ mod verify;
 
 pub use options::{Output, RunOptions};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, in_shell};
 use clap::{Parser, Subcommand};
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Co-design of truss-lattice robots: structure, material and neural control optimised together.
@@ -122,6 +123,12 @@ fn print(text: &str) -> Result<()> {
 fn note(text: &str) {
     // Nobody is left to tell if the terminal is gone.
     let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Where the last states of a rollout that diverged are kept, and what to do with them.
+fn see_again(diverged: &Path) -> String {
+    let (file, word) = (diverged.display(), in_shell(diverged));
+    format!("the last states are in {file}; see it again with: cosmic evaluate {word}")
 }
 
 /// Writes a value to standard output as indented JSON.

@@ -2,7 +2,7 @@
 
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{Output, note, print};
+use super::{Output, note, print, see_again};
 use crate::error::{Error, Result};
 use crate::record::summary::SUMMARY;
 use crate::record::{DIVERGED, Observer, Summary};
@@ -27,10 +27,7 @@ pub(super) fn carry_out(
     drop(progress);
     let diverged = folder.join(DIVERGED);
     if matches!(done, Err(Error::Diverged { .. })) && diverged.exists() {
-        let name = diverged.display();
-        note(&format!(
-            "the last states are in {name}; see it again with: cosmic evaluate {name}"
-        ));
+        note(&see_again(&diverged));
     }
     let summary = done?;
     show(folder, &summary, output)?;

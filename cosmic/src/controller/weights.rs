@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Controller;
-use crate::error::{Result, fits};
+use crate::error::{Result, fits, some};
 
 /// The weights of a controller, matrices as lists of rows; gradients by them have the same form.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ impl Weights {
     pub fn controller(&self, inputs: usize, edges: usize, file: &str) -> Result<Controller<f64>> {
         let hidden = self.b1.len();
         let fits = |what: &str, found, expected| fits(file, what, found, expected);
-        fits("length of `controller.b1`", hidden, hidden.max(1))?;
+        some(file, "length of `controller.b1`", hidden)?;
         fits("rows of `controller.w1`", self.w1.len(), hidden)?;
         for (i, row) in self.w1.iter().enumerate() {
             fits(

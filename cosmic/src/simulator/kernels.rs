@@ -4,10 +4,12 @@
 
 use autodiff::{Kernel, Real};
 
-/// Softens the length of an edge, m^2: smooth where its nodes coincide (D4).
-const SOFTENING: f64 = 1e-12;
+/// What is added to the square of an edge's length, m^2: the length is smooth where its nodes
+/// coincide (D4).
+pub(crate) const SOFTENING: f64 = 1e-12;
 
-/// Hooke's law of an edge that is told a target length: its impulse on its tail over a step.
+/// Hooke's law of an edge whose activation gives it a target length (D8): its impulse on its tail
+/// over a step.
 ///
 /// From the edge's vector (m), activation, stiffness (N/m), rest length (m) and strain at full
 /// activation; to an impulse (N s).
@@ -95,8 +97,9 @@ pub(super) struct Drift {
 }
 
 impl Drift {
-    /// Whether a node at this height touches the ground on its way, and when. A node that does
-    /// not touch gets the whole time. `v* = 0` never touches: nothing is divided by zero.
+    /// Whether a node at this height (m) touches the ground on its way, and the time of impact (s),
+    /// which passes no derivative at its bounds 0 and `dt` (D9). A node that does not touch gets
+    /// the whole time. `v* = 0` never touches: nothing is divided by zero.
     #[inline(always)]
     fn touch<R: Real>(&self, height: R, v_normal: R) -> (R::Mask, R) {
         let (zero, dt) = (R::zero(), R::lit(self.dt));
@@ -121,7 +124,8 @@ impl Drift {
         let friction = R::lit(friction);
         let left = vx.abs() - friction * vy.abs();
         let braked = vx.signum() * left.max(R::zero());
-        // Without friction nothing holds a node at rest: no kink is there, and no derivative of one.
+        // Without friction nothing holds a node at rest: no kink is there, and no derivative of
+        // one.
         let braked = R::select(R::zero().lt(friction), braked, vx);
         let rest = R::lit(self.dt) - moving;
         [
@@ -139,7 +143,7 @@ impl Drift {
 pub(super) struct Flight {
     /// The drift that follows.
     pub(super) drift: Drift,
-    /// What damping leaves of a velocity.
+    /// The share of a velocity that damping leaves, `exp(-damping h)`.
     pub(super) decay: f64,
     /// Velocity that gravity adds, along the ground and across it, m/s.
     pub(super) gravity: [f64; 2],

@@ -13,6 +13,7 @@ mod divergence;
 mod emission;
 mod kernels;
 mod mechanics;
+mod overflow;
 mod robot;
 pub mod stability;
 mod step_check;
@@ -24,6 +25,8 @@ use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
 
 pub use blame::Term;
 pub use divergence::{Divergence, Guarded};
+pub(crate) use kernels::SOFTENING;
+pub use overflow::Overflow;
 pub use robot::Spare;
 pub(crate) use step_check::rounded_down;
 pub use step_check::{Grade, StepCheck, StepLimit};
@@ -47,8 +50,8 @@ pub struct Span {
     /// How many nodes are looked at, from the first on, at least one; the states observed hold no
     /// others.
     pub nodes: usize,
-    /// Whether all that is observed is NaN where a state after the start, observed or not, is
-    /// absurd or close to it.
+    /// Whether a state after the start, observed or not, that is absurd or close to it makes NaN of
+    /// all that is observed; [`Simulator::guarded`] relies on it.
     pub watched: bool,
     /// Holds the cotangent back in the reverse sweep; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
@@ -213,7 +216,8 @@ impl Simulator {
         self.trajectory(&rollout.eval(&inputs), span)
     }
 
-    /// That all is of this lattice: a part of another one may be long enough to be misread.
+    /// Panics unless all is of this lattice: arrays of a larger one would be long enough to be
+    /// misread.
     fn check<R: Real>(&self, bodies: &[Body<R>], controller: &Controller<R>, starts: &[&State<R>]) {
         let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
         let inputs = observation_length(&self.controller, nodes);

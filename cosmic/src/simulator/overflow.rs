@@ -1,0 +1,206 @@
+//! Where the reverse sweep of a rollout overflows.
+//!
+//! A motion that magnifies every small change has cotangents that grow from step to step of the
+//! reverse sweep: over thousands of steps beyond what an f64 holds, though every state is finite.
+//! The sweep of a gradient does not look at what it carries. Where a gradient came out infinite or
+//! NaN, the state's cotangent is taken back once more, in blocks of steps, and through the block
+//! that loses it step by step.
+
+use std::fmt;
+use std::ops::Range;
+
+use autodiff::{Real, Tape, Var};
+
+use super::robot::Robot;
+use super::{Simulator, Span, slices};
+use crate::controller::Controller;
+use crate::lattice::State;
+use crate::projection::Body;
+
+/// Steps of a block.
+const BLOCK: usize = 64;
+
+/// The step of a reverse sweep that makes the state's cotangent infinite or NaN.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overflow {
+    /// The step, from 0. The cotangent of the state after it is finite, of that before it not.
+    pub step: usize,
+    /// The first node by whose position or velocity it is not.
+    pub node: usize,
+    /// The largest magnitude in the cotangent of the state after the step.
+    pub largest: f64,
+}
+
+/// As part of a sentence.
+impl fmt::Display for Overflow {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            step,
+            node,
+            largest,
+        } = self;
+        write!(
+            out,
+            "the reverse sweep overflows in step {step}, first at node {node}, from a cotangent \
+             of at most {largest:.1e}"
+        )
+    }
+}
+
+impl Simulator {
+    /// Where the cotangent of the payload's place along the ground after so many steps stops
+    /// being finite on its way back to the start; `None` where it does not. Costs about as much as
+    /// that gradient.
+    ///
+    /// # Panics
+    /// As [`rollout`](Simulator::rollout).
+    pub fn overflow(
+        &self,
+        robot: (&Body<f64>, &Controller<f64>),
+        start: &State<f64>,
+        steps: usize,
+    ) -> Option<Overflow> {
+        let (model, parameters) = self.planned(robot, start);
+        let sweep = Sweep {
+            simulator: self,
+            model,
+            parameters,
+        };
+        let start = self.flatten(start);
+        let mut bar = vec![0.0; start.len()];
+        // The first of the state's numbers is the payload's place along the ground.
+        bar[0] = 1.0;
+        sweep.back(&start, (0..steps, BLOCK), &mut bar)
+    }
+}
+
+/// A robot whose steps are swept again. States and cotangents are flat arrays in the ground's
+/// frame: each part of the rollout goes on from the same bits.
+struct Sweep<'a> {
+    simulator: &'a Simulator,
+    model: Robot,
+    parameters: Vec<Vec<f64>>,
+}
+
+impl Sweep<'_> {
+    /// Takes the cotangent of the state after some steps, which begin with a state, back to that
+    /// one: in parts of so many steps, and through a part that overflows by single ones.
+    fn back(
+        &self,
+        state: &[f64],
+        (steps, part): (Range<usize>, usize),
+        bar: &mut Vec<f64>,
+    ) -> Option<Overflow> {
+        let firsts: Vec<usize> = steps.clone().step_by(part).collect();
+        let done = firsts.iter().map(|first| first - steps.start).collect();
+        let states = self.run(state, (steps.start, done), &self.parameters);
+        for (&first, state) in firsts.iter().zip(states.chunks_exact(state.len())).rev() {
+            let of_part = first..steps.end.min(first + part);
+            let before = self.pullback(state, of_part.clone(), bar);
+            match self.lost_node(&before) {
+                None => *bar = before,
+                Some(_) if part > 1 => return self.back(state, (of_part, 1), bar),
+                Some(node) => {
+                    let largest = bar.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+                    return Some(Overflow {
+                        step: first,
+                        node,
+                        largest,
+                    });
+                }
+            }
+        }
+        None
+    }
+
+    /// The states, one after the other, after so many steps each from a state before step `first`.
+    fn run<R: Real>(
+        &self,
+        state: &[R],
+        (first, done): (usize, Vec<usize>),
+        parameters: &[Vec<R>],
+    ) -> Vec<R> {
+        let span = Span {
+            first,
+            ..Span::from_start(done)
+        };
+        let rollout = self.simulator.plan(self.model.clone(), &span);
+        rollout.run(state, &slices(parameters))
+    }
+
+    /// The cotangent of the state before some steps, from that of the state after them.
+    fn pullback(&self, state: &[f64], steps: Range<usize>, bar: &[f64]) -> Vec<f64> {
+        let constant = |numbers: &Vec<f64>| numbers.iter().map(|&x| Var::constant(x)).collect();
+        let parameters: Vec<Vec<Var<f64>>> = self.parameters.iter().map(constant).collect();
+        let mut tape = Tape::new();
+        let last = tape.record(state, |state| {
+            self.run(state, (steps.start, vec![steps.len()]), &parameters)
+        });
+        tape.pullback(&last, bar).to_vec()
+    }
+
+    /// The first node with a number in a cotangent that is infinite or NaN.
+    fn lost_node(&self, bar: &[f64]) -> Option<usize> {
+        let nodes = self.simulator.lattice.nodes();
+        let is_lost = |node: &usize| (0..4).any(|k| !bar[k * nodes + node].is_finite());
+        (0..nodes).find(is_lost)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Sweep;
+    use crate::controller::Controller;
+    use crate::lattice::{Ground, Lattice, State};
+    use crate::projection::Body;
+    use crate::scene::Scene;
+    use crate::simulator::Simulator;
+
+    /// The default scene's lattice without damping, where small changes grow for ever.
+    fn wild() -> (Simulator, Body<f64>, Controller<f64>, State<f64>) {
+        let scene = Scene::parse("wild", "[physics]\ndamping = 0.0").unwrap();
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let mixture = vec![[1.0 / 3.0; 3]; lattice.edges.len()];
+        let body = Body::new(&mixture, &lattice, &scene.materials, &scene.physics);
+        let controller = Controller::xavier(&scene.controller, &lattice, 0);
+        let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
+        (simulator, body, controller, lattice.state_at_rest())
+    }
+
+    /// What is found in blocks is where a sweep of all steps in one loses its cotangent.
+    #[test]
+    fn the_step_that_overflows_is_found() {
+        const STEPS: usize = 8192;
+        let (simulator, body, controller, start) = wild();
+        let robot = (&body, &controller);
+        assert_eq!(simulator.divergence(robot, &start, 0..STEPS), None);
+        let found = simulator.overflow(robot, &start, STEPS);
+        let found = found.expect("no such robot has a finite gradient");
+        assert!(found.largest > 1e290, "{found:?}");
+
+        let (model, parameters) = simulator.planned(robot, &start);
+        let sweep = Sweep {
+            simulator: &simulator,
+            model,
+            parameters,
+        };
+        let start = simulator.flatten(&start);
+        let mut seed = vec![0.0; start.len()];
+        seed[0] = 1.0;
+        let cotangent = |first: usize| {
+            let state = sweep.run(&start, (0, vec![first]), &sweep.parameters);
+            sweep.pullback(&state, first..STEPS, &seed)
+        };
+        assert_eq!(sweep.lost_node(&cotangent(found.step + 1)), None);
+        assert_eq!(sweep.lost_node(&cotangent(found.step)), Some(found.node));
+    }
+
+    #[test]
+    fn a_finite_gradient_overflows_nowhere() {
+        let (simulator, body, controller, start) = wild();
+        for steps in [0, 1, 100] {
+            let found = simulator.overflow((&body, &controller), &start, steps);
+            assert_eq!(found, None, "{steps} steps");
+        }
+    }
+}
