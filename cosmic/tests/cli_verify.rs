@@ -79,8 +79,10 @@ fn a_scene_is_verified_into_a_folder() {
             || page.matches("http://").count()
                 == page.matches("http://www.w3.org/2000/svg").count()
     );
-    for line in told.error.lines() {
+    let written: Vec<&str> = told.error.lines().collect();
+    for (k, line) in written.iter().enumerate() {
         assert!(folder.path().join(line).is_file(), "{line}");
+        assert!(!written[..k].contains(line), "{line} twice");
     }
 }
 

@@ -21,9 +21,9 @@ const BEYOND: f64 = 32.0;
 /// The most ticks across a picture.
 const MOST_TICKS: f64 = 100.0;
 
-/// Writes the whole rollout, twice as fast as it happens, faster where it is long, the camera beside
-/// the robot. Ticks stand every tenth of a metre along the ground, longer every whole one; where these
-/// are many, farther apart by powers of ten.
+/// Writes the whole rollout, twice as fast as it happens, faster where it is long, the camera
+/// beside the robot. Ticks stand every tenth of a metre along the ground, longer every whole one;
+/// where these are many, farther apart by powers of ten.
 ///
 /// # Errors
 /// What writing to `file` reports.

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use super::page::{self, Figure};
+use super::sheet::aligned;
 use super::svg::escape;
 use crate::error::Result;
 use crate::record::Summary;
@@ -55,25 +56,9 @@ impl Comparison {
         let figures = self.figures();
         let head = std::iter::once("run".to_owned());
         let shorts = figures.iter().map(|f| f.short.to_owned());
-        let mut rows = vec![head.chain(shorts).collect()];
+        let mut rows: Vec<Vec<String>> = vec![head.chain(shorts).collect()];
         rows.extend(self.runs.iter().map(|run| run.cells(&figures)));
-        let width = |k: usize| {
-            rows.iter()
-                .map(|r: &Vec<String>| r[k].chars().count())
-                .max()
-        };
-        let widths: Vec<usize> = (0..rows[0].len()).map(|k| width(k).unwrap_or(0)).collect();
-        let mut text = String::new();
-        for row in &rows {
-            let mut line = format!("{:w$}", row[0], w = widths[0]);
-            for (cell, w) in row.iter().zip(&widths).skip(1) {
-                // Writing to a string cannot fail.
-                let _ = write!(line, "  {cell:>w$}");
-            }
-            text += line.trim_end();
-            text.push('\n');
-        }
-        text
+        aligned(&rows)
     }
 
     /// A page with a row a run.
@@ -81,6 +66,7 @@ impl Comparison {
         let mut table = String::from("<table><thead><tr><th>run</th>");
         let figures = self.figures();
         for figure in &figures {
+            // Writing to a string cannot fail, here and below.
             let _ = write!(
                 table,
                 r#"<th title="{}">{}</th>"#,

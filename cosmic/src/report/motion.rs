@@ -72,8 +72,8 @@ impl<'r> Motion<'r> {
         after.saturating_sub(1)
     }
 
-    /// States from the first to the last, so many seconds from one to the next or, where the rollout
-    /// is long, more; and the seconds.
+    /// States from the first to the last, so many seconds from one to the next or, where the
+    /// rollout is long, more; and the seconds.
     pub(super) fn every(&self, seconds: f64) -> (f64, Vec<usize>) {
         let most = MOST_FRAMES as f64;
         let seconds = seconds.max(self.duration() / most);

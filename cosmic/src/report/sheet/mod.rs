@@ -3,12 +3,15 @@
 mod page;
 mod text;
 
+pub(super) use text::aligned;
+
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
 use crate::error::{Error, Result};
-use crate::record::files::{Format, make_folder, write_atomic, write_json};
+use crate::record::files::{Format, csv_cell, make_folder, write_atomic, write_json};
 
 /// What a sheet's JSON file says it is.
 pub const FORMAT: Format = Format {
@@ -107,17 +110,13 @@ pub struct Table {
 impl Table {
     /// The table as CSV: numbers to the last bit, the standing of a row in the last column.
     pub fn to_csv(&self) -> String {
-        let quoted = |text: &str| match text.contains([',', '"', '\n']) {
-            true => format!("\"{}\"", text.replace('"', "\"\"")),
-            false => text.to_owned(),
-        };
         let cell = |cell: &Cell| match cell {
-            Cell::Text(text) => quoted(text),
+            Cell::Text(text) => csv_cell(text),
             Cell::Count(count) => count.to_string(),
             Cell::Number(number) => format!("{number:e}"),
             Cell::Missing => String::new(),
         };
-        let head = self.columns.iter().map(|column| quoted(&column.name));
+        let head = self.columns.iter().map(|column| csv_cell(&column.name));
         let mut lines = vec![head.chain(["standing".to_owned()]).collect::<Vec<_>>()];
         for row in &self.rows {
             let standing = standing_name(row.standing).to_owned();
@@ -231,7 +230,8 @@ impl Sheet {
     }
 
     /// Writes `verify.html`, `verify.json`, a CSV file for every table and an SVG file for every
-    /// figure straight into a folder, and says which files these are.
+    /// figure straight into a folder, and says which files these are. A table that several sections
+    /// have is one file.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -244,6 +244,8 @@ impl Sheet {
             let figures = section.figures.iter();
             texts.extend(figures.map(|f| (format!("{}.svg", f.name), f.svg.clone())));
         }
+        let mut seen = HashSet::new();
+        texts.retain(|text| seen.insert(text.clone()));
         let json = folder.join("verify.json");
         write_json(&json, FORMAT, &self.to_json())?;
         let mut written = vec![json];
@@ -324,6 +326,16 @@ mod tests {
         let text = sheet().to_text();
         let line = |word: &str| text.lines().find(|line| line.contains(word)).unwrap();
         assert!(line("none").starts_with("! ") && line("<two>").starts_with("* "));
+    }
+
+    #[test]
+    fn a_table_that_sections_share_is_written_once() {
+        let mut sheet = sheet();
+        sheet.sections.push(sheet.sections[0].clone());
+        let folder = tempfile::tempdir().unwrap();
+        let written = sheet.write(folder.path()).unwrap();
+        let names = ["verify.json", "verify.html", "errors.csv"];
+        assert_eq!(written, names.map(|name| folder.path().join(name)));
     }
 
     #[test]

@@ -20,7 +20,7 @@ fn section(section: &Section) -> String {
         let _ = writeln!(text, "- {note}");
     }
     for table in &section.tables {
-        let _ = write!(text, "\n{}\n{}", table.title, aligned(table));
+        let _ = write!(text, "\n{}\n{}", table.title, of_table(table));
     }
     let failed = section.failures.len();
     let _ = writeln!(text, "\n{} checks, {failed} failed", section.checks);
@@ -30,24 +30,33 @@ fn section(section: &Section) -> String {
     text
 }
 
-fn aligned(table: &Table) -> String {
-    let head = table.columns.iter().map(|column| column.name.clone());
-    let mut lines = vec![(' ', head.collect::<Vec<_>>())];
+fn of_table(table: &Table) -> String {
+    let marked = |mark: char, cells: &mut dyn Iterator<Item = String>| {
+        let mut cells: Vec<String> = cells.collect();
+        cells[0] = format!("{mark} {}", cells[0]);
+        cells
+    };
+    let mut head = table.columns.iter().map(|column| column.name.clone());
+    let mut lines = vec![marked(' ', &mut head)];
     for row in &table.rows {
         let mark = match row.standing {
             Standing::Plain => ' ',
             Standing::Default => '*',
             Standing::Failed => '!',
         };
-        lines.push((mark, row.cells.iter().map(shown).collect()));
+        lines.push(marked(mark, &mut row.cells.iter().map(shown)));
     }
-    let longest = |k: usize| lines.iter().map(move |(_, cells)| cells[k].chars().count());
-    let widths: Vec<usize> = (0..table.columns.len())
-        .map(|k| longest(k).max().unwrap_or(0))
-        .collect();
+    aligned(&lines)
+}
+
+/// Lines of as many cells each in columns: the first to the left, the others to the right.
+pub(in crate::report) fn aligned(lines: &[Vec<String>]) -> String {
+    let width = |k: usize| lines.iter().map(|cells| cells[k].chars().count()).max();
+    let columns = lines.first().map_or(0, Vec::len);
+    let widths: Vec<usize> = (0..columns).map(|k| width(k).unwrap_or(0)).collect();
     let mut text = String::new();
-    for (mark, cells) in &lines {
-        let mut line = format!("{mark} {:w$}", cells[0], w = widths[0]);
+    for cells in lines {
+        let mut line = format!("{:w$}", cells[0], w = widths[0]);
         for (cell, w) in cells.iter().zip(&widths).skip(1) {
             let _ = write!(line, "  {cell:>w$}");
         }
