@@ -63,7 +63,7 @@ fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
     let file = folder.join(run::DESIGN);
     let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;
     let codesign = CoDesign::new(&scene)?;
-    let (task, mixture) = (codesign.task(), case.mixture(case.projection, &case.z));
+    let (task, mixture) = (codesign.task(), case.own_mixture());
     let mut stream = stream(trial.seed, Purpose::Robustness);
     let worlds: Vec<World> = (0..trial.scatter.samples)
         .map(|_| draw(task, &trial.scatter, &mut stream))

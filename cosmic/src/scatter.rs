@@ -41,6 +41,15 @@ pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> 
     }
 }
 
+/// A start with every coordinate moved by `distance`, m, up or down as it is drawn.
+pub fn perturbed(start: &State<f64>, distance: f64, stream: &mut ChaCha8Rng) -> State<f64> {
+    let mut moved = |x: f64| x + distance.copysign(symmetric(stream, 1.0));
+    State {
+        x: start.x.iter().map(|x| x.map(&mut moved)).collect(),
+        v: start.v.clone(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::draw;

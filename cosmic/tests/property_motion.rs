@@ -3,7 +3,6 @@
 use cosmic::case::Case;
 use cosmic::controller::Controller;
 use cosmic::lattice::State;
-use cosmic::projection::Body;
 use cosmic::scene::{Contact, Scene, StartKind};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic::verify::stability::{Outcome, Trial, World};
@@ -35,15 +34,14 @@ fn robots() -> impl Strategy<Value = Case> {
 }
 
 fn run(case: &Case) -> Trajectory<f64> {
-    let mixture = case.mixture(case.projection, &case.z);
+    let mixture = case.own_mixture();
     let robot = (&case.controller, &case.start);
     let span = Span::from_start((0..=case.physics.steps).collect());
     case.task().rollout(&mixture, robot, &span)
 }
 
 fn masses(case: &Case) -> Vec<f64> {
-    let mixture = case.mixture(case.projection, &case.z);
-    Body::new(&mixture, &case.lattice, &case.materials, &case.physics).mass
+    case.body().mass
 }
 
 /// `sum m p`, and `sum m |p|` for scale.

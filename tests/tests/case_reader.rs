@@ -170,10 +170,8 @@ fn a_robot_written_as_a_case_is_that_robot() {
     scene.physics.stiffening = 2.0;
     let case = Case::of_scene(&scene, 1).expect("any lattice starts so");
     let again = Case::parse("written", &case.to_json()).expect("it was just written");
-    let mixture = |case: &Case| case.mixture(case.projection, &case.z);
-    assert_eq!(mixture(&again), mixture(&case));
-    let body = |case: &Case| case.task().body(&mixture(case));
-    assert_eq!(body(&again).stiffness, body(&case).stiffness);
+    assert_eq!(again.own_mixture(), case.own_mixture());
+    assert_eq!(again.body().stiffness, case.body().stiffness);
     assert_eq!(again.task().physics, case.task().physics);
     // Numbers without a meaning are as wrong here as in a scene.
     let text = message(|json| json["scene"]["penalisation"] = json!(0));

@@ -27,11 +27,6 @@ fn simulator(case: &Case) -> Simulator {
     Simulator::new(&case.lattice, &case.physics, &case.observation)
 }
 
-fn body(case: &Case) -> Body<f64> {
-    let mixture = case.mixture(case.projection, &case.z);
-    Body::new(&mixture, &case.lattice, &case.materials, &case.physics)
-}
-
 /// The last state of a rollout.
 fn end(case: &Case, simulator: &Simulator, body: &Body<f64>) -> State<f64> {
     let span = Span::from_start(vec![case.physics.steps]);
@@ -48,7 +43,7 @@ fn farthest(a: &State<f64>, b: &State<f64>) -> f64 {
 #[test]
 fn outputs_of_edges_that_do_not_strain_change_no_bit() {
     let case = layout();
-    let (simulator, body) = (simulator(&case), body(&case));
+    let (simulator, body) = (simulator(&case), case.body());
     let idle = body.strain.iter().filter(|s| **s == 0.0).count();
     assert_eq!((idle, body.strain.len()), (88, 110));
     let full = simulator.keeping(Spare::Outputs);
@@ -101,7 +96,7 @@ fn nodes_that_a_loss_does_not_look_at_change_no_bit() {
 #[test]
 fn a_robot_without_actuators_has_no_controller() {
     let case = layout();
-    let (simulator, mut body) = (simulator(&case), body(&case));
+    let (simulator, mut body) = (simulator(&case), case.body());
     body.strain.fill(0.0);
     let full = simulator.keeping(Spare::Outputs);
     assert_eq!(end(&case, &simulator, &body), end(&case, &full, &body));
@@ -111,7 +106,7 @@ fn a_robot_without_actuators_has_no_controller() {
 #[test]
 fn the_gradient_by_weights_is_that_of_the_full_simulator() {
     let case = layout();
-    let body = body(&case);
+    let body = case.body();
     let gradient = |simulator: &Simulator| {
         case.inputs()
             .differentiate(CONTROLLER, |inputs: &Inputs<_>| {
@@ -147,7 +142,7 @@ fn what_is_not_sensed_changes_a_rollout_by_rounding_alone() {
             Spare::Positions => scene.controller.offset_scale = 0.0,
             _ => scene.controller.velocity_scale = 0.0,
         });
-        let (simulator, body) = (simulator(&case), body(&case));
+        let (simulator, body) = (simulator(&case), case.body());
         let planned = end(&case, &simulator, &body);
         let apart = farthest(&planned, &end(&case, &simulator.keeping(spare), &body));
         // Activations that differ by some 1e-16, over 256 steps of a contact motion.
@@ -164,7 +159,7 @@ fn a_ground_that_is_not_there_is_one_out_of_reach() {
             scene.physics.contact = contact;
             scene.lattice.drop = drop;
         });
-        end(&case, &simulator(&case), &body(&case))
+        end(&case, &simulator(&case), &case.body())
     };
     // A fall of 0.5 s from 4 m.
     let planned = fall(Contact::None, 4.0);

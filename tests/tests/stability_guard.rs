@@ -24,7 +24,7 @@ fn watched(span: &Span) -> Span {
 }
 
 fn guarded(case: &Case) -> Guarded {
-    let mixture = case.mixture(case.projection, &case.z);
+    let mixture = case.own_mixture();
     let robot = (&case.controller, &case.start);
     let span = Span::from_start(vec![0, 7, case.physics.steps]);
     let guarded = case.task().guarded(&mixture, robot, &span);
@@ -100,7 +100,7 @@ fn the_last_states_are_those_of_the_rollout() {
     let found = diverges(&case);
     // From 0.1 m on by 10 km a step.
     assert_eq!((found.step, found.node, found.term), (99, 2, Term::Motion));
-    let mixture = case.mixture(case.projection, &case.z);
+    let mixture = case.own_mixture();
     let robot = (&case.controller, &case.start);
     let span = Span::from_start(found.last.steps.clone());
     let states = case.task().rollout(&mixture, robot, &span).states;
@@ -118,7 +118,7 @@ fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
         (scene.controller.clocks, scene.controller.velocity_scale) = (1, 0.0);
         scene.physics.unstable_step = cosmic::scene::UnstableStep::Warn;
     });
-    let mixture = case.mixture(case.projection, &case.z);
+    let mixture = case.own_mixture();
     let (task, robot) = (case.task(), (&case.controller, &case.start));
     let mut found = 0;
     for first in [0, 25, 50, 100] {
@@ -145,7 +145,6 @@ fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
 #[test]
 fn parts_of_another_lattice_are_refused() {
     let (small, large) = (case(|_| {}), case(|scene| scene.lattice.columns = 3));
-    let mixture = |case: &Case| case.mixture(case.projection, &case.z);
     let span = Span::from_start(vec![1]);
     let says = |mixture: &[[f64; 3]], controller, start| {
         let task = small.task();
@@ -154,7 +153,7 @@ fn parts_of_another_lattice_are_refused() {
         let says = refused.expect_err("it is of another lattice");
         *says.downcast::<String>().expect("a sentence")
     };
-    let of = mixture(&small);
+    let of = small.own_mixture();
     let foreign = says(&of, &large.controller, &small.start);
     assert!(foreign.contains("what the controller sees of a robot of 4 nodes"));
     assert!(says(&of, &small.controller, &large.start).contains("initial positions of a robot"));
@@ -237,7 +236,7 @@ fn several_starts_together_are_watched_one_by_one() {
     const WRONG: usize = 3;
     for contact in [Contact::Infinite, Contact::Coulomb] {
         let case = case(|scene| scene.physics.contact = contact);
-        let (task, mixture) = (case.task(), case.mixture(case.projection, &case.z));
+        let (task, mixture) = (case.task(), case.own_mixture());
         let mut starts = vec![case.start.clone(); 9];
         for (k, start) in starts.iter_mut().enumerate() {
             start.x[k % 4][0] += 1e-3 * k as f64;

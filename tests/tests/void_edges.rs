@@ -46,11 +46,6 @@ fn layouts(void_edges: VoidEdges) -> [Case; 3] {
     [tall.clone(), cut(24), cut(0)]
 }
 
-fn body(case: &Case) -> Body<f64> {
-    let mixture = case.mixture(case.projection, &case.z);
-    case.task().body(&mixture)
-}
-
 fn simulator(case: &Case) -> Simulator {
     Simulator::new(&case.lattice, &case.physics, &case.observation)
 }
@@ -58,7 +53,7 @@ fn simulator(case: &Case) -> Simulator {
 /// All states of a rollout, from the start on.
 fn states(case: &Case, simulator: &Simulator) -> Vec<State<f64>> {
     let span = Span::from_start((0..=STEPS).collect());
-    let robot = (&body(case), &case.controller);
+    let robot = (&case.body(), &case.controller);
     simulator.rollout(robot, &case.start, &span).states
 }
 
@@ -71,10 +66,10 @@ fn void_edges_are_kept_unless_a_scene_says_otherwise() {
     assert_eq!(Scene::default().physics.void_edges, VoidEdges::Keep);
     for case in layouts(VoidEdges::Keep) {
         let void = case.materials.stiffness[0];
-        assert!(body(&case).stiffness.iter().all(|k| *k >= void));
+        assert!(case.body().stiffness.iter().all(|k| *k >= void));
         let simulator = simulator(&case);
         let [all, without] = Voids::of(&case).unwrap().registers;
-        assert_eq!(simulator.edge_registers(&body(&case)), all);
+        assert_eq!(simulator.edge_registers(&case.body()), all);
         assert!(without <= all);
         assert_eq!(
             states(&case, &simulator),
@@ -149,7 +144,7 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
         assert_eq!(all, states(&slack, &simulator(&slack)));
         assert_eq!(all, states(&dropped, &simulator(&dropped)));
         // Guarded, and together with others: the same bits.
-        let (bodies, span) = ([body(&dropped)], Span::from_start(vec![STEPS]));
+        let (bodies, span) = ([dropped.body()], Span::from_start(vec![STEPS]));
         let (robots, starts) = ((&bodies[..], &dropped.controller), [&dropped.start; 9]);
         let robot = (&bodies[0], &dropped.controller);
         let guarded = simulator(&dropped).guarded(robot, &dropped.start, &span);
@@ -186,7 +181,7 @@ fn nothing_is_dropped_while_a_design_gradient_is_asked_for() {
         let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| {
             let case = case("baseline_tall", choice);
             let mut inputs = case.inputs();
-            inputs.z = case.mixture(case.projection, &case.z);
+            inputs.z = case.own_mixture();
             let task = case.task();
             let loss = |inputs: &Inputs<_>| task_loss((&case, &task), (&inputs.z, inputs), mode);
             let reverse = inputs.differentiate(DESIGN, loss);
@@ -212,7 +207,7 @@ fn the_gradient_by_weights_is_of_the_robot_that_runs() {
                 let mixture = case.mixture(case.projection, &inputs.z);
                 task_loss((&case, &task), (&mixture, inputs), mode)
             });
-            let mixture = case.mixture(case.projection, &case.z);
+            let mixture = case.own_mixture();
             assert_eq!(value, task_loss((&case, &task), (&mixture, &inputs), mode));
             (value, gradient)
         });
@@ -232,7 +227,7 @@ fn mixtures_keep_what_they_have() {
     for dropped in [case("stability", VoidEdges::Drop), sharp] {
         let kept = with(&dropped, |p| p.void_edges = VoidEdges::Keep);
         assert_eq!(Voids::of(&dropped), None);
-        assert_eq!(body(&kept), body(&dropped));
+        assert_eq!(kept.body(), dropped.body());
         assert_eq!(
             states(&kept, &simulator(&kept)),
             states(&dropped, &simulator(&dropped))
@@ -248,7 +243,7 @@ fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
         .into_iter()
         .zip(layouts(VoidEdges::Drop));
     for (kept, dropped) in pairs {
-        let [with_void, without] = [&kept, &dropped].map(body);
+        let [with_void, without] = [&kept, &dropped].map(Case::body);
         assert_eq!(with_void.mass, without.mass);
         let vibration = |body| Vibration::new(&kept.lattice, body, &kept.physics, &kept.start.x);
         let [before, after] = [&with_void, &without].map(|body| {

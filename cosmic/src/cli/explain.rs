@@ -4,7 +4,6 @@ use super::source::Source;
 use super::{print, print_json};
 use crate::case::Case;
 use crate::error::Result;
-use crate::projection::Body;
 use crate::scene::{Contact, Integrator};
 use crate::simulator::rounded_down;
 use crate::simulator::stability::{Vibration, bound_of_any_design, stable_step};
@@ -110,8 +109,7 @@ impl RolloutFacts {
             controller,
             ..
         } = case;
-        let mixture = case.mixture(case.projection, &case.z);
-        let body = Body::new(&mixture, lattice, &case.materials, physics);
+        let body = case.body();
         let vibration = Vibration::new(lattice, &body, physics, &case.start.x);
         let largest_frequency = vibration.largest_frequency();
         Self {

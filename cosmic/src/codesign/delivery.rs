@@ -11,8 +11,8 @@ use crate::controller::Controller;
 use crate::design::Material;
 use crate::gradient::{Task, together};
 use crate::lattice::State;
-use crate::random::{Purpose, stream, symmetric};
-use crate::scatter::{World, draw};
+use crate::random::{Purpose, stream};
+use crate::scatter::{World, draw, perturbed};
 use crate::scene::SelectionKind;
 use crate::simulator::{Divergence, Guarded, Span, Trajectory};
 
@@ -143,8 +143,8 @@ impl CoDesign {
         self.spreads(mixture, &[controller], &starts)[0].displacement
     }
 
-    /// The controllers that may be delivered, each once and with the iteration after which it stood;
-    /// the last iterate first.
+    /// The controllers that may be delivered, each once and with the iteration after which it
+    /// stood; the last iterate first.
     fn entrants<'a>(&self, progress: &'a Progress) -> Vec<Entrant<'a>> {
         let candidates = progress.candidates.iter();
         let (same, others): (Vec<_>, Vec<_>) =
@@ -208,11 +208,7 @@ impl CoDesign {
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Place<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
-        let mut moved = |x: f64| x + settings.perturbation.copysign(symmetric(&mut stream, 1.0));
-        let mut start = || State {
-            x: self.start.x.iter().map(|x| x.map(&mut moved)).collect(),
-            v: self.start.v.clone(),
-        };
+        let mut start = || perturbed(&self.start, settings.perturbation, &mut stream);
         (0..settings.perturbed_rollouts)
             .map(|_| (Cow::Borrowed(&self.task), start()))
             .collect()

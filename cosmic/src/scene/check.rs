@@ -1,6 +1,6 @@
 //! Settings that are each in range and yet do not fit one another.
 
-use super::field::Choice;
+use super::field::Named;
 use super::layout::LAYOUT_SIDE;
 use super::{Layout, LossKind, Scene, StartKind, TaskKind};
 

@@ -8,6 +8,12 @@ use std::fmt;
 pub trait Named: Copy + PartialEq + 'static {
     /// Every member with its name.
     const ALL: &'static [(&'static str, Self)];
+
+    /// The member's name.
+    fn name(self) -> &'static str {
+        let entry = Self::ALL.iter().find(|(_, member)| *member == self);
+        entry.map_or("", |(name, _)| name)
+    }
 }
 
 /// A [`Named`] value in place, whatever its type.
@@ -24,8 +30,7 @@ impl<T: Named> Choice for T {
     }
 
     fn name(&self) -> &'static str {
-        let entry = T::ALL.iter().find(|(_, member)| member == self);
-        entry.map_or("", |(name, _)| name)
+        Named::name(*self)
     }
 
     fn choose(&mut self, name: &str) -> bool {
@@ -167,6 +172,16 @@ impl fmt::Display for Slot<'_> {
                 let letters: String = passes.iter().map(|pass| pass.letter()).collect();
                 write!(f, "{letters:?}")
             }
+        }
+    }
+}
+
+impl Pass {
+    /// The letter that stands for the pass in `schedule.cycle`.
+    pub fn letter(self) -> char {
+        match self {
+            Pass::Design => 'd',
+            Pass::Controller => 'c',
         }
     }
 }

@@ -3,11 +3,12 @@
 //! Defaults live in the structs' `Default`; what a user reads about a key is its field's own
 //! documentation.
 
+use super::Scene;
 use super::field::{Field, Limits, Section, Slot, above, within};
-use super::{Pass, Scene};
 use Slot::{Bound, Choice, Count, Counts, Cycle, Flag, Number, Numbers};
 
-/// What may stand at a key of a scene, such as `physics.dt`, where a number may not.
+/// What may stand at a key of a scene, such as `physics.dt`, in place of a number; `None` where
+/// that number may.
 ///
 /// # Panics
 /// If no scene has the key.
@@ -25,16 +26,6 @@ pub(crate) fn allowed_instead(key: &str, number: f64) -> Option<String> {
     (!limits.contain(number)).then(|| slot(&mut Scene::default()).allowed(limits))
 }
 
-impl Pass {
-    /// The letter that stands for the pass in `schedule.cycle`.
-    pub fn letter(self) -> char {
-        match self {
-            Pass::Design => 'd',
-            Pass::Controller => 'c',
-        }
-    }
-}
-
 const fn field(key: &'static str, limits: Limits, slot: fn(&mut Scene) -> Slot<'_>) -> Field {
     Field { key, limits, slot }
 }
@@ -47,7 +38,7 @@ const fn section(name: &'static str, settings: &'static str, fields: &'static [F
     }
 }
 
-/// No iteration lies beyond this one.
+/// Numbers of an iteration; 0 is before the first one.
 const ITERATIONS: Limits = within(0.0, 1e5);
 /// Lengths of rollouts and of parts of them.
 const STEPS: Limits = within(1.0, 1e6);

@@ -4,10 +4,17 @@ use std::fs;
 use std::hint::black_box;
 use std::time::Duration;
 
-use super::speed::{peak_memory, timed};
+use cpu_time::ThreadTime;
 
 /// Work that takes longer than this, s, is not done again.
 const LONG: f64 = 1.0;
+
+/// The processor time of this thread that a work takes.
+pub(super) fn timed<T>(work: impl FnOnce() -> T) -> Duration {
+    let start = ThreadTime::now();
+    black_box(work());
+    start.elapsed()
+}
 
 /// The median processor time of up to so many runs of a work, in s.
 pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64 {
@@ -65,10 +72,20 @@ fn ballast() -> Vec<Vec<u8>> {
     blocks
 }
 
+/// The most memory that this process has held so far, in bytes, where the system says.
+pub fn peak_memory() -> Option<u64> {
+    memory("VmHWM:")
+}
+
 /// The memory that this process holds, in bytes, where the system says.
 fn resident_memory() -> Option<u64> {
+    memory("VmRSS:")
+}
+
+/// A size in the system's account of this process, in bytes.
+fn memory(key: &str) -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|l| l.strip_prefix("VmRSS:"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix(key))?;
     let kibibytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
     Some(kibibytes * 1024)
 }
@@ -80,13 +97,19 @@ fn forget_peak() -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{measured, median_time};
+    use super::{measured, median_time, peak_memory};
 
     #[test]
     fn a_median_is_a_time() {
         let mut runs = 0;
         let time = median_time(3, || runs += 1);
         assert!(runs == 3 && (0.0..1.0).contains(&time));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn memory_is_known_on_linux() {
+        assert!(peak_memory().unwrap() > 1 << 16);
     }
 
     #[cfg(target_os = "linux")]

@@ -15,11 +15,10 @@ mod voids;
 
 pub use accuracy::{Accuracy, Energy, Method, Precision, Reference, Run};
 pub use chaos::{Chaos, Predictable};
+pub use clock::peak_memory;
 pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients, check_gradients_of};
 pub use plan::{Plan, Term};
 pub use slopes::{Gradients, Slopes, Way};
-pub use speed::{
-    GradientError, MEASURED_STEPS, Speed, Subject, Times, TwoMatvecs, measure, peak_memory,
-};
+pub use speed::{GradientError, MEASURED_STEPS, Speed, Subject, Times, TwoMatvecs, measure};
 pub use step::stable_steps;
 pub use voids::{Pull, Voids};

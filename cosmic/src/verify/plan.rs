@@ -4,7 +4,8 @@
 //! flag. What a term costs is measured by leaving it out of rollouts, and what is saved by a term
 //! that is left out by putting it back.
 
-use super::speed::{Subject, timed};
+use super::clock::timed;
+use super::speed::Subject;
 use super::voids::{Voids, saving_of_eight};
 use crate::case::Case;
 use crate::gradient::{CONTROLLER, DESIGN};
@@ -154,8 +155,7 @@ fn term(name: &'static str, kept: bool, why: impl Into<String>) -> Term {
 
 impl<'a> Facts<'a> {
     fn new(case: &'a Case) -> Self {
-        let mixture = case.mixture(case.projection, &case.z);
-        let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+        let body = case.body();
         // An edge without stiffness pulls on nothing, strained or not.
         let edges = body.strain.iter().zip(&body.stiffness);
         let strains = edges.filter(|(strain, stiffness)| **strain != 0.0 && **stiffness != 0.0);

@@ -5,7 +5,8 @@ use autodiff::{Real, Wide};
 use crate::case::Case;
 use crate::gradient::Task;
 use crate::lattice::State;
-use crate::random::{Purpose, stream, symmetric};
+use crate::random::{Purpose, stream};
+use crate::scatter::perturbed;
 use crate::simulator::{Span, Trajectory};
 
 /// The robot of a case in its world.
@@ -21,7 +22,7 @@ impl<'a> Probe<'a> {
         Self {
             case,
             task: case.task(),
-            mixture: case.mixture(case.projection, &case.z),
+            mixture: case.own_mixture(),
         }
     }
 
@@ -49,13 +50,8 @@ impl<'a> Probe<'a> {
     /// case of so many nodes.
     pub(super) fn moved_starts(&self, count: usize, distance: f64) -> Vec<State<f64>> {
         let mut stream = stream(0, Purpose::Verification);
-        let mut moved = |x: f64| x + distance.copysign(symmetric(&mut stream, 1.0));
-        let start = &self.case.start;
-        let mut moved_start = || State {
-            x: start.x.iter().map(|x| x.map(&mut moved)).collect(),
-            v: start.v.clone(),
-        };
-        (0..count).map(|_| moved_start()).collect()
+        let mut start = || perturbed(&self.case.start, distance, &mut stream);
+        (0..count).map(|_| start()).collect()
     }
 }
 
@@ -102,7 +98,10 @@ pub(super) fn narrow<R: Precise>(trajectory: &Trajectory<R>) -> Trajectory<f64> 
 /// The largest distance between two states' nodes, m; NaN where one is no number.
 pub(super) fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
     let pairs = a.x.iter().zip(&b.x);
-    let distances = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
-    // `f64::max` would drop a NaN.
-    distances.fold(0.0, |most, d| if d > most || d.is_nan() { d } else { most })
+    most(pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])))
+}
+
+/// The largest of numbers from 0 on; NaN, which `f64::max` would drop, where one is.
+pub(super) fn most(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }

@@ -1,11 +1,11 @@
 //! What a step costs on this machine, in processor time of one thread.
 
-use std::hint::black_box;
 use std::time::Duration;
 
 use autodiff::{CotangentBound, Model, Program, Real, Rollout, Var};
 use cpu_time::ThreadTime;
 
+use super::clock::timed;
 use super::probe::Probe;
 use crate::case::Case;
 use crate::controller::Controller;
@@ -137,19 +137,12 @@ pub fn measure(case: &Case, scene: &Scene) -> Speed {
 /// The case with every edge of one material, as the hard snap gives it. Where all mixtures are
 /// alike, the materials that dominate are one and the same: the volume bounds see to actuators.
 fn layout(case: &Case, volume: &VolumeSettings) -> Case {
-    let mixture = case.mixture(case.projection, &case.z);
-    let snapped = snap(&mixture, &VolumeBounds::widened(volume, 0.0));
+    let snapped = snap(&case.own_mixture(), &VolumeBounds::widened(volume, 0.0));
     Case {
         z: one_hot(&snapped),
         frozen: Some(snapped),
         ..case.clone()
     }
-}
-
-pub(super) fn timed<T>(work: impl FnOnce() -> T) -> Duration {
-    let start = ThreadTime::now();
-    black_box(work());
-    start.elapsed()
 }
 
 /// Takes a measurement so often, or once where that takes long.
@@ -168,16 +161,6 @@ fn least_time<T>(work: impl Fn() -> T) -> Duration {
     let mut least = Duration::MAX;
     repeat(|| least = timed(&work).min(least));
     least
-}
-
-/// The most memory that this process has held so far, in bytes, where the system says.
-pub fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
-    Some(kibibytes * 1024)
 }
 
 /// What is measured: the rollout of a case, and its gradients.
@@ -405,7 +388,7 @@ impl Model for TwoMatvecs {
 mod tests {
     use approx::assert_relative_eq;
 
-    use super::{Subject, measure, peak_memory};
+    use super::{Subject, measure};
     use crate::case::Case;
     use crate::gradient::DESIGN;
     use crate::scene::Scene;
@@ -453,11 +436,5 @@ mod tests {
             assert_relative_eq!(*own, expected, max_relative = 1e-9);
         }
         assert!(own.iter().any(|&bar| bar != 0.0));
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn memory_is_known_on_linux() {
-        assert!(peak_memory().unwrap() > 1 << 16);
     }
 }

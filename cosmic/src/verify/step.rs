@@ -1,15 +1,13 @@
 //! A case's time step beside the one that its springs bear.
 
 use crate::case::Case;
-use crate::projection::Body;
 use crate::report::sheet::{Cell, Column, Row, Section, Standing, Table};
 use crate::scene::{Integrator, Named, PhysicsSettings};
 use crate::simulator::stability::{Vibration, stable_step};
 
 /// The stable time steps of a case's start by every integrator.
 pub fn stable_steps(case: &Case) -> Section {
-    let mixture = case.mixture(case.projection, &case.z);
-    let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+    let body = case.body();
     let vibration = Vibration::new(&case.lattice, &body, &case.physics, &case.start.x);
     let frequencies = [vibration.largest_frequency(), vibration.edge_bound()];
     let asked = (case.physics.integrator, case.physics.substeps);
@@ -30,7 +28,7 @@ pub fn stable_steps(case: &Case) -> Section {
             (true, false) => Standing::Plain,
         };
         let cells = vec![
-            name(integrator).into(),
+            integrator.name().into(),
             Cell::Count(substeps),
             Cell::Number(physics.dt),
             Cell::Number(bound),
@@ -62,11 +60,4 @@ pub fn stable_steps(case: &Case) -> Section {
         tables: vec![table],
         figures: Vec::new(),
     }
-}
-
-/// An integrator's name in scene files.
-pub(super) fn name(integrator: Integrator) -> &'static str {
-    let mut names = Integrator::ALL.iter();
-    let found = names.find(|(_, member)| *member == integrator);
-    found.map_or("", |(name, _)| name)
 }

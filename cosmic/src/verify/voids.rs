@@ -1,7 +1,7 @@
 //! What the void edges of a layout do to a robot, and what leaving them out changes.
 
+use super::clock::timed;
 use super::probe::Probe;
-use super::speed::timed;
 use crate::case::Case;
 use crate::design::Material;
 use crate::lattice::State;
@@ -133,8 +133,12 @@ fn body(case: &Case, void_edges: VoidEdges) -> Body<f64> {
         void_edges,
         ..case.physics.clone()
     };
-    let mixture = case.mixture(case.projection, &case.z);
-    Body::new(&mixture, &case.lattice, &case.materials, &physics)
+    Body::new(
+        &case.own_mixture(),
+        &case.lattice,
+        &case.materials,
+        &physics,
+    )
 }
 
 /// How far a whole rollout carries a node from rest for every unit of a constant acceleration, s2.

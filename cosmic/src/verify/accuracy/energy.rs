@@ -3,7 +3,8 @@
 use crate::case::Case;
 use crate::lattice::State;
 use crate::projection::Body;
-use crate::verify::probe::{Precise, Probe, narrow};
+use crate::simulator::SOFTENING;
+use crate::verify::probe::{Precise, Probe, most, narrow};
 
 /// By how much the lattice is stretched at the start.
 const STRETCH: f64 = 0.02;
@@ -25,8 +26,7 @@ impl Energy {
     /// Lets a case's lattice vibrate for so many steps.
     pub(super) fn of<R: Precise>(case: &Case, steps: usize) -> Self {
         let free = released(case, steps);
-        let mixture = free.mixture(free.projection, &free.z);
-        let body = Body::new(&mixture, &free.lattice, &free.materials, &free.physics);
+        let body = free.body();
         let seen = narrow(&Probe::new(&free).run::<R>(&free.start, (0..=steps).collect()));
         let energies: Vec<f64> = seen
             .states
@@ -39,8 +39,7 @@ impl Energy {
         let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
         let last = mean(&energies[energies.len() - quarter..]);
         Self {
-            // `f64::max` would drop a NaN.
-            ripple: away.fold(0.0, |most, e| if e > most || e.is_nan() { e } else { most }),
+            ripple: most(away),
             drift: (last - mean(&energies[..quarter])) / first,
         }
     }
@@ -73,7 +72,7 @@ fn energy(case: &Case, body: &Body<f64>, state: &State<f64>) -> f64 {
     let edges = case.lattice.edges.iter().enumerate();
     let elastic = edges.map(|(e, &[i, j])| {
         let [dx, dy] = [0, 1].map(|k| state.x[j][k] - state.x[i][k]);
-        let stretch = (dx * dx + dy * dy + 1e-12).sqrt() - case.lattice.rest_length[e];
+        let stretch = (dx * dx + dy * dy + SOFTENING).sqrt() - case.lattice.rest_length[e];
         0.5 * body.stiffness[e] * stretch * stretch
     });
     kinetic + elastic.sum::<f64>()

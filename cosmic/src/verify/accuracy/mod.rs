@@ -12,7 +12,6 @@ use super::clock::median_time;
 use super::probe::{Precise, Probe, distance, narrow};
 use crate::case::Case;
 use crate::lattice::State;
-use crate::projection::Body;
 use crate::scene::Integrator;
 use crate::simulator::Trajectory;
 use crate::simulator::stability::{Vibration, stable_step};
@@ -275,8 +274,7 @@ fn errors(seen: &Trajectory<f64>, truth: &Trajectory<f64>) -> [f64; 4] {
 }
 
 fn stable_limit(case: &Case) -> f64 {
-    let mixture = case.mixture(case.projection, &case.z);
-    let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+    let body = case.body();
     let vibration = Vibration::new(&case.lattice, &body, &case.physics, &case.start.x);
     stable_step(&case.physics, vibration.largest_frequency())
 }

@@ -4,7 +4,7 @@ use super::reference::{FINER, RESOLVED};
 use super::{Accuracy, Method, Precision, Reference, Run};
 use crate::report::chart::{COLOURS, Line, LogChart};
 use crate::report::sheet::{Cell, Column, Figure, Row, Section, Standing, Table};
-use crate::verify::step::name;
+use crate::scene::Named;
 
 /// Which of the times the plot shows: the second, before chaos has its say.
 const SHOWN: usize = 1;
@@ -12,7 +12,7 @@ const SHOWN: usize = 1;
 impl Method {
     /// How it is called in tables.
     pub fn name(&self) -> String {
-        let name = name(self.integrator).replace('_', " ");
+        let name = self.integrator.name().replace('_', " ");
         match self.substeps {
             1 => name,
             substeps => format!("{name} x{substeps}"),

@@ -73,8 +73,8 @@ fn a_diverged_row_is_shown_as_failed() {
     assert!(accuracy.runs.iter().all(|run| run.finite || !run.stable));
 }
 
-/// Errors of runs that went astray say nothing of the time step: no order is taken from them, and no
-/// figure is drawn to their size.
+/// Errors of runs that went astray say nothing of the time step: no order is taken from them, and
+/// no figure is drawn to their size.
 #[test]
 fn what_went_astray_has_no_order_and_no_point() {
     let mut case = falling();
@@ -91,8 +91,8 @@ fn what_went_astray_has_no_order_and_no_point() {
     assert_eq!(points, sound.len());
 }
 
-/// A row's own method with steps 64 times shorter is no truth where contacts decide: it differs from
-/// row to row, and the error of a long step hides in it.
+/// A row's own method with steps 64 times shorter is no truth where contacts decide: it differs
+/// from row to row, and the error of a long step hides in it.
 #[test]
 fn all_rows_are_held_against_one_motion() {
     let mut case = falling();

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::measured;
-use super::probe::{Precise, Probe, distance, narrow};
+use super::probe::{Precise, Probe, distance, most, narrow};
 use crate::case::Case;
 use subject::{DIRECTIONS, Subject};
 
@@ -225,11 +225,11 @@ fn moved(case: &Case, subject: &Subject, horizons: &[usize]) -> Vec<f64> {
             slopes(&Subject::new(&case))
         })
         .collect();
-    let most = |k: usize| {
+    let largest = |k: usize| {
         let changes = there.iter().map(|moved| error(&moved[k], &here[k]));
         changes.fold(0.0, f64::max)
     };
-    (0..horizons.len()).map(most).collect()
+    (0..horizons.len()).map(largest).collect()
 }
 
 /// How far the motion in f64 is from that in double-double at most until each horizon.
@@ -242,8 +242,8 @@ fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
     let (wide, double) = rayon::join(run, double);
     let pairs = wide.states.iter().zip(&double.states);
     let apart: Vec<f64> = pairs.map(|(a, b)| distance(a, b)).collect();
-    let most = |&steps: &usize| apart[..=steps].iter().fold(0.0, |a: f64, &b| a.max(b));
-    horizons.iter().map(most).collect()
+    let largest = |&steps: &usize| apart[..=steps].iter().fold(0.0, |a: f64, &b| a.max(b));
+    horizons.iter().map(largest).collect()
 }
 
 /// Rows in the making.
@@ -371,9 +371,7 @@ fn angle(slopes: &[f64; DIRECTIONS], truth: &[f64; DIRECTIONS]) -> f64 {
 fn difference(a: &[f64], b: &[f64]) -> f64 {
     let largest = b.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let size = if largest > 0.0 { largest } else { 1.0 };
-    let away = a.iter().zip(b).map(|(a, b)| (a - b).abs() / size);
-    // `f64::max` would drop a NaN.
-    away.fold(0.0, |most, d| if d > most || d.is_nan() { d } else { most })
+    most(a.iter().zip(b).map(|(a, b)| (a - b).abs() / size))
 }
 
 #[cfg(test)]

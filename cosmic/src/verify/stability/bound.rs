@@ -24,8 +24,8 @@ pub struct BoundRatio {
 }
 
 /// Measures it over so many lattices: 2 to 8 nodes each way, a random material on every edge or a
-/// random mixture, bars that resist bending on every other one, nodes moved by up to a fifth of the spacing off the places where the springs
-/// rest.
+/// random mixture, bars that resist bending on every other one, nodes moved by up to a fifth of the
+/// spacing off the places where the springs rest.
 ///
 /// # Panics
 /// For no lattice at all.

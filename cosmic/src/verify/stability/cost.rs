@@ -1,11 +1,8 @@
 //! What the guard costs.
 
-use std::hint::black_box;
-
-use cpu_time::ThreadTime;
-
 use crate::case::Case;
 use crate::simulator::Span;
+use crate::verify::clock::timed;
 
 /// Times that both rollouts are measured.
 const REPEATS: usize = 300;
@@ -30,11 +27,11 @@ pub fn guard_cost(case: &Case) -> GuardCost {
     let mut case = case.clone();
     case.physics.steps = case.physics.steps.clamp(1, STEPS);
     let task = case.task();
-    let mixture = case.mixture(case.projection, &case.z);
+    let mixture = case.own_mixture();
     let robot = (&case.controller, &case.start);
     let end = Span::from_start(vec![case.physics.steps]);
-    let plain = || timed(|| task.rollout(&mixture, robot, &end));
-    let guarded = || timed(|| task.guarded(&mixture, robot, &end));
+    let plain = || timed(|| task.rollout(&mixture, robot, &end)).as_secs_f64();
+    let guarded = || timed(|| task.guarded(&mixture, robot, &end)).as_secs_f64();
     let mut pairs: Vec<[f64; 2]> = Vec::new();
     for k in 0..REPEATS {
         // By turns, and each as often first: what one leaves in the cache is to nobody's favour.
@@ -63,11 +60,4 @@ pub fn guard_cost(case: &Case) -> GuardCost {
         guarded: least(1) * per_step,
         share: ratios[REPEATS / 2] - 1.0,
     }
-}
-
-/// Seconds.
-fn timed<T>(work: impl FnOnce() -> T) -> f64 {
-    let start = ThreadTime::now();
-    black_box(work());
-    start.elapsed().as_secs_f64()
 }

@@ -3,7 +3,6 @@
 use super::trial::{Trial, World};
 use crate::case::Case;
 use crate::design::Material;
-use crate::projection::Body;
 use crate::scene::{Contact, Integrator, Scene, StartKind};
 use crate::simulator::stability::{Vibration, stable_step};
 
@@ -54,8 +53,7 @@ fn robot(change: impl FnOnce(&mut Scene)) -> Case {
 
 /// The largest frequency of a case at rest, 1/s.
 fn frequency(case: &Case) -> f64 {
-    let mixture = case.mixture(case.projection, &case.z);
-    let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+    let body = case.body();
     Vibration::new(&case.lattice, &body, &case.physics, &case.lattice.positions).largest_frequency()
 }
 
@@ -171,8 +169,8 @@ fn integrators() -> Vec<Trial> {
     known.into_iter().flat_map(of).collect()
 }
 
-/// Bars that resist bending, slender and so thick that this is what vibrates fastest, and springs that
-/// would stiffen.
+/// Bars that resist bending, slender and so thick that this is what vibrates fastest, and springs
+/// that would stiffen.
 fn laws() -> Vec<Trial> {
     let of = |(what, radius, stiffening): (&str, f64, f64)| {
         let case = robot(|scene| {

@@ -6,6 +6,7 @@ use crate::projection::Body;
 use crate::random::{Purpose, stream, symmetric};
 use crate::simulator::stability::stable_step;
 use crate::simulator::{Divergence, Grade, Guarded, Span};
+use crate::verify::probe::most;
 
 /// How far the nodes of a free robot are moved at the start, as a share of its shortest edge:
 /// small beside the edges, so that springs answer as linear ones, and large beside the softening
@@ -104,8 +105,7 @@ impl Trial {
     /// Runs it.
     pub fn run(&self) -> Found {
         let case = self.prepared();
-        let mixture = case.mixture(case.projection, &case.z);
-        let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
+        let (mixture, body) = (case.own_mixture(), case.body());
         let task = case.task();
         // About the lattice at rest, wherever its nodes start.
         let check = task.step_check(&mixture, &case.lattice.positions);
@@ -204,9 +204,4 @@ fn speed_growth(case: &Case, frequency: f64, guarded: &Guarded) -> f64 {
     let states = guarded.trajectory.states.iter();
     let speeds = states.flat_map(|s| s.v.iter().map(|v| v[0].hypot(v[1])));
     most(speeds) / (SPEED * (fall + stroke * frequency))
-}
-
-/// The largest number; NaN where one is.
-fn most(numbers: impl Iterator<Item = f64>) -> f64 {
-    numbers.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }

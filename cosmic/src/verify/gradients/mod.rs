@@ -1,8 +1,8 @@
 //! The gradient of a robot's loss against finite differences and forward mode.
 
-use std::fmt;
+mod table;
 
-use autodiff::check::{Claim, Direction, Options, Report, Verdict, WRONG_BY, check_directions};
+use autodiff::check::{Claim, Options, Report, Verdict, check_directions};
 use autodiff::{Dual, Real};
 
 use crate::case::Case;
@@ -32,6 +32,28 @@ pub struct Group {
     pub verdict: Verdict,
 }
 
+impl Group {
+    /// The same of a robot that had to be lifted.
+    fn of_lifted(self) -> Self {
+        Self {
+            lifted: true,
+            verdict: self.verdict.max(Verdict::Kink),
+            ..self
+        }
+    }
+
+    /// What the check says of this gradient made wrong, where it is smooth and so can be told from
+    /// a wrong one.
+    fn control(&self) -> Option<NegativeControl> {
+        let smooth = self.report.verdict == Verdict::Smooth;
+        let verdict = self.report.control.filter(|_| smooth)?;
+        Some(NegativeControl {
+            group: self.name,
+            verdict,
+        })
+    }
+}
+
 /// A gradient that is wrong on purpose: a check that does not find it checks nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct NegativeControl {
@@ -48,11 +70,11 @@ pub struct GradientCheck {
     pub steps: usize,
     /// One per block of [`BLOCKS`].
     pub groups: Vec<Group>,
-    /// `None` where no group has a smooth gradient to make wrong, other than zero and what drowns in
-    /// the displacement's rounding.
+    /// `None` where no group has a smooth gradient to make wrong, other than zero and what drowns
+    /// in the displacement's rounding.
     pub control: Option<NegativeControl>,
-    /// About what rounding makes of the slopes, as a share of them: every step rounds the state, which
-    /// the motion magnifies as it does a change of the start, and slopes are magnified alike.
+    /// About what rounding makes of the slopes, as a share of them: every step rounds the state,
+    /// which the motion magnifies as it does a change of the start, and slopes are magnified alike.
     pub rounding: f64,
 }
 
@@ -83,19 +105,20 @@ pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> Gradient
     check_gradients_of(&loss, case, steps, options)
 }
 
-/// Checks the gradient of a loss, one's own or a scene's, of a case that is cut to so many steps, by
-/// every block of its inputs. Steps are to be few: a robot's motion is chaotic, and over thousands of
-/// steps no finite difference means anything.
+/// Checks the gradient of a loss, one's own or a scene's, of a case that is cut to so many steps,
+/// by every block of its inputs. Steps are to be few: a robot's motion is chaotic, and over
+/// thousands of steps no finite difference means anything.
 ///
 /// A node that stands exactly on the ground line sits on a kink of the positions, with one
 /// derivative upwards and one downwards; several such nodes take sides one by one, which no
-/// difference along a line shows. There the positions are checked of a robot that is lifted until its
-/// lowest node is 1 mm above. So are the velocities of one that has a node on the ground line or below
-/// where leapfrog integrates, whose first drift takes a node at rest off its place or not before any
-/// force does, and where nothing weighs anything, so that no force does.
+/// difference along a line shows. The derivatives by the positions are then checked of a robot that
+/// is lifted until its lowest node is 1 mm above. So are those by the velocities where a node
+/// starts on the ground line or below, and either leapfrog integrates, whose first drift comes
+/// before any force, or nothing has weight: a node at rest then touches the ground or not as it is
+/// moved.
 ///
-/// Where a motion magnifies rounding until slopes show it, differences that disagree can not tell
-/// either: a kink, unless forward mode disagrees by more than rounding explains.
+/// Where the motion magnifies rounding until the slopes show it, differences that disagree prove
+/// nothing: the verdict is a kink, unless forward mode disagrees by more than rounding explains.
 pub fn check_gradients_of(
     loss: &impl Loss,
     case: &Case,
@@ -117,47 +140,22 @@ pub fn check_gradients_of(
         names: Vec::new(),
         ..options.clone()
     };
-    let mut groups = Vec::new();
-    let mut control = None;
-    for (block, name) in BLOCKS.into_iter().enumerate() {
-        let leaps = case.physics.integrator == Integrator::Leapfrog;
-        let floats = case.physics.gravity == 0.0;
-        let is_kink = match name {
-            "x0" => stands,
-            "v0" => leaps || floats,
-            _ => false,
-        };
-        let above = above.as_ref().filter(|_| is_kink);
-        let subject = above.unwrap_or(&here);
-        let gradient = &subject.gradient[block];
-        let report = subject.check(block, gradient, options);
-        let norm = length(gradient);
-        if control.is_none() && report.verdict == Verdict::Smooth {
-            control = report.control.map(|verdict| NegativeControl {
-                group: name,
-                verdict,
-            });
-        }
-        let at_least = above.map_or(Verdict::Smooth, |_| Verdict::Kink);
-        let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
-        // A change of the parameters by their unit moves the robot by less than rounding does.
-        let believed = match magnified || norm < rounding {
-            true => report.verdict.min(Verdict::Kink),
-            false => report.verdict,
-        };
-        groups.push(Group {
-            name,
-            numbers: gradient.len(),
-            norm,
-            verdict: believed.max(at_least),
-            report,
-            lifted: above.is_some(),
-        });
-    }
+    let leaps = case.physics.integrator == Integrator::Leapfrog;
+    let floats = case.physics.gravity == 0.0;
+    let is_kink = |name| match name {
+        "x0" => stands,
+        "v0" => leaps || floats,
+        _ => false,
+    };
+    let group = |(block, name)| match above.as_ref().filter(|_| is_kink(name)) {
+        Some(above) => above.group(block, options, rounding).of_lifted(),
+        None => here.group(block, options, rounding),
+    };
+    let groups: Vec<Group> = BLOCKS.into_iter().enumerate().map(group).collect();
     GradientCheck {
         steps: case.physics.steps,
+        control: groups.iter().find_map(Group::control),
         groups,
-        control,
         rounding,
     }
 }
@@ -246,6 +244,27 @@ impl<'a, L: Loss> Subject<'a, L> {
             * largest(self.inputs.blocks()[places])
     }
 
+    /// Checks the gradient by a block, where the motion magnifies rounding by so much.
+    fn group(&self, block: usize, options: &Options, rounding: f64) -> Group {
+        let gradient = &self.gradient[block];
+        let (report, norm) = (self.check(block, gradient, options), length(gradient));
+        let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
+        // With a norm below the rounding, a change of the parameters by their unit moves the robot
+        // by less than rounding does.
+        let verdict = match magnified || norm < rounding {
+            true => report.verdict.min(Verdict::Kink),
+            false => report.verdict,
+        };
+        Group {
+            name: BLOCKS[block],
+            numbers: gradient.len(),
+            norm,
+            report,
+            lifted: false,
+            verdict,
+        }
+    }
+
     fn check(&self, block: usize, gradient: &[f64], options: &Options) -> Report {
         let chosen: [bool; 7] = std::array::from_fn(|k| k == block);
         let x = self.inputs.blocks()[block];
@@ -305,73 +324,6 @@ impl<'a, L: Loss> Subject<'a, L> {
     }
 }
 
-/// A table, one row a group: the direction with the worst verdict and error.
-impl fmt::Display for GradientCheck {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            out,
-            "{:<6}{:>8}{:>13}{:>18}{:>18}{:>18}{:>10}{:>10}  verdict",
-            "group", "numbers", "|gradient|", "reverse", "forward", "differences", "step", "error"
-        )?;
-        for group in &self.groups {
-            write_row(out, group)?;
-        }
-        let lifted = self.groups.iter().filter(|group| group.lifted);
-        let lifted: Vec<_> = lifted.map(|group| group.name).collect();
-        if !lifted.is_empty() {
-            writeln!(
-                out,
-                "{}: nodes rest on the ground, a kink; the slopes are those of a robot {LIFT} m above",
-                lifted.join(", ")
-            )?;
-        }
-        if self.rounding > WORN {
-            writeln!(
-                out,
-                "the motion magnifies rounding to some {:.0e} of the slopes: take fewer steps",
-                self.rounding
-            )?;
-        }
-        match &self.control {
-            Some(NegativeControl { group, verdict }) => write!(
-                out,
-                "negative control: the gradient by {group}, made wrong by {} %, is called {verdict}",
-                100.0 * WRONG_BY
-            ),
-            None => write!(
-                out,
-                "negative control: none, no group is smooth and steep enough for differences"
-            ),
-        }
-    }
-}
-
-fn write_row(out: &mut fmt::Formatter<'_>, group: &Group) -> fmt::Result {
-    let Group {
-        name,
-        numbers,
-        norm,
-        report,
-        ..
-    } = group;
-    write!(out, "{name:<6}{numbers:>8}{norm:>13.4e}")?;
-    let rank = |row: &&Direction| (row.verdict, row.error);
-    let mut directions = report.directions.iter();
-    let first = directions.next();
-    // An error that is NaN is not less than any other.
-    let worse = |a, b| if rank(&b) < rank(&a) { a } else { b };
-    let worst = first.map(|first| directions.fold(first, worse));
-    if let Some(row) = worst {
-        let forward = row.forward.unwrap_or(f64::NAN);
-        write!(
-            out,
-            "{:>18.9e}{forward:>18.9e}{:>18.9e}{:>10.1e}{:>10.1e}",
-            row.gradient, row.central, row.step, row.error
-        )?;
-    }
-    writeln!(out, "  {}", group.verdict)
-}
-
 #[cfg(test)]
 mod tests {
     use super::{Options, Verdict, check_gradients};
@@ -426,8 +378,8 @@ mod tests {
         }
     }
 
-    /// Light nodes under large strains without damping: a change of the start grows beyond what floats
-    /// hold, and nothing can be said.
+    /// Light nodes under large strains without damping: a change of the start grows beyond what
+    /// floats hold, and nothing can be said.
     #[test]
     fn slopes_that_rounding_makes_up_are_not_called_wrong() {
         let mut scene = Scene::default();
