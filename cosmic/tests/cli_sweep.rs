@@ -24,6 +24,23 @@ fn planned(bench: &Bench, more: &[&str]) {
     assert_eq!((said.code, &said.out[..]), (0, "s: 3 runs\n"), "{said:?}");
 }
 
+#[test]
+fn a_plan_speaks_as_it_is_asked_to() {
+    let bench = Bench::new(24, 64);
+    let plan = |out: &str, how: &[&str]| {
+        let plan = ["sweep", "plan", &bench.scene, "--seeds", "3", "--out", out];
+        bench.cosmic(&[&plan, how].concat())
+    };
+    let quiet = plan("quiet", &["--quiet"]);
+    assert_eq!((quiet.code, &quiet.out[..]), (0, ""), "{quiet:?}");
+    let said = plan("told", &["--json"]);
+    let json: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(json, serde_json::json!({ "sweep": "told", "runs": 3 }));
+    for name in ["quiet", "told"] {
+        assert!(bench.path(name).join("plan.json").exists());
+    }
+}
+
 fn await_file(bench: &Bench, name: &str) {
     let began = Instant::now();
     while !bench.path(name).exists() {

@@ -42,6 +42,8 @@ enum Action {
         /// The sweep's folder, new or empty
         #[arg(long, value_name = "S")]
         out: PathBuf,
+        #[command(flatten)]
+        output: Output,
     },
     /// Do runs that are not done, or go on with them
     ///
@@ -111,18 +113,16 @@ impl Arguments {
                 first_seed,
                 iterations,
                 out,
+                output,
             } => {
+                let scenes = scenes.iter().map(|name| planned(name));
                 let plan = SweepPlan {
-                    scenes: scenes
-                        .iter()
-                        .map(|name| planned(name))
-                        .collect::<Result<_>>()?,
+                    scenes: scenes.collect::<Result<_>>()?,
                     first_seed: *first_seed,
                     seeds: *seeds,
                     iterations: *iterations,
                 };
-                plan.freeze(out)?;
-                print(&format!("{}: {} runs\n", out.display(), plan.runs()))
+                freeze(&plan, out, output)
             }
             Action::Run {
                 sweep,
@@ -141,6 +141,18 @@ fn planned(scene: &str) -> Result<PlannedScene> {
         name: name_of(scene),
         scene: Scene::load(scene)?,
     })
+}
+
+fn freeze(plan: &SweepPlan, folder: &Path, output: &Output) -> Result<()> {
+    plan.freeze(folder)?;
+    let (sweep, runs) = (folder.display(), plan.runs());
+    if output.json {
+        return print_json(&json!({ "sweep": sweep.to_string(), "runs": runs }));
+    }
+    match output.quiet {
+        true => Ok(()),
+        false => print(&format!("{sweep}: {runs} runs\n")),
+    }
 }
 
 fn run(
@@ -225,7 +237,11 @@ fn status(sweep: &Path, as_json: bool) -> Result<()> {
         let counts: serde_json::Map<_, _> = counts.into_iter().collect();
         return print_json(&json!({ "runs": runs, "counts": counts }));
     }
-    let widest = merged.runs.iter().map(|run| run.scene.len()).max();
+    let widest = merged
+        .runs
+        .iter()
+        .map(|run| run.scene.chars().count())
+        .max();
     let width = widest.unwrap_or(0);
     let line = |run: &crate::sweep::MergedRun| {
         let (index, scene, seed) = (run.index, &run.scene, run.seed);
