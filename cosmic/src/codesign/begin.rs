@@ -1,6 +1,6 @@
 //! Plans, and the states before the first iteration.
 
-use super::schedule::Moment;
+use super::schedule::Schedule;
 use super::{CoDesign, Progress};
 use crate::controller::Controller;
 use crate::design::{Material, dominant, one_hot, start_vectors};
@@ -114,9 +114,9 @@ impl CoDesign {
     }
 
     /// The state before the first iteration of a robot that is there already, in place of the
-    /// scene's start. One whose design vectors are one-hot is decided: it enters after the snap, and
-    /// the fine-tuning is what is left to do. Of a robot that the snap is still to decide the whole
-    /// schedule is done.
+    /// scene's start. One whose design vectors are one-hot is decided: it enters after the snap,
+    /// and the fine-tuning is what is left to do. Of a robot that the snap is still to decide the
+    /// whole schedule is done.
     ///
     /// # Errors
     /// [`Error::Misfit`] for a robot of another lattice or another number of hidden units,
@@ -217,7 +217,7 @@ fn is_finite(c: &Controller<f64>) -> bool {
 
 /// Whether a loss looks at what a rollout has.
 fn check_loss(loss: &impl Loss, scene: &Scene) -> Result<()> {
-    let horizon = |iteration| Moment { scene, iteration }.horizon();
+    let horizon = |iteration| Schedule { scene, iteration }.horizon();
     let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();
     lengths.push(scene.physics.steps);
     lengths.dedup();

@@ -64,7 +64,7 @@ use crate::optimiser::{Adam, Mma};
 use crate::projection::{self, Projection};
 use crate::scene::{Pass, Scene};
 use crate::simulator::StepCheck;
-use schedule::Moment;
+use schedule::Schedule;
 
 /// Iterations of the co-design from one full rollout to the next. The fine-tuning, whose
 /// controllers are candidates for delivery, has one every iteration.
@@ -135,24 +135,24 @@ impl CoDesign {
     pub fn iterate(&mut self, progress: &mut Progress) -> Record {
         let iteration = progress.iteration + 1;
         let scene = self.scene.clone();
-        let moment = Moment {
+        let now = Schedule {
             scene: &scene,
             iteration,
         };
-        let mut record = self.blank_record(progress, &moment);
-        match moment.phase() {
-            Phase::CoDesign | Phase::Attraction => match moment.pass() {
-                Pass::Design => self.design_pass(progress, &moment, &mut record),
-                Pass::Controller => self.controller_pass(progress, (&moment, None), &mut record),
+        let mut record = self.blank_record(progress, &now);
+        match now.phase() {
+            Phase::CoDesign | Phase::Attraction => match now.pass() {
+                Pass::Design => self.design_pass(progress, &now, &mut record),
+                Pass::Controller => self.controller_pass(progress, (&now, None), &mut record),
             },
-            Phase::Snap => self.snap(progress, &moment),
+            Phase::Snap => self.snap(progress, &now),
             Phase::FineTuning => {
-                let reached = self.polish(progress, &moment);
-                self.controller_pass(progress, (&moment, reached), &mut record);
+                let reached = self.polish(progress, &now);
+                self.controller_pass(progress, (&now, reached), &mut record);
             }
         }
-        if moment.phase() == Phase::Attraction {
-            let (confidence, nudge) = moment.attraction();
+        if now.phase() == Phase::Attraction {
+            let (confidence, nudge) = now.attraction();
             let mixture = self.task.mixture(Projection::Performance, &progress.z);
             attract(&mut progress.z, &mixture, confidence, nudge);
         }
@@ -167,9 +167,9 @@ impl CoDesign {
     }
 
     /// Gives every edge one material, within the widened volume bounds.
-    fn snap(&self, progress: &mut Progress, moment: &Moment) {
+    fn snap(&self, progress: &mut Progress, now: &Schedule) {
         let mixture = self.task.mixture(Projection::Performance, &progress.z);
-        let bounds = moment.volume_bounds();
+        let bounds = now.volume_bounds();
         let snapped = snap(&mixture, &bounds);
         let others = alternatives(&mixture, &snapped, &bounds);
         let others: Vec<_> = others.take(self.scene.schedule.snap_trials).collect();
@@ -227,11 +227,11 @@ impl CoDesign {
         }
     }
 
-    fn horizon(&self, moment: &Moment) -> Horizon {
+    fn horizon(&self, now: &Schedule) -> Horizon {
         let gradient = &self.scene.gradient;
         let every = gradient.cotangent_every;
         Horizon {
-            steps: moment.horizon(),
+            steps: now.horizon(),
             mode: self.scene.schedule.horizon_mode,
             cotangent_bound: gradient
                 .cotangent_bound
@@ -240,22 +240,22 @@ impl CoDesign {
     }
 
     /// What is known at the start of an iteration.
-    fn blank_record(&self, progress: &Progress, moment: &Moment) -> Record {
+    fn blank_record(&self, progress: &Progress, now: &Schedule) -> Record {
         let measures = measures(&self.mixture(progress), self.scene.projection.delta);
-        let thresholds = moment.thresholds(&progress.first_measures);
-        let pass = match moment.phase() {
-            Phase::CoDesign | Phase::Attraction => Some(moment.pass()),
+        let thresholds = now.thresholds(&progress.first_measures);
+        let pass = match now.phase() {
+            Phase::CoDesign | Phase::Attraction => Some(now.pass()),
             Phase::Snap => None,
             Phase::FineTuning => Some(Pass::Controller),
         };
         Record {
-            iteration: moment.iteration,
-            phase: moment.phase(),
+            iteration: now.iteration,
+            phase: now.phase(),
             pass,
             displacement: None,
             displacement_horizon: None,
             merit_horizon: None,
-            horizon: moment.horizon(),
+            horizon: now.horizon(),
             volume: measures.volume,
             actuator_volume: measures.actuator_volume,
             measures: measures.constrained(),

@@ -3,7 +3,7 @@
 use autodiff::Real;
 
 use super::progress::{Candidate, MmaDiagnostics, Progress, Record};
-use super::schedule::{Moment, Phase};
+use super::schedule::{Phase, Schedule};
 use super::slopes::{At, Slope, Sought};
 use super::{CoDesign, EVALUATE_EVERY, Reached};
 use crate::design::clamp;
@@ -26,13 +26,13 @@ impl CoDesign {
     pub(super) fn design_pass(
         &mut self,
         progress: &mut Progress,
-        moment: &Moment,
+        now: &Schedule,
         record: &mut Record,
     ) {
         let inputs = self.inputs(progress);
-        let horizon = self.horizon(moment);
-        let full = self.is_evaluated(moment);
-        let worlds = self.worlds(progress, moment);
+        let horizon = self.horizon(now);
+        let full = self.is_evaluated(now);
+        let worlds = self.worlds(progress, now);
         let at = At {
             worlds: &worlds,
             inputs: &inputs,
@@ -49,8 +49,8 @@ impl CoDesign {
 
         let is_augmented = self.scene.binarisation.method == BinarisationMethod::Augmented;
         let (rows, terms) = match is_augmented {
-            true => self.augmented(&inputs, progress, moment),
-            false => self.constrained(&inputs, progress, moment),
+            true => self.augmented(&inputs, progress, now),
+            false => self.constrained(&inputs, progress, now),
         };
         let share = self.scene.schedule.stability_share;
         let before = progress.z.clone();
@@ -66,11 +66,7 @@ impl CoDesign {
             match self.update_design(k, &mut progress.mma[k], &before, (&slope.gradient, &rows)) {
                 Some(update) => {
                     blend(&mut progress.z, &before, (&update.point, shares[k]));
-                    record.mma[k] = Some(MmaDiagnostics {
-                        newton_steps: update.newton_steps,
-                        residual: update.residual,
-                        elastic: update.elastic,
-                    });
+                    record.mma[k] = Some(MmaDiagnostics::from(update));
                 }
                 None => record.skipped += 1,
             }
@@ -92,21 +88,21 @@ impl CoDesign {
     pub(super) fn controller_pass(
         &self,
         progress: &mut Progress,
-        (moment, known): (&Moment, Option<Reached>),
+        (now, known): (&Schedule, Option<Reached>),
         record: &mut Record,
     ) {
         let inputs = self.inputs(progress);
         let mixture = self.mixture(progress);
-        let horizon = self.horizon(moment);
-        let full = self.is_evaluated(moment);
-        let worlds = self.worlds(progress, moment);
+        let horizon = self.horizon(now);
+        let full = self.is_evaluated(now);
+        let worlds = self.worlds(progress, now);
         let at = At {
             worlds: &worlds,
             inputs: &inputs,
             horizon: &horizon,
         };
         let trust = progress.settled.as_ref().map_or(1.0, |s| s.trust);
-        let rate = trust * moment.learning_rate();
+        let rate = trust * now.learning_rate();
         let sought = match rate == 0.0 {
             true => Sought::Nothing(&mixture),
             false => Sought::Controller(&mixture),
@@ -118,9 +114,9 @@ impl CoDesign {
         record.displacement = evaluated.map(|reached| reached.along());
         record.displacement_horizon = Some(slope.displacement);
         record.merit_horizon = self.merit_horizon(&slope);
-        if let (Phase::FineTuning, Some(reached)) = (moment.phase(), evaluated) {
+        if let (Phase::FineTuning, Some(reached)) = (now.phase(), evaluated) {
             self.note_candidate(progress, reached.merit);
-            if self.settle(progress, moment, reached.merit) {
+            if self.settle(progress, now, reached.merit) {
                 return;
             }
         }
@@ -168,8 +164,8 @@ impl CoDesign {
         (!self.loss.is_far()).then_some(-slope.loss)
     }
 
-    fn is_evaluated(&self, moment: &Moment) -> bool {
-        moment.phase() == Phase::FineTuning || moment.iteration.is_multiple_of(EVALUATE_EVERY)
+    fn is_evaluated(&self, now: &Schedule) -> bool {
+        now.phase() == Phase::FineTuning || now.iteration.is_multiple_of(EVALUATE_EVERY)
     }
 
     pub(super) fn inputs(&self, progress: &Progress) -> Inputs<f64> {
@@ -208,15 +204,15 @@ impl CoDesign {
         &self,
         inputs: &Inputs<f64>,
         progress: &Progress,
-        moment: &Moment,
+        now: &Schedule,
     ) -> (Rows, Vec<f64>) {
-        let thresholds = moment.thresholds(&progress.first_measures);
+        let thresholds = now.thresholds(&progress.first_measures);
         let [solid, actuator, (_, terms)] = inputs.differentiate_each(DESIGN, |inputs| {
             let measures = self.measured(&inputs.z);
             let terms = progress.lagrangian.terms(&measures, &thresholds);
             [measures.volume, measures.actuator_volume, terms]
         });
-        (self.volume_rows(&[solid, actuator], moment), terms)
+        (self.volume_rows(&[solid, actuator], now), terms)
     }
 
     /// The volume bounds and those on the four measures, all on the performance projection (D10)
@@ -225,16 +221,16 @@ impl CoDesign {
         &self,
         inputs: &Inputs<f64>,
         progress: &Progress,
-        moment: &Moment,
+        now: &Schedule,
     ) -> (Rows, Vec<f64>) {
         let scale = self.scene.mma.volume_row_scale;
-        let thresholds = moment.thresholds(&progress.first_measures);
+        let thresholds = now.thresholds(&progress.first_measures);
         let [solid, actuator, measures @ ..] = inputs.differentiate_each(DESIGN, |inputs| {
             let measures = self.measured(&inputs.z);
             let [a, b, c, d] = measures.constrained();
             [measures.volume, measures.actuator_volume, a, b, c, d]
         });
-        let mut rows = self.volume_rows(&[solid, actuator], moment);
+        let mut rows = self.volume_rows(&[solid, actuator], now);
         for ((value, mut gradient), threshold) in measures.into_iter().zip(thresholds) {
             gradient.iter_mut().for_each(|g| *g *= scale);
             rows.values.push(scale * (value - threshold));
@@ -244,9 +240,9 @@ impl CoDesign {
     }
 
     /// The volume bounds and their derivatives by the design, on the performance projection.
-    fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], moment: &Moment) -> Rows {
+    fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Rows {
         let scale = self.scene.mma.volume_row_scale;
-        let bounds = moment.volume_bounds();
+        let bounds = now.volume_bounds();
         let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
         let mut rows = Rows {
             values: Vec::new(),

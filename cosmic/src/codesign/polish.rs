@@ -6,7 +6,7 @@
 //! and a short rollout which of these to look at more closely.
 
 use super::progress::Progress;
-use super::schedule::Moment;
+use super::schedule::Schedule;
 use super::slopes::{At, Sought};
 use super::{CoDesign, Reached};
 use crate::design::{Material, flipped};
@@ -19,11 +19,11 @@ impl CoDesign {
     /// Tries other materials for the edges from which the gradient promises most, each alone and
     /// with the controller as it is, and keeps the layout with the best full rollout. Returns what
     /// the robot reached there that now stands, where it had one.
-    pub(super) fn polish(&self, progress: &mut Progress, moment: &Moment) -> Option<Reached> {
-        let (true, Some(materials)) = (moment.polishes(), &progress.materials) else {
+    pub(super) fn polish(&self, progress: &mut Progress, now: &Schedule) -> Option<Reached> {
+        let (true, Some(materials)) = (now.polishes(), &progress.materials) else {
             return None;
         };
-        let finalists = self.finalists(progress, moment, materials);
+        let finalists = self.finalists(progress, now, materials);
         let (best, reached) = self.farthest(materials.clone(), finalists, &progress.controller);
         if best != *materials {
             progress.lay_out(best);
@@ -38,18 +38,18 @@ impl CoDesign {
     fn finalists(
         &self,
         progress: &Progress,
-        moment: &Moment,
+        now: &Schedule,
         materials: &[Material],
     ) -> Vec<Vec<Material>> {
         let schedule = &self.scene.schedule;
-        let gradient = self.by_shares(progress, moment);
+        let gradient = self.by_shares(progress, now);
         let holds = holds(&self.scene.projection, &self.task.lattice);
         let cost = |edge: usize, from: Material, to: Material| {
             let is_held = holds.get(edge).is_some_and(|hold| hold[to as usize] > 0.0);
             let slope = |m: Material| gradient[3 * edge + m as usize];
             (!is_held).then(|| slope(to) - slope(from))
         };
-        let tried = flipped(materials, &moment.volume_bounds(), cost);
+        let tried = flipped(materials, &now.volume_bounds(), cost);
         let tried: Vec<_> = tried.take(schedule.polish_trials).collect();
         let mut short = self.task.clone();
         short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
@@ -64,9 +64,9 @@ impl CoDesign {
     }
 
     /// The gradient of the loss by the shares of the materials in every edge.
-    fn by_shares(&self, progress: &Progress, moment: &Moment) -> Vec<f64> {
-        let horizon = self.horizon(moment);
-        let worlds = self.worlds(progress, moment);
+    fn by_shares(&self, progress: &Progress, now: &Schedule) -> Vec<f64> {
+        let horizon = self.horizon(now);
+        let worlds = self.worlds(progress, now);
         let at = At {
             worlds: &worlds,
             inputs: &self.inputs(progress),
@@ -79,7 +79,7 @@ impl CoDesign {
 
 #[cfg(test)]
 mod tests {
-    use crate::codesign::schedule::Moment;
+    use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::LIVELY;
     use crate::codesign::{CoDesign, Progress};
     use crate::design::{Material, VolumeBounds, filled};
@@ -122,11 +122,11 @@ mod tests {
             let (codesign, mut progress) = after(&scene, 9, seed);
             assert!(!progress.candidates.is_empty());
             let (before, merit) = (progress.clone(), codesign.evaluate(&progress).merit);
-            let moment = Moment {
+            let now = Schedule {
                 scene: &scene,
                 iteration: 10,
             };
-            codesign.polish(&mut progress, &moment);
+            codesign.polish(&mut progress, &now);
             let reached = codesign.evaluate(&progress).merit;
             if progress == before {
                 continue;

@@ -9,14 +9,15 @@ use crate::controller::Controller;
 use crate::design::{Material, one_hot};
 use crate::error::{Result, fits};
 use crate::objective::AugmentedLagrangian;
-use crate::optimiser::{AdamState, MmaState};
+use crate::optimiser::{AdamState, MmaState, Update};
 use crate::scene::Pass;
 use crate::simulator::StepCheck;
 
 /// The whole state of an optimisation: saved and read back, it goes on bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Seed of all that is drawn: first weights, a tilted start, perturbed starts, scattered worlds.
+    /// Seed of all that is drawn: first weights, a tilted start, perturbed starts, scattered
+    /// worlds.
     pub seed: u64,
     /// The iteration after which a robot entered that was there already: 0, or for one that was
     /// decided, the snap's. `None` for the scene's start.
@@ -203,4 +204,14 @@ pub struct MmaDiagnostics {
     /// Elastic variables of the constraints, as they are scaled for MMA: what could not be met. The
     /// four volume bounds come first, then the measures where those are constraints.
     pub elastic: Vec<f64>,
+}
+
+impl From<Update> for MmaDiagnostics {
+    fn from(update: Update) -> Self {
+        Self {
+            newton_steps: update.newton_steps,
+            residual: update.residual,
+            elastic: update.elastic,
+        }
+    }
 }

@@ -39,8 +39,8 @@ impl CoDesign {
     }
 
     /// Rollouts of robots from the start, by which an optimisation finds its way: in the precision
-    /// of its gradients. In f32 a start that is moved by a nanometre is the same start: medians over
-    /// such starts are not found in this way.
+    /// of its gradients. In f32 a start that is moved by a nanometre is the same start: medians
+    /// over such starts are not found in this way.
     pub(super) fn try_many(
         &self,
         mixtures: &[&[[f64; 3]]],
@@ -178,8 +178,8 @@ mod tests {
             let single = CoDesign::new(&scene).unwrap();
             let progress = double.begin(1).unwrap();
             let [a, b] = [&double, &single].map(|codesign| codesign.evaluate(&progress));
-            // 24 steps of some hundred operations on lengths of 0.3 m, each rounded at 6e-8, that add
-            // up as they come: 0.3 * 24 * 100^(1/2) * 6e-8.
+            // 24 steps of some hundred operations on lengths of 0.3 m, each rounded at 6e-8, that
+            // add up as they come: 0.3 * 24 * 100^(1/2) * 6e-8.
             for (a, b) in [(a.along(), b.along()), (a.merit, b.merit)] {
                 assert!(a != b && (a - b).abs() < 5e-6, "{a} {b}");
             }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::schedule::Moment;
+use super::schedule::Schedule;
 use super::slopes::{At, Slope};
 use super::{CoDesign, Progress};
 use crate::gradient::{Inputs, Task};
@@ -12,9 +12,9 @@ use crate::scatter::{World, draw};
 impl CoDesign {
     /// The worlds of an iteration's gradients; none where the robot is designed as it is. They
     /// are drawn anew for every iteration, by its number: a resumed run draws the same.
-    pub(super) fn worlds(&self, progress: &Progress, moment: &Moment) -> Vec<World> {
+    pub(super) fn worlds(&self, progress: &Progress, now: &Schedule) -> Vec<World> {
         let settings = &self.scene.robust;
-        let number = moment.iteration as u64;
+        let number = now.iteration as u64;
         let mut stream = stream_of(progress.seed, Purpose::Scatter, number);
         let world = |_| draw(&self.task, settings, &mut stream);
         (0..settings.samples).map(world).collect()

@@ -39,13 +39,13 @@ fn ramp(iteration: usize, ends: [f64; 2], over: [usize; 2]) -> f64 {
     (1.0 - share) * ends[0] + share * ends[1]
 }
 
-/// A scene's schedule at one iteration.
-pub(super) struct Moment<'a> {
+/// A scene's schedule at one iteration, the one that is now.
+pub(super) struct Schedule<'a> {
     pub(super) scene: &'a Scene,
     pub(super) iteration: usize,
 }
 
-impl Moment<'_> {
+impl Schedule<'_> {
     pub(super) fn phase(&self) -> Phase {
         let schedule = &self.scene.schedule;
         if self.scene.start.kind == StartKind::Layout || self.iteration > schedule.snap_at {
@@ -131,7 +131,7 @@ impl Moment<'_> {
         }
         let over = [schedule.snap_at + 1, schedule.iterations];
         let ends = [adam.fine_rate, adam.fine_rate * adam.fine_decay];
-        // Nobody looks at what the last update does: where controllers settle, it does nothing.
+        // No rollout shows what the last update does: where controllers settle, its rate is zero.
         let left = match self.settles() {
             true => (schedule.iterations - self.iteration) as f64 / self.settling() as f64,
             false => 1.0,
@@ -142,13 +142,13 @@ impl Moment<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Moment, Phase};
+    use super::{Phase, Schedule};
     use crate::scene::{Pass, Scene};
 
     #[test]
     fn the_paper_s_phases_and_ramps() {
         let scene = Scene::default();
-        let at = |iteration| Moment {
+        let at = |iteration| Schedule {
             scene: &scene,
             iteration,
         };
@@ -195,7 +195,7 @@ mod tests {
     fn design_and_controller_take_turns_three_to_two() {
         let scene = Scene::default();
         let passes = (1..=240).map(|iteration| {
-            Moment {
+            Schedule {
                 scene: &scene,
                 iteration,
             }

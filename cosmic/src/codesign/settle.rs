@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::CoDesign;
 use super::delivery::first_best;
 use super::progress::Progress;
-use super::schedule::Moment;
+use super::schedule::Schedule;
 use crate::controller::Controller;
 
 /// Share of the merit that an update may lose.
@@ -20,9 +20,9 @@ const LOSS: f64 = 0.05;
 pub struct Settled {
     /// The last controller that lost nothing.
     pub controller: Controller<f64>,
-    /// What it is held against: at first the median of the best candidate, or its own rollout if that
-    /// is far behind, later the best single rollout; m along the ground, for another task than to get
-    /// far minus its loss.
+    /// What it is held against: at first the median of the best candidate, or its own rollout if
+    /// that is far behind, later the best single rollout; m along the ground, for another task than
+    /// to get far minus its loss.
     pub merit: f64,
     /// What is left of the learning rate: halved by every update that is taken back.
     pub trust: f64,
@@ -32,8 +32,8 @@ impl CoDesign {
     /// Goes back to the best candidate at the first iteration of the end, and later to the last
     /// good controller where the rollout of the present one has fallen behind. Returns whether it
     /// did: the gradient at hand is then of another controller.
-    pub(super) fn settle(&self, progress: &mut Progress, moment: &Moment, merit: f64) -> bool {
-        if !moment.settles() {
+    pub(super) fn settle(&self, progress: &mut Progress, now: &Schedule, merit: f64) -> bool {
+        if !now.settles() {
             return false;
         }
         match &mut progress.settled {
@@ -48,8 +48,8 @@ impl CoDesign {
                 settled.merit = settled.merit.max(merit);
                 return false;
             }
-            // The median of the best candidate may be far above its own rollout: no update lost that, and
-            // there is none to take back.
+            // The median of the best candidate may be far above its own rollout: no update lost
+            // that, and there is none to take back.
             Some(settled) if progress.controller == settled.controller => {
                 settled.merit = merit;
                 return false;
@@ -87,7 +87,7 @@ impl CoDesign {
 #[cfg(test)]
 mod tests {
     use super::{LOSS, Settled};
-    use crate::codesign::schedule::Moment;
+    use crate::codesign::schedule::Schedule;
     use crate::codesign::{CoDesign, Delivery, Progress};
     use crate::scene::Scene;
 
@@ -157,7 +157,7 @@ mod tests {
     fn only_updates_are_taken_back() {
         let scene = wild(0.5);
         let (codesign, mut progress, _) = optimised(&scene, 0);
-        let moment = Moment {
+        let now = Schedule {
             scene: &scene,
             iteration: scene.schedule.iterations,
         };
@@ -168,12 +168,12 @@ mod tests {
             trust: 1.0,
         };
         progress.settled = Some(settled.clone());
-        assert!(!codesign.settle(&mut progress, &moment, merit));
+        assert!(!codesign.settle(&mut progress, &now, merit));
         let own = Settled { merit, ..settled };
         assert_eq!(progress.settled.as_ref(), Some(&own));
         // An update that loses as much is one to take back.
         progress.controller.b1[0] += 1.0;
-        assert!(codesign.settle(&mut progress, &moment, merit - 1.0));
+        assert!(codesign.settle(&mut progress, &now, merit - 1.0));
         assert_eq!(progress.controller, own.controller);
         assert_eq!(progress.settled.map(|s| s.trust), Some(0.5));
     }

@@ -174,7 +174,7 @@ impl CoDesign {
 mod tests {
     use super::{At, Slope, Sought};
     use crate::codesign::CoDesign;
-    use crate::codesign::schedule::Moment;
+    use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::tiny;
     use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs};
     use crate::projection::Projection;
@@ -234,12 +234,12 @@ mod tests {
     fn slope_in_worlds(scene: &Scene, steps: usize) -> Slope {
         let codesign = CoDesign::new(scene).unwrap();
         let progress = codesign.begin(1).unwrap();
-        let moment = Moment {
+        let now = Schedule {
             scene,
             iteration: 1,
         };
         let at = At {
-            worlds: &codesign.worlds(&progress, &moment),
+            worlds: &codesign.worlds(&progress, &now),
             inputs: &codesign.inputs(&progress),
             horizon: &Horizon {
                 steps,
@@ -268,7 +268,8 @@ mod tests {
         let mut scene = tiny();
         (scene.robust.samples, scene.robust.start) = (2, 0.5);
         let slope = slope_in_worlds(&scene, 1);
-        // A step of 2 ms at speeds of springs that are off by half a metre: 50 m/s, not 0.1 m at once.
+        // A step of 2 ms at speeds of springs that are off by half a metre: 50 m/s, not 0.1 m at
+        // once.
         assert!(slope.displacement.abs() < 0.1, "{}", slope.displacement);
         assert!(slope.displacement != 0.0);
     }
@@ -321,11 +322,11 @@ mod tests {
             let codesign = CoDesign::new(scene).unwrap();
             let progress = codesign.begin(1).unwrap();
             let (inputs, horizon) = (codesign.inputs(&progress), horizon(mode));
-            let moment = Moment {
+            let now = Schedule {
                 scene,
                 iteration: 1,
             };
-            let worlds = codesign.worlds(&progress, &moment);
+            let worlds = codesign.worlds(&progress, &now);
             let at = At {
                 worlds: &worlds,
                 inputs: &inputs,
