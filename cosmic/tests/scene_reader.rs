@@ -29,174 +29,176 @@ fn refusal(text: &str) -> ((usize, usize), String, String) {
     }
 }
 
+/// Wrong scenes: the place of the fault, what is said of it, and what is allowed there.
+const WRONG: [(&str, (usize, usize), &str, &str); 28] = [
+    (
+        "[physics]\nstpes = 3",
+        (2, 1),
+        "unknown key `stpes` in [physics]",
+        "did you mean `steps`?",
+    ),
+    (
+        "[physcs]\ndt = 0.1",
+        (1, 2),
+        "unknown section `physcs`",
+        "did you mean `physics`?",
+    ),
+    (
+        "dt = 0.1",
+        (1, 1),
+        "unknown section `dt`",
+        "known: lattice, physics",
+    ),
+    (
+        "[lattice]\ndt = 0.1",
+        (2, 1),
+        "unknown key `dt` in [lattice]",
+        "belongs to [physics]",
+    ),
+    (
+        "physics = 3",
+        (1, 11),
+        "is a whole number, not a section",
+        "write [physics]",
+    ),
+    (
+        "[physics]\ndt = \"fast\"",
+        (2, 6),
+        "`physics.dt` is a text: \"fast\"",
+        "from 1e-9 to 1",
+    ),
+    (
+        "[physics]\ndt = 5.0",
+        (2, 6),
+        "`physics.dt` is out of range: 5.0",
+        "from 1e-9 to 1",
+    ),
+    (
+        "[physics]\ndt = 0",
+        (2, 6),
+        "out of range: 0",
+        "from 1e-9 to 1",
+    ),
+    (
+        "[physics]\ngravity = nan",
+        (2, 11),
+        "out of range: nan",
+        "a number from -1000 to 1000",
+    ),
+    (
+        "[physics]\ngravity = -inf",
+        (2, 11),
+        "out of range: -inf",
+        "a number from",
+    ),
+    (
+        "[physics]\ngravity = 1e999",
+        (2, 11),
+        "out of range: 1e999",
+        "a number from",
+    ),
+    (
+        "[physics]\nsteps = 1.5",
+        (2, 9),
+        "is a number with a point",
+        "a whole number from 1",
+    ),
+    (
+        "[physics]\nsteps = -1",
+        (2, 9),
+        "out of range: -1",
+        "a whole number from 1 to 1e6",
+    ),
+    (
+        "[physics]\nsteps = 99999999999999999999999999",
+        (2, 9),
+        "out of range",
+        "whole number",
+    ),
+    (
+        "[physics]\nsteps = 0xffffffffffffffffff",
+        (2, 9),
+        "out of range",
+        "whole number",
+    ),
+    (
+        "[physics]\ncontact = \"sticky\"",
+        (2, 11),
+        "cannot be \"sticky\"",
+        "\"infinite\" or",
+    ),
+    (
+        "[lattice]\ncolumns = 1",
+        (2, 11),
+        "out of range: 1",
+        "from 2 to 64",
+    ),
+    (
+        "[controller]\ngoal = [1.0]",
+        (2, 8),
+        "has 1 entries",
+        "2 numbers, each from",
+    ),
+    (
+        "[controller]\ngoal = [1.0, \"é\"]",
+        (2, 14),
+        "is a text",
+        "2 numbers, each from",
+    ),
+    (
+        "[controller]\ngoal_relative = 1",
+        (2, 17),
+        "is a whole number",
+        "true or false",
+    ),
+    (
+        "[materials]\ndensity = [1, 2, 3, 4]",
+        (2, 11),
+        "has 4 entries",
+        "3 numbers",
+    ),
+    (
+        "[schedule]\ncycle = \"dce\"",
+        (2, 9),
+        "cannot be \"dce\"",
+        "letters d and c",
+    ),
+    (
+        "[schedule]\ncycle = \"\"",
+        (2, 9),
+        "cannot be \"\"",
+        "letters d and c",
+    ),
+    (
+        "[adam]\ngradient_norm = \"of\"",
+        (2, 17),
+        "is a text",
+        "or \"off\"",
+    ),
+    (
+        "[physics]\ndt = 2000-01-01",
+        (2, 6),
+        "is a date",
+        "a number",
+    ),
+    (
+        "[[physics]]\ndt = 0.1",
+        (1, 1),
+        "is an array, not a section",
+        "write [physics]",
+    ),
+    ("[physics\ndt = 0.1", (1, 9), "not TOML", "unclosed table"),
+    (
+        "[physics]\ndt = 0.1\ndt = 0.2",
+        (3, 1),
+        "not TOML: duplicate key",
+        "",
+    ),
+];
+
 #[test]
 fn wrong_scenes_are_refused_where_they_are_wrong() {
-    let cases = [
-        (
-            "[physics]\nstpes = 3",
-            (2, 1),
-            "unknown key `stpes` in [physics]",
-            "did you mean `steps`?",
-        ),
-        (
-            "[physcs]\ndt = 0.1",
-            (1, 2),
-            "unknown section `physcs`",
-            "did you mean `physics`?",
-        ),
-        (
-            "dt = 0.1",
-            (1, 1),
-            "unknown section `dt`",
-            "known: lattice, physics",
-        ),
-        (
-            "[lattice]\ndt = 0.1",
-            (2, 1),
-            "unknown key `dt` in [lattice]",
-            "belongs to [physics]",
-        ),
-        (
-            "physics = 3",
-            (1, 11),
-            "is a whole number, not a section",
-            "write [physics]",
-        ),
-        (
-            "[physics]\ndt = \"fast\"",
-            (2, 6),
-            "`physics.dt` is a text: \"fast\"",
-            "from 1e-9 to 1",
-        ),
-        (
-            "[physics]\ndt = 5.0",
-            (2, 6),
-            "`physics.dt` is out of range: 5.0",
-            "from 1e-9 to 1",
-        ),
-        (
-            "[physics]\ndt = 0",
-            (2, 6),
-            "out of range: 0",
-            "from 1e-9 to 1",
-        ),
-        (
-            "[physics]\ngravity = nan",
-            (2, 11),
-            "out of range: nan",
-            "a number from -1000 to 1000",
-        ),
-        (
-            "[physics]\ngravity = -inf",
-            (2, 11),
-            "out of range: -inf",
-            "a number from",
-        ),
-        (
-            "[physics]\ngravity = 1e999",
-            (2, 11),
-            "out of range: 1e999",
-            "a number from",
-        ),
-        (
-            "[physics]\nsteps = 1.5",
-            (2, 9),
-            "is a number with a point",
-            "a whole number from 1",
-        ),
-        (
-            "[physics]\nsteps = -1",
-            (2, 9),
-            "out of range: -1",
-            "a whole number from 1 to 1e6",
-        ),
-        (
-            "[physics]\nsteps = 99999999999999999999999999",
-            (2, 9),
-            "out of range",
-            "whole number",
-        ),
-        (
-            "[physics]\nsteps = 0xffffffffffffffffff",
-            (2, 9),
-            "out of range",
-            "whole number",
-        ),
-        (
-            "[physics]\ncontact = \"sticky\"",
-            (2, 11),
-            "cannot be \"sticky\"",
-            "\"infinite\" or",
-        ),
-        (
-            "[lattice]\ncolumns = 1",
-            (2, 11),
-            "out of range: 1",
-            "from 2 to 64",
-        ),
-        (
-            "[controller]\ngoal = [1.0]",
-            (2, 8),
-            "has 1 entries",
-            "2 numbers, each from",
-        ),
-        (
-            "[controller]\ngoal = [1.0, \"é\"]",
-            (2, 14),
-            "is a text",
-            "2 numbers, each from",
-        ),
-        (
-            "[controller]\ngoal_relative = 1",
-            (2, 17),
-            "is a whole number",
-            "true or false",
-        ),
-        (
-            "[materials]\ndensity = [1, 2, 3, 4]",
-            (2, 11),
-            "has 4 entries",
-            "3 numbers",
-        ),
-        (
-            "[schedule]\ncycle = \"dce\"",
-            (2, 9),
-            "cannot be \"dce\"",
-            "letters d and c",
-        ),
-        (
-            "[schedule]\ncycle = \"\"",
-            (2, 9),
-            "cannot be \"\"",
-            "letters d and c",
-        ),
-        (
-            "[adam]\ngradient_norm = \"of\"",
-            (2, 17),
-            "is a text",
-            "or \"off\"",
-        ),
-        (
-            "[physics]\ndt = 2000-01-01",
-            (2, 6),
-            "is a date",
-            "a number",
-        ),
-        (
-            "[[physics]]\ndt = 0.1",
-            (1, 1),
-            "is an array, not a section",
-            "write [physics]",
-        ),
-        ("[physics\ndt = 0.1", (1, 9), "not TOML", "unclosed table"),
-        (
-            "[physics]\ndt = 0.1\ndt = 0.2",
-            (3, 1),
-            "not TOML: duplicate key",
-            "",
-        ),
-    ];
-    for (text, place, says, allowed) in cases {
+    for (text, place, says, allowed) in WRONG {
         let (at, message, report) = refusal(text);
         assert_eq!(at, place, "{report}");
         assert!(message.contains(says), "{text:?}: {message}");
@@ -204,67 +206,69 @@ fn wrong_scenes_are_refused_where_they_are_wrong() {
     }
 }
 
+/// Scenes whose settings contradict one another: the place that is pointed at, and what is said.
+const AT_ODDS: [(&str, (usize, usize), &str); 12] = [
+    (
+        "[schedule]\nsnap_at = 400",
+        (2, 11),
+        "the snap (iteration 400) comes after the last",
+    ),
+    (
+        "[schedule]\niterations = 100",
+        (2, 14),
+        "comes after the last iteration (100)",
+    ),
+    (
+        "[schedule]\nattraction_from = 250",
+        (2, 19),
+        "after the snap (iteration 240)",
+    ),
+    (
+        "[schedule]\nsnap_at = 0",
+        (2, 11),
+        "the start must be a layout",
+    ),
+    (
+        "[start]\nkind = \"layout\"",
+        (2, 8),
+        "nothing to snap at iteration 240: set snap_at = 0",
+    ),
+    (
+        "[lattice]\nrows = 5\n[start]\nkind = \"three_legged\"",
+        (2, 8),
+        "6x6 nodes, not 6x5",
+    ),
+    (
+        "[physics]\nsteps = 512",
+        (2, 9),
+        "the horizon (4096 steps) is longer",
+    ),
+    (
+        "[schedule]\nhorizon = [512, 512]",
+        (2, 11),
+        "the shortest horizon has (512)",
+    ),
+    (
+        "[loss]\nevery = 4096",
+        (2, 9),
+        "every 4096th step, of only 2048",
+    ),
+    (
+        "[volume]\nsolid = [0.1, 0.1]",
+        (2, 9),
+        "the least share of actuators (0.2)",
+    ),
+    (
+        "[volume]\nsolid = [0.6, 0.5]",
+        (2, 9),
+        "the first entry (0.6) is above the second (0.5)",
+    ),
+    ("[mma]\nasymin = 20", (2, 10), "above the largest (10)"),
+];
+
 #[test]
 fn settings_at_odds_are_pointed_at() {
-    let cases = [
-        (
-            "[schedule]\nsnap_at = 400",
-            (2, 11),
-            "the snap (iteration 400) comes after the last",
-        ),
-        (
-            "[schedule]\niterations = 100",
-            (2, 14),
-            "comes after the last iteration (100)",
-        ),
-        (
-            "[schedule]\nattraction_from = 250",
-            (2, 19),
-            "after the snap (iteration 240)",
-        ),
-        (
-            "[schedule]\nsnap_at = 0",
-            (2, 11),
-            "the start must be a layout",
-        ),
-        (
-            "[start]\nkind = \"layout\"",
-            (2, 8),
-            "nothing to snap at iteration 240: set snap_at = 0",
-        ),
-        (
-            "[lattice]\nrows = 5\n[start]\nkind = \"three_legged\"",
-            (2, 8),
-            "6x6 nodes, not 6x5",
-        ),
-        (
-            "[physics]\nsteps = 512",
-            (2, 9),
-            "the horizon (4096 steps) is longer",
-        ),
-        (
-            "[schedule]\nhorizon = [512, 512]",
-            (2, 11),
-            "the shortest horizon has (512)",
-        ),
-        (
-            "[loss]\nevery = 4096",
-            (2, 9),
-            "every 4096th step, of only 2048",
-        ),
-        (
-            "[volume]\nsolid = [0.1, 0.1]",
-            (2, 9),
-            "the least share of actuators (0.2)",
-        ),
-        (
-            "[volume]\nsolid = [0.6, 0.5]",
-            (2, 9),
-            "the first entry (0.6) is above the second (0.5)",
-        ),
-        ("[mma]\nasymin = 20", (2, 10), "above the largest (10)"),
-    ];
-    for (text, place, says) in cases {
+    for (text, place, says) in AT_ODDS {
         let (at, message, _) = refusal(text);
         assert!(message.contains(says), "{text:?}: {message}");
         assert_eq!(at, place, "{text:?}");
