@@ -2,6 +2,17 @@
 //! gradients through a differentiable simulator.
 //!
 //! The order of the modules is the architecture: each uses only those above it.
+//!
+//! - [`scene`] has every number of an experiment, in one small struct for each of the others.
+//! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
+//!   materials and a body), [`controller`].
+//! - What it does and is worth: [`simulator`], [`objective`], and [`gradient`], which joins all of
+//!   these in a `Task`; [`scatter`] draws other robots and surroundings; [`case`] is one rollout
+//!   with all its numbers in a file.
+//! - How it is found: [`optimiser`], which knows no robot, and [`codesign`], the paper's algorithm 1.
+//! - On disk: [`record`], the folder of a run, and [`sweep`], many runs.
+//! - Afterwards: [`robustness`], and with the feature `report` `report`, `verify` and `study`; the
+//!   program is `cli`.
 
 pub mod error;
 mod parallel;

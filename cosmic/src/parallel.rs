@@ -15,8 +15,9 @@ pub(crate) struct Crew {
 }
 
 impl Crew {
-    /// A thread for each job, of so many, all cores' where not said: what a job itself would do in
-    /// parallel it does on its one thread, and its wall time is that of one core.
+    /// As many jobs at a time as `threads`, or as cores where that is `None`, each on a single
+    /// thread: what a job itself would do in parallel it does on that one, and its wall time is
+    /// that of one core.
     pub(crate) fn of_one(threads: Option<NonZeroUsize>) -> Self {
         let cores = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         Self {
@@ -25,7 +26,7 @@ impl Crew {
         }
     }
 
-    /// So many threads shared out among so many jobs: where there are fewer jobs, each has several.
+    /// Threads shared out among jobs: where there are fewer jobs than threads, each has several.
     pub(crate) fn shared_out(threads: usize, jobs: usize) -> Self {
         let at_work = threads.min(jobs).max(1);
         Self {
@@ -42,8 +43,8 @@ impl Crew {
     }
 }
 
-/// Does so many jobs by their numbers, the lowest first, and gives what came of them in that order.
-/// A job is told by the flag when another one failed.
+/// Does the jobs from number 0 to `jobs`, lower numbers first, and gives what came of them in that
+/// order. The flag that a job is given tells it when another one has failed.
 ///
 /// # Errors
 /// The first error; no further job is begun after it.

@@ -203,8 +203,8 @@ fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsS
     shares.iter().map(|shares| R::sum(shares)).collect()
 }
 
-/// The shares that count in the stiffness: small ones less than in proportion where a scene
-/// penalises them, whole ones as ever.
+/// The shares as they count in the stiffness: to the power of `penalisation` (SIMP). Above 1 small
+/// ones count less than in proportion, whole ones as ever.
 fn penalised<R: Real>(mixture: &[R; 3], materials: &MaterialSettings) -> [R; 3] {
     match materials.penalisation {
         1 => *mixture,

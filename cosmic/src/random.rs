@@ -3,8 +3,9 @@
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-/// What random numbers are drawn for. Each purpose has its own stream, so that drawing more for
-/// one changes nothing for another.
+/// What random numbers are drawn for. Each purpose has its own stream, so that drawing more for one
+/// changes nothing for another. The stream follows from the purpose's number, which is therefore
+/// never given to another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Initial weights of a controller.
@@ -17,7 +18,8 @@ pub enum Purpose {
     Verification = 3,
     /// The side towards which a start thins out.
     Tilt = 5,
-    /// Robots and surroundings around the nominal ones, for gradients and by which controllers are chosen.
+    /// Robots and surroundings around the nominal ones: for gradients, and to choose controllers
+    /// by.
     Scatter = 6,
     /// The same, by which robustness is judged.
     Robustness = 7,

@@ -1,5 +1,5 @@
-//! Reading files whole, of which some do not end: `/dev/zero` does not. And JSON, of which what is
-//! wrong is named with its keys.
+//! Reading files whole, though never without an end, as `/dev/zero` would be; and reading JSON so
+//! that what is wrong in it is named with its keys and its place.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -12,8 +12,8 @@ use serde_json::value::RawValue;
 
 use crate::error::{Error, Result};
 
-/// The most that is taken from what is no file of a known size, such as a pipe: a hundred times a
-/// design of the paper's.
+/// The most bytes that are taken from what has no size of its own, such as a pipe: a hundred times
+/// those of a design of the paper's.
 const STREAM: u64 = 1 << 26;
 
 /// A file's bytes: all of a regular file, and of a pipe or a device what it gives up to 64 MiB.
@@ -67,8 +67,8 @@ pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u
     json.end().map(|()| value).map_err(end)
 }
 
-/// An error about what stands in a JSON text, with the place of the value whose keys its message names
-/// first, such as `z[3]`. As it is where it names none.
+/// An error about what stands in a JSON text, with its place: that of the value whose keys the
+/// message names first in backquotes, such as `z[3]`. The error as it is where it names none.
 pub(crate) fn placed(file: &str, text: &str, error: Error) -> Error {
     let message = error.to_string();
     match message.split('`').nth(1).and_then(|keys| place(text, keys)) {
@@ -85,8 +85,8 @@ fn place(text: &str, keys: &str) -> Option<(usize, usize)> {
     let mut value: &RawValue = serde_json::from_str(text).ok()?;
     for key in keys.split(['.', '[']) {
         value = match key.strip_suffix(']') {
-            None => of::<HashMap<String, &RawValue>>(value)?.remove(key)?,
-            Some(index) => of::<Vec<&RawValue>>(value)?
+            None => parsed::<HashMap<String, &RawValue>>(value)?.remove(key)?,
+            Some(index) => parsed::<Vec<&RawValue>>(value)?
                 .into_iter()
                 .nth(index.parse().ok()?)?,
         };
@@ -97,14 +97,14 @@ fn place(text: &str, keys: &str) -> Option<(usize, usize)> {
 }
 
 /// The parts of a value, as they are written.
-fn of<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
+fn parsed<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
     serde_json::from_str(value.get()).ok()
 }
 
 /// The keys of a value as a whole.
 const ROOT: &str = ".";
 
-/// What is wrong and with what, without the place, which stands beside it.
+/// What is wrong and with which value; the place, which serde_json puts at the end, is told apart.
 fn sentence(keys: &str, error: &serde_json::Error) -> String {
     let text = error.to_string();
     let what = text
@@ -117,7 +117,7 @@ fn sentence(keys: &str, error: &serde_json::Error) -> String {
         Some((found, expected)) => format!("{found}, expected {}", in_words(expected)),
         None => what.to_owned(),
     };
-    // What is cut off has a key that is not known.
+    // The keys of a text that is cut off end with a `?`, for the one that was not read.
     let keys = keys.strip_suffix('?').unwrap_or(keys);
     match keys.strip_suffix('.').unwrap_or(keys) {
         "" | ROOT => what,

@@ -102,8 +102,8 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
     assert_eq!(said.code, 0, "{said:?}");
 }
 
-/// A robot that nothing moves, in time steps beyond the stable one: within eight of them vibrations of
-/// a millimetre grow beyond all bounds, those of a rounding error to another millimetre.
+/// A robot that nothing moves, in time steps beyond the stable one: within eight of them vibrations
+/// of a millimetre grow beyond all bounds, those of a rounding error to another millimetre.
 fn house_of_cards() -> Bench {
     let physics = "dt = 0.01\ngravity = 0.0\ncontact = \"none\"\nunstable_step = \"warn\"";
     let still = "[materials]\nmax_strain = [0.0, 0.0, 0.0]\n[selection]\nperturbation = 1e-3\n";

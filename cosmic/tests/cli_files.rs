@@ -42,8 +42,8 @@ fn missing(names: &BTreeSet<String>) -> Vec<&String> {
     names.iter().filter(is_missing).collect()
 }
 
-/// The keys of a value and of all in it, and what it says that it is. Numbers of steps, the keys of a
-/// trajectory, are no names.
+/// The keys of a value and of all in it, and what it says that it is. Numbers of steps, the keys of
+/// a trajectory, are no names.
 fn of_json(value: &Value, names: &mut BTreeSet<String>) {
     match value {
         Value::Object(map) => {
@@ -57,8 +57,8 @@ fn of_json(value: &Value, names: &mut BTreeSet<String>) {
     }
 }
 
-/// The names in all data of a folder and of those below, and the files' own. What is in a snapshot is
-/// the program's affair.
+/// The names in all data of a folder and of those below, and the files' own. What is in a snapshot
+/// is the program's affair.
 fn of_folder(folder: &Path, names: &mut BTreeSet<String>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

@@ -1,5 +1,5 @@
-//! The keys of a case file, before any shape is checked: that of arrays too, as a length that does not
-//! fit is told with the one that does.
+//! The keys of a case file, before any shape is checked: that of arrays too, as a length that does
+//! not fit is told with the one that does.
 
 use std::collections::BTreeMap;
 

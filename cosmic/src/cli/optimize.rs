@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 /// Co-design a robot: structure, material and controller together, by the paper's algorithm 1
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A built-in scene or a TOML file [default: stability, with --from the scene beside that design]
+    /// A built-in scene or a TOML file [default: stability, with --from the scene beside that
+    /// design]
     #[arg(value_name = "SCENE")]
     scene: Option<String>,
     /// Try this many seeds, from --seed on, and keep the best

@@ -25,8 +25,8 @@ pub(super) enum Source {
 }
 
 impl Source {
-    /// Finds out which of them a name stands for: a built-in scene by its name, a run's folder by the
-    /// design in it, the files by what they hold.
+    /// Finds out which of them a name stands for: a built-in scene by its name, a run's folder by
+    /// the design in it, the files by what they hold.
     pub(super) fn find(name: &str) -> Result<Self> {
         let scene = || Ok(Self::Scene(Box::new(Scene::load(name)?)));
         if BUILTIN.iter().any(|builtin| builtin.name == name) {

@@ -52,7 +52,9 @@ impl<R: Real> Controller<R> {
 }
 
 impl Controller<f64> {
-    /// Glorot's uniform initialisation from a seed, biases zero.
+    /// Uniform weights drawn from a seed, up to `gain sqrt(6 / (inputs + outputs))` of each layer
+    /// in magnitude, biases zero: X. Glorot and Y. Bengio, "Understanding the difficulty of
+    /// training deep feedforward neural networks", AISTATS 2010, equation 16, which has no gain.
     pub fn xavier(settings: &ControllerSettings, lattice: &Lattice, seed: u64) -> Self {
         let (hidden, edges) = (settings.hidden, lattice.edges.len());
         let inputs = observation_length(settings, lattice.nodes());

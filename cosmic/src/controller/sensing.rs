@@ -7,7 +7,7 @@ use autodiff::Real;
 use crate::lattice::{Ground, State};
 use crate::scene::ControllerSettings;
 
-/// What there is to observe.
+/// The moment at which a controller observes.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment<'a, R> {
     /// Seconds since the start. It is a product `n dt`, never a sum: phases reach 164 rad.

@@ -43,8 +43,8 @@ pub fn flips(mixture: &[[f64; 3]], materials: &[Material]) -> usize {
     materials.iter().zip(mixture).filter(flipped).count()
 }
 
-/// Least share of a mixture for a material to be an alternative: what is held out of a design, as
-/// frozen materials are, has 1e-9.
+/// Least share of an edge's mixture that makes a material an alternative there. One that is held
+/// down (`projection.hold_materials`) has some 1e-9.
 const LEAST_SHARE: f64 = 1e-3;
 
 /// Layouts that differ from a snapped one in one edge, those of the least confidence first; none
@@ -61,8 +61,8 @@ pub fn alternatives<'a>(
 }
 
 /// Layouts that differ from another in one edge and are no further out of bounds, those of the
-/// least cost first. What an edge costs that changes from one material to another is asked for
-/// every edge; a change without a cost is not to be.
+/// least cost first. `cost` is asked what it costs to change an edge from its material to another
+/// one; where it gives none, that change is ruled out.
 pub fn flipped<'a>(
     materials: &'a [Material],
     bounds: &VolumeBounds,
@@ -70,11 +70,8 @@ pub fn flipped<'a>(
 ) -> impl Iterator<Item = Vec<Material>> + 'a {
     let counts = Counts::new(bounds, materials.len());
     let excess = move |layout: &[Material]| {
-        let count = |is: fn(Material) -> bool| layout.iter().filter(|&&m| is(m)).count();
-        counts.excess(
-            count(Material::is_solid),
-            count(|m| m == Material::Actuator),
-        )
+        let [solid, actuators] = solid_and_actuators(layout);
+        counts.excess(solid, actuators)
     };
     let present = excess(materials);
     let mut flips: Vec<_> = (materials.iter().enumerate())
@@ -88,6 +85,15 @@ pub fn flipped<'a>(
         layout[edge] = to;
         (excess(&layout) <= present).then_some(layout)
     })
+}
+
+/// How many edges of a layout are solid, and how many are actuators.
+fn solid_and_actuators(layout: &[Material]) -> [usize; 2] {
+    let count = |is: fn(Material) -> bool| layout.iter().filter(|&&m| is(m)).count();
+    [
+        count(Material::is_solid),
+        count(|m| m == Material::Actuator),
+    ]
 }
 
 /// The volume bounds in whole edges.
@@ -129,9 +135,7 @@ fn next_flip(
     materials: &[Material],
     counts: &Counts,
 ) -> Option<(usize, Material)> {
-    let count = |is: fn(Material) -> bool| materials.iter().filter(|&&m| is(m)).count();
-    let solid = count(Material::is_solid);
-    let actuators = count(|m| m == Material::Actuator);
+    let [solid, actuators] = solid_and_actuators(materials);
     let excess = counts.excess(solid, actuators);
     let reduces = |from: Material, to: Material| {
         let solid = solid + usize::from(to.is_solid()) - usize::from(from.is_solid());

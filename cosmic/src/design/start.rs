@@ -6,11 +6,11 @@ use crate::error::{Error, Result};
 use crate::lattice::Lattice;
 use crate::scene::{LAYOUT_SIDE, Layout, StartKind, StartSettings};
 
-/// The design vectors to start from, for a performance projection of sharpness `beta`; those of
-/// every seed where the scene draws nothing.
+/// The design vectors to start from, for a performance projection of sharpness `beta`. The seed
+/// matters to a tilted start alone.
 ///
 /// # Errors
-/// Where a layout is asked for that is drawn for another lattice.
+/// [`Error::Usage`] where a layout is asked for that is drawn for another lattice.
 pub fn start_vectors(
     settings: &StartSettings,
     lattice: &Lattice,
@@ -43,7 +43,7 @@ pub fn start_vectors(
 /// The material that a layout gives every edge of the lattice.
 ///
 /// # Errors
-/// Where the layout is drawn for another lattice.
+/// [`Error::Usage`] where the layout is drawn for another lattice.
 pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Material>> {
     let Some(numbers) = layout.materials() else {
         return Ok(filled(lattice));

@@ -1,9 +1,8 @@
 //! A loss behind a pointer.
 //!
-//! An optimisation asks a loss in four number types. Asked through a pointer, it is compiled for
-//! these four where it is written, and the simulator where the simulator is: with a loss of one's own
-//! the simulator is neither compiled again nor, where dependencies are optimised and the own crate is
-//! not, slow.
+//! An optimisation evaluates its loss in four number types. Through a pointer, a loss of one's own
+//! is compiled for these four in its own crate, and the simulator in this one alone: no loss has
+//! the simulator compiled again, or left slow in a crate that is built without optimisation.
 
 use autodiff::{Real, Var};
 

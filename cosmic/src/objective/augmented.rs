@@ -10,7 +10,7 @@ pub fn violations<R: Real>(measures: [R; 4], thresholds: &[f64; 4]) -> [R; 4] {
     [0, 1, 2, 3].map(|k| (measures[k] - R::lit(thresholds[k])).max(R::zero()))
 }
 
-/// No penalty grows beyond: terms of larger ones would overflow.
+/// The largest penalty: terms of larger ones would overflow.
 const LARGEST: f64 = 1e100;
 
 /// Multipliers and penalties of the four measures, in the order of

@@ -34,9 +34,8 @@ pub trait Loss: Send + Sync {
         usize::MAX
     }
 
-    /// Whether a robot is as good as it gets far along the ground: it is ranked by where it ends,
-    /// as in the paper. Where not, which is so unless it says otherwise, by minus this loss of a
-    /// full rollout.
+    /// Whether robots are ranked by how far they get along the ground, as in the paper. Unless a
+    /// loss says so, they are ranked by minus this loss of a full rollout.
     fn is_far(&self) -> bool {
         false
     }

@@ -167,7 +167,8 @@ impl Economy {
             R::sum(&squares) * R::lit(1.0 / squares.len() as f64)
         };
         let observed = self.observed(trajectory.last_step());
-        // Each state stands for the steps since the one before, the first for those since the start.
+        // Each state stands for the steps since the one before, the first for those since the
+        // start.
         let since = |k: usize| observed[k] - k.checked_sub(1).map_or(0, |before| observed[before]);
         let weighed = |k: usize| at(observed[k]) * R::lit(since(k) as f64);
         let weighed: Vec<R> = (0..observed.len()).map(weighed).collect();

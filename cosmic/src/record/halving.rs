@@ -48,8 +48,8 @@ pub struct Standing {
     /// The median displacement after the horizon over the iterations before the rung, m; `None`
     /// where most of them diverged.
     pub displacement: Option<f64>,
-    /// What starts are ranked by: the same, and for another task than to get far the median of minus
-    /// the loss.
+    /// What starts are ranked by: the same, and for another task than to get far the median of
+    /// minus the loss.
     pub merit: Option<f64>,
 }
 

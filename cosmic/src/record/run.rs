@@ -75,7 +75,8 @@ pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Resu
 /// there already. That robot is kept as `start.json`.
 ///
 /// # Errors
-/// As [`optimise`], and [`Error::Usage`] where the optimisation is not of the plan's scene and seed.
+/// As [`optimise`], and [`Error::Usage`] where the optimisation is not of the plan's scene and
+/// seed.
 pub fn optimise_with(
     folder: &Path,
     plan: &Plan,

@@ -152,8 +152,9 @@ pub(super) fn seeds(plan: &Plan) -> impl Iterator<Item = u64> + use<> {
     (0..plan.starts.get() as u64).map(move |k| first.wrapping_add(k))
 }
 
-/// Does something for each of several starts, as many at a time as there are threads, and gives what
-/// came of it in the order of the seeds. Where one fails or is interrupted, the others are too.
+/// Does something for each of several starts, as many at a time as there are threads, and gives
+/// what came of it in the order of the seeds. Where one fails or is interrupted, the others are
+/// too.
 pub(super) fn side_by_side<T: Send>(
     seeds: &[u64],
     observer: &mut dyn Observer,

@@ -1,5 +1,6 @@
 //! `summary.json`: what came of a run, written last.
 
+use super::Plan;
 use super::files::{Format, read_json};
 use super::run::DIVERGED;
 use super::snapshot::{SNAPSHOT, Snapshot};
@@ -8,8 +9,6 @@ use crate::error::{Error, Result, go_on, in_shell};
 use crate::scene::Departure;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-
-use super::Plan;
 
 /// What a summary says it is.
 pub const FORMAT: Format = Format {

@@ -84,8 +84,8 @@ impl Default for RobustSettings {
 /// How `optimize --starts N --search halving` drops weak starts; not read otherwise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SearchSettings {
-    /// Iterations after which starts are dropped, none below the one before it; those from the last
-    /// iteration on are none.
+    /// Iterations after which starts are dropped, none below the one before it. At the last
+    /// iteration and beyond nothing is dropped any more.
     pub rungs: [usize; 3],
     /// Share of the starts that goes on after each of them, rounded up.
     pub keep: [f64; 3],

@@ -21,9 +21,9 @@ pub struct ScheduleSettings {
     /// Changes of one edge's material, of those of the least confidence, that are tried in full
     /// rollouts at the snap, of which the best is kept (paper: 0).
     pub snap_trials: usize,
-    /// Changes of one edge's material that are tried every so often after the snap, those from which a
-    /// gradient promises most: each in a short rollout, the best quarter of them in full ones, of
-    /// which the best is kept (paper: 0).
+    /// Changes of one edge's material that are tried every so often after the snap, those from
+    /// which a gradient promises most: each in a short rollout, the best quarter of them in full
+    /// ones, of which the best is kept (paper: 0).
     pub polish_trials: usize,
     /// Iterations of the fine-tuning from one such polish to the next, the first right after the
     /// snap; those that settle have none (paper silent).

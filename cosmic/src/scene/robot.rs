@@ -39,7 +39,8 @@ pub struct PhysicsSettings {
     pub steps: usize,
     /// How a step is integrated (paper: symplectic Euler).
     pub integrator: Integrator,
-    /// Mechanical steps of `dt / substeps` for each of the controller, whose output is held (paper: 1).
+    /// Mechanical steps of `dt / substeps` for each of the controller, whose output is held (paper:
+    /// 1).
     pub substeps: usize,
     /// Gravity, straight down on inclines too, m/s2 (paper silent).
     pub gravity: f64,
@@ -61,7 +62,8 @@ pub struct PhysicsSettings {
     pub stiffening: f64,
     /// Radius of gyration of the bars' section, m: above 0 bars in line resist bending (paper: 0).
     pub bending_radius: f64,
-    /// Whether void edges pull: dropped, those of an exactly one-hot layout do not (paper: they do).
+    /// Whether void edges pull: dropped, those of an exactly one-hot layout do not (paper: they
+    /// do).
     pub void_edges: VoidEdges,
     /// What an optimisation does about a time step with which the robot's vibrations grow.
     pub unstable_step: UnstableStep,
@@ -169,8 +171,8 @@ pub struct MaterialSettings {
     pub stiffness: [f64; 3],
     /// Mass per length of void, skeleton, actuator, kg/m (paper, table 1).
     pub density: [f64; 3],
-    /// Largest actuation strain of void, skeleton, actuator (paper, table 1); only the last is used:
-    /// what of an edge is no actuator does not act (D8).
+    /// Largest actuation strain of void, skeleton, actuator (paper, table 1); only the last is
+    /// used: what of an edge is no actuator does not act (D8).
     pub max_strain: [f64; 3],
     /// Exponent on the shares of a mixture in its stiffness, the penalisation of SIMP (paper: 1,
     /// none).

@@ -7,11 +7,12 @@ use std::collections::HashMap;
 use std::fmt::Write;
 
 impl Scene {
-    /// Whether the settings are such as a scene's file may have. A scene that is read is; one whose
-    /// fields were set need not be.
+    /// Refuses settings that no scene file may have. Those of a scene that was read are never
+    /// refused, those of one whose fields were set may be.
     ///
     /// # Errors
-    /// [`Error::Malformed`](crate::error::Error::Malformed), with places in its [text](Scene::to_toml).
+    /// [`Error::Malformed`](crate::error::Error::Malformed), with places in the scene's
+    /// [text](Scene::to_toml).
     pub fn check(&self) -> Result<()> {
         Self::parse("scene", &self.to_toml()).map(drop)
     }

@@ -16,8 +16,8 @@ use crate::projection::Body;
 /// Distance from the origin (m) and speed (m/s), each by components, from which on a state is
 /// absurd.
 const ABSURD: f64 = 1e6;
-/// Half of that, from which on a state that is watched for is caught: it is looked at in the ground's
-/// frame, which may be turned against the world's.
+/// Half of that, from which on a watched state is caught: it is looked at in the ground's frame,
+/// which may be turned against the world's.
 pub(super) const WATCHED: f64 = 0.5 * ABSURD;
 /// States that the search holds at a time.
 const BLOCK: usize = 64;
@@ -115,11 +115,11 @@ impl Simulator {
         }
     }
 
-    /// Whether a watched rollout that ends in this state had no absurd one. If not, it may still have
-    /// had none: [`guarded`](Simulator::guarded) looks at it again.
+    /// Whether a watched rollout that ends in this state had no absurd one for certain. Of any
+    /// other [`guarded`](Simulator::guarded) finds out.
     pub fn is_cleared(&self, last: &State<f64>) -> bool {
-        // A place within both bounds of the ground's frame is that far from its origin at most, which
-        // may itself be far above the world's.
+        // A place within both bounds of the ground's frame is that far from its origin at most,
+        // which may itself be far above the world's.
         let farthest = self.ground.height.abs() + 2f64.sqrt() * WATCHED;
         farthest < ABSURD && !last.is_absurd()
     }

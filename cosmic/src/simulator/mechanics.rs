@@ -34,7 +34,7 @@ impl Mechanics {
     pub(super) fn new(lattice: &Lattice, physics: &PhysicsSettings) -> Self {
         let h = physics.dt / physics.substeps as f64;
         let decay = (-physics.damping * h).exp();
-        // What the second half of the damping leaves of a push.
+        // Leapfrog damps by half after a push, which takes its part of that.
         let (first, drift, push) = match physics.integrator {
             Integrator::SymplecticEuler => (None, Drift { dt: h }, h),
             Integrator::Leapfrog => {

@@ -70,7 +70,8 @@ pub struct StepCheck {
 }
 
 impl StepCheck {
-    /// Checks the time step of a scene or case; the bound on the frequencies of any design is in 1/s.
+    /// Checks the time step of a scene or case; `bound_of_any` bounds the angular frequencies of
+    /// every design of the lattice, 1/s.
     pub fn new(vibration: &Vibration, bound_of_any: f64, physics: &PhysicsSettings) -> Self {
         let any_design = stable_step(physics, bound_of_any);
         let bound = (vibration.edge_bound(), vibration.bounding_node());
@@ -85,7 +86,8 @@ impl StepCheck {
         }
     }
 
-    /// What there is to say of a step that bears this design, and not every one that may come of it.
+    /// What to warn of where this design stands the time step, and not every design that an
+    /// optimisation may make of it does.
     pub fn of_other_designs(&self) -> Option<String> {
         let any = self.any_design.filter(|any| *any <= self.dt)?;
         (self.grade() == Grade::Safe).then(|| {

@@ -50,8 +50,8 @@ impl SweepPlan {
     /// Checks that every run can begin, and that runs do not share a folder.
     ///
     /// # Errors
-    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more than
-    /// a million runs, seeds beyond the largest, and a scene that cannot be optimised.
+    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more
+    /// than a million runs, seeds beyond the largest, and a scene that cannot be optimised.
     pub fn check(&self) -> Result<()> {
         let refuse = |what: String| Err(Error::Usage(what));
         if self.scenes.is_empty() {

@@ -82,8 +82,8 @@ pub fn run_one(
     }
 }
 
-/// Does the first run that is neither over nor taken; `None` where there is none. One that cannot be
-/// done for a reason of its own, such as its time step, is passed over.
+/// Does the first run that is neither over nor taken; `None` where there is none. One that cannot
+/// be done for a reason of its own, such as its time step, is passed over.
 ///
 /// # Errors
 /// As [`run_one`], of what is passed over where nothing else is left.
@@ -127,8 +127,8 @@ fn first_of(passed_over: Vec<Error>) -> Result<()> {
     Err(first)
 }
 
-/// Does every run that is neither over nor taken, each on a thread of its own; what cannot be done for
-/// a reason of its own is passed over.
+/// Does every run that is neither over nor taken, each on a thread of its own; what cannot be done
+/// for a reason of its own is passed over.
 ///
 /// # Errors
 /// As [`run_one`], the first of them, after all others are done if it is of one run alone;
