@@ -23,6 +23,7 @@
 //! | [`Elementary`] functions | outside the domain | NaN, as the value is |
 //! | any function | cotangent (reverse) or tangent (forward) exactly 0 | 0, even where the partial is infinite or NaN |
 //! | `hypot(x, y)` | `x = y = 0` | 0 by both |
+//! | `hypot(x, y)` | either is infinite | NaN by an infinite one, 0 by the other |
 //! | `powi(x, 0)` | everywhere | 0 |
 //! | `powf(x, y)` | `x = 0` | by `x`: the limit of `y x^(y-1)`; by `y`: 0 |
 //! | `atan2(y, x)` | `x = y = 0`, and where either is infinite | 0 by both |

@@ -195,6 +195,13 @@ fn hypot_is_flat_at_the_origin() {
 }
 
 #[test]
+fn hypot_has_no_partial_by_an_infinite_argument() {
+    assert_gradient(&Kink::Hypot, &[INF, 1.0], &[NAN, 0.0]);
+    assert_gradient(&Kink::Hypot, &[-2.0, -INF], &[0.0, NAN]);
+    assert_gradient(&Kink::Hypot, &[INF, -INF], &[NAN, NAN]);
+}
+
+#[test]
 fn the_zeroth_power_is_flat() {
     for x in [-2.0, 0.0, INF] {
         assert_gradient(&Kink::Powi(0), &[x], &[0.0]);
