@@ -378,6 +378,7 @@ mod tests {
     struct Stretch;
 
     impl Kernel<1, 1> for Stretch {
+        #[inline(always)]
         fn eval<R: Real>(&self, stretch: [R; 1]) -> [R; 1] {
             stretch
         }
