@@ -37,7 +37,7 @@ pub trait VectorFunction {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R>;
 }
 
-/// How many columns the forward passes of [`jacobian`] and [`hessian`] carry at once: enough to
+/// How many columns a forward pass of a Jacobian or a Hessian carries at once: enough to
 /// share the primal's work, few enough to stay in registers.
 pub(crate) const CHUNK: usize = 4;
 

@@ -33,7 +33,7 @@ fn a_robust_design_is_another_one_and_repeats() {
 
 #[test]
 fn robustness_lays_runs_beside_one_another_in_the_same_worlds() {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     bench.run("a", &[]);
     bench.run("b", &["--seed", "1"]);
     let all = ["a", "b", "--samples", "8"];
@@ -64,7 +64,7 @@ fn robustness_lays_runs_beside_one_another_in_the_same_worlds() {
 
 #[test]
 fn every_task_runs_and_tells_its_loss() {
-    let plain = Bench::new(24, 64);
+    let plain = Bench::default();
     plain.run("a", &[]);
     assert!(plain.json("a/summary.json")["loss_p50"].is_null());
     for task in ["reach", "climb", "back", "economy"] {
@@ -141,7 +141,7 @@ fn a_median_that_diverged_is_told_and_ends_with_3() {
 
 #[test]
 fn robustness_says_where_the_nominal_robot_diverges() {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     bench.run("a", &[]);
     let wild = scene(24, 64, "dt = 0.5");
     fs::write(bench.path("wild.toml"), wild).unwrap();

@@ -196,7 +196,7 @@ fn snapshots_are_never_far_behind() {
 
 #[test]
 fn a_finished_run_is_left_as_it_is() {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     bench.run("a", &[]);
     bench.run("several", &["--starts", "2"]);
     bench.run("limited", &["--iterations", "5"]);
@@ -231,7 +231,7 @@ fn a_finished_run_is_left_as_it_is() {
 
 /// A run that lacks nothing but its summary.
 fn nearly_finished() -> Bench {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     bench.run("a", &[]);
     fs::remove_file(bench.path("a/summary.json")).unwrap();
     bench

@@ -7,14 +7,9 @@ use cosmic::record::{DesignFile, Summary, TrajectoryFile};
 use serde_json::Value;
 use std::fs;
 
-/// The small scene: 24 iterations on rollouts of 64 steps.
-fn tiny() -> Bench {
-    Bench::new(24, 64)
-}
-
 #[test]
 fn a_run_leaves_every_file_with_its_format_in_front() {
-    let bench = tiny();
+    let bench = Bench::default();
     bench.run("a", &[]);
     let mut names: Vec<_> = bench.results("a").into_keys().collect();
     names.push("snapshot.json".to_string());
@@ -45,7 +40,7 @@ fn a_run_leaves_every_file_with_its_format_in_front() {
 
 #[test]
 fn the_history_has_a_row_an_iteration() {
-    let bench = tiny();
+    let bench = Bench::default();
     bench.run("a", &[]);
     let lines = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
     let rows: Vec<Value> = lines
@@ -96,7 +91,7 @@ fn the_history_has_a_row_an_iteration() {
 
 #[test]
 fn the_summary_has_the_promised_keys_and_fits_the_other_files() {
-    let bench = tiny();
+    let bench = Bench::default();
     bench.run("a", &["--seed", "7"]);
     let summary = bench.json("a/summary.json");
     let numbers = [
@@ -154,7 +149,7 @@ fn the_summary_has_the_promised_keys_and_fits_the_other_files() {
 
 #[test]
 fn a_seed_has_its_bytes_with_any_number_of_threads() {
-    let bench = tiny();
+    let bench = Bench::default();
     bench.run("a", &["--threads", "1"]);
     for threads in ["1", "2", "5"] {
         bench.run(threads, &["--threads", threads]);
@@ -169,7 +164,7 @@ fn a_seed_has_its_bytes_with_any_number_of_threads() {
 
 #[test]
 fn it_says_how_it_goes_and_what_came_of_it() {
-    let bench = tiny();
+    let bench = Bench::default();
     let said = bench.cosmic(&["optimize", &bench.scene, "--seed", "3"]);
     assert_eq!(said.code, 0);
     assert!(said.out.starts_with("run: runs/tiny-3\n"), "{}", said.out);
@@ -193,7 +188,7 @@ fn it_says_how_it_goes_and_what_came_of_it() {
 
 #[test]
 fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
-    let bench = tiny();
+    let bench = Bench::default();
     bench.run("whole", &[]);
     bench.run("part", &["--iterations", "15"]);
     let summary = bench.json("part/summary.json");
@@ -218,7 +213,7 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
 
 #[test]
 fn of_several_starts_the_best_is_kept() {
-    let bench = tiny();
+    let bench = Bench::default();
     let several = ["--starts", "3", "--seed", "2"];
     bench.run("all", &several);
     for threads in ["1", "2", "7"] {

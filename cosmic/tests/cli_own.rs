@@ -16,11 +16,6 @@ use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-/// 24 iterations, the 19th of them the snap.
-fn bench() -> Bench {
-    Bench::new(24, 64)
-}
-
 /// The numbers of the iterations of a run's history.
 fn iterations(bench: &Bench, run: &str) -> Vec<u64> {
     let text = fs::read_to_string(bench.path(run).join("history.jsonl")).unwrap();
@@ -36,7 +31,7 @@ fn is_the_start(bench: &Bench, [from, run]: [&str; 2]) -> bool {
 
 #[test]
 fn a_decided_robot_enters_after_the_snap() {
-    let bench = bench();
+    let bench = Bench::default();
     bench.run("a", &[]);
     let said = bench.run("b", &["--from", "a", "--seed", "7"]);
     assert!(
@@ -75,7 +70,7 @@ fn a_decided_robot_enters_after_the_snap() {
 
 #[test]
 fn a_robot_that_is_not_decided_goes_through_the_whole_schedule() {
-    let bench = bench();
+    let bench = Bench::default();
     bench.run("soft", &["--iterations", "10"]);
     bench.run("b", &["--from", "soft"]);
     assert!(iterations(&bench, "b").into_iter().eq(1..=24));
@@ -127,7 +122,7 @@ fn plan(bench: &Bench) -> Plan {
 
 #[test]
 fn an_interrupted_run_goes_on_to_the_same_bytes() {
-    let bench = bench();
+    let bench = Bench::default();
     bench.run("a", &[]);
     bench.run("whole", &["--from", "a"]);
     let plan = plan(&bench);
@@ -171,7 +166,7 @@ fn departures(bench: &Bench, run: &str) -> Vec<String> {
 
 #[test]
 fn a_run_says_what_of_its_scene_was_not_in_force() {
-    let bench = bench();
+    let bench = Bench::default();
     bench.run("a", &[]);
     bench.run("soft", &["--iterations", "10"]);
     bench.run("b", &["--from", "a"]);
@@ -194,7 +189,7 @@ fn a_run_says_what_of_its_scene_was_not_in_force() {
 /// Without a scene a run goes on in the one of the run that it comes from, beside that run.
 #[test]
 fn a_run_goes_on_in_its_own_scene() {
-    let bench = bench();
+    let bench = Bench::default();
     bench.run("runs/a", &[]);
     let said = bench.cosmic(&["optimize", "--from", "runs/a"]);
     assert_eq!(said.code, 0, "{said:?}");
@@ -218,7 +213,7 @@ fn a_run_goes_on_in_its_own_scene() {
 /// What no run can have written is refused, and not gone on with.
 #[test]
 fn a_snapshot_that_enters_where_no_run_does_is_refused() {
-    let bench = bench();
+    let bench = Bench::default();
     bench.run("a", &[]);
     let plan = plan(&bench);
     let design = DesignFile::read(&bench.path("a/design.json")).unwrap();
@@ -249,7 +244,7 @@ fn a_snapshot_that_enters_where_no_run_does_is_refused() {
 /// It has a folder as every run, and no program goes on with it that has another loss.
 #[test]
 fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
-    let bench = bench();
+    let bench = Bench::default();
     let plan = plan(&bench);
     let begin = |run: &str, observer: &mut dyn Observer| {
         let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
@@ -337,7 +332,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &Plan) {
 
 #[test]
 fn what_cannot_be_begun_with_is_refused() {
-    let bench = bench();
+    let bench = Bench::default();
     bench.run("a", &[]);
     bench.run("soft", &["--iterations", "10"]);
     let refused = |arguments: &[&str], says: &[&str]| {

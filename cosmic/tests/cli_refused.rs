@@ -6,14 +6,9 @@ use common::{Bench, scene};
 use serde_json::Value;
 use std::fs;
 
-/// The small scene: 24 iterations on rollouts of 64 steps.
-fn tiny() -> Bench {
-    Bench::new(24, 64)
-}
-
 #[test]
 fn folders_that_will_not_do_are_refused() {
-    let bench = tiny();
+    let bench = Bench::default();
     fs::create_dir(bench.path("empty")).unwrap();
     // A run killed in its very first write leaves no more than this.
     fs::write(bench.path("empty/.cosmic-half"), "{").unwrap();
@@ -135,7 +130,7 @@ fn a_task_without_any_slope_is_warned_of() {
     let said = Bench::with(&slack).optimize("a", &["--iterations", "12"]);
     let warning = "warning: after iteration 10: all gradients of the last 10 iterations were zero";
     assert_eq!(said.error.matches(warning).count(), 1, "{said:?}");
-    let said = tiny().run("a", &["--iterations", "12"]);
+    let said = Bench::default().run("a", &["--iterations", "12"]);
     assert!(!said.error.contains("were zero"), "{said:?}");
 }
 

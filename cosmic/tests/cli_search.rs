@@ -154,7 +154,7 @@ fn the_search_depends_on_neither_threads_nor_interruptions() {
 
 #[test]
 fn a_search_needs_several_starts_and_rungs_that_ascend() {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     let said = bench.optimize("a", &["--search", "halving"]);
     assert_eq!(said.code, 2);
     assert!(said.error.contains("--starts"), "{}", said.error);

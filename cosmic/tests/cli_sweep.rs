@@ -26,7 +26,7 @@ fn planned(bench: &Bench, more: &[&str]) {
 
 #[test]
 fn a_plan_speaks_as_it_is_asked_to() {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     let plan = |out: &str, how: &[&str]| {
         let plan = ["sweep", "plan", &bench.scene, "--seeds", "3", "--out", out];
         bench.cosmic(&[&plan, how].concat())
@@ -52,7 +52,7 @@ fn await_file(bench: &Bench, name: &str) {
 
 #[test]
 fn a_sweep_s_runs_are_those_of_optimize() {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     planned(&bench, &[]);
     let said = bench.cosmic(&["sweep", "run", "s", "--index", "1", "--threads", "2"]);
     assert_eq!(said.code, 0, "{said:?}");
@@ -74,7 +74,7 @@ fn a_sweep_s_runs_are_those_of_optimize() {
 /// skeleton at the snap, too stiff for its time step.
 #[test]
 fn runs_that_cannot_be_done_are_passed_over() {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     let stiff = scene(24, 64, "dt = 0.0045")
         .replace("columns = 3\nrows = 3", "columns = 2\nrows = 2")
         .replace(
@@ -115,7 +115,7 @@ fn runs_that_cannot_be_done_are_passed_over() {
 /// Nor is what has become of one run's files, or who works on it.
 #[test]
 fn troubles_of_one_run_do_not_keep_from_the_others() {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     planned(&bench, &["--iterations", "4"]);
     let sweep = |arguments: &str| {
         let arguments: Vec<&str> = ["sweep"].into_iter().chain(arguments.split(' ')).collect();
@@ -189,7 +189,7 @@ fn warnings_name_their_runs() {
 
 #[test]
 fn json_is_written_of_all_runs_too() {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     planned(&bench, &[]);
     let said = bench.cosmic(&["sweep", "run", "s", "--index", "all", "--json"]);
     let json: Value = serde_json::from_str(&said.out).unwrap();
@@ -260,7 +260,7 @@ fn a_killed_process_gives_its_run_back() {
 
 #[test]
 fn status_and_merge_read_what_is_there() {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     planned(&bench, &["--iterations", "20", "--first-seed", "7"]);
     let last = |out: &str| out.lines().last().unwrap().to_owned();
     let status = || bench.cosmic(&["sweep", "status", "s"]).out;
@@ -314,7 +314,7 @@ fn a_diverged_run_is_over() {
 
 #[test]
 fn what_cannot_be_is_refused() {
-    let bench = Bench::new(24, 64);
+    let bench = Bench::default();
     planned(&bench, &[]);
     let refusal = |arguments: &[&str], code: i32| {
         let said = bench.cosmic(&[&["sweep"], arguments].concat());

@@ -132,8 +132,7 @@ fn bending_keeps_momentum_and_spin() {
     let at = inputs(&codesign);
     let task = codesign.task();
     let mixture = task.mixture(Projection::Performance, &at.z);
-    let mass =
-        cosmic::projection::Body::new(&mixture, &task.lattice, &task.materials, &task.physics).mass;
+    let mass = task.body(&mixture).mass;
     let span = Span::from_start(vec![0, 64]);
     let seen = task.rollout(&mixture, (&at.controller, &at.start), &span);
     let moments = |state: &State<f64>| {

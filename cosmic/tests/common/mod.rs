@@ -21,6 +21,13 @@ pub(crate) struct Said {
     pub(crate) code: i32,
 }
 
+/// 24 iterations, of which the 19th is the snap, on rollouts of 64 steps.
+impl Default for Bench {
+    fn default() -> Self {
+        Self::new(24, 64)
+    }
+}
+
 impl Bench {
     /// A robot of 3x3 nodes and an optimisation of so many iterations with every phase, on
     /// rollouts of so many steps.

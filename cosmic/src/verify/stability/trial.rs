@@ -105,8 +105,8 @@ impl Trial {
     /// Runs it.
     pub fn run(&self) -> Found {
         let case = self.prepared();
-        let (mixture, body) = (case.own_mixture(), case.body());
-        let task = case.task();
+        let (task, mixture) = (case.task(), case.own_mixture());
+        let body = task.body(&mixture);
         // About the lattice at rest, wherever its nodes start.
         let check = task.step_check(&mixture, &case.lattice.positions);
         let span = Span::from_start((0..=case.physics.steps).collect());
