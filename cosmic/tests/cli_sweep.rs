@@ -28,12 +28,14 @@ fn planned(bench: &Bench, more: &[&str]) {
 fn a_plan_speaks_as_it_is_asked_to() {
     let bench = Bench::default();
     let plan = |out: &str, how: &[&str]| {
-        let plan = ["sweep", "plan", &bench.scene, "--seeds", "3", "--out", out];
+        let plan = ["sweep", "plan", &bench.scene, "--out", out];
         bench.cosmic(&[&plan, how].concat())
     };
-    let quiet = plan("quiet", &["--quiet"]);
+    let quiet = plan("quiet", &["--seeds", "3", "--quiet"]);
     assert_eq!((quiet.code, &quiet.out[..]), (0, ""), "{quiet:?}");
-    let said = plan("told", &["--json"]);
+    let one = plan("one", &["--seeds", "1"]);
+    assert_eq!((one.code, &one.out[..]), (0, "one: 1 run\n"), "{one:?}");
+    let said = plan("told", &["--seeds", "3", "--json"]);
     let json: Value = serde_json::from_str(&said.out).unwrap();
     assert_eq!(json, serde_json::json!({ "sweep": "told", "runs": 3 }));
     for name in ["quiet", "told"] {

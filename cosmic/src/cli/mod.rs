@@ -125,6 +125,14 @@ fn note(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
+/// A count of things whose plural ends in s.
+fn counted(count: usize, thing: &str) -> String {
+    match count {
+        1 => format!("1 {thing}"),
+        _ => format!("{count} {thing}s"),
+    }
+}
+
 /// Where the last states of a rollout that diverged are kept, and what to do with them.
 fn see_again(diverged: &Path) -> String {
     let (file, word) = (diverged.display(), in_shell(diverged));

@@ -1,7 +1,7 @@
 //! How a run shows itself: a bar in a terminal, a line now and then in a pipe.
 
 use super::interrupt::Interrupt;
-use super::{Output, note};
+use super::{Output, counted, note};
 use crate::codesign::Record;
 use crate::error::Result;
 use crate::record::{Observer, Run};
@@ -112,7 +112,7 @@ impl Shown {
         let left = clock(since.elapsed().as_secs_f64() / done * left);
         let skipped = match self.skipped {
             0 => String::new(),
-            n => format!("  {n} gradients skipped"),
+            n => format!("  {} skipped", counted(n, "gradient")),
         };
         format!(
             "{phase}  {displacement}  V {volume:.3}  V_act {actuators:.3}{skipped}  {left} left"

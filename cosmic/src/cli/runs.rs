@@ -2,7 +2,7 @@
 
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{Output, note, print, see_again};
+use super::{Output, counted, note, print, see_again};
 use crate::error::{Error, Result};
 use crate::record::summary::SUMMARY;
 use crate::record::{DIVERGED, Observer, Summary};
@@ -90,9 +90,11 @@ fn describe(folder: &Path, summary: &Summary) -> String {
         text += &format!("start {}: {end}\n", start.seed);
     }
     text += &format!(
-        "{scene}, seed {seed}: {iterations} iterations, controller of iteration \
-         {delivered_iteration}, {flips} flips, {skipped_gradients} gradients skipped\n\
-         departures from the paper: {departures}\n"
+        "{scene}, seed {seed}: {}, controller of iteration {delivered_iteration}, {}, {} skipped\n\
+         departures from the paper: {departures}\n",
+        counted(*iterations, "iteration"),
+        counted(*flips, "flip"),
+        counted(*skipped_gradients, "gradient"),
     );
     if let Some(entered) = summary.entered {
         text += &format!("began after iteration {entered} with the robot in start.json\n");

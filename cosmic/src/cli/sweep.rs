@@ -3,7 +3,7 @@
 use super::interrupt::Interrupt;
 use super::optimize::name_of;
 use super::progress::{Many, Progress, told};
-use super::{Output, note, print, print_json};
+use super::{Output, counted, note, print, print_json};
 use crate::error::{Error, Result};
 use crate::scene::{BUILTIN, Scene};
 use crate::sweep::{
@@ -151,7 +151,7 @@ fn freeze(plan: &SweepPlan, folder: &Path, output: &Output) -> Result<()> {
     }
     match output.quiet {
         true => Ok(()),
-        false => print(&format!("{sweep}: {runs} runs\n")),
+        false => print(&format!("{sweep}: {}\n", counted(runs, "run"))),
     }
 }
 
@@ -245,8 +245,8 @@ fn status(sweep: &Path, as_json: bool) -> Result<()> {
     let width = widest.unwrap_or(0);
     let line = |run: &crate::sweep::MergedRun| {
         let (index, scene, seed) = (run.index, &run.scene, run.seed);
-        let (state, iterations) = (run.state.name(), run.iterations);
-        format!("{index:5}  {scene:width$}  seed {seed:<5}  {state:8}  {iterations} iterations\n")
+        let (state, done) = (run.state.name(), counted(run.iterations, "iteration"));
+        format!("{index:5}  {scene:width$}  seed {seed:<5}  {state:8}  {done}\n")
     };
     let lines: String = merged.runs.iter().map(line).collect();
     let counts = STATES.map(|state| format!("{} {}", merged.count(state), state.name()));
