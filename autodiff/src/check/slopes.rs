@@ -1,4 +1,14 @@
 //! Difference quotients over a sweep of steps, and what they say about a claimed slope.
+//!
+//! [`Judge::verdict`] decides in this order:
+//! 1. The central quotient is taken where it changes least from step to step, on a plateau. Where there is
+//!    none the function is rough: kink.
+//! 2. If the left and the right slope stay apart at the steps from there down, the point is a kink, unless
+//!    they come together on a plateau of smaller steps. That one then stands in for the first.
+//! 3. A claimed slope that agrees with the plateau is right: smooth, or kink by point 2.
+//! 4. So is one that agrees with a plateau of smaller steps whose slope is clearly another.
+//! 5. One between the slopes of the two sides, which differ, is a choice at a kink: kink.
+//! 6. Any other is wrong.
 
 use super::{Verdict, WRONG_BY};
 
