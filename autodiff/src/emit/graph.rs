@@ -12,7 +12,7 @@ pub(super) enum Node {
     Input(u32),
     /// The bits of an f64.
     Constant(u64),
-    /// A method of [`Real`] on one or two numbers.
+    /// A method of [`Real`](crate::Real) on one or two numbers.
     Unary(&'static str, u32),
     Binary(&'static str, u32, u32),
     Powi(u32, i32),
