@@ -270,6 +270,40 @@ fn ordinary_cotangents_are_scaled_by_one_factor() {
     check::<f32>();
 }
 
+/// Numbers that every step halves.
+#[derive(Clone, Copy)]
+struct Half;
+
+impl Kernel<1, 1> for Half {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [x * R::lit(0.5)]
+    }
+}
+impl Adjoint<1, 1> for Half {}
+
+impl Model for Half {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let x = program.state(1);
+        let [next] = program.map(*self, [x]);
+        program.advance(x, next);
+    }
+}
+
+/// A cotangent that shrinks on its way back is held back where it is checked, and nowhere else.
+#[test]
+fn a_cotangent_is_checked_after_so_many_steps() {
+    for (every, expected) in [(1, 0.5), (2, 0.5), (3, 1.0), (4, 0.5), (5, 4.0)] {
+        let rollout = Rollout {
+            cotangent_bound: Some(CotangentBound { norm: 8.0, every }),
+            ..Rollout::new(Half, 4)
+        };
+        let gradient = gradient_of(|x| rollout.run(x, &[])[0] * Var::lit(64.0), &[1.0]);
+        // Powers of two are exact.
+        assert_eq!(gradient, [expected], "every {every} steps");
+    }
+}
+
 #[track_caller]
 fn assert_refused(rollout: Rollout<net::Net>, sentence: &str) {
     let mut loss = Loss::new(1);
