@@ -2,6 +2,7 @@
 
 use autodiff::custom::{Rule, apply};
 use autodiff::implicit::{Residual, root};
+use autodiff::lanes::{Lane, Vectorized};
 use autodiff::trace::{NonFinite, Traced, first_non_finite};
 use autodiff::{
     Adjoint, Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, value_and_gradient,
@@ -290,4 +291,46 @@ fn what_a_root_or_a_rule_is_made_of_is_followed_through_it() {
             None
         );
     }
+}
+
+#[test]
+fn what_is_made_of_constants_is_a_constant() {
+    // Its root has no partial: nothing depends on it.
+    let held = |x: Traced<f64>| vec![x + apply(Held, &[Traced::lit(0.0)]).sqrt()];
+    assert_eq!(first_non_finite(&[1.0], |x| held(x[0])), None);
+    let solved = |x: Traced<f64>| {
+        let zero = Traced::lit(0.0);
+        let solution = root(Cubic, &[zero], &[zero]).expect("an increasing residual");
+        vec![x + solution[0].sqrt()]
+    };
+    assert_eq!(first_non_finite(&[1.0], |x| solved(x[0])), None);
+}
+
+/// What is blamed where every other lane is the root of an argument, or the argument of a root, and
+/// the others are constants, whichever of them is named first.
+struct ChoicesByLanes;
+
+impl Vectorized<f64> for ChoicesByLanes {
+    type Output = Vec<Option<&'static str>>;
+    fn run<L: Lane<f64>>(self) -> Self::Output {
+        let x = L::load(&[0.0, 1.0].repeat(8));
+        let (small, one) = (x.lt(L::lit(0.5)), Traced::lit(1.0));
+        type Choice<L> = fn(<L as Real>::Mask, Traced<L>, Traced<L>) -> Traced<L>;
+        let choose: [Choice<L>; 2] = [Traced::select, |mask, x, y| Traced::select(!mask, y, x)];
+        let mut blamed = Vec::new();
+        for choose in choose {
+            let of = |function: &dyn Fn(Traced<L>) -> Traced<L>| {
+                first_non_finite(&[x], |x| vec![function(x[0])]).map(|found| found.operation)
+            };
+            // The root comes first, or the choice does.
+            blamed.push(of(&|x| choose(small, x.sqrt(), one)));
+            blamed.push(of(&|x| choose(small, x, one).sqrt()));
+        }
+        blamed
+    }
+}
+
+#[test]
+fn a_choice_by_lanes_is_blamed_for_either_side() {
+    assert_eq!(f64::vectorize(ChoicesByLanes), [Some("sqrt"); 4]);
 }
