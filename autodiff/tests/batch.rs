@@ -107,6 +107,35 @@ fn the_sum_is_that_of_its_terms() {
     assert_close(&[value], &[expected], "recorded value");
 }
 
+/// Operators that assign are recorded as the others are.
+#[derive(Clone)]
+struct Assigned;
+
+impl Summand for Assigned {
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+        let mut term = shared[0];
+        term += datum[0];
+        term -= shared[1];
+        term *= datum[1];
+        term /= shared[2];
+        term
+    }
+}
+
+#[test]
+fn operators_that_assign_are_recorded() {
+    let data = [[3.0, 7.0], [-1.0, 5.0], [0.5, -2.0]];
+    let total = Total(Sum::new(Assigned, &data));
+    // (a + x - b) y / c with a = 2, b = 8 and c = 4: all sums are exact.
+    let at = [2.0, 8.0, 4.0];
+    let terms = data.map(|[x, y]| (2.0 + x - 8.0) * y / 4.0);
+    let value: f64 = terms.iter().sum();
+    assert_eq!(Function::eval(&total, &at), value);
+    let slope = data.iter().map(|[_, y]| y / 4.0).sum::<f64>();
+    assert_eq!(gradient(&total, &at), [slope, -slope, -value / 4.0]);
+}
+
 /// Work that is skipped where no lane wants it, and a choice by what is zero: a record of one datum
 /// would choose for the others.
 #[derive(Clone)]
