@@ -172,6 +172,20 @@ fn a_fused_entry_without_cotangent_is_not_reversed() {
     assert_eq!(reversed.load(Ordering::Relaxed), 1);
 }
 
+/// A thread keeps the memory of its last tape, and nothing that a function on it owns.
+#[test]
+fn what_a_function_owns_is_given_back() {
+    let reversed = Arc::new(AtomicUsize::new(0));
+    let product = |x: &[Var<f64>]| {
+        let function = MatVec {
+            reversed: reversed.clone(),
+        };
+        Var::fused(function, &[&x[..1], &x[1..]])[0]
+    };
+    assert_eq!(gradient_of(product, &[2.0, 3.0]), [3.0, 2.0]);
+    assert_eq!(Arc::strong_count(&reversed), 1);
+}
+
 /// The identity, whose cotangent is bounded on the way back.
 struct Bounded(f64);
 
