@@ -84,3 +84,11 @@ fn starts_of_different_lengths_are_told_with_both() {
     let starts: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
     Rollout::new(SetOutBefore, 1).run_many(&starts, &[&[], &[0.25]]);
 }
+
+#[test]
+fn an_array_says_whether_it_is_empty() {
+    let mut program = Program::<f64>::default();
+    let [none, some] = [0, 2].map(|len| program.state(len));
+    assert!(none.is_empty() && !some.is_empty());
+    assert_eq!([none.len(), some.len()], [0, 2]);
+}

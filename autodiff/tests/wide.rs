@@ -310,3 +310,18 @@ fn a_rollout_and_its_reverse_sweep_run_in_wide_numbers() {
     let slope = energy.eval(&along).tangent[0];
     assert!(difference(&[Wide::dot(&slopes, &tangents)], &[slope]) < 1e-28);
 }
+
+/// Two parts that are finite may be too much together, and nothing is left then.
+#[test]
+fn a_number_beyond_the_largest_is_infinite() {
+    // A quarter of the distance of the last two floats; half of it rounds up.
+    let quarter = Wide::from(2.0_f64.powi(969));
+    let above_one = Wide::new(1.0, 2.0_f64.powi(-54));
+    for sign in [1.0, -1.0].map(Wide::from) {
+        let nearly = sign * (Wide::from(f64::MAX) + quarter);
+        assert_eq!(nearly.to_f64(), sign.to_f64() * f64::MAX);
+        for beyond in [nearly + sign * quarter, nearly * above_one] {
+            assert_eq!(beyond.parts(), [sign.to_f64() * f64::INFINITY, 0.0]);
+        }
+    }
+}
