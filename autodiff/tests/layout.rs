@@ -1,6 +1,6 @@
 //! Where the arrays of a step lie, and what is refused because it would lie nowhere.
 
-use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout};
+use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
 /// Lanes that are set out are written whole: what is declared next begins behind them.
 #[derive(Clone)]
@@ -33,6 +33,57 @@ fn what_is_declared_behind_a_spread_layer_keeps_its_numbers() {
     assert_eq!(rollout.run(&[8.0_f32], &[&[], &[0.25]]), [2.0]);
     let many = rollout.run_many(&[&[8.0], &[4.0], &[12.0]], &[&[], &[0.25]]);
     assert_eq!(many, [[2.0], [1.0], [3.0]]);
+}
+
+/// A layer of one row that is the next state, with a gap on each side.
+#[derive(Clone)]
+struct Gapped;
+
+impl Model for Gapped {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (matrix, bias) = (p.matrix(1, 3), p.parameter(1));
+        let x = p.state(3);
+        let set_out = p.dense_tanh_spread((matrix, bias), &[x], &[false, true, false]);
+        p.advance(x, set_out);
+    }
+}
+
+/// Many numbers that are halved.
+#[derive(Clone)]
+struct Many;
+
+impl Model for Many {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let x = p.state(1 << 12);
+        let [next] = p.map(Halve, [x]);
+        p.advance(x, next);
+    }
+}
+
+/// A rollout may take over the memory of the thread's last one, whatever that has left there.
+#[test]
+fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
+    for count in 1..=16 {
+        Tape::new().record(&[f64::NAN; 1 << 12], |x| {
+            Rollout::new(Many, 3).run(x, &[]);
+        });
+        let ends = Tape::new().record(&[0.5; 3], |x| {
+            let parameters = [&[Var::lit(1.0); 3] as &[Var<f64>], &[Var::lit(0.25)]];
+            Rollout::new(Gapped, 2).run_many(&vec![x; count], &parameters)
+        });
+        for end in ends {
+            // The sum of three halves and the bias, and what that makes in the second step.
+            let expected = [0.0, (1.75f64.tanh() + 0.25).tanh(), 0.0];
+            let end: Vec<f64> = end.iter().map(|x| x.value()).collect();
+            assert_eq!(
+                (end[0], end[2]),
+                (expected[0], expected[2]),
+                "{count} starts"
+            );
+            // Two tanh of this crate's own, of 4 ulp each.
+            assert!((end[1] - expected[1]).abs() < 1e-14, "{count} starts");
+        }
+    }
 }
 
 /// Two parts of the state that are together as long as this, and no longer than a row where the sum
