@@ -1,6 +1,6 @@
 //! Where the arrays of a step lie, and what is refused because it would lie nowhere.
 
-use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout, Tape, Var};
+use autodiff::{Adjoint, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
 /// Lanes that are set out are written whole: what is declared next begins behind them.
 #[derive(Clone)]
@@ -61,12 +61,16 @@ impl Model for Many {
 }
 
 /// A rollout may take over the memory of the thread's last one, whatever that has left there.
+fn leave_nan() {
+    Tape::new().record(&[f64::NAN; 1 << 12], |x| {
+        Rollout::new(Many, 3).run(x, &[]);
+    });
+}
+
 #[test]
 fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
     for count in 1..=16 {
-        Tape::new().record(&[f64::NAN; 1 << 12], |x| {
-            Rollout::new(Many, 3).run(x, &[]);
-        });
+        leave_nan();
         let ends = Tape::new().record(&[0.5; 3], |x| {
             let parameters = [&[Var::lit(1.0); 3] as &[Var<f64>], &[Var::lit(0.25)]];
             Rollout::new(Gapped, 2).run_many(&vec![x; count], &parameters)
@@ -82,6 +86,49 @@ fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
             );
             // Two tanh of this crate's own, of 4 ulp each.
             assert!((end[1] - expected[1]).abs() < 1e-14, "{count} starts");
+        }
+    }
+}
+
+/// Second differences along a chain, whose nodes are the state and fill no register.
+#[derive(Clone)]
+struct Chain;
+
+#[derive(Clone)]
+struct Same;
+
+impl Kernel<1, 1> for Same {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [x]
+    }
+}
+impl Adjoint<1, 1> for Same {}
+
+impl Model for Chain {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let graph = Graph::new(5, &[[0, 1], [1, 2], [2, 3], [3, 4]]);
+        let x = p.state(5);
+        let [next] = p.map_edges(&graph, Same, ([x], &[]));
+        p.advance(x, next);
+    }
+}
+
+/// Registers of edges reach past the nodes: into the step's results, and what was left behind them.
+#[test]
+fn what_lies_behind_the_nodes_of_edges_does_not_matter() {
+    const TWICE: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
+    for count in 1..=16 {
+        leave_nan();
+        let mut tape = Tape::new();
+        let ends = tape.record(&[0.0, 0.0, 1.0, 0.0, 0.0], |x| {
+            Rollout::new(Chain, 2).run_many(&vec![x; count], &[])
+        });
+        for end in ends {
+            let values: Vec<f64> = end.iter().map(|x| x.value()).collect();
+            assert_eq!(values, TWICE, "{count} starts");
+            // The differences of a middle node are symmetric.
+            assert_eq!(tape.pullback(&end[2..3], &[1.0]), TWICE, "{count} starts");
         }
     }
 }

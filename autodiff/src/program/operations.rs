@@ -1,9 +1,6 @@
 //! Recording what a step does with its arrays.
 
-use super::{
-    Array, Graph, Matrix, Parameter, Program, WIDEST, checked_sum, dense, edges, gather, map,
-    repeated,
-};
+use super::{Array, Graph, Matrix, Parameter, Program, dense, edges, gather, map, repeated};
 use crate::kernel::Adjoint;
 use crate::real::Real;
 
@@ -165,11 +162,6 @@ impl<R: Real> Program<R> {
         );
         let interleaved = graph.side_by_side(self.starts);
         self.margin = self.margin.max(interleaved.lead());
-        // Registers of edges reach past the nodes; they must not reach into what the operation writes.
-        let reach = interleaved.nodes() + WIDEST * self.starts;
-        for end in ends.iter().filter(|a| !a.parameter) {
-            self.ends[1] = self.ends[1].max(checked_sum(end.start, reach));
-        }
         let outputs = self.outputs(graph.nodes());
         let map = edges::EdgeMap::new(kernel, &interleaved, (ends, per_edge), outputs);
         self.operations.push(Box::new(map));
