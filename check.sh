@@ -14,8 +14,12 @@ cargo clippy --workspace --all-targets -- -D warnings
 say 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps
 
-say 'release binary'
-cargo build --release
+say 'release binary, and the tests compiled'
+# Most of the former is one crate on one core.
+cargo build --release --quiet &
+release=$!
+cargo test --no-run
+wait "$release"
 # SIMD instructions are fast only inlined: one that is left as a function of its own is called
 # thousands of times a step. `xgetbv` is part of asking the processor what it has.
 if command -v nm >/dev/null; then
