@@ -7,7 +7,8 @@
 //!    they come together on a plateau of smaller steps. That one then stands in for the first.
 //! 3. A claimed slope that agrees with the plateau is right: smooth, or kink by point 2.
 //! 4. So is one that agrees with a plateau of smaller steps whose slope is clearly another.
-//! 5. One between the slopes of the two sides, which differ, is a choice at a kink: kink.
+//! 5. One between the slopes of the two sides, which differ, is a choice at a kink; where the sides grow
+//!    apart, as at a cusp, so is any: kink.
 //! 6. Any other is wrong.
 
 use super::{Verdict, WRONG_BY};
