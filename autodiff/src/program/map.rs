@@ -74,12 +74,13 @@ trait Lanes<R, const O: usize> {
     /// All arrays have these entries, and `n` is no more than `N`.
     unsafe fn lane<L: Lane<R>>(&mut self, at_n: (usize, usize));
 
-    /// The work on all entries.
+    /// The work on all entries. Where some may be worked on `TWICE`, the last register overlaps with
+    /// the one before it: what is then read of it need not wait for a store of a part.
     ///
     /// # Safety
     /// All arrays have this length.
     #[inline(always)]
-    unsafe fn lanes<L: Lane<R>>(&mut self, len: usize) {
+    unsafe fn lanes<L: Lane<R>, const TWICE: bool>(&mut self, len: usize) {
         let mut i = 0;
         // SAFETY: the lanes end within the arrays.
         unsafe {
@@ -89,7 +90,10 @@ trait Lanes<R, const O: usize> {
             }
             // With `N = 1` none are left, but the compiler cannot tell.
             if L::N > 1 && i < len {
-                self.lane::<L>((i, len - i));
+                match TWICE && len > L::N {
+                    true => self.lane::<L>((len - L::N, L::N)),
+                    false => self.lane::<L>((i, len - i)),
+                }
             }
         }
     }
@@ -149,7 +153,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
                 y: &mut after[..O * len],
                 len,
             };
-            lanes.lanes::<L>(len);
+            lanes.lanes::<L, true>(len);
         }
     }
 }
@@ -215,7 +219,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
                 len,
                 x_bar: places.of_active(&map.inputs, &map.active),
             };
-            lanes.lanes::<L>(len);
+            lanes.lanes::<L, false>(len);
         }
     }
 }
