@@ -4,4 +4,6 @@ pub mod adbench;
 pub mod callgrind;
 #[cfg(test)]
 mod emitted;
+pub mod handwritten;
+pub mod machine;
 pub mod tapes;

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use benches::machine::machine;
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 use cosmic::verify::{Times, measure};
@@ -47,7 +48,8 @@ fn page(tapes: &str) -> String {
          Eight starts of one design and controller run together, one a lane, where registers have \
          room for so many, with the bits of each alone. `cosmic explain --measure` says the same \
          of any scene; `cargo bench -p benches --bench rollout` takes the figures with \
-         their spread, [instructions.md](instructions.md) counts instead of timing.\n\n{rollouts}\n\
+         their spread, [instructions.md](instructions.md) counts instead of timing, and \
+         [handwritten.md](handwritten.md) has an adjoint written by hand beside it.\n\n{rollouts}\n\
          ## Scalar tapes\n\n\
          The gradient of one step of springs, damping and contact, 36 nodes and 110 springs, by \
          all positions, velocities and stiffnesses: plain scalar code, one source for all tapes, \
@@ -124,18 +126,4 @@ fn row(
         let _ = write!(table, " | {:.digits$}", figure / unit);
     }
     *table += " |\n";
-}
-
-/// Processor and registers.
-fn machine() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let field = |name: &str| {
-        let line = info.lines().find(|line| line.starts_with(name))?;
-        Some(line.split_once(':')?.1.trim().to_owned())
-    };
-    let name = field("model name").unwrap_or_else(|| "an unknown processor".into());
-    let kind = [field("cpu family"), field("model\t")].map(Option::unwrap_or_default);
-    let [family, model] = kind;
-    let level = autodiff::lanes::level();
-    format!("{name} (family {family}, model {model}), {level:?} lanes")
 }

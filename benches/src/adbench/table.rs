@@ -1,12 +1,10 @@
 //! The table of times, as Markdown.
 
 use std::fmt::Write as _;
-use std::path::Path;
-
-use autodiff::lanes;
 
 use super::measure::{Effort, seconds};
 use super::{Case, Error, Problem, answer, open};
+use crate::machine::machine;
 
 /// Times that others published or measured, in milliseconds: hand-written C++ derivatives.
 const ANCHORS: [(&str, f64, f64); 4] = [
@@ -100,7 +98,7 @@ fn heading(effort: Effort) -> String {
 Times of the four objectives of ADBench (arXiv:1807.10129) on `autodiff`, in milliseconds.
 Written by `cargo run --release -p benches --bin adbench -- table`.
 
-Machine: {}, {:?} registers, one thread. Each time is the smallest of ten samples of at least
+Machine: {}, one thread. Each time is the smallest of ten samples of at least
 {} s, as ADBench measures. The machine is shared and its timers are noisy: a row may be a third
 off, and its two times need not have been taken under equal load.
 
@@ -115,19 +113,7 @@ off, and its two times need not have been taken under equal load.
 | case | objective | derivative | ratio | error | C++ objective | C++ derivative |
 | --- | --- | --- | --- | --- | --- | --- |
 ",
-        processor(),
-        lanes::level(),
+        machine(),
         effort.least.as_secs_f64(),
     )
-}
-
-/// The processor's name, where the system tells it.
-fn processor() -> String {
-    let text = std::fs::read_to_string(Path::new("/proc/cpuinfo")).unwrap_or_default();
-    let name = text
-        .lines()
-        .find_map(|line| line.strip_prefix("model name"));
-    let name = name.and_then(|rest| rest.split_once(':'));
-    name.map_or("unknown processor", |(_, name)| name.trim())
-        .to_owned()
 }

@@ -1,0 +1,15 @@
+//! What benches ran on.
+
+/// Processor and registers.
+pub fn machine() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let field = |name: &str| {
+        let line = info.lines().find(|line| line.starts_with(name))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    };
+    let name = field("model name").unwrap_or_else(|| "an unknown processor".into());
+    let kind = [field("cpu family"), field("model\t")].map(Option::unwrap_or_default);
+    let [family, model] = kind;
+    let level = autodiff::lanes::level();
+    format!("{name} (family {family}, model {model}), {level:?} lanes")
+}
