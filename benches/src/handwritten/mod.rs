@@ -22,7 +22,7 @@ use cosmic::projection::Body;
 use cosmic::scene::{Contact, Integrator, LossSettings};
 
 pub use buffer::Buffer;
-use plan::Plan;
+use plan::{Plan, start};
 
 const COLUMNS: usize = 6;
 const NODES: usize = 36;
@@ -178,7 +178,7 @@ impl<R: Real, const OUTPUTS: usize, const WANTED: u8> Vectorized<R>
         let observed = &by_hand.observed[..];
         let plan = Plan::<R, L, OUTPUTS>::new(by_hand.case, given, by_hand.steps);
         let keep = WANTED != NOTHING;
-        let sum = forward::run(&plan, &plan.start(by_hand.case), (observed, keep), rows);
+        let sum = forward::run(&plan, &start(by_hand.case), (observed, keep), rows);
         let bar = R::lit(-1.0 / observed.len() as f64);
         let cotangents = match WANTED {
             NOTHING => Vec::new(),

@@ -6,6 +6,7 @@ use autodiff::Real;
 use autodiff::lanes::Lane;
 use cosmic::case::Case;
 use cosmic::controller::{Folded, clock};
+use cosmic::lattice::{Ground, State};
 use cosmic::projection::Body;
 
 use super::buffer::Buffer;
@@ -40,7 +41,7 @@ pub(super) struct Register {
     pub(super) first: usize,
 }
 
-/// The weights of both layers, one after the other: caches are too small for gaps.
+/// The weights of both layers, one after the other.
 pub(super) struct Layers<R> {
     all: Buffer<R>,
     /// How many are the first layer's.
@@ -148,23 +149,14 @@ impl<R: Real, L: Lane<R>, const OUTPUTS: usize> Plan<R, L, OUTPUTS> {
             lanes: PhantomData,
         }
     }
+}
 
-    /// The state that rollouts start from: the lattice at rest.
-    pub(super) fn start(&self, case: &Case) -> Vec<R> {
-        let ground = cosmic::lattice::Ground::from(&case.physics);
-        let start = case.start.to_ground(&ground);
-        let column = |points: &[[f64; 2]], k: usize| {
-            let numbers = points.iter().map(|point| R::lit(point[k]));
-            numbers.collect::<Vec<R>>()
-        };
-        [
-            column(&start.x, 0),
-            column(&start.x, 1),
-            column(&start.v, 0),
-            column(&start.v, 1),
-        ]
-        .concat()
-    }
+/// The state that a case starts from, in the ground's frame.
+pub(super) fn start<R: Real>(case: &Case) -> Vec<R> {
+    let State { x, v } = case.start.to_ground(&Ground::from(&case.physics));
+    let arrays = [(&x, 0), (&x, 1), (&v, 0), (&v, 1)];
+    let numbers = arrays.map(|(points, k)| points.iter().map(move |point| R::lit(point[k])));
+    numbers.into_iter().flatten().collect()
 }
 
 /// Rows of matrices that are multiplied at once.
