@@ -131,10 +131,9 @@ pub struct Program<R: Real> {
     states: Vec<Array>,
     /// What each part of the state becomes.
     next: Vec<Option<Array>>,
-    inputs: Vec<Array>,
+    /// Where each number of a step's inputs, which all starts share, begins in the row.
+    inputs: Vec<usize>,
     controls: Vec<Control<R>>,
-    /// How many numbers the inputs of a step have, which all starts share.
-    inputs_len: usize,
     operations: Vec<Box<dyn Operation<R>>>,
     /// From how many starts it runs at once, their numbers interleaved.
     starts: usize,
@@ -178,7 +177,6 @@ impl<R: Real> Default for Program<R> {
             next: Vec::new(),
             inputs: Vec::new(),
             controls: Vec::new(),
-            inputs_len: 0,
             operations: Vec::new(),
             starts: 1,
             ends: [0; 2],
@@ -237,9 +235,7 @@ impl<R: Real> Program<R> {
     /// [control](Program::control).
     pub fn input(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
-        self.inputs.push(array);
-        // Cannot overflow: `allocate` has checked the row, which holds them too.
-        self.inputs_len += len;
+        self.inputs.extend(array.range().step_by(self.starts));
         array
     }
 

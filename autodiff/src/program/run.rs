@@ -55,7 +55,7 @@ impl<R: Real> Program<R> {
 
     /// How many input numbers a step takes.
     pub(crate) fn inputs_len(&self) -> usize {
-        self.inputs_len
+        self.inputs.len()
     }
 
     /// Takes over the parameters of a rollout over `steps` steps, checking their lengths. Where `own`
@@ -150,12 +150,9 @@ impl<R: Real> Program<R> {
 
     /// Writes the inputs of a step, given those of all steps, and its controls into its row.
     pub(crate) fn set_inputs(&self, row: &mut [R], (all, step): (&[f64], usize)) {
-        let mut given = all[step * self.inputs_len..][..self.inputs_len].iter();
-        for part in &self.inputs {
-            let places = row[part.range()].chunks_exact_mut(self.starts);
-            for (to, &x) in places.zip(&mut given) {
-                to.fill(R::lit(x));
-            }
+        let given = &all[step * self.inputs.len()..][..self.inputs.len()];
+        for (&place, &x) in self.inputs.iter().zip(given) {
+            row[place..][..self.starts].fill(R::lit(x));
         }
         for Control { array, values, .. } in &self.controls {
             row[array.range()].copy_from_slice(&values[step * array.len..][..array.len]);
