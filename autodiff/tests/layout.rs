@@ -142,6 +142,24 @@ fn arrays_whose_lengths_overflow_are_refused() {
     Rollout::new(Huge(8), 1).run(&[1.0; 8], &[]);
 }
 
+/// A state beside inputs of no memory's length.
+#[derive(Clone)]
+struct ManyInputs;
+
+impl Model for ManyInputs {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let x = p.state(1);
+        p.input(1 << 60);
+        p.advance(x, x);
+    }
+}
+
+#[test]
+#[should_panic(expected = "take 2305843009213693952 numbers: a rollout has 0")]
+fn inputs_that_no_memory_holds_are_missing() {
+    Rollout::new(ManyInputs, 2).run(&[1.0], &[]);
+}
+
 #[test]
 #[should_panic(expected = "longer than any memory")]
 fn starts_whose_arrays_overflow_are_refused() {

@@ -131,9 +131,12 @@ pub struct Program<R: Real> {
     states: Vec<Array>,
     /// What each part of the state becomes.
     next: Vec<Option<Array>>,
-    /// Where each number of a step's inputs, which all starts share, begins in the row.
-    inputs: Vec<usize>,
+    /// Where each array of a step's inputs begins in the row, and how many numbers it has, which all
+    /// starts share.
+    inputs: Vec<(usize, usize)>,
     controls: Vec<Control<R>>,
+    /// How many numbers all inputs of a step have.
+    inputs_len: usize,
     operations: Vec<Box<dyn Operation<R>>>,
     /// From how many starts it runs at once, their numbers interleaved.
     starts: usize,
@@ -177,6 +180,7 @@ impl<R: Real> Default for Program<R> {
             next: Vec::new(),
             inputs: Vec::new(),
             controls: Vec::new(),
+            inputs_len: 0,
             operations: Vec::new(),
             starts: 1,
             ends: [0; 2],
@@ -235,7 +239,9 @@ impl<R: Real> Program<R> {
     /// [control](Program::control).
     pub fn input(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
-        self.inputs.extend(array.range().step_by(self.starts));
+        self.inputs.push((array.start, len));
+        // Cannot overflow: `allocate` has checked the row, which holds them too.
+        self.inputs_len += len;
         array
     }
 

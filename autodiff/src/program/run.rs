@@ -55,7 +55,7 @@ impl<R: Real> Program<R> {
 
     /// How many input numbers a step takes.
     pub(crate) fn inputs_len(&self) -> usize {
-        self.inputs.len()
+        self.inputs_len
     }
 
     /// Takes over the parameters of a rollout over `steps` steps, checking their lengths. Where `own`
@@ -150,9 +150,13 @@ impl<R: Real> Program<R> {
 
     /// Writes the inputs of a step, given those of all steps, and its controls into its row.
     pub(crate) fn set_inputs(&self, row: &mut [R], (all, step): (&[f64], usize)) {
-        let given = &all[step * self.inputs.len()..][..self.inputs.len()];
-        for (&place, &x) in self.inputs.iter().zip(given) {
-            row[place..][..self.starts].fill(R::lit(x));
+        let mut given = &all[step * self.inputs_len..][..self.inputs_len];
+        for &(start, len) in &self.inputs {
+            let (here, rest) = given.split_at(len);
+            for (k, &x) in here.iter().enumerate() {
+                row[start + k * self.starts..][..self.starts].fill(R::lit(x));
+            }
+            given = rest;
         }
         for Control { array, values, .. } in &self.controls {
             row[array.range()].copy_from_slice(&values[step * array.len..][..array.len]);
