@@ -14,7 +14,7 @@ use benches::machine::machine;
 use cosmic::case::Case;
 use cosmic::gradient::{CONTROLLER, DESIGN};
 use cosmic::scene::Scene;
-use cosmic::verify::{Subject, TwoMatvecs};
+use cosmic::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
 /// Times that each measurement is taken, in turns; the least counts.
 const ROUNDS: usize = 60;
@@ -45,21 +45,20 @@ fn page() -> String {
         let scene = Scene::load(scene).expect("the scene is built in");
         let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
         let subject = Subject::new(&case, &scene.loss);
-        let (two, steps) = (TwoMatvecs::new(&case), subject.steps());
-        let by_hand = Handwritten::new(&case, &scene.loss, steps);
-        let mut yardstick = || matvecs = taken(|| two.run(steps)).min(matvecs);
+        let two = TwoMatvecs::new(&case);
+        let by_hand = Handwritten::new(&case, &scene.loss, MEASURED_STEPS);
+        let mut yardstick = || matvecs = taken(|| two.run(MEASURED_STEPS)).min(matvecs);
         let double = times::<f64>((&subject, &by_hand), &mut yardstick);
         let single = times::<f32>((&subject, &by_hand), &mut yardstick);
         for (kind, times) in [("f64", double), ("f32", single)] {
-            rows(&mut table, &format!("{name}, {kind}"), &times, steps);
+            rows(&mut table, &format!("{name}, {kind}"), &times);
         }
     }
-    let steps = 4096.0;
     format!(
         "# Against code written by hand\n\n\
          Measured on {}; times are the least of {ROUNDS} rounds taken in turns, on one thread. This \
          page is written by\n\n```sh\ncargo bench -p benches --bench handwritten -- --table\n```\n\n\
-         The robot's rollout over 4096 steps and its gradients, once by the generic source of \
+         The robot's rollout over {MEASURED_STEPS} steps and its gradients, once by the generic source of \
          `cosmic` on `autodiff`, in which nothing is differentiated by hand, and once by \
          `benches/src/handwritten`: the same robot with all sizes constants and its adjoint worked \
          out by hand, on the same SIMD lanes and tanh. Their answers agree (a test). Microseconds a \
@@ -67,17 +66,16 @@ fn page() -> String {
          By hand as here is no bound: whoever spends longer on it may get it faster, and on other \
          processors other choices pay.\n",
         machine(),
-        matvecs * 1e6 / steps,
+        per_step(matvecs),
     )
 }
 
 /// Three rows of the table: both times and their ratio.
-fn rows(table: &mut String, name: &str, Times([generic, by_hand]): &Times, steps: usize) {
-    let per_step = |time: f64| time * 1e6 / steps as f64;
-    let ratio: Vec<f64> = generic.iter().zip(by_hand).map(|(a, b)| a / b).collect();
+fn rows(table: &mut String, name: &str, Times([generic, by_hand]): &Times) {
+    let ratio = std::array::from_fn(|k| generic[k] / by_hand[k]);
     for (what, figures, digits) in [
-        ("generic", generic.map(per_step).to_vec(), 3),
-        ("by hand", by_hand.map(per_step).to_vec(), 3),
+        ("generic", generic.map(per_step), 3),
+        ("by hand", by_hand.map(per_step), 3),
         ("generic over by hand", ratio, 2),
     ] {
         let _ = write!(table, "| {name}: {what}");
@@ -117,6 +115,11 @@ fn times<R: Real>(
         }
     }
     Times(least)
+}
+
+/// Microseconds a step, of the seconds of a rollout.
+fn per_step(time: f64) -> f64 {
+    time * 1e6 / MEASURED_STEPS as f64
 }
 
 /// How long a work takes, s.

@@ -201,35 +201,34 @@ mod tests {
 
     /// Compares the specialist's numbers with those of generic code. Both add up the same terms in
     /// another order: `rounding` is what that may make of a component, as a share of the largest.
-    fn agrees<R: Real>(scene: &str, rounding: f64) {
+    fn agrees<R: Real + Into<f64>>(scene: &str, rounding: f64) {
         let scene = Scene::load(scene).unwrap();
         let mut case = Case::of_scene(&scene, 0).unwrap();
         case.physics.steps = 100;
         let subject = Subject::new(&case, &scene.loss);
         let handwritten = Handwritten::new(&case, &scene.loss, 100);
         let mut rows = Buffer::default();
-        let number = |x: R| format!("{x:?}").parse::<f64>().unwrap();
         let both = [
             (
                 subject.gradient::<R>(DESIGN),
-                handwritten.design_gradient(&mut rows),
+                handwritten.design_gradient::<R>(&mut rows),
             ),
             (
                 subject.gradient::<R>(CONTROLLER),
-                handwritten.controller_gradient(&mut rows),
+                handwritten.controller_gradient::<R>(&mut rows),
             ),
         ];
         for ((value, gradient), (its_value, its_gradient)) in both {
-            let (value, its_value) = (number(value), number(its_value));
+            let (value, its_value): (f64, f64) = (value.into(), its_value.into());
             assert!((value - its_value).abs() < rounding * value.abs());
-            let plain = number(handwritten.rollout::<R>(&mut rows));
+            let plain: f64 = handwritten.rollout::<R>(&mut rows).into();
             assert!((value - plain).abs() < rounding * value.abs());
-            let gradient: Vec<f64> = gradient.into_iter().map(number).collect();
+            let gradient: Vec<f64> = gradient.into_iter().map(R::into).collect();
             let scale = gradient.iter().fold(0.0, |most: f64, g| most.max(g.abs()));
             assert!(scale > 0.0);
             assert_eq!(gradient.len(), its_gradient.len());
             for (k, (ours, its)) in gradient.iter().zip(its_gradient).enumerate() {
-                let its = number(its);
+                let its: f64 = its.into();
                 assert!(
                     (ours - its).abs() < rounding * scale,
                     "{k}: {its}, not {ours}"

@@ -28,7 +28,6 @@ pub(super) const BAND: usize = 80;
 pub(super) const ORIGIN: usize = 16;
 
 /// A register of edges with tails in a row.
-#[derive(Clone, Copy)]
 pub(super) struct Register {
     /// The first tail and head.
     pub(super) tail: usize,

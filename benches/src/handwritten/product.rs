@@ -58,7 +58,6 @@ fn add<R: Real, L: Lane<R>, const V: usize>(sum: &mut [L; V], column: &[R], x: R
 }
 
 /// Pairs of vectors, one for each step of a batch.
-#[derive(Clone, Copy)]
 pub(super) struct Pairs<'a, R> {
     /// Slices that begin with the first vector of one kind, and how far the next is from it.
     pub(super) rows: (&'a [R], usize),

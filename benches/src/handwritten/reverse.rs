@@ -126,10 +126,13 @@ impl<R: Real, const OUTPUTS: usize> Sweep<R, OUTPUTS> {
     #[inline(always)]
     fn edges<L: Lane<R>, const DESIGN: bool>(&mut self, plan: &Plan<R, L, OUTPUTS>, row: &[R]) {
         for (k, at) in plan.registers.iter().enumerate() {
-            let edges = plan.edges(row, (k, at));
             let Edges {
-                d, inverse, change, ..
-            } = edges;
+                d,
+                inverse,
+                u,
+                relative,
+                change,
+            } = plan.edges(row, (k, at));
             let mut bar = [L::zero(); 2];
             for axis in 0..2 {
                 let impulses = &self.impulses[axis];
@@ -139,7 +142,7 @@ impl<R: Real, const OUTPUTS: usize> Sweep<R, OUTPUTS> {
             let stiffness = L::load(&plan.stiffness[lane..]);
             let by_pull = bar[0].fma(d[0], bar[1] * d[1]);
             let by_target = by_pull * stiffness * inverse;
-            let (pull, turn) = (stiffness * change, by_target * edges.relative * inverse);
+            let (pull, turn) = (stiffness * change, by_target * relative * inverse);
             for axis in 0..2 {
                 let by_vector = pull.fma(bar[axis], turn * d[axis]);
                 (-by_vector).store(&mut self.bands.0[axis][at.band..]);
@@ -151,7 +154,7 @@ impl<R: Real, const OUTPUTS: usize> Sweep<R, OUTPUTS> {
             if DESIGN {
                 let sum = by_pull.fma(change, L::load(&self.stiffness[lane..]));
                 sum.store(&mut self.stiffness[lane..]);
-                let sum = by_strained.fma(edges.u, L::load(&self.strain[lane..]));
+                let sum = by_strained.fma(u, L::load(&self.strain[lane..]));
                 sum.store(&mut self.strain[lane..]);
             }
         }
