@@ -18,7 +18,7 @@ say 'release binary, and the tests compiled'
 # Most of the former is one crate on one core.
 cargo build --release --quiet &
 release=$!
-cargo test --no-run
+cargo test --workspace --no-run
 wait "$release"
 # SIMD instructions are fast only inlined: one that is left as a function of its own is called
 # thousands of times a step. `xgetbv` is part of asking the processor what it has.
@@ -30,5 +30,4 @@ if command -v nm >/dev/null; then
 fi
 
 say 'tests'
-cargo test --no-fail-fast
-cargo test -p benches --no-fail-fast
+cargo test --workspace --no-fail-fast
