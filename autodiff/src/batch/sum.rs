@@ -55,6 +55,13 @@ pub trait Summand: Clone + Send + Sync + 'static {
 #[derive(Clone, Debug)]
 pub struct Sum<S> {
     summand: S,
+    data: Data,
+}
+
+/// What a sum has besides its summand. A gradient needs no more once the summand is recorded, and is
+/// compiled once, whatever the summands.
+#[derive(Clone, Debug)]
+struct Data {
     count: usize,
     /// The data by columns: for each number of a datum, that number of all data, the last repeated to
     /// fill whole blocks.
@@ -82,12 +89,12 @@ impl<S: Summand> Sum<S> {
             let last = column[data.len() - 1];
             column.resize(data.len().next_multiple_of(WIDE * WIDEST), last);
         }
-        Self {
-            summand,
+        let data = Data {
             count: data.len(),
             columns: columns.into(),
             spare: Arc::default(),
-        }
+        };
+        Self { summand, data }
     }
 
     /// The sum, given the shared parameters.
@@ -95,21 +102,15 @@ impl<S: Summand> Sum<S> {
         R::fused(self.clone(), &[shared])[0]
     }
 
-    /// The place for spare memory. It may hold any, after a panic too: results do not depend on it.
-    fn spare(&self) -> MutexGuard<'_, Option<Spare>> {
-        let lock = self.spare.lock();
-        lock.unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-
     /// The sum and its gradient, over an ordinary tape.
     fn tape<R: Real>(&self, shared: &[R]) -> (R, Vec<R>) {
         let mut tape = Tape::new();
         let mut total = R::zero();
         let mut gradient = vec![R::zero(); shared.len()];
-        for i in 0..self.count {
+        for i in 0..self.data.count {
             let term = tape.record(shared, |shared| {
                 let number = |column: &Vec<f64>| Var::lit(column[i]);
-                let datum: Vec<Var<R>> = self.columns.iter().map(number).collect();
+                let datum: Vec<Var<R>> = self.data.columns.iter().map(number).collect();
                 let mut scratch = vec![Var::zero(); self.summand.scratch()];
                 self.summand.eval(shared, &datum, &mut scratch)
             });
@@ -120,6 +121,14 @@ impl<S: Summand> Sum<S> {
             }
         }
         (total, gradient)
+    }
+}
+
+impl Data {
+    /// The place for spare memory. It may hold any, after a panic too: results do not depend on it.
+    fn spare(&self) -> MutexGuard<'_, Option<Spare>> {
+        let lock = self.spare.lock();
+        lock.unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }
 
@@ -145,17 +154,17 @@ impl<S: Summand> Fused for Sum<S> {
 
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Vec<R>) {
         let shared = inputs[0];
-        if self.count == 0 {
+        if self.data.count == 0 {
             // Without a datum its length is not known, and the summand cannot be recorded.
             return (vec![R::zero()], vec![R::zero(); shared.len()]);
         }
-        let recorded = trace([shared.len(), self.columns.len()], |shared, datum| {
+        let recorded = trace([shared.len(), self.data.columns.len()], |shared, datum| {
             let mut scratch = vec![Zero::zero(); self.summand.scratch()];
             self.summand.eval(shared, datum, &mut scratch)
         });
         let (value, gradient) = match &recorded {
             Some(trace) => R::vectorize(ValueAndGradient {
-                sum: self,
+                data: &self.data,
                 trace,
                 shared,
             }),
@@ -179,12 +188,8 @@ impl<R: Real, S: Summand> Vectorized<R> for Value<'_, S, R> {
     type Output = R;
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> R {
-        let Sum {
-            summand,
-            count,
-            columns,
-            ..
-        } = self.sum;
+        let Sum { summand, data } = self.sum;
+        let Data { count, columns, .. } = data;
         let mut shared = Vec::with_capacity(self.shared.len());
         for &number in self.shared {
             shared.push(L::splat(number));
@@ -207,17 +212,17 @@ impl<R: Real, S: Summand> Vectorized<R> for Value<'_, S, R> {
     }
 }
 
-struct ValueAndGradient<'a, S, R> {
-    sum: &'a Sum<S>,
+struct ValueAndGradient<'a, R> {
+    data: &'a Data,
     trace: &'a Trace,
     shared: &'a [R],
 }
 
-impl<R: Real, S: Summand> Vectorized<R> for ValueAndGradient<'_, S, R> {
+impl<R: Real> Vectorized<R> for ValueAndGradient<'_, R> {
     type Output = (R, Vec<R>);
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> (R, Vec<R>) {
-        if self.sum.count <= L::N {
+        if self.data.count <= L::N {
             self.replay::<L, 1>()
         } else {
             self.replay::<L, WIDE>()
@@ -225,12 +230,12 @@ impl<R: Real, S: Summand> Vectorized<R> for ValueAndGradient<'_, S, R> {
     }
 }
 
-impl<R: Real, S: Summand> ValueAndGradient<'_, S, R> {
+impl<R: Real> ValueAndGradient<'_, R> {
     /// With `W` registers for each number.
     #[inline(always)]
     fn replay<L: Lane<R>, const W: usize>(self) -> (R, Vec<R>) {
-        let Sum { count, columns, .. } = self.sum;
-        let mut replay = Replay::<R, L, W>::new(self.trace, self.shared, self.sum.spare().take());
+        let Data { count, columns, .. } = self.data;
+        let mut replay = Replay::<R, L, W>::new(self.trace, self.shared, self.data.spare().take());
         let mut total = R::zero();
         for first in (0..*count).step_by(W * L::N) {
             for (number, column) in replay.arguments().iter_mut().zip(&columns[..]) {
@@ -256,7 +261,7 @@ impl<R: Real, S: Summand> ValueAndGradient<'_, S, R> {
             replay.reverse(self.trace.result, bars);
         }
         let gradient = replay.shared_bars();
-        *self.sum.spare() = Some(replay.into_spare());
+        *self.data.spare() = Some(replay.into_spare());
         (total, gradient)
     }
 }
