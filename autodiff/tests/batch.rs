@@ -283,6 +283,73 @@ fn a_term_that_is_not_selected_passes_no_infinity() {
     );
 }
 
+/// Products of rows with the same numbers, one after the other, which go back two at a time: equally
+/// long, shorter and longer ones, and one with the product before it; and numbers with themselves.
+#[derive(Clone)]
+struct Rows;
+
+impl Summand for Rows {
+    fn scratch(&self) -> usize {
+        4
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
+        let own = [datum[0], datum[1], datum[1] * datum[0]];
+        for i in 0..3 {
+            scratch[i] = own[i] - shared[i];
+        }
+        scratch[3] = R::dot(&shared[..3], &scratch[..3]);
+        let with_the_one_before = R::dot(&shared[1..5], scratch);
+        let elsewhere = R::dot(&shared[..2], &scratch[1..3]);
+        let then_shorter = R::dot(&shared[3..], &scratch[..3]);
+        let shorter = R::dot(&shared[2..4], &scratch[..2]);
+        let no_row = R::dot(&scratch[1..3], &scratch[..2]);
+        let alone = R::dot(&shared[1..3], &scratch[..2]);
+        let then_longer = R::dot(&shared[..2], &scratch[..2]);
+        let overlapping = R::dot(&shared[1..4], &scratch[..3]);
+        let equal = R::dot(&shared[4..], &scratch[..2]);
+        let also_equal = R::dot(&shared[1..3], &scratch[..2]);
+        scratch[3] * with_the_one_before
+            + then_shorter * shorter * elsewhere
+            + then_longer * overlapping.cos()
+            + equal.sin() * also_equal
+            + no_row * alone
+            + R::dot(&scratch[..3], &scratch[..3]) * R::dot(shared, shared)
+    }
+}
+
+#[test]
+fn rows_with_the_same_numbers_go_back_together() {
+    let at = [0.7, -0.4, 1.2, 0.3, -0.9, 0.5];
+    for count in [5, 70] {
+        let total = Total(Sum::new(Rows, &data(count)));
+        assert_close(&gradient(&total, &at), &by_duals(&total, &at), "rows");
+    }
+}
+
+/// Two rows with an infinite number where the first does not count.
+#[derive(Clone)]
+struct GuardedRows;
+
+impl Summand for GuardedRows {
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+        let own = [datum[0].recip()];
+        let guarded = R::dot(&shared[..1], &own);
+        let plain = R::dot(&shared[1..], &own);
+        R::select(R::lit(0.5).lt(datum[0]), guarded, R::zero()) + plain
+    }
+}
+
+#[test]
+fn a_row_that_is_not_selected_passes_no_infinity() {
+    let data: Vec<[f64; 1]> = (0..50).map(|i| [f64::from(i % 3)]).collect();
+    let by_shared = gradient(&Total(Sum::new(GuardedRows, &data)), &[2.0, 3.0]);
+    // 1 at 17 data and 1/2 at 16; of the row that counts everywhere it is infinite.
+    assert_eq!(by_shared, [17.0 + 0.5 * 16.0, f64::INFINITY]);
+}
+
 #[test]
 fn f32_has_lanes_too() {
     let total = Total(Sum::new(Everything, &data(100)));

@@ -100,7 +100,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Adds to the cotangent of a place.
+    /// Adds to the cotangent of a place, unless it is one of the data, whose cotangents nobody reads.
     #[inline(always)]
     fn add(&mut self, place: Place, part: Block<L, W>) {
         if place.is_shared() {
@@ -108,7 +108,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             for w in 0..W {
                 *bar += part[w];
             }
-        } else {
+        } else if place.at() >= self.trace.arguments[1] {
             let bar = &mut self.memory.bars[place.at()];
             for w in 0..W {
                 bar[w] += part[w];
@@ -206,20 +206,22 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         y
     }
 
-    /// Carries the cotangent of the result back to the shared arguments. The cotangents of own places are
+    /// Carries the cotangent of the result back to the shared arguments. The cotangents of operations are
     /// zero before and after.
     #[inline(always)]
     pub(super) fn reverse(&mut self, result: Place, bar: Block<L, W>) {
         let trace = self.trace;
         self.add(result, bar);
-        for (i, op) in trace.ops.iter().enumerate().rev() {
-            let place = trace.arguments[1] + i;
+        let mut left = trace.ops.len();
+        while left > 0 {
+            left -= 1;
+            let place = trace.arguments[1] + left;
             let bar = self.memory.bars[place];
             if is_zero(bar) {
                 continue;
             }
             self.memory.bars[place] = [L::zero(); W];
-            match *op {
+            match trace.ops[left] {
                 Op::Unary { x, keep, .. } => {
                     let partial = self.memory.partials[keep as usize];
                     self.add(x, chain(partial, bar));
@@ -247,7 +249,11 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 }
                 Op::StraightThrough { x: [_, x] } => self.add(x, bar),
                 Op::Detach { .. } | Op::Logic { .. } => {}
-                Op::Dot { x, len } => self.reverse_dot(x, len as usize, bar),
+                Op::Dot { x, len } => {
+                    if self.reverse_dot(left, (x, len as usize), bar) {
+                        left -= 1;
+                    }
+                }
                 Op::Sum { x, len } => {
                     for j in 0..len as usize {
                         self.add(x.plus(j), bar);
@@ -255,13 +261,28 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 }
             }
         }
-        for bar in &mut self.memory.bars[..trace.arguments[1]] {
-            *bar = [L::zero(); W];
-        }
     }
 
+    /// Carries back a dot product, the operation `at`; with it the one before, if that is the product of
+    /// another shared row with the same own numbers, as in a matrix times a vector. Tells whether it was.
     #[inline(always)]
-    fn reverse_dot(&mut self, [a, b]: [Place; 2], len: usize, bar: Block<L, W>) {
+    fn reverse_dot(
+        &mut self,
+        at: usize,
+        ([a, b], len): ([Place; 2], usize),
+        bar: Block<L, W>,
+    ) -> bool {
+        if a == b {
+            let mut twice = bar;
+            for w in 0..W {
+                twice[w] += bar[w];
+            }
+            for j in 0..len {
+                let place = a.plus(j);
+                self.add(place, chain(self.get(place), twice));
+            }
+            return false;
+        }
         if !a.is_shared() || b.is_shared() || has_zero(bar) {
             for j in 0..len {
                 let (a, b) = (a.plus(j), b.plus(j));
@@ -269,23 +290,60 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 self.add(a, parts[0]);
                 self.add(b, parts[1]);
             }
-            return;
+            return false;
         }
-        let (at_a, at_b) = (a.at(), b.at());
-        let (a, a_bar) = (
-            &self.memory.shared[at_a..][..len],
-            &mut self.memory.shared_bars[at_a..][..len],
-        );
-        let (b, b_bar) = (
-            &self.memory.values[at_b..][..len],
-            &mut self.memory.bars[at_b..][..len],
-        );
-        for j in 0..len {
-            let factor = L::splat(a[j]);
-            for w in 0..W {
-                a_bar[j] = bar[w].fma(b[j][w], a_bar[j]);
-                b_bar[j][w] = bar[w].fma(factor, b_bar[j][w]);
+        // Two rows at a time: their numbers and the cotangents of these are loaded and stored once.
+        let place = self.trace.arguments[1] + at;
+        if at > 0
+            && let Op::Dot { x, len: len_before } = self.trace.ops[at - 1]
+            && (x[0].is_shared(), x[1]) == (true, b)
+            && b.at() + len < place
+        {
+            let before = self.memory.bars[place - 1];
+            if !has_zero(before) {
+                self.memory.bars[place - 1] = [L::zero(); W];
+                let len_before = len_before as usize;
+                let both = len.min(len_before);
+                self.reverse_rows([a.at(), x[0].at()], b.at(), both, [bar, before]);
+                self.reverse_rows([a.at() + both], b.at() + both, len - both, [bar]);
+                let rest = len_before - both;
+                self.reverse_rows([x[0].at() + both], b.at() + both, rest, [before]);
+                return true;
             }
+        }
+        self.reverse_rows([a.at()], b.at(), len, [bar]);
+        false
+    }
+
+    /// Carries back the dot products of `D` shared rows of `len` numbers, which begin at `a`, with the
+    /// same own numbers from `b` on, given cotangents none of which is zero.
+    #[inline(always)]
+    fn reverse_rows<const D: usize>(
+        &mut self,
+        a: [usize; D],
+        b: usize,
+        len: usize,
+        bars: [Block<L, W>; D],
+    ) {
+        let Memory {
+            shared,
+            shared_bars,
+            values,
+            bars: own_bars,
+            ..
+        } = &mut *self.memory;
+        let (b, b_bar) = (&values[b..][..len], &mut own_bars[b..][..len]);
+        for j in 0..len {
+            let (own, mut own_bar) = (b[j], b_bar[j]);
+            for d in 0..D {
+                let (factor, mut shared_bar) = (L::splat(shared[a[d] + j]), shared_bars[a[d] + j]);
+                for w in 0..W {
+                    shared_bar = bars[d][w].fma(own[w], shared_bar);
+                    own_bar[w] = bars[d][w].fma(factor, own_bar[w]);
+                }
+                shared_bars[a[d] + j] = shared_bar;
+            }
+            b_bar[j] = own_bar;
         }
     }
 }
