@@ -131,11 +131,9 @@ pub struct Program<R: Real> {
     states: Vec<Array>,
     /// What each part of the state becomes.
     next: Vec<Option<Array>>,
-    /// Where each array of a step's inputs begins in the row, and how many numbers it has, which all
-    /// starts share.
-    inputs: Vec<(usize, usize)>,
+    inputs: Vec<Array>,
     controls: Vec<Control<R>>,
-    /// How many numbers all inputs of a step have.
+    /// How many numbers the inputs of a step have, which all starts share.
     inputs_len: usize,
     operations: Vec<Box<dyn Operation<R>>>,
     /// From how many starts it runs at once, their numbers interleaved.
@@ -239,7 +237,7 @@ impl<R: Real> Program<R> {
     /// [control](Program::control).
     pub fn input(&mut self, len: usize) -> Array {
         let array = self.allocate(false, len);
-        self.inputs.push((array.start, len));
+        self.inputs.push(array);
         // Cannot overflow: `allocate` has checked the row, which holds them too.
         self.inputs_len += len;
         array

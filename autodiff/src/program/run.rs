@@ -150,13 +150,12 @@ impl<R: Real> Program<R> {
 
     /// Writes the inputs of a step, given those of all steps, and its controls into its row.
     pub(crate) fn set_inputs(&self, row: &mut [R], (all, step): (&[f64], usize)) {
-        let mut given = &all[step * self.inputs_len..][..self.inputs_len];
-        for &(start, len) in &self.inputs {
-            let (here, rest) = given.split_at(len);
-            for (k, &x) in here.iter().enumerate() {
-                row[start + k * self.starts..][..self.starts].fill(R::lit(x));
+        let mut given = all[step * self.inputs_len..][..self.inputs_len].iter();
+        for part in &self.inputs {
+            let places = row[part.range()].chunks_exact_mut(self.starts);
+            for (to, &x) in places.zip(&mut given) {
+                to.fill(R::lit(x));
             }
-            given = rest;
         }
         for Control { array, values, .. } in &self.controls {
             row[array.range()].copy_from_slice(&values[step * array.len..][..array.len]);
