@@ -82,7 +82,7 @@ impl<R: Real, L: Lane<R>, const OUTPUTS: usize> Plan<R, L, OUTPUTS> {
     fn control(&self, row: &mut [R]) {
         let (sensed, row) = row.split_at_mut(H);
         let (hidden, row) = row.split_at_mut(HIDDEN);
-        let ((w1, w2), sensed) = (self.weights.both(), &sensed[..SENSED]);
+        let ([w1, w2], sensed) = (&self.weights, &sensed[..SENSED]);
         let first = (&self.b1[..], &mut *hidden);
         match L::N {
             16 => product::<R, L, 2, 8, true>(w1, sensed, first),

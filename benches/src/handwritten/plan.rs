@@ -40,20 +40,6 @@ pub(super) struct Register {
     pub(super) first: usize,
 }
 
-/// The weights of both layers, one after the other.
-pub(super) struct Layers<R> {
-    all: Buffer<R>,
-    /// How many are the first layer's.
-    first: usize,
-}
-
-impl<R> Layers<R> {
-    #[inline(always)]
-    pub(super) fn both(&self) -> (&[R], &[R]) {
-        self.all.split_at(self.first)
-    }
-}
-
 /// All that a rollout needs, with so many places for outputs of the controller.
 pub(super) struct Plan<R, L, const OUTPUTS: usize> {
     pub(super) steps: usize,
@@ -66,9 +52,9 @@ pub(super) struct Plan<R, L, const OUTPUTS: usize> {
     pub(super) rest: Buffer<R>,
     pub(super) strain: Buffer<R>,
     pub(super) inverse_mass: Buffer<R>,
-    /// Weights by columns, and by rows for the reverse sweep.
-    pub(super) weights: Layers<R>,
-    pub(super) transposed: Layers<R>,
+    /// Weights of both layers by columns, and by rows for the reverse sweep.
+    pub(super) weights: [Buffer<R>; 2],
+    pub(super) transposed: [Buffer<R>; 2],
     pub(super) b1: Buffer<R>,
     pub(super) b2: Buffer<R>,
     pub(super) clock: Vec<[R; 2]>,
@@ -115,24 +101,16 @@ impl<R: Real, L: Lane<R>, const OUTPUTS: usize> Plan<R, L, OUTPUTS> {
             rest: in_registers(&|edge| R::lit(case.lattice.rest_length[edge])),
             strain: in_registers(&|edge| body.strain[edge]),
             inverse_mass: numbers(NODES, &|node| body.mass[node].recip()),
-            weights: Layers {
-                all: packed([
-                    (width.hidden, (HIDDEN, SENSED), &w1),
-                    (block, (OUTPUTS, HIDDEN), &w2),
-                ]),
-                first: HIDDEN * SENSED,
-            },
-            transposed: Layers {
-                all: packed([
-                    (width.states, (STATE, HIDDEN), &|column, unit| {
-                        w1(unit, column)
-                    }),
-                    (width.hidden, (HIDDEN, outputs.len()), &|unit, o| {
-                        w2(o, unit)
-                    }),
-                ]),
-                first: STATE * HIDDEN,
-            },
+            weights: [
+                packed(width.hidden, (HIDDEN, SENSED), &w1),
+                packed(block, (OUTPUTS, HIDDEN), &w2),
+            ],
+            transposed: [
+                packed(width.states, (STATE, HIDDEN), &|s, unit| w1(unit, s)),
+                packed(width.hidden, (HIDDEN, outputs.len()), &|unit, o| {
+                    w2(o, unit)
+                }),
+            ],
             b1: numbers(HIDDEN, &|unit| network.b1[unit]),
             b2: numbers(OUTPUTS, &|o| {
                 outputs.get(o).map_or(R::zero(), |&e| network.b2[e])
@@ -178,22 +156,18 @@ fn blocks(lanes: usize) -> Width {
     }
 }
 
-/// A matrix: rows that are multiplied at once, rows and columns, and its entries.
-type Matrix<'a, R> = (usize, (usize, usize), &'a dyn Fn(usize, usize) -> R);
-
-/// Matrices one after the other, each by blocks of rows, and each block by columns.
-fn packed<R: Real>(matrices: [Matrix<R>; 2]) -> Buffer<R> {
-    let lengths = matrices
-        .iter()
-        .map(|(_, (rows, columns), _)| rows * columns);
-    let mut all = Buffer::zeros(lengths.sum());
+/// A matrix by blocks of so many rows, which are multiplied at once, and each block by columns.
+fn packed<R: Real>(
+    block: usize,
+    (rows, columns): (usize, usize),
+    entry: &dyn Fn(usize, usize) -> R,
+) -> Buffer<R> {
+    let mut all = Buffer::zeros(rows * columns);
     let mut places = all.iter_mut();
-    for (block, (rows, columns), entry) in matrices {
-        for first in (0..rows).step_by(block) {
-            for column in 0..columns {
-                for (row, place) in (first..first + block).zip(&mut places) {
-                    *place = entry(row, column);
-                }
+    for first in (0..rows).step_by(block) {
+        for column in 0..columns {
+            for (row, place) in (first..first + block).zip(&mut places) {
+                *place = entry(row, column);
             }
         }
     }

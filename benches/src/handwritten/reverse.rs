@@ -184,7 +184,7 @@ impl<R: Real, const OUTPUTS: usize> Sweep<R, OUTPUTS> {
         }
         let hidden = &mut self.hidden[of_batch * HIDDEN..][..HIDDEN];
         let zeros = [R::zero(); HIDDEN];
-        let (w1, w2) = plan.transposed.both();
+        let [w1, w2] = &plan.transposed;
         let outputs = &outputs[..plan.outputs.len()];
         let to = (&zeros[..], &mut *hidden);
         match L::N {
