@@ -185,14 +185,16 @@ fn a_wrong_slope_at_a_kink_is_still_wrong() {
 
 #[test]
 fn a_second_source_that_disagrees_is_wrong() {
-    let forward = |direction: &[f64]| 2.1 * direction[0];
-    let claim = Claim {
-        x: &[1.0],
-        gradient: &[2.0],
-        forward: Some(&forward),
-    };
-    let report = check_directions(|x| x[0] * x[0], &claim, &Options::default());
-    assert_eq!(report.verdict, Verdict::Wrong, "{report}");
+    for slope in [2.1, f64::INFINITY, f64::NAN] {
+        let forward = |direction: &[f64]| slope * direction[0];
+        let claim = Claim {
+            x: &[1.0],
+            gradient: &[2.0],
+            forward: Some(&forward),
+        };
+        let report = check_directions(|x| x[0] * x[0], &claim, &Options::default());
+        assert_eq!(report.verdict, Verdict::Wrong, "{report}");
+    }
 }
 
 /// Over a step as long as `x` such slopes change the value by less than its last digit: where two
@@ -307,6 +309,52 @@ fn the_component_with_an_infinite_slope_is_the_worst() {
         assert_eq!(report.worst.gradient, f64::INFINITY);
         assert_ne!(report.verdict, Verdict::Smooth);
     }
+}
+
+/// Along all arguments at once, and in each half of them, errors may cancel: the worst of the directions
+/// is where the worst component is looked for.
+#[test]
+fn the_worst_direction_leads_to_the_worst_component() {
+    let claim = Claim {
+        x: &[0.3, 0.5, 0.7, 0.2],
+        gradient: &[1.5, 0.5, 1.0, 1.001],
+        forward: None,
+    };
+    for seed in 0..10 {
+        let options = Options {
+            seed,
+            ..Options::default()
+        };
+        let report = check_directions(|x| x.iter().sum(), &claim, &options);
+        assert!(report.worst.index < 2, "{report}");
+    }
+}
+
+/// Beside differences that are NaN an error is still found.
+#[test]
+fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {
+    let claim = Claim {
+        x: &[0.3, 0.0],
+        gradient: &[0.7, 0.0],
+        forward: None,
+    };
+    let report = check_directions(|x| x[0] * x[0] + x[1].sqrt(), &claim, &Options::default());
+    assert_eq!(
+        (report.worst.index, report.worst.verdict),
+        (0, Verdict::Wrong)
+    );
+}
+
+#[test]
+fn an_error_is_a_share_of_the_slope() {
+    let claim = Claim {
+        x: &[0.3],
+        gradient: &[4.0],
+        forward: None,
+    };
+    let report = check_directions(|x| 2.0 * x[0], &claim, &Options::default());
+    // Differences of a line are rounded alone, at 1e-16 over a step of 1e-8 at least.
+    assert!((report.directions[0].error - 0.5).abs() < 1e-7, "{report}");
 }
 
 /// Neither an infinite point nor steps whose span is no float are a reason to stop.

@@ -158,10 +158,11 @@ impl Judge {
     /// 0.32.
     const STAYS: f64 = 0.5;
 
-    /// What errors of a slope are measured against.
+    /// What errors of a slope are measured against: finite, because infinite errors are no share of
+    /// anything.
     pub(super) fn scale(&self, slope: f64) -> f64 {
         let scale = self.claimed.abs().max(slope.abs()).max(self.typical);
-        scale.max(f64::MIN_POSITIVE)
+        scale.clamp(f64::MIN_POSITIVE, f64::MAX)
     }
 
     /// Whether the claimed slope equals that of another exact derivative, up to the tolerance.

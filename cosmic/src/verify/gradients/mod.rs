@@ -169,7 +169,7 @@ fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
     report.directions.iter().all(|direction| {
         let forward = direction.forward.unwrap_or(direction.gradient);
         let off = (forward - direction.gradient).abs();
-        off <= SAFETY * rounding * norm.max(forward.abs())
+        off <= SAFETY * rounding * norm.max(forward.abs()).min(f64::MAX)
     })
 }
 
@@ -326,7 +326,7 @@ impl<'a, L: Loss> Subject<'a, L> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Options, Verdict, check_gradients};
+    use super::{Claim, Options, Verdict, check_directions, check_gradients, is_rounding};
     use crate::case::Case;
     use crate::scene::{Contact, Integrator, Scene};
 
@@ -358,6 +358,17 @@ mod tests {
         let w1 = &check.groups[1];
         assert!(w1.norm > 0.0 && w1.norm < 1e-16, "{check}");
         assert_eq!(check.control.map(|c| c.group), Some("x0"), "{check}");
+    }
+
+    #[test]
+    fn an_infinite_slope_is_not_put_down_to_rounding() {
+        let claim = Claim {
+            x: &[1.0],
+            gradient: &[2.0],
+            forward: Some(&|_: &[f64]| f64::INFINITY),
+        };
+        let report = check_directions(|x| 2.0 * x[0], &claim, &Options::default());
+        assert!(!is_rounding(&report, 2.0, 1e-5), "{report}");
     }
 
     /// Nothing but the last digits tells how a robot is made that falls and does not move.
