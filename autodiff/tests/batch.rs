@@ -1,9 +1,13 @@
-//! One function at many points: every mode against another.
+//! Sums of one function over many data: every mode against another.
 
-use autodiff::batch::{self, Sum, Summand};
+#[allow(dead_code)] // only forward mode serves here
+mod common;
+
+use autodiff::batch::{Sum, Summand};
 use autodiff::custom::{Rule, apply};
 use autodiff::element::Elementary;
-use autodiff::{Function, Kernel, Mask, Partials, Real, VectorFunction, gradient, hessian, jvp};
+use autodiff::{Function, Mask, Real, gradient, hessian};
+use common::forward_gradient;
 
 /// Every operation that a trace records, kinks and selections included.
 #[derive(Clone)]
@@ -45,12 +49,6 @@ impl<S: Summand> Function for Total<S> {
     }
 }
 
-impl<S: Summand> VectorFunction for Total<S> {
-    fn eval<R: Real>(&self, shared: &[R]) -> Vec<R> {
-        vec![self.0.run(shared)]
-    }
-}
-
 /// So many data, spread over both sides of every switch.
 fn data(count: usize) -> Vec<[f64; 2]> {
     let number = |i: usize, step: f64| (step * (i as f64 + 1.0)).fract() * 3.0 - 1.4;
@@ -60,16 +58,6 @@ fn data(count: usize) -> Vec<[f64; 2]> {
 }
 
 const AT: [f64; 3] = [0.7, -0.4, 1.2];
-
-/// The gradient by forward mode, one direction at a time.
-fn by_duals<S: Summand>(total: &Total<S>, at: &[f64]) -> Vec<f64> {
-    let derivative = |i: usize| {
-        let mut direction = vec![0.0; at.len()];
-        direction[i] = 1.0;
-        jvp(total, at, &direction).1[0]
-    };
-    (0..at.len()).map(derivative).collect()
-}
 
 fn assert_close(got: &[f64], expected: &[f64], what: &str) {
     assert_eq!(got.len(), expected.len());
@@ -83,13 +71,18 @@ fn assert_close(got: &[f64], expected: &[f64], what: &str) {
     }
 }
 
+/// The gradient is that of forward mode, which replays nothing. Not of all modes of `common`: each
+/// takes seconds to compile for each summand.
+fn assert_modes_agree<S: Summand>(total: &Total<S>, at: &[f64], what: &str) {
+    assert_close(&gradient(total, at), &forward_gradient(total, at), what);
+}
+
 #[test]
 fn replayed_gradients_are_those_of_forward_mode() {
     // Fewer data than lanes, whole blocks, and what is left over of one.
     for count in [1, 7, 8, 32, 33, 100] {
         let total = Total(Sum::new(Everything, &data(count)));
-        let expected = by_duals(&total, &AT);
-        assert_close(&gradient(&total, &AT), &expected, &format!("{count} data"));
+        assert_modes_agree(&total, &AT, &format!("{count} data"));
     }
 }
 
@@ -170,9 +163,9 @@ fn a_replay_does_not_take_the_branch_of_another_datum() {
     let turned: Vec<[f64; 1]> = data.iter().rev().copied().collect();
     for data in [&data[..], &turned] {
         let skips = Total(Sum::new(Skips, data));
-        assert_close(&gradient(&skips, &[2.0]), &by_duals(&skips, &[2.0]), "any");
+        assert_modes_agree(&skips, &[2.0], "any");
         let zeros = Total(Sum::new(ChoosesByZero, data));
-        assert_close(&gradient(&zeros, &[2.0]), &by_duals(&zeros, &[2.0]), "zero");
+        assert_modes_agree(&zeros, &[2.0], "zero");
     }
     // 3 x where it is not positive, 2 a x where it is.
     let skips = Total(Sum::new(Skips, &data));
@@ -254,9 +247,11 @@ impl Summand for WithRule {
 fn a_custom_rule_inside_keeps_its_derivative() {
     let total = Total(Sum::new(WithRule, &data(40)));
     let at = [0.9, 1.7];
-    assert_close(&gradient(&total, &at), &by_duals(&total, &at), "rule");
+    assert_modes_agree(&total, &at, "rule");
+    let (value, by_shared) = autodiff::value_and_gradient(&total, &at);
+    assert_close(&[value], &[Function::eval(&total, &at)], "value");
     // The rule's own derivative is zero almost everywhere: it is not what came out.
-    assert!(gradient(&total, &at)[0].abs() > 1.0);
+    assert!(by_shared[0].abs() > 1.0);
 }
 
 /// Infinite partials at data that do not count.
@@ -276,11 +271,7 @@ impl Summand for Guarded {
 fn a_term_that_is_not_selected_passes_no_infinity() {
     let data: Vec<[f64; 1]> = (0..50).map(|i| [f64::from(i % 3)]).collect();
     let total = Total(Sum::new(Guarded, &data));
-    assert_close(
-        &gradient(&total, &[2.0]),
-        &by_duals(&total, &[2.0]),
-        "guarded",
-    );
+    assert_modes_agree(&total, &[2.0], "guarded");
 }
 
 /// Products of rows with the same numbers, one after the other, which go back two at a time: equally
@@ -324,8 +315,66 @@ fn rows_with_the_same_numbers_go_back_together() {
     let at = [0.7, -0.4, 1.2, 0.3, -0.9, 0.5];
     for count in [5, 70] {
         let total = Total(Sum::new(Rows, &data(count)));
-        assert_close(&gradient(&total, &at), &by_duals(&total, &at), "rows");
+        assert_modes_agree(&total, &at, "rows");
     }
+}
+
+/// Rows with a datum alone, and one with the products before it too.
+#[derive(Clone)]
+struct RowsOfArguments;
+
+impl Summand for RowsOfArguments {
+    fn scratch(&self) -> usize {
+        1
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
+        assert_eq!(scratch.len(), 1);
+        let first = R::dot(&shared[..1], datum);
+        let with_the_one_before = R::dot(&shared[1..3], &[datum[0], first]);
+        let second = R::dot(&shared[2..3], datum);
+        let third = R::dot(&shared[..1], datum);
+        with_the_one_before * first + second.sin() * third
+    }
+}
+
+#[test]
+fn rows_of_a_datum_alone_go_back_together() {
+    let data: Vec<[f64; 1]> = data(40).iter().map(|&[x, _]| [x]).collect();
+    let total = Total(Sum::new(RowsOfArguments, &data));
+    let at = [0.7, -0.4, 1.2];
+    assert_modes_agree(&total, &at, "rows");
+}
+
+/// A term with a sum of its own inside, of numbers that are not differentiated.
+#[derive(Clone)]
+struct Inner;
+
+impl Summand for Inner {
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
+        assert!(scratch.is_empty());
+        shared[0] * datum[0]
+    }
+}
+
+#[derive(Clone)]
+struct Outer;
+
+impl Summand for Outer {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+        let before = shared[0] * datum[0];
+        let constant = Sum::new(Inner, &[[2.0], [3.0]]).run(&[4.0]);
+        before.sin() * R::lit(constant) + before
+    }
+}
+
+#[test]
+fn a_sum_may_be_made_within_a_term() {
+    let data = [[0.3], [-0.7], [1.1]];
+    let total = Total(Sum::new(Outer, &data));
+    assert_modes_agree(&total, &[0.5], "within");
 }
 
 /// Two rows with an infinite number where the first does not count.
@@ -369,50 +418,6 @@ fn data_of_different_lengths_are_refused() {
     Sum::new(Everything, &[vec![1.0, 2.0], vec![1.0]]);
 }
 
-/// Two results of three inputs.
-struct Couple;
-
-impl Kernel<3, 2> for Couple {
-    #[inline(always)]
-    fn eval<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; 2] {
-        [x * y.sin() + z, (x - z).exp() * y]
-    }
-}
-
-impl Partials<3, 2> for Couple {}
-
-impl VectorFunction for Couple {
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        Kernel::eval(self, [x[0], x[1], x[2]]).to_vec()
-    }
-}
-
-#[test]
-fn local_jacobians_are_the_jacobians() {
-    for count in [0, 1, 8, 13] {
-        let points: Vec<[f64; 3]> = data(count).iter().map(|&[x, y]| [x, y, x * y]).collect();
-        let mut values = Vec::new();
-        batch::values(&Couple, count, |i| points[i], |i, y| values.push((i, y)));
-        assert_eq!(values.len(), count);
-        let mut rows = 0;
-        batch::jacobians(
-            &Couple,
-            count,
-            |i| points[i],
-            |i, local| {
-                assert_eq!(i, rows, "the points come in order");
-                rows += 1;
-                let expected = autodiff::jacobian(&Couple, &points[i]);
-                for result in 0..2 {
-                    assert_close(&local.row(result), &expected[result], "row");
-                    assert_eq!(values[i].1[result], local.value(result));
-                }
-            },
-        );
-        assert_eq!(rows, count);
-    }
-}
-
 /// The root of what is above a bound: at the bound the cotangent of the choice is infinite, in
 /// other lanes it is not and the choice another.
 #[derive(Clone)]
@@ -430,9 +435,8 @@ fn an_infinite_cotangent_passes_a_choice_on_one_side_alone() {
     for count in [3, 40] {
         let data: Vec<[f64; 1]> = (0..count).map(|i| [f64::from(i % 5)]).collect();
         let total = Total(Sum::new(Above, &data));
-        let got = gradient(&total, &[0.5]);
-        assert_close(&got, &by_duals(&total, &[0.5]), "above");
-        assert!(got[0] < 0.0);
+        assert_modes_agree(&total, &[0.5], "above");
+        assert!(gradient(&total, &[0.5])[0] < 0.0);
     }
 }
 
