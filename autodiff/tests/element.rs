@@ -191,13 +191,17 @@ fn small_arguments_lose_no_digits() {
 #[test]
 fn functions_reach_as_far_as_those_of_floats() {
     let largest = f64::MAX;
+    // Of the largest floats, where the system's own functions overflow.
+    fn ln_twice(x: f64) -> f64 {
+        x.ln() + std::f64::consts::LN_2
+    }
     type Pair = (fn(Element<f64>) -> Element<f64>, fn(f64) -> f64, f64);
     let pairs: [Pair; 17] = [
         (Float::asinh, f64::asinh, 1e155),
-        (Float::asinh, f64::asinh, -largest),
+        (Float::asinh, |x| -ln_twice(-x), -largest),
         (Float::asinh, f64::asinh, 1e153),
         (Float::acosh, f64::acosh, 1e155),
-        (Float::acosh, f64::acosh, largest),
+        (Float::acosh, ln_twice, largest),
         (Float::sinh, f64::sinh, 710.0),
         (Float::sinh, f64::sinh, -710.4),
         (Float::sinh, f64::sinh, 709.7),
@@ -216,7 +220,7 @@ fn functions_reach_as_far_as_those_of_floats() {
         // exp is right to 2 ulp, and its root is squared; others to an ulp or two.
         let error = f64::abs(value - expected);
         assert!(
-            value == expected || error <= 6.0 * f64::EPSILON * f64::abs(expected),
+            value == expected || error <= 6.0 * f64::EPSILON * f64::abs(expected).min(f64::MAX),
             "row {place} at {x}: {value}, not {expected}"
         );
     }
@@ -270,72 +274,6 @@ fn odd_functions_keep_the_sign_of_a_zero() {
             .iter()
             .all(|y| y.is_sign_negative())
     );
-}
-
-#[test]
-fn rounding_is_exact_at_every_size() {
-    for x in [
-        0.0,
-        0.5,
-        -0.5,
-        1.5,
-        -2.5,
-        1e15 + 0.5,
-        3e18,
-        -7e300,
-        f64::INFINITY,
-    ] {
-        let element = Element(x);
-        assert_eq!(element.floor().0, x.floor());
-        assert_eq!(element.ceil().0, x.ceil());
-        assert_eq!(element.round().0, x.round());
-        assert_eq!(element.trunc().0, x.trunc());
-    }
-    assert!(Element(f64::NAN).floor().is_nan());
-    assert_eq!((Element(7.5) % Element(-2.0)).0, 7.5 % -2.0);
-}
-
-/// To the last bit, however far apart the two are; and the derivative for the whole quotient.
-#[test]
-fn remainders_are_exact() {
-    let numbers = [
-        0.0,
-        5e-324,
-        1e-310,
-        0.1,
-        1.0,
-        6.0,
-        7.5,
-        1e17,
-        1.7e308,
-        f64::INFINITY,
-        f64::NAN,
-    ];
-    for a in numbers {
-        for b in numbers {
-            for [a, b] in [[a, b], [-a, b], [a, -b], [-a, -b]] {
-                let (got, expected) = ((Element(a) % Element(b)).0, a % b);
-                assert_eq!(got.is_nan(), expected.is_nan(), "{a} % {b}: {got}");
-                if !expected.is_nan() {
-                    assert_eq!(got.to_bits(), expected.to_bits(), "{a} % {b}: {got}");
-                }
-                let [a, b] = [a, b].map(|x| x as f32);
-                let (got, expected) = ((Element(a) % Element(b)).0, a % b);
-                assert!(got == expected || got.is_nan() && expected.is_nan());
-            }
-        }
-    }
-    struct Remainder;
-    impl Function for Remainder {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            (Element(x[0]) % Element(x[1])).0
-        }
-    }
-    // 1 is 9 times 0.1 and a rest: the float is a little more than a tenth.
-    assert_eq!(gradient(&Remainder, &[1.0, 0.1]), [1.0, -9.0]);
-    assert_eq!(gradient(&Remainder, &[-7.5, 2.0]), [1.0, 3.0]);
-    assert_eq!(gradient(&Remainder, &[3.0, f64::INFINITY]), [1.0, 0.0]);
-    assert_eq!(hessian(&Remainder, &[7.5, 2.0]), [[0.0; 2]; 2]);
 }
 
 /// An algorithm decides alike of a number and of a variable that has its value.
@@ -431,6 +369,8 @@ fn ranges_are_those_of_the_type_inside() {
     }
     assert_eq!(ranges::<Element<f64>>().map(|x| x.0), ranges::<f64>());
     assert_eq!(ranges::<Element<f32>>().map(|x| x.0), ranges::<f32>());
+    let logarithm = Float::log(Element(7.0), Element(3.0)).0;
+    assert_eq!(logarithm, 7.0_f64.ln() / 3.0_f64.ln());
     assert_eq!(Element(90.0).to_radians().0, std::f64::consts::FRAC_PI_2);
     assert_eq!(Element(std::f64::consts::PI).to_degrees().0, 180.0);
 }
@@ -444,6 +384,7 @@ fn no_primitive_number_comes_out() {
     );
     assert_eq!(<f64 as NumCast>::from(moving), None);
     assert!(std::panic::catch_unwind(|| moving.integer_decode()).is_err());
+    assert_eq!(Element(1.5).to_string(), "1.5");
     let constant: Element<Dual<f64, 1>> = NumCast::from(7_u8).expect("a small number");
     assert_eq!((constant.0.value, constant.0.tangent), (7.0, [0.0]));
 }
@@ -467,29 +408,4 @@ fn lanes_pass_until_they_disagree_about_a_branch() {
         }
     }
     f64::vectorize(InLanes(std::array::from_fn(|i| 0.75 * (i as f64 - 1.0))));
-}
-
-/// The highest bits there are, and zeros of both signs.
-#[test]
-fn rounding_reaches_the_largest_floats_and_keeps_the_sign_of_zero() {
-    type Pair = (fn(Element<f64>) -> Element<f64>, fn(f64) -> f64);
-    let pairs: [Pair; 5] = [
-        (Float::floor, f64::floor),
-        (Float::ceil, f64::ceil),
-        (Float::round, f64::round),
-        (Float::trunc, f64::trunc),
-        (Float::fract, f64::fract),
-    ];
-    for x in [f64::MAX, 2.0_f64.powi(1023), 1e300, 0.0, 0.3, 5e-324] {
-        for x in [x, -x] {
-            for (i, (ours, system)) in pairs.into_iter().enumerate() {
-                let (got, expected) = (ours(Element(x)).0, system(x));
-                assert_eq!(got.to_bits(), expected.to_bits(), "{i} of {x:e}: {got:e}");
-            }
-        }
-    }
-    assert_eq!(Element(f32::MAX).floor().0, f32::MAX);
-    assert_eq!((Element(f64::MAX) % Element(1.0)).0, 0.0);
-    let largest = Wide::from(f64::MAX);
-    assert_eq!(Element(largest).trunc().0, largest);
 }

@@ -1,8 +1,8 @@
 //! nalgebra's algorithms on elements: against f64, differences, and the equations they solve.
 
 use ::nalgebra::{
-    ComplexField, DMatrix, RealField, SMatrix, SVector, UnitQuaternion, Vector3, convert,
-    try_convert,
+    ComplexField, DMatrix, RealField, SMatrix, SVector, SimdValue, UnitQuaternion, Vector3,
+    convert, try_convert,
 };
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::implicit::{Residual, root};
@@ -211,13 +211,35 @@ fn comparisons_and_signs_look_at_primals() {
     assert!(RealField::is_sign_negative(&Element(-0.0)));
     assert_eq!(RealField::copysign(Element(3.0), Element(-0.0)).0, -3.0);
     approx::assert_relative_eq!(Element(1.0), Element(1.0 + f64::EPSILON));
+    approx::assert_ulps_eq!(Element(1.0), Element(1.0 + 3.0 * f64::EPSILON));
     approx::assert_ulps_ne!(Element(1.0), Element(1.0 + 1e-9));
+    // Close for their size, and close without regard to it.
+    assert!(approx::relative_eq!(
+        Element(1e9),
+        Element(1e9 + 1.0),
+        max_relative = Element(1e-8)
+    ));
+    assert!(approx::relative_eq!(
+        Element(0.0),
+        Element(1e-9),
+        epsilon = Element(1e-8)
+    ));
+    assert!(!ComplexField::is_finite(&Element(f64::INFINITY)));
+}
+
+/// What nalgebra takes for a SIMD register is one number.
+#[test]
+fn an_element_is_a_register_of_one_lane() {
+    let mut element = Element(1.0);
+    element.replace(0, Element(2.0));
+    assert_eq!(element.extract(0).0, 2.0);
 }
 
 #[test]
 fn nothing_turns_into_a_float_silently() {
     let moving = Element(Dual::<f64, 1>::variable(2.0, 0));
     assert_eq!(try_convert::<_, f64>(moving), None);
+    assert_eq!(try_convert::<_, f32>(moving), None);
     let constant: Element<Dual<f64, 1>> = convert(2.5_f64);
     assert_eq!((constant.0.value, constant.0.tangent), (2.5, [0.0]));
     let caught = std::panic::catch_unwind(|| ::nalgebra::convert_unchecked::<_, f64>(moving));

@@ -1,6 +1,7 @@
 //! Origins of infinities and NaN, against what the modes themselves return.
 
 use autodiff::custom::{Rule, apply};
+use autodiff::element::Elementary;
 use autodiff::implicit::{Residual, root};
 use autodiff::lanes::{Lane, Vectorized};
 use autodiff::trace::{NonFinite, Traced, first_non_finite};
@@ -76,7 +77,7 @@ fn what_is_left_aside_is_not_blamed() {
 /// One operation of each kind where it has no finite derivative or value.
 struct Kink(usize);
 
-const KINKS: [(&str, f64); 12] = [
+const KINKS: [(&str, f64); 14] = [
     ("sqrt", 0.0),
     ("rsqrt", 0.0),
     ("recip", 0.0),
@@ -87,6 +88,8 @@ const KINKS: [(&str, f64); 12] = [
     ("quotient", 0.0),
     ("product", 1e200),
     ("sum", 1e308),
+    ("asin", 1.0),
+    ("cbrt", 0.0),
     ("multiply-add", 1e200),
     ("difference", 1.7e308),
 ];
@@ -105,6 +108,8 @@ impl Function for Kink {
             "quotient" => R::one() / x,
             "product" => x * x,
             "sum" => x + x,
+            "asin" => x.elementary(Elementary::Asin),
+            "cbrt" => x.elementary(Elementary::Cbrt),
             "multiply-add" => R::dot(&[x, x], &[x, x]),
             _ => x - R::lit(-1e308),
         }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use autodiff::{
     Adjoint, Dual, Function, Graph, Kernel, Model, Program, Real, Rollout, Wide, gradient, hessian,
 };
+use num_traits::FromPrimitive;
 
 /// One line of a table.
 struct Case {
@@ -309,6 +310,22 @@ fn a_rollout_and_its_reverse_sweep_run_in_wide_numbers() {
     let tangents: Vec<Wide> = along.iter().map(|x| x.tangent[0]).collect();
     let slope = energy.eval(&along).tangent[0];
     assert!(difference(&[Wide::dot(&slopes, &tangents)], &[slope]) < 1e-28);
+}
+
+#[test]
+fn integers_become_wide_numbers_exactly() {
+    let two_to_63 = 2.0_f64.powi(63);
+    let parts = |number: Option<Wide>| number.expect("a number").parts();
+    assert_eq!(parts(Wide::from_u64(u64::MAX)), [2.0 * two_to_63, -1.0]);
+    assert_eq!(parts(Wide::from_i64(i64::MIN + 1)), [-two_to_63, 1.0]);
+    assert_eq!(parts(Wide::from_f64(0.1)), [0.1, 0.0]);
+}
+
+#[test]
+fn a_sum_keeps_what_is_small() {
+    let small = Wide::from(2.0_f64.powi(-80));
+    let sum: Wide = [Wide::from(1.0), small, Wide::from(-1.0)].into_iter().sum();
+    assert_eq!(sum, small);
 }
 
 /// Two parts that are finite may be too much together, and nothing is left then.

@@ -1,0 +1,96 @@
+//! Rounding and remainders of elements, bit by bit against those of floats.
+
+use autodiff::{Element, Function, Real, Wide, gradient, hessian};
+use num_traits::Float;
+
+#[test]
+fn rounding_is_exact_at_every_size() {
+    for x in [
+        0.0,
+        0.5,
+        -0.5,
+        1.5,
+        -2.5,
+        1e15 + 0.5,
+        3e18,
+        -7e300,
+        f64::INFINITY,
+    ] {
+        let element = Element(x);
+        assert_eq!(element.floor().0, x.floor());
+        assert_eq!(element.ceil().0, x.ceil());
+        assert_eq!(element.round().0, x.round());
+        assert_eq!(element.trunc().0, x.trunc());
+    }
+    assert!(Element(f64::NAN).floor().is_nan());
+    assert_eq!((Element(7.5) % Element(-2.0)).0, 7.5 % -2.0);
+}
+
+/// To the last bit, however far apart the two are; and the derivative for the whole quotient.
+#[test]
+fn remainders_are_exact() {
+    let numbers = [
+        0.0,
+        5e-324,
+        1e-310,
+        0.1,
+        1.0,
+        6.0,
+        7.5,
+        1e17,
+        1.7e308,
+        f64::INFINITY,
+        f64::NAN,
+    ];
+    for a in numbers {
+        for b in numbers {
+            for [a, b] in [[a, b], [-a, b], [a, -b], [-a, -b]] {
+                let (got, expected) = ((Element(a) % Element(b)).0, a % b);
+                assert_eq!(got.is_nan(), expected.is_nan(), "{a} % {b}: {got}");
+                if !expected.is_nan() {
+                    assert_eq!(got.to_bits(), expected.to_bits(), "{a} % {b}: {got}");
+                }
+                let [a, b] = [a, b].map(|x| x as f32);
+                let (got, expected) = ((Element(a) % Element(b)).0, a % b);
+                assert!(got == expected || got.is_nan() && expected.is_nan());
+            }
+        }
+    }
+    struct Remainder;
+    impl Function for Remainder {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            (Element(x[0]) % Element(x[1])).0
+        }
+    }
+    // 1 is 9 times 0.1 and a rest: the float is a little more than a tenth.
+    assert_eq!(gradient(&Remainder, &[1.0, 0.1]), [1.0, -9.0]);
+    assert_eq!(gradient(&Remainder, &[-7.5, 2.0]), [1.0, 3.0]);
+    assert_eq!(gradient(&Remainder, &[7.5, -2.0]), [1.0, 3.0]);
+    assert_eq!(gradient(&Remainder, &[3.0, f64::INFINITY]), [1.0, 0.0]);
+    assert_eq!(hessian(&Remainder, &[7.5, 2.0]), [[0.0; 2]; 2]);
+}
+
+/// The highest bits there are, and zeros of both signs.
+#[test]
+fn rounding_reaches_the_largest_floats_and_keeps_the_sign_of_zero() {
+    type Pair = (fn(Element<f64>) -> Element<f64>, fn(f64) -> f64);
+    let pairs: [Pair; 5] = [
+        (Float::floor, f64::floor),
+        (Float::ceil, f64::ceil),
+        (Float::round, f64::round),
+        (Float::trunc, f64::trunc),
+        (Float::fract, f64::fract),
+    ];
+    for x in [f64::MAX, 2.0_f64.powi(1023), 1e300, 0.0, 0.3, 5e-324] {
+        for x in [x, -x] {
+            for (i, (ours, system)) in pairs.into_iter().enumerate() {
+                let (got, expected) = (ours(Element(x)).0, system(x));
+                assert_eq!(got.to_bits(), expected.to_bits(), "{i} of {x:e}: {got:e}");
+            }
+        }
+    }
+    assert_eq!(Element(f32::MAX).floor().0, f32::MAX);
+    assert_eq!((Element(f64::MAX) % Element(1.0)).0, 0.0);
+    let largest = Wide::from(f64::MAX);
+    assert_eq!(Element(largest).trunc().0, largest);
+}
