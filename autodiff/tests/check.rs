@@ -357,6 +357,32 @@ fn an_error_is_a_share_of_the_slope() {
     assert!((report.directions[0].error - 0.5).abs() < 1e-7, "{report}");
 }
 
+/// Whatever the unit of the value: tolerances are shares of the slope.
+#[test]
+fn a_verdict_does_not_depend_on_the_unit() {
+    for unit in [1e-12, 1.0, 1e12] {
+        let check = |value: fn(f64) -> f64, at: f64, slope: f64| {
+            let claim = Claim {
+                x: &[at],
+                gradient: &[unit * slope],
+                forward: None,
+            };
+            check_directions(|x| unit * value(x[0]), &claim, &Options::default())
+        };
+        let smooth = check(f64::sin, 0.3, 0.3_f64.cos());
+        assert_eq!(smooth.verdict, Verdict::Smooth, "{unit}: {smooth}");
+        assert_eq!(smooth.control, Some(Verdict::Wrong), "{unit}: {smooth}");
+        let wrong = check(f64::sin, 0.3, 1.001 * 0.3_f64.cos());
+        assert_eq!(wrong.verdict, Verdict::Wrong, "{unit}: {wrong}");
+        for between in [-1.0, 0.5, 1.0] {
+            let kink = check(f64::abs, 0.0, between);
+            assert_eq!(kink.verdict, Verdict::Kink, "{unit}: {kink}");
+        }
+        let beyond = check(f64::abs, 0.0, 1.1);
+        assert_eq!(beyond.verdict, Verdict::Wrong, "{unit}: {beyond}");
+    }
+}
+
 /// Neither an infinite point nor steps whose span is no float are a reason to stop.
 #[test]
 fn any_point_and_any_span_of_steps_have_a_verdict() {
