@@ -347,7 +347,7 @@ fn rows_of_a_datum_alone_go_back_together() {
     assert_modes_agree(&total, &at, "rows");
 }
 
-/// A term with a sum of its own inside, of numbers that are not differentiated.
+/// A term with the gradient of another sum inside, which is a constant.
 #[derive(Clone)]
 struct Inner;
 
@@ -365,13 +365,13 @@ struct Outer;
 impl Summand for Outer {
     fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
         let before = shared[0] * datum[0];
-        let constant = Sum::new(Inner, &[[2.0], [3.0]]).run(&[4.0]);
-        before.sin() * R::lit(constant) + before
+        let constant = gradient(&Total(Sum::new(Inner, &[[2.0], [3.0]])), &[4.0]);
+        before.sin() * R::lit(constant[0]) + before
     }
 }
 
 #[test]
-fn a_sum_may_be_made_within_a_term() {
+fn a_sum_s_gradient_may_be_taken_within_a_term() {
     let data = [[0.3], [-0.7], [1.1]];
     let total = Total(Sum::new(Outer, &data));
     assert_modes_agree(&total, &[0.5], "within");
