@@ -225,6 +225,22 @@ fn limits_at_negative_zero_are_taken_from_inside() {
     assert!(adjoint("Doubled", &[], |_| Doubled).contains(".recip()"));
 }
 
+/// A cotangent of zero is looked for where a partial may be infinite. Factors that are clear of zero have
+/// a product that may not be.
+#[test]
+fn products_may_come_closer_to_zero_than_their_factors() {
+    struct Inverse(f64);
+    impl Kernel<1, 1> for Inverse {
+        fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+            let clear = |least| x * x + R::lit(least * self.0);
+            [(clear(1.0) * clear(2.0)).recip()]
+        }
+    }
+    let [clear, close] = [1e-3, 1e-7].map(|least| adjoint("Inverse", &[], |_| Inverse(least)));
+    let looked_for = |text: &str| text.matches("chain(").count();
+    assert!(looked_for(&close) > looked_for(&clear), "{clear}\n{close}");
+}
+
 /// A state of odd length, so that lanes are left over.
 const STATE: usize = 11;
 
