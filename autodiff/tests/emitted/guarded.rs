@@ -28,7 +28,7 @@ pub(crate) struct Guarded {
     pub(crate) width: f64,
 }
 
-const GUARDED: usize = 11;
+const GUARDED: usize = 12;
 
 impl Kernel<2, GUARDED> for Guarded {
     #[inline(always)]
@@ -48,6 +48,7 @@ impl Kernel<2, GUARDED> for Guarded {
             (x * x + R::lit(self.width)).sqrt(),
             R::select(above, x, R::lit(f64::NEG_INFINITY) * y),
             R::select(above, x, R::lit(f64::NAN) * y),
+            R::select(above, x, (area * area * area).sin()),
         ]
     }
 }
@@ -137,7 +138,7 @@ fn a_cotangent_of_zero_passes_zero() {
         (800.0, &[0, 1, 2, 3, 4]),
         (-800.0, &[0, 1, 2, 3, 4, 6]),
         // The square does.
-        (1e200, &[0, 1, 2, 3, 4, 5, 9, 10]),
+        (1e200, &[0, 1, 2, 3, 4, 5, 9, 10, 11]),
     ];
     for (x, known) in points {
         for &o in known {
