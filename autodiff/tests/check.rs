@@ -330,6 +330,24 @@ fn the_worst_direction_leads_to_the_worst_component() {
     }
 }
 
+/// The worst component is that with the largest part in a direction's error, not with the largest error.
+#[test]
+fn components_weigh_as_the_direction_has_them() {
+    let claim = Claim {
+        x: &[0.3, 0.5],
+        gradient: &[2.0, 1.8],
+        forward: None,
+    };
+    // The only direction of this seed is along (0.30, 0.65).
+    let options = Options {
+        seed: 1234567,
+        directions: 1,
+        ..Options::default()
+    };
+    let report = check_directions(|x| x[0] + x[1], &claim, &options);
+    assert_eq!(report.worst.index, 1, "{report}");
+}
+
 /// Beside differences that are NaN an error is still found.
 #[test]
 fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {
