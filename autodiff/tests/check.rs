@@ -371,7 +371,7 @@ fn an_error_is_a_share_of_the_slope() {
         forward: None,
     };
     let report = check_directions(|x| 2.0 * x[0], &claim, &Options::default());
-    // Differences of a line are rounded alone, at 1e-16 over a step of 1e-8 at least.
+    // What is off in the differences of a line is rounding, 1e-16 over the step.
     assert!((report.directions[0].error - 0.5).abs() < 1e-7, "{report}");
 }
 

@@ -244,6 +244,10 @@ fn nothing_turns_into_a_float_silently() {
     assert_eq!((constant.0.value, constant.0.tangent), (2.5, [0.0]));
     let caught = std::panic::catch_unwind(|| ::nalgebra::convert_unchecked::<_, f64>(moving));
     assert!(caught.is_err());
+    let caught = std::panic::catch_unwind(|| ::nalgebra::convert_unchecked::<_, f32>(moving));
+    assert!(caught.is_err());
+    let same: Option<Element<Dual<f64, 1>>> = try_convert(moving);
+    assert_eq!(same.map(|same| same.0.tangent), Some([1.0]));
 }
 
 /// A turned point along a direction.
