@@ -224,7 +224,11 @@ fn comparisons_and_signs_look_at_primals() {
         Element(1e-9),
         epsilon = Element(1e-8)
     ));
-    assert!(!ComplexField::is_finite(&Element(f64::INFINITY)));
+    let infinite = Element(f64::INFINITY);
+    approx::assert_relative_eq!(infinite, infinite);
+    approx::assert_relative_ne!(infinite, Element(1.0));
+    approx::assert_ulps_ne!(infinite, -infinite);
+    assert!(!ComplexField::is_finite(&infinite));
 }
 
 /// What nalgebra takes for a SIMD register is one number.

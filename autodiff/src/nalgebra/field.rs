@@ -97,6 +97,8 @@ impl<R: Real> RelativeEq for Element<R> {
     }
     fn relative_eq(&self, other: &Self, epsilon: Self, max_relative: Self) -> bool {
         let largest = self.0.abs().max(other.0.abs());
+        // Infinity equals itself alone: of a share of it anything would be within.
+        let largest = R::select(largest.finite(), largest, R::zero());
         self.abs_diff_eq(other, epsilon) || self.abs_diff_eq(other, Self(largest) * max_relative)
     }
 }
