@@ -188,3 +188,19 @@ fn numbers_moved_by_constants_keep_their_derivative() {
     });
     assert_eq!(hessian(&Moved, &x), rows);
 }
+
+/// Passes have a fixed number of directions, which the arguments need not fill.
+#[test]
+fn a_hessian_has_a_row_for_each_argument() {
+    struct Product;
+    impl Function for Product {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            x.iter().fold(R::one(), |product, &x| product * x)
+        }
+    }
+    for n in [1, 4, 5, 9] {
+        let rows = hessian(&Product, &vec![1.0; n]);
+        let expected = |i: usize| (0..n).map(|j| if i == j { 0.0 } else { 1.0 }).collect();
+        assert_eq!(rows, (0..n).map(expected).collect::<Vec<Vec<f64>>>());
+    }
+}

@@ -339,3 +339,19 @@ impl Vectorized<f64> for ChoicesByLanes {
 fn a_choice_by_lanes_is_blamed_for_either_side() {
     assert_eq!(f64::vectorize(ChoicesByLanes), [Some("sqrt"); 4]);
 }
+
+/// Code that asks what is zero goes the way that it goes with variables: they are not zero, whatever
+/// their value; constants are.
+#[test]
+fn what_is_zero_is_so_for_variables_too() {
+    struct Asks;
+    impl Function for Asks {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            let zeros = [x[0].is_zero(), R::zero().is_zero(), R::one().is_zero()];
+            assert_eq!(zeros, [false, true, false]);
+            x[0].sqrt()
+        }
+    }
+    assert_eq!(gradient(&Asks, &[0.0]), [f64::INFINITY]);
+    assert_eq!(origin(&Asks, &[0.0]).expect("a slope").operation, "sqrt");
+}
