@@ -48,6 +48,20 @@ fn checked(function: &impl Function, x: &[f64]) -> Report {
     check_gradient(function, x, &Options::default())
 }
 
+/// A claimed gradient at a point against differences alone.
+fn claimed(
+    value: impl Fn(&[f64]) -> f64,
+    (x, gradient): (&[f64], &[f64]),
+    options: &Options,
+) -> Report {
+    let claim = Claim {
+        x,
+        gradient,
+        forward: None,
+    };
+    check_directions(value, &claim, options)
+}
+
 #[test]
 fn right_gradients_are_smooth() {
     for n in [1, 2, 50] {
@@ -120,20 +134,15 @@ fn a_kink_beside_the_point_neither_alarms_nor_hides() {
     for distance in [1e-3, -1e-4, 1e-5, -1e-6, 1e-7, -1e-8] {
         let function = Rectifier { at: 0.5 + distance };
         let x = [0.5, 0.2];
-        let mut claimed = gradient(&function, &x);
+        let mut slopes = gradient(&function, &x);
         for (factor, verdict) in [(1.0, Verdict::Smooth), (1.001, Verdict::Wrong)] {
-            claimed[1] *= factor;
+            slopes[1] *= factor;
             for seed in 0..20 {
                 let options = Options {
                     seed,
                     ..Options::default()
                 };
-                let claim = Claim {
-                    x: &x,
-                    gradient: &claimed,
-                    forward: None,
-                };
-                let report = check_directions(|x| function.eval(x), &claim, &options);
+                let report = claimed(|x| function.eval(x), (&x, &slopes), &options);
                 assert_eq!(
                     report.verdict, verdict,
                     "distance {distance}, seed {seed}\n{report}"
@@ -151,16 +160,11 @@ fn noise_in_the_value_is_allowed_for() {
         |x: &[f64]| f64::from(Smooth.eval(&x.iter().map(|&x| x as f32).collect::<Vec<_>>()));
     for (factor, verdict) in [(1.0, Verdict::Smooth), (1.05, Verdict::Wrong)] {
         let gradient: Vec<f64> = gradient(&Smooth, &x).iter().map(|g| g * factor).collect();
-        let claim = Claim {
-            x: &x,
-            gradient: &gradient,
-            forward: None,
-        };
         let options = Options {
             noise: f64::from(f32::EPSILON),
             ..Options::default()
         };
-        let report = check_directions(value, &claim, &options);
+        let report = claimed(value, (&x, &gradient), &options);
         assert_eq!(report.verdict, verdict, "{report}");
     }
 }
@@ -173,12 +177,7 @@ fn a_wrong_slope_at_a_kink_is_still_wrong() {
         (0.7, Verdict::Kink),
         (3.0, Verdict::Wrong),
     ] {
-        let claim = Claim {
-            x: &[0.0, 0.0],
-            gradient: &[slope, 1.0],
-            forward: None,
-        };
-        let report = check_directions(value, &claim, &Options::default());
+        let report = claimed(value, (&[0.0, 0.0], &[slope, 1.0]), &Options::default());
         assert_eq!(report.verdict, verdict, "slope {slope}\n{report}");
     }
 }
@@ -220,12 +219,7 @@ fn sources_may_disagree_below_the_value_s_last_digit() {
 #[test]
 fn differences_say_how_sure_they_are() {
     let direction = |value: fn(f64) -> f64, slope: f64| {
-        let claim = Claim {
-            x: &[0.5],
-            gradient: &[slope],
-            forward: None,
-        };
-        let report = check_directions(|x| value(x[0]), &claim, &Options::default());
+        let report = claimed(|x| value(x[0]), (&[0.5], &[slope]), &Options::default());
         report.directions[0].clone()
     };
     let known = direction(f64::sin, 0.5f64.cos());
@@ -259,12 +253,7 @@ fn a_flat_function_with_a_large_value_is_smooth() {
 #[test]
 fn what_is_not_finite_never_passes() {
     let verdict = |gradient: f64| {
-        let claim = Claim {
-            x: &[1.0],
-            gradient: &[gradient],
-            forward: None,
-        };
-        check_directions(|x| x[0] * x[0], &claim, &Options::default()).verdict
+        claimed(|x| x[0] * x[0], (&[1.0], &[gradient]), &Options::default()).verdict
     };
     assert_eq!(verdict(f64::NAN), Verdict::Wrong);
     assert_eq!(verdict(f64::INFINITY), Verdict::Wrong);
@@ -315,17 +304,16 @@ fn the_component_with_an_infinite_slope_is_the_worst() {
 /// is where the worst component is looked for.
 #[test]
 fn the_worst_direction_leads_to_the_worst_component() {
-    let claim = Claim {
-        x: &[0.3, 0.5, 0.7, 0.2],
-        gradient: &[1.5, 0.5, 1.0, 1.001],
-        forward: None,
-    };
     for seed in 0..10 {
         let options = Options {
             seed,
             ..Options::default()
         };
-        let report = check_directions(|x| x.iter().sum(), &claim, &options);
+        let report = claimed(
+            |x| x.iter().sum(),
+            (&[0.3, 0.5, 0.7, 0.2], &[1.5, 0.5, 1.0, 1.001]),
+            &options,
+        );
         assert!(report.worst.index < 2, "{report}");
     }
 }
@@ -333,30 +321,24 @@ fn the_worst_direction_leads_to_the_worst_component() {
 /// The worst component is that with the largest part in a direction's error, not with the largest error.
 #[test]
 fn components_weigh_as_the_direction_has_them() {
-    let claim = Claim {
-        x: &[0.3, 0.5],
-        gradient: &[2.0, 1.8],
-        forward: None,
-    };
     // The only direction of this seed is along (0.30, 0.65).
     let options = Options {
         seed: 1234567,
         directions: 1,
         ..Options::default()
     };
-    let report = check_directions(|x| x[0] + x[1], &claim, &options);
+    let report = claimed(|x| x[0] + x[1], (&[0.3, 0.5], &[2.0, 1.8]), &options);
     assert_eq!(report.worst.index, 1, "{report}");
 }
 
 /// Beside differences that are NaN an error is still found.
 #[test]
 fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {
-    let claim = Claim {
-        x: &[0.3, 0.0],
-        gradient: &[0.7, 0.0],
-        forward: None,
-    };
-    let report = check_directions(|x| x[0] * x[0] + x[1].sqrt(), &claim, &Options::default());
+    let report = claimed(
+        |x| x[0] * x[0] + x[1].sqrt(),
+        (&[0.3, 0.0], &[0.7, 0.0]),
+        &Options::default(),
+    );
     assert_eq!(
         (report.worst.index, report.worst.verdict),
         (0, Verdict::Wrong)
@@ -365,12 +347,7 @@ fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {
 
 #[test]
 fn an_error_is_a_share_of_the_slope() {
-    let claim = Claim {
-        x: &[0.3],
-        gradient: &[4.0],
-        forward: None,
-    };
-    let report = check_directions(|x| 2.0 * x[0], &claim, &Options::default());
+    let report = claimed(|x| 2.0 * x[0], (&[0.3], &[4.0]), &Options::default());
     // What is off in the differences of a line is rounding, 1e-16 over the step.
     assert!((report.directions[0].error - 0.5).abs() < 1e-7, "{report}");
 }
@@ -380,12 +357,11 @@ fn an_error_is_a_share_of_the_slope() {
 fn a_verdict_does_not_depend_on_the_unit() {
     for unit in [1e-12, 1.0, 1e12] {
         let check = |value: fn(f64) -> f64, at: f64, slope: f64| {
-            let claim = Claim {
-                x: &[at],
-                gradient: &[unit * slope],
-                forward: None,
-            };
-            check_directions(|x| unit * value(x[0]), &claim, &Options::default())
+            claimed(
+                |x| unit * value(x[0]),
+                (&[at], &[unit * slope]),
+                &Options::default(),
+            )
         };
         let smooth = check(f64::sin, 0.3, 0.3_f64.cos());
         assert_eq!(smooth.verdict, Verdict::Smooth, "{unit}: {smooth}");
