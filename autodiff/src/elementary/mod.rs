@@ -9,10 +9,12 @@
 //! Range reduction and the split of constants follow J.-M. Muller, *Elementary Functions*, 3rd
 //! ed., chapter 11 (Cody and Waite's method).
 
+#[cfg(target_arch = "x86_64")]
 mod abreast;
 
 use std::ops::{Add, Div, Mul, Sub};
 
+#[cfg(target_arch = "x86_64")]
 pub(crate) use abreast::Abreast;
 
 /// What the elementary functions are made of: a float or a lane of floats.
