@@ -1,5 +1,7 @@
 //! Where the arrays of a step lie, and what is refused because it would lie nowhere.
 
+use std::panic::catch_unwind;
+
 use autodiff::{Adjoint, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
 /// Lanes that are set out are written whole: what is declared next begins behind them.
@@ -149,29 +151,37 @@ struct ManyInputs;
 impl Model for ManyInputs {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let x = p.state(1);
-        p.input(1 << 60);
+        p.input(1 << (usize::BITS - 4));
         p.advance(x, x);
     }
 }
 
 #[test]
-#[should_panic(expected = "take 2305843009213693952 numbers: a rollout has 0")]
+#[should_panic(expected = "numbers: a rollout has 0")]
 fn inputs_that_no_memory_holds_are_missing() {
     Rollout::new(ManyInputs, 2).run(&[1.0], &[]);
 }
 
 #[test]
-#[should_panic(expected = "longer than any memory")]
 fn starts_whose_arrays_overflow_are_refused() {
+    let huge = 1 << (usize::BITS - 3);
     let start: &[f64] = &[1.0; 8];
-    Rollout::new(Huge(1 << 61), 1).run_many(&[start; 16], &[]);
+    let caught = catch_unwind(|| Rollout::new(Huge(huge), 1).run_many(&[start; 16], &[]));
+    let panic = caught.expect_err("no memory holds sixteen");
+    let message = *panic.downcast::<String>().expect("a sentence");
+    // Where registers have one lane, one start runs at a time: it is too short, and nothing overflows.
+    let alone = format!("have {huge} together");
+    assert!(
+        message.contains("longer than any memory") || message.contains(&alone),
+        "{message}"
+    );
 }
 
 #[test]
-#[should_panic(expected = "has 1 numbers in a state: the entries [9223372036854775808] are wanted")]
+#[should_panic(expected = "has 1 numbers in a state: the entries [")]
 fn entries_are_counted_in_each_start() {
     let rollout = Rollout {
-        entries: Some(vec![1 << 63]),
+        entries: Some(vec![1 << (usize::BITS - 1)]),
         ..Rollout::new(SetOutBefore, 1)
     };
     rollout.run_many(&[&[1.0], &[2.0]], &[&[], &[0.25]]);
@@ -184,7 +194,7 @@ fn a_start_of_another_length_is_told_with_both() {
 }
 
 #[test]
-#[should_panic(expected = "one has 2 numbers, the first of its group 1")]
+#[should_panic(expected = "one has 2 numbers, the first 1")]
 fn starts_of_different_lengths_are_told_with_both() {
     let starts: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
     Rollout::new(SetOutBefore, 1).run_many(&starts, &[&[], &[0.25]]);

@@ -48,7 +48,7 @@ fn states_may_become_one_another() {
 #[test]
 #[should_panic(expected = "steps exceed any memory: give the rollout a budget")]
 fn more_steps_than_any_memory_keeps_are_refused() {
-    let rollout = Rollout::new(Exchange, 1 << 62);
+    let rollout = Rollout::new(Exchange, 1 << (usize::BITS - 2));
     gradient_of(|x| rollout.run(x, &[])[0], &[1.0; 3 * NODES]);
 }
 

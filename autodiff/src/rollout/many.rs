@@ -45,14 +45,14 @@ impl Group {
 
     /// What the starts of this group have of their own, interleaved.
     fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
-        let of_starts = &of_starts[self.starts.clone()];
         let len = of_starts[0].len();
+        let of_starts = &of_starts[self.starts.clone()];
         for own in of_starts {
             assert_eq!(
                 own.len(),
                 len,
                 "the starts of a rollout, or what each has of its own, differ in length: one has {} \
-                 numbers, the first of its group {len}",
+                 numbers, the first {len}",
                 own.len()
             );
         }
