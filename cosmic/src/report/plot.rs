@@ -139,7 +139,7 @@ fn decades([from, to]: [f64; 2]) -> Vec<f64> {
     let every = 1 + (last - first).max(0) / 5;
     (first..=last)
         .step_by(every as usize)
-        .map(|k| 10f64.powi(k))
+        .map(|k| 10f64.powf(k.into()))
         .collect()
 }
 

@@ -202,16 +202,12 @@ fn two_digits(x: f64) -> f64 {
 }
 
 /// The largest number of so many digits that is not above a positive one; infinity is itself.
-pub(crate) fn rounded_down(x: f64, digits: i32) -> f64 {
-    if x.is_infinite() {
-        return x;
-    }
-    let unit = 10f64.powi(x.log10().floor() as i32 + 1 - digits);
-    // By a quotient of powers: the product of 23 and 1e-4 has seventeen digits.
-    let whole = (x / unit).floor();
-    format!("{whole}e{}", unit.log10().round())
-        .parse()
-        .unwrap_or(x)
+pub(crate) fn rounded_down(x: f64, digits: usize) -> f64 {
+    // The shortest digits that mean this number, cut: powers of ten are not the same on every system.
+    let scientific = format!("{x:e}");
+    let (significand, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let kept = &significand[..significand.len().min(digits + 1)];
+    format!("{kept}e{exponent}").parse().unwrap_or(x)
 }
 
 #[cfg(test)]

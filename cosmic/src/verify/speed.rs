@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use autodiff::{CotangentBound, Model, Program, Real, Rollout, Var};
-use cpu_time::ThreadTime;
 
-use super::clock::timed;
+use super::clock::{Clock, timed};
 use super::probe::Probe;
 use crate::case::Case;
 use crate::controller::Controller;
@@ -147,7 +146,7 @@ fn layout(case: &Case, volume: &VolumeSettings) -> Case {
 
 /// Takes a measurement so often, or once where that takes long.
 fn repeat(mut measurement: impl FnMut()) {
-    let start = ThreadTime::now();
+    let start = Clock::now();
     for _ in 0..REPEATS {
         measurement();
         if start.elapsed() > LONGEST {
