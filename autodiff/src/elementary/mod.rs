@@ -37,7 +37,7 @@ pub(crate) trait Primitive:
     const TANH_ONE: f64;
 
     fn constant(value: f64) -> Self;
-    /// `self * a + b` with one rounding.
+    /// `self * a + b` with one rounding: not MinGW's own, which has two.
     fn mul_add(self, a: Self, b: Self) -> Self;
     /// The nearest integer, for arguments well below [`ROUNDING`](Self::ROUNDING).
     #[inline(always)]
@@ -203,6 +203,9 @@ impl Primitive for f64 {
     }
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
+        #[cfg(all(windows, target_env = "gnu"))]
+        return libm::fma(self, a, b);
+        #[cfg(not(all(windows, target_env = "gnu")))]
         self.mul_add(a, b)
     }
     #[inline(always)]
@@ -244,6 +247,9 @@ impl Primitive for f32 {
     }
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
+        #[cfg(all(windows, target_env = "gnu"))]
+        return libm::fmaf(self, a, b);
+        #[cfg(not(all(windows, target_env = "gnu")))]
         self.mul_add(a, b)
     }
     #[inline(always)]

@@ -1,6 +1,8 @@
 //! Sums and products of two floats without rounding error: the float nearest to the result and
 //! what it leaves out.
 
+use crate::elementary::Primitive;
+
 /// `a + b` (Knuth, *The Art of Computer Programming* 2, section 4.2.2).
 #[inline]
 pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
@@ -13,5 +15,5 @@ pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 #[inline]
 pub(super) fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
-    (product, a.mul_add(b, -product))
+    (product, Primitive::mul_add(a, b, -product))
 }

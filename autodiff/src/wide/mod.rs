@@ -45,6 +45,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{FromPrimitive, One, Zero};
 
+use crate::elementary::Primitive;
 use crate::real::Real;
 use exact::{two_product, two_sum};
 
@@ -151,8 +152,8 @@ impl Mul for Wide {
     #[inline]
     fn mul(self, other: Self) -> Self {
         let (high, low) = two_product(self.high, other.high);
-        let cross = self.low.mul_add(other.high, self.low * other.low);
-        Self::normal(high, low + self.high.mul_add(other.low, cross))
+        let cross = Primitive::mul_add(self.low, other.high, self.low * other.low);
+        Self::normal(high, low + Primitive::mul_add(self.high, other.low, cross))
     }
 }
 
