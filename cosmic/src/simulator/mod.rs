@@ -11,6 +11,7 @@ mod blame;
 mod divergence;
 #[cfg(test)]
 mod emission;
+mod energy;
 mod kernels;
 mod mechanics;
 mod overflow;
@@ -25,7 +26,7 @@ use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
 
 pub use blame::Term;
 pub use divergence::{Divergence, Guarded};
-pub(crate) use kernels::SOFTENING;
+pub(crate) use energy::Store;
 pub use overflow::Overflow;
 pub use robot::Spare;
 pub(crate) use step_check::rounded_down;

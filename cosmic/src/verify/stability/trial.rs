@@ -5,7 +5,7 @@ use crate::lattice::State;
 use crate::projection::Body;
 use crate::random::{Purpose, stream, symmetric};
 use crate::simulator::stability::stable_step;
-use crate::simulator::{Divergence, Grade, Guarded, Span};
+use crate::simulator::{Divergence, Grade, Guarded, Span, Store};
 use crate::verify::probe::most;
 
 /// How far the nodes of a free robot are moved at the start, as a share of its shortest edge:
@@ -170,22 +170,9 @@ fn is_finite(state: &State<f64>) -> bool {
 
 /// The most energy of any state over that of the first, in units of [`ENERGY`].
 fn energy_growth(case: &Case, body: &Body<f64>, guarded: &Guarded) -> f64 {
-    let energy = |state: &State<f64>| {
-        let kinetic = state.v.iter().zip(&body.mass);
-        let kinetic: f64 = kinetic
-            .map(|([vx, vy], m)| 0.5 * m * (vx * vx + vy * vy))
-            .sum();
-        let edges = case.lattice.edges.iter().zip(&body.stiffness);
-        let elastic = edges
-            .zip(&case.lattice.rest_length)
-            .map(|((&[i, j], k), l)| {
-                let [dx, dy] = [0, 1].map(|c| state.x[j][c] - state.x[i][c]);
-                0.5 * k * (dx.hypot(dy) - l).powi(2)
-            });
-        kinetic + elastic.sum::<f64>()
-    };
-    let states = guarded.trajectory.states.iter().map(energy);
-    most(states) / (ENERGY * energy(&case.start))
+    let store = Store::new(&case.lattice, &case.physics, body);
+    let states = guarded.trajectory.states.iter();
+    most(states.map(|state| store.energy(state))) / (ENERGY * store.energy(&case.start))
 }
 
 /// The highest speed of any node over the highest it may have: [`SPEED`] times what gravity adds

@@ -1,0 +1,65 @@
+//! The energy that springs and masses hold, for those who watch that it is kept.
+
+use super::bending::Bending;
+use super::kernels::SOFTENING;
+use crate::lattice::{Lattice, State};
+use crate::projection::Body;
+use crate::scene::PhysicsSettings;
+
+/// What holds energy in a robot whose actuators are at rest.
+pub(crate) struct Store<'a> {
+    lattice: &'a Lattice,
+    body: &'a Body<f64>,
+    /// The cubic coefficient of the springs, 1/m^2.
+    stiffening: f64,
+    /// The nodes of bars that resist bending, and their angular stiffness, N m.
+    bars: Vec<([usize; 3], f64)>,
+}
+
+impl<'a> Store<'a> {
+    pub(crate) fn new(
+        lattice: &'a Lattice,
+        physics: &PhysicsSettings,
+        body: &'a Body<f64>,
+    ) -> Self {
+        let bending = Bending::new(lattice, physics.bending_radius);
+        Self {
+            lattice,
+            body,
+            stiffening: physics.stiffening,
+            bars: bending.map_or(Vec::new(), |bending| bending.springs(&body.stiffness)),
+        }
+    }
+
+    /// Kinetic energy and that of springs and bars, J: of what the simulator's forces are the slope.
+    pub(crate) fn energy(&self, state: &State<f64>) -> f64 {
+        let speeds = state.v.iter().zip(&self.body.mass);
+        let kinetic: f64 = speeds
+            .map(|([vx, vy], m)| 0.5 * m * (vx * vx + vy * vy))
+            .sum();
+        let edges = self.lattice.edges.iter().zip(&self.body.stiffness);
+        let springs = (edges.zip(&self.lattice.rest_length)).map(|((&edge, k), rest)| {
+            let (_, length) = towards(&state.x, edge);
+            let square = (length - rest) * (length - rest);
+            // The integral of k (e + c e^3).
+            0.5 * k * square * (1.0 + 0.5 * self.stiffening * square)
+        });
+        let bars = self
+            .bars
+            .iter()
+            .map(|&([before, middle, after], stiffness)| {
+                let ([ax, ay], _) = towards(&state.x, [before, middle]);
+                let ([bx, by], _) = towards(&state.x, [middle, after]);
+                // 1 - cos(a), without taking numbers near 1 from each other.
+                0.5 * stiffness * ((ax - bx) * (ax - bx) + (ay - by) * (ay - by))
+            });
+        kinetic + springs.sum::<f64>() + bars.sum::<f64>()
+    }
+}
+
+/// The direction of an edge and its length, m, as the springs have it (D4).
+fn towards(x: &[[f64; 2]], [i, j]: [usize; 2]) -> ([f64; 2], f64) {
+    let [dx, dy] = [0, 1].map(|k| x[j][k] - x[i][k]);
+    let length = (dx * dx + dy * dy + SOFTENING).sqrt();
+    ([dx / length, dy / length], length)
+}
