@@ -39,8 +39,8 @@ impl<'a> Store<'a> {
             .sum();
         let edges = self.lattice.edges.iter().zip(&self.body.stiffness);
         let springs = (edges.zip(&self.lattice.rest_length)).map(|((&edge, k), rest)| {
-            let (_, length) = towards(&state.x, edge);
-            let square = (length - rest) * (length - rest);
+            let change = length(&state.x, edge) - rest;
+            let square = change * change;
             // The integral of k (e + c e^3).
             0.5 * k * square * (1.0 + 0.5 * self.stiffening * square)
         });
@@ -57,9 +57,18 @@ impl<'a> Store<'a> {
     }
 }
 
-/// The direction of an edge and its length, m, as the springs have it (D4).
-fn towards(x: &[[f64; 2]], [i, j]: [usize; 2]) -> ([f64; 2], f64) {
-    let [dx, dy] = [0, 1].map(|k| x[j][k] - x[i][k]);
-    let length = (dx * dx + dy * dy + SOFTENING).sqrt();
-    ([dx / length, dy / length], length)
+/// The direction of an edge and its length, m.
+fn towards(x: &[[f64; 2]], edge: [usize; 2]) -> ([f64; 2], f64) {
+    let (span, length) = (span(x, edge), length(x, edge));
+    (span.map(|d| d / length), length)
+}
+
+/// The length of an edge, m, as the springs have it (D4).
+pub(crate) fn length(x: &[[f64; 2]], edge: [usize; 2]) -> f64 {
+    let [dx, dy] = span(x, edge);
+    (dx * dx + dy * dy + SOFTENING).sqrt()
+}
+
+fn span(x: &[[f64; 2]], [i, j]: [usize; 2]) -> [f64; 2] {
+    [0, 1].map(|k| x[j][k] - x[i][k])
 }

@@ -26,7 +26,7 @@ use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
 
 pub use blame::Term;
 pub use divergence::{Divergence, Guarded};
-pub(crate) use energy::Store;
+pub(crate) use energy::{Store, length};
 pub use overflow::Overflow;
 pub use robot::Spare;
 pub(crate) use step_check::rounded_down;

@@ -31,8 +31,8 @@ pub fn stable_steps(case: &Case) -> Section {
             integrator.name().into(),
             Cell::Count(substeps),
             Cell::Number(physics.dt),
-            Cell::Number(bound),
-            Cell::Number(exact),
+            Cell::if_finite(bound),
+            Cell::if_finite(exact),
         ];
         Row { cells, standing }
     });

@@ -45,6 +45,11 @@ impl From<&str> for Cell {
 }
 
 impl Cell {
+    /// A number, or none where there is no finite one.
+    pub(crate) fn if_finite(number: f64) -> Self {
+        Some(number).filter(|x| x.is_finite()).into()
+    }
+
     /// As JSON has it: numbers to the last bit, those that are not finite as `null`.
     fn to_json(&self) -> Value {
         match self {

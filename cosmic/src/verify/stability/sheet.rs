@@ -141,8 +141,8 @@ fn row(found: &Found) -> Row {
         Cell::Text(found.what.clone()),
         Cell::Count(found.nodes),
         Cell::Number(found.dt),
-        finite(found.bound),
-        finite(found.limit),
+        Cell::if_finite(found.bound),
+        Cell::if_finite(found.limit),
         words(found.expected_stable(), ["stable", "unstable"]),
         said.into(),
         Cell::Text(outcome),
@@ -156,9 +156,4 @@ fn row(found: &Found) -> Row {
         (true, _) => Standing::Plain,
     };
     Row { cells, standing }
-}
-
-/// A limit, where there is one.
-fn finite(dt: f64) -> Cell {
-    Some(dt).filter(|dt| dt.is_finite()).into()
 }

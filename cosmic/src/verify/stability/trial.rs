@@ -5,7 +5,7 @@ use crate::lattice::State;
 use crate::projection::Body;
 use crate::random::{Purpose, stream, symmetric};
 use crate::simulator::stability::stable_step;
-use crate::simulator::{Divergence, Grade, Guarded, Span, Store};
+use crate::simulator::{Divergence, Grade, Guarded, Span, Store, length};
 use crate::verify::probe::most;
 
 /// How far the nodes of a free robot are moved at the start, as a share of its shortest edge:
@@ -183,12 +183,13 @@ fn speed_growth(case: &Case, frequency: f64, guarded: &Guarded) -> f64 {
     let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
     let strain = case.materials.max_strain.into_iter().fold(0.0, f64::max);
     let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
-    let off_rest = edges.map(|(&[i, j], l)| {
-        let [dx, dy] = [0, 1].map(|c| case.start.x[j][c] - case.start.x[i][c]);
-        (dx.hypot(dy) - l).abs()
-    });
+    let off_rest = edges.map(|(&edge, rest)| (length(&case.start.x, edge) - rest).abs());
     let stroke = strain * reach(case) + off_rest.fold(0.0, f64::max);
     let states = guarded.trajectory.states.iter();
     let speeds = states.flat_map(|s| s.v.iter().map(|v| v[0].hypot(v[1])));
-    most(speeds) / (SPEED * (fall + stroke * frequency))
+    match most(speeds) {
+        // Of what nothing moves.
+        0.0 => 0.0,
+        speed => speed / (SPEED * (fall + stroke * frequency)),
+    }
 }
