@@ -312,12 +312,18 @@ impl Task {
         mixtures.iter().map(|mixture| self.body(mixture)).collect()
     }
 
-    /// The time step against the vibrations of a mixture's robot at rest in these positions.
-    pub fn step_check(&self, mixture: &[[f64; 3]], positions: &[[f64; 2]]) -> StepCheck {
+    /// The time step against the vibrations of a mixture's robot at rest in these positions, and of
+    /// robots drawn around it that vibrate up to so many times [`faster`](crate::scene::RobustSettings::faster).
+    pub fn step_check(
+        &self,
+        mixture: &[[f64; 3]],
+        positions: &[[f64; 2]],
+        faster: f64,
+    ) -> StepCheck {
         let body = self.body(mixture);
         let vibration = Vibration::new(&self.lattice, &body, &self.physics, positions);
         let any_design = bound_of_any_design(&self.lattice, &self.materials, &self.physics);
-        StepCheck::new(&vibration, any_design, &self.physics)
+        StepCheck::new(&vibration, (any_design, faster), &self.physics)
     }
 
     /// The same as [`rollout`](Task::rollout), with every operation on the tape.

@@ -71,7 +71,8 @@ impl Case {
 
     /// The time step against the vibrations of the robot at rest in its first positions.
     pub fn step_check(&self) -> StepCheck {
-        self.task().step_check(&self.own_mixture(), &self.start.x)
+        self.task()
+            .step_check(&self.own_mixture(), &self.start.x, 1.0)
     }
 
     /// The loss of the final position, for any number type.

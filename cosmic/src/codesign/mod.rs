@@ -117,12 +117,15 @@ impl CoDesign {
         Ok(self.deliver(&progress))
     }
 
-    /// The time step against the vibrations of the design as it stands.
+    /// The time step against the vibrations of the design as it stands, and of robots drawn around it.
     pub fn step_check(&self, progress: &Progress) -> StepCheck {
         let mixture = self.mixture(progress);
         match &self.checked {
             Some((checked, check)) if *checked == mixture => *check,
-            _ => self.task.step_check(&mixture, &self.start.x),
+            _ => {
+                let faster = self.scene.robust.faster();
+                self.task.step_check(&mixture, &self.start.x, faster)
+            }
         }
     }
 

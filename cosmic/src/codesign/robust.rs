@@ -62,3 +62,54 @@ impl Slope {
         mean
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::schedule::Schedule;
+    use super::super::tests::tiny;
+    use super::super::{CoDesign, Progress};
+    use crate::gradient::Task;
+    use crate::simulator::stability::Vibration;
+
+    /// The largest frequency of a task's robot, 1/s.
+    fn frequency(codesign: &CoDesign, progress: &Progress, task: &Task) -> f64 {
+        let body = task.body(&codesign.mixture(progress));
+        let rest = &task.lattice.positions;
+        Vibration::new(&task.lattice, &body, &task.physics, rest).largest_frequency()
+    }
+
+    #[test]
+    fn time_steps_are_held_against_the_robots_that_are_drawn() {
+        let mut scene = tiny();
+        let alone = CoDesign::new(&scene).unwrap();
+        let progress = alone.begin(0).unwrap();
+        let nominal = (
+            alone.step_check(&progress),
+            frequency(&alone, &progress, &alone.task),
+        );
+        (scene.robust.samples, scene.robust.stiffness) = (32, 0.4);
+        let drawing = CoDesign::new(&scene).unwrap();
+        let progress = drawing.begin(0).unwrap();
+        let check = drawing.step_check(&progress);
+        let now = Schedule {
+            scene: &scene,
+            iteration: 1,
+        };
+        let drawn = drawing.worlds(&progress, &now);
+        let drawn = drawn
+            .iter()
+            .map(|w| frequency(&drawing, &progress, &w.task));
+        let fastest = drawn.fold(0.0, f64::max);
+        let faster = scene.robust.faster();
+        assert!(nominal.1 < fastest && fastest < faster * nominal.1);
+        // Products and quotients of the same numbers, in another order.
+        let is = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;
+        assert!(is(
+            check.bound.frequency,
+            faster * nominal.0.bound.frequency
+        ));
+        let [any, any_drawn] = [nominal.0, check].map(|check| check.any_design.unwrap());
+        // Symplectic Euler's damped limit is all but inverse to the frequency.
+        assert!(any_drawn < any / (0.97 * faster), "{any_drawn} of {any}");
+    }
+}

@@ -69,6 +69,17 @@ pub struct RobustSettings {
     pub mass: f64,
 }
 
+impl RobustSettings {
+    /// How many times as fast a drawn robot may vibrate as the nominal one: its edges as stiff, its
+    /// nodes as light as any. 1 where none is drawn.
+    pub fn faster(&self) -> f64 {
+        match self.samples {
+            0 => 1.0,
+            _ => ((1.0 + self.stiffness) / (1.0 - self.mass)).sqrt(),
+        }
+    }
+}
+
 impl Default for RobustSettings {
     fn default() -> Self {
         Self {

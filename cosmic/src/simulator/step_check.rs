@@ -59,11 +59,12 @@ pub struct StepCheck {
     pub dt: f64,
     /// Mechanical steps in it.
     pub substeps: usize,
-    /// From the bound on the frequencies.
+    /// From the bound on the frequencies, of drawn robots too where a run draws any.
     pub bound: StepLimit,
     /// From the largest frequency itself; looked for only where `dt` is beyond the bound.
     pub exact: Option<StepLimit>,
-    /// The time step below which no vibration of any design of the lattice grows, s; `None` where
+    /// The time step below which no vibration of any design of the lattice grows, of drawn robots
+    /// too where a run draws any, s; `None` where
     /// nothing vibrates, and in files of older versions.
     #[serde(default)]
     pub any_design: Option<f64>,
@@ -71,10 +72,15 @@ pub struct StepCheck {
 
 impl StepCheck {
     /// Checks the time step of a scene or case; `bound_of_any` bounds the angular frequencies of
-    /// every design of the lattice, 1/s.
-    pub fn new(vibration: &Vibration, bound_of_any: f64, physics: &PhysicsSettings) -> Self {
-        let any_design = stable_step(physics, bound_of_any);
-        let bound = (vibration.edge_bound(), vibration.bounding_node());
+    /// every design of the lattice, 1/s. Bounds hold for robots that vibrate `faster` than these,
+    /// by a factor.
+    pub fn new(
+        vibration: &Vibration,
+        (bound_of_any, faster): (f64, f64),
+        physics: &PhysicsSettings,
+    ) -> Self {
+        let any_design = stable_step(physics, faster * bound_of_any);
+        let bound = (faster * vibration.edge_bound(), vibration.bounding_node());
         let bound = StepLimit::new(bound, physics);
         let beyond = bound.share(physics.dt) >= 1.0;
         Self {

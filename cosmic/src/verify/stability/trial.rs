@@ -108,7 +108,7 @@ impl Trial {
         let (task, mixture) = (case.task(), case.own_mixture());
         let body = task.body(&mixture);
         // About the lattice at rest, wherever its nodes start.
-        let check = task.step_check(&mixture, &case.lattice.positions);
+        let check = task.step_check(&mixture, &case.lattice.positions, 1.0);
         let span = Span::from_start((0..=case.physics.steps).collect());
         let guarded = task.guarded(&mixture, (&case.controller, &case.start), &span);
         let growth = match self.world {
