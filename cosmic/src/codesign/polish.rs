@@ -43,6 +43,10 @@ impl CoDesign {
     ) -> Vec<Vec<Material>> {
         let schedule = &self.scene.schedule;
         let gradient = self.by_shares(progress, now);
+        if !gradient.iter().all(|slope| slope.is_finite()) {
+            // It promises nothing.
+            return Vec::new();
+        }
         let holds = holds(&self.scene.projection, &self.task.lattice);
         let cost = |edge: usize, from: Material, to: Material| {
             let is_held = holds.get(edge).is_some_and(|hold| hold[to as usize] > 0.0);

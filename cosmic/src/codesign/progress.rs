@@ -182,7 +182,8 @@ pub struct Record {
     /// Norm of the displacement's gradient by the design, before any bound: performance and
     /// stability projection; `None` where updates by it have no share.
     pub design_gradient: [Option<f64>; 2],
-    /// Norm of the gradient by the controller, before any bound; `None` where the rate is zero.
+    /// Norm of the gradient by the controller, before any bound; `None` where the rate is zero,
+    /// and where settling takes the update back.
     pub controller_gradient: Option<f64>,
     /// How the subproblems of both design updates were solved.
     pub mma: [Option<MmaDiagnostics>; 2],

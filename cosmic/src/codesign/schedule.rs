@@ -103,7 +103,8 @@ impl Schedule<'_> {
     fn settling(&self) -> usize {
         let schedule = &self.scene.schedule;
         let tuned = schedule.iterations.saturating_sub(schedule.snap_at);
-        (schedule.settle * tuned as f64) as usize
+        // Products such as 0.29 times 100 fall short of the whole number by a rounding.
+        (schedule.settle * tuned as f64 + 1e-9) as usize
     }
 
     /// Whether this is one of them.
@@ -202,5 +203,20 @@ mod tests {
             .pass()
         });
         assert_eq!(passes.filter(|pass| *pass == Pass::Design).count(), 144);
+    }
+
+    #[test]
+    fn a_share_of_the_fine_tuning_is_a_whole_number_where_it_should_be() {
+        let mut scene = Scene::default();
+        let schedule = &mut scene.schedule;
+        (schedule.snap_at, schedule.iterations) = (200, 300);
+        for percent in 0..=100 {
+            scene.schedule.settle = percent as f64 / 100.0;
+            let schedule = Schedule {
+                scene: &scene,
+                iteration: 1,
+            };
+            assert_eq!(schedule.settling(), percent);
+        }
     }
 }

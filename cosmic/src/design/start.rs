@@ -68,7 +68,7 @@ const FILLED_ACTUATORS: f64 = 0.22;
 /// actuators, spread evenly over rows and columns (the paper's "uniform distribution of vertical
 /// actuators", of which it lists no edges).
 pub fn filled(lattice: &Lattice) -> Vec<Material> {
-    let vertical = |&[i, j]: &[usize; 2]| j == i + lattice.columns;
+    let vertical = |&[i, j]: &[usize; 2]| i.abs_diff(j) == lattice.columns;
     let verticals = lattice.edges.iter().filter(|edge| vertical(edge)).count();
     let most = (FILLED_ACTUATORS * lattice.edges.len() as f64) as usize;
     let actuators = most.min(verticals);
@@ -100,7 +100,7 @@ fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{layout_materials, start_vectors};
+    use super::{filled, layout_materials, start_vectors};
     use crate::design::{Material, dominant};
     use crate::lattice::{Ground, Lattice};
     use crate::scene::{LatticeSettings, Layout, PhysicsSettings, StartKind, StartSettings};
@@ -146,6 +146,17 @@ mod tests {
     fn one_row_has_a_stability_start_too() {
         let z = start_vectors(&start(StartKind::Stability), &lattice(4, 1), 20.0, 0).unwrap();
         assert_eq!(z, vec![[1.0 / 3.0; 3]; 3]);
+    }
+
+    #[test]
+    fn a_filled_lattice_does_not_hang_on_the_direction_of_its_edges() {
+        let mut lattice = lattice(6, 6);
+        let materials = filled(&lattice);
+        for edge in &mut lattice.edges {
+            edge.reverse();
+        }
+        assert_eq!(filled(&lattice), materials);
+        assert!(materials.contains(&Material::Actuator));
     }
 
     #[test]

@@ -12,6 +12,8 @@ pub fn violations<R: Real>(measures: [R; 4], thresholds: &[f64; 4]) -> [R; 4] {
 
 /// The largest penalty: terms of larger ones would overflow.
 const LARGEST: f64 = 1e100;
+/// The least: one that is divided down to zero would never grow again.
+const LEAST: f64 = 1e-100;
 
 /// Multipliers and penalties of the four measures, in the order of
 /// [`Measures::constrained`](super::Measures::constrained).
@@ -56,7 +58,7 @@ impl AugmentedLagrangian {
             if violations[k] > previous[k] {
                 self.penalty[k] = (self.penalty[k] * growth).min(LARGEST);
             } else if violations[k] < previous[k] {
-                self.penalty[k] /= growth;
+                self.penalty[k] = (self.penalty[k] / growth).max(LEAST);
             }
         }
     }
@@ -98,5 +100,19 @@ mod tests {
         lagrangian.update(&[0.5, 0.25, 0.25, 0.0], &[0.25, 0.5, 0.25, 0.0], 2.0);
         assert_eq!(lagrangian.multiplier, [-0.25, -0.125, -0.125, 0.0]);
         assert_eq!(lagrangian.penalty, [1.0, 0.25, 0.5, 0.5]);
+    }
+
+    #[test]
+    fn a_penalty_that_fell_for_long_grows_again() {
+        let mut lagrangian = AugmentedLagrangian {
+            multiplier: [0.0; 4],
+            penalty: [1.0; 4],
+        };
+        for _ in 0..400 {
+            lagrangian.update(&[0.0; 4], &[1.0; 4], 10.0);
+        }
+        let least = lagrangian.penalty[0];
+        lagrangian.update(&[1.0; 4], &[0.0; 4], 10.0);
+        assert!(least > 0.0 && lagrangian.penalty[0] > 9.0 * least);
     }
 }

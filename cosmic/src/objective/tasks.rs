@@ -19,7 +19,7 @@ pub enum Objective {
     Reach(Reach),
     /// To lift the payload, on an incline by walking up.
     Climb(Climb),
-    /// To get far the other way: its goal is behind it.
+    /// To get far the other way, whatever goal the controller is given.
     Back(Displacement),
     /// To get far on little energy.
     Economy(Economy),
@@ -89,7 +89,8 @@ impl Loss for Objective {
     }
 }
 
-/// The squared distance of the payload from a point of the ground, m^2, and on top of it what the
+/// The squared distance of the payload from a point along the ground, its height aside, m^2, and on
+/// top of it what the
 /// payload would still cover in the time `settle`: near and slow is good, near and fast is not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reach {
@@ -159,7 +160,8 @@ pub struct Economy {
 }
 
 impl Economy {
-    /// The energy that damping takes over the states observed, J/kg.
+    /// The energy that damping takes over the states observed, J/kg: the plain mean over nodes, as a
+    /// loss knows states and no masses.
     pub fn energy<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let square = |v: &[R; 2]| R::dot(v, v);
         let at = |step: usize| {

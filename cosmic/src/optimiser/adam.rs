@@ -93,16 +93,22 @@ fn bias_correction(decay: f64, updates: u64) -> f64 {
 
 /// Scales a vector down to the Euclidean norm `bound` if it is longer; returns the norm before.
 ///
-/// A vector with an entry that is not finite is left alone: the norm returned is then not finite.
+/// A vector with an entry that is not finite is left alone: the norm returned is then not finite. It
+/// is infinite too where it is larger than any number.
 pub fn bound_norm(vector: &mut [f64], bound: f64) -> f64 {
     // Scaled by the largest entry: squares of exploding gradients would overflow.
     let largest = (vector.iter()).fold(0.0_f64, |most, value| most.max(value.abs()));
     let scale = if largest > 0.0 { largest } else { 1.0 };
     let sum: f64 = vector.iter().map(|value| (value / scale).powi(2)).sum();
     let norm = scale * sum.sqrt();
-    if norm > bound && norm.is_finite() {
+    if norm > bound && scale.is_finite() {
+        // A norm that overflows is that of finite entries still.
+        let [scale, norm] = match norm.is_finite() {
+            true => [1.0, norm],
+            false => [scale, sum.sqrt()],
+        };
         for value in vector {
-            *value *= bound / norm;
+            *value = *value / scale * (bound / norm);
         }
     }
     norm
@@ -165,6 +171,10 @@ mod tests {
         // Its square would overflow; a power of two, so that nothing is rounded.
         let big = 2.0_f64.powi(700);
         assert_eq!(bound_norm(&mut [3.0 * big, 4.0 * big], 5.0), 5.0 * big);
+        // And so would the norm itself.
+        let mut largest = [f64::MAX; 4];
+        assert_eq!(bound_norm(&mut largest, 5.0), f64::INFINITY);
+        assert_eq!(largest, [2.5; 4]);
         assert_eq!(bound_norm(&mut [0.0, 0.0], 1.0), 0.0);
         for bad in [f64::NAN, f64::INFINITY] {
             let mut vector = [1.0, bad, 0.0];

@@ -205,8 +205,15 @@ fn departures(plan: &Plan, progress: &Progress) -> Vec<Departure> {
         .is_some_and(|entered| entered == schedule.snap_at);
     let idle = |option: &str| {
         let of_start = progress.entered.is_some() && option.starts_with("start.");
-        let of_design =
-            decided_before && ["gradient.design_memory", "schedule.snap_trials"].contains(&option);
+        let of_design = decided_before
+            && [
+                "gradient.design_memory",
+                "schedule.snap_trials",
+                "schedule.stability_share",
+                "materials.penalisation",
+                "binarisation.method",
+            ]
+            .contains(&option);
         let of_loss = progress.own_loss
             && ["loss.", "objective."]
                 .iter()

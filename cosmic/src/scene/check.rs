@@ -175,14 +175,11 @@ fn tilts(scene: &Scene) -> Vec<Conflict> {
 }
 
 /// Of two goals one is pursued by the negative of the other's loss: that is to get far back, and
-/// would be to spend energy, or to keep away from a target.
+/// would be to spend energy, to keep away from a target, or to run away from both goals.
 fn goals(scene: &Scene) -> Vec<Conflict> {
     let task = scene.objective.task;
-    let far = matches!(task, TaskKind::Far | TaskKind::Back);
-    let says = format!(
-        "two goals are there for the tasks far and back, not {}",
-        task.name()
-    );
+    let far = task == TaskKind::Far;
+    let says = format!("two goals are there for the task far, not {}", task.name());
     let keys = ["controller.two_goals", "objective.task"];
     require(far || !scene.controller.two_goals, keys, says)
         .into_iter()

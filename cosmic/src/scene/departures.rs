@@ -19,7 +19,7 @@ pub struct Departure {
 type Known = (fn(&Scene) -> bool, &'static str, &'static str);
 
 /// In the order in which summaries have them.
-const KNOWN: [Known; 23] = [
+const KNOWN: [Known; 24] = [
     (
         |s| s.loss.kind == LossKind::Mean,
         "loss.kind",
@@ -129,6 +129,11 @@ const KNOWN: [Known; 23] = [
         |s| s.schedule.stability_share == 0.0,
         "schedule.stability_share",
         "the stability projection moves nothing",
+    ),
+    (
+        |s| s.schedule.stability_share == 1.0,
+        "schedule.stability_share",
+        "the performance projection moves nothing",
     ),
     (
         |s| s.physics.contact == Contact::None,

@@ -122,7 +122,8 @@ impl Row {
             departures: trial.scene.departures(),
             ratio: Option::zip(displacement.median, trial.paper).map(|(own, paper)| own / paper),
             displacement,
-            spread: median(&of(&RunRow::spread)),
+            // What diverged spreads more than anything.
+            spread: median(&of(&|run| Some(run.spread().unwrap_or(f64::INFINITY)))),
             half_step: median(&of(&RunRow::half_step)),
             last: summary(|s| s.displacement_last_p50),
             goal_behind: median(&of(&|run| run.check.as_ref()?.goal_behind)),

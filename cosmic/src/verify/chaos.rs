@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::probe::{Probe, distance};
+use super::probe::{Probe, distance, median};
 use crate::case::Case;
 use crate::codesign::Spread;
 use crate::gradient::together;
@@ -108,10 +108,7 @@ impl Chaos {
             pairs.map(|(a, b)| distance(a, b)).collect()
         });
         let parting: Vec<Vec<f64>> = parting.collect();
-        let rates = parting.iter().map(|d| growth_rate(&observed, d));
-        let mut rates: Vec<f64> = rates.collect();
-        rates.sort_by(f64::total_cmp);
-        let rate = rates[STARTS / 2];
+        let rate = median(parting.iter().map(|d| growth_rate(&observed, d)));
         let doubles = rate * steps as f64 >= 1.0;
         let reached: Vec<f64> = moved.iter().map(|moved| reach(&moved.states)).collect();
         Self {

@@ -4,6 +4,8 @@ use std::fs;
 use std::hint::black_box;
 use std::time::Duration;
 
+use super::probe::median;
+
 #[cfg(not(windows))]
 pub(super) use cpu_time::ThreadTime as Clock;
 // Windows counts a thread's time in ticks of 16 ms: the clock on the wall is the better one there.
@@ -28,8 +30,7 @@ pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64
         spent += time;
         times.push(time);
     }
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
+    median(times)
 }
 
 /// The result of a work, its processor time and how many bytes it held at most beyond what was

@@ -105,3 +105,21 @@ pub(super) fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
 pub(super) fn most(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }
+
+/// The median of some numbers; those that are no number count as the largest.
+pub(super) fn median(numbers: impl IntoIterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = numbers.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    0.5 * (sorted[(sorted.len() - 1) / 2] + sorted[sorted.len() / 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::median;
+
+    #[test]
+    fn medians_of_even_samples_lie_in_the_middle() {
+        assert_eq!(median([3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median([4.0, 1.0, f64::INFINITY, 2.0]), 3.0);
+    }
+}

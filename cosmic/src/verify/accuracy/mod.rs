@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::median_time;
-use super::probe::{Precise, Probe, distance, narrow};
+use super::probe::{Precise, Probe, distance, median, narrow};
 use crate::case::Case;
 use crate::lattice::State;
 use crate::scene::Integrator;
@@ -299,10 +299,8 @@ fn order(long: &[Option<f64>; 4], short: &[Option<f64>; 4]) -> Option<f64> {
     let pairs = long.iter().zip(short);
     let both = pairs.filter_map(|(long, short)| Some(((*long)? / (*short)?).log2()));
     // Nothing falls from zero, nor to it by a power.
-    let mut orders: Vec<f64> = both.filter(|order| order.is_finite()).collect();
-    orders.sort_by(f64::total_cmp);
-    let (middle, last) = (orders.len() / 2, orders.len().checked_sub(1)?);
-    Some(0.5 * (orders[middle] + orders[last - middle]))
+    let orders: Vec<f64> = both.filter(|order| order.is_finite()).collect();
+    (!orders.is_empty()).then(|| median(orders))
 }
 
 #[cfg(test)]

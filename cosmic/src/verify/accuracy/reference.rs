@@ -8,8 +8,8 @@ use crate::lattice::State;
 use crate::scene::Integrator;
 use crate::simulator::Trajectory;
 
-/// How many times shorter than the scene's time step the mechanical steps of a reference are: 256
-/// times shorter than those of the shortest row.
+/// How many times shorter than the scene's time step the mechanical steps of a reference are: 64
+/// times shorter than the shortest of a row, but where the scene itself has more than four substeps.
 pub(super) const FINER: usize = 2048;
 /// A distance from a reference is an error of the row's own from so many times the reference's
 /// uncertainty on. At three it is right to a third, and the ratio of two of them to

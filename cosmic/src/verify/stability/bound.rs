@@ -9,6 +9,7 @@ use crate::projection::Body;
 use crate::random::{Purpose, stream, symmetric};
 use crate::scene::{PhysicsSettings, Scene};
 use crate::simulator::stability::Vibration;
+use crate::verify::probe::median;
 
 /// The bound on the largest frequency over that frequency, for random lattices.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,11 +41,10 @@ pub fn bound_ratio(lattices: usize) -> BoundRatio {
     };
     let mut ratios: Vec<f64> = (0..lattices).into_par_iter().map(ratio).collect();
     ratios.sort_by(f64::total_cmp);
-    let middle = [(lattices - 1) / 2, lattices / 2].map(|k| ratios[k]);
     BoundRatio {
         lattices,
         least: ratios[0],
-        median: 0.5 * (middle[0] + middle[1]),
+        median: median(ratios.iter().copied()),
         most: ratios[lattices - 1],
     }
 }

@@ -3,6 +3,7 @@
 use crate::case::Case;
 use crate::simulator::Span;
 use crate::verify::clock::timed;
+use crate::verify::probe::median;
 
 /// Times that both rollouts are measured.
 const REPEATS: usize = 300;
@@ -50,14 +51,10 @@ pub fn guard_cost(case: &Case) -> GuardCost {
             .fold(f64::INFINITY, f64::min)
     };
     let per_step = 1e6 / case.physics.steps as f64;
-    let mut ratios: Vec<f64> = pairs
-        .iter()
-        .map(|[plain, guarded]| guarded / plain)
-        .collect();
-    ratios.sort_by(f64::total_cmp);
+    let ratios = pairs.iter().map(|[plain, guarded]| guarded / plain);
     GuardCost {
         plain: least(0) * per_step,
         guarded: least(1) * per_step,
-        share: ratios[REPEATS / 2] - 1.0,
+        share: median(ratios) - 1.0,
     }
 }
