@@ -40,7 +40,7 @@ pub struct StartSettings {
     /// Surplus of void at the topmost edge, for "stability" (paper: 0.12).
     pub void_shift: f64,
     /// Share of void where the layout is void for "three_legged", everywhere for "filled" (paper
-    /// silent).
+    /// silent); less where `projection.beta` is so small that no design vector has as much.
     pub void: f64,
     /// Layout that "three_legged" and "layout" refer to.
     pub layout: Layout,
