@@ -177,6 +177,8 @@
 //!   assert_eq!(hessian(&Softplus, &[0.0]), [[0.25]]);
 //!   assert_eq!([-1e3, 1e3].map(|x| gradient(&Softplus, &[x])[0]), [0.0, 1.0]);
 //!   ```
+//! - **Units.** Partials are numbers of the same type: where that of `1/x` or `rsqrt(x)` is too small or too
+//!   large for it, in `f32` beyond some 1e19, slopes become 0 or infinite though the value is neither.
 //! - **`if` on values.** Comparisons look at primals, so the derivative is that of the branch taken,
 //!   even at the switch; how the switch itself moves is not part of it. Lanes may
 //!   disagree, so generic code computes both sides and [`select`](Real::select)s. The side not

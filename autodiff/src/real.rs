@@ -27,12 +27,18 @@
 //! | `powi(x, 0)` | everywhere | 0 |
 //! | `powf(x, y)` | `x = 0` | by `x`: the limit of `y x^(y-1)`; by `y`: 0 |
 //! | `atan2(y, x)` | `x = y = 0`, and where either is infinite | 0 by both |
-//! | any function | the argument is NaN | NaN is passed on, never hidden |
+//! | any function but `powi(x, 0)`, `powf(x, 0)` and `powf(1, y)`, which are 1 | the argument is NaN | NaN is passed on, never hidden |
 //! | `max`, `min`, `clamp` | a bound is NaN | the bound is ignored: a bound is taken to be a number |
+//!
+//! Second derivatives of `powf` where `x = 0` follow from these rows one by one, and depend on the order
+//! in which they are taken.
 //!
 //! The zero of the "any function" row stops an infinity only where it comes first. In
 //! `0 * sqrt(x)` at 0 it does going back, in `sqrt(x * x)` going forward; the other mode meets
-//! zero times infinity and says NaN rather than invent a number.
+//! zero times infinity and says NaN rather than invent a number. A kernel without an
+//! [`Adjoint`](crate::Adjoint) of its own goes back by forward mode, and meets what that meets. Nor does
+//! the row hold inside of the matrix products of a [`Program`](crate::Program): a zero cotangent times an
+//! infinite number is NaN there.
 
 use std::fmt::Debug;
 use std::ops::{AddAssign, BitAnd, BitOr, Div, DivAssign, MulAssign, Neg, Not, Sub, SubAssign};

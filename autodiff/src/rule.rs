@@ -80,12 +80,20 @@ pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
     (value, value * value + R::one())
 }
 
-/// Hyperbolic tangent. The product form of `1 - tanh^2`, right to an ulp of 1: where the value has
-/// rounded to 1, from 20 on, the partial is 0.
+/// Hyperbolic tangent. The partial is right to an ulp of 1: where the value has rounded to 1, from 20
+/// on, it is 0.
 #[inline(always)]
 pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
-    let (value, one) = (x.tanh(), R::one());
-    (value, (one - value) * (one + value))
+    let value = x.tanh();
+    (value, one_minus_square(value))
+}
+
+/// `1 - x^2`, with an accurate derivative near 0 and an accurate value near 1.
+#[inline(always)]
+pub(crate) fn one_minus_square<R: Real>(x: R) -> R {
+    let one = R::one();
+    let small = x.abs().lt(R::lit(0.5));
+    R::select(small, one - x * x, (one - x) * (one + x))
 }
 
 /// Absolute value.
@@ -100,8 +108,12 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     if exponent == 0 {
         return (x.powi(0), R::zero());
     }
-    let partial = R::lit(f64::from(exponent)) * x.powi(exponent.saturating_sub(1));
-    (x.powi(exponent), partial)
+    let value = x.powi(exponent);
+    let one_less = match exponent.checked_sub(1) {
+        Some(less) => x.powi(less),
+        None => value / x,
+    };
+    (value, R::lit(f64::from(exponent)) * one_less)
 }
 
 /// Real power. `chain` makes the partial by `x` zero where the exponent is, at any `x`.

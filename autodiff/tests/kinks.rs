@@ -235,6 +235,8 @@ fn the_zeroth_power_is_flat() {
     }
     assert_gradient(&Kink::Powi(1), &[0.0], &[1.0]);
     assert_gradient(&Kink::Powi(-1), &[0.0], &[-INF]);
+    // An odd power is next, which is no i32.
+    assert_gradient(&Kink::Powi(i32::MIN), &[-1.0], &[2147483648.0]);
 }
 
 #[test]

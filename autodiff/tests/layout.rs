@@ -144,6 +144,24 @@ fn arrays_whose_lengths_overflow_are_refused() {
     Rollout::new(Huge(8), 1).run(&[1.0; 8], &[]);
 }
 
+/// A matrix whose size is a multiple of what a `usize` counts to.
+#[derive(Clone)]
+struct HugeMatrix;
+
+impl Model for HugeMatrix {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (x, side) = (p.state(1), 1 << (usize::BITS / 2));
+        p.matrix(side, side);
+        p.advance(x, x);
+    }
+}
+
+#[test]
+#[should_panic(expected = "longer than any memory")]
+fn matrices_whose_sizes_overflow_are_refused() {
+    Rollout::new(HugeMatrix, 1).run(&[1.0], &[&[]]);
+}
+
 /// A state beside inputs of no memory's length.
 #[derive(Clone)]
 struct ManyInputs;

@@ -36,6 +36,7 @@ impl Function for Named {
             "asinh" => x.asinh(),
             "acosh" => x.acosh(),
             "atanh" => x.atanh(),
+            "tanh" => x.tanh(),
             "exp_m1" => x.exp_m1(),
             "exp2" => x.exp2(),
             "ln_1p" => x.ln_1p(),
@@ -93,7 +94,7 @@ const POSITIVE: [f64; 7] = [1.001, 1.0625, 1.5, 2.0, 10.0, 123.0, 1e4];
 
 /// Calls with every function at every point of its domain.
 fn at_all_points(mut check: impl FnMut(Named, f64)) {
-    let on_unit = ["asin", "acos", "atanh", "ln_1p"].map(Named);
+    let on_unit = ["asin", "acos", "atanh", "tanh", "ln_1p"].map(Named);
     let everywhere = [
         "atan", "sinh", "cosh", "asinh", "exp_m1", "exp2", "sinc", "sinhc",
     ];

@@ -96,13 +96,13 @@ impl Elementary {
     pub(crate) fn rule<R: Real>(self, x: R) -> (R, R) {
         let (value, one) = (x.elementary(self), R::one());
         let partial = match self {
-            Self::Asin => one_minus_square(x).sqrt().recip(),
-            Self::Acos => -one_minus_square(x).sqrt().recip(),
+            Self::Asin => rule::one_minus_square(x).sqrt().recip(),
+            Self::Acos => -rule::one_minus_square(x).sqrt().recip(),
             Self::Sinh => x.elementary(Self::Cosh),
             Self::Cosh => x.elementary(Self::Sinh),
             Self::Asinh => asinh_partial(x),
             Self::Acosh => ((x - one).sqrt() * (x + one).sqrt()).recip(),
-            Self::Atanh => R::select(one.lt(x.abs()), value, one_minus_square(x).recip()),
+            Self::Atanh => R::select(one.lt(x.abs()), value, rule::one_minus_square(x).recip()),
             Self::ExpM1 => x.exp(),
             Self::Ln1p => rule::ln(one + x).1,
             Self::Log2 => rule::ln(x).1 / R::lit(2.0).ln(),
@@ -111,14 +111,6 @@ impl Elementary {
         };
         (value, partial)
     }
-}
-
-/// `1 - x^2`, with an accurate derivative near 0 and an accurate value near 1.
-#[inline(always)]
-fn one_minus_square<R: Real>(x: R) -> R {
-    let one = R::one();
-    let small = x.abs().lt(R::lit(0.5));
-    R::select(small, one - x * x, (one - x) * (one + x))
 }
 
 /// The value at `x` of an odd function, given that at `|x|`. A zero keeps its sign.

@@ -32,6 +32,7 @@
 //!   primal. Constants convert to elements by `T::from`.
 //! - Rounding functions are constants between their steps: `floor(x)` has derivative 0, `x % m`
 //!   that of `x - q m` for the whole quotient `q`.
+//! - `mul_add` rounds twice for scalars, as [`Real::fma`] does.
 //! - `max`, `min` and `clamp` have the conventions of the table in [`real`](crate::real). Unlike those
 //!   of floats they pass on a NaN of `self`, `Element(f64::NAN).max(Element(1.0))`; they ignore one in
 //!   a bound.

@@ -83,7 +83,7 @@ pub struct Matrix {
 impl Matrix {
     /// How many numbers the matrix holds.
     fn len(self) -> usize {
-        self.rows * self.columns
+        self.rows.checked_mul(self.columns).expect(TOO_LONG)
     }
 }
 

@@ -30,7 +30,9 @@ pub trait Model: Clone + Send + Sync + 'static {
 
 /// A bound on the norm of the state's cotangent in the reverse sweep (gradient clipping): where it is
 /// exceeded, the cotangent is scaled back to it. The result is then no longer the exact gradient. The
-/// norm does not overflow; a cotangent with an infinite number or NaN in it becomes NaN.
+/// norm does not overflow; a cotangent with an infinite number or NaN in it becomes NaN. Derivatives of
+/// such a gradient take the factor of the scaling for a constant: Hessians are not exact either, and
+/// need not be symmetric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CotangentBound {
     /// The largest Euclidean norm, not below 0.
