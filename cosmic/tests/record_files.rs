@@ -111,7 +111,26 @@ fn links_and_pipes_stay_what_they_are() {
     });
     write_atomic(&pipe, |out| out.write_all(b"through")).unwrap();
     assert_eq!(reader.join().unwrap(), b"through");
-    assert_eq!(names(folder.path()).len(), 3);
+    // One that leads nowhere yet, and one to an end of a pipe that has no name.
+    let [new, ahead, end] = ["new", "ahead", "end"].map(|name| folder.path().join(name));
+    std::os::unix::fs::symlink("new", &ahead).unwrap();
+    write_atomic(&ahead, |out| out.write_all(b"first")).unwrap();
+    assert!(ahead.is_symlink() && fs::read(&new).unwrap() == b"first");
+    #[cfg(target_os = "linux")]
+    {
+        use std::io::Read;
+        use std::os::fd::AsRawFd;
+        let (mut reader, writer) = io::pipe().unwrap();
+        let lies = format!("/proc/self/fd/{}", writer.as_raw_fd());
+        std::os::unix::fs::symlink(lies, &end).unwrap();
+        write_atomic(&end, |out| out.write_all(b"on")).unwrap();
+        drop(writer);
+        let mut read = String::new();
+        reader.read_to_string(&mut read).unwrap();
+        assert!(end.is_symlink() && read == "on");
+        fs::remove_file(end).unwrap();
+    }
+    assert_eq!(names(folder.path()).len(), 5);
 }
 
 /// Names the folder to the copy of this test that dies in the middle of a write.

@@ -139,6 +139,12 @@ fn see_again(diverged: &Path) -> String {
     format!("the last states are in {file}; see it again with: cosmic evaluate {word}")
 }
 
+/// Paths as JSON has them: what is no Unicode in one is replaced, as on a line of text.
+fn in_json<P: AsRef<Path>>(paths: &[P]) -> Vec<String> {
+    let shown = |path: &P| path.as_ref().display().to_string();
+    paths.iter().map(shown).collect()
+}
+
 /// Writes a value to standard output as indented JSON.
 fn print_json(value: &impl serde::Serialize) -> Result<()> {
     let source = |error: serde_json::Error| Error::Write {

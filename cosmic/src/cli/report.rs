@@ -1,6 +1,6 @@
 //! `cosmic report`.
 
-use super::{Output, print, print_json};
+use super::{Output, in_json, print, print_json};
 use crate::error::Result;
 use crate::report::{self, Results};
 use clap::Args;
@@ -21,7 +21,7 @@ impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let written = report::write(&Results::read(&self.run)?)?;
         if self.output.json {
-            return print_json(&json!({ "written": written }));
+            return print_json(&json!({ "written": in_json(&written) }));
         }
         if self.output.quiet {
             return Ok(());

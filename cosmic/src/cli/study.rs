@@ -1,7 +1,7 @@
 //! `cosmic study`.
 
 use super::progress::Many;
-use super::{Output, print, print_json};
+use super::{Output, in_json, print, print_json};
 use crate::error::Result;
 use crate::scene::Scene;
 use crate::study::{Kind, RESULTS, Study, runs_of};
@@ -67,7 +67,7 @@ impl Arguments {
         study.simulate(&plan, options.threads, &overseer)?;
         let written = study.write()?;
         if options.output.json {
-            return print_json(&json!({ "written": written }));
+            return print_json(&json!({ "written": in_json(&written) }));
         }
         let line = |path: &PathBuf| format!("{}\n", path.display());
         match options.output.quiet {

@@ -3,7 +3,7 @@
 use super::interrupt::Interrupt;
 use super::optimize::name_of;
 use super::progress::{Many, Progress, told};
-use super::{Output, counted, note, print, print_json};
+use super::{Output, counted, in_json, note, print, print_json};
 use crate::error::{Error, Result};
 use crate::scene::{BUILTIN, Scene};
 use crate::sweep::{
@@ -262,7 +262,7 @@ fn merge_sweep(sweep: &Path, output: &Output) -> Result<()> {
         note(&format!("{missing} of {} runs are not done", plan.runs()));
     }
     if output.json {
-        return print_json(&json!({ "written": written, "missing": missing }));
+        return print_json(&json!({ "written": in_json(&written), "missing": missing }));
     }
     match output.quiet {
         true => Ok(()),

@@ -36,14 +36,15 @@ pub fn write_atomic(
 
 fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     // Where a link leads, not the link; and into a pipe or a device, not in its place.
-    let path = &match path.canonicalize() {
-        Ok(path) if path.is_file() || path.is_dir() => path,
-        Ok(path) => {
+    let path = &match fs::metadata(path) {
+        Ok(found) if found.is_file() || found.is_dir() => path.canonicalize()?,
+        Ok(_) => {
             let mut file = BufWriter::new(OpenOptions::new().write(true).open(path)?);
             fill(&mut file)?;
             return file.flush();
         }
-        Err(_) => path.to_owned(),
+        // A new file, or one to which a link leads already.
+        Err(_) => fs::read_link(path).map_or(path.to_owned(), |target| path.with_file_name(target)),
     };
     // `file.json` has the empty parent, which means the current folder.
     let parent = path
