@@ -13,14 +13,18 @@ impl Adjoint<3, 1> for Gate {
         let [y0] = y_bar;
         let t5 = R::lit(0.5);
         let t7 = R::lit(1.0);
-        let t10 = t7 - r0;
-        let t11 = t7 + r0;
-        let t12 = t10 * t11;
-        let t13 = y0 * t12;
-        let t14 = t5 * t13;
-        let t15 = x1 * t14;
-        let t16 = x0 * t14;
-        [t15, t16, t14]
+        let t10 = r0.abs();
+        let t11 = t10.lt(t5);
+        let t13 = (-r0).fma(r0, t7);
+        let t14 = t7 - r0;
+        let t15 = t7 + r0;
+        let t16 = t14 * t15;
+        let t17 = R::select(t11, t13, t16);
+        let t18 = y0 * t17;
+        let t19 = t5 * t18;
+        let t20 = x1 * t19;
+        let t21 = x0 * t19;
+        [t20, t21, t19]
     }
 }
 
@@ -31,13 +35,18 @@ impl Adjoint<3, 1> for Change {
         let [r0] = y;
         let [y0] = y_bar;
         let t6 = R::lit(1.0);
-        let t8 = t6 - r0;
-        let t9 = t6 + r0;
-        let t10 = t8 * t9;
-        let t11 = y0 * t10;
-        let t12 = x1 * t11;
-        let t13 = x0 * t11;
-        [t12, t13, t11]
+        let t8 = r0.abs();
+        let t9 = R::lit(0.5);
+        let t10 = t8.lt(t9);
+        let t12 = (-r0).fma(r0, t6);
+        let t13 = t6 - r0;
+        let t14 = t6 + r0;
+        let t15 = t13 * t14;
+        let t16 = R::select(t10, t12, t15);
+        let t17 = y0 * t16;
+        let t18 = x1 * t17;
+        let t19 = x0 * t17;
+        [t18, t19, t17]
     }
 }
 
@@ -51,17 +60,21 @@ impl Adjoint<4, 2> for Cell {
         let t8 = t7.fma(x1, t7);
         let t9 = R::lit(1.0);
         let t10 = t7.fma(x2, t7);
-        let t14 = t9 - r1;
-        let t15 = t9 + r1;
-        let t16 = t14 * t15;
-        let t18 = y1.fma(t16, y0);
-        let t19 = t8 * t18;
-        let t20 = x0 * t18;
-        let t21 = x3 * t18;
-        let t22 = t10 * t18;
-        let t23 = t7 * t21;
-        let t24 = t7 * t20;
-        [t19, t24, t23, t22]
+        let t14 = r1.abs();
+        let t15 = t14.lt(t7);
+        let t17 = (-r1).fma(r1, t9);
+        let t18 = t9 - r1;
+        let t19 = t9 + r1;
+        let t20 = t18 * t19;
+        let t21 = R::select(t15, t17, t20);
+        let t23 = y1.fma(t21, y0);
+        let t24 = t8 * t23;
+        let t25 = x0 * t23;
+        let t26 = x3 * t23;
+        let t27 = t10 * t23;
+        let t28 = t7 * t26;
+        let t29 = t7 * t25;
+        [t24, t29, t28, t27]
     }
 }
 
