@@ -3,7 +3,7 @@
 //! A function to differentiate is a type with one generic method, [`Function`] or
 //! [`VectorFunction`]: a closure cannot be generic over the number type, and each driver picks
 //! its own. Parameters that are not differentiated are fields of the type. Where reverse mode is
-//! all that is wanted, [`gradient_of`] takes a closure.
+//! all that is wanted, [`gradient_of`] and [`value_and_gradient_of`] take a closure.
 //!
 //! All drivers are generic over the number type of `x`, so they nest. A number of an outer derivative
 //! enters an inner closure as a [`Var::constant`]: constant to the inner derivative, not to the outer
@@ -88,7 +88,15 @@ pub fn gradient_of<R: Real>(function: impl FnOnce(&[Var<R>]) -> Var<R>, x: &[R])
     value_and_gradient_of(function, x).1
 }
 
-fn value_and_gradient_of<R: Real>(
+/// The value and the gradient of a closure, by one reverse sweep.
+///
+/// ```
+/// use autodiff::{Real, value_and_gradient_of};
+///
+/// let (value, gradient) = value_and_gradient_of(|x| x[0] * x[1].exp(), &[2.0, 0.0]);
+/// assert_eq!((value, gradient), (2.0, vec![1.0, 2.0]));
+/// ```
+pub fn value_and_gradient_of<R: Real>(
     function: impl FnOnce(&[Var<R>]) -> Var<R>,
     x: &[R],
 ) -> (R, Vec<R>) {
@@ -160,6 +168,9 @@ pub fn vjp<R: Real>(function: &impl VectorFunction, x: &[R], y_bar: &[R]) -> (Ve
 /// }
 /// assert_eq!(jacobian(&Polar, &[2.0, 0.0]), [[1.0, 0.0], [0.0, 2.0]]);
 /// ```
+///
+/// # Panics
+/// If the function has another number of values in one evaluation than in another.
 pub fn jacobian<R: Real>(function: &impl VectorFunction, x: &[R]) -> Vec<Vec<R>> {
     let values = function.eval(x).len();
     if values >= x.len() {
@@ -169,6 +180,7 @@ pub fn jacobian<R: Real>(function: &impl VectorFunction, x: &[R]) -> Vec<Vec<R>>
     }
     with_tape(|tape| {
         let y = tape.record(x, |x| function.eval(x));
+        assert_same_length(y.len(), values);
         let row = |i: usize| tape.pullback(&y[i..=i], &[R::one()]).to_vec();
         (0..values).map(row).collect()
     })
@@ -182,12 +194,21 @@ pub(crate) fn joined_columns<R: Real>(
 ) -> Vec<Vec<R>> {
     let mut rows = vec![Vec::with_capacity(columns); values];
     for (pass, y) in passes.into_iter().enumerate() {
+        assert_same_length(y.len(), values);
         let width = CHUNK.min(columns - pass * CHUNK);
         for (row, y) in rows.iter_mut().zip(y) {
             row.extend_from_slice(&y.tangent[..width]);
         }
     }
     rows
+}
+
+/// Refuses a vector function whose values are not as many as before.
+fn assert_same_length(now: usize, before: usize) {
+    assert_eq!(
+        now, before,
+        "the function's number of values may not depend on its argument"
+    );
 }
 
 /// The gradient and the product of the Hessian with `direction`, forward over reverse: the cost

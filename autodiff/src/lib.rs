@@ -120,7 +120,7 @@
 //! | wanted | take | cost, in evaluations |
 //! | --- | --- | --- |
 //! | derivative along a direction | [`jvp`] | about 2 |
-//! | gradient of one scalar by many arguments | [`gradient`], [`value_and_gradient`], [`gradient_of`] a closure | a few for arrays, tens for scalars on the tape; whatever the number of arguments |
+//! | gradient of one scalar by many arguments | [`gradient`], [`value_and_gradient`]; of a closure [`gradient_of`], [`value_and_gradient_of`] | a few for arrays, tens for scalars on the tape; whatever the number of arguments |
 //! | cotangents of several values at once | [`vjp`] | likewise |
 //! | all of a Jacobian | [`jacobian`] | forward over arguments or reverse over values, whichever are fewer |
 //! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour: 3 for a tridiagonal one of any size |
@@ -267,7 +267,7 @@ pub mod wide;
 
 pub use drivers::{
     Function, VectorFunction, gradient, gradient_of, hessian, hessian_vector, jacobian, jvp,
-    value_and_gradient, vjp,
+    value_and_gradient, value_and_gradient_of, vjp,
 };
 pub use element::{Element, Elementary};
 pub use forward::Dual;

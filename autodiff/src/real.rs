@@ -80,6 +80,9 @@ impl Mask for bool {
 
 /// A real number as generic code sees it. See the [module](self) for the conventions at kinks.
 ///
+/// The inverse tangent is `x.atan2(R::one())`; what else has no method is an [`Elementary`] function,
+/// such as `x.elementary(Elementary::Sinh)`.
+///
 /// Constants enter through [`lit`](Real::lit); they carry no derivative and are not recorded.
 /// Comparisons look at the primal alone.
 ///

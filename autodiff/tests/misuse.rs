@@ -263,3 +263,25 @@ fn a_state_is_advanced_once() {
     let message = panic_message(|| program.advance(x, y));
     assert!(message.contains("advanced before"), "{message}");
 }
+
+#[test]
+fn a_function_with_more_values_at_one_time_than_at_another_is_refused() {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    /// So many values more in each evaluation than in the one before.
+    struct Growing(usize, AtomicUsize);
+    impl autodiff::VectorFunction for Growing {
+        fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+            vec![x[0]; self.1.fetch_add(self.0, Ordering::Relaxed)]
+        }
+    }
+    let jacobian_of = |values: usize, more: usize| {
+        let growing = Growing(more, values.into());
+        autodiff::jacobian(&growing, &[1.0, 2.0])
+    };
+    // Forward, and in reverse.
+    for values in [3, 1] {
+        assert_eq!(jacobian_of(values, 0), vec![vec![1.0, 0.0]; values]);
+        let message = panic_message(|| jacobian_of(values, 1));
+        assert!(message.contains("number of values may not"), "{message}");
+    }
+}

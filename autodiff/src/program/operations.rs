@@ -138,6 +138,58 @@ impl<R: Real> Program<R> {
     /// layout of the [`Graph`]. Each result is added at the edge's tail and subtracted at its head: the
     /// outputs are arrays over the nodes.
     ///
+    /// ```
+    /// use autodiff::{Adjoint, Graph, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    ///
+    /// /// What a warmer head gives its tail in a step.
+    /// #[derive(Clone, Copy)]
+    /// struct Conduction;
+    ///
+    /// impl Kernel<2, 1> for Conduction {
+    ///     #[inline(always)]
+    ///     fn eval<R: Real>(&self, [difference, conductivity]: [R; 2]) -> [R; 1] {
+    ///         [conductivity * difference]
+    ///     }
+    /// }
+    /// impl Adjoint<2, 1> for Conduction {}
+    ///
+    /// #[derive(Clone, Copy)]
+    /// struct Sum;
+    ///
+    /// impl Kernel<2, 1> for Sum {
+    ///     #[inline(always)]
+    ///     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+    ///         [a + b]
+    ///     }
+    /// }
+    /// impl Adjoint<2, 1> for Sum {}
+    ///
+    /// /// Temperatures of bodies in a row.
+    /// #[derive(Clone)]
+    /// struct Bar(Graph);
+    ///
+    /// impl Model for Bar {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let conductivity = program.parameter(self.0.slots());
+    ///         let t = program.state(self.0.nodes());
+    ///         let [gain] = program.map_edges(&self.0, Conduction, ([t], &[conductivity]));
+    ///         let [next] = program.map(Sum, [t, gain]);
+    ///         program.advance(t, next);
+    ///     }
+    /// }
+    ///
+    /// let graph = Graph::new(3, &[[0, 1], [1, 2]]);
+    /// let bar = Rollout::new(Bar(graph.clone()), 1);
+    /// let conductivity = graph.to_slots(&[0.5, 0.25]);
+    /// assert_eq!(bar.run(&[0.0, 4.0, 8.0], &[&conductivity]), [2.0, 3.0, 7.0]);
+    /// // How warm the body in the middle gets, by what both edges conduct.
+    /// let middle = |k: &[Var<f64>]| {
+    ///     let t = [0.0, 4.0, 8.0].map(Var::constant);
+    ///     bar.run(&t, &[&graph.to_slots(k)])[1]
+    /// };
+    /// assert_eq!(gradient_of(middle, &[0.5, 0.25]), [-4.0, 4.0]);
+    /// ```
+    ///
     /// # Panics
     /// Unless the arrays of `ends` are as long as the graph has nodes, those of `per_edge` as it has
     /// slots, and both together as many as the kernel has inputs; if an array is of another program, or

@@ -33,6 +33,36 @@ pub trait Model: Clone + Send + Sync + 'static {
 /// norm does not overflow; a cotangent with an infinite number or NaN in it becomes NaN. Derivatives of
 /// such a gradient take the factor of the scaling for a constant: Hessians are not exact either, and
 /// need not be symmetric.
+///
+/// ```
+/// use autodiff::{Adjoint, CotangentBound, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+///
+/// /// Each step doubles `x`.
+/// #[derive(Clone, Copy)]
+/// struct Doubling;
+///
+/// impl Kernel<1, 1> for Doubling {
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///         [x + x]
+///     }
+/// }
+/// impl Adjoint<1, 1> for Doubling {}
+///
+/// impl Model for Doubling {
+///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///         let x = program.state(1);
+///         let [next] = program.map(Doubling, [x]);
+///         program.advance(x, next);
+///     }
+/// }
+///
+/// let slope = |rollout: Rollout<Doubling>| gradient_of(|x: &[Var<f64>]| rollout.run(x, &[])[0], &[1.0]);
+/// assert_eq!(slope(Rollout::new(Doubling, 10)), [1024.0]);
+/// let bound = CotangentBound { norm: 5.0, every: 1 };
+/// let bounded = Rollout { cotangent_bound: Some(bound), ..Rollout::new(Doubling, 10) };
+/// assert_eq!(slope(bounded), [5.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CotangentBound {
     /// The largest Euclidean norm, not below 0.
