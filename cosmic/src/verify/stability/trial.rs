@@ -137,13 +137,12 @@ impl Trial {
         }
     }
 
-    /// The case as it is run: a free robot silenced, lifted off and given a push.
+    /// The case as it is run: a free robot, which is silent, is lifted off and given a push.
     fn prepared(&self) -> Case {
         let mut case = self.case.clone();
         if self.world == World::Driven {
             return case;
         }
-        case.controller = case.controller.map(|_| 0.0);
         case.physics.gravity = 0.0;
         // Far below, and not so far that the sum with a height would lose its digits.
         case.physics.ground_height = -1e3 * reach(&case);
