@@ -1,5 +1,6 @@
 //! `cosmic explain` as a user meets it.
 
+use cosmic::case::Case;
 use cosmic::scene::{Scene, VoidEdges};
 use serde_json::Value;
 use std::fs;
@@ -69,6 +70,20 @@ fn a_step_is_measured() {
         measured["peak_memory_bytes"].is_u64(),
         cfg!(target_os = "linux")
     );
+}
+
+#[test]
+fn a_case_without_steps_is_measured_by_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = Scene::default();
+    let mut case = Case::of_scene(&scene, 0).unwrap();
+    case.physics.steps = 0;
+    fs::write(folder.path().join("still.json"), case.to_json()).unwrap();
+    let arguments = ["explain", "still.json", "--measure", "--json"];
+    let told = cosmic_in(folder.path(), &arguments);
+    assert_eq!(told.code, 0, "{}", told.error);
+    let json: Value = serde_json::from_str(&told.out).unwrap();
+    assert_eq!(json["measured"]["steps"], 1);
 }
 
 #[test]

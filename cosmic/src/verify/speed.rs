@@ -174,9 +174,12 @@ pub struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// Plans rollouts of a case: [`MEASURED_STEPS`] steps, or as many as it has.
+    /// Plans rollouts of a case: [`MEASURED_STEPS`] steps, or as many as it has, though one where
+    /// it has none.
     pub fn new(case: &'a Case, loss: &LossSettings) -> Self {
-        let task = case.task();
+        let mut moving = case.clone();
+        moving.physics.steps = case.physics.steps.max(1);
+        let (task, most) = (moving.task(), moving.physics.steps);
         Self {
             case,
             inputs: case.inputs(),
@@ -186,7 +189,7 @@ impl<'a> Subject<'a> {
                 settings: loss.clone(),
             },
             horizon: Horizon {
-                steps: MEASURED_STEPS.min(case.physics.steps).max(1),
+                steps: MEASURED_STEPS.min(most),
                 mode: HorizonMode::Head,
                 cotangent_bound: None,
             },
