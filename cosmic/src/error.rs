@@ -55,7 +55,7 @@ pub enum Error {
     /// The result of a run that has none, or none yet.
     #[error("cannot read {}: {why}", path.display())]
     NoResult {
-        /// The summary that is not there.
+        /// The file that is not there.
         path: PathBuf,
         /// Why, and what to do.
         why: String,

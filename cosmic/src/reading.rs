@@ -16,6 +16,9 @@ use crate::error::{Error, Result};
 /// those of a design of the paper's.
 const STREAM: u64 = 1 << 26;
 
+/// With which some editors begin a text: it belongs to no value.
+pub(crate) const MARK: char = '\u{feff}';
+
 /// A file's bytes: all of a regular file, and of a pipe or a device what it gives up to 64 MiB.
 ///
 /// # Errors
@@ -55,6 +58,9 @@ pub(crate) fn too_long(path: &Path, most: u64) -> Error {
 /// # Errors
 /// [`Error::Malformed`], which says where in the file and where in the value.
 pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u8]) -> Result<T> {
+    let json = json
+        .strip_prefix(MARK.to_string().as_bytes())
+        .unwrap_or(json);
     let mut json = serde_json::Deserializer::from_slice(json);
     // Of nothing at all it says column 0, where columns count from 1.
     let place = |error: &serde_json::Error| (lines + error.line(), error.column().max(1));
@@ -82,6 +88,7 @@ pub(crate) fn placed(file: &str, text: &str, error: Error) -> Error {
 
 /// Line and column, from 1, at which the value of such keys begins in a JSON text, if it has one.
 fn place(text: &str, keys: &str) -> Option<(usize, usize)> {
+    let text = text.strip_prefix(MARK).unwrap_or(text);
     let mut value: &RawValue = serde_json::from_str(text).ok()?;
     for key in keys.split(['.', '[']) {
         value = match key.strip_suffix(']') {
@@ -114,6 +121,9 @@ fn sentence(keys: &str, error: &serde_json::Error) -> String {
         _ if what == "trailing characters" && keys != ROOT => {
             "more values than belong here".to_owned()
         }
+        None if what == "number out of range" => {
+            format!("{what}: {:e} is the largest there is", f64::MAX)
+        }
         Some((found, expected)) => format!("{found}, expected {}", in_words(expected)),
         None => what.to_owned(),
     };
@@ -128,9 +138,10 @@ fn sentence(keys: &str, error: &serde_json::Error) -> String {
 /// What was expected, for those who do not know the name of a type.
 fn in_words(expected: &str) -> &str {
     match expected {
-        "usize" | "u64" | "u32" => "a whole number from 0 on",
+        "usize" | "u64" | "u32" | "u8" => "a whole number from 0 on",
         "a nonzero usize" => "a whole number from 1 on",
         "f64" => "a number",
+        "a string" => "a text",
         name if name.starts_with("struct ") => "an object",
         other => other,
     }

@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::codesign::{CoDesign, Reached, Spread};
 use crate::error::Result;
 use crate::random::{Purpose, stream};
+use crate::record::summary::result_of;
 use crate::record::{DesignFile, run};
 use crate::scatter::{World, draw};
 use crate::scene::{RobustSettings, Scene};
@@ -50,7 +51,7 @@ pub struct Trial {
 /// lattices of one size all designs see the same draws.
 ///
 /// # Errors
-/// Where a run's scene or design cannot be read, or the two do not fit.
+/// Where a run is not finished, its scene or design cannot be read, or the two do not fit.
 pub fn measure(runs: &[PathBuf], trial: &Trial) -> Result<Vec<Robustness>> {
     runs.iter().map(|folder| one(folder, trial)).collect()
 }
@@ -60,7 +61,7 @@ fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
         Some(scene) => scene.clone(),
         None => Scene::read(&folder.join(run::SCENE))?,
     };
-    let file = folder.join(run::DESIGN);
+    let file = result_of(folder, run::DESIGN)?;
     let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;
     let codesign = CoDesign::new(&scene)?;
     let (task, mixture) = (codesign.task(), case.own_mixture());

@@ -196,6 +196,18 @@ fn wrong_cases_are_refused() {
     refuses("case.json", &["invalid type: null"], |json| {
         json["x0"][1][0] = Value::Null
     });
+    for (key, value, found) in [
+        ("contact", json!(0), "integer `0`"),
+        ("integrator", json!(["leapfrog"]), "sequence"),
+        ("void_edges", Value::Null, "null"),
+    ] {
+        let says = format!("`scene.{key}`: invalid type: {found}, expected a text");
+        refuses("case.json", &[&says], |json| json["scene"][key] = value);
+    }
+    let says = "`materials[0]`: invalid type: string \"x\", expected a whole number from 0 on";
+    refuses("case.json", &[says], |json| {
+        json["materials"] = json!(["x"])
+    });
     refuses("case.json", &["missing field `al`"], |json| {
         json.as_object_mut().unwrap().remove("al");
     });
@@ -337,6 +349,42 @@ fn files_that_are_no_json_are_refused_with_their_place() {
             told.error
         );
     }
+}
+
+/// As some editors write it, and whatever words it is described with.
+#[test]
+fn a_case_is_told_by_what_it_holds() {
+    let folder = folder();
+    let path = folder.path().join("case.json");
+    edit(&path, |json| json["name"] = json!("cosmic-design"));
+    let text = fs::read_to_string(&path).unwrap();
+    let plain = evaluate(&folder, &["case.json"]);
+    assert_eq!(plain.code, 0, "{}", plain.error);
+    for name in ["case.json", "case"] {
+        fs::write(folder.path().join(name), format!("\u{feff}{text}")).unwrap();
+        let told = evaluate(&folder, &[name]);
+        assert_eq!(
+            (told.code, told.out),
+            (0, plain.out.clone()),
+            "{}",
+            told.error
+        );
+    }
+    fs::write(
+        &path,
+        format!(
+            "\u{feff}{}",
+            text.replacen("\"v0\":[", "\"v0\":[[1e400,0],", 1)
+        ),
+    )
+    .unwrap();
+    let told = evaluate(&folder, &["case.json"]);
+    let says = "`v0[0][0]`: number out of range: 1.7976931348623157e308 is the largest there is";
+    assert!(
+        told.code == 2 && told.error.contains(says),
+        "{}",
+        told.error
+    );
 }
 
 #[test]

@@ -129,10 +129,23 @@ fn a_run_without_a_result_says_why_and_what_to_do() {
             assert_eq!((says, code), (whole, 4), "{command}");
         }
     };
-    fs::remove_file(path(&folder, "run/summary.json")).unwrap();
-    says(&format!(
-        "the run is not finished; go on with: cosmic resume {run}"
-    ));
+    let says_of_design = |end: &str| {
+        for command in [
+            &["evaluate", &run][..],
+            &["robustness", &run],
+            &["optimize", "--from", &run],
+        ] {
+            let (_, says, code) = cosmic(command);
+            let whole = format!("error: cannot read {run}/design.json: {end}\n");
+            assert_eq!((says, code), (whole, 4), "{command:?}");
+        }
+    };
+    for name in ["summary.json", "design.json"] {
+        fs::remove_file(path(&folder, &format!("run/{name}"))).unwrap();
+    }
+    let go_on = format!("the run is not finished; go on with: cosmic resume {run}");
+    says(&go_on);
+    says_of_design(&go_on);
     // One for a loss that no file holds.
     let snapshot = path(&folder, "run/snapshot.json");
     let text = fs::read_to_string(&snapshot).unwrap();

@@ -3,8 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use serde::de::IgnoredAny;
-use serde::{Deserialize, Serialize};
+use serde::de::value::StringDeserializer;
+use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::controller::Weights;
 use crate::design::Material;
@@ -30,6 +31,7 @@ pub(super) struct RawCase {
     pub(super) materials: Option<Vec<Material>>,
     pub(super) controller: Weights,
     pub(super) steps: usize,
+    #[serde(deserialize_with = "word")]
     pub(super) projection: Projection,
     pub(super) al: RawLagrangian,
     pub(super) results: Option<RawResults>,
@@ -62,17 +64,20 @@ pub(super) struct RawScene {
     pub(super) payload_mass: f64,
     pub(super) dt: f64,
     // Written only where it is not the paper's: such a case is read by any program of the format.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, deserialize_with = "word")]
+    #[serde(skip_serializing_if = "is_default")]
     pub(super) integrator: Integrator,
     #[serde(default = "single", skip_serializing_if = "is_single")]
     pub(super) substeps: usize,
+    #[serde(deserialize_with = "word")]
     pub(super) contact: Contact,
     pub(super) mu: f64,
     #[serde(default, skip_serializing_if = "is_off")]
     pub(super) stiffening: f64,
     #[serde(default, skip_serializing_if = "is_off")]
     pub(super) bending_radius: f64,
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(default, deserialize_with = "word")]
+    #[serde(skip_serializing_if = "is_default")]
     pub(super) void_edges: VoidEdges,
     pub(super) omega: f64,
     pub(super) n_cpg: usize,
@@ -92,6 +97,12 @@ pub(super) struct RawScene {
     #[serde(default, skip_serializing_if = "is_off")]
     pub(super) hold_materials: f64,
     pub(super) library: RawLibrary,
+}
+
+/// One of a few words. Taken as a text first: of what is none, the parser of JSON itself would say
+/// no more than that it expected a value.
+fn word<'de, T: DeserializeOwned, D: Deserializer<'de>>(given: D) -> Result<T, D::Error> {
+    T::deserialize(StringDeserializer::new(String::deserialize(given)?))
 }
 
 /// Options beyond the format's first version are written where they are used.

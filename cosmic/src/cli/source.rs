@@ -3,8 +3,9 @@
 use crate::case::Case;
 use crate::controller::Controller;
 use crate::error::{Error, Result};
-use crate::reading::{placed, read_whole};
+use crate::reading::{MARK, placed, read_whole};
 use crate::record::run::{DESIGN, SCENE};
+use crate::record::summary::result_of;
 use crate::record::{DesignFile, design_file};
 use crate::scene::{BUILTIN, Scene};
 use std::io::ErrorKind;
@@ -34,8 +35,7 @@ impl Source {
         }
         let path = Path::new(name);
         if path.is_dir() {
-            let design = design_of(path);
-            let bytes = read_whole(&design)?;
+            let (design, bytes) = read_design(path)?;
             return Ok(Self::Design(design, bytes));
         }
         match read_whole(path) {
@@ -52,11 +52,12 @@ impl Source {
 
     fn recognise(path: &Path, bytes: Vec<u8>) -> Result<Self> {
         let text = String::from_utf8_lossy(&bytes);
-        if !is_json(path) && !text.trim_start().starts_with('{') {
+        let begins_as_json = || text.trim_start_matches(MARK).trim_start().starts_with('{');
+        if !is_json(path) && !begins_as_json() {
             return Ok(Self::Scene(Box::new(Scene::of_bytes(path, &bytes)?)));
         }
         // Not by parsing: a truncated design is a design too, and its reader says what is wrong.
-        if text.contains(&format!("\"{}\"", design_file::FORMAT.name)) {
+        if is_called(&text, design_file::FORMAT.name) {
             return Ok(Self::Design(path.to_owned(), bytes));
         }
         Ok(Self::Case(path.display().to_string(), text.into_owned()))
@@ -85,6 +86,15 @@ impl Source {
     }
 }
 
+/// Whether a JSON text says somewhere that its format is this one.
+fn is_called(text: &str, format: &str) -> bool {
+    let name = format!("\"{format}\"");
+    text.split("\"format\"").skip(1).any(|after| {
+        let value = after.trim_start().strip_prefix(':');
+        value.is_some_and(|value| value.trim_start().starts_with(&name))
+    })
+}
+
 /// Something made of a design; what does not fit is pointed at in its file.
 fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>) -> Result<T> {
     let file = &path.display().to_string();
@@ -94,11 +104,20 @@ fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>
 
 /// The robot of a run's folder or of a design, for a scene.
 pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Vec<[f64; 3]>, Controller<f64>)> {
-    let path = design_of(name);
-    let bytes = read_whole(&path)?;
+    let (path, bytes) = read_design(name)?;
     let design = DesignFile::parse(&path, &bytes)?;
     let controller = fitted((&path, &bytes), |file| design.robot(scene, file))?;
     Ok((design.z, controller))
+}
+
+/// The file of a run's design, or of that which a path is of itself, and what is in it.
+fn read_design(path: &Path) -> Result<(PathBuf, Vec<u8>)> {
+    let design = match path.is_dir() {
+        true => result_of(path, DESIGN)?,
+        false => path.to_owned(),
+    };
+    let bytes = read_whole(&design)?;
+    Ok((design, bytes))
 }
 
 /// The design of a run's folder, or the design that a path is of itself.

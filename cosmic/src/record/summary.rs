@@ -8,7 +8,7 @@ use crate::codesign::{Delivery, Progress};
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::scene::Departure;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a summary says it is.
 pub const FORMAT: Format = Format {
@@ -172,19 +172,26 @@ impl Summary {
     /// # Errors
     /// Those of [`read_json`]; [`Error::NoResult`] where a run is in the folder, and not finished.
     pub fn read(folder: &Path) -> Result<Self> {
-        let path = folder.join(SUMMARY);
-        let is_run = || folder.join(SNAPSHOT).exists();
-        match path.exists() || !is_run() {
-            true => read_json(&path, FORMAT),
-            false => Err(Error::NoResult {
-                why: unfinished(folder),
-                path,
-            }),
-        }
+        read_json(&result_of(folder, SUMMARY)?, FORMAT)
     }
 }
 
-/// Why a run has no summary, and what there is to do.
+/// Where a file lies that a run writes when it is finished.
+///
+/// # Errors
+/// [`Error::NoResult`] where a run is in the folder, and not finished.
+pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
+    let path = folder.join(name);
+    match path.exists() || !folder.join(SNAPSHOT).exists() {
+        true => Ok(path),
+        false => Err(Error::NoResult {
+            why: unfinished(folder),
+            path,
+        }),
+    }
+}
+
+/// Why a run has no result, and what there is to do.
 fn unfinished(folder: &Path) -> String {
     let diverged = folder.join(DIVERGED);
     if diverged.exists() {
