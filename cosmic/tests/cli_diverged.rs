@@ -93,6 +93,23 @@ fn the_last_states_lie_beside_the_results() {
     assert!(!folder.path().join("diverged.json").exists());
 }
 
+#[test]
+fn results_and_last_states_keep_apart() {
+    let folder = folder();
+    let told = evaluate(&folder, &["case.json", "--out", "diverged.json"]);
+    let says = "error: --out: diverged.json is where the last states go";
+    assert!(told.code == 2 && told.error.starts_with(says), "{told:?}");
+    assert!(!folder.path().join("diverged.json").exists());
+    #[cfg(unix)]
+    {
+        // Beside a device is no place for a file.
+        let told = evaluate(&folder, &["case.json", "--out", "/dev/null"]);
+        assert_eq!(told.code, 3, "{}", told.error);
+        assert!(folder.path().join("diverged.json").exists());
+        assert!(!std::path::Path::new("/dev/diverged.json").exists());
+    }
+}
+
 /// Every state is finite, and no derivative is: without damping small changes grow for ever.
 #[test]
 fn a_gradient_that_overflows_is_told_with_its_step() {

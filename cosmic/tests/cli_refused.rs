@@ -46,6 +46,7 @@ fn folders_that_will_not_do_are_refused() {
         ["--starts", "0"],
         ["--iterations", "0"],
         ["--threads", "0"],
+        ["--threads", "1025"],
         ["--seed", "-1"],
     ] {
         assert_eq!(bench.optimize("x", &wrong).code, 2);

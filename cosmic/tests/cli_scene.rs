@@ -112,6 +112,16 @@ fn bad_usage_exits_with_2_and_help_with_0() {
     }
     assert_eq!(cosmic(&["--help"]).2, 0);
     assert_eq!(cosmic(&["--version"]).2, 0);
+    // Into a disk that is full.
+    #[cfg(target_os = "linux")]
+    {
+        let full = fs::File::create("/dev/full").unwrap();
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_cosmic"));
+        let told = command.arg("--version").stdout(full).output().unwrap();
+        let error = String::from_utf8(told.stderr).unwrap();
+        assert_eq!(told.status.code(), Some(4), "{error}");
+        assert!(error.starts_with("error: cannot write standard output"));
+    }
 }
 
 #[test]

@@ -96,6 +96,7 @@ fn a_failed_write_leaves_the_old_file_whole_and_nothing_beside_it() {
 #[cfg(unix)]
 #[test]
 fn links_and_pipes_stay_what_they_are() {
+    use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().unwrap();
     let [file, link, pipe] = ["file", "link", "pipe"].map(|name| folder.path().join(name));
     fs::write(&file, "old").unwrap();
@@ -103,6 +104,11 @@ fn links_and_pipes_stay_what_they_are() {
     write_atomic(&link, |out| out.write_all(b"new")).unwrap();
     assert!(link.is_symlink());
     assert_eq!(fs::read(&file).unwrap(), b"new");
+    // Nor does a file become readable for others.
+    let mode = || fs::metadata(&file).unwrap().permissions();
+    fs::set_permissions(&file, PermissionsExt::from_mode(0o600)).unwrap();
+    write_atomic(&file, |out| out.write_all(b"private")).unwrap();
+    assert_eq!(mode().mode() & 0o777, 0o600);
     let made = process::Command::new("mkfifo").arg(&pipe).status();
     assert!(made.unwrap().success());
     let reader = std::thread::spawn({

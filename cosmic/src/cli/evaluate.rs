@@ -35,6 +35,7 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
+        self.check_out()?;
         let case = Source::find(&self.file)?.case()?;
         let results = case.evaluate(self.gradient, &self.record)?;
         let text = results.to_json() + "\n";
@@ -43,6 +44,18 @@ impl Arguments {
             None => print(&text)?,
         }
         self.judge(&case, &results)
+    }
+
+    /// Refuses the one name under which results would not last.
+    fn check_out(&self) -> Result<()> {
+        let name = self.out.as_deref().and_then(Path::file_name);
+        match name.is_some_and(|name| name.eq_ignore_ascii_case(DIVERGED)) {
+            false => Ok(()),
+            true => Err(Error::Usage(format!(
+                "--out: {DIVERGED} is where the last states go of a robot that flies apart; the \
+                 results take any other name"
+            ))),
+        }
     }
 
     /// Says what is wrong with results that are no numbers, or of a robot that flew apart.
@@ -73,9 +86,11 @@ impl Arguments {
         Err(Error::from(divergence))
     }
 
-    /// A file in the folder of the results, or in the current one.
+    /// A file in the folder of the results, or in the current one; that of a pipe or a device is
+    /// no place for it.
     fn beside(&self, name: &str) -> PathBuf {
-        let folder = self.out.as_deref().and_then(Path::parent);
+        let file = self.out.as_deref().filter(|out| out.is_file());
+        let folder = file.and_then(Path::parent);
         folder.map_or_else(|| name.into(), |folder| folder.join(name))
     }
 }

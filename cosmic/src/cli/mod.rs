@@ -79,20 +79,27 @@ pub fn run() -> ExitCode {
         Ok(cli) => cli,
         Err(request) => return refuse(&request),
     };
-    match cli.command.run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            complain(&error);
-            ExitCode::from(error.exit_code())
-        }
-    }
+    exit_code(cli.command.run())
 }
 
 /// Shows help or the version (exit 0), or what is wrong with the arguments (exit 2).
 fn refuse(request: &clap::Error) -> ExitCode {
-    // Nobody is left to tell if the terminal is gone.
-    let _ = request.print();
-    ExitCode::from(if request.use_stderr() { 2 } else { 0 })
+    let shown = request.print();
+    if request.use_stderr() {
+        return ExitCode::from(2);
+    }
+    exit_code(written(shown))
+}
+
+/// Complains of an error; 0 where there is none.
+fn exit_code(done: Result<()>) -> ExitCode {
+    done.map_or_else(
+        |error| {
+            complain(&error);
+            ExitCode::from(error.exit_code())
+        },
+        |()| ExitCode::SUCCESS,
+    )
 }
 
 /// Reports on faults of a file begin with "error:" on their own.
@@ -106,11 +113,16 @@ fn complain(error: &Error) {
     let _ = writeln!(io::stderr(), "{prefix}{text}");
 }
 
-/// Writes to standard output. A reader that has seen enough (`cosmic scene default | head`) is no
-/// error.
+/// Writes to standard output.
 fn print(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+}
+
+/// What became of a text for standard output. A reader that has seen enough (`cosmic scene default
+/// | head`) is no error.
+fn written(text: io::Result<()>) -> Result<()> {
+    match text {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => Err(Error::Write {
             path: "standard output".into(),
             source,

@@ -1,7 +1,18 @@
 //! Options that several commands share.
 
 use clap::Args;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
+
+/// The most threads that are started: starting more takes longer than a run.
+const MOST_THREADS: usize = 1024;
+
+/// Reads how many threads to start.
+pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let number = text.parse().ok();
+    let number = number.filter(|number: &NonZeroUsize| number.get() <= MOST_THREADS);
+    number.ok_or_else(|| format!("a whole number from 1 to {MOST_THREADS} belongs here"))
+}
 
 /// How a command speaks.
 #[derive(Debug, Clone, Args)]
@@ -24,9 +35,9 @@ pub struct RunOptions {
     /// SCENE runs/NAME-on]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Threads; the results do not depend on their number
-    #[arg(long, value_name = "N")]
-    pub threads: Option<std::num::NonZeroUsize>,
+    /// Threads, 1024 at most; the results do not depend on their number
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub threads: Option<NonZeroUsize>,
     /// How the command speaks.
     #[command(flatten)]
     pub output: Output,

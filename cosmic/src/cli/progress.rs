@@ -8,7 +8,7 @@ use crate::record::{Observer, Run};
 use crate::sweep::{Ended, Outcome, Overseer, SweepPlan};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -47,10 +47,12 @@ struct Shown {
 
 impl Progress {
     pub(super) fn new(output: &Output, interrupt: Interrupt) -> Self {
-        let voice = match (output.quiet, io::stderr().is_terminal()) {
+        let bars = MultiProgress::new();
+        // Hidden where there is no terminal, or one on which nothing can be drawn twice.
+        let voice = match (output.quiet, bars.is_hidden()) {
             (true, _) => Voice::Silent,
-            (false, true) => Voice::Bars(MultiProgress::new()),
-            (false, false) => Voice::Lines,
+            (false, false) => Voice::Bars(bars),
+            (false, true) => Voice::Lines,
         };
         Self {
             voice,

@@ -14,8 +14,8 @@ pub(super) struct Arguments {
     /// The run's folder
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// Threads; the results do not depend on their number
-    #[arg(long, value_name = "N")]
+    /// Threads, 1024 at most; the results do not depend on their number
+    #[arg(long, value_name = "N", value_parser = super::options::threads)]
     threads: Option<NonZeroUsize>,
     /// Go on although the time step became unstable for the robot
     #[arg(long)]

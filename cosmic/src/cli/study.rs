@@ -47,8 +47,8 @@ struct Options {
     /// A TOML file of settings under those of every experiment
     #[arg(long, value_name = "FILE")]
     base: Option<PathBuf>,
-    /// Threads, each with runs of its own; the results do not depend on their number
-    #[arg(long, value_name = "N")]
+    /// Threads, 1024 at most, each with runs of its own; the results do not depend on their number
+    #[arg(long, value_name = "N", value_parser = super::options::threads)]
     threads: Option<NonZeroUsize>,
     #[command(flatten)]
     output: Output,

@@ -56,8 +56,8 @@ enum Action {
         /// A run's number, `auto` for the next that nobody has taken, `all` for those one by one
         #[arg(long, value_name = "I")]
         index: Index,
-        /// Threads; the results do not depend on their number
-        #[arg(long, value_name = "N")]
+        /// Threads, 1024 at most; the results do not depend on their number
+        #[arg(long, value_name = "N", value_parser = super::options::threads)]
         threads: Option<NonZeroUsize>,
         #[command(flatten)]
         output: Output,

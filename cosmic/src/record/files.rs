@@ -54,6 +54,11 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     let mut file = BufWriter::new(temporary(folder)?);
     fill(&mut file)?;
     let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+    // Who may read a file is its owner's choice.
+    #[cfg(unix)]
+    if let Ok(replaced) = fs::metadata(path) {
+        file.as_file().set_permissions(replaced.permissions())?;
+    }
     // Data before name: otherwise a power cut could leave the new name with no bytes behind it.
     file.as_file().sync_all()?;
     file.persist(path)?;

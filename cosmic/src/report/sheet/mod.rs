@@ -122,7 +122,7 @@ impl Table {
             Cell::Missing => String::new(),
         };
         let head = self.columns.iter().map(|column| csv_cell(&column.name));
-        let mut lines = vec![head.chain(["standing".to_owned()]).collect::<Vec<_>>()];
+        let mut lines = vec![head.chain([STANDING.to_owned()]).collect::<Vec<_>>()];
         for row in &self.rows {
             let standing = standing_name(row.standing).to_owned();
             lines.push(row.cells.iter().map(cell).chain([standing]).collect());
@@ -135,18 +135,25 @@ impl Table {
             let keys = self.columns.iter().map(|column| column.name.clone());
             let mut object: Map<String, Value> =
                 keys.zip(row.cells.iter().map(Cell::to_json)).collect();
-            object.insert("standing".to_owned(), json!(standing_name(row.standing)));
+            object.insert(STANDING.to_owned(), json!(standing_name(row.standing)));
             Value::Object(object)
         };
         let says = |column: &Column| (column.name.clone(), json!(column.says));
+        let standing = (STANDING.to_owned(), json!(STANDING_SAYS));
         json!({
             "name": self.name,
             "title": self.title,
-            "columns": self.columns.iter().map(says).collect::<Map<_, _>>(),
+            "columns": self.columns.iter().map(says).chain([standing]).collect::<Map<_, _>>(),
             "rows": self.rows.iter().map(row).collect::<Vec<_>>(),
         })
     }
 }
+
+/// The last column of every table.
+const STANDING: &str = "standing";
+/// What it is.
+const STANDING_SAYS: &str =
+    "how the row stands out: plain, default (what the scene itself asks for) or failed";
 
 fn standing_name(standing: Standing) -> &'static str {
     match standing {
@@ -322,6 +329,13 @@ mod tests {
         assert_eq!(rows[0]["error"], 0.1 + 0.2);
         assert_eq!(rows[0]["standing"], "default");
         assert!(rows[1]["error"].is_null() && rows[1]["steps"].is_null());
+        let columns = json["sections"][0]["tables"][0]["columns"].as_object();
+        assert!(
+            columns
+                .unwrap()
+                .keys()
+                .eq(rows[0].as_object().unwrap().keys())
+        );
     }
 
     #[test]
