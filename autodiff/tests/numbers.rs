@@ -13,11 +13,31 @@ fn assigned<R: Copy>(x: R, y: R, operator: fn(&mut R, R)) -> R {
     result
 }
 
+/// Each function that has no method, with its name.
+fn elementary<R: Real>(x: R) -> Vec<(&'static str, R)> {
+    [
+        ("asin", Elementary::Asin),
+        ("acos", Elementary::Acos),
+        ("sinh", Elementary::Sinh),
+        ("cosh", Elementary::Cosh),
+        ("asinh", Elementary::Asinh),
+        ("acosh", Elementary::Acosh),
+        ("atanh", Elementary::Atanh),
+        ("exp_m1", Elementary::ExpM1),
+        ("ln_1p", Elementary::Ln1p),
+        ("log2", Elementary::Log2),
+        ("log10", Elementary::Log10),
+        ("cbrt", Elementary::Cbrt),
+    ]
+    .map(|(name, function)| (name, x.elementary(function)))
+    .into()
+}
+
 /// Each operation with its name.
 fn operations<R: Real>([x, y, z]: [R; 3]) -> Vec<(&'static str, R)> {
     let truth = |mask: R::Mask| R::select(mask, R::one(), R::zero());
     let inside = x.lt(y) & !y.le(z) | z.finite();
-    vec![
+    let methods = [
         ("+", x + y),
         ("-", x - y),
         ("*", x * y),
@@ -50,18 +70,6 @@ fn operations<R: Real>([x, y, z]: [R; 3]) -> Vec<(&'static str, R)> {
         ("powi", x.powi(3)),
         ("negative powi", x.powi(-2)),
         ("powf", x.abs().powf(y)),
-        ("asin", x.elementary(Elementary::Asin)),
-        ("acos", x.elementary(Elementary::Acos)),
-        ("sinh", x.elementary(Elementary::Sinh)),
-        ("cosh", x.elementary(Elementary::Cosh)),
-        ("asinh", x.elementary(Elementary::Asinh)),
-        ("acosh", x.elementary(Elementary::Acosh)),
-        ("atanh", x.elementary(Elementary::Atanh)),
-        ("exp_m1", x.elementary(Elementary::ExpM1)),
-        ("ln_1p", x.elementary(Elementary::Ln1p)),
-        ("log2", x.elementary(Elementary::Log2)),
-        ("log10", x.elementary(Elementary::Log10)),
-        ("cbrt", x.elementary(Elementary::Cbrt)),
         ("abs", x.abs()),
         ("signum", x.signum()),
         ("max", x.max(y)),
@@ -74,7 +82,8 @@ fn operations<R: Real>([x, y, z]: [R; 3]) -> Vec<(&'static str, R)> {
         ("chain_add", R::chain_add(x, y, z)),
         ("dot", R::dot(&[x, y, z], &[z, x, y])),
         ("sum", R::sum(&[x, y, z])),
-    ]
+    ];
+    [&methods, &elementary(x)[..]].concat()
 }
 
 /// Of both signs, at and near kinks, and where nothing is finite.
