@@ -94,37 +94,38 @@ impl PoseDerivatives<'_> {
     }
 
     /// Adds the part of a finger, its root left out. The derivatives by its angles come from that
-    /// part alone.
+    /// part alone. Blending and turning are linear in the bones: what makes the part of the bones makes
+    /// its derivatives of theirs.
     #[inline(always)]
     fn finger<L: Lane<f64>>(&mut self, finger: usize) {
         const MOVING: usize = JOINTS - 1;
         let bone = 2 + JOINTS * finger;
-        let mut bones = [Affine([[Dual::<L, JOINTS>::zero(); 4]; 3]); MOVING];
+        let mut bones = [Affine([[L::zero(); 4]; 3]); MOVING];
+        let mut slopes = [bones; JOINTS];
         for joint in 0..MOVING {
-            bones[joint] = lift(&self.bones[bone + joint]);
+            let moving = &self.bones[bone + joint];
+            bones[joint] = splat(&moving.map(primal));
+            for d in 0..JOINTS {
+                slopes[d][joint] = splat(&moving.map(|number| number.tangent[d]));
+            }
         }
-        let global = splat::<L>(&self.global.map(primal)).map(Dual::constant);
+        let turn = splat::<L>(&self.global.map(primal).linear());
         let column = GLOBAL + JOINTS * finger;
-        let mut weights = [Dual::zero(); MOVING];
+        let mut weights = [L::zero(); MOVING];
         for first in (0..self.model.len).step_by(L::N) {
             for joint in 0..MOVING {
-                weights[joint] =
-                    Dual::constant(L::load(&self.model.weights[bone + joint][first..]));
+                weights[joint] = L::load(&self.model.weights[bone + joint][first..]);
             }
-            let vertex = constants(load(&self.model.vertices, first));
+            let vertex = load(&self.model.vertices, first);
             let part = blend(&bones, &weights, vertex);
             let mut place = load::<L>(&self.skin.places, first);
             for i in 0..3 {
-                place[i] += part[i].value;
+                place[i] += part[i];
             }
             store(place, &mut self.skin.places, first);
-            let moved = global.apply(part);
             for d in 0..JOINTS {
-                store(
-                    along(&moved, d),
-                    &mut self.skin.derivatives[column + d],
-                    first,
-                );
+                let slope = turn.apply(blend(&slopes[d], &weights, vertex));
+                store(slope, &mut self.skin.derivatives[column + d], first);
             }
         }
     }
@@ -161,10 +162,7 @@ impl Vectorized<f64> for Residuals<'_> {
         for first in (0..self.targets.len()).step_by(L::N) {
             let here = Here::new(self.targets, first);
             for i in 0..3 {
-                let mut corners = [L::zero(); 3];
-                for k in 0..3 {
-                    corners[k] = here.corner(k, &self.skin.places[i]);
-                }
+                let corners = here.corners::<L>(&self.skin.places[i]);
                 let gap = residual(here.point(i), here.u(), corners);
                 here.scatter(gap, &mut self.residuals[3 * first + i..], 3);
             }
@@ -189,22 +187,25 @@ impl Vectorized<f64> for ResidualDerivatives<'_> {
         let skipped = DIRECTIONS - columns;
         for first in (0..self.targets.len()).step_by(L::N) {
             let here = Here::new(self.targets, first);
-            let [u1, u2] = here.u();
-            let u = [Dual::variable(u1, 0), Dual::variable(u2, 1)];
+            let u = here.u();
+            let variables = [Dual::<L, 2>::variable(u[0], 0), Dual::variable(u[1], 1)];
             for i in 0..3 {
                 let row = 3 * first + i;
-                let mut corners = [Dual::<L, DIRECTIONS>::zero(); 3];
-                for k in 0..3 {
-                    corners[k].value = here.corner(k, &self.skin.places[i]);
-                    for d in 0..THETA {
-                        corners[k].tangent[2 + d] = here.corner(k, &self.skin.derivatives[d][i]);
-                    }
-                }
-                let gap = residual(Dual::constant(here.point(i)), u, corners);
+                let point = Dual::constant(here.point(i));
+                let corners = constants(here.corners(&self.skin.places[i]));
+                let gap = residual(point, variables, corners);
                 here.scatter(gap.value, &mut self.residuals[row..], 3);
-                for d in skipped..DIRECTIONS {
-                    let column = row * columns + d - skipped;
-                    here.scatter(gap.tangent[d], &mut self.jacobian[column..], 3 * columns);
+                let mut scatter = |slope: L, direction: usize| {
+                    let column = row * columns + direction - skipped;
+                    here.scatter(slope, &mut self.jacobian[column..], 3 * columns);
+                };
+                for d in skipped..2 {
+                    scatter(gap.tangent[d], d);
+                }
+                // The gap is linear in the skin: what makes it of places makes its derivatives of theirs.
+                for d in 0..THETA {
+                    let slopes = here.corners(&self.skin.derivatives[d][i]);
+                    scatter(residual(L::zero(), u, slopes), 2 + d);
                 }
             }
         }
@@ -264,14 +265,18 @@ impl<'a> Here<'a> {
         ]
     }
 
-    /// A number of the skin's at a corner of the triangle.
+    /// A number of the skin's at the corners of the triangles.
     #[inline(always)]
-    fn corner<L: Lane<f64>>(&self, k: usize, of_vertices: &[f64]) -> L {
-        let mut lanes = [0.0; WIDEST];
-        for lane in 0..L::N {
-            lanes[lane] = of_vertices[self.corners[k][lane]];
+    fn corners<L: Lane<f64>>(&self, of_vertices: &[f64]) -> [L; 3] {
+        let mut numbers = [L::zero(); 3];
+        for k in 0..3 {
+            let mut lanes = [0.0; WIDEST];
+            for lane in 0..L::N {
+                lanes[lane] = of_vertices[self.corners[k][lane]];
+            }
+            numbers[k] = L::load(&lanes);
         }
-        L::load(&lanes)
+        numbers
     }
 }
 

@@ -41,6 +41,16 @@ impl<R: Real> Affine<R> {
         image
     }
 
+    /// Without its shift.
+    #[inline(always)]
+    pub(super) fn linear(&self) -> Self {
+        let mut linear = *self;
+        for row in 0..3 {
+            linear.0[row][3] = R::zero();
+        }
+        linear
+    }
+
     /// Entry by entry as another type of number.
     #[inline(always)]
     pub(super) fn map<S: Real>(&self, entry: impl Fn(R) -> S) -> Affine<S> {
