@@ -1,6 +1,6 @@
 //! The extremes that are tried.
 
-use super::trial::{Trial, World};
+use super::trial::{Trial, World, silent};
 use crate::case::Case;
 use crate::design::Material;
 use crate::scene::{Contact, Integrator, Scene, StartKind};
@@ -95,14 +95,6 @@ fn around((group, what): (&'static str, &str), case: &Case, world: World) -> Vec
         }
     };
     SHARES.map(trial).into()
-}
-
-/// A case whose actuators have no stroke: springs that stiffen are no stiffer for it either.
-fn silent(case: &Case) -> Case {
-    let mut case = case.clone();
-    case.materials.max_strain = [0.0; 3];
-    case.controller = case.controller.map(|_| 0.0);
-    case
 }
 
 /// A robot in its world with its own time step.

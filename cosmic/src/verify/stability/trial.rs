@@ -137,12 +137,12 @@ impl Trial {
         }
     }
 
-    /// The case as it is run: a free robot, which is silent, is lifted off and given a push.
+    /// The case as it is run: a free robot silenced, lifted off and given a push.
     fn prepared(&self) -> Case {
-        let mut case = self.case.clone();
         if self.world == World::Driven {
-            return case;
+            return self.case.clone();
         }
+        let mut case = silent(&self.case);
         case.physics.gravity = 0.0;
         // Far below, and not so far that the sum with a height would lose its digits.
         case.physics.ground_height = -1e3 * reach(&case);
@@ -154,6 +154,14 @@ impl Trial {
         }
         case
     }
+}
+
+/// A case whose actuators have no stroke: springs that stiffen are no stiffer for it either.
+pub(super) fn silent(case: &Case) -> Case {
+    let mut case = case.clone();
+    case.materials.max_strain = [0.0; 3];
+    case.controller = case.controller.map(|_| 0.0);
+    case
 }
 
 /// The longest rest length, m.
