@@ -14,7 +14,7 @@ use benches::machine::machine;
 use cosmic::case::Case;
 use cosmic::gradient::{CONTROLLER, DESIGN};
 use cosmic::scene::Scene;
-use cosmic::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
+use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
 /// Times that each measurement is taken, in turns; the least counts.
 const ROUNDS: usize = 60;

@@ -11,7 +11,7 @@ use autodiff::lanes::{Lane, Vectorized};
 use cosmic::case::Case;
 use cosmic::gradient::{CONTROLLER, DESIGN};
 use cosmic::scene::Scene;
-use cosmic::verify::{Subject, TwoMatvecs};
+use cosmic_lab::verify::{Subject, TwoMatvecs};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 

@@ -187,7 +187,7 @@ impl Error {
     }
 
     /// Its text as a part of another's: without the heading "error: " that reports on files have.
-    pub(crate) fn within(&self) -> String {
+    pub fn within(&self) -> String {
         let text = self.to_string();
         text.strip_prefix("error: ").unwrap_or(&text).to_owned()
     }
@@ -218,7 +218,7 @@ impl Error {
 ///
 /// # Errors
 /// [`Error::Misfit`].
-pub(crate) fn fits(file: &str, what: &str, found: usize, expected: usize) -> Result<()> {
+pub fn fits(file: &str, what: &str, found: usize, expected: usize) -> Result<()> {
     match found == expected {
         true => Ok(()),
         false => Err(Error::Misfit {
@@ -257,7 +257,7 @@ fn and_others(others: usize) -> String {
 }
 
 /// A path as a word of a command line, quoted where a shell would take it for more than that.
-pub(crate) fn in_shell(path: &Path) -> String {
+pub fn in_shell(path: &Path) -> String {
     let text = path.display().to_string();
     let text = match text.starts_with('-') {
         true => format!("./{text}"),

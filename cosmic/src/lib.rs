@@ -10,12 +10,13 @@
 //!   these in a `Task`; [`scatter`] draws other robots and surroundings; [`case`] is one rollout
 //!   with all its numbers in a file.
 //! - How it is found: [`optimiser`], which knows no robot, and [`codesign`], the paper's algorithm 1.
-//! - On disk: [`record`], the folder of a run, and [`sweep`], many runs.
-//! - Afterwards: [`robustness`], and with the feature `report` `report`, `verify` and `study`; the
-//!   program is `cli`.
+//! - On disk: [`record`], the folder of a run.
+//!
+//! The crate `cosmic-lab` checks, studies and reports on what comes of it; the program is
+//! `cosmic-program`.
 
 pub mod error;
-mod parallel;
+pub mod parallel;
 pub mod random;
 pub mod reading;
 pub mod scene;
@@ -31,20 +32,5 @@ pub mod optimiser;
 pub mod case;
 pub mod codesign;
 pub mod record;
-pub mod robustness;
-#[cfg(feature = "report")]
-pub mod report;
-#[cfg(feature = "report")]
-pub mod verify;
-pub mod sweep;
-#[cfg(feature = "report")]
-pub mod study;
-#[cfg(feature = "cli")]
-pub mod cli;
 
 pub use error::{Error, Result};
-
-/// The code of the repository's README, compiled and run with the documentation's.
-#[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
-struct Readme;

@@ -9,7 +9,7 @@ use std::thread;
 
 /// How many jobs are at work at a time, and how many threads each of them has.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Crew {
+pub struct Crew {
     at_work: usize,
     threads: usize,
 }
@@ -18,7 +18,7 @@ impl Crew {
     /// As many jobs at a time as `threads`, or as cores where that is `None`, each on a single
     /// thread: what a job itself would do in parallel it does on that one, and its wall time is
     /// that of one core.
-    pub(crate) fn of_one(threads: Option<NonZeroUsize>) -> Self {
+    pub fn of_one(threads: Option<NonZeroUsize>) -> Self {
         let cores = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         Self {
             at_work: threads.unwrap_or_else(cores).get(),
@@ -27,7 +27,7 @@ impl Crew {
     }
 
     /// Threads shared out among jobs: where there are fewer jobs than threads, each has several.
-    pub(crate) fn shared_out(threads: usize, jobs: usize) -> Self {
+    pub fn shared_out(threads: usize, jobs: usize) -> Self {
         let at_work = threads.min(jobs).max(1);
         Self {
             at_work,
@@ -48,7 +48,7 @@ impl Crew {
 ///
 /// # Errors
 /// The first error; no further job is begun after it.
-pub(crate) fn in_parallel<T: Send>(
+pub fn in_parallel<T: Send>(
     jobs: usize,
     crew: Crew,
     job: impl Fn(usize, &AtomicBool) -> Result<T> + Sync,

@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 const STREAM: u64 = 1 << 26;
 
 /// With which some editors begin a text: it belongs to no value.
-pub(crate) const MARK: char = '\u{feff}';
+pub const MARK: char = '\u{feff}';
 
 /// A file's bytes: all of a regular file, and of a pipe or a device what it gives up to 64 MiB.
 ///
@@ -75,7 +75,7 @@ pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u
 
 /// An error about what stands in a JSON text, with its place: that of the value whose keys the
 /// message names first in backquotes, such as `z[3]`. The error as it is where it names none.
-pub(crate) fn placed(file: &str, text: &str, error: Error) -> Error {
+pub fn placed(file: &str, text: &str, error: Error) -> Error {
     let message = error.to_string();
     match message.split('`').nth(1).and_then(|keys| place(text, keys)) {
         Some(place) => {

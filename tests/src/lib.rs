@@ -173,3 +173,8 @@ pub fn relative_error(got: &[f64], expected: &[f64]) -> f64 {
     let size = norm(&mut expected.iter().copied());
     if size == 0.0 { error } else { error / size }
 }
+
+/// The code of the repository's README, compiled and run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;

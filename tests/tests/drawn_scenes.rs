@@ -6,7 +6,7 @@ use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::projection::Projection;
 use cosmic::scene::{Contact, Integrator, Scene, StartKind, VoidEdges};
-use cosmic::verify::check_gradients;
+use cosmic_lab::verify::check_gradients;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 

@@ -53,7 +53,7 @@ fn kernels_are_inlined() {
     for folder in [
         "autodiff/src",
         "autodiff/examples",
-        "cosmic/src",
+        "cosmic",
         "benches/src",
         "benches/benches",
     ] {

@@ -5,7 +5,7 @@ use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::scene::{Contact, Integrator, PhysicsSettings, Scene};
 use cosmic::simulator::stability::stable_step;
-use cosmic::verify::check_gradients;
+use cosmic_lab::verify::check_gradients;
 use cosmic_tests::Bare;
 
 const BOTH: [Integrator; 2] = [Integrator::SymplecticEuler, Integrator::Leapfrog];

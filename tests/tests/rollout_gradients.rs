@@ -9,7 +9,7 @@ use cosmic::lattice::Ground;
 use cosmic::objective::Displacement;
 use cosmic::projection::Projection;
 use cosmic::scene::{Contact, HorizonMode, LossKind, LossSettings, Scene};
-use cosmic::verify::check_gradients;
+use cosmic_lab::verify::check_gradients;
 
 /// Long enough to fall, hit the ground and push off; short enough for differences.
 const STEPS: usize = 90;

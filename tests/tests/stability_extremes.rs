@@ -3,7 +3,7 @@
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 use cosmic::simulator::Grade;
-use cosmic::verify::stability::{
+use cosmic_lab::verify::stability::{
     Found, Outcome, Trial, bound_ratio, case_trials, extreme_trials, guard_cost,
 };
 

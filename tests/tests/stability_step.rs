@@ -6,7 +6,7 @@ use cosmic::projection::Body;
 use cosmic::scene::{Scene, UnstableStep};
 use cosmic::simulator::stability::{Vibration, bound_of_any_design, step_limit};
 use cosmic::simulator::{Grade, StepCheck};
-use cosmic::verify::stable_steps;
+use cosmic_lab::verify::stable_steps;
 
 fn scene(dt: f64) -> Scene {
     let mut scene = Scene::default();

@@ -10,7 +10,7 @@ use cosmic::projection::{Body, Variation};
 use cosmic::scene::{Contact, HorizonMode, PhysicsSettings, Scene, VoidEdges};
 use cosmic::simulator::stability::Vibration;
 use cosmic::simulator::{Simulator, Span, Spare};
-use cosmic::verify::Voids;
+use cosmic_lab::verify::Voids;
 
 const STEPS: usize = 256;
 

@@ -11,7 +11,7 @@ use benches::tapes::{inputs, kernels};
 use cosmic::case::Case;
 use cosmic::gradient::{CONTROLLER, DESIGN};
 use cosmic::scene::Scene;
-use cosmic::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
+use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
 /// Work to be counted. Its setup is done anew in every process, whatever the repetitions.
 pub(crate) struct Work {

@@ -6,7 +6,7 @@ use std::path::Path;
 use benches::machine::machine;
 use cosmic::case::Case;
 use cosmic::scene::Scene;
-use cosmic::verify::{Times, measure};
+use cosmic_lab::verify::{Times, measure};
 
 use crate::Row;
 

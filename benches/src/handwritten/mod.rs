@@ -195,7 +195,7 @@ mod tests {
     use cosmic::case::Case;
     use cosmic::gradient::{CONTROLLER, DESIGN};
     use cosmic::scene::Scene;
-    use cosmic::verify::Subject;
+    use cosmic_lab::verify::Subject;
 
     use super::{Buffer, Handwritten};
 

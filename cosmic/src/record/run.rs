@@ -17,9 +17,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// The scene's place in a run's folder.
-pub(crate) const SCENE: &str = "scene.toml";
+pub const SCENE: &str = "scene.toml";
 /// The design's place in a run's folder.
-pub(crate) const DESIGN: &str = "design.json";
+pub const DESIGN: &str = "design.json";
 /// Where the robot is kept that a run began with, if it was not the scene's start.
 const START: &str = "start.json";
 /// Where the last states of a diverged result are kept.

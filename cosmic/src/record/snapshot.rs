@@ -40,7 +40,6 @@ pub struct Plan {
 /// Which of several starts are carried out to the end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Search {
     /// All of them.
     #[default]
@@ -71,17 +70,25 @@ impl Plan {
 }
 
 /// A scene as a text in JSON.
-pub(crate) mod toml {
+pub mod toml {
     use super::Scene;
     use crate::error;
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serializer};
 
-    pub(crate) fn serialize<S: Serializer>(scene: &Scene, to: S) -> Result<S::Ok, S::Error> {
+    /// Writes the scene's TOML as a string.
+    ///
+    /// # Errors
+    /// Those of the serializer.
+    pub fn serialize<S: Serializer>(scene: &Scene, to: S) -> Result<S::Ok, S::Error> {
         to.serialize_str(&scene.to_toml())
     }
 
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Scene, D::Error> {
+    /// Reads the scene from a string of TOML.
+    ///
+    /// # Errors
+    /// What is wrong with the TOML, with its line and column.
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Scene, D::Error> {
         let text = String::deserialize(from)?;
         Scene::parse("scene", &text).map_err(|error| match error {
             // Its own report is a page; here it is a part of a sentence.

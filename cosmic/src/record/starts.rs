@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The most runs that go together, as starts or in a sweep: each is a folder.
-pub(crate) const MOST_RUNS: usize = 1_000_000;
+pub const MOST_RUNS: usize = 1_000_000;
 
 /// Begins the folder of several starts.
 pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Lock> {

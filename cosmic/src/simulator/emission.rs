@@ -11,7 +11,7 @@ use super::kernels::{
 
 const HEADER: &str = "\
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
-//! a kernel: `EMIT=1 cargo test -p cosmic --lib adjoints_are_fresh`.
+//! a kernel: `EMIT=1 cargo test -p cosmic-codesign --lib adjoints_are_fresh`.
 
 use autodiff::{Adjoint, Real};
 

@@ -7,7 +7,7 @@ use crate::projection::Body;
 use crate::scene::PhysicsSettings;
 
 /// What holds energy in a robot whose actuators are at rest.
-pub(crate) struct Store<'a> {
+pub struct Store<'a> {
     lattice: &'a Lattice,
     body: &'a Body<f64>,
     /// The cubic coefficient of the springs, 1/m^2.
@@ -17,11 +17,8 @@ pub(crate) struct Store<'a> {
 }
 
 impl<'a> Store<'a> {
-    pub(crate) fn new(
-        lattice: &'a Lattice,
-        physics: &PhysicsSettings,
-        body: &'a Body<f64>,
-    ) -> Self {
+    /// The springs and masses of a body on a lattice.
+    pub fn new(lattice: &'a Lattice, physics: &PhysicsSettings, body: &'a Body<f64>) -> Self {
         let bending = Bending::new(lattice, physics.bending_radius);
         Self {
             lattice,
@@ -32,7 +29,7 @@ impl<'a> Store<'a> {
     }
 
     /// Kinetic energy and that of springs and bars, J: of what the simulator's forces are the slope.
-    pub(crate) fn energy(&self, state: &State<f64>) -> f64 {
+    pub fn energy(&self, state: &State<f64>) -> f64 {
         let speeds = state.v.iter().zip(&self.body.mass);
         let kinetic: f64 = speeds
             .map(|([vx, vy], m)| 0.5 * m * (vx * vx + vy * vy))
@@ -64,7 +61,7 @@ fn towards(x: &[[f64; 2]], edge: [usize; 2]) -> ([f64; 2], f64) {
 }
 
 /// The length of an edge, m, as the springs have it (D4).
-pub(crate) fn length(x: &[[f64; 2]], edge: [usize; 2]) -> f64 {
+pub fn length(x: &[[f64; 2]], edge: [usize; 2]) -> f64 {
     let [dx, dy] = span(x, edge);
     (dx * dx + dy * dy + SOFTENING).sqrt()
 }

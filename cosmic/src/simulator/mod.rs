@@ -26,10 +26,10 @@ use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
 
 pub use blame::Term;
 pub use divergence::{Divergence, Guarded};
-pub(crate) use energy::{Store, length};
+pub use energy::{Store, length};
 pub use overflow::Overflow;
 pub use robot::Spare;
-pub(crate) use step_check::rounded_down;
+pub use step_check::rounded_down;
 pub use step_check::{Grade, StepCheck, StepLimit};
 pub use trajectory::Trajectory;
 

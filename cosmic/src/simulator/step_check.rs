@@ -208,7 +208,7 @@ fn two_digits(x: f64) -> f64 {
 }
 
 /// The largest number of so many digits that is not above a positive one; infinity is itself.
-pub(crate) fn rounded_down(x: f64, digits: usize) -> f64 {
+pub fn rounded_down(x: f64, digits: usize) -> f64 {
     // The shortest digits that mean this number, cut: powers of ten are not the same on every system.
     let scientific = format!("{x:e}");
     let (significand, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));

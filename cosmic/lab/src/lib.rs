@@ -1,0 +1,18 @@
+//! What is done with designs and runs of [`cosmic`] once they exist: checks, studies, sweeps and
+//! reports.
+//!
+//! The order of the modules is the architecture: each uses only those above it.
+//!
+//! - [`robustness`]: one design in other worlds.
+//! - [`report`]: pages, plots and pictures of runs.
+//! - [`verify`]: error against run time, gradients against differences, stability at the extremes.
+//! - [`sweep`]: many runs from a frozen plan.
+//! - [`study`]: the paper's evaluation again.
+
+pub mod robustness;
+pub mod report;
+pub mod verify;
+pub mod sweep;
+pub mod study;
+
+pub use cosmic::{Error, Result};

@@ -1,0 +1,67 @@
+//! The picture of the layout at rest.
+
+use super::motion::{SKELETON, hex};
+use super::results::Results;
+use super::svg::{MUTED, Svg};
+use cosmic::design::Material;
+
+/// Colour of actuators where no strain is shown.
+const ACTUATOR: &str = "#d9541e";
+
+/// The colour of a material where no strain is shown.
+pub(super) fn colour(material: Material) -> String {
+    match material {
+        Material::Void => "#c4cad1".to_owned(),
+        Material::Skeleton => hex(SKELETON),
+        Material::Actuator => ACTUATOR.to_owned(),
+    }
+}
+
+/// The layout on the lattice at rest, in the ground's frame.
+pub(super) fn draw_layout(run: &Results) -> String {
+    let (columns, rows) = (run.lattice.columns, run.lattice.rows);
+    let cell = 320.0 / (columns.max(rows) - 1).max(1) as f64;
+    let size = [460.0, 420.0];
+    let left = 0.5 * (size[0] - cell * (columns - 1) as f64);
+    let place = |node: usize| {
+        let (row, column) = ((node / columns) as f64, (node % columns) as f64);
+        [left + cell * column, 370.0 - cell * row]
+    };
+    let mut svg = Svg::new(size);
+    svg.text([24.0, 26.0], "Layout at rest", r#"font-weight="600""#);
+    for material in [Material::Skeleton, Material::Actuator] {
+        let made_of = run.design.materials.iter().zip(&run.design.edges);
+        let edges = made_of.filter(|(m, _)| **m == material);
+        let width = if material == Material::Actuator {
+            5.0
+        } else {
+            3.5
+        };
+        let colour = colour(material);
+        let style = format!(r#"stroke="{colour}" stroke-width="{width}" stroke-linecap="round""#);
+        for (_, &[i, j]) in edges {
+            svg.line(place(i), place(j), &style);
+        }
+    }
+    for node in 0..run.lattice.nodes() {
+        svg.circle(
+            place(node),
+            2.6,
+            &format!(r##"fill="#fff" stroke="{MUTED}""##),
+        );
+    }
+    svg.circle(
+        place(0),
+        7.0,
+        r##"fill="#e68a00" stroke="#fff" stroke-width="1.5""##,
+    );
+    let counted = Material::ALL.map(|m| run.design.materials.iter().filter(|e| **e == m).count());
+    let [void, skeleton, actuator] = counted;
+    let caption = format!("{skeleton} skeleton, {actuator} actuator, {void} void (not drawn)");
+    svg.text(
+        [0.5 * size[0], 402.0],
+        &caption,
+        &format!(r#"text-anchor="middle" fill="{MUTED}""#),
+    );
+    svg.finish("Materials of the edges on the lattice at rest")
+}

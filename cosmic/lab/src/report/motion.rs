@@ -1,0 +1,319 @@
+//! A robot in motion, as something to draw: coloured bars in the world's frame.
+
+use std::collections::BTreeSet;
+
+use super::results::Results;
+use cosmic::design::Material;
+use cosmic::lattice::{Ground, State};
+
+/// Colour of passive edges.
+pub(super) const SKELETON: [u8; 3] = [0x26, 0x2b, 0x33];
+/// Colour of the payload and its path.
+pub(super) const PAYLOAD: [u8; 3] = [0xe6, 0x8a, 0x00];
+
+/// The most moments of a rollout that are shown one after the other.
+const MOST_FRAMES: usize = 2000;
+
+/// An actuator's colours, from the strongest contraction over rest to the strongest extension.
+const CONTRACTED: [u8; 3] = [0x0b, 0x4f, 0xc4];
+const AT_REST: [u8; 3] = [0xb4, 0xae, 0xba];
+const EXTENDED: [u8; 3] = [0xd6, 0x1f, 0x1f];
+
+/// An edge as it is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bar {
+    pub(super) from: [f64; 2],
+    pub(super) to: [f64; 2],
+    pub(super) colour: [u8; 3],
+    pub(super) actuator: bool,
+}
+
+/// A run's delivered rollout.
+pub(super) struct Motion<'r> {
+    pub(super) run: &'r Results,
+    /// Nodes that solid edges join to the payload.
+    body: Vec<usize>,
+    /// Nodes that anything is drawn at.
+    seen: Vec<usize>,
+    /// Strain that has the full colour.
+    limit: f64,
+}
+
+impl<'r> Motion<'r> {
+    pub(super) fn new(run: &'r Results) -> Self {
+        let largest = run.scene.materials.max_strain[Material::Actuator as usize];
+        Self {
+            run,
+            body: body(run),
+            seen: seen(run),
+            limit: if largest > 0.0 { largest } else { 1.0 },
+        }
+    }
+
+    /// Strain that has the full colour.
+    pub(super) fn limit(&self) -> f64 {
+        self.limit
+    }
+
+    pub(super) fn states(&self) -> &'r [State<f64>] {
+        &self.run.trajectory.states
+    }
+
+    /// Seconds from the start to a state.
+    pub(super) fn time(&self, index: usize) -> f64 {
+        self.run.trajectory.steps[index] as f64 * self.run.trajectory.dt
+    }
+
+    /// The last state at or before a time, the first if there is none.
+    pub(super) fn index_at(&self, time: f64) -> usize {
+        // Half a step of tolerance: times are products of steps and dt.
+        let step = (time / self.run.trajectory.dt + 0.5) as usize;
+        let after = self.run.trajectory.steps.partition_point(|&s| s <= step);
+        after.saturating_sub(1)
+    }
+
+    /// States from the first to the last, so many seconds from one to the next or, where the
+    /// rollout is long, more; and the seconds.
+    pub(super) fn every(&self, seconds: f64) -> (f64, Vec<usize>) {
+        let most = MOST_FRAMES as f64;
+        let seconds = seconds.max(self.duration() / most);
+        let frames = (self.duration() / seconds).min(most) as usize;
+        let indices = (0..=frames).map(|k| self.index_at(seconds * k as f64));
+        (seconds, indices.collect())
+    }
+
+    /// Seconds of the whole rollout.
+    pub(super) fn duration(&self) -> f64 {
+        self.time(self.states().len() - 1)
+    }
+
+    /// The solid edges of a state; actuators last, so that they lie on top.
+    pub(super) fn bars(&self, state: &State<f64>) -> Vec<Bar> {
+        let Results {
+            design, lattice, ..
+        } = self.run;
+        let solid = |e: &usize| design.materials[*e].is_solid();
+        let mut bars: Vec<Bar> = (0..design.edges.len())
+            .filter(solid)
+            .map(|e| {
+                let [from, to] = design.edges[e].map(|node| state.x[node]);
+                let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+                let strain = length / lattice.rest_length[e] - 1.0;
+                let actuator = design.materials[e] == Material::Actuator;
+                let colour = if actuator {
+                    self.colour(strain)
+                } else {
+                    SKELETON
+                };
+                Bar {
+                    from,
+                    to,
+                    colour,
+                    actuator,
+                }
+            })
+            .collect();
+        bars.sort_by_key(|bar| bar.actuator);
+        bars
+    }
+
+    /// The colour of an actuator's strain.
+    pub(super) fn colour(&self, strain: f64) -> [u8; 3] {
+        let share = (strain / self.limit).clamp(-1.0, 1.0);
+        let end = if share < 0.0 { CONTRACTED } else { EXTENDED };
+        let mix = |k: usize| {
+            let (rest, end) = (f64::from(AT_REST[k]), f64::from(end[k]));
+            (rest + share.abs() * (end - rest)).round() as u8
+        };
+        [0, 1, 2].map(mix)
+    }
+
+    /// Positions of the payload, state by state.
+    pub(super) fn path(&self) -> Vec<[f64; 2]> {
+        self.states().iter().map(|state| state.x[0]).collect()
+    }
+
+    /// The middle of the payload's body.
+    pub(super) fn centre(&self, state: &State<f64>) -> [f64; 2] {
+        let [low, high] = self.corners(state);
+        [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])]
+    }
+
+    /// Width and height of the payload's body.
+    pub(super) fn extent(&self, state: &State<f64>) -> [f64; 2] {
+        let [low, high] = self.corners(state);
+        [high[0] - low[0], high[1] - low[1]]
+    }
+
+    /// Lower left and upper right corner of the payload's body.
+    pub(super) fn corners(&self, state: &State<f64>) -> [[f64; 2]; 2] {
+        bounds(self.body.iter().map(|&node| state.x[node]))
+    }
+
+    /// Whether a bar is within a lattice's width of the payload's body.
+    pub(super) fn is_near(&self, bar: &Bar, state: &State<f64>) -> bool {
+        let lattice = &self.run.scene.lattice;
+        let width = lattice.columns as f64 * lattice.spacing;
+        let [low, high] = self.corners(state);
+        let middle = 0.5 * (bar.from[0] + bar.to[0]);
+        (low[0] - width..high[0] + width).contains(&middle)
+    }
+
+    /// The places of a state where anything is drawn.
+    pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = [f64; 2]> {
+        self.seen.iter().map(|&node| state.x[node])
+    }
+
+    /// The middle of the body for a camera: averaged over a second, so that it does not shake.
+    pub(super) fn camera(&self, index: usize) -> [f64; 2] {
+        let time = self.time(index);
+        let span = self.index_at((time - 0.5).max(0.0))..=self.index_at(time + 0.5);
+        let centres: Vec<[f64; 2]> = span.map(|i| self.centre(&self.states()[i])).collect();
+        let mean = |k: usize| centres.iter().map(|c| c[k]).sum::<f64>() / centres.len() as f64;
+        [mean(0), mean(1)]
+    }
+
+    /// Where the ground is below or above a point, in the world.
+    pub(super) fn ground_height(&self, x: f64) -> f64 {
+        let [cos, sin] = self.ground().tangent();
+        self.ground().height + x * sin / cos
+    }
+
+    pub(super) fn ground(&self) -> Ground {
+        Ground::from(&self.run.scene.physics)
+    }
+}
+
+/// The nodes that solid edges join to node 0, ascending.
+fn body(run: &Results) -> Vec<usize> {
+    let mut joined = vec![false; run.lattice.nodes()];
+    joined[0] = true;
+    let edges = run.design.edges.iter().zip(&run.design.materials);
+    let solid: Vec<[usize; 2]> = edges
+        .filter(|(_, m)| m.is_solid())
+        .map(|(e, _)| *e)
+        .collect();
+    // A lattice is small: sweep until nothing joins any more.
+    while let Some([i, j]) = solid.iter().find(|[i, j]| joined[*i] != joined[*j]) {
+        (joined[*i], joined[*j]) = (true, true);
+    }
+    (0..joined.len()).filter(|&node| joined[node]).collect()
+}
+
+/// The payload's node and those of solid edges, ascending.
+fn seen(run: &Results) -> Vec<usize> {
+    let edges = run.design.edges.iter().zip(&run.design.materials);
+    let ends = edges.filter(|(_, m)| m.is_solid()).flat_map(|(e, _)| *e);
+    let nodes: BTreeSet<usize> = ends.chain([0]).collect();
+    nodes.into_iter().collect()
+}
+
+/// Lower left and upper right corner of what holds all points.
+pub(super) fn bounds(points: impl IntoIterator<Item = [f64; 2]>) -> [[f64; 2]; 2] {
+    let none = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    points.into_iter().fold(none, |[low, high], p| {
+        [
+            [low[0].min(p[0]), low[1].min(p[1])],
+            [high[0].max(p[0]), high[1].max(p[1])],
+        ]
+    })
+}
+
+/// A colour as SVG and HTML write it.
+pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{AT_REST, CONTRACTED, EXTENDED, Motion, SKELETON, bounds};
+    use crate::report::Results;
+    use cosmic::codesign::Record;
+    use cosmic::design::Material;
+    use cosmic::lattice::State;
+    use cosmic::record::{Observer, Plan, Run, Search, optimise};
+    use cosmic::scene::{Scene, StartKind};
+    use std::num::NonZeroUsize;
+    use std::ops::ControlFlow;
+
+    struct Silent;
+
+    impl Observer for Silent {
+        fn begin(&mut self, _: &Run) {}
+
+        fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
+            ControlFlow::Continue(())
+        }
+    }
+
+    /// The short three-legged robot, its controller hardly trained.
+    fn results() -> Results {
+        let mut scene = Scene::default();
+        scene.start.kind = StartKind::Layout;
+        scene.physics.steps = 64;
+        (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
+        (scene.schedule.horizon, scene.loss.window) = ([16, 16], 16);
+        let folder = tempfile::tempdir().unwrap();
+        let plan = Plan {
+            name: "test".to_owned(),
+            scene,
+            seed: 0,
+            starts: NonZeroUsize::MIN,
+            iterations: None,
+            search: Search::Full,
+        };
+        let run = folder.path().join("run");
+        optimise(&run, &plan, &mut Silent).unwrap();
+        Results::read(&run).unwrap()
+    }
+
+    #[test]
+    fn bars_are_the_solid_edges_coloured_by_strain() {
+        let results = results();
+        let motion = Motion::new(&results);
+        let rest = &motion.states()[0];
+        let stretched = |strain: f64| State {
+            x: rest
+                .x
+                .iter()
+                .map(|x| x.map(|v| (1.0 + strain) * v))
+                .collect(),
+            v: rest.v.clone(),
+        };
+        let count = |m| results.design.materials.iter().filter(|e| **e == m).count();
+        let cases = [(0.0, AT_REST), (0.5, EXTENDED), (-0.5, CONTRACTED)];
+        for (strain, colour) in cases {
+            let bars = motion.bars(&stretched(strain));
+            let [passive, active] = [false, true].map(|active| {
+                let of = bars.iter().filter(move |bar| bar.actuator == active);
+                of.map(|bar| bar.colour).collect::<Vec<_>>()
+            });
+            assert_eq!(passive, vec![SKELETON; count(Material::Skeleton)]);
+            assert_eq!(active, vec![colour; count(Material::Actuator)]);
+        }
+    }
+
+    #[test]
+    fn times_find_their_states() {
+        let results = results();
+        let motion = Motion::new(&results);
+        let last = motion.states().len() - 1;
+        assert_eq!(motion.duration(), 64.0 * 0.002);
+        assert!((0..=last).all(|index| motion.index_at(motion.time(index)) == index));
+        assert_eq!([motion.index_at(-1.0), motion.index_at(9.0)], [0, last]);
+    }
+
+    #[test]
+    fn the_camera_looks_at_the_payload_s_body() {
+        let results = results();
+        let motion = Motion::new(&results);
+        // The short layout: legs two cells high under one body as wide as the lattice.
+        let state = &motion.states()[0];
+        let [low, high] = bounds(motion.places(state));
+        assert_eq!(motion.corners(state), [low, high]);
+        assert!(
+            (motion.extent(state)[0] - 0.5).abs() < 1e-15,
+            "0.6 - 0.1, rounded once"
+        );
+    }
+}

@@ -1,0 +1,100 @@
+//! How finished designs bear up against scatter: each rolled out in the same drawn worlds.
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use cosmic::codesign::{CoDesign, Reached, Spread};
+use cosmic::error::Result;
+use cosmic::random::{Purpose, stream};
+use cosmic::record::summary::result_of;
+use cosmic::record::{DesignFile, run};
+use cosmic::scatter::{World, draw};
+use cosmic::scene::{RobustSettings, Scene};
+use cosmic::simulator::Divergence;
+
+/// One design among the worlds. Lengths in metres along the ground.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Robustness {
+    /// The run's folder.
+    pub run: String,
+    /// How far the nominal robot gets in one rollout; `None` where it diverges.
+    pub nominal: Option<f64>,
+    /// The least over the drawn worlds; `None` where a rollout diverged.
+    pub least: Option<f64>,
+    /// 10 % quantile over the drawn worlds; `None` where it leans on a diverged rollout.
+    pub p10: Option<f64>,
+    /// Median over them.
+    pub p50: Option<f64>,
+    /// 90 % quantile over them.
+    pub p90: Option<f64>,
+    /// Where the scene's task is not to get far: the median loss over them.
+    pub loss: Option<f64>,
+    /// Where the nominal rollout diverges, if it does.
+    #[serde(skip)]
+    pub divergence: Option<Divergence>,
+}
+
+/// Where designs are tried out.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// How far the worlds are from the nominal one, and how many there are.
+    pub scatter: RobustSettings,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// The scene for all designs; without one, each in its own.
+    pub scene: Option<Scene>,
+}
+
+/// Rolls out the designs of finished runs in as many worlds as the trial's scatter has samples. For
+/// lattices of one size all designs see the same draws.
+///
+/// # Errors
+/// Where a run is not finished, its scene or design cannot be read, or the two do not fit.
+pub fn measure(runs: &[PathBuf], trial: &Trial) -> Result<Vec<Robustness>> {
+    runs.iter().map(|folder| one(folder, trial)).collect()
+}
+
+fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
+    let scene = match &trial.scene {
+        Some(scene) => scene.clone(),
+        None => Scene::read(&folder.join(run::SCENE))?,
+    };
+    let file = result_of(folder, run::DESIGN)?;
+    let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;
+    let codesign = CoDesign::new(&scene)?;
+    let (task, mixture) = (codesign.task(), case.own_mixture());
+    let mut stream = stream(trial.seed, Purpose::Robustness);
+    let worlds: Vec<World> = (0..trial.scatter.samples)
+        .map(|_| draw(task, &trial.scatter, &mut stream))
+        .collect();
+    let reach =
+        |world: &World| codesign.reach(&mixture, &case.controller, (&world.task, &world.start));
+    let reached: Vec<Reached> = worlds.par_iter().map(reach).collect();
+    let nominal = codesign.reach(&mixture, &case.controller, (task, &case.start));
+    let far: Vec<f64> = reached.iter().map(|r| r.moved[0]).collect();
+    let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
+    let spread = Spread::of(&far);
+    let finite = |x: f64| x.is_finite().then_some(x);
+    let has_loss = !codesign.is_far();
+    Ok(Robustness {
+        run: folder.display().to_string(),
+        nominal: finite(nominal.moved[0]),
+        least: least(&far),
+        p10: finite(spread.p10),
+        p50: finite(spread.p50),
+        p90: finite(spread.p90),
+        loss: has_loss.then(|| -Spread::of(&merits).p50).and_then(finite),
+        divergence: match nominal.moved[0].is_finite() {
+            true => None,
+            false => case.divergence(),
+        },
+    })
+}
+
+/// The least number; `None` where one is none, a rollout that diverged.
+fn least(numbers: &[f64]) -> Option<f64> {
+    let all = numbers.iter().all(|x| x.is_finite());
+    all.then(|| numbers.iter().copied().fold(f64::INFINITY, f64::min))
+}

@@ -1,0 +1,105 @@
+//! `check.json`: what a study measures of a finished run beyond the run's own summary.
+
+use cosmic::codesign::{CoDesign, Spread};
+use cosmic::design::VolumeBounds;
+use cosmic::error::Result;
+use cosmic::projection::{Projection, one_hot};
+use cosmic::record::files::{Format, read_json, write_json};
+use cosmic::record::{DesignFile, Summary, run};
+use cosmic::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What a check says it is.
+const FORMAT: Format = Format {
+    name: "cosmic-check",
+    version: 1,
+};
+
+/// The check's place in a run's folder.
+pub(super) const CHECK: &str = "check.json";
+
+/// A delivered design in other rollouts than its own, from the same perturbed starts. In metres
+/// along the ground; `None` where a rollout diverged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// With half the time step and twice the steps: 10 % quantile, median, 90 % quantile.
+    pub half_step: [Option<f64>; 3],
+    /// With the goal mirrored behind the origin: the median.
+    pub goal_behind: Option<f64>,
+    /// Whether every edge has exactly one material.
+    pub one_hot: bool,
+    /// Whether the volumes are within the widened bounds.
+    pub within_bounds: bool,
+}
+
+impl Check {
+    /// Measures the design of a finished run.
+    ///
+    /// # Errors
+    /// Those of reading the run's files.
+    pub fn measure(folder: &Path) -> Result<Self> {
+        let summary = Summary::read(folder)?;
+        let scene = Scene::read(&folder.join(run::SCENE))?;
+        let path = folder.join(run::DESIGN);
+        let design = DesignFile::read(&path)?;
+        let controller = design.robot(&scene, &path.display().to_string())?;
+        let judged = |scene: &Scene| -> Result<Spread> {
+            let codesign = CoDesign::new(scene)?;
+            let mixture = match design.is_snapped() {
+                true => one_hot(&design.materials),
+                false => codesign.task().mixture(Projection::Performance, &design.z),
+            };
+            Ok(codesign.judge(&mixture, &controller, summary.seed))
+        };
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let Spread { p10, p50, p90 } = judged(&with_half_steps(&scene))?;
+        Ok(Self {
+            half_step: [p10, p50, p90].map(finite),
+            goal_behind: finite(judged(&turned_back(&scene))?.p50),
+            one_hot: design.is_snapped(),
+            within_bounds: is_within(&scene, [summary.volume, summary.actuator_volume]),
+        })
+    }
+
+    /// Measures a finished run that has no check yet, and keeps it there.
+    ///
+    /// # Errors
+    /// As [`measure`](Self::measure) and [`write_json`].
+    pub fn keep(folder: &Path) -> Result<()> {
+        let path = folder.join(CHECK);
+        match path.exists() {
+            true => Ok(()),
+            false => write_json(&path, FORMAT, &Self::measure(folder)?),
+        }
+    }
+
+    /// The check of a run.
+    ///
+    /// # Errors
+    /// Those of [`read_json`].
+    pub fn read(folder: &Path) -> Result<Self> {
+        read_json(&folder.join(CHECK), FORMAT)
+    }
+}
+
+/// The scene in which a design is rolled out with half the time step.
+pub(super) fn with_half_steps(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.physics.dt *= 0.5;
+    scene.physics.steps *= 2;
+    scene
+}
+
+fn turned_back(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.controller = scene.controller.turned_back();
+    scene
+}
+
+fn is_within(scene: &Scene, [solid, actuator]: [f64; 2]) -> bool {
+    let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
+    // A mean of a hundred shares is rounded at 1e-16.
+    let within = |x: f64, [least, most]: [f64; 2]| (least - 1e-12..=most + 1e-12).contains(&x);
+    within(solid, bounds.solid) && within(actuator, bounds.actuator)
+}

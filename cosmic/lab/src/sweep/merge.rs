@@ -1,0 +1,123 @@
+//! `results.json` and `results.csv`: every run's result in one place, from the runs' records.
+
+use super::state::iterations;
+use super::{RunState, SweepPlan};
+use cosmic::error::Result;
+use cosmic::record::Summary;
+use cosmic::record::files::{Format, csv_cell, write_atomic, write_json};
+use cosmic::record::summary::NUMBERS;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// What merged results say they are.
+pub(super) const FORMAT: Format = Format {
+    name: "cosmic-sweep-results",
+    version: 1,
+};
+
+/// What came of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MergedRun {
+    /// Its number in the plan.
+    pub index: usize,
+    /// Its scene's name.
+    pub scene: String,
+    /// Its seed.
+    pub seed: u64,
+    /// How far it is.
+    pub state: RunState,
+    /// Iterations done.
+    pub iterations: usize,
+    /// Its summary, where it is done.
+    pub summary: Option<Summary>,
+}
+
+/// The runs of a sweep, in the plan's order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// One entry a run.
+    pub runs: Vec<MergedRun>,
+}
+
+impl Results {
+    /// How many runs are in a state.
+    pub fn count(&self, state: RunState) -> usize {
+        self.runs.iter().filter(|run| run.state == state).count()
+    }
+
+    /// How many runs have nothing left to do.
+    pub fn over(&self) -> usize {
+        self.runs.iter().filter(|run| run.state.is_over()).count()
+    }
+}
+
+/// How far the runs of a sweep are, without their summaries.
+pub fn survey(sweep: &Path, plan: &SweepPlan) -> Results {
+    let one = |index: usize| {
+        let folder = plan.folder(sweep, index);
+        let (scene, seed) = plan.parts(index);
+        MergedRun {
+            index,
+            scene: scene.name.clone(),
+            seed,
+            state: RunState::of(&folder),
+            iterations: iterations(&folder),
+            summary: None,
+        }
+    };
+    Results {
+        runs: (0..plan.runs()).map(one).collect(),
+    }
+}
+
+/// Reads how far the runs of a sweep are, and the summaries there are.
+///
+/// # Errors
+/// Those of [`Summary::read`].
+pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Results> {
+    let mut results = survey(sweep, plan);
+    for run in &mut results.runs {
+        if run.state == RunState::Done {
+            let summary = Summary::read(&plan.folder(sweep, run.index))?;
+            run.iterations = summary.iterations;
+            run.summary = Some(summary);
+        }
+    }
+    Ok(results)
+}
+
+/// Writes a sweep's merged results into its folder and says which files these are.
+///
+/// # Errors
+/// [`Error::Write`](cosmic::Error::Write).
+pub fn write_results(sweep: &Path, results: &Results) -> Result<[PathBuf; 2]> {
+    let [json, csv] = ["results.json", "results.csv"].map(|name| sweep.join(name));
+    write_json(&json, FORMAT, results)?;
+    let table = table(results);
+    write_atomic(&csv, |file| file.write_all(table.as_bytes()))?;
+    Ok([json, csv])
+}
+
+/// A row a run; what a run does not have is left empty.
+fn table(results: &Results) -> String {
+    let mut text = String::from("index,scene,seed,state,iterations");
+    text.extend(NUMBERS.map(|(name, _)| format!(",{name}")));
+    text += ",loss_p50\n";
+    for run in &results.runs {
+        let state = run.state.name();
+        text += &format!(
+            "{},{},{},{state},{}",
+            run.index,
+            csv_cell(&run.scene),
+            run.seed,
+            run.iterations
+        );
+        let loss: fn(&Summary) -> Option<f64> = |summary| summary.loss_p50;
+        for of in NUMBERS.map(|(_, of)| of).into_iter().chain([loss]) {
+            let number = run.summary.as_ref().and_then(of);
+            text += &number.map_or(",".to_owned(), |x| format!(",{x}"));
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,222 @@
+//! `plan.json`: which scenes and seeds a sweep has, fixed when it is planned.
+
+use super::RunState;
+use cosmic::codesign::CoDesign;
+use cosmic::error::{Error, Result};
+use cosmic::record::files::{Format, is_used, make_folder, read_json, write_json};
+use cosmic::record::snapshot;
+use cosmic::record::{MOST_RUNS, Plan, Search};
+use cosmic::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+use std::io::ErrorKind;
+use std::num::NonZeroUsize;
+use std::path;
+use std::path::{Path, PathBuf};
+
+/// What a plan says it is.
+pub(super) const FORMAT: Format = Format {
+    name: "cosmic-sweep-plan",
+    version: 1,
+};
+
+/// The plan's place in a sweep's folder.
+pub const PLAN: &str = "plan.json";
+
+/// A scene of a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlannedScene {
+    /// What it is called; no two of a sweep have the same name.
+    pub name: String,
+    /// The scene; in the file as TOML.
+    #[serde(with = "snapshot::toml")]
+    pub scene: Scene,
+}
+
+/// Every scene with every seed. Runs are numbered scene by scene, the seeds of each in order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SweepPlan {
+    /// The scenes.
+    pub scenes: Vec<PlannedScene>,
+    /// The first seed.
+    pub first_seed: u64,
+    /// How many seeds, from the first on.
+    pub seeds: NonZeroUsize,
+    /// Stop every run after so many iterations, although its scene has more.
+    pub iterations: Option<NonZeroUsize>,
+}
+
+impl SweepPlan {
+    /// Checks that every run can begin, and that runs do not share a folder.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for no scenes, two scenes of one name, a name that is no folder's, more
+    /// than a million runs, seeds beyond the largest, and a scene that cannot be optimised.
+    pub fn check(&self) -> Result<()> {
+        let refuse = |what: String| Err(Error::Usage(what));
+        if self.scenes.is_empty() {
+            return refuse("a sweep needs a scene".to_owned());
+        }
+        let (scenes, seeds) = (self.scenes.len(), self.seeds.get());
+        let runs = scenes.saturating_mul(seeds);
+        if runs > MOST_RUNS {
+            return refuse(format!(
+                "{runs} runs (scenes x seeds: {scenes} x {seeds}), where at most {MOST_RUNS} are \
+                 allowed"
+            ));
+        }
+        if self.first_seed.checked_add(seeds as u64 - 1).is_none() {
+            let first = self.first_seed;
+            return refuse(format!("{seeds} seeds from {first} on are too many"));
+        }
+        let mut names = BTreeSet::new();
+        for PlannedScene { name, scene } in &self.scenes {
+            if name.is_empty() || name.starts_with('.') || name.contains(path::is_separator) {
+                return refuse(format!("`{name}` cannot name the folder of a run"));
+            }
+            if !names.insert(name) {
+                return refuse(format!("two scenes are called `{name}`"));
+            }
+            CoDesign::new(scene)?.begin(self.first_seed)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the plan into a new or empty folder.
+    ///
+    /// # Errors
+    /// Those of [`check`](Self::check); [`Error::Usage`] for a folder that holds something;
+    /// [`Error::Write`].
+    pub fn freeze(&self, folder: &Path) -> Result<()> {
+        self.check()?;
+        match is_used(folder) {
+            Ok(true) => {
+                let folder = folder.display();
+                return Err(Error::Usage(format!("{folder}: the folder is not empty")));
+            }
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                let path = folder.to_owned();
+                return Err(Error::Read {
+                    path,
+                    source: error,
+                });
+            }
+            Ok(false) | Err(_) => {}
+        }
+        self.write(folder)
+    }
+
+    /// Replaces the plan of a folder. Runs of scenes and seeds that both plans have are kept.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        make_folder(folder)?;
+        write_json(&folder.join(PLAN), FORMAT, self)
+    }
+
+    /// The plan of a folder.
+    ///
+    /// # Errors
+    /// Those of [`read_json`] and [`check`](Self::check).
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(PLAN);
+        let plan: Self = read_json(&path, FORMAT)?;
+        match plan.check() {
+            Err(Error::Usage(what)) => Err(Error::Usage(format!("{}: {what}", path.display()))),
+            checked => checked.map(|()| plan),
+        }
+    }
+
+    /// How many runs there are.
+    pub fn runs(&self) -> usize {
+        self.scenes.len() * self.seeds.get()
+    }
+
+    /// How many runs have nothing left to do, by the files that are there.
+    pub fn over(&self, sweep: &Path) -> usize {
+        let is_over = |index: &usize| RunState::of(&self.folder(sweep, *index)).is_over();
+        (0..self.runs()).filter(is_over).count()
+    }
+
+    /// The scene and the seed of a run.
+    pub fn parts(&self, index: usize) -> (&PlannedScene, u64) {
+        let (scene, seed) = (index / self.seeds.get(), index % self.seeds.get());
+        (&self.scenes[scene], self.first_seed + seed as u64)
+    }
+
+    /// What a run's folder and its claim are called.
+    pub fn name(&self, index: usize) -> String {
+        let (scene, seed) = self.parts(index);
+        format!("{}-{seed}", scene.name)
+    }
+
+    /// A run's folder in the sweep's.
+    pub fn folder(&self, sweep: &Path, index: usize) -> PathBuf {
+        sweep.join("runs").join(self.name(index))
+    }
+
+    /// What a run is to do.
+    pub fn run(&self, index: usize) -> Plan {
+        let (PlannedScene { name, scene }, seed) = self.parts(index);
+        Plan {
+            name: name.clone(),
+            scene: scene.clone(),
+            seed,
+            starts: NonZeroUsize::MIN,
+            iterations: self.iterations,
+            search: Search::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PlannedScene, SweepPlan};
+    use cosmic::scene::Scene;
+    use std::num::NonZeroUsize;
+    use std::path::Path;
+
+    fn plan(names: &[&str], first_seed: u64) -> SweepPlan {
+        let scene = |name: &&str| PlannedScene {
+            name: (*name).to_owned(),
+            scene: Scene::default(),
+        };
+        SweepPlan {
+            scenes: names.iter().map(scene).collect(),
+            first_seed,
+            seeds: NonZeroUsize::new(3).unwrap(),
+            iterations: None,
+        }
+    }
+
+    #[test]
+    fn runs_are_numbered_scene_by_scene() {
+        let plan = plan(&["a", "b"], 5);
+        let folders: Vec<_> = (0..plan.runs())
+            .map(|k| plan.folder(Path::new("s"), k))
+            .collect();
+        let expected = ["a-5", "a-6", "a-7", "b-5", "b-6", "b-7"];
+        assert_eq!(folders, expected.map(|name| Path::new("s/runs").join(name)));
+        assert_eq!((plan.run(4).seed, &plan.run(4).name[..]), (6, "b"));
+    }
+
+    #[test]
+    fn a_plan_reads_back_and_is_written_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let plan = plan(&["a"], 0);
+        plan.freeze(folder.path()).unwrap();
+        assert_eq!(SweepPlan::read(folder.path()).unwrap(), plan);
+        let error = plan.freeze(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("not empty"), "{error}");
+    }
+
+    #[test]
+    fn plans_that_cannot_be_carried_out_are_refused() {
+        let refusal = |plan: SweepPlan| plan.check().unwrap_err().to_string();
+        assert!(refusal(plan(&[], 0)).contains("needs a scene"));
+        assert!(refusal(plan(&["a", "a"], 0)).contains("two scenes are called `a`"));
+        assert!(refusal(plan(&["../a"], 0)).contains("`../a` cannot name"));
+        assert!(refusal(plan(&["a"], u64::MAX)).contains("too many"));
+    }
+}

@@ -1,0 +1,307 @@
+//! Trajectories: error against run time, for every integrator, time step and precision.
+
+mod energy;
+mod reference;
+mod sheet;
+
+use autodiff::Wide;
+use rayon::prelude::*;
+
+use super::chaos::Chaos;
+use super::clock::median_time;
+use super::probe::{Precise, Probe, distance, median, narrow};
+use cosmic::case::Case;
+use cosmic::lattice::State;
+use cosmic::scene::Integrator;
+use cosmic::simulator::Trajectory;
+use cosmic::simulator::stability::{Vibration, stable_step};
+pub use energy::Energy;
+pub use reference::Reference;
+
+/// Steps of the scene after which positions are compared, where it has as many.
+const LAST: usize = 512;
+/// The time steps, as shares of the scene's: exact in binary.
+const SHARES: [f64; 5] = [2.0, 1.0, 0.5, 0.25, 0.125];
+/// Runs whose median time is taken.
+const REPEATS: usize = 9;
+
+/// The number type of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// f32.
+    Single,
+    /// f64.
+    Double,
+    /// [`Wide`].
+    DoubleDouble,
+}
+
+impl Precision {
+    const ALL: [Self; 3] = [Self::Single, Self::Double, Self::DoubleDouble];
+
+    /// How it is called in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Single => "f32",
+            Self::Double => "f64",
+            Self::DoubleDouble => "double-double",
+        }
+    }
+}
+
+/// An integrator with its substeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Method {
+    /// How a mechanical step is integrated.
+    pub integrator: Integrator,
+    /// Mechanical steps for each of the controller.
+    pub substeps: usize,
+}
+
+/// One way to run the case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// Integrator and substeps.
+    pub method: Method,
+    /// Time step, s.
+    pub dt: f64,
+    /// Number type.
+    pub precision: Precision,
+    /// Whether the scene asks for just this.
+    pub is_default: bool,
+    /// The largest distance of a node, m, after each of [`Accuracy::times`], from
+    /// [`Accuracy::reference`], which is the same for all. `None` where it is below three times the
+    /// uncertainty of that.
+    pub error: [Option<f64>; 4],
+    /// The same from the one of [`Accuracy::held`] whose controller steps as this one's.
+    pub held: [Option<f64>; 4],
+    /// The same from a run in double-double that is alike in all else.
+    pub rounding: [f64; 4],
+    /// The order at which `error` falls from the time step twice as long: the median over the times
+    /// at which both are known. `None` where there is none, and for the longest.
+    pub order: Option<f64>,
+    /// Median processor time of the whole run, s.
+    pub time: f64,
+    /// What becomes of the energy without damping, ground and controller.
+    pub energy: Energy,
+    /// Whether the time step is below the stable one of the design at its start.
+    pub stable: bool,
+    /// Whether every position seen was finite and sane.
+    pub finite: bool,
+}
+
+/// What was found for a case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Accuracy {
+    /// When positions are compared, s.
+    pub times: [f64; 4],
+    /// Steps of the scene to those times.
+    pub marks: [usize; 4],
+    /// What the errors of all rows are distances from.
+    pub reference: Reference,
+    /// What the integrators' own errors are distances from, for every time step from the longest
+    /// on: a controller whose output is held for longer makes another motion, so that no reference
+    /// serves all rows.
+    pub held: Vec<Reference>,
+    /// The rows, by method, time step and precision.
+    pub runs: Vec<Run>,
+    /// How fast motions part.
+    pub chaos: Chaos,
+    /// Distance of neighbouring nodes, m.
+    pub spacing: f64,
+}
+
+impl Accuracy {
+    /// Runs a case in every way. Errors are computed in parallel, run times measured alone.
+    pub fn of(case: &Case) -> Self {
+        let last = LAST.min(case.physics.steps).max(32) / 32 * 32;
+        let marks = [last / 16, last / 4, last / 2, last];
+        let own = Method {
+            integrator: case.physics.integrator,
+            substeps: case.physics.substeps,
+        };
+        let held = SHARES
+            .par_iter()
+            .map(|&share| Reference::held(case, marks, share));
+        let (reference, held) = rayon::join(
+            || Reference::common(case, marks),
+            || held.collect::<Vec<_>>(),
+        );
+        let groups: Vec<Group> = methods(own)
+            .into_iter()
+            .flat_map(|method| SHARES.map(|share| Group { method, share }))
+            .collect();
+        let found = groups
+            .par_iter()
+            .enumerate()
+            .map(|(k, group)| group.runs(case, marks, [&reference, &held[k % SHARES.len()]]));
+        let mut runs = found.collect::<Vec<_>>().concat();
+        for run in &mut runs {
+            let asked = (own, case.physics.dt, Precision::Double);
+            run.is_default = (run.method, run.dt, run.precision) == asked;
+        }
+        set_orders(&mut runs);
+        for (group, rows) in groups
+            .iter()
+            .zip(runs.chunks_exact_mut(Precision::ALL.len()))
+        {
+            group.measure(case, marks, rows);
+        }
+        Self {
+            times: marks.map(|mark| mark as f64 * case.physics.dt),
+            marks,
+            reference,
+            held,
+            runs,
+            chaos: Chaos::of(case),
+            spacing: case.layout.spacing,
+        }
+    }
+
+    /// The row that the scene asks for.
+    ///
+    /// # Panics
+    /// Never: it is among them.
+    pub fn default_run(&self) -> &Run {
+        let found = self.runs.iter().find(|run| run.is_default);
+        found.expect("the scene's own method and time step are run")
+    }
+}
+
+/// The methods offered, and the scene's own.
+fn methods(own: Method) -> Vec<Method> {
+    let offered = [1, 4].into_iter().flat_map(|substeps| {
+        [Integrator::SymplecticEuler, Integrator::Leapfrog].map(|integrator| Method {
+            integrator,
+            substeps,
+        })
+    });
+    let mut methods: Vec<Method> = offered.collect();
+    if !methods.contains(&own) {
+        methods.push(own);
+    }
+    methods
+}
+
+/// A method with a time step, in every precision.
+#[derive(Clone, Copy)]
+struct Group {
+    method: Method,
+    /// The time step as a share of the scene's.
+    share: f64,
+}
+
+impl Group {
+    /// The case with this method, `finer` times the steps and `held` times the substeps.
+    fn case(&self, case: &Case, finer: usize, held: usize) -> Case {
+        let mut case = case.clone();
+        let physics = &mut case.physics;
+        physics.integrator = self.method.integrator;
+        physics.substeps = self.method.substeps * held;
+        physics.dt *= self.share / finer as f64;
+        case
+    }
+
+    /// The marks in steps of this time step, `finer` times as many.
+    fn marks(&self, marks: [usize; 4], finer: usize) -> Vec<usize> {
+        // Shares are powers of two and marks even: exact.
+        let steps = |mark: usize| (mark as f64 / self.share) as usize * finer;
+        marks.map(steps).to_vec()
+    }
+
+    fn seen<R: Precise>(&self, case: &Case, marks: Vec<usize>) -> Trajectory<f64> {
+        let mut case = case.clone();
+        case.physics.steps = marks[marks.len() - 1];
+        narrow(&Probe::new(&case).run::<R>(&case.start, marks))
+    }
+
+    fn runs(&self, case: &Case, marks: [usize; 4], references: [&Reference; 2]) -> Vec<Run> {
+        let here = self.case(case, 1, 1);
+        let at = self.marks(marks, 1);
+        let [reference, held] = references;
+        let wide = self.seen::<Wide>(&here, at.clone());
+        let stable = here.physics.dt < stable_limit(&here);
+        let run = |precision: Precision| {
+            let (seen, energy) = match precision {
+                Precision::Single => (
+                    self.seen::<f32>(&here, at.clone()),
+                    Energy::of::<f32>(&here, at[3]),
+                ),
+                Precision::Double => (
+                    self.seen::<f64>(&here, at.clone()),
+                    Energy::of::<f64>(&here, at[3]),
+                ),
+                Precision::DoubleDouble => (wide.clone(), Energy::of::<Wide>(&here, at[3])),
+            };
+            Run {
+                method: self.method,
+                dt: here.physics.dt,
+                precision,
+                is_default: false,
+                error: reference.errors(&seen),
+                held: held.errors(&seen),
+                rounding: errors(&seen, &wide),
+                order: None,
+                time: f64::NAN,
+                energy,
+                stable,
+                finite: !seen.states.iter().any(State::is_absurd),
+            }
+        };
+        Precision::ALL.map(run).to_vec()
+    }
+
+    fn measure(&self, case: &Case, marks: [usize; 4], rows: &mut [Run]) {
+        let (mut case, at) = (self.case(case, 1, 1), self.marks(marks, 1));
+        case.physics.steps = at[3];
+        let probe = Probe::new(&case);
+        for row in rows {
+            row.time = match row.precision {
+                Precision::Single => time::<f32>(&probe, &at),
+                Precision::Double => time::<f64>(&probe, &at),
+                Precision::DoubleDouble => time::<Wide>(&probe, &at),
+            };
+        }
+    }
+}
+
+fn time<R: Precise>(probe: &Probe, at: &[usize]) -> f64 {
+    median_time(REPEATS, || probe.run::<R>(&probe.case.start, at.to_vec()))
+}
+
+fn errors(seen: &Trajectory<f64>, truth: &Trajectory<f64>) -> [f64; 4] {
+    std::array::from_fn(|k| distance(&seen.states[k], &truth.states[k]))
+}
+
+fn stable_limit(case: &Case) -> f64 {
+    let body = case.body();
+    let vibration = Vibration::new(&case.lattice, &body, &case.physics, &case.start.x);
+    stable_step(&case.physics, vibration.largest_frequency())
+}
+
+/// Orders from rows of the same method and precision with time steps twice as long. A row that went
+/// astray has an error, but none of its step.
+fn set_orders(runs: &mut [Run]) {
+    let known = runs.to_vec();
+    for run in runs {
+        let longer = known.iter().find(|other| {
+            other.method == run.method
+                && other.precision == run.precision
+                && other.dt == 2.0 * run.dt
+        });
+        let longer = longer.filter(|longer| longer.is_sound() && run.is_sound());
+        run.order = longer.and_then(|longer| order(&longer.error, &run.error));
+    }
+}
+
+/// The median over the times of the power with which an error falls when the time step is halved.
+fn order(long: &[Option<f64>; 4], short: &[Option<f64>; 4]) -> Option<f64> {
+    let pairs = long.iter().zip(short);
+    let both = pairs.filter_map(|(long, short)| Some(((*long)? / (*short)?).log2()));
+    // Nothing falls from zero, nor to it by a power.
+    let orders: Vec<f64> = both.filter(|order| order.is_finite()).collect();
+    (!orders.is_empty()).then(|| median(orders))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,145 @@
+//! What rows are compared with, and how far that can be trusted.
+
+use rayon::prelude::*;
+
+use super::{Group, Method, errors};
+use cosmic::case::Case;
+use cosmic::lattice::State;
+use cosmic::scene::Integrator;
+use cosmic::simulator::Trajectory;
+
+/// How many times shorter than the scene's time step the mechanical steps of a reference are: 64
+/// times shorter than the shortest of a row, but where the scene itself has more than four substeps.
+pub(super) const FINER: usize = 2048;
+/// A distance from a reference is an error of the row's own from so many times the reference's
+/// uncertainty on. At three it is right to a third, and the ratio of two of them to
+/// (1 + 1/3) / (1 - 1/3) = 2: an order from them to one.
+pub(super) const RESOLVED: f64 = 3.0;
+
+/// A run so fine that it stands for the truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// Time step of its controller, s.
+    pub dt: f64,
+    /// Length of its mechanical steps, s.
+    pub substep: f64,
+    /// How far distances from it may be off, m, after each of [`super::Accuracy::times`]: the
+    /// largest distance of a node from a run by the other integrator with the same steps, or from
+    /// one with mechanical steps twice as long where that is larger. Infinite where one of the
+    /// three went astray.
+    pub uncertainty: [f64; 4],
+    seen: Trajectory<f64>,
+}
+
+impl Reference {
+    /// Of the motion itself: the controller's steps are as short as the mechanical ones.
+    pub(super) fn common(case: &Case, marks: [usize; 4]) -> Self {
+        let run = |group: Group, coarser: usize| {
+            let finer = FINER / coarser;
+            let fine = group.case(case, finer, 1);
+            (group.seen::<f64>(&fine, group.marks(marks, finer)), fine)
+        };
+        Self::of(1.0, run)
+    }
+
+    /// Of the motion under a controller whose time step is this share of the scene's: another
+    /// motion for every share.
+    pub(super) fn held(case: &Case, marks: [usize; 4], share: f64) -> Self {
+        let run = |group: Group, coarser: usize| {
+            // Shares are powers of two: exact.
+            let substeps = (FINER as f64 * share) as usize / coarser;
+            let fine = group.case(case, 1, substeps);
+            (group.seen::<f64>(&fine, group.marks(marks, 1)), fine)
+        };
+        Self::of(share, run)
+    }
+
+    /// From a way to run a method with the finest steps or so many times coarser ones.
+    fn of(share: f64, run: impl Fn(Group, usize) -> (Trajectory<f64>, Case) + Sync) -> Self {
+        let ways = [
+            (Integrator::Leapfrog, 1),
+            (Integrator::SymplecticEuler, 1),
+            (Integrator::Leapfrog, 2),
+        ];
+        let found = ways.par_iter().map(|&(integrator, coarser)| {
+            let method = Method {
+                integrator,
+                substeps: 1,
+            };
+            run(Group { method, share }, coarser)
+        });
+        let mut found: Vec<(Trajectory<f64>, Case)> = found.collect();
+        let mut states = found.iter().flat_map(|(seen, _)| &seen.states);
+        let astray = states.any(State::is_absurd);
+        let (seen, case) = found.remove(0);
+        let [other, coarser] = [0, 1].map(|k| errors(&found[k].0, &seen));
+        let uncertainty = |k: usize| match astray {
+            true => f64::INFINITY,
+            false => f64::max(other[k], coarser[k]),
+        };
+        Self {
+            dt: case.physics.dt,
+            substep: case.physics.dt / case.physics.substeps as f64,
+            uncertainty: std::array::from_fn(uncertainty),
+            seen,
+        }
+    }
+
+    /// Distances from it, m, where they are the errors of what was seen and not its own.
+    pub(super) fn errors(&self, seen: &Trajectory<f64>) -> [Option<f64>; 4] {
+        let errors = errors(seen, &self.seen);
+        std::array::from_fn(|k| {
+            let least = RESOLVED * self.uncertainty[k];
+            // What is no number is an error beyond all bounds.
+            let own = errors[k] >= least || errors[k].is_nan();
+            (least.is_finite() && own).then_some(errors[k])
+        })
+    }
+
+    /// Whether it can be told from runs that are nearly as fine.
+    pub(super) fn is_sound(&self) -> bool {
+        self.uncertainty.iter().all(|u| u.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Reference;
+    use cosmic::lattice::State;
+    use cosmic::simulator::Trajectory;
+
+    /// One node so far along at each of the times.
+    fn along(x: [f64; 4]) -> Trajectory<f64> {
+        let state = |x: f64| State {
+            x: vec![[x, 0.0]],
+            v: vec![[0.0; 2]],
+        };
+        Trajectory {
+            steps: vec![1, 2, 3, 4],
+            states: x.map(state).to_vec(),
+        }
+    }
+
+    #[test]
+    fn an_error_is_one_from_three_times_the_uncertainty_on() {
+        let with = |uncertainty: [f64; 4]| Reference {
+            dt: 1.0,
+            substep: 1.0,
+            uncertainty,
+            seen: along([0.0; 4]),
+        };
+        let reference = with([1.0, 1.0, 1.0, 0.0]);
+        let errors = reference.errors(&along([2.5, 3.0, f64::NAN, 0.0]));
+        assert_eq!(
+            (errors[0], errors[1], errors[3]),
+            (None, Some(3.0), Some(0.0))
+        );
+        // A row that went astray did so by any measure.
+        assert!(errors[2].is_some_and(f64::is_nan));
+        assert!(reference.is_sound());
+        // Against a reference that did, nothing is known of any row.
+        let astray = with([f64::INFINITY; 4]);
+        assert_eq!(astray.errors(&along([9.0, 9.0, f64::NAN, 0.0])), [None; 4]);
+        assert!(!astray.is_sound());
+    }
+}

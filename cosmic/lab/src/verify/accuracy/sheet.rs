@@ -1,0 +1,365 @@
+//! The accuracy of trajectories as tables and figures.
+
+use super::reference::{FINER, RESOLVED};
+use super::{Accuracy, Method, Precision, Reference, Run};
+use crate::report::chart::{COLOURS, Line, LogChart};
+use crate::report::sheet::{Cell, Column, Figure, Row, Section, Standing, Table};
+use cosmic::scene::Named;
+
+/// Which of the times the plot shows: the second, before chaos has its say.
+const SHOWN: usize = 1;
+
+impl Method {
+    /// How it is called in tables.
+    pub fn name(&self) -> String {
+        let name = self.integrator.name().replace('_', " ");
+        match self.substeps {
+            1 => name,
+            substeps => format!("{name} x{substeps}"),
+        }
+    }
+}
+
+impl Run {
+    /// Whether its error is one of its time step.
+    pub(super) fn is_sound(&self) -> bool {
+        self.finite && self.stable
+    }
+
+    /// What is to be said of it in a few words.
+    pub fn status(&self, spacing: f64) -> &'static str {
+        match (self.finite, self.stable) {
+            (false, _) => "diverged",
+            (true, false) => "step beyond the stable one",
+            (true, true) if self.error[3].is_some_and(|e| e > 0.1 * spacing) => "parted",
+            (true, true) => "ok",
+        }
+    }
+
+    fn standing(&self) -> Standing {
+        match (self.finite, self.is_default) {
+            (false, _) => Standing::Failed,
+            (true, true) => Standing::Default,
+            (true, false) => Standing::Plain,
+        }
+    }
+}
+
+impl Accuracy {
+    /// Rows that fell short of what rounding allows, a default that diverged, and a reference that
+    /// did.
+    pub fn failures(&self) -> Vec<String> {
+        let checked = self.checked();
+        let wrong = checked.iter().filter(|run| !self.rounds_well(run));
+        let row = |run: &&Run| {
+            let (method, precision) = (run.method.name(), run.precision.name());
+            format!("rounding of {method}, dt {}, {precision}", run.dt)
+        };
+        let mut failures: Vec<String> = wrong.map(row).collect();
+        if !self.default_run().finite {
+            failures.push("the scene's own run diverged".to_owned());
+        }
+        if !self.reference.is_sound() {
+            failures.push("the reference of the errors diverged".to_owned());
+        }
+        failures
+    }
+
+    /// Rows with a stable step in f32 and f64.
+    fn checked(&self) -> Vec<&Run> {
+        let counts = |run: &&Run| run.stable && run.precision != Precision::DoubleDouble;
+        self.runs.iter().filter(counts).collect()
+    }
+
+    /// Whether rounding at the first time is no larger than a step's sums and the growth of
+    /// perturbations explain: 7 digits of the number type for the former, and as many for sums
+    /// over the steps. Later times are left to chaos.
+    fn rounds_well(&self, run: &Run) -> bool {
+        let unit = match run.precision {
+            Precision::Single => f64::from(f32::EPSILON),
+            Precision::Double | Precision::DoubleDouble => f64::EPSILON,
+        };
+        let growth = self.chaos.predictable.growth(self.marks[0]);
+        run.rounding[0] <= 128.0 * 128.0 * unit * growth
+    }
+
+    /// Table, plots, and what is to be known of them.
+    pub fn section(&self) -> Section {
+        Section {
+            title: "Accuracy of trajectories".to_owned(),
+            notes: self.notes(),
+            tables: vec![
+                self.table(),
+                self.parts_table(),
+                self.references_table(),
+                self.chaos.table(),
+            ],
+            figures: vec![self.work_precision(), self.over_time()],
+            checks: self.checked().len() + 2,
+            failures: self.failures(),
+        }
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let [a, b, c, d] = self.times;
+        let apart = self.reference.uncertainty.map(|u| format!("{u:.1e}"));
+        vec![
+            self.chaos.predictable.note() + &self.parting(),
+            format!(
+                "Errors are the largest distance of a node, m, at {a}, {b}, {c} and {d} s. \
+                 `error`: from one run for all rows, leapfrog with time steps of {:.1e} s, the \
+                 controller's too, {FINER} times shorter than the scene's. `held`: from a run with \
+                 mechanical steps as short whose controller steps as here, so that every time step \
+                 has its own. `rounding`: from double-double with the same steps.",
+                self.reference.dt
+            ),
+            format!(
+                "The reference of `error` is {} m off at these times: its distance from symplectic \
+                 Euler with the same steps, or from leapfrog with steps twice as long where that is \
+                 larger. An error below {RESOLVED} times that is not resolved, and its cell is \
+                 empty: it may be off by more than a third.",
+                apart.join(", ")
+            ),
+            "`order`: the power of the time step with which `error` falls from the row with the \
+             step twice as long, the median over the times at which both are resolved. The \
+             controller's output is held over a step, which is of first order whatever the \
+             integrator; a contact is of first order too."
+                .to_owned(),
+            "`energy_ripple` and `energy_drift` are shares of the energy of the lattice stretched \
+             by 2 % and let go without damping, gravity, ground or controller."
+                .to_owned(),
+            "Times are processor times of one thread, medians, measured alone, with nothing else \
+             of this program running."
+                .to_owned(),
+        ]
+    }
+
+    /// When the default's error has grown, as perturbations do, to the distance of two nodes; empty
+    /// where nothing grows or no error was resolved.
+    fn parting(&self) -> String {
+        let doubling = self.chaos.predictable.doubling;
+        let Some(error) = self.default_run().error[0] else {
+            return String::new();
+        };
+        // From the first time on the error grows as perturbations do.
+        let parted = self.marks[0] as f64 + (self.spacing / error).log2() * doubling;
+        match doubling.is_finite() && parted.is_finite() {
+            true => format!(
+                " At that rate the default's error, {error:.1e} m at {} s, is the distance of two \
+                 nodes after {parted:.0} steps ({:.2} s): later errors against a finer run are \
+                 those of another motion.",
+                self.times[0],
+                parted * self.chaos.predictable.dt
+            ),
+            false => String::new(),
+        }
+    }
+
+    fn table(&self) -> Table {
+        let mut columns = row_columns();
+        columns.push(Column::new(
+            "time_s",
+            "median processor time of the whole run, s",
+        ));
+        let says = "m, from the reference; empty where not resolved";
+        columns.extend(self.timed_columns("error", says));
+        columns.extend([
+            Column::new("order", "power of the time step with which the error falls"),
+            Column::new(
+                "energy_ripple",
+                "largest departure from the energy, a share",
+            ),
+            Column::new("energy_drift", "last quarter less first, a share"),
+            Column::new("status", "what is to be said of the row"),
+        ]);
+        let cells = |run: &Run| {
+            let mut cells = vec![Cell::Number(run.time)];
+            cells.extend(run.error.map(Cell::from));
+            cells.extend([
+                run.order.into(),
+                Cell::Number(run.energy.ripple),
+                Cell::Number(run.energy.drift),
+                run.status(self.spacing).into(),
+            ]);
+            cells
+        };
+        Table {
+            name: "accuracy".to_owned(),
+            title: "Error against run time".to_owned(),
+            columns,
+            rows: self.rows(cells),
+        }
+    }
+
+    fn parts_table(&self) -> Table {
+        let mut columns = row_columns();
+        let says =
+            "m, from the reference with these steps of the controller; empty where not resolved";
+        columns.extend(self.timed_columns("held", says));
+        columns.extend(self.timed_columns("rounding", "m, from double-double with the same steps"));
+        let cells = |run: &Run| {
+            let held = run.held.into_iter().map(Cell::from);
+            held.chain(run.rounding.map(Cell::Number)).collect()
+        };
+        Table {
+            name: "accuracy_parts".to_owned(),
+            title: "The integrator's own error, and rounding".to_owned(),
+            columns,
+            rows: self.rows(cells),
+        }
+    }
+
+    fn references_table(&self) -> Table {
+        let mut columns = vec![
+            Column::new("of", "the errors that are distances from it"),
+            Column::new("dt_s", "time step of the controller, s"),
+            Column::new("substep_s", "mechanical step, s"),
+        ];
+        let says = "m, how far it is from nearly as fine runs, the larger of two distances";
+        columns.extend(self.timed_columns("uncertainty", says));
+        let row = |of: &str, reference: &Reference| {
+            let steps = [reference.dt, reference.substep].map(Cell::Number);
+            let uncertainty = reference.uncertainty.map(Cell::Number);
+            Row {
+                cells: [vec![of.into()], steps.to_vec(), uncertainty.to_vec()].concat(),
+                standing: match reference.is_sound() {
+                    true => Standing::Plain,
+                    false => Standing::Failed,
+                },
+            }
+        };
+        let held = self.held.iter().map(|reference| row("held", reference));
+        Table {
+            name: "accuracy_references".to_owned(),
+            title: "The references, and how far they may be off".to_owned(),
+            columns,
+            rows: [row("error", &self.reference)]
+                .into_iter()
+                .chain(held)
+                .collect(),
+        }
+    }
+
+    /// A column for each of the times.
+    fn timed_columns(&self, kind: &str, says: &str) -> [Column; 4] {
+        self.times
+            .map(|time| Column::new(&format!("{kind}_{time}"), says))
+    }
+
+    fn rows(&self, cells: impl Fn(&Run) -> Vec<Cell>) -> Vec<Row> {
+        let row = |run: &Run| {
+            let mut all = vec![
+                Cell::Text(run.method.name()),
+                Cell::Number(run.dt),
+                run.precision.name().into(),
+            ];
+            all.extend(cells(run));
+            Row {
+                cells: all,
+                standing: run.standing(),
+            }
+        };
+        self.runs.iter().map(row).collect()
+    }
+
+    /// Error against run time, a line for every method and precision.
+    fn work_precision(&self) -> Figure {
+        let time = self.times[SHOWN];
+        let default = self.default_run();
+        let chart = LogChart {
+            title: format!("Largest error of a node at {time} s, m"),
+            along: format!("run time of {} s of motion, s", self.times[3]),
+            lines: self.lines(&Precision::ALL, |run| [run.time, shown(run.error)]),
+            marked: self.marked(default.time),
+        };
+        Figure {
+            name: "work_precision".to_owned(),
+            caption: format!(
+                "Error at {time} s against run time; along each line the time step is halved four \
+                 times. Whole lines f64, dashed f32, dotted double-double. Errors that are not \
+                 resolved are left out."
+            ),
+            svg: chart.draw(),
+        }
+    }
+
+    /// Rounding and time-step errors against the time step.
+    fn over_time(&self) -> Figure {
+        let time = self.times[SHOWN];
+        let lines = self.lines(&Precision::ALL[1..2], |run| [run.dt, shown(run.error)]);
+        let held = self.lines(&Precision::ALL[1..2], |run| [run.dt, shown(run.held)]);
+        let held = held.into_iter().map(|line| Line {
+            name: format!("{}, held", line.name),
+            dashes: "6 4",
+            ..line
+        });
+        let default = self.default_run();
+        let chart = LogChart {
+            title: format!("Largest error of a node at {time} s in f64, m"),
+            along: "time step, s".to_owned(),
+            lines: lines.into_iter().chain(held).collect(),
+            marked: self.marked(default.dt),
+        };
+        Figure {
+            name: "order".to_owned(),
+            caption:
+                "Error against the time step. Dashed: with the controller's output held alike, \
+                      which leaves the integrator's own error."
+                    .to_owned(),
+            svg: chart.draw(),
+        }
+    }
+
+    /// The default's point at so much along, where it has one.
+    fn marked(&self, along: f64) -> Option<([f64; 2], String)> {
+        let default = self.default_run();
+        let error = default.error[SHOWN].filter(|_| default.is_sound());
+        error.map(|error| ([along, error], "default".to_owned()))
+    }
+
+    /// A line for every method in some precisions.
+    pub(super) fn lines(
+        &self,
+        precisions: &[Precision],
+        point: impl Fn(&Run) -> [f64; 2],
+    ) -> Vec<Line> {
+        let mut methods: Vec<Method> = self.runs.iter().map(|run| run.method).collect();
+        methods.dedup();
+        let mut lines = Vec::new();
+        for &precision in precisions {
+            for (k, method) in methods.iter().enumerate() {
+                let belongs = |run: &&Run| run.method == *method && run.precision == precision;
+                // Errors of runs that went astray would leave all others on one line.
+                let sound = self.runs.iter().filter(|run| run.is_sound());
+                lines.push(Line {
+                    name: format!("{}, {}", method.name(), precision.name()),
+                    colour: COLOURS[k % COLOURS.len()],
+                    dashes: match precision {
+                        Precision::Single => "6 4",
+                        Precision::Double => "",
+                        Precision::DoubleDouble => "1 5",
+                    },
+                    points: sound.filter(belongs).map(&point).collect(),
+                });
+            }
+        }
+        lines
+    }
+}
+
+/// The error that a plot shows; one that is not resolved is left out there.
+fn shown(errors: [Option<f64>; 4]) -> f64 {
+    errors[SHOWN].unwrap_or(f64::NAN)
+}
+
+/// What tells the rows apart.
+fn row_columns() -> Vec<Column> {
+    vec![
+        Column::new(
+            "method",
+            "integrator, and substeps where there are more than one",
+        ),
+        Column::new("dt_s", "time step of the controller, s"),
+        Column::new("precision", "number type"),
+    ]
+}

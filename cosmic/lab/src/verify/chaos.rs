@@ -1,0 +1,246 @@
+//! How fast neighbouring motions part, and what that leaves of pointwise errors.
+
+use rayon::prelude::*;
+
+use super::probe::{Probe, distance, median};
+use crate::report::sheet::{Cell, Column, Row, Standing, Table};
+use cosmic::case::Case;
+use cosmic::codesign::Spread;
+use cosmic::gradient::together;
+
+/// Starts that are compared with the unmoved one.
+const STARTS: usize = 16;
+/// How far their nodes are moved, m.
+const MOVED: f64 = 1e-9;
+/// Parted so far, m, two motions no longer part as small perturbations do.
+const PARTED: f64 = 1e-4;
+/// Steps from one look at the distance to the next.
+const EVERY: usize = 8;
+
+/// Of a number's binary digits, those that a single step's sums of some hundred terms, and the
+/// curvature of contact, use up before anything has doubled.
+const SPENT: u32 = 7;
+
+/// How long a computation says anything about single points of a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Predictable {
+    /// Steps in which a small perturbation doubles, the median over starts; infinite where it
+    /// does not once double in the whole rollout.
+    pub doubling: f64,
+    /// Length of a step, s.
+    pub dt: f64,
+    /// Steps, and how much a small perturbation had grown at most until then, of all starts:
+    /// contacts stretch some directions for a while even where nothing grows for ever. Up to
+    /// where the first start has parted.
+    pub grown: Vec<(usize, f64)>,
+}
+
+impl Predictable {
+    /// Steps after which a number type of so many binary digits has none left that is right:
+    /// [`f64::MANTISSA_DIGITS`] less 7 doublings.
+    pub fn horizon(&self, digits: u32) -> f64 {
+        f64::from(digits - SPENT) * self.doubling
+    }
+
+    /// How much a perturbation may have grown after so many steps: as much as was seen, and beyond
+    /// that at the mean rate.
+    pub fn growth(&self, steps: usize) -> f64 {
+        let seen = self.grown.iter().take_while(|(at, _)| *at <= steps);
+        let (at, grown) = seen.last().copied().unwrap_or((0, 1.0));
+        grown * ((steps - at) as f64 / self.doubling).exp2()
+    }
+
+    /// What is said beside every table.
+    pub fn note(&self) -> String {
+        if self.doubling.is_infinite() {
+            let most = self.grown.last().map_or(1.0, |(_, grown)| *grown);
+            return format!(
+                "Chaos: small perturbations of this design do not double once in the whole \
+                 rollout; on the way some had grown by {most:.0} times."
+            );
+        }
+        let [double, single] =
+            [f64::MANTISSA_DIGITS, f32::MANTISSA_DIGITS].map(|digits| self.horizon(digits));
+        format!(
+            "Chaos: a small perturbation of this design doubles every {:.0} steps ({:.3} s). \
+             Beyond {double:.0} steps ({:.2} s) in f64, and {single:.0} steps ({:.2} s) in f32, \
+             every digit is lost to rounding and no pointwise error means anything; the spread \
+             over perturbed starts still does.",
+            self.doubling,
+            self.doubling * self.dt,
+            double * self.dt,
+            single * self.dt,
+        )
+    }
+}
+
+/// What perturbed starts make of a case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chaos {
+    /// How fast motions part.
+    pub predictable: Predictable,
+    /// Steps of the whole rollout.
+    pub steps: usize,
+    /// Displacement along the ground over the perturbed starts, after all steps.
+    pub spread: Spread,
+    /// That of the unperturbed start.
+    pub unmoved: f64,
+}
+
+impl Chaos {
+    /// Runs a case from 16 starts moved by 1e-9 m, and unmoved.
+    pub fn of(case: &Case) -> Self {
+        let (probe, steps) = (Probe::new(case), case.physics.steps);
+        let mut observed: Vec<usize> = (0..steps).step_by(EVERY).collect();
+        observed.push(steps);
+        let run = |starts: &[_]| probe.run_many(starts, &observed);
+        let unmoved = run(std::slice::from_ref(&case.start)).remove(0);
+        let starts = probe.moved_starts(STARTS, MOVED);
+        let groups = starts.par_chunks(together(STARTS));
+        let moved = groups.map(run).collect::<Vec<_>>().concat();
+        let reach = |states: &[cosmic::lattice::State<f64>]| {
+            let (first, last) = (states[0].x[0], states[states.len() - 1].x[0]);
+            let way = [0, 1].map(|k| last[k] - first[k]);
+            probe.task.ground().vector_to_ground(way)[0]
+        };
+        let parting = moved.iter().map(|moved| {
+            let pairs = moved.states.iter().zip(&unmoved.states);
+            pairs.map(|(a, b)| distance(a, b)).collect()
+        });
+        let parting: Vec<Vec<f64>> = parting.collect();
+        let rate = median(parting.iter().map(|d| growth_rate(&observed, d)));
+        let doubles = rate * steps as f64 >= 1.0;
+        let reached: Vec<f64> = moved.iter().map(|moved| reach(&moved.states)).collect();
+        Self {
+            predictable: Predictable {
+                doubling: if doubles { 1.0 / rate } else { f64::INFINITY },
+                dt: case.physics.dt,
+                grown: largest_growth(&observed, &parting),
+            },
+            steps,
+            spread: Spread::of(&reached),
+            unmoved: reach(&unmoved.states),
+        }
+    }
+
+    /// The spread, as a table.
+    pub fn table(&self) -> Table {
+        let Spread { p10, p50, p90 } = self.spread;
+        let cells = vec![
+            Cell::Count(self.steps),
+            Cell::Number(self.unmoved),
+            Cell::Number(p10),
+            Cell::Number(p50),
+            Cell::Number(p90),
+        ];
+        let failed = !(p10.is_finite() && self.unmoved.is_finite());
+        Table {
+            name: "spread".to_owned(),
+            title: format!(
+                "Displacement along the ground over {STARTS} starts moved by {MOVED:e} m"
+            ),
+            columns: vec![
+                Column::new("steps", "steps of the whole rollout"),
+                Column::new("unmoved_m", "from the unperturbed start"),
+                Column::new("p10_m", "10 % quantile"),
+                Column::new("median_m", "median: the figure to quote"),
+                Column::new("p90_m", "90 % quantile"),
+            ],
+            rows: vec![Row {
+                cells,
+                standing: if failed {
+                    Standing::Failed
+                } else {
+                    Standing::Plain
+                },
+            }],
+        }
+    }
+}
+
+/// The most that any of the distances had grown until so many steps, until one has parted.
+fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
+    let mut most: f64 = 1.0;
+    let mut grown = Vec::new();
+    for (k, &at) in steps.iter().enumerate() {
+        let apart = parting.iter().map(|distances| distances[k]);
+        if !apart.clone().all(|d| d < PARTED) {
+            break;
+        }
+        most = most.max(apart.fold(0.0, f64::max) / parting[0][0]);
+        grown.push((at, most));
+    }
+    grown
+}
+
+/// Doublings per step: the slope of a line through the logarithms of the distances, as long as
+/// they are small. The first steps, in which a perturbation turns towards what grows, count too:
+/// they are few.
+fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
+    let count = distances.iter().take_while(|&&d| d < PARTED).count();
+    // Motions that have met again to the last bit are a rounding apart.
+    let log = |d: &f64| d.max(f64::EPSILON).log2();
+    let points = steps.iter().zip(distances).take(count);
+    let points: Vec<[f64; 2]> = points.map(|(&n, d)| [n as f64, log(d)]).collect();
+    slope(&points)
+}
+
+/// The slope of the straight line nearest to points; zero through fewer than two.
+pub(super) fn slope(points: &[[f64; 2]]) -> f64 {
+    let count = points.len().max(1) as f64;
+    let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / count);
+    let moment = |k: usize| {
+        let product = |p: &[f64; 2]| (p[0] - mean[0]) * (p[k] - mean[k]);
+        points.iter().map(product).sum::<f64>()
+    };
+    match points.len() {
+        0 | 1 => 0.0,
+        _ => moment(1) / moment(0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Chaos, Predictable, growth_rate, largest_growth, slope};
+    use cosmic::case::Case;
+    use cosmic::scene::Scene;
+
+    #[test]
+    fn growth_is_read_off_small_distances_alone() {
+        let steps: Vec<usize> = (0..100).map(|k| 8 * k).collect();
+        let grown = |n: &usize| (1e-9 * (*n as f64 / 40.0).exp2()).min(0.3);
+        let distances: Vec<f64> = steps.iter().map(grown).collect();
+        // Logarithms near 20 rounded at 4e-15, fitted over hundreds of steps.
+        assert!((growth_rate(&steps, &distances) - 1.0 / 40.0).abs() < 1e-12);
+        assert_eq!(growth_rate(&steps[..3], &[f64::NAN; 3]), 0.0);
+        assert_eq!(slope(&[[1.0, 2.0]]), 0.0);
+    }
+
+    #[test]
+    fn growth_is_seen_until_a_start_has_parted() {
+        let parting = [vec![1e-9, 4e-9, 2e-9, 1e-3], vec![1e-9, 1e-9, 8e-9, 9e-9]];
+        let grown = largest_growth(&[0, 8, 16, 24], &parting);
+        assert_eq!(grown, [(0, 1.0), (8, 4.0), (16, 8.0)]);
+        let predictable = Predictable {
+            doubling: 10.0,
+            dt: 0.002,
+            grown,
+        };
+        assert_eq!(predictable.growth(12), 4.0 * 0.4f64.exp2());
+        assert_eq!(predictable.growth(36), 8.0 * 4.0);
+    }
+
+    /// A robot whose controller is silent comes to rest, and so do its neighbours.
+    #[test]
+    fn a_resting_robot_is_not_chaotic() {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+        (scene.controller.hidden, scene.controller.gain) = (2, [0.0; 2]);
+        scene.physics.steps = 400;
+        let chaos = Chaos::of(&Case::of_scene(&scene, 0).unwrap());
+        assert_eq!(chaos.predictable.doubling, f64::INFINITY);
+        assert!(chaos.predictable.note().contains("do not double"));
+        // The payload sags by micrometres.
+        assert!(chaos.spread.p90 - chaos.spread.p10 < 1e-6, "{chaos:?}");
+    }
+}

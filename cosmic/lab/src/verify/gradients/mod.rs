@@ -1,0 +1,457 @@
+//! The gradient of a robot's loss against finite differences and forward mode.
+
+mod table;
+
+use autodiff::check::{Claim, Options, Report, Verdict, check_directions};
+use autodiff::{Dual, Real};
+
+use cosmic::case::Case;
+use cosmic::gradient::{ALL, BLOCKS, Horizon, Inputs, Task};
+use cosmic::lattice::Ground;
+use cosmic::objective::{Displacement, Loss};
+use cosmic::projection::Projection;
+use cosmic::scene::{Contact, HorizonMode, Integrator};
+
+/// How far above the ground a robot's lowest node is lifted where standing there is a kink, m.
+const LIFT: f64 = 1e-3;
+
+/// What was found for one group of parameters.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// Its name, one of [`BLOCKS`].
+    pub name: &'static str,
+    /// How many numbers.
+    pub numbers: usize,
+    /// Length of the gradient by them.
+    pub norm: f64,
+    /// Slopes along random directions.
+    pub report: Report,
+    /// Whether the slopes are those of a robot lifted off the ground; see [`check_gradients`].
+    pub lifted: bool,
+    /// The report's verdict, and no better than a kink for a robot that had to be lifted.
+    pub verdict: Verdict,
+}
+
+impl Group {
+    /// The same of a robot that had to be lifted.
+    fn of_lifted(self) -> Self {
+        Self {
+            lifted: true,
+            verdict: self.verdict.max(Verdict::Kink),
+            ..self
+        }
+    }
+
+    /// What the check says of this gradient made wrong, where it is smooth and so can be told from
+    /// a wrong one.
+    fn control(&self) -> Option<NegativeControl> {
+        let smooth = self.report.verdict == Verdict::Smooth;
+        let verdict = self.report.control.filter(|_| smooth)?;
+        Some(NegativeControl {
+            group: self.name,
+            verdict,
+        })
+    }
+}
+
+/// A gradient that is wrong on purpose: a check that does not find it checks nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct NegativeControl {
+    /// The group whose gradient was made wrong.
+    pub group: &'static str,
+    /// What the check said of it.
+    pub verdict: Verdict,
+}
+
+/// The check of every group, and of the check itself.
+#[derive(Clone, Debug)]
+pub struct GradientCheck {
+    /// Steps of the rollout.
+    pub steps: usize,
+    /// One per block of [`BLOCKS`].
+    pub groups: Vec<Group>,
+    /// `None` where no group has a smooth gradient to make wrong, other than zero and what drowns
+    /// in the displacement's rounding.
+    pub control: Option<NegativeControl>,
+    /// About what rounding makes of the slopes, as a share of them: every step rounds the state,
+    /// which the motion magnifies as it does a change of the start, and slopes are magnified alike.
+    pub rounding: f64,
+}
+
+impl GradientCheck {
+    /// What failed: groups whose gradient is wrong, and a negative control that was believed.
+    pub fn failures(&self) -> Vec<String> {
+        let wrong = |group: &&Group| group.verdict == Verdict::Wrong;
+        let groups = self.groups.iter().filter(wrong).map(|g| g.name.to_owned());
+        let believed = self.control.iter().filter(|c| c.verdict != Verdict::Wrong);
+        let control = believed.map(|_| "the negative control".to_owned());
+        groups.chain(control).collect()
+    }
+
+    /// How many checks were made.
+    pub fn total(&self) -> usize {
+        self.groups.len() + usize::from(self.control.is_some())
+    }
+}
+
+/// The share of the slopes that rounding may make up without a word: what a check allows for.
+const WORN: f64 = 1e-6;
+/// [`GradientCheck::rounding`] is a guess, not a bound: this many of them are.
+const SAFETY: f64 = 64.0;
+
+/// Checks the gradient of `-(s . x_0(T))`, the paper's loss, of a case; see [`check_gradients_of`].
+pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> GradientCheck {
+    let loss = Displacement::at_end(Ground::from(&case.physics));
+    check_gradients_of(&loss, case, steps, options)
+}
+
+/// Checks the gradient of a loss, one's own or a scene's, of a case that is cut to so many steps,
+/// by every block of its inputs. Steps are to be few: a robot's motion is chaotic, and over
+/// thousands of steps no finite difference means anything.
+///
+/// A node that stands exactly on the ground line sits on a kink of the positions, with one
+/// derivative upwards and one downwards; several such nodes take sides one by one, which no
+/// difference along a line shows. The derivatives by the positions are then checked of a robot that
+/// is lifted until its lowest node is 1 mm above. So are those by the velocities where a node
+/// starts on the ground line or below, and either leapfrog integrates, whose first drift comes
+/// before any force, or nothing has weight: a node at rest then touches the ground or not as it is
+/// moved.
+///
+/// Where the motion magnifies rounding until the slopes show it, differences that disagree prove
+/// nothing: the verdict is a kink, unless forward mode disagrees by more than rounding explains.
+pub fn check_gradients_of(
+    loss: &impl Loss,
+    case: &Case,
+    steps: usize,
+    options: &Options,
+) -> GradientCheck {
+    let mut case = case.clone();
+    case.physics.steps = steps.min(case.physics.steps);
+    let here = Subject::new(&case, loss);
+    let [stands, touches] = stands_and_touches(&case);
+    let lifted = touches.then(|| lifted(&case));
+    let above = lifted.as_ref().map(|case| Subject::new(case, loss));
+    let rounding = here.rounding();
+    // Roundings of steps add up as they come.
+    let steps_taken = case.physics.steps as f64;
+    let options = &Options {
+        noise: options.noise.max(f64::EPSILON * steps_taken.sqrt()),
+        // Those of one block are not those of the next.
+        names: Vec::new(),
+        ..options.clone()
+    };
+    let leaps = case.physics.integrator == Integrator::Leapfrog;
+    let floats = case.physics.gravity == 0.0;
+    let is_kink = |name| match name {
+        "x0" => stands,
+        "v0" => leaps || floats,
+        _ => false,
+    };
+    let group = |(block, name)| match above.as_ref().filter(|_| is_kink(name)) {
+        Some(above) => above.group(block, options, rounding).of_lifted(),
+        None => here.group(block, options, rounding),
+    };
+    let groups: Vec<Group> = BLOCKS.into_iter().enumerate().map(group).collect();
+    GradientCheck {
+        steps: case.physics.steps,
+        control: groups.iter().find_map(Group::control),
+        groups,
+        rounding,
+    }
+}
+
+fn length(of: &[f64]) -> f64 {
+    of.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Whether rounding explains by how much forward and reverse mode differ.
+fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
+    report.directions.iter().all(|direction| {
+        let forward = direction.forward.unwrap_or(direction.gradient);
+        let off = (forward - direction.gradient).abs();
+        off <= SAFETY * rounding * norm.max(forward.abs()).min(f64::MAX)
+    })
+}
+
+/// The rounding of heights in an incline's frame, m.
+const ON_LINE: f64 = 1e-12;
+
+/// Whether a node starts on the ground line, and whether one does there or below.
+fn stands_and_touches(case: &Case) -> [bool; 2] {
+    let any = |is: fn(f64) -> bool| {
+        case.physics.contact != Contact::None && heights(case).into_iter().any(is)
+    };
+    [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
+}
+
+/// Of all nodes above the ground line, m.
+fn heights(case: &Case) -> Vec<f64> {
+    let state = case.start.to_ground(&Ground::from(&case.physics));
+    state.x.iter().map(|x| x[1]).collect()
+}
+
+fn lifted(case: &Case) -> Case {
+    let by = LIFT - heights(case).into_iter().fold(0.0, f64::min);
+    let mut case = case.clone();
+    let [nx, ny] = Ground::from(&case.physics).normal();
+    for x in &mut case.start.x {
+        *x = [x[0] + by * nx, x[1] + by * ny];
+    }
+    case
+}
+
+/// A case as a function of its inputs.
+struct Subject<'a, L> {
+    case: &'a Case,
+    of: &'a L,
+    /// The same with the stability projection that its derivative is of.
+    softer: Case,
+    task: Task,
+    inputs: Inputs<f64>,
+    /// The gradient that is checked, block by block.
+    gradient: Vec<Vec<f64>>,
+}
+
+impl<'a, L: Loss> Subject<'a, L> {
+    fn new(case: &'a Case, of: &'a L) -> Self {
+        let mut softer = case.clone();
+        softer.sharpness.beta_stability = softer.sharpness.beta_straight_through;
+        let mut subject = Self {
+            case,
+            of,
+            softer,
+            task: case.task(),
+            inputs: case.inputs(),
+            gradient: Vec::new(),
+        };
+        let loss = |inputs: &Inputs<_>| subject.loss(inputs);
+        let (_, gradient) = subject.inputs.differentiate(ALL, loss);
+        let mut by_block = case.inputs();
+        by_block.set(ALL, &gradient);
+        subject.gradient = by_block.blocks().map(<[f64]>::to_vec).to_vec();
+        subject
+    }
+
+    /// See [`GradientCheck::rounding`].
+    fn rounding(&self) -> f64 {
+        let places = (BLOCKS.iter()).position(|name| *name == "x0");
+        let places = places.expect("a block of the inputs");
+        let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let steps = self.case.physics.steps as f64;
+        f64::EPSILON
+            * steps
+            * length(&self.gradient[places])
+            * largest(self.inputs.blocks()[places])
+    }
+
+    /// Checks the gradient by a block, where the motion magnifies rounding by so much.
+    fn group(&self, block: usize, options: &Options, rounding: f64) -> Group {
+        let gradient = &self.gradient[block];
+        let (report, norm) = (self.check(block, gradient, options), length(gradient));
+        let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
+        // With a norm below the rounding, a change of the parameters by their unit moves the robot
+        // by less than rounding does.
+        let verdict = match magnified || norm < rounding {
+            true => report.verdict.min(Verdict::Kink),
+            false => report.verdict,
+        };
+        Group {
+            name: BLOCKS[block],
+            numbers: gradient.len(),
+            norm,
+            report,
+            lifted: false,
+            verdict,
+        }
+    }
+
+    fn check(&self, block: usize, gradient: &[f64], options: &Options) -> Report {
+        let chosen: [bool; 7] = std::array::from_fn(|k| k == block);
+        let x = self.inputs.blocks()[block];
+        let value = |x: &[f64]| {
+            let mut inputs = self.inputs.clone();
+            inputs.set(chosen, x);
+            self.moved_loss(&inputs)
+        };
+        let forward = |direction: &[f64]| {
+            let dual = |(&value, &slope): (&f64, &f64)| Dual {
+                value,
+                tangent: [slope],
+            };
+            let moving: Vec<Dual<f64, 1>> = x.iter().zip(direction).map(dual).collect();
+            let mut inputs = self.inputs.lift();
+            inputs.set(chosen, &moving);
+            self.loss(&inputs).tangent[0]
+        };
+        let claim = Claim {
+            x,
+            gradient,
+            forward: Some(&forward),
+        };
+        check_directions(value, &claim, options)
+    }
+
+    /// The function whose gradient is checked.
+    fn loss<R: Real>(&self, inputs: &Inputs<R>) -> R {
+        self.loss_of(&self.case.mixture(self.case.projection, &inputs.z), inputs)
+    }
+
+    /// The function that differences are taken of. The derivative of the stability projection is
+    /// that of a softer one, so differences see the soft one's change on top of the sharp value.
+    fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
+        if self.case.projection == Projection::Performance || self.case.frozen.is_some() {
+            return self.loss(inputs);
+        }
+        let soft = |z| self.softer.mixture(Projection::Stability, z);
+        let mut moved = self.case.mixture(Projection::Stability, &self.inputs.z);
+        let change = soft(&inputs.z).into_iter().zip(soft(&self.inputs.z));
+        for (share, (there, here)) in moved.iter_mut().zip(change) {
+            for k in 0..3 {
+                share[k] += there[k] - here[k];
+            }
+        }
+        self.loss_of(&moved, inputs)
+    }
+
+    fn loss_of<R: Real>(&self, mixture: &[[R; 3]], inputs: &Inputs<R>) -> R {
+        let horizon = Horizon {
+            steps: self.case.physics.steps,
+            mode: HorizonMode::Head,
+            cotangent_bound: None,
+        };
+        let robot = (&inputs.controller, &inputs.start);
+        self.task.loss(mixture, robot, (self.of, &horizon)).0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Claim, Options, Verdict, check_directions, check_gradients, is_rounding};
+    use cosmic::case::Case;
+    use cosmic::scene::{Contact, Integrator, Scene};
+
+    #[test]
+    fn wrong_groups_and_believed_controls_are_failures() {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+        scene.controller.hidden = 2;
+        let case = Case::of_scene(&scene, 0).unwrap();
+        let mut check = check_gradients(&case, 32, &Options::default());
+        assert_eq!((check.steps, check.total()), (32, 8));
+        assert!(check.failures().is_empty(), "{check}");
+        check.groups[2].verdict = Verdict::Wrong;
+        check.groups[5].verdict = Verdict::Kink;
+        check.control.as_mut().unwrap().verdict = Verdict::Smooth;
+        assert_eq!(check.failures(), ["b1", "the negative control"]);
+    }
+
+    /// A slack robot does not feel its controller: such slopes are no one's fault, and no control.
+    #[test]
+    fn slopes_below_the_displacement_s_rounding_fail_nothing() {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+        scene.controller.hidden = 2;
+        (scene.physics.contact, scene.materials.stiffness) = (Contact::None, [1e-16; 3]);
+        let case = Case::of_scene(&scene, 0).unwrap();
+        let check = check_gradients(&case, 32, &Options::default());
+        assert!(check.failures().is_empty(), "{check}");
+        let w1 = &check.groups[1];
+        assert!(w1.norm > 0.0 && w1.norm < 1e-16, "{check}");
+        assert_eq!(check.control.map(|c| c.group), Some("x0"), "{check}");
+    }
+
+    #[test]
+    fn an_infinite_slope_is_not_put_down_to_rounding() {
+        let claim = Claim {
+            x: &[1.0],
+            gradient: &[2.0],
+            forward: Some(&|_: &[f64]| f64::INFINITY),
+        };
+        let report = check_directions(|x| 2.0 * x[0], &claim, &Options::default());
+        assert!(!is_rounding(&report, 2.0, 1e-5), "{report}");
+    }
+
+    /// Nothing but the last digits tells how a robot is made that falls and does not move.
+    #[test]
+    fn slopes_of_a_robot_in_free_fall_are_not_called_wrong() {
+        for steps in [64, 256] {
+            let mut scene = Scene::default();
+            (scene.lattice.columns, scene.lattice.rows) = (3, 3);
+            scene.controller.hidden = 4;
+            scene.physics.contact = Contact::None;
+            scene.materials.max_strain = [0.0; 3];
+            let case = Case::of_scene(&scene, 0).unwrap();
+            let check = check_gradients(&case, steps, &Options::default());
+            assert!(check.failures().is_empty(), "{check}");
+            let z = &check.groups[0];
+            assert!(0.0 < z.norm && z.norm < 1e-9, "{check}");
+            assert_eq!(check.control.map(|c| c.group), Some("x0"), "{check}");
+        }
+    }
+
+    /// Light nodes under large strains without damping: a change of the start grows beyond what
+    /// floats hold, and nothing can be said.
+    #[test]
+    fn slopes_that_rounding_makes_up_are_not_called_wrong() {
+        let mut scene = Scene::default();
+        (
+            scene.lattice.columns,
+            scene.lattice.rows,
+            scene.lattice.drop,
+        ) = (3, 3, 0.01);
+        (scene.physics.node_mass, scene.physics.payload_mass) = (1e-4, 0.0);
+        (scene.physics.damping, scene.physics.stiffening) = (5.0, 80.0);
+        (scene.physics.contact, scene.physics.friction) = (Contact::Coulomb, 0.0);
+        scene.materials.max_strain = [0.0, 0.0, 0.7];
+        (scene.controller.hidden, scene.controller.gain) = (4, [6.0, 6.0]);
+        scene.controller.velocity_scale = 0.5;
+        let case = Case::of_scene(&scene, 0).unwrap();
+        let check = check_gradients(&case, 200, &Options::default());
+        assert!(
+            check.rounding > 1.0 && check.failures().is_empty(),
+            "{check}"
+        );
+        assert!(check.to_string().contains("take fewer steps"), "{check}");
+        let check = check_gradients(&case, 32, &Options::default());
+        assert!(check.rounding < 1e-6 && check.control.is_some(), "{check}");
+        assert!(check.failures().is_empty(), "{check}");
+    }
+
+    /// Where robots stand on ground, leapfrog has a kink of the velocities as well, and so has a
+    /// world without weight; where there is no ground, nothing has.
+    #[test]
+    fn robots_that_stand_are_lifted_off_their_kinks() {
+        let lifted = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = Scene::default();
+            (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+            scene.controller.hidden = 2;
+            change(&mut scene);
+            let case = Case::of_scene(&scene, 0).unwrap();
+            let check = check_gradients(&case, 32, &Options::default());
+            assert!(check.failures().is_empty(), "{check}");
+            let lifted = check.groups.iter().filter(|group| group.lifted);
+            lifted.map(|group| group.name).collect::<Vec<_>>()
+        };
+        let leapfrog = |s: &mut Scene| s.physics.integrator = Integrator::Leapfrog;
+        assert_eq!(lifted(&|_| ()), ["x0"]);
+        assert_eq!(lifted(&leapfrog), ["x0", "v0"]);
+        for substeps in [1, 2] {
+            let leaps = |s: &mut Scene| {
+                leapfrog(s);
+                s.physics.substeps = substeps;
+                s.physics.contact = Contact::Coulomb;
+            };
+            assert_eq!(lifted(&leaps), ["x0", "v0"]);
+        }
+        let floats = |s: &mut Scene| s.physics.gravity = 0.0;
+        assert_eq!(lifted(&floats), ["x0", "v0"]);
+        // Nodes that rest below the line: their velocities alone have a kink.
+        let sunk = |s: &mut Scene| {
+            leapfrog(s);
+            s.lattice.drop = -0.003;
+        };
+        assert_eq!(lifted(&sunk), ["v0"]);
+        let nowhere = |s: &mut Scene| s.physics.contact = Contact::None;
+        assert_eq!(lifted(&nowhere), Vec::<&str>::new());
+    }
+}

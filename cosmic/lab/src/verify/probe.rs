@@ -1,0 +1,125 @@
+//! A case as something that is run over and over, in any precision.
+
+use autodiff::{Real, Wide};
+
+use cosmic::case::Case;
+use cosmic::gradient::Task;
+use cosmic::lattice::State;
+use cosmic::random::{Purpose, stream};
+use cosmic::scatter::perturbed;
+use cosmic::simulator::{Span, Trajectory};
+
+/// The robot of a case in its world.
+pub(super) struct Probe<'a> {
+    pub(super) case: &'a Case,
+    pub(super) task: Task,
+    /// Computed in f64 and then lifted, so that every precision runs the same robot.
+    mixture: Vec<[f64; 3]>,
+}
+
+impl<'a> Probe<'a> {
+    pub(super) fn new(case: &'a Case) -> Self {
+        Self {
+            case,
+            task: case.task(),
+            mixture: case.own_mixture(),
+        }
+    }
+
+    /// Steps from a start to the states observed.
+    pub(super) fn run<R: Real>(&self, start: &State<f64>, observed: Vec<usize>) -> Trajectory<R> {
+        let mixture: Vec<[R; 3]> = self.mixture.iter().map(|m| m.map(R::lit)).collect();
+        let robot = (&self.case.controller.map(R::lit), &start.map(R::lit));
+        self.task
+            .rollout(&mixture, robot, &Span::from_start(observed))
+    }
+
+    /// The same from several starts, in f64.
+    pub(super) fn run_many(
+        &self,
+        starts: &[State<f64>],
+        observed: &[usize],
+    ) -> Vec<Trajectory<f64>> {
+        let starts: Vec<&State<f64>> = starts.iter().collect();
+        let robot = (&self.case.controller, &starts[..]);
+        let span = Span::from_start(observed.to_vec());
+        self.task.rollout_many(&[&self.mixture], robot, &span)
+    }
+
+    /// So many starts with every coordinate moved by `distance`, up or down; the same for every
+    /// case of so many nodes.
+    pub(super) fn moved_starts(&self, count: usize, distance: f64) -> Vec<State<f64>> {
+        let mut stream = stream(0, Purpose::Verification);
+        let mut start = || perturbed(&self.case.start, distance, &mut stream);
+        (0..count).map(|_| start()).collect()
+    }
+}
+
+/// A number type whose trajectories are compared in f64.
+pub(super) trait Precise: Real {
+    /// The nearest f64.
+    fn to_f64(self) -> f64;
+}
+
+impl Precise for f32 {
+    fn to_f64(self) -> f64 {
+        self.into()
+    }
+}
+
+impl Precise for f64 {
+    fn to_f64(self) -> f64 {
+        self
+    }
+}
+
+impl Precise for Wide {
+    fn to_f64(self) -> f64 {
+        // The inherent method, not this one.
+        Wide::to_f64(self)
+    }
+}
+
+/// A trajectory rounded to f64.
+pub(super) fn narrow<R: Precise>(trajectory: &Trajectory<R>) -> Trajectory<f64> {
+    let narrow = |state: &State<R>| {
+        let points = |points: &[[R; 2]]| points.iter().map(|p| p.map(R::to_f64)).collect();
+        State {
+            x: points(&state.x),
+            v: points(&state.v),
+        }
+    };
+    Trajectory {
+        steps: trajectory.steps.clone(),
+        states: trajectory.states.iter().map(narrow).collect(),
+    }
+}
+
+/// The largest distance between two states' nodes, m; NaN where one is no number.
+pub(super) fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
+    let pairs = a.x.iter().zip(&b.x);
+    most(pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])))
+}
+
+/// The largest of numbers from 0 on; NaN, which `f64::max` would drop, where one is.
+pub(super) fn most(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
+}
+
+/// The median of some numbers; those that are no number count as the largest.
+pub(super) fn median(numbers: impl IntoIterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = numbers.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    0.5 * (sorted[(sorted.len() - 1) / 2] + sorted[sorted.len() / 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::median;
+
+    #[test]
+    fn medians_of_even_samples_lie_in_the_middle() {
+        assert_eq!(median([3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median([4.0, 1.0, f64::INFINITY, 2.0]), 3.0);
+    }
+}

@@ -1,0 +1,378 @@
+//! Gradients: error, time and memory of every way to one, over horizons.
+
+mod sheet;
+mod subject;
+
+use autodiff::Wide;
+use rayon::prelude::*;
+
+use super::chaos::Chaos;
+use super::clock::measured;
+use super::probe::{Precise, Probe, distance, most, narrow};
+use cosmic::case::Case;
+use subject::{DIRECTIONS, Subject};
+
+/// The longest horizon, and how many times it is halved.
+const LONGEST: usize = 4096;
+const HALVINGS: u32 = 6;
+/// Half-widths of central differences, along directions of length one.
+const WIDTHS: [f64; 10] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
+/// A full tape that would need more memory, in bytes, is left out and said to be.
+const MOST_MEMORY: u64 = 3 << 30;
+/// A full tape and the driver round the same sums in another order: they may differ by this, or
+/// by as much as both may be wrong.
+const SAME: f64 = 1e-10;
+/// Starts from which gradients are compared, and how far they are moved, m.
+const STARTS: usize = 8;
+const MOVED: f64 = 1e-9;
+/// A gradient without two right digits is worth nothing, and no check either.
+const WORTHLESS: f64 = 1e-2;
+
+/// A way to a gradient.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Central differences in f64, of the half-width that is best for this horizon.
+    Differences,
+    /// Forward duals in f64, all directions at once.
+    Duals,
+    /// The same in f32.
+    SingleDuals,
+    /// The rollout driver in f64.
+    Driver,
+    /// The same in f32.
+    SingleDriver,
+    /// The driver in f64, a share of the last steps carrying the gradient: one in so many.
+    Truncated(usize),
+    /// A tape of every operation, in f64.
+    FullTape,
+}
+
+impl Way {
+    /// In the order in which they are measured: what holds much memory comes last.
+    const ALL: [Self; 8] = [
+        Self::Differences,
+        Self::SingleDuals,
+        Self::Duals,
+        Self::SingleDriver,
+        Self::Driver,
+        Self::Truncated(2),
+        Self::Truncated(4),
+        Self::FullTape,
+    ];
+
+    /// Whether it gives the whole gradient at once.
+    pub fn is_reverse(self) -> bool {
+        !matches!(self, Self::Differences | Self::Duals | Self::SingleDuals)
+    }
+
+    fn is_single(self) -> bool {
+        matches!(self, Self::SingleDuals | Self::SingleDriver)
+    }
+
+    /// Whether it should be right to rounding.
+    fn is_exact(self) -> bool {
+        matches!(self, Self::Duals | Self::Driver | Self::FullTape)
+    }
+}
+
+/// One way over one horizon.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Slopes {
+    /// The way.
+    pub way: Way,
+    /// The horizon.
+    pub steps: usize,
+    /// Length of the error of the slopes along 8 directions over the length of the right ones.
+    pub error: f64,
+    /// Angle between the two vectors of slopes, degrees.
+    pub angle: f64,
+    /// Processor time, s: of the whole gradient, or of the 8 slopes.
+    pub time: f64,
+    /// The time of a whole gradient, s; where it would take many times 8 slopes, that multiple.
+    pub whole: f64,
+    /// Memory beyond what the program held before, bytes; `None` where the system does not say.
+    pub memory: Option<u64>,
+    /// Whether it was left out for its memory: what it would need is in `memory`.
+    pub left_out: bool,
+}
+
+/// What was found for a case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gradients {
+    /// The horizons, ascending.
+    pub horizons: Vec<usize>,
+    /// Every way over every horizon.
+    pub slopes: Vec<Slopes>,
+    /// Errors of central differences: per half-width, per horizon.
+    pub sweep: Vec<(f64, Vec<f64>)>,
+    /// Largest difference of the driver's gradient and the full tape's over the latter's largest
+    /// entry, per horizon for which there is a full tape.
+    pub driver_against_tape: Vec<f64>,
+    /// The most that the slopes change, as a share, where the start is moved by 1e-9 m, per
+    /// horizon.
+    pub moved: Vec<f64>,
+    /// How far rounding moves a node of the motion in f64 at most until then, m: from
+    /// double-double, per horizon.
+    pub rounding: Vec<f64>,
+    /// How many numbers the gradient has.
+    pub numbers: usize,
+    /// How fast motions part.
+    pub chaos: Chaos,
+}
+
+impl Gradients {
+    /// Differentiates a case in every way. The truth is computed in parallel, run times and
+    /// memory are measured alone.
+    pub fn of(case: &Case) -> Self {
+        let longest = LONGEST.min(case.physics.steps.max(1));
+        let mut horizons: Vec<usize> = (0..=HALVINGS).rev().map(|k| longest >> k).collect();
+        horizons.retain(|&steps| steps > 0);
+        let mut case = case.clone();
+        case.physics.steps = case.physics.steps.max(longest);
+        let subject = Subject::new(&case);
+        let truth = truth(&subject, &horizons);
+        let sweep: Vec<(f64, Vec<f64>)> = WIDTHS
+            .par_iter()
+            .map(|&h| {
+                let slopes = subject.differences(h, &horizons);
+                let pairs = slopes.iter().zip(&truth);
+                (h, pairs.map(|(s, t)| error(s, t)).collect())
+            })
+            .collect();
+        let mut study = Study {
+            subject: &subject,
+            sweep: &sweep,
+            slopes: Vec::new(),
+            driver_against_tape: Vec::new(),
+        };
+        for way in Way::ALL {
+            for (k, &steps) in horizons.iter().enumerate() {
+                study.take(way, (k, steps), &truth[k]);
+            }
+        }
+        Self {
+            moved: moved(&case, &subject, &horizons),
+            rounding: rounding(&case, &horizons),
+            slopes: study.slopes,
+            driver_against_tape: study.driver_against_tape,
+            numbers: subject.numbers(),
+            sweep,
+            horizons,
+            chaos: Chaos::of(&case),
+        }
+    }
+
+    /// The largest error that rounding in f64 explains: 7 binary digits for a step's sums and as
+    /// many for sums over the steps; and what the slopes change with a start that is moved as far
+    /// as rounding moves the motion, 4 binary digits on top, because motions are moved on their
+    /// way and not at the start.
+    pub fn tolerance(&self, steps: usize) -> f64 {
+        let horizon = self.horizons.iter().position(|at| *at == steps);
+        horizon.map_or(f64::NAN, |k| {
+            128.0 * 128.0 * f64::EPSILON + 16.0 * self.moved[k] / MOVED * self.rounding[k]
+        })
+    }
+
+    /// Whether the driver's gradient and the full tape's may differ so much over a horizon.
+    /// Where no two digits are left they may differ in all.
+    pub fn may_differ(&self, steps: usize, difference: f64) -> bool {
+        let allowed = self.tolerance(steps);
+        difference <= SAME.max(2.0 * allowed) || allowed >= WORTHLESS
+    }
+
+    /// Whether a row can be held against the truth: exact ways, while digits are left.
+    pub fn is_checked(&self, row: &Slopes) -> bool {
+        let exact = row.way.is_exact() && !row.left_out;
+        exact && self.tolerance(row.steps) < WORTHLESS
+    }
+
+    /// Whether a checked row is wrong.
+    pub fn is_wrong(&self, row: &Slopes) -> bool {
+        // A NaN is not right.
+        let right = row.error <= self.tolerance(row.steps);
+        self.is_checked(row) && !right
+    }
+}
+
+/// Slopes by duals in double-double, per horizon.
+fn truth(subject: &Subject, horizons: &[usize]) -> Vec<[f64; DIRECTIONS]> {
+    const PART: usize = 4;
+    let parts: Vec<Vec<[Wide; PART]>> = [0, PART]
+        .par_iter()
+        .map(|&first| subject.duals::<Wide, PART>(first, horizons))
+        .collect();
+    let slope = |k: usize, d: usize| parts[d / PART][k][d % PART].to_f64();
+    (0..horizons.len())
+        .map(|k| std::array::from_fn(|d| slope(k, d)))
+        .collect()
+}
+
+/// The most that the slopes change, as a share, from one of the moved starts to the next.
+fn moved(case: &Case, subject: &Subject, horizons: &[usize]) -> Vec<f64> {
+    let slopes = |subject: &Subject| -> Vec<[f64; DIRECTIONS]> {
+        let gradient = |&steps: &usize| subject.along(&subject.driver::<f64>(steps));
+        horizons.iter().map(gradient).collect()
+    };
+    let here = slopes(subject);
+    let starts = Probe::new(case).moved_starts(STARTS, MOVED);
+    let there: Vec<Vec<[f64; DIRECTIONS]>> = starts
+        .into_par_iter()
+        .map(|start| {
+            let case = Case {
+                start,
+                ..case.clone()
+            };
+            slopes(&Subject::new(&case))
+        })
+        .collect();
+    let largest = |k: usize| {
+        let changes = there.iter().map(|moved| error(&moved[k], &here[k]));
+        changes.fold(0.0, f64::max)
+    };
+    (0..horizons.len()).map(largest).collect()
+}
+
+/// How far the motion in f64 is from that in double-double at most until each horizon.
+fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
+    let probe = Probe::new(case);
+    let last = horizons[horizons.len() - 1];
+    let observed: Vec<usize> = (0..=last).collect();
+    let run = || narrow(&probe.run::<Wide>(&case.start, observed.clone()));
+    let double = || probe.run::<f64>(&case.start, observed.clone());
+    let (wide, double) = rayon::join(run, double);
+    let pairs = wide.states.iter().zip(&double.states);
+    let apart: Vec<f64> = pairs.map(|(a, b)| distance(a, b)).collect();
+    let largest = |&steps: &usize| apart[..=steps].iter().fold(0.0, |a: f64, &b| a.max(b));
+    horizons.iter().map(largest).collect()
+}
+
+/// Rows in the making.
+struct Study<'a> {
+    subject: &'a Subject<'a>,
+    sweep: &'a [(f64, Vec<f64>)],
+    slopes: Vec<Slopes>,
+    driver_against_tape: Vec<f64>,
+}
+
+impl Study<'_> {
+    fn take(&mut self, way: Way, (k, steps): (usize, usize), truth: &[f64; DIRECTIONS]) {
+        let expected = self.expected_memory(way, steps);
+        if way == Way::FullTape && expected > MOST_MEMORY {
+            return self.leave_out(way, steps, expected);
+        }
+        let subject = self.subject;
+        let (found, time, memory) = match way {
+            Way::Differences => measured(|| subject.differences(self.best_width(k), &[steps])[0]),
+            Way::Duals => measured(|| subject.duals::<f64, DIRECTIONS>(0, &[steps])[0]),
+            Way::SingleDuals => {
+                measured(|| narrowed(subject.duals::<f32, DIRECTIONS>(0, &[steps])[0]))
+            }
+            Way::Driver => measured(|| subject.along(&subject.driver::<f64>(steps))),
+            Way::SingleDriver => measured(|| {
+                let gradient: Vec<f64> = subject
+                    .driver::<f32>(steps)
+                    .into_iter()
+                    .map(f64::from)
+                    .collect();
+                subject.along(&gradient)
+            }),
+            Way::Truncated(share) => {
+                measured(|| subject.along(&subject.truncated(steps, (steps / share).max(1))))
+            }
+            Way::FullTape => {
+                let (gradient, time, memory) = measured(|| subject.full_tape::<f64>(steps));
+                let driver = subject.driver::<f64>(steps);
+                self.driver_against_tape
+                    .push(difference(&driver, &gradient));
+                (subject.along(&gradient), time, memory)
+            }
+        };
+        let multiple = match way.is_reverse() {
+            true => 1.0,
+            false => subject.numbers() as f64 / DIRECTIONS as f64,
+        };
+        self.slopes.push(Slopes {
+            way,
+            steps,
+            error: error(&found, truth),
+            angle: angle(&found, truth),
+            time,
+            whole: time * multiple,
+            memory,
+            left_out: false,
+        });
+    }
+
+    /// A row for what is not done.
+    fn leave_out(&mut self, way: Way, steps: usize, memory: u64) {
+        self.slopes.push(Slopes {
+            way,
+            steps,
+            error: f64::NAN,
+            angle: f64::NAN,
+            time: f64::NAN,
+            whole: f64::NAN,
+            memory: Some(memory),
+            left_out: true,
+        });
+    }
+
+    /// Memory in proportion to that of the last horizon.
+    fn expected_memory(&self, way: Way, steps: usize) -> u64 {
+        let last = self.slopes.iter().rfind(|row| row.way == way);
+        last.map_or(0, |row| {
+            row.memory.unwrap_or(0) / row.steps as u64 * steps as u64
+        })
+    }
+
+    /// The half-width with the least error over a horizon.
+    fn best_width(&self, horizon: usize) -> f64 {
+        best(self.sweep, horizon).0
+    }
+}
+
+/// The half-width with the least error over a horizon, and that error.
+fn best(sweep: &[(f64, Vec<f64>)], horizon: usize) -> (f64, f64) {
+    let errors = sweep.iter().map(|(h, errors)| (*h, errors[horizon]));
+    errors.fold((f64::NAN, f64::INFINITY), |best, new| {
+        if new.1 < best.1 { new } else { best }
+    })
+}
+
+fn narrowed<R: Precise>(slopes: [R; DIRECTIONS]) -> [f64; DIRECTIONS] {
+    slopes.map(R::to_f64)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn error(slopes: &[f64; DIRECTIONS], truth: &[f64; DIRECTIONS]) -> f64 {
+    let away: Vec<f64> = slopes.iter().zip(truth).map(|(s, t)| s - t).collect();
+    let size = dot(truth, truth).sqrt();
+    // Slopes that are all zero are right or wrong by themselves.
+    dot(&away, &away).sqrt() / if size > 0.0 { size } else { 1.0 }
+}
+
+/// In degrees; small ones from the difference of the unit vectors, whose cosine would be 1.
+fn angle(slopes: &[f64; DIRECTIONS], truth: &[f64; DIRECTIONS]) -> f64 {
+    if slopes == truth {
+        // Of two vectors of zeros too, which have no direction.
+        return 0.0;
+    }
+    let unit = |v: &[f64; DIRECTIONS]| v.map(|x| x / dot(v, v).sqrt());
+    let (a, b) = (unit(slopes), unit(truth));
+    let apart: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    let half = 0.5 * dot(&apart, &apart).sqrt();
+    2.0 * half.clamp(0.0, 1.0).asin().to_degrees()
+}
+
+/// The largest difference of two gradients over the second's largest entry.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let largest = b.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let size = if largest > 0.0 { largest } else { 1.0 };
+    most(a.iter().zip(b).map(|(a, b)| (a - b).abs() / size))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,148 @@
+//! The displacement of a case as a function of its design and controller, and its gradient in
+//! every way there is.
+
+use autodiff::{Dual, Real, Var};
+use rand::RngExt;
+
+use cosmic::case::Case;
+use cosmic::gradient::{Horizon, Inputs, Task};
+use cosmic::objective::Displacement;
+use cosmic::random::{Purpose, stream};
+use cosmic::scene::HorizonMode;
+use cosmic::simulator::Span;
+
+/// Directions along which slopes are compared.
+pub(super) const DIRECTIONS: usize = 8;
+
+/// Design vectors and weights; a frozen layout has no design to differentiate by.
+pub(super) struct Subject<'a> {
+    case: &'a Case,
+    task: Task,
+    inputs: Inputs<f64>,
+    blocks: [bool; 7],
+    /// Random, of length one.
+    pub(super) directions: [Vec<f64>; DIRECTIONS],
+}
+
+impl<'a> Subject<'a> {
+    pub(super) fn new(case: &'a Case) -> Self {
+        let mut blocks = [true, true, true, true, true, false, false];
+        blocks[0] = case.frozen.is_none();
+        let inputs = case.inputs();
+        let mut stream = stream(1, Purpose::Verification);
+        let count = inputs.get(blocks).len();
+        let directions = [(); DIRECTIONS].map(|()| {
+            let raw: Vec<f64> = (0..count)
+                .map(|_| 2.0 * stream.random::<f64>() - 1.0)
+                .collect();
+            let length = raw.iter().map(|d| d * d).sum::<f64>().sqrt();
+            raw.iter().map(|d| d / length).collect()
+        });
+        Self {
+            task: case.task(),
+            case,
+            inputs,
+            blocks,
+            directions,
+        }
+    }
+
+    /// How many numbers the gradient has.
+    pub(super) fn numbers(&self) -> usize {
+        self.directions[0].len()
+    }
+
+    /// Minus the payload's position along the ground after so many steps, for each of `steps`,
+    /// which ascend.
+    fn losses<R: Real>(&self, inputs: &Inputs<R>, steps: &[usize]) -> Vec<R> {
+        let mixture = self.case.mixture(self.case.projection, &inputs.z);
+        let robot = (&inputs.controller, &inputs.start);
+        let span = Span::from_start(steps.to_vec());
+        let seen = self.task.rollout(&mixture, robot, &span);
+        let along = |k: usize| self.task.ground().vector_to_ground(seen.states[k].x[0])[0];
+        (0..steps.len()).map(|k| -along(k)).collect()
+    }
+
+    /// Slopes along all directions by central differences of this half-width, per step count.
+    pub(super) fn differences(&self, h: f64, steps: &[usize]) -> Vec<[f64; DIRECTIONS]> {
+        let numbers = self.inputs.get(self.blocks);
+        let moved = |direction: &[f64], h: f64| {
+            let pairs = numbers.iter().zip(direction);
+            let moved: Vec<f64> = pairs.map(|(x, d)| x + h * d).collect();
+            let mut inputs = self.inputs.clone();
+            inputs.set(self.blocks, &moved);
+            self.losses(&inputs, steps)
+        };
+        let by_direction = self.directions.each_ref().map(|direction| {
+            let ends = moved(direction, h).into_iter().zip(moved(direction, -h));
+            ends.map(|(up, down)| (up - down) / (2.0 * h))
+                .collect::<Vec<f64>>()
+        });
+        (0..steps.len())
+            .map(|k| std::array::from_fn(|d| by_direction[d][k]))
+            .collect()
+    }
+
+    /// Slopes along `N` directions, from the `first` on, by duals over a number type, per step
+    /// count.
+    pub(super) fn duals<R: Real, const N: usize>(
+        &self,
+        first: usize,
+        steps: &[usize],
+    ) -> Vec<[R; N]> {
+        let numbers = self.inputs.get(self.blocks);
+        let dual = |(i, &x): (usize, &f64)| Dual {
+            value: R::lit(x),
+            tangent: std::array::from_fn(|k| R::lit(self.directions[first + k][i])),
+        };
+        let moving: Vec<Dual<R, N>> = numbers.iter().enumerate().map(dual).collect();
+        let mut inputs = self.inputs.lift();
+        inputs.set(self.blocks, &moving);
+        let losses = self.losses(&inputs, steps);
+        losses.iter().map(|loss| loss.tangent).collect()
+    }
+
+    /// The gradient by the rollout driver.
+    pub(super) fn driver<R: Real>(&self, steps: usize) -> Vec<R> {
+        self.reverse(|inputs| self.losses(inputs, &[steps])[0])
+    }
+
+    /// The gradient by a tape of every operation.
+    pub(super) fn full_tape<R: Real>(&self, steps: usize) -> Vec<R> {
+        self.reverse(|inputs| {
+            let mixture = self.case.mixture(self.case.projection, &inputs.z);
+            let robot = (&inputs.controller, &inputs.start);
+            let span = Span::from_start(vec![steps]);
+            let seen = self.task.rollout_in_full(&mixture, robot, &span);
+            -self.task.ground().vector_to_ground(seen.states[0].x[0])[0]
+        })
+    }
+
+    /// The driver's gradient that only the last `carried` of so many steps carry.
+    pub(super) fn truncated(&self, steps: usize, carried: usize) -> Vec<f64> {
+        let mut case = self.case.clone();
+        case.physics.steps = steps;
+        let task = case.task();
+        let horizon = Horizon {
+            steps: carried,
+            mode: HorizonMode::Tail,
+            cotangent_bound: None,
+        };
+        let loss = Displacement::at_end(task.ground());
+        self.reverse(|inputs| {
+            let mixture = case.mixture(case.projection, &inputs.z);
+            let robot = (&inputs.controller, &inputs.start);
+            task.loss(&mixture, robot, (&loss, &horizon)).0
+        })
+    }
+
+    fn reverse<R: Real>(&self, loss: impl FnOnce(&Inputs<Var<R>>) -> Var<R>) -> Vec<R> {
+        self.inputs.lift().differentiate(self.blocks, loss).1
+    }
+
+    /// A gradient's slopes along the directions.
+    pub(super) fn along(&self, gradient: &[f64]) -> [f64; DIRECTIONS] {
+        let slope = |direction: &Vec<f64>| direction.iter().zip(gradient).map(|(d, g)| d * g).sum();
+        self.directions.each_ref().map(slope)
+    }
+}

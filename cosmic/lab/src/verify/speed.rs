@@ -1,0 +1,442 @@
+//! What a step costs on this machine, in processor time of one thread.
+
+use std::time::Duration;
+
+use autodiff::{CotangentBound, Model, Program, Real, Rollout, Var};
+
+use super::clock::{Clock, timed};
+use super::probe::Probe;
+use cosmic::case::Case;
+use cosmic::controller::Controller;
+use cosmic::design::{VolumeBounds, one_hot, snap};
+use cosmic::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
+use cosmic::lattice::State;
+use cosmic::objective::{Displacement, Loss};
+use cosmic::projection::Projection;
+use cosmic::scene::{GradientSettings, HorizonMode, LossSettings, Scene, VolumeSettings};
+use cosmic::simulator::Span;
+
+/// Steps of a measured rollout, where the case has as many.
+pub const MEASURED_STEPS: usize = 4096;
+/// Times that each measurement is taken, and how long at most; the least counts, as the one least
+/// disturbed.
+const REPEATS: usize = 25;
+const LONGEST: Duration = Duration::from_secs(2);
+/// Starts that are run together.
+const STARTS: u32 = 8;
+/// How far they are moved apart, m.
+const MOVED: f64 = 1e-9;
+
+/// Microseconds per step of one robot in one number type.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Times {
+    /// A plain rollout, with its loss.
+    pub rollout: f64,
+    /// The loss and its gradient by the design vectors.
+    pub value_and_design_gradient: f64,
+    /// The loss and its gradient by the controller's weights.
+    pub value_and_controller_gradient: f64,
+}
+
+/// What steps cost, and what f32 costs in accuracy.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Speed {
+    /// Steps of the measured rollouts.
+    pub steps: usize,
+    /// The case itself, in f64.
+    pub double: Times,
+    /// The same in f32.
+    pub single: Times,
+    /// The case in f64, each of eight starts of its own that run together; losses are their mean.
+    pub eight_starts: Times,
+    /// A layout of the case's dominant materials within the scene's volume bounds, in f64.
+    pub one_hot_double: Times,
+    /// The same in f32.
+    pub one_hot_single: Times,
+    /// The loss of that layout and its gradient by what each edge has of its own material, and so
+    /// by its stiffness and its strain: in f64 and in f32, microseconds per step. What the other
+    /// materials would do there is not asked for, nor what the controller tells passive edges.
+    pub own_materials: [f64; 2],
+    /// The losses in the performance and in the stability projection and their gradients by the
+    /// design vectors, in f64, side by side as an optimisation takes them on one thread: for each,
+    /// microseconds per step.
+    pub two_designs: f64,
+    /// The yardstick: nothing but the controller's two matrices times vectors in f64,
+    /// microseconds per step.
+    pub two_matvecs: f64,
+    /// How far gradients in f32 are from those in f64, over the scene's first and last horizon.
+    pub single_errors: [GradientError; 2],
+}
+
+/// The distance of a gradient in f32 from the one in f64, as a share of that one's length. Both
+/// have the scene's bound on the cotangent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GradientError {
+    /// Steps of the horizon.
+    pub steps: usize,
+    /// By the design vectors.
+    pub design: f64,
+    /// By the controller's weights.
+    pub controller: f64,
+}
+
+/// Measures a case with a scene's loss. What is done at once, the plan of the rollout and its sine
+/// table, is left out.
+pub fn measure(case: &Case, scene: &Scene) -> Speed {
+    let layout = layout(case, &scene.volume);
+    let [subject, one_hot] = [case, &layout].map(|case| Subject::new(case, &scene.loss));
+    let steps = subject.steps();
+    let matvecs = TwoMatvecs::new(case);
+    let per_step = |time: Duration| time.as_secs_f64() * 1e6 / steps as f64;
+    // One set after the other: a change of number type or size gives up the memory of the rows.
+    let least = |times: &mut dyn FnMut() -> [Duration; 3]| {
+        let mut least = [Duration::MAX; 3];
+        repeat(|| {
+            for (least, time) in least.iter_mut().zip(times()) {
+                *least = time.min(*least);
+            }
+        });
+        let [rollout, design, controller] = least.map(per_step);
+        Times {
+            rollout,
+            value_and_design_gradient: design,
+            value_and_controller_gradient: controller,
+        }
+    };
+    let mut least_matvecs = Duration::MAX;
+    let double = least(&mut || {
+        // In turns with the yardstick: what disturbs the machine disturbs both.
+        least_matvecs = timed(|| matvecs.run(steps)).min(least_matvecs);
+        subject.times::<f64>()
+    });
+    let single = least(&mut || subject.times::<f32>());
+    let one_hot_double = least(&mut || one_hot.times::<f64>());
+    let one_hot_single = least(&mut || one_hot.times::<f32>());
+    let own_materials = [
+        least_time(|| one_hot.own_gradient::<f64>()),
+        least_time(|| one_hot.own_gradient::<f32>()),
+    ];
+    let two_designs = least_time(|| subject.two_gradients()) / 2;
+    let eight_starts = least(&mut || subject.times_of_eight());
+    Speed {
+        steps,
+        double,
+        single,
+        one_hot_double,
+        one_hot_single,
+        own_materials: own_materials.map(per_step),
+        two_designs: per_step(two_designs),
+        eight_starts,
+        two_matvecs: per_step(least_matvecs),
+        single_errors: (scene.schedule.horizon)
+            .map(|steps| subject.single_error(steps, &scene.gradient)),
+    }
+}
+
+/// The case with every edge of one material, as the hard snap gives it. Where all mixtures are
+/// alike, the materials that dominate are one and the same: the volume bounds see to actuators.
+fn layout(case: &Case, volume: &VolumeSettings) -> Case {
+    let snapped = snap(&case.own_mixture(), &VolumeBounds::widened(volume, 0.0));
+    Case {
+        z: one_hot(&snapped),
+        frozen: Some(snapped),
+        ..case.clone()
+    }
+}
+
+/// Takes a measurement so often, or once where that takes long.
+fn repeat(mut measurement: impl FnMut()) {
+    let start = Clock::now();
+    for _ in 0..REPEATS {
+        measurement();
+        if start.elapsed() > LONGEST {
+            break;
+        }
+    }
+}
+
+/// The least of the times that a piece of work takes.
+fn least_time<T>(work: impl Fn() -> T) -> Duration {
+    let mut least = Duration::MAX;
+    repeat(|| least = timed(&work).min(least));
+    least
+}
+
+/// What is measured: the rollout of a case, and its gradients.
+pub struct Subject<'a> {
+    case: &'a Case,
+    task: Task,
+    inputs: Inputs<f64>,
+    /// Starts near the case's own.
+    starts: Vec<State<f64>>,
+    loss: Displacement,
+    horizon: Horizon,
+}
+
+impl<'a> Subject<'a> {
+    /// Plans rollouts of a case: [`MEASURED_STEPS`] steps, or as many as it has, though one where
+    /// it has none.
+    pub fn new(case: &'a Case, loss: &LossSettings) -> Self {
+        let mut moving = case.clone();
+        moving.physics.steps = case.physics.steps.max(1);
+        let (task, most) = (moving.task(), moving.physics.steps);
+        Self {
+            case,
+            inputs: case.inputs(),
+            starts: Probe::new(case).moved_starts(STARTS as usize, MOVED),
+            loss: Displacement {
+                ground: task.ground(),
+                settings: loss.clone(),
+            },
+            horizon: Horizon {
+                steps: MEASURED_STEPS.min(most),
+                mode: HorizonMode::Head,
+                cotangent_bound: None,
+            },
+            task,
+        }
+    }
+
+    /// Steps of a rollout.
+    pub fn steps(&self) -> usize {
+        self.horizon.steps
+    }
+
+    /// A plain rollout: its loss.
+    pub fn rollout<R: Real>(&self) -> R {
+        let inputs = self.inputs.lift::<R>();
+        let mixture = self.case.mixture(self.case.projection, &inputs.z);
+        let span = self.span();
+        let robot = (&inputs.controller, &inputs.start);
+        self.loss.loss(&self.task.rollout(&mixture, robot, &span))
+    }
+
+    /// What the loss looks at.
+    fn span(&self) -> Span {
+        Span {
+            nodes: self.loss.nodes(),
+            ..Span::from_start(self.loss.observed(self.horizon.steps))
+        }
+    }
+
+    /// The loss and its gradient by some blocks of the inputs, such as
+    /// [`DESIGN`] or [`CONTROLLER`]. The design vectors of a frozen layout are its mixture.
+    pub fn gradient<R: Real>(&self, blocks: [bool; 7]) -> (R, Vec<R>) {
+        self.gradient_over(blocks, &self.horizon)
+    }
+
+    /// The loss of a frozen layout and its gradient by the share that each edge has of its own
+    /// material. The other shares are no variables: they are zero, and stay so.
+    pub fn own_gradient<R: Real>(&self) -> (R, Vec<R>) {
+        self.inputs.lift().differentiate(DESIGN, |inputs| {
+            let own = |(&share, given): (&Var<R>, &f64)| match *given == 0.0 {
+                true => Var::constant(R::zero()),
+                false => share,
+            };
+            let shares = inputs.z.as_flattened().iter();
+            let shares: Vec<Var<R>> = shares.zip(self.inputs.z.as_flattened()).map(own).collect();
+            let (mixture, _) = shares.as_chunks();
+            let robot = (&inputs.controller, &inputs.start);
+            (self.task.loss(mixture, robot, (&self.loss, &self.horizon))).0
+        })
+    }
+
+    /// The losses in the performance and in the stability projection, each with its gradient by the
+    /// design vectors.
+    pub fn two_gradients(&self) -> [(f64, Vec<f64>); 2] {
+        self.inputs.differentiate_copies(DESIGN, |copies: &[_; 2]| {
+            let projections = [Projection::Performance, Projection::Stability];
+            let mixture = |k: usize| self.case.mixture(projections[k], &copies[k].z);
+            let mixtures = [mixture(0), mixture(1)];
+            let robot = (&copies[0].controller, &copies[0].start);
+            let loss = (&self.loss, &self.horizon);
+            let mixtures = mixtures.each_ref().map(Vec::as_slice);
+            let losses = self.task.losses(&mixtures, robot, loss);
+            [losses[0].0, losses[1].0]
+        })
+    }
+
+    /// Eight plain rollouts from other starts: their mean loss.
+    pub fn rollouts(&self) -> f64 {
+        let mixture = self.case.mixture(self.case.projection, &self.inputs.z);
+        self.mean_loss(&mixture, &self.inputs.controller)
+    }
+
+    /// The mean loss of eight rollouts from other starts, and its gradient.
+    pub fn mean_gradient(&self, blocks: [bool; 7]) -> (f64, Vec<f64>) {
+        self.inputs.differentiate(blocks, |inputs| {
+            self.mean_loss(&self.mixture(inputs), &inputs.controller)
+        })
+    }
+
+    fn mean_loss<R: Real>(&self, mixture: &[[R; 3]], controller: &Controller<R>) -> R {
+        let span = self.span();
+        let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
+        let starts: Vec<&State<R>> = starts.iter().collect();
+        let robots = (controller, &starts[..]);
+        let all = self.task.rollout_many(&[mixture], robots, &span);
+        let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
+        R::sum(&losses) * R::lit(1.0 / f64::from(STARTS))
+    }
+
+    /// The mixture that gradients are of: that of a frozen layout is its design vectors.
+    fn mixture<R: Real>(&self, inputs: &Inputs<R>) -> Vec<[R; 3]> {
+        match self.case.frozen {
+            Some(_) => inputs.z.clone(),
+            None => self.case.mixture(self.case.projection, &inputs.z),
+        }
+    }
+
+    fn gradient_over<R: Real>(&self, blocks: [bool; 7], horizon: &Horizon) -> (R, Vec<R>) {
+        self.inputs.lift().differentiate(blocks, |inputs| {
+            let (mixture, robot) = (self.mixture(inputs), (&inputs.controller, &inputs.start));
+            self.task.loss(&mixture, robot, (&self.loss, horizon)).0
+        })
+    }
+
+    /// Times of the rollout and of its gradients by design and controller.
+    fn times<R: Real>(&self) -> [Duration; 3] {
+        [
+            timed(|| self.rollout::<R>()),
+            timed(|| self.gradient::<R>(DESIGN)),
+            timed(|| self.gradient::<R>(CONTROLLER)),
+        ]
+    }
+
+    /// The same for eight starts together, for each of them.
+    fn times_of_eight(&self) -> [Duration; 3] {
+        let all = [
+            timed(|| self.rollouts()),
+            timed(|| self.mean_gradient(DESIGN)),
+            timed(|| self.mean_gradient(CONTROLLER)),
+        ];
+        all.map(|time| time / STARTS)
+    }
+
+    /// What gradients in f32 are worth over so many steps.
+    fn single_error(&self, steps: usize, settings: &GradientSettings) -> GradientError {
+        let horizon = Horizon {
+            steps: steps.min(self.case.physics.steps),
+            cotangent_bound: settings.cotangent_bound.map(|norm| CotangentBound {
+                norm,
+                every: settings.cotangent_every,
+            }),
+            ..self.horizon
+        };
+        let error = |blocks| {
+            let (_, double) = self.gradient_over::<f64>(blocks, &horizon);
+            let (_, single) = self.gradient_over::<f32>(blocks, &horizon);
+            let pairs = double.iter().zip(&single);
+            let off: f64 = pairs.map(|(d, &s)| (f64::from(s) - d).powi(2)).sum();
+            let length: f64 = double.iter().map(|d| d * d).sum();
+            match off == 0.0 {
+                true => 0.0,
+                false => (off / length).sqrt(),
+            }
+        };
+        GradientError {
+            steps: horizon.steps,
+            design: error(DESIGN),
+            controller: error(CONTROLLER),
+        }
+    }
+}
+
+/// `W2 (W1 x)`, of the shapes that a controller runs with: all positions and velocities to
+/// hidden units to edges.
+#[derive(Clone, Copy, Debug)]
+pub struct TwoMatvecs {
+    inputs: usize,
+    hidden: usize,
+    edges: usize,
+}
+
+impl TwoMatvecs {
+    /// Of the shapes of a case.
+    pub fn new(case: &Case) -> Self {
+        Self {
+            inputs: 4 * case.lattice.nodes(),
+            hidden: case.controller.hidden,
+            edges: case.lattice.edges.len(),
+        }
+    }
+
+    /// Computes them so many times; returns the vector that was put in.
+    pub fn run(self, steps: usize) -> Vec<f64> {
+        let Self {
+            inputs,
+            hidden,
+            edges,
+        } = self;
+        let rollout = Rollout::new(self, steps);
+        let numbers = |count: usize| vec![0.1; count];
+        let parameters = [hidden * inputs, hidden, edges * hidden, edges].map(numbers);
+        rollout.run(&numbers(inputs), &parameters.each_ref().map(Vec::as_slice))
+    }
+}
+
+impl Model for TwoMatvecs {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        let (w1, b1) = (p.matrix(self.hidden, self.inputs), p.parameter(self.hidden));
+        let (w2, b2) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
+        let x = p.state(self.inputs);
+        let hidden = p.dense(w1, &[x], b1);
+        p.dense(w2, &[hidden], b2);
+        p.advance(x, x);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::{Subject, measure};
+    use cosmic::case::Case;
+    use cosmic::gradient::DESIGN;
+    use cosmic::scene::Scene;
+
+    #[test]
+    fn every_figure_is_a_time() {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+        scene.physics.steps = 64;
+        let case = Case::of_scene(&scene, 0).unwrap();
+        scene.schedule.horizon = [32, 64];
+        let speed = measure(&case, &scene);
+        assert_eq!(speed.steps, 64);
+        for times in [
+            speed.double,
+            speed.single,
+            speed.one_hot_double,
+            speed.one_hot_single,
+            speed.eight_starts,
+        ] {
+            assert!(times.rollout > 0.0 && times.value_and_design_gradient > times.rollout);
+        }
+        assert!(speed.two_matvecs > 0.0);
+        assert!(speed.own_materials.iter().all(|&time| time > 0.0) && speed.two_designs > 0.0);
+        let [short, long] = speed.single_errors;
+        assert_eq!([short.steps, long.steps], [32, 64]);
+        for error in [long.design, long.controller] {
+            // Some ten roundings of 6e-8 a step, and the same gradient in f64 would be equal.
+            assert!(error > 0.0 && error < 1e-4, "{error}");
+        }
+    }
+
+    #[test]
+    fn the_gradient_by_own_materials_is_part_of_that_by_the_mixture() {
+        let mut scene = Scene::load("baseline_tall").unwrap();
+        scene.physics.steps = 64;
+        let case = Case::of_scene(&scene, 0).unwrap();
+        let subject = Subject::new(&case, &scene.loss);
+        let (value, all) = subject.gradient::<f64>(DESIGN);
+        let (same, own) = subject.own_gradient::<f64>();
+        assert_eq!(value, same);
+        for ((own, all), share) in own.iter().zip(&all).zip(case.z.as_flattened()) {
+            // The sums of a node's forces are the same; those of a weight are gone.
+            let expected = if *share == 0.0 { 0.0 } else { *all };
+            assert_relative_eq!(*own, expected, max_relative = 1e-9);
+        }
+        assert!(own.iter().any(|&bar| bar != 0.0));
+    }
+}

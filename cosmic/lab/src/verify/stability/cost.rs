@@ -1,0 +1,60 @@
+//! What the guard costs.
+
+use crate::verify::clock::timed;
+use crate::verify::probe::median;
+use cosmic::case::Case;
+use cosmic::simulator::Span;
+
+/// Times that both rollouts are measured.
+const REPEATS: usize = 300;
+/// Steps of a measured rollout, at most.
+const STEPS: usize = 4096;
+
+/// Processor time of one thread.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuardCost {
+    /// Microseconds a step of a plain rollout, the least of many.
+    pub plain: f64,
+    /// Of a guarded one, likewise.
+    pub guarded: f64,
+    /// What the guard adds, as a share of the plain rollout: the median over neighbouring pairs,
+    /// which a machine that is now faster and now slower does not bend.
+    pub share: f64,
+}
+
+/// Measures a case's rollout with and without the guard, by turns: what disturbs the machine
+/// disturbs both.
+pub fn guard_cost(case: &Case) -> GuardCost {
+    let mut case = case.clone();
+    case.physics.steps = case.physics.steps.clamp(1, STEPS);
+    let task = case.task();
+    let mixture = case.own_mixture();
+    let robot = (&case.controller, &case.start);
+    let end = Span::from_start(vec![case.physics.steps]);
+    let plain = || timed(|| task.rollout(&mixture, robot, &end)).as_secs_f64();
+    let guarded = || timed(|| task.guarded(&mixture, robot, &end)).as_secs_f64();
+    let mut pairs: Vec<[f64; 2]> = Vec::new();
+    for k in 0..REPEATS {
+        // By turns, and each as often first: what one leaves in the cache is to nobody's favour.
+        pairs.push(match k % 2 {
+            0 => [plain(), guarded()],
+            _ => {
+                let second = guarded();
+                [plain(), second]
+            }
+        });
+    }
+    let least = |k: usize| {
+        pairs
+            .iter()
+            .map(|pair| pair[k])
+            .fold(f64::INFINITY, f64::min)
+    };
+    let per_step = 1e6 / case.physics.steps as f64;
+    let ratios = pairs.iter().map(|[plain, guarded]| guarded / plain);
+    GuardCost {
+        plain: least(0) * per_step,
+        guarded: least(1) * per_step,
+        share: median(ratios) - 1.0,
+    }
+}

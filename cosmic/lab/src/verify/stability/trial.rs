@@ -1,0 +1,202 @@
+//! One robot and one time step, tried.
+
+use crate::verify::probe::most;
+use cosmic::case::Case;
+use cosmic::lattice::State;
+use cosmic::projection::Body;
+use cosmic::random::{Purpose, stream, symmetric};
+use cosmic::simulator::stability::stable_step;
+use cosmic::simulator::{Divergence, Grade, Guarded, Span, Store, length};
+
+/// How far the nodes of a free robot are moved at the start, as a share of its shortest edge:
+/// small beside the edges, so that springs answer as linear ones, and large beside the softening
+/// of their length (D4) and all roundings.
+const MOVED: f64 = 1e-6;
+/// Growth of a free robot's energy that no stable step shows. A step keeps an energy that differs
+/// from the true one; at the share `s` of the limit the true one swings by `1 / (1 - s^2)`, ten
+/// times at 0.95, and the springs' first lengthening counts for as much again.
+const ENERGY: f64 = 1e3;
+/// How much faster than anything that drives it a stable robot may get.
+const SPEED: f64 = 10.0;
+
+/// What a robot is surrounded by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum World {
+    /// No ground, gravity or actuation: its energy is that of its vibrations, and is watched.
+    Free,
+    /// All that its case has: it must not get faster than what drives it could make it.
+    Driven,
+}
+
+/// A robot with a time step.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// What is extreme.
+    pub group: &'static str,
+    /// What of it this is.
+    pub what: String,
+    /// The robot.
+    pub case: Case,
+    /// What it is surrounded by.
+    pub world: World,
+    /// The robot's largest frequency at rest, 1/s.
+    pub frequency: f64,
+}
+
+/// What became of a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    /// Nothing grew.
+    Bounded,
+    /// Its energy, or its speed, grew by more than any stable step lets it.
+    Grew,
+    /// The guard found an absurd state.
+    Diverged(Box<Divergence>),
+}
+
+/// What was expected of a trial, and what came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// As in the trial.
+    pub group: &'static str,
+    /// As in the trial.
+    pub what: String,
+    /// Nodes of the lattice.
+    pub nodes: usize,
+    /// The time step, s.
+    pub dt: f64,
+    /// The smallest unstable time step by the bound, s; infinite where nothing vibrates.
+    pub bound: f64,
+    /// The smallest unstable time step by the largest frequency, s.
+    pub limit: f64,
+    /// What the check of the time step says beforehand.
+    pub grade: Grade,
+    /// What happened.
+    pub outcome: Outcome,
+    /// The most energy over that of the start, for a free robot; else the highest speed over the
+    /// highest that it may have.
+    pub growth: f64,
+    /// Whether a number was not finite although no divergence was found.
+    pub unannounced: bool,
+}
+
+impl Found {
+    /// Whether the time step is below the limit.
+    pub fn expected_stable(&self) -> bool {
+        self.dt < self.limit
+    }
+
+    /// Whether the program said so: of instability by the check of the time step or by the guard.
+    pub fn is_announced(&self) -> bool {
+        self.grade == Grade::Unstable || matches!(self.outcome, Outcome::Diverged(_))
+    }
+
+    /// Whether all is as it should be.
+    pub fn is_ok(&self) -> bool {
+        let as_expected = match self.expected_stable() {
+            true => self.outcome == Outcome::Bounded && self.grade != Grade::Unstable,
+            false => self.outcome != Outcome::Bounded && self.grade == Grade::Unstable,
+        };
+        as_expected && !self.unannounced
+    }
+}
+
+impl Trial {
+    /// Runs it.
+    pub fn run(&self) -> Found {
+        let case = self.prepared();
+        let (task, mixture) = (case.task(), case.own_mixture());
+        let body = task.body(&mixture);
+        // About the lattice at rest, wherever its nodes start.
+        let check = task.step_check(&mixture, &case.lattice.positions, 1.0);
+        let span = Span::from_start((0..=case.physics.steps).collect());
+        let guarded = task.guarded(&mixture, (&case.controller, &case.start), &span);
+        let growth = match self.world {
+            World::Free => energy_growth(&case, &body, &guarded),
+            World::Driven => speed_growth(&case, self.frequency, &guarded),
+        };
+        let finite = guarded.trajectory.states.iter().all(is_finite);
+        let unannounced = !finite && guarded.divergence.is_none();
+        let outcome = match guarded.divergence {
+            Some(divergence) => Outcome::Diverged(Box::new(divergence)),
+            // A growth that is no number is one.
+            None if growth < 1.0 => Outcome::Bounded,
+            None => Outcome::Grew,
+        };
+        Found {
+            group: self.group,
+            what: self.what.clone(),
+            nodes: case.lattice.nodes(),
+            dt: case.physics.dt,
+            bound: check.bound.dt.unwrap_or(f64::INFINITY),
+            limit: stable_step(&case.physics, self.frequency),
+            grade: check.grade(),
+            outcome,
+            growth,
+            unannounced,
+        }
+    }
+
+    /// The case as it is run: a free robot silenced, lifted off and given a push.
+    fn prepared(&self) -> Case {
+        if self.world == World::Driven {
+            return self.case.clone();
+        }
+        let mut case = silent(&self.case);
+        case.physics.gravity = 0.0;
+        // Far below, and not so far that the sum with a height would lose its digits.
+        case.physics.ground_height = -1e3 * reach(&case);
+        let shortest = case.lattice.rest_length.iter().copied();
+        let limit = MOVED * shortest.fold(f64::INFINITY, f64::min);
+        let mut stream = stream(0, Purpose::Verification);
+        for x in case.start.x.as_flattened_mut() {
+            *x += symmetric(&mut stream, limit);
+        }
+        case
+    }
+}
+
+/// A case whose actuators have no stroke: springs that stiffen are no stiffer for it either.
+pub(super) fn silent(case: &Case) -> Case {
+    let mut case = case.clone();
+    case.materials.max_strain = [0.0; 3];
+    case.controller = case.controller.map(|_| 0.0);
+    case
+}
+
+/// The longest rest length, m.
+fn reach(case: &Case) -> f64 {
+    case.lattice.rest_length.iter().copied().fold(0.0, f64::max)
+}
+
+fn is_finite(state: &State<f64>) -> bool {
+    let numbers = [&state.x, &state.v];
+    let mut numbers = numbers.into_iter().flat_map(|points| points.as_flattened());
+    numbers.all(|c| c.is_finite())
+}
+
+/// The most energy of any state over that of the first, in units of [`ENERGY`].
+fn energy_growth(case: &Case, body: &Body<f64>, guarded: &Guarded) -> f64 {
+    let store = Store::new(&case.lattice, &case.physics, body);
+    let states = guarded.trajectory.states.iter();
+    most(states.map(|state| store.energy(state))) / (ENERGY * store.energy(&case.start))
+}
+
+/// The highest speed of any node over the highest it may have: [`SPEED`] times what gravity adds
+/// in the whole time, and what the fastest vibration makes of an actuator's stroke and of how far
+/// the edges are from rest at the start.
+fn speed_growth(case: &Case, frequency: f64, guarded: &Guarded) -> f64 {
+    let physics = &case.physics;
+    let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
+    let strain = case.materials.max_strain.into_iter().fold(0.0, f64::max);
+    let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
+    let off_rest = edges.map(|(&edge, rest)| (length(&case.start.x, edge) - rest).abs());
+    let stroke = strain * reach(case) + off_rest.fold(0.0, f64::max);
+    let states = guarded.trajectory.states.iter();
+    let speeds = states.flat_map(|s| s.v.iter().map(|v| v[0].hypot(v[1])));
+    match most(speeds) {
+        // Of what nothing moves.
+        0.0 => 0.0,
+        speed => speed / (SPEED * (fall + stroke * frequency)),
+    }
+}

@@ -1,0 +1,177 @@
+//! What the void edges of a layout do to a robot, and what leaving them out changes.
+
+use super::clock::timed;
+use super::probe::Probe;
+use cosmic::case::Case;
+use cosmic::design::Material;
+use cosmic::lattice::State;
+use cosmic::projection::Body;
+use cosmic::scene::{PhysicsSettings, VoidEdges};
+use cosmic::simulator::{Simulator, Span, Spare};
+
+/// Starts that run together, and how far they are moved apart, m.
+const EIGHT: usize = 8;
+const MOVED: f64 = 1e-9;
+
+/// The void edges of a one-hot layout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Voids {
+    /// How many edges are void.
+    pub edges: usize,
+    /// Whether steps leave them out: where the scene drops them, and where they have no stiffness.
+    pub dropped: bool,
+    /// Registers full of edges that a step in f64 goes through on this machine: with all edges,
+    /// and without the void ones.
+    pub registers: [usize; 2],
+    /// What all void edges of one node pull it with at most for every metre that they are
+    /// stretched or compressed, N/m.
+    pub force: f64,
+    /// The bounds at the nodes that a solid edge holds, where there are any.
+    pub body: Option<Pull>,
+    /// The bounds at the nodes that hang on void edges alone, where there are any.
+    pub detached: Option<Pull>,
+    /// Microseconds a step that are saved without them: of a single rollout, and of each of eight
+    /// that run together; where they were measured.
+    pub saving: Option<[f64; 2]>,
+}
+
+/// A bound on what void edges do to nodes, for every metre that they are stretched or compressed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pull {
+    /// On the acceleration, 1/s2.
+    pub acceleration: f64,
+    /// On how far a node gets within the whole rollout, m/m: twice the way from rest under that
+    /// acceleration and the scene's damping, because what is joined to others swings about the way
+    /// that it would go alone. It holds while the motion does not multiply a small change, as a
+    /// chaotic gait does in the long run.
+    pub displacement: f64,
+}
+
+impl Voids {
+    /// Of a case's layout; `None` for a mixture, of which no edge is void.
+    pub fn of(case: &Case) -> Option<Self> {
+        let materials = case.frozen.as_ref()?;
+        let is_void = |edge: usize| materials[edge] == Material::Void;
+        let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| body(case, choice));
+        let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
+        let mut pull = vec![0.0; case.lattice.nodes()];
+        let mut is_held = vec![false; case.lattice.nodes()];
+        for (edge, nodes) in case.lattice.edges.iter().enumerate() {
+            for &node in nodes {
+                match is_void(edge) {
+                    true => pull[node] += kept.stiffness[edge],
+                    false => is_held[node] = true,
+                }
+            }
+        }
+        let way = way_per_acceleration(&case.physics);
+        let bound = |held: bool| {
+            let nodes = (0..pull.len()).filter(|&node| is_held[node] == held);
+            let most = nodes.map(|node| pull[node] / kept.mass[node]);
+            most.reduce(f64::max).map(|acceleration| Pull {
+                acceleration,
+                displacement: 2.0 * acceleration * way,
+            })
+        };
+        Some(Self {
+            edges: (0..materials.len()).filter(|&edge| is_void(edge)).count(),
+            dropped: case.physics.void_edges == VoidEdges::Drop
+                || case.materials.stiffness[Material::Void as usize] == 0.0,
+            registers: [
+                simulator.edge_registers(&Body {
+                    stiffness: vec![1.0; kept.stiffness.len()],
+                    ..kept.clone()
+                }),
+                simulator.edge_registers(&dropped),
+            ],
+            force: pull.iter().copied().fold(0.0, f64::max),
+            body: bound(true),
+            detached: bound(false),
+            saving: None,
+        })
+    }
+
+    /// A simulator and a body of which steps leave the void edges out if the case's do not, and the
+    /// other way round.
+    pub(super) fn turned_over(&self, case: &Case, simulator: Simulator) -> (Simulator, Body<f64>) {
+        match self.dropped {
+            true => (simulator.keeping(Spare::Edges), body(case, VoidEdges::Keep)),
+            false => (simulator, body(case, VoidEdges::Drop)),
+        }
+    }
+}
+
+/// Microseconds a step that each of eight rollouts of so many steps, which run together, saves
+/// without void edges; the least of so many rounds.
+pub(super) fn saving_of_eight(
+    case: &Case,
+    simulator: &Simulator,
+    [steps, rounds]: [usize; 2],
+) -> f64 {
+    let starts = Probe::new(case).moved_starts(EIGHT, MOVED);
+    let starts: Vec<&State<f64>> = starts.iter().collect();
+    let span = Span::from_start(vec![steps]);
+    let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| body(case, choice));
+    let mut ways = [
+        (simulator.keeping(Spare::Edges), kept, f64::INFINITY),
+        (simulator.clone(), dropped, f64::INFINITY),
+    ];
+    for _ in 0..rounds {
+        for (simulator, body, least) in &mut ways {
+            let robots = (std::slice::from_ref(&*body), &case.controller);
+            let time = timed(|| simulator.rollout_many(robots, &starts, &span));
+            *least = least.min(time.as_secs_f64() * 1e6 / (steps * EIGHT) as f64);
+        }
+    }
+    let [(.., kept), (.., dropped)] = ways;
+    (kept - dropped).max(0.0)
+}
+
+/// The body of a case, its void edges kept or dropped.
+fn body(case: &Case, void_edges: VoidEdges) -> Body<f64> {
+    let physics = PhysicsSettings {
+        void_edges,
+        ..case.physics.clone()
+    };
+    Body::new(
+        &case.own_mixture(),
+        &case.lattice,
+        &case.materials,
+        &physics,
+    )
+}
+
+/// How far a whole rollout carries a node from rest for every unit of a constant acceleration, s2.
+fn way_per_acceleration(physics: &PhysicsSettings) -> f64 {
+    let h = physics.dt / physics.substeps as f64;
+    let decay = (-physics.damping * h).exp();
+    let (mut speed, mut way) = (0.0, 0.0);
+    for _ in 0..physics.steps * physics.substeps {
+        speed = decay * speed + h;
+        way += h * speed;
+    }
+    way
+}
+
+#[cfg(test)]
+mod tests {
+    use super::way_per_acceleration;
+    use cosmic::scene::PhysicsSettings;
+
+    #[test]
+    fn the_way_is_that_of_free_fall_and_of_a_fall_through_syrup() {
+        let way = |damping: f64, substeps: usize| {
+            way_per_acceleration(&PhysicsSettings {
+                damping,
+                substeps,
+                ..PhysicsSettings::default()
+            })
+        };
+        let time = 0.002 * 8192.0;
+        // A first-order step is off by half a step in time: 1e-4 of the way, or less.
+        assert!((way(0.0, 1) / (0.5 * time * time) - 1.0).abs() < 2e-4);
+        // The speed it falls with in the end is g / damping, within h damping / 2 = 2 %.
+        assert!((way(20.0, 1) / (time / 20.0) - 1.0).abs() < 0.025);
+        assert!((way(20.0, 64) / (time / 20.0) - 1.0).abs() < 0.005);
+    }
+}

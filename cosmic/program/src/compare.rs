@@ -1,0 +1,30 @@
+//! `cosmic compare`.
+
+use crate::print;
+use clap::Args;
+use cosmic::error::Result;
+use cosmic::record::files::write_atomic;
+use cosmic_lab::report::Comparison;
+use std::path::PathBuf;
+
+/// Show the summaries of finished runs side by side
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The runs' folders
+    #[arg(value_name = "RUN", required = true)]
+    runs: Vec<PathBuf>,
+    /// Write a page of HTML to this file as well
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        let comparison = Comparison::read(&self.runs)?;
+        if let Some(path) = &self.out {
+            let page = comparison.to_html();
+            write_atomic(path, |file| file.write_all(page.as_bytes()))?;
+        }
+        print(&comparison.to_text())
+    }
+}

@@ -1,0 +1,96 @@
+//! `cosmic evaluate`.
+
+use crate::source::Source;
+use crate::{note, print, see_again};
+use clap::Args;
+use cosmic::case::{Case, Results};
+use cosmic::error::{Error, Result};
+use cosmic::record::files::write_atomic;
+use std::path::{Path, PathBuf};
+
+/// The file in which a divergence is kept.
+const DIVERGED: &str = "diverged.json";
+
+/// Run one robot, and print what comes of it as JSON
+///
+/// Where it flies apart (exit code 3), its last states go into diverged.json, beside the file of
+/// --out or else in the current folder, in place of any file of that name.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// A reference case, a run's folder or design.json (with its scene.toml beside it), a scene
+    /// file, or a built-in scene
+    #[arg(value_name = "FILE")]
+    file: String,
+    /// Add the exact gradients
+    #[arg(long)]
+    gradient: bool,
+    /// Steps whose states are written; without it those that the file lists, else 0, 1, 2, 3 and
+    /// the last
+    #[arg(long, value_name = "STEPS", value_delimiter = ',')]
+    record: Vec<usize>,
+    /// Write to this file in place of standard output
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        self.check_out()?;
+        let case = Source::find(&self.file)?.case()?;
+        let results = case.evaluate(self.gradient, &self.record)?;
+        let text = results.to_json() + "\n";
+        match &self.out {
+            Some(path) => write_atomic(path, |file| file.write_all(text.as_bytes()))?,
+            None => print(&text)?,
+        }
+        self.judge(&case, &results)
+    }
+
+    /// Refuses the one name under which results would not last.
+    fn check_out(&self) -> Result<()> {
+        let name = self.out.as_deref().and_then(Path::file_name);
+        match name.is_some_and(|name| name.eq_ignore_ascii_case(DIVERGED)) {
+            false => Ok(()),
+            true => Err(Error::Usage(format!(
+                "--out: {DIVERGED} is where the last states go of a robot that flies apart; the \
+                 results take any other name"
+            ))),
+        }
+    }
+
+    /// Says what is wrong with results that are no numbers, or of a robot that flew apart.
+    fn judge(&self, case: &Case, results: &Results) -> Result<()> {
+        let names = results.not_finite();
+        let Some(divergence) = &results.divergence else {
+            if names.is_empty() {
+                return Ok(());
+            }
+            let is_lost = names.iter().any(|name| name.starts_with("grad_l_disp."));
+            let overflow = is_lost.then(|| case.overflow()).flatten();
+            let cause = overflow.map(|overflow| overflow.to_string());
+            return Err(Error::NotFinite { names, cause });
+        };
+        if !names.is_empty() {
+            note(&format!(
+                "not finite, written as null: {}",
+                names.join(", ")
+            ));
+        }
+        let text = case.diverged_json(divergence) + "\n";
+        let path = self.beside(DIVERGED);
+        match write_atomic(&path, |file| file.write_all(text.as_bytes())) {
+            Ok(()) => note(&see_again(&path)),
+            // That it diverged is the graver news, and still to come.
+            Err(error) => note(&format!("the last states are lost: {error}")),
+        }
+        Err(Error::from(divergence))
+    }
+
+    /// A file in the folder of the results, or in the current one; that of a pipe or a device is
+    /// no place for it.
+    fn beside(&self, name: &str) -> PathBuf {
+        let file = self.out.as_deref().filter(|out| out.is_file());
+        let folder = file.and_then(Path::parent);
+        folder.map_or_else(|| name.into(), |folder| folder.join(name))
+    }
+}

@@ -1,0 +1,446 @@
+//! `cosmic explain`.
+
+use crate::source::Source;
+use crate::{print, print_json};
+use clap::Args;
+use cosmic::case::Case;
+use cosmic::error::Result;
+use cosmic::scene::{Contact, Integrator};
+use cosmic::simulator::rounded_down;
+use cosmic::simulator::stability::{Vibration, bound_of_any_design, stable_step};
+use cosmic_lab::verify::{
+    GradientError, Plan, Pull, Speed, Term, Times, Voids, measure, peak_memory,
+};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+/// Say what a rollout consists of, its stable time step, and what a step costs here
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
+    #[arg(value_name = "SCENE", default_value = "stability")]
+    source: String,
+    /// Measure microseconds per step over 4096 steps, or as many as the rollout has: processor time
+    /// of this thread, the least of several repeats
+    #[arg(long)]
+    measure: bool,
+    /// Write JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        let source = Source::find(&self.source)?;
+        let case = source.case()?;
+        let rollout = RolloutFacts::new(&case);
+        // A scene has a loss and horizons of its own; for a case they are the default scene's.
+        let scene = source.scene()?.unwrap_or_default();
+        let speed = self.measure.then(|| measure(&case, &scene));
+        let plan = match self.measure {
+            true => Plan::measured(&case, &scene.loss),
+            false => Plan::of(&case),
+        };
+        if !self.json {
+            let speed = speed.map_or(String::new(), |speed| speed_text(&speed));
+            let voids = plan.voids.as_ref().map_or(String::new(), voids_text);
+            let (rollout, plan) = (rollout.text(), plan_text(&plan));
+            return print(&format!("{}\n{rollout}{plan}{voids}{speed}", self.source));
+        }
+        let mut value = json!({
+            "source": self.source,
+            "rollout": rollout,
+            "plan": plan_json(&plan),
+        });
+        if let Some(voids) = &plan.voids {
+            value["void_edges"] = voids_json(voids);
+        }
+        if let Some(speed) = speed {
+            value["measured"] = speed_json(&speed);
+        }
+        print_json(&value)
+    }
+}
+
+/// What there is to say of a rollout.
+#[derive(Serialize)]
+struct RolloutFacts {
+    columns: usize,
+    rows: usize,
+    nodes: usize,
+    edges: usize,
+    steps: usize,
+    dt: f64,
+    integrator: Integrator,
+    substeps: usize,
+    contact: Contact,
+    /// Coefficient of Coulomb friction, where that is the contact law.
+    friction: Option<f64>,
+    /// Cubic coefficient of the springs, 1/m2; 0 for Hooke's law.
+    stiffening: f64,
+    /// Radius of gyration of the bars' section, m; 0 where they bend freely.
+    bending_radius: f64,
+    incline_deg: f64,
+    gravity: f64,
+    damping: f64,
+    /// Observation, hidden units and activations.
+    controller: [usize; 3],
+    /// Whether every edge has one material exactly.
+    layout: bool,
+    stable_dt: StableStep,
+}
+
+/// Time steps, s, below which the starting design at rest does not ring.
+#[derive(Serialize)]
+struct StableStep {
+    /// From the largest frequency itself.
+    exact: f64,
+    /// From a bound on it that is cheap and safe.
+    bound: f64,
+    /// From a bound on the frequencies of every design of the lattice.
+    any_design: f64,
+    /// Largest angular frequency, 1/s.
+    largest_frequency: f64,
+}
+
+impl RolloutFacts {
+    fn new(case: &Case) -> Self {
+        let Case {
+            lattice,
+            physics,
+            controller,
+            ..
+        } = case;
+        let body = case.body();
+        let vibration = Vibration::new(lattice, &body, physics, &case.start.x);
+        let largest_frequency = vibration.largest_frequency();
+        Self {
+            columns: lattice.columns,
+            rows: lattice.rows,
+            nodes: lattice.nodes(),
+            edges: lattice.edges.len(),
+            steps: physics.steps,
+            dt: physics.dt,
+            integrator: physics.integrator,
+            substeps: physics.substeps,
+            contact: physics.contact,
+            friction: (physics.contact == Contact::Coulomb).then_some(physics.friction),
+            stiffening: physics.stiffening,
+            bending_radius: physics.bending_radius,
+            incline_deg: physics.incline_deg,
+            gravity: physics.gravity,
+            damping: physics.damping,
+            controller: [controller.inputs, controller.hidden, controller.edges()],
+            layout: case.frozen.is_some(),
+            stable_dt: StableStep {
+                exact: stable_step(physics, largest_frequency),
+                bound: stable_step(physics, vibration.edge_bound()),
+                any_design: stable_step(
+                    physics,
+                    bound_of_any_design(lattice, &case.materials, physics),
+                ),
+                largest_frequency,
+            },
+        }
+    }
+
+    fn text(&self) -> String {
+        let design = match self.layout {
+            true => "a layout, one material per edge",
+            false => "a mixture of materials per edge",
+        };
+        let Self {
+            columns,
+            rows,
+            nodes,
+            edges,
+            steps,
+            dt,
+            ..
+        } = self;
+        let [inputs, hidden, outputs] = self.controller;
+        let lines = [
+            (
+                "lattice",
+                format!("{columns}x{rows}, {nodes} nodes, {edges} edges"),
+            ),
+            ("design", design.to_owned()),
+            (
+                "controller",
+                format!("{inputs} observed numbers, {hidden} hidden units, {outputs} activations"),
+            ),
+            (
+                "world",
+                format!(
+                    "gravity {} m/s2, damping {} 1/s",
+                    self.gravity, self.damping
+                ),
+            ),
+            ("springs", self.springs_text()),
+            ("ground", self.ground_text()),
+            ("contact", self.contact_text()),
+            (
+                "steps",
+                format!("{steps} of {dt} s, {} s in all", *steps as f64 * dt),
+            ),
+            ("integrator", self.integrator_text()),
+            ("stable step", self.stable_text()),
+        ];
+        lines
+            .iter()
+            .map(|(name, says)| format!("  {name:<12} {says}\n"))
+            .collect()
+    }
+
+    fn springs_text(&self) -> String {
+        let law = match self.stiffening {
+            0.0 => "Hooke's law".to_owned(),
+            cubic => format!(
+                "k (e + {cubic} e^3); the stable step has them off by their actuators' strokes"
+            ),
+        };
+        match self.bending_radius {
+            0.0 => format!("{law}; bars bend freely at nodes"),
+            radius => format!("{law}; bars in line resist bending, radius of gyration {radius} m"),
+        }
+    }
+
+    fn ground_text(&self) -> String {
+        match self.incline_deg {
+            0.0 => "flat".to_owned(),
+            angle => format!("inclined by {angle} degrees; all is computed in its frame"),
+        }
+    }
+
+    fn contact_text(&self) -> String {
+        match (self.contact, self.friction) {
+            (Contact::None, _) => "none: there is no ground".to_owned(),
+            (_, Some(friction)) => format!("Coulomb friction, coefficient {friction}"),
+            _ => "infinite friction: a node stops where it touches".to_owned(),
+        }
+    }
+
+    fn integrator_text(&self) -> String {
+        let name = match self.integrator {
+            Integrator::SymplecticEuler => "symplectic Euler",
+            Integrator::Leapfrog => "leapfrog",
+        };
+        match self.substeps {
+            1 => name.to_owned(),
+            substeps => format!("{name}, {substeps} substeps"),
+        }
+    }
+
+    fn stable_text(&self) -> String {
+        let StableStep {
+            exact,
+            bound,
+            any_design,
+            largest_frequency,
+        } = self.stable_dt;
+        let [exact_down, bound, any_design] =
+            [exact, bound, any_design].map(|dt| rounded_down(dt, 4));
+        format!(
+            "below {exact_down} s ({bound} s by the safe bound, {any_design} s whatever the \
+             design), largest frequency {largest_frequency:.2} 1/s; this step is {:.0} % of it",
+            100.0 * self.dt / exact
+        )
+    }
+}
+
+/// The terms, those of a step first that are computed in it.
+fn plan_text(plan: &Plan) -> String {
+    let row = |term: &Term| {
+        let time = match (term.time, plan.step) {
+            (Some(time), Some(step)) if term.kept => {
+                format!("{time:.3} us, {:.0} %", 100.0 * time / step)
+            }
+            (Some(time), _) => format!("saves {time:.3} us"),
+            _ => String::new(),
+        };
+        format!("    {:<24} {:<16} {}\n", term.name, time, term.why)
+    };
+    let rows = |kept: bool| -> String {
+        let terms = plan.terms.iter().filter(|term| term.kept == kept);
+        terms.map(row).collect()
+    };
+    let measured = plan.step.map_or(String::new(), |step| {
+        format!(" ({step:.3} us; what a term costs is what its leaving out saves)")
+    });
+    format!(
+        "  computed in every step{measured}\n{}  left out of it\n{}",
+        rows(true),
+        rows(false)
+    )
+}
+
+/// Times are microseconds a step: the costs of terms that are kept, what is saved without the
+/// others; null where they cannot be turned over, or were not measured.
+fn plan_json(plan: &Plan) -> Value {
+    let term = |term: &Term| {
+        let (cost, saving) = match term.kept {
+            true => (term.time, None),
+            false => (None, term.time),
+        };
+        json!({
+            "term": term.name,
+            "kept": term.kept,
+            "why": term.why,
+            "cost": cost,
+            "share": cost.zip(plan.step).map(|(cost, step)| cost / step),
+            "saving": saving,
+        })
+    };
+    plan.terms.iter().map(term).collect()
+}
+
+/// What the void edges of a layout do, and what is saved without them.
+fn voids_text(voids: &Voids) -> String {
+    let pull = |of: &str, pull: Option<Pull>| {
+        pull.map_or(String::new(), |pull| {
+            format!(
+                "    {of:<24} by {:.1e} m/s2, and in the whole rollout by {:.1e} m\n",
+                pull.acceleration, pull.displacement
+            )
+        })
+    };
+    let saving = voids.saving.map_or(String::new(), |[single, eight]| {
+        let says = if voids.dropped { "saves" } else { "would save" };
+        format!(
+            "    leaving them out {says} {single:.3} us a step, and {eight:.3} us in each of eight \
+             starts that run together\n"
+        )
+    });
+    format!(
+        "  void edges pull a node with {:.1e} N at most for every metre that they are stretched, \
+         which moves\n{}{}    for as long as the motion does not multiply small changes: cosmic \
+         verify --accuracy\n{saving}",
+        voids.force,
+        pull("nodes of the body", voids.body),
+        pull("detached nodes", voids.detached),
+    )
+}
+
+/// Bounds are for every metre that void edges are stretched; times are microseconds a step, null
+/// where they were not measured.
+fn voids_json(voids: &Voids) -> Value {
+    let pull = |pull: Option<Pull>| {
+        pull.map(|pull| {
+            json!({
+                "acceleration": pull.acceleration,
+                "displacement": pull.displacement,
+            })
+        })
+    };
+    json!({
+        "edges": voids.edges,
+        "dropped": voids.dropped,
+        "registers": voids.registers[0],
+        "registers_without": voids.registers[1],
+        "force": voids.force,
+        "body": pull(voids.body),
+        "detached": pull(voids.detached),
+        "saving": voids.saving.map(|[single, _]| single),
+        "saving_of_eight": voids.saving.map(|[_, eight]| eight),
+    })
+}
+
+/// The sets of times: what texts call them, and what their keys begin with.
+fn sets(speed: &Speed) -> [(&'static str, &'static str, Times); 5] {
+    [
+        ("", "", speed.double),
+        ("f32, ", "f32_", speed.single),
+        ("one-hot, ", "one_hot_", speed.one_hot_double),
+        ("one-hot f32, ", "one_hot_f32_", speed.one_hot_single),
+        ("one of eight, ", "eight_starts_", speed.eight_starts),
+    ]
+}
+
+/// The times of a set by their keys.
+fn figures(times: &Times) -> [(&'static str, f64); 3] {
+    [
+        ("rollout", times.rollout),
+        ("value_and_design_gradient", times.value_and_design_gradient),
+        (
+            "value_and_controller_gradient",
+            times.value_and_controller_gradient,
+        ),
+    ]
+}
+
+fn speed_text(speed: &Speed) -> String {
+    let row = |name: &str, time: f64| {
+        let ratio = time / speed.double.rollout;
+        format!("  {name:<43} {time:>8.3} us a step, {ratio:>5.2} rollouts\n")
+    };
+    let rows = sets(speed).map(|(name, _, times)| {
+        figures(&times)
+            .map(|(what, time)| row(&format!("{name}{}", what.replace('_', " ")), time))
+            .concat()
+    });
+    let own = ["one-hot", "one-hot f32"].map(|name| format!("{name}, by its own materials"));
+    let own = [0, 1].map(|k| row(&own[k], speed.own_materials[k]));
+    let errors = speed.single_errors.map(|error| {
+        let GradientError {
+            steps,
+            design,
+            controller,
+        } = error;
+        if !(design.is_finite() && controller.is_finite()) {
+            return format!("  f32 gradients over {steps} steps: not all are finite\n");
+        }
+        format!(
+            "  f32 gradients over {steps} steps are off by {design:.1e} (design) and \
+             {controller:.1e} (controller) of their length\n"
+        )
+    });
+    let memory = peak_memory().map_or("unknown".to_owned(), |bytes| {
+        format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+    });
+    [
+        format!("measured over {} steps\n", speed.steps),
+        rows.concat(),
+        own.concat(),
+        row("one of two designs, value and gradient", speed.two_designs),
+        row("two bare matrix products", speed.two_matvecs),
+        errors.concat(),
+        format!("  peak memory of the process {memory}\n"),
+    ]
+    .concat()
+}
+
+fn speed_json(speed: &Speed) -> Value {
+    let Times {
+        rollout,
+        value_and_design_gradient: design,
+        value_and_controller_gradient: controller,
+    } = speed.double;
+    let mut value = json!({
+        "steps": speed.steps,
+        "two_matvecs": speed.two_matvecs,
+        "one_hot_own_materials": speed.own_materials[0],
+        "one_hot_f32_own_materials": speed.own_materials[1],
+        "one_of_two_designs": speed.two_designs,
+        "design_ratio": design / rollout,
+        "controller_ratio": controller / rollout,
+        "eight_starts_ratio": speed.eight_starts.rollout / rollout,
+        "rollout_per_two_matvecs": rollout / speed.two_matvecs,
+        "peak_memory_bytes": peak_memory().map_or(json!("unknown"), |bytes| json!(bytes)),
+    });
+    for (_, prefix, times) in sets(speed) {
+        for (key, time) in figures(&times) {
+            value[format!("{prefix}{key}")] = json!(time);
+        }
+    }
+    value["f32_gradient_errors"] = (speed.single_errors)
+        .map(|error| {
+            json!({
+                "steps": error.steps,
+                "design": error.design,
+                "controller": error.controller,
+            })
+        })
+        .to_vec()
+        .into();
+    value
+}

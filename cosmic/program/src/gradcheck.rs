@@ -1,0 +1,74 @@
+//! `cosmic gradcheck`.
+
+use crate::print;
+use crate::source::Source;
+use autodiff::check::Options;
+use clap::Args;
+use cosmic::error::{Error, Result};
+use cosmic::lattice::Ground;
+use cosmic::objective::{Displacement, Objective};
+use cosmic_lab::verify::check_gradients_of;
+
+/// Check the program's own gradient against finite differences and forward mode
+///
+/// The gradient is of the loss of the scene, or of that beside a design; of a case it is of the
+/// payload's displacement after the last step.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
+    #[arg(value_name = "SCENE", default_value = "stability")]
+    source: String,
+    /// Steps of the rollout that is checked, at most; a robot's motion is chaotic, and over
+    /// thousands of steps no finite difference means anything
+    #[arg(long, value_name = "N", default_value_t = 256)]
+    steps: usize,
+    /// Random directions in each group of parameters
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..))]
+    directions: u16,
+    /// Seed of the random directions
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        let source = Source::find(&self.source)?;
+        let mut case = source.case()?;
+        let (loss, of) = match source.scene()? {
+            Some(scene) => (
+                Objective::new(&scene.objective, &scene.loss, &scene.physics),
+                "its scene's loss",
+            ),
+            None => (
+                Objective::Far(Displacement::at_end(Ground::from(&case.physics))),
+                "the displacement",
+            ),
+        };
+        case.physics.steps = self.steps.min(case.physics.steps);
+        if let Some(divergence) = case.divergence() {
+            return Err(Error::from(&divergence));
+        }
+        let options = Options {
+            directions: self.directions.into(),
+            seed: self.seed,
+            // A node that grazes the ground has slopes that hold for less than a nanometre.
+            smallest_step: 1e-12,
+            ..Options::default()
+        };
+        let check = check_gradients_of(&loss, &case, self.steps, &options);
+        let (name, steps) = (&self.source, check.steps);
+        print(&format!(
+            "gradient of {name} over {steps} steps, of {of} (over thousands of steps of a chaotic \
+             motion finite differences mean nothing)\n{check}\n"
+        ))?;
+        let failures = check.failures();
+        if failures.is_empty() {
+            return Ok(());
+        }
+        Err(Error::CheckFailed {
+            what: failures.join(", "),
+            failed: failures.len(),
+            total: check.total(),
+        })
+    }
+}

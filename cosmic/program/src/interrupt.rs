@@ -1,0 +1,35 @@
+//! Ctrl-C, SIGTERM and SIGHUP: the first asks a run to stop, the second stops the process.
+
+use cosmic::error::{Error, Result};
+use std::process;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether the user wants the run to stop.
+#[derive(Clone, Debug)]
+pub(super) struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// Listens from now on.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the system has no place for the listener.
+    pub(super) fn listen() -> Result<Self> {
+        let asked = Arc::new(AtomicBool::new(false));
+        let heard = Arc::clone(&asked);
+        let on_signal = move || {
+            if heard.swap(true, Ordering::Relaxed) {
+                // As good as killed; what was saved last can be resumed.
+                process::exit(75);
+            }
+        };
+        ctrlc::set_handler(on_signal)
+            .map_err(|error| Error::Usage(format!("cannot listen for signals: {error}")))?;
+        Ok(Self(asked))
+    }
+
+    /// Whether it was asked for.
+    pub(super) fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,260 @@
+//! How a run shows itself: a bar in a terminal, a line now and then in a pipe.
+
+use crate::interrupt::Interrupt;
+use crate::{Output, counted, note};
+use cosmic::codesign::Record;
+use cosmic::error::Result;
+use cosmic::record::{Observer, Run};
+use cosmic_lab::sweep::{Ended, Outcome, Overseer, SweepPlan};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+/// Iterations from one line to the next where there is no bar.
+const LINE_EVERY: usize = 10;
+
+/// Where progress goes. Standard output is left to results.
+enum Voice {
+    Silent,
+    Bars(MultiProgress),
+    Lines,
+}
+
+/// Shows runs on standard error, those that are at work, and passes on the user's wish to stop.
+pub(super) struct Progress {
+    voice: Voice,
+    interrupt: Interrupt,
+    /// The runs by their seeds.
+    runs: BTreeMap<u64, Shown>,
+}
+
+/// A run as it is shown.
+struct Shown {
+    bar: Option<ProgressBar>,
+    /// What it is called.
+    title: String,
+    /// The last iteration.
+    last: usize,
+    /// Iterations that earlier processes had done, and since when this one counts.
+    begun: (usize, Instant),
+    /// The last displacement that was measured, m.
+    displacement: Option<f64>,
+    skipped: usize,
+}
+
+impl Progress {
+    pub(super) fn new(output: &Output, interrupt: Interrupt) -> Self {
+        let bars = MultiProgress::new();
+        // Hidden where there is no terminal, or one on which nothing can be drawn twice.
+        let voice = match (output.quiet, bars.is_hidden()) {
+            (true, _) => Voice::Silent,
+            (false, false) => Voice::Bars(bars),
+            (false, true) => Voice::Lines,
+        };
+        Self {
+            voice,
+            interrupt,
+            runs: BTreeMap::new(),
+        }
+    }
+}
+
+impl Shown {
+    fn new(run: &Run, voice: &Voice) -> Self {
+        let plan = run.plan();
+        let (done, last) = (run.progress().iteration, run.last_iteration());
+        let title = format!("{} seed {}", plan.name, plan.seed);
+        let bar = match voice {
+            Voice::Bars(bars) => Some(bars.add(bar(&title, done as u64, last as u64))),
+            Voice::Silent | Voice::Lines => None,
+        };
+        Self {
+            bar,
+            title,
+            last,
+            begun: (done, Instant::now()),
+            displacement: None,
+            skipped: run.progress().skipped,
+        }
+    }
+
+    fn iteration(&mut self, record: &Record, voice: &Voice) {
+        self.displacement = record.displacement.or(self.displacement);
+        self.skipped += record.skipped;
+        let iteration = record.iteration;
+        if let Some(bar) = &self.bar {
+            bar.set_position(iteration as u64);
+            bar.set_message(self.describe(record));
+        }
+        let due = iteration.is_multiple_of(LINE_EVERY) || iteration == self.last;
+        if due && matches!(voice, Voice::Lines) {
+            let (title, last) = (&self.title, self.last);
+            let text = self.describe(record);
+            // A run goes on although nobody reads of it any more.
+            let _ = writeln!(io::stderr(), "{title}  {iteration}/{last}  {text}");
+        }
+    }
+
+    /// Phase, last displacement, volumes and the time left.
+    fn describe(&self, record: &Record) -> String {
+        let phase = record.phase.name().replace('_', " ");
+        let displacement = self
+            .displacement
+            .map_or("- m".to_string(), |x| match x.is_nan() {
+                true => "diverged".to_string(),
+                false => format!("{x:.3} m"),
+            });
+        let (volume, actuators) = (record.volume, record.actuator_volume);
+        let (before, since) = self.begun;
+        let done = (record.iteration - before) as f64;
+        let left = (self.last - record.iteration) as f64;
+        let left = clock(since.elapsed().as_secs_f64() / done * left);
+        let skipped = match self.skipped {
+            0 => String::new(),
+            n => format!("  {} skipped", counted(n, "gradient")),
+        };
+        format!(
+            "{phase}  {displacement}  V {volume:.3}  V_act {actuators:.3}{skipped}  {left} left"
+        )
+    }
+}
+
+impl Observer for Progress {
+    fn begin(&mut self, run: &Run) {
+        let shown = Shown::new(run, &self.voice);
+        self.runs.insert(run.plan().seed, shown);
+    }
+
+    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
+        if let Some(shown) = self.runs.get_mut(&run.plan().seed) {
+            shown.iteration(record, &self.voice);
+        }
+        match self.interrupt.is_asked() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
+    fn end(&mut self, run: &Run) {
+        self.runs.remove(&run.plan().seed);
+    }
+
+    fn warning(&mut self, _: &Run, text: &str) {
+        let text = format!("warning: {text}");
+        match &self.voice {
+            Voice::Silent => {}
+            Voice::Bars(bars) => bars.suspend(|| note(&text)),
+            Voice::Lines => note(&text),
+        }
+    }
+}
+
+/// Shows runs of which several are at work: a line each as it ends.
+pub(super) struct Many {
+    quiet: bool,
+    interrupt: Interrupt,
+    /// What the runs are called.
+    titles: Vec<String>,
+    done: AtomicUsize,
+    /// Runs that were over before this process, and since when it counts.
+    begun: (usize, Instant),
+}
+
+impl Many {
+    /// For a plan of which so many runs are over.
+    pub(super) fn new(output: &Output, plan: &SweepPlan, over: usize) -> Result<Self> {
+        let title = |index| {
+            let (scene, seed) = plan.parts(index);
+            format!("{} seed {seed}", scene.name)
+        };
+        Ok(Self {
+            quiet: output.quiet,
+            interrupt: Interrupt::listen()?,
+            titles: (0..plan.runs()).map(title).collect(),
+            done: AtomicUsize::new(over),
+            begun: (over, Instant::now()),
+        })
+    }
+}
+
+impl Overseer for Many {
+    fn is_stopped(&self) -> bool {
+        self.interrupt.is_asked()
+    }
+
+    fn ended(&self, ended: &Ended) {
+        let done = 1 + self.done.fetch_add(1, Ordering::Relaxed);
+        if self.quiet {
+            return;
+        }
+        let (title, total) = (&self.titles[ended.index], self.titles.len());
+        let (before, since) = self.begun;
+        let each = since.elapsed().as_secs_f64() / (done - before) as f64;
+        let left = clock(each * total.saturating_sub(done) as f64);
+        let says = told(&ended.outcome);
+        note(&format!("{done}/{total}  {title}  {says}  {left} left"));
+    }
+
+    fn warning(&self, run: &str, text: &str) {
+        if !self.quiet {
+            note(&format!("warning: {run}: {text}"));
+        }
+    }
+}
+
+/// What came of a run, in a few words.
+pub(super) fn told(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Done(summary) => {
+            let metres = summary.displacement_p50.map(|x| format!("{x:.3} m"));
+            let metres = metres.unwrap_or("diverged".to_owned());
+            format!("{metres}  {:.1} s", summary.seconds)
+        }
+        Outcome::Diverged(says) => says.clone(),
+        Outcome::Over => "was done before".to_owned(),
+        Outcome::Taken => "is at work in another process".to_owned(),
+    }
+}
+
+impl Drop for Shown {
+    /// Leaves the terminal to others, in the end to the result.
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn bar(title: &str, done: u64, last: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{prefix} [{bar:24}] {pos}/{len}  {msg}")
+        .expect("the template is one")
+        .progress_chars("=> ");
+    let bar = ProgressBar::new(last).with_style(style);
+    bar.with_position(done).with_prefix(title.to_owned())
+}
+
+/// A duration as minutes and seconds, with hours before them where there are any.
+fn clock(seconds: f64) -> String {
+    let seconds = seconds.round() as u64;
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    match hours {
+        0 => format!("{minutes}:{seconds:02}"),
+        _ => format!("{hours}:{minutes:02}:{seconds:02}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clock;
+
+    #[test]
+    fn durations_read_as_on_a_clock() {
+        assert_eq!(
+            [0.4, 59.6, 3599.0, 3600.0].map(clock),
+            ["0:00", "1:00", "59:59", "1:00:00"]
+        );
+    }
+}

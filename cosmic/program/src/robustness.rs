@@ -1,0 +1,124 @@
+//! `cosmic robustness`.
+
+use crate::{print, print_json};
+use clap::Args;
+use cosmic::error::{Error, Result};
+use cosmic::scene::{RobustSettings, Scene};
+use cosmic_lab::robustness::{Robustness, Trial, measure};
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Roll out finished designs with scattered starts, friction, stiffness and masses: the same
+/// draws for every run
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The runs' folders
+    #[arg(value_name = "RUN", required = true)]
+    runs: Vec<PathBuf>,
+    /// Draws
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(1..))]
+    samples: u16,
+    /// Seed of the draws
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// How far a coordinate of the start is off at most, m
+    #[arg(long, value_name = "M", default_value_t = RobustSettings::default().start, value_parser = at_most_one)]
+    start: f64,
+    /// Share by which the coefficient of Coulomb friction is off at most
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().friction, value_parser = share)]
+    friction: f64,
+    /// Share by which the stiffness of an edge is off at most
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().stiffness, value_parser = share)]
+    stiffness: f64,
+    /// Share by which the mass of a node is off at most
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().mass, value_parser = share)]
+    mass: f64,
+    /// Try all designs in this scene, a built-in one or a TOML file, and not each in its own
+    #[arg(long, value_name = "SCENE")]
+    scene: Option<String>,
+    /// Write JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// A share that leaves a positive number positive.
+fn share(text: &str) -> std::result::Result<f64, String> {
+    within(text, 0.99)
+}
+
+fn at_most_one(text: &str) -> std::result::Result<f64, String> {
+    within(text, 1.0)
+}
+
+fn within(text: &str, most: f64) -> std::result::Result<f64, String> {
+    match text.parse() {
+        Ok(x) if (0.0..=most).contains(&x) => Ok(x),
+        _ => Err(format!("a number from 0 to {most} belongs here")),
+    }
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        let settings = RobustSettings {
+            samples: self.samples.into(),
+            start: self.start,
+            friction: self.friction,
+            stiffness: self.stiffness,
+            mass: self.mass,
+        };
+        let scene = self.scene.as_deref().map(Scene::load).transpose()?;
+        let trial = Trial {
+            scatter: settings,
+            seed: self.seed,
+            scene,
+        };
+        let runs = measure(&self.runs, &trial)?;
+        if self.json {
+            let (scatter, seed) = (&trial.scatter, trial.seed);
+            print_json(&json!({ "scatter": scatter, "seed": seed, "runs": runs }))?;
+        } else {
+            print(&table(&runs))?;
+        }
+        judge(&runs)
+    }
+}
+
+/// Says where nominal robots diverge, a line each.
+fn judge(runs: &[Robustness]) -> Result<()> {
+    let place = |run: &Robustness| {
+        let place = Error::from(run.divergence.as_ref()?);
+        Some(format!("{}: the nominal robot {place}", run.run))
+    };
+    let places: Vec<String> = runs.iter().filter_map(place).collect();
+    match places.is_empty() {
+        true => Ok(()),
+        false => Err(Error::NoFigure(places.join("\n"))),
+    }
+}
+
+/// A row a run, in metres.
+fn table(runs: &[Robustness]) -> String {
+    let width = runs
+        .iter()
+        .map(|r| r.run.chars().count())
+        .max()
+        .unwrap_or(0);
+    let mut text = format!(
+        "{:width$}  {:>9}  {:>9}  {:>9}  {:>9}  {:>9}\n",
+        "run", "nominal", "least", "p10", "p50", "p90"
+    );
+    let with_loss = runs.iter().any(|run| run.loss.is_some());
+    if with_loss {
+        text = text.trim_end().to_owned() + "       loss\n";
+    }
+    let cell = |x: Option<f64>| x.map_or("diverged".to_owned(), |x| format!("{x:.3} m"));
+    for run in runs {
+        let cells = [run.nominal, run.least, run.p10, run.p50, run.p90].map(cell);
+        let cells: Vec<String> = cells.iter().map(|cell| format!("{cell:>9}")).collect();
+        let loss = run
+            .loss
+            .map_or(String::new(), |loss| format!("  {loss:>9.4}"));
+        text += &format!("{:width$}  {}{loss}\n", run.run, cells.join("  "));
+    }
+    text
+}

@@ -1,0 +1,118 @@
+//! What `optimize` and `resume` share: threads, signals, progress, and the result in a few lines.
+
+use crate::interrupt::Interrupt;
+use crate::progress::Progress;
+use crate::{Output, counted, note, print, see_again};
+use cosmic::error::{Error, Result};
+use cosmic::record::summary::SUMMARY;
+use cosmic::record::{DIVERGED, Observer, Summary};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::fs;
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+/// Does a run with so many threads, all cores' where not said, and shows what came of it.
+///
+/// # Errors
+/// Those of `work`; [`Error::NoFigure`] where the run is done and its median diverged.
+pub(super) fn carry_out(
+    folder: &Path,
+    threads: Option<NonZeroUsize>,
+    output: &Output,
+    work: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
+) -> Result<()> {
+    let pool = pool(threads)?;
+    let mut progress = Progress::new(output, Interrupt::listen()?);
+    let done = pool.install(|| work(&mut progress));
+    drop(progress);
+    let diverged = folder.join(DIVERGED);
+    if matches!(done, Err(Error::Diverged { .. })) && diverged.exists() {
+        note(&see_again(&diverged));
+    }
+    let summary = done?;
+    show(folder, &summary, output)?;
+    match summary.displacement_p50 {
+        Some(_) => Ok(()),
+        None => Err(Error::NoFigure(format!(
+            "{}: no displacement to quote: the delivered design diverges from perturbed starts, \
+             though not from its own (displacement_p50 is null in {SUMMARY})",
+            folder.display()
+        ))),
+    }
+}
+
+/// So many threads, all cores' where not said.
+pub(super) fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
+    // Zero stands for the number of cores.
+    let threads = threads.map_or(0, NonZeroUsize::get);
+    let builder = ThreadPoolBuilder::new().num_threads(threads);
+    builder
+        .build()
+        .map_err(|error| Error::Usage(format!("cannot start {threads} threads: {error}")))
+}
+
+fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
+    if output.json {
+        let path = folder.join(SUMMARY);
+        let text = fs::read_to_string(&path).map_err(|source| Error::Read { path, source })?;
+        return print(&text);
+    }
+    match output.quiet {
+        true => Ok(()),
+        false => print(&describe(folder, summary)),
+    }
+}
+
+/// Where the result is, what it is, and in the last line displacement, volumes and time.
+fn describe(folder: &Path, summary: &Summary) -> String {
+    let metres = |x: Option<f64>| x.map_or("diverged".to_string(), |x| format!("{x:.3} m"));
+    let Summary {
+        scene,
+        seed,
+        iterations,
+        delivered_iteration,
+        flips,
+        skipped_gradients,
+        ..
+    } = summary;
+    let folder = folder.display();
+    let departures: Vec<_> = summary.departures.iter().map(|d| &d.option[..]).collect();
+    let departures = match departures.is_empty() {
+        true => "none".to_string(),
+        false => departures.join(", "),
+    };
+    let mut text = format!("run: {folder}\n");
+    for start in &summary.starts {
+        let end = match start.dropped_at {
+            Some(iteration) => format!("dropped after iteration {iteration}"),
+            None => metres(start.displacement_p50),
+        };
+        text += &format!("start {}: {end}\n", start.seed);
+    }
+    text += &format!(
+        "{scene}, seed {seed}: {}, controller of iteration {delivered_iteration}, {}, {} skipped\n\
+         departures from the paper: {departures}\n",
+        counted(*iterations, "iteration"),
+        counted(*flips, "flip"),
+        counted(*skipped_gradients, "gradient"),
+    );
+    if let Some(entered) = summary.entered {
+        text += &format!("began after iteration {entered} with the robot in start.json\n");
+    }
+    if let Some(loss) = summary.loss_p50 {
+        text += &format!("loss {loss:.4} (median over the same starts as the displacement)\n");
+    }
+    let together = match summary.starts.is_empty() {
+        true => "",
+        false => ", all starts together",
+    };
+    text + &format!(
+        "displacement {} (10-90 %: {} to {}), V {:.4}, V_act {:.4}, time {:.1} s{together}\n",
+        metres(summary.displacement_p50),
+        metres(summary.displacement_p10),
+        metres(summary.displacement_p90),
+        summary.volume,
+        summary.actuator_volume,
+        summary.seconds,
+    )
+}

@@ -1,0 +1,95 @@
+//! `cosmic study`.
+
+use crate::progress::Many;
+use crate::{Output, in_json, print, print_json};
+use clap::{Args, Subcommand};
+use cosmic::error::Result;
+use cosmic::scene::Scene;
+use cosmic_lab::study::{Kind, RESULTS, Study, runs_of};
+use serde_json::json;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+/// The paper's evaluation again, beside the paper's numbers
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    kind: Which,
+}
+
+#[derive(Debug, Subcommand)]
+enum Which {
+    /// Every design and environment of the paper, strictly by its algorithm and by default
+    Paper(Options),
+    /// Topology, material and control, each designed or not: eight trials
+    Ablation(Options),
+    /// What the paper says it found, one change of the default at a time
+    Findings(Options),
+}
+
+#[derive(Debug, Args)]
+struct Options {
+    /// Seeds per experiment
+    #[arg(long, value_name = "N", default_value = "16")]
+    seeds: NonZeroUsize,
+    /// The first seed
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    first_seed: u64,
+    /// Folder for the results
+    #[arg(long, value_name = "DIR", default_value = RESULTS)]
+    out: PathBuf,
+    /// Folder for the runs; an interrupted study goes on there [default: runs/study-NAME]
+    #[arg(long, value_name = "DIR")]
+    runs: Option<PathBuf>,
+    /// Stop every run after this many iterations, to try a study in little
+    #[arg(long, value_name = "N")]
+    iterations: Option<NonZeroUsize>,
+    /// A TOML file of settings under those of every experiment
+    #[arg(long, value_name = "FILE")]
+    base: Option<PathBuf>,
+    /// Threads, 1024 at most, each with runs of its own; the results do not depend on their number
+    #[arg(long, value_name = "N", value_parser = crate::options::threads)]
+    threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    output: Output,
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        let (kind, options) = match &self.kind {
+            Which::Paper(options) => (Kind::Paper, options),
+            Which::Ablation(options) => (Kind::Ablation, options),
+            Which::Findings(options) => (Kind::Findings, options),
+        };
+        let study = options.study(kind)?;
+        let plan = study.prepare()?;
+        let overseer = Many::new(&options.output, &plan, plan.over(&study.runs))?;
+        study.simulate(&plan, options.threads, &overseer)?;
+        let written = study.write()?;
+        if options.output.json {
+            return print_json(&json!({ "written": in_json(&written) }));
+        }
+        let line = |path: &PathBuf| format!("{}\n", path.display());
+        match options.output.quiet {
+            true => Ok(()),
+            false => print(&written.iter().map(line).collect::<String>()),
+        }
+    }
+}
+
+impl Options {
+    fn study(&self, kind: Kind) -> Result<Study> {
+        let read = |path: &PathBuf| -> Result<(String, String)> {
+            Ok((path.display().to_string(), Scene::text(path)?))
+        };
+        Ok(Study {
+            kind,
+            first_seed: self.first_seed,
+            seeds: self.seeds,
+            iterations: self.iterations,
+            base: self.base.as_ref().map(read).transpose()?,
+            out: self.out.clone(),
+            runs: self.runs.clone().unwrap_or_else(|| runs_of(kind)),
+        })
+    }
+}

@@ -1,0 +1,271 @@
+//! `cosmic sweep`.
+
+use crate::interrupt::Interrupt;
+use crate::optimize::name_of;
+use crate::progress::{Many, Progress, told};
+use crate::{Output, counted, in_json, note, print, print_json};
+use clap::{Args, Subcommand};
+use cosmic::error::{Error, Result};
+use cosmic::scene::{BUILTIN, Scene};
+use cosmic_lab::sweep::{
+    Ended, Outcome, PlannedScene, RunState, SweepPlan, merge, run_all, run_next, run_one, survey,
+    write_results,
+};
+use serde_json::json;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// Many runs from a frozen plan, shared by any number of processes
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Fix scenes and seeds in a new folder
+    Plan {
+        /// Built-in scenes or TOML files
+        #[arg(value_name = "SCENE", default_value = BUILTIN[0].name)]
+        scenes: Vec<String>,
+        /// Seeds per scene
+        #[arg(long, value_name = "N")]
+        seeds: NonZeroUsize,
+        /// The first seed
+        #[arg(long, value_name = "N", default_value_t = 0)]
+        first_seed: u64,
+        /// Stop every run after this many iterations
+        #[arg(long, value_name = "N")]
+        iterations: Option<NonZeroUsize>,
+        /// The sweep's folder, new or empty
+        #[arg(long, value_name = "S")]
+        out: PathBuf,
+        #[command(flatten)]
+        output: Output,
+    },
+    /// Do runs that are not done, or go on with them
+    ///
+    /// A run whose simulation diverges is done as well, with exit code 0: that is its result, which
+    /// `status` and `merge` give.
+    Run {
+        /// The sweep's folder
+        #[arg(value_name = "S")]
+        sweep: PathBuf,
+        /// A run's number, `auto` for the next that nobody has taken, `all` for those one by one
+        #[arg(long, value_name = "I")]
+        index: Index,
+        /// Threads, 1024 at most; the results do not depend on their number
+        #[arg(long, value_name = "N", value_parser = crate::options::threads)]
+        threads: Option<NonZeroUsize>,
+        #[command(flatten)]
+        output: Output,
+    },
+    /// Say how far every run is
+    Status {
+        /// The sweep's folder
+        #[arg(value_name = "S")]
+        sweep: PathBuf,
+        /// Write JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write results.json and results.csv from the runs that are done
+    Merge {
+        /// The sweep's folder
+        #[arg(value_name = "S")]
+        sweep: PathBuf,
+        #[command(flatten)]
+        output: Output,
+    },
+}
+
+/// Which run.
+#[derive(Debug, Clone, Copy)]
+enum Index {
+    Number(usize),
+    Auto,
+    All,
+}
+
+impl FromStr for Index {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text {
+            "auto" => Ok(Index::Auto),
+            "all" => Ok(Index::All),
+            number => number
+                .parse()
+                .map(Index::Number)
+                .map_err(|_| "a run's number, `auto` or `all`".to_owned()),
+        }
+    }
+}
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        match &self.action {
+            Action::Plan {
+                scenes,
+                seeds,
+                first_seed,
+                iterations,
+                out,
+                output,
+            } => {
+                let scenes = scenes.iter().map(|name| planned(name));
+                let plan = SweepPlan {
+                    scenes: scenes.collect::<Result<_>>()?,
+                    first_seed: *first_seed,
+                    seeds: *seeds,
+                    iterations: *iterations,
+                };
+                freeze(&plan, out, output)
+            }
+            Action::Run {
+                sweep,
+                index,
+                threads,
+                output,
+            } => run(sweep, *index, (*threads, output)),
+            Action::Status { sweep, json } => status(sweep, *json),
+            Action::Merge { sweep, output } => merge_sweep(sweep, output),
+        }
+    }
+}
+
+fn planned(scene: &str) -> Result<PlannedScene> {
+    Ok(PlannedScene {
+        name: name_of(scene),
+        scene: Scene::load(scene)?,
+    })
+}
+
+fn freeze(plan: &SweepPlan, folder: &Path, output: &Output) -> Result<()> {
+    plan.freeze(folder)?;
+    let (sweep, runs) = (folder.display(), plan.runs());
+    if output.json {
+        return print_json(&json!({ "sweep": sweep.to_string(), "runs": runs }));
+    }
+    match output.quiet {
+        true => Ok(()),
+        false => print(&format!("{sweep}: {}\n", counted(runs, "run"))),
+    }
+}
+
+fn run(
+    sweep: &Path,
+    index: Index,
+    (threads, output): (Option<NonZeroUsize>, &Output),
+) -> Result<()> {
+    let plan = SweepPlan::read(sweep)?;
+    let whole = (sweep, &plan);
+    if let Index::All = index {
+        let overseer = Many::new(output, &plan, plan.over(sweep))?;
+        run_all(whole, threads, &overseer)?;
+        drop(overseer);
+        let left = plan.runs() - plan.over(sweep);
+        if left > 0 && !output.quiet {
+            note(&format!(
+                "{left} of {} runs are at work in other processes",
+                plan.runs()
+            ));
+        }
+        return match output.json {
+            true => status(sweep, true),
+            false => Ok(()),
+        };
+    }
+    let pool = crate::runs::pool(threads)?;
+    let mut progress = Progress::new(output, Interrupt::listen()?);
+    let ended = match index {
+        Index::Number(index) if index >= plan.runs() => Err(Error::Usage(format!(
+            "there is no run {index}: the plan has {}, from 0 on",
+            plan.runs()
+        ))),
+        Index::Number(index) => pool
+            .install(|| run_one(whole, index, &mut progress))
+            .map(|outcome| Some(Ended { index, outcome })),
+        _ => pool.install(|| run_next(whole, &mut progress)),
+    };
+    drop(progress);
+    let ended = ended?;
+    match &ended {
+        Some(Ended { index, outcome }) if *outcome == Outcome::Taken => {
+            Err(Error::Usage(format!("run {index} {}", told(outcome))))
+        }
+        _ => show(&plan, ended, output),
+    }
+}
+
+fn show(plan: &SweepPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
+    if output.json {
+        let index = ended.as_ref().map(|ended| ended.index);
+        let says = ended.as_ref().map(|ended| told(&ended.outcome));
+        return print_json(&json!({ "index": index, "says": says }));
+    }
+    match ended {
+        _ if output.quiet => Ok(()),
+        None => print("nothing is left to take\n"),
+        Some(Ended { index, outcome }) => {
+            let (scene, seed) = plan.parts(index);
+            let says = told(&outcome);
+            let name = &scene.name;
+            print(&format!("run {index}, {name} seed {seed}: {says}\n"))
+        }
+    }
+}
+
+fn status(sweep: &Path, as_json: bool) -> Result<()> {
+    const STATES: [RunState; 4] = [
+        RunState::Waiting,
+        RunState::Begun,
+        RunState::Done,
+        RunState::Diverged,
+    ];
+    let plan = SweepPlan::read(sweep)?;
+    let merged = survey(sweep, &plan);
+    if as_json {
+        let counts = STATES.map(|state| (state.name().to_owned(), json!(merged.count(state))));
+        let runs = merged.runs.iter().map(|run| {
+            json!({ "index": run.index, "scene": run.scene, "seed": run.seed,
+                    "state": run.state, "iterations": run.iterations })
+        });
+        let runs: Vec<_> = runs.collect();
+        let counts: serde_json::Map<_, _> = counts.into_iter().collect();
+        return print_json(&json!({ "runs": runs, "counts": counts }));
+    }
+    let widest = merged
+        .runs
+        .iter()
+        .map(|run| run.scene.chars().count())
+        .max();
+    let width = widest.unwrap_or(0);
+    let line = |run: &cosmic_lab::sweep::MergedRun| {
+        let (index, scene, seed) = (run.index, &run.scene, run.seed);
+        let (state, done) = (run.state.name(), counted(run.iterations, "iteration"));
+        format!("{index:5}  {scene:width$}  seed {seed:<5}  {state:8}  {done}\n")
+    };
+    let lines: String = merged.runs.iter().map(line).collect();
+    let counts = STATES.map(|state| format!("{} {}", merged.count(state), state.name()));
+    print(&format!("{lines}{}\n", counts.join(", ")))
+}
+
+fn merge_sweep(sweep: &Path, output: &Output) -> Result<()> {
+    let plan = SweepPlan::read(sweep)?;
+    let merged = merge(sweep, &plan)?;
+    let written = write_results(sweep, &merged)?;
+    let missing = plan.runs() - merged.over();
+    if missing > 0 && !output.quiet {
+        note(&format!("{missing} of {} runs are not done", plan.runs()));
+    }
+    if output.json {
+        return print_json(&json!({ "written": in_json(&written), "missing": missing }));
+    }
+    match output.quiet {
+        true => Ok(()),
+        false => print(&written.map(|path| format!("{}\n", path.display())).concat()),
+    }
+}

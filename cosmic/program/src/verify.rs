@@ -1,0 +1,90 @@
+//! `cosmic verify`.
+
+use crate::source::Source;
+use crate::{note, print, print_json};
+use clap::Args;
+use cosmic::case::Case;
+use cosmic::error::Result;
+use cosmic::record::files::make_folder;
+use cosmic_lab::report::sheet::{Section, Sheet};
+use cosmic_lab::verify::stability::Stability;
+use cosmic_lab::verify::{Accuracy, Gradients, stable_steps};
+use std::path::PathBuf;
+
+/// Hold what is computed against better ways to the same numbers
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
+    #[arg(value_name = "SCENE", default_value = "stability")]
+    source: String,
+    /// Trajectories: error against run time, by integrator, time step and precision
+    #[arg(long)]
+    accuracy: bool,
+    /// Gradients: error, time and memory, by way and horizon
+    #[arg(long)]
+    gradients: bool,
+    /// Stability: the time step beside those that the design bears, robots at the extremes, what
+    /// the guard costs
+    #[arg(long)]
+    stability: bool,
+    /// Folder for verify.html, verify.json, a CSV file per table and an SVG file per figure
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Write JSON to standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// A part of the verification.
+type Part = fn(&Case) -> Section;
+
+impl Arguments {
+    pub(super) fn run(&self) -> Result<()> {
+        let case = Source::find(&self.source)?.case()?;
+        if let Some(folder) = &self.out {
+            make_folder(folder)?;
+        }
+        let sections = self.parts().into_iter().map(|part| part(&case));
+        let sheet = Sheet {
+            title: format!("Verification of {}", self.source),
+            subject: subject(&case),
+            sections: sections.collect(),
+        };
+        match self.json {
+            true => print_json(&sheet.to_json())?,
+            false => print(&sheet.to_text())?,
+        }
+        if let Some(folder) = &self.out {
+            for path in sheet.write(folder)? {
+                note(&path.display().to_string());
+            }
+        }
+        sheet.judge()
+    }
+
+    /// The parts asked for, or all of them.
+    fn parts(&self) -> Vec<Part> {
+        let parts: [(bool, Part); 3] = [
+            (self.accuracy, |case| Accuracy::of(case).section()),
+            (self.gradients, |case| Gradients::of(case).section()),
+            (self.stability, |case| {
+                Stability::of(case).section(stable_steps(case))
+            }),
+        ];
+        let all = !parts.iter().any(|(asked, _)| *asked);
+        let wanted = parts.into_iter().filter(|(asked, _)| all || *asked);
+        wanted.map(|(_, part)| part).collect()
+    }
+}
+
+/// What is verified, in a sentence.
+fn subject(case: &Case) -> String {
+    let (lattice, physics) = (&case.lattice, &case.physics);
+    format!(
+        "{} nodes, {} edges, {} steps of {} s",
+        lattice.nodes(),
+        lattice.edges.len(),
+        physics.steps,
+        physics.dt
+    )
+}

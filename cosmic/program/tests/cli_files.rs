@@ -1,0 +1,147 @@
+//! `docs/files.md` has every key and every column of the files that users read and write.
+
+mod program;
+
+use cosmic::case::Case;
+use cosmic::projection::Projection;
+use cosmic::scene::Scene;
+use program::cosmic_in;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+/// A run of seconds with every phase, for a task that is ranked by its loss.
+const SCENE: &str = "
+[lattice]
+columns = 3
+rows = 3
+[physics]
+steps = 64
+[schedule]
+iterations = 12
+attraction_from = 6
+snap_at = 8
+horizon = [32, 64]
+horizon_over = [2, 5]
+[loss]
+window = 16
+[objective]
+task = \"climb\"
+[search]
+rungs = [4, 12, 12]
+keep = [0.5, 0.5, 0.5]
+window = 4
+";
+
+/// Names that the page does not have as words of code.
+fn missing(names: &BTreeSet<String>) -> Vec<&String> {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/files.md");
+    let page = fs::read_to_string(page).unwrap();
+    let is_missing = |name: &&String| !page.contains(&format!("`{name}`"));
+    names.iter().filter(is_missing).collect()
+}
+
+/// The keys of a value and of all in it, and what it says that it is. Numbers of steps, the keys of
+/// a trajectory, are no names.
+fn of_json(value: &Value, names: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(map) => {
+            let keys = map.keys().filter(|key| key.parse::<usize>().is_err());
+            names.extend(keys.cloned());
+            names.extend(map.get("format").map(|f| f.as_str().unwrap().to_owned()));
+            map.values().for_each(|item| of_json(item, names));
+        }
+        Value::Array(list) => list.iter().for_each(|item| of_json(item, names)),
+        _ => {}
+    }
+}
+
+/// The names in all data of a folder and of those below, and the files' own. What is in a snapshot
+/// is the program's affair.
+fn of_folder(folder: &Path, names: &mut BTreeSet<String>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        if path.is_dir() {
+            if name != "claims" {
+                of_folder(&path, names);
+            }
+            continue;
+        }
+        let text = fs::read_to_string(&path).unwrap();
+        let json = |text: &str| serde_json::from_str::<Value>(text).unwrap();
+        match name.rsplit_once('.').unwrap().1 {
+            "json" if name == "snapshot.json" => {
+                let file = json(&text);
+                names.extend(file.as_object().unwrap().keys().cloned());
+            }
+            "json" => of_json(&json(&text), names),
+            "jsonl" => text.lines().for_each(|line| of_json(&json(line), names)),
+            "csv" => names.extend(text.lines().next().unwrap().split(',').map(str::to_owned)),
+            _ => continue,
+        }
+        names.insert(name);
+    }
+}
+
+#[test]
+fn what_runs_and_sweeps_write_is_on_the_page() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("tiny.toml"), SCENE).unwrap();
+    for command in [
+        "optimize tiny.toml --starts 2 --search halving --out runs/halved",
+        "optimize --from runs/halved --out runs/on",
+        "sweep plan tiny.toml --seeds 1 --out runs/s",
+        "sweep run runs/s --index all",
+        "sweep merge runs/s",
+        "study ablation --base tiny.toml --seeds 1 --iterations 2 --out runs/out --runs runs/study",
+    ] {
+        let told = cosmic_in(folder.path(), &command.split(' ').collect::<Vec<_>>());
+        assert!(told.code == 0, "{command}: {}{}", told.out, told.error);
+    }
+    let mut names = BTreeSet::new();
+    of_folder(&folder.path().join("runs"), &mut names);
+    let rare = "start.json search.json check.json dropped_at entered loss_p50 merit_horizon";
+    for name in rare.split(' ') {
+        assert!(names.contains(name), "no file of these runs has {name}");
+    }
+    assert_eq!(missing(&names), [""; 0]);
+}
+
+#[test]
+fn results_of_a_case_are_on_the_page() {
+    let scene = Scene::parse("tiny", SCENE).unwrap();
+    let mut case = Case::of_scene(&scene, 0).unwrap();
+    case.projection = Projection::Stability;
+    let results = case.evaluate(true, &[]).unwrap().to_json();
+    let mut names = BTreeSet::new();
+    of_json(&serde_json::from_str(&results).unwrap(), &mut names);
+    assert!(names.contains("grad_augmented_performance_constraints"));
+    assert_eq!(missing(&names), [""; 0]);
+}
+
+/// The reader of cases says what it knows where it meets something else.
+#[test]
+fn every_key_that_a_case_may_have_is_on_the_page() {
+    let mut names = BTreeSet::new();
+    for text in [
+        r#"{"?": 0}"#,
+        r#"{"scene": {"?": 0}}"#,
+        r#"{"scene": {"library": {"?": 0}}}"#,
+        r#"{"scene": {"contact": "?"}}"#,
+        r#"{"scene": {"integrator": "?"}}"#,
+        r#"{"scene": {"void_edges": "?"}}"#,
+        r#"{"controller": {"?": 0}}"#,
+        r#"{"projection": "?"}"#,
+        r#"{"al": {"?": 0}}"#,
+    ] {
+        let says = Case::parse("case", text).unwrap_err().to_string();
+        let (_, known) = says.split_once("`?`, expected ").expect(&says);
+        names.extend(known.split('`').skip(1).step_by(2).map(str::to_owned));
+    }
+    for name in ["l0", "goal_scale", "thresholds", "w1", "coulomb", "note"] {
+        assert!(names.contains(name), "{name} is not known");
+    }
+    assert_eq!(missing(&names), [""; 0]);
+}
