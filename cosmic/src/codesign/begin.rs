@@ -1,16 +1,34 @@
-//! Plans, and the states before the first iteration.
+//! An optimisation that is ready to begin, and the states before its first iteration.
 
+use autodiff::CotangentBound;
+
+use super::progress::Progress;
 use super::schedule::Schedule;
-use super::{CoDesign, Progress};
 use crate::controller::Controller;
 use crate::design::{Material, dominant, one_hot, start_vectors};
 use crate::error::{Error, Result};
-use crate::gradient::Task;
-use crate::lattice::{Ground, Lattice};
-use crate::objective::{AugmentedLagrangian, Loss, Objective, measures};
+use crate::gradient::{Horizon, Task};
+use crate::lattice::{Ground, Lattice, State};
+use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, Objective, measures};
 use crate::optimiser::{Adam, Mma, MmaParameters, OptimiserError};
-use crate::projection::Projection;
+use crate::projection::{self, Projection};
 use crate::scene::{Scene, StartKind};
+use crate::simulator::StepCheck;
+
+/// A scene, ready to be optimised.
+pub struct CoDesign {
+    pub(super) scene: Scene,
+    pub(super) task: Task,
+    pub(super) loss: Box<dyn AnyLoss>,
+    /// Whether it is another than the scene's.
+    pub(super) own_loss: bool,
+    pub(super) start: State<f64>,
+    /// The design's optimiser, for each projection.
+    pub(super) mma: [Mma; 2],
+    pub(super) adam: Adam,
+    /// The last mixture whose time step was checked: a frozen layout is checked once.
+    pub(super) checked: Option<(Vec<[f64; 3]>, StepCheck)>,
+}
 
 impl CoDesign {
     /// Plans the optimisation of a scene.
@@ -206,6 +224,63 @@ impl CoDesign {
             z,
             materials,
             controller,
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// What is simulated.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// Whether robots are ranked by how far they get, as by
+    /// [`Loss::is_far`](crate::objective::Loss::is_far).
+    pub fn is_far(&self) -> bool {
+        self.loss.is_far()
+    }
+
+    /// The time step against the vibrations of the design as it stands, and of robots drawn around it.
+    pub fn step_check(&self, progress: &Progress) -> StepCheck {
+        let mixture = self.mixture(progress);
+        match &self.checked {
+            Some((checked, check)) if *checked == mixture => *check,
+            _ => {
+                let faster = self.scene.robust.faster();
+                self.task.step_check(&mixture, &self.start.x, faster)
+            }
+        }
+    }
+
+    /// The mixture that is simulated: of the performance projection, or of the layout (D7).
+    pub(super) fn mixture(&self, progress: &Progress) -> Vec<[f64; 3]> {
+        match &progress.materials {
+            Some(materials) => projection::one_hot(materials),
+            None => self.task.mixture(Projection::Performance, &progress.z),
+        }
+    }
+
+    /// The layout, and before there is one the material nearest to each edge's mixture.
+    pub(crate) fn materials(&self, progress: &Progress) -> Vec<Material> {
+        match &progress.materials {
+            Some(materials) => materials.clone(),
+            None => self.mixture(progress).iter().map(dominant).collect(),
+        }
+    }
+
+    /// The steps that carry the gradient in this iteration, and how its cotangents are bounded.
+    pub(super) fn horizon(&self, now: &Schedule) -> Horizon {
+        let gradient = &self.scene.gradient;
+        let every = gradient.cotangent_every;
+        Horizon {
+            steps: now.horizon(),
+            mode: self.scene.schedule.horizon_mode,
+            cotangent_bound: gradient
+                .cotangent_bound
+                .map(|norm| CotangentBound { norm, every }),
         }
     }
 }

@@ -3,10 +3,11 @@
 use std::borrow::Cow;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use super::reach::Reached;
-use super::{Candidate, CoDesign, Progress};
+use super::begin::CoDesign;
+use super::progress::{Candidate, Progress};
+use super::reach::{Reached, first_best};
+use super::spread::Spread;
 use crate::controller::Controller;
 use crate::design::Material;
 use crate::gradient::{Task, together};
@@ -15,46 +16,6 @@ use crate::random::{Purpose, stream};
 use crate::scatter::{World, draw, perturbed};
 use crate::scene::SelectionKind;
 use crate::simulator::{Divergence, Guarded, Span, Trajectory};
-
-/// Displacements along the ground over perturbed starts, in metres.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Spread {
-    /// 10 % quantile.
-    pub p10: f64,
-    /// Median: the figure to quote.
-    pub p50: f64,
-    /// 90 % quantile.
-    pub p90: f64,
-}
-
-impl Spread {
-    /// The quantiles of a sample, linear between its members. A rollout that diverged (NaN) is
-    /// below every other, and a quantile that leans on it is minus infinity.
-    ///
-    /// # Panics
-    /// If the sample is empty.
-    pub fn of(sample: &[f64]) -> Self {
-        assert!(!sample.is_empty(), "quantiles of no numbers");
-        let fallen = f64::NEG_INFINITY;
-        let finite = |&x: &f64| if x.is_finite() { x } else { fallen };
-        let mut sorted: Vec<f64> = sample.iter().map(finite).collect();
-        sorted.sort_by(f64::total_cmp);
-        let quantile = |q: f64| {
-            let at = q * (sorted.len() - 1) as f64;
-            let (below, share) = (sorted[at.floor() as usize], at.fract());
-            let above = sorted[at.ceil() as usize];
-            match below.is_finite() {
-                true => below + share * (above - below),
-                false => fallen,
-            }
-        };
-        Self {
-            p10: quantile(0.1),
-            p50: quantile(0.5),
-            p90: quantile(0.9),
-        }
-    }
-}
 
 /// Steps from one state of a delivery's trajectory to the next.
 const KEEP_EVERY: usize = 16;
@@ -262,16 +223,6 @@ impl<'a> From<&'a Candidate> for Entrant<'a> {
     }
 }
 
-/// The place of the first of the greatest; NaN, of what diverged, is less than any number.
-pub(super) fn first_best(merits: impl IntoIterator<Item = f64>) -> usize {
-    let better = |best: (usize, f64), (k, merit)| match merit > best.1 {
-        true => (k, merit),
-        false => best,
-    };
-    let merits = merits.into_iter().enumerate();
-    merits.fold((0, f64::NEG_INFINITY), better).0
-}
-
 /// A world, and where a robot starts in it.
 type Place<'a> = (Cow<'a, Task>, State<f64>);
 
@@ -287,7 +238,6 @@ fn spread(reached: &[Reached], of: fn(&Reached) -> f64) -> Spread {
 
 #[cfg(test)]
 mod tests {
-    use super::{Spread, first_best};
     use crate::codesign::CoDesign;
     use crate::codesign::tests::tiny;
 
@@ -307,31 +257,5 @@ mod tests {
         // Where the controller moves on, both may be delivered.
         progress.controller.b1[0] += 0.1;
         assert_eq!(codesign.entrants(&progress).len(), 2);
-    }
-
-    #[test]
-    fn the_first_of_equals_is_the_best_and_what_diverged_is_none() {
-        assert_eq!(first_best([1.0, 3.0, f64::NAN, 3.0, 2.0]), 1);
-        assert_eq!(first_best([f64::NAN, f64::NEG_INFINITY, -5.0]), 2);
-        assert_eq!(first_best([f64::NAN, f64::NEG_INFINITY]), 0);
-    }
-
-    #[test]
-    fn quantiles_are_linear_between_members() {
-        let spread = Spread::of(&[4.0, 1.0, 3.0, 2.0, 5.0]);
-        assert_eq!((spread.p50, spread.p90), (3.0, 4.6));
-        assert!((spread.p10 - 1.4).abs() < 1e-15);
-        assert_eq!(Spread::of(&[1.0, 2.0, 4.0, 8.0]).p50, 3.0);
-    }
-
-    #[test]
-    fn a_diverged_rollout_counts_lowest() {
-        let spread = Spread::of(&[2.0, f64::NAN, 3.0, f64::INFINITY]);
-        // Sorted: two that diverged, 2, 3. The median lies between the second and the third.
-        assert_eq!(
-            (spread.p10, spread.p50),
-            (f64::NEG_INFINITY, f64::NEG_INFINITY)
-        );
-        assert!((spread.p90 - 2.7).abs() < 1e-15);
     }
 }

@@ -2,16 +2,22 @@
 
 use autodiff::Real;
 
+use super::begin::CoDesign;
 use super::progress::{Candidate, MmaDiagnostics, Progress, Record};
+use super::reach::Reached;
 use super::schedule::{Phase, Schedule};
-use super::slopes::{At, Slope, Sought};
-use super::{CoDesign, EVALUATE_EVERY, Reached};
+use super::slope::{At, Slope};
+use super::slopes::Sought;
 use crate::design::clamp;
 use crate::gradient::{CONTROLLER, DESIGN, Inputs};
 use crate::objective::{Measures, measures};
 use crate::optimiser::{Linearisation, MmaState, Update};
 use crate::projection::Projection;
 use crate::scene::BinarisationMethod;
+
+/// Iterations of the co-design from one full rollout to the next. The fine-tuning, whose
+/// controllers are candidates for delivery, has one every iteration.
+const EVALUATE_EVERY: usize = 10;
 
 /// Constraints `f <= 0`: the four volume bounds, then the binarisation measures where they are
 /// constraints.

@@ -5,10 +5,12 @@
 //! twice as many of them as edges: a gradient by the shares of the materials says which to look at,
 //! and a short rollout which of these to look at more closely.
 
+use super::begin::CoDesign;
 use super::progress::Progress;
+use super::reach::Reached;
 use super::schedule::Schedule;
-use super::slopes::{At, Sought};
-use super::{CoDesign, Reached};
+use super::slope::At;
+use super::slopes::Sought;
 use crate::design::{Material, flipped};
 use crate::projection::holds;
 

@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::delivery::Spread;
 use super::schedule::Phase;
-use super::settle::Settled;
+use super::spread::Spread;
 use crate::controller::Controller;
 use crate::design::{Material, one_hot};
 use crate::error::{Result, fits};
@@ -144,6 +143,19 @@ pub struct Candidate {
     /// were done and none diverged.
     #[serde(default)]
     pub spread: Option<Spread>,
+}
+
+/// What the rest of the fine-tuning comes back to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settled {
+    /// The last controller that lost nothing.
+    pub controller: Controller<f64>,
+    /// What it is held against: at first the median of the best candidate, or its own rollout if
+    /// that is far behind, later the best single rollout; m along the ground, for another task than
+    /// to get far minus its loss.
+    pub merit: f64,
+    /// What is left of the learning rate: halved by every update that is taken back.
+    pub trust: f64,
 }
 
 /// One iteration, for the history. Lengths in metres.

@@ -1,12 +1,16 @@
 //! How far a robot gets in a full rollout, and how well it does its task.
 
 use autodiff::Real;
+use rayon::prelude::*;
 
-use super::{CoDesign, Progress};
+use super::begin::CoDesign;
+use super::progress::Progress;
 use crate::controller::Controller;
-use crate::gradient::Task;
+use crate::design::Material;
+use crate::gradient::{Task, together};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
+use crate::projection;
 use crate::scene::GradientPrecision;
 use crate::simulator::{Span, Trajectory};
 
@@ -52,6 +56,39 @@ impl CoDesign {
             GradientPrecision::F64 => self.reach_many::<f64>(mixtures, controller, (task, &starts)),
             GradientPrecision::F32 => self.reach_many::<f32>(mixtures, controller, (task, &starts)),
         }
+    }
+
+    /// The best of a layout and others by one full rollout each, the first of equals, and what it
+    /// reached there. The best of one needs no rollout.
+    pub(super) fn farthest(
+        &self,
+        layout: Vec<Material>,
+        others: impl IntoIterator<Item = Vec<Material>>,
+        controller: &Controller<f64>,
+    ) -> (Vec<Material>, Option<Reached>) {
+        let mut layouts: Vec<_> = std::iter::once(layout).chain(others).collect();
+        if layouts.len() == 1 {
+            return (layouts.remove(0), None);
+        }
+        let reached = self.reached(&layouts, controller, &self.task);
+        let best = first_best(reached.iter().map(|r| r.merit));
+        (layouts.swap_remove(best), Some(reached[best]))
+    }
+
+    /// What several layouts reach with one controller; in parallel, the order kept.
+    pub(super) fn reached(
+        &self,
+        layouts: &[Vec<Material>],
+        controller: &Controller<f64>,
+        task: &Task,
+    ) -> Vec<Reached> {
+        let mixtures: Vec<Vec<_>> = layouts.iter().map(|l| projection::one_hot(l)).collect();
+        let side_by_side = |mixtures: &[Vec<_>]| {
+            let mixtures: Vec<&[_]> = mixtures.iter().map(Vec::as_slice).collect();
+            self.try_many(&mixtures, controller, task)
+        };
+        let groups = mixtures.par_chunks(together(layouts.len()));
+        groups.flat_map_iter(side_by_side).collect()
     }
 
     /// A full rollout of a robot in a world.
@@ -140,8 +177,19 @@ impl CoDesign {
     }
 }
 
+/// The place of the first of the greatest; NaN, of what diverged, is less than any number.
+pub(super) fn first_best(merits: impl IntoIterator<Item = f64>) -> usize {
+    let better = |best: (usize, f64), (k, merit)| match merit > best.1 {
+        true => (k, merit),
+        false => best,
+    };
+    let merits = merits.into_iter().enumerate();
+    merits.fold((0, f64::NEG_INFINITY), better).0
+}
+
 #[cfg(test)]
 mod tests {
+    use super::first_best;
     use crate::codesign::CoDesign;
     use crate::codesign::tests::tiny;
     use crate::scene::{Contact, GradientPrecision, Scene, TaskKind};
@@ -189,5 +237,12 @@ mod tests {
         let mut scene = tiny();
         scene.objective.task = TaskKind::Climb;
         check(scene);
+    }
+
+    #[test]
+    fn the_first_of_equals_is_the_best_and_what_diverged_is_none() {
+        assert_eq!(first_best([1.0, 3.0, f64::NAN, 3.0, 2.0]), 1);
+        assert_eq!(first_best([f64::NAN, f64::NEG_INFINITY, -5.0]), 2);
+        assert_eq!(first_best([f64::NAN, f64::NEG_INFINITY]), 0);
     }
 }

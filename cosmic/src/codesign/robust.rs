@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::begin::CoDesign;
+use super::progress::Progress;
 use super::schedule::Schedule;
-use super::slopes::{At, Slope};
-use super::{CoDesign, Progress};
+use super::slope::{At, Slope};
 use crate::gradient::{Inputs, Task};
 use crate::random::{Purpose, stream_of};
 use crate::scatter::{World, draw};
@@ -43,31 +44,11 @@ impl CoDesign {
     }
 }
 
-impl Slope {
-    fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
-        let share = 1.0 / slopes.len() as f64;
-        let mut mean = Self {
-            gradient: Vec::new(),
-            loss: 0.0,
-            displacement: 0.0,
-        };
-        for slope in slopes {
-            mean.gradient.resize(slope.gradient.len(), 0.0);
-            for (mean, g) in mean.gradient.iter_mut().zip(&slope.gradient) {
-                *mean += share * g;
-            }
-            mean.loss += share * slope.loss;
-            mean.displacement += share * slope.displacement;
-        }
-        mean
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::schedule::Schedule;
-    use super::super::tests::tiny;
-    use super::super::{CoDesign, Progress};
+    use crate::codesign::schedule::Schedule;
+    use crate::codesign::tests::tiny;
+    use crate::codesign::{CoDesign, Progress};
     use crate::gradient::Task;
     use crate::simulator::stability::Vibration;
 

@@ -4,29 +4,13 @@
 //! updates halve the distance. That is how it gets away from poor ones; but what it happens to
 //! stand at in the end is no result. So its last part goes back to the best and stays there.
 
-use serde::{Deserialize, Serialize};
-
-use super::CoDesign;
-use super::delivery::first_best;
-use super::progress::Progress;
+use super::begin::CoDesign;
+use super::progress::{Progress, Settled};
+use super::reach::first_best;
 use super::schedule::Schedule;
-use crate::controller::Controller;
 
 /// Share of the merit that an update may lose.
 const LOSS: f64 = 0.05;
-
-/// What the rest of the fine-tuning comes back to.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Settled {
-    /// The last controller that lost nothing.
-    pub controller: Controller<f64>,
-    /// What it is held against: at first the median of the best candidate, or its own rollout if
-    /// that is far behind, later the best single rollout; m along the ground, for another task than
-    /// to get far minus its loss.
-    pub merit: f64,
-    /// What is left of the learning rate: halved by every update that is taken back.
-    pub trust: f64,
-}
 
 impl CoDesign {
     /// Goes back to the best candidate at the first iteration of the end, and later to the last
@@ -86,9 +70,9 @@ impl CoDesign {
 
 #[cfg(test)]
 mod tests {
-    use super::{LOSS, Settled};
+    use super::LOSS;
     use crate::codesign::schedule::Schedule;
-    use crate::codesign::{CoDesign, Delivery, Progress};
+    use crate::codesign::{CoDesign, Delivery, Progress, Settled};
     use crate::scene::Scene;
 
     /// A robot whose controller is trained by updates that are far too large.

@@ -2,39 +2,14 @@
 
 use autodiff::{Real, Var};
 
-use super::CoDesign;
+use super::begin::CoDesign;
+use super::slope::{At, Slope};
 use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, NOTHING, Task, together};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
-use crate::optimiser::bound_norm;
 use crate::projection::Projection;
-use crate::scatter::World;
 use crate::scene::GradientPrecision;
 use crate::simulator::Trajectory;
-
-/// A gradient of the loss, the loss, and where the payload was after the horizon.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Slope {
-    pub(super) gradient: Vec<f64>,
-    pub(super) loss: f64,
-    pub(super) displacement: f64,
-}
-
-impl Slope {
-    /// Scales the gradient back to a norm where one is set; returns its own.
-    pub(super) fn bound(&mut self, norm: Option<f64>) -> f64 {
-        bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
-    }
-}
-
-/// Where gradients are taken.
-#[derive(Clone, Copy)]
-pub(super) struct At<'a> {
-    /// The means over these; of none of them the nominal task.
-    pub(super) worlds: &'a [World],
-    pub(super) inputs: &'a Inputs<f64>,
-    pub(super) horizon: &'a Horizon,
-}
 
 /// What a gradient is taken by.
 #[derive(Clone, Copy)]

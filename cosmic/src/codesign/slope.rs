@@ -1,8 +1,23 @@
-//! Design gradients averaged over the passes behind.
+//! A gradient of the loss, and how several become one: averaged over passes and over worlds.
 
-use super::slopes::Slope;
+use crate::gradient::{Horizon, Inputs};
+use crate::optimiser::bound_norm;
+use crate::scatter::World;
+
+/// A gradient of the loss, the loss, and where the payload was after the horizon.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Slope {
+    pub(super) gradient: Vec<f64>,
+    pub(super) loss: f64,
+    pub(super) displacement: f64,
+}
 
 impl Slope {
+    /// Scales the gradient back to a norm where one is set; returns its own.
+    pub(super) fn bound(&mut self, norm: Option<f64>) -> f64 {
+        bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
+    }
+
     /// Moves the running mean of earlier gradients by a share `1 - memory` of the way to this one,
     /// and becomes that mean. The first gradient is its own mean, and so is every one without a
     /// memory; one that is not finite leaves the mean alone and stays what it is.
@@ -18,6 +33,34 @@ impl Slope {
             *g = *mean;
         }
     }
+
+    /// The mean over slopes in several worlds.
+    pub(super) fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
+        let share = 1.0 / slopes.len() as f64;
+        let mut mean = Self {
+            gradient: Vec::new(),
+            loss: 0.0,
+            displacement: 0.0,
+        };
+        for slope in slopes {
+            mean.gradient.resize(slope.gradient.len(), 0.0);
+            for (mean, g) in mean.gradient.iter_mut().zip(&slope.gradient) {
+                *mean += share * g;
+            }
+            mean.loss += share * slope.loss;
+            mean.displacement += share * slope.displacement;
+        }
+        mean
+    }
+}
+
+/// Where gradients are taken.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a> {
+    /// The means over these; of none of them the nominal task.
+    pub(super) worlds: &'a [World],
+    pub(super) inputs: &'a Inputs<f64>,
+    pub(super) horizon: &'a Horizon,
 }
 
 #[cfg(test)]

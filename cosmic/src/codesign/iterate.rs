@@ -1,0 +1,111 @@
+//! Algorithm 1, an iteration at a time.
+
+use super::begin::CoDesign;
+use super::delivery::Delivery;
+use super::progress::{Progress, Record};
+use super::schedule::{Phase, Schedule};
+use crate::design::{alternatives, attract, flips, snap};
+use crate::error::Result;
+use crate::objective::{measures, violations};
+use crate::projection::Projection;
+use crate::scene::Pass;
+
+impl CoDesign {
+    /// Optimises from a seed, showing every iteration's record to `observe`. To stop on the way, to
+    /// save and to go on later, move a [`Progress`] by hand or have
+    /// [`record::optimise_with`](crate::record::optimise_with) do it in a folder.
+    ///
+    /// # Errors
+    /// As [`begin`](Self::begin), the time step checked after every iteration.
+    pub fn optimise(&mut self, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
+        let mut progress = self.begin(seed)?;
+        while !self.is_done(&progress) {
+            observe(&self.iterate(&mut progress));
+            self.step_check(&progress).accept(&self.scene.physics)?;
+        }
+        Ok(self.deliver(&progress))
+    }
+
+    /// Whether all iterations are done.
+    pub fn is_done(&self, progress: &Progress) -> bool {
+        progress.iteration >= self.scene.schedule.iterations
+    }
+
+    /// One iteration of algorithm 1.
+    pub fn iterate(&mut self, progress: &mut Progress) -> Record {
+        let iteration = progress.iteration + 1;
+        let scene = self.scene.clone();
+        let now = Schedule {
+            scene: &scene,
+            iteration,
+        };
+        let mut record = self.blank_record(progress, &now);
+        match now.phase() {
+            Phase::CoDesign | Phase::Attraction => match now.pass() {
+                Pass::Design => self.design_pass(progress, &now, &mut record),
+                Pass::Controller => self.controller_pass(progress, (&now, None), &mut record),
+            },
+            Phase::Snap => self.snap(progress, &now),
+            Phase::FineTuning => {
+                let reached = self.polish(progress, &now);
+                self.controller_pass(progress, (&now, reached), &mut record);
+            }
+        }
+        if now.phase() == Phase::Attraction {
+            let (confidence, nudge) = now.attraction();
+            let mixture = self.task.mixture(Projection::Performance, &progress.z);
+            attract(&mut progress.z, &mixture, confidence, nudge);
+        }
+        progress.iteration = iteration;
+        progress.skipped += record.skipped;
+        record.multipliers = progress.lagrangian.multiplier;
+        record.penalties = progress.lagrangian.penalty;
+        let check = self.step_check(progress);
+        self.checked = Some((self.mixture(progress), check));
+        record.time_step = Some(check);
+        record
+    }
+
+    /// Gives every edge one material, within the widened volume bounds.
+    fn snap(&self, progress: &mut Progress, now: &Schedule) {
+        let mixture = self.task.mixture(Projection::Performance, &progress.z);
+        let bounds = now.volume_bounds();
+        let snapped = snap(&mixture, &bounds);
+        let others = alternatives(&mixture, &snapped, &bounds);
+        let others: Vec<_> = others.take(self.scene.schedule.snap_trials).collect();
+        let (materials, _) = self.farthest(snapped, others, &progress.controller);
+        progress.flips = flips(&mixture, &materials);
+        progress.lay_out(materials);
+    }
+
+    /// What is known at the start of an iteration.
+    fn blank_record(&self, progress: &Progress, now: &Schedule) -> Record {
+        let measures = measures(&self.mixture(progress), self.scene.projection.delta);
+        let thresholds = now.thresholds(&progress.first_measures);
+        let pass = match now.phase() {
+            Phase::CoDesign | Phase::Attraction => Some(now.pass()),
+            Phase::Snap => None,
+            Phase::FineTuning => Some(Pass::Controller),
+        };
+        Record {
+            iteration: now.iteration,
+            phase: now.phase(),
+            pass,
+            displacement: None,
+            displacement_horizon: None,
+            merit_horizon: None,
+            horizon: now.horizon(),
+            volume: measures.volume,
+            actuator_volume: measures.actuator_volume,
+            measures: measures.constrained(),
+            violations: violations(measures.constrained(), &thresholds),
+            multipliers: [0.0; 4],
+            penalties: [0.0; 4],
+            design_gradient: [None; 2],
+            controller_gradient: None,
+            mma: [None, None],
+            skipped: 0,
+            time_step: None,
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Scenes that the tests share, and the tests of an iteration.
+
+use crate::codesign::CoDesign;
+use crate::design::flips;
+use crate::projection::one_hot;
+use crate::scene::{LossKind, Scene};
+
+/// A small robot that moves from the first, with room for other layouts, and the beginning of
+/// its schedule.
+pub(super) const LIVELY: &str = "
+    [lattice]
+    columns = 3
+    rows = 3
+    drop = 0.05
+    [physics]
+    steps = 256
+    [controller]
+    gain = [6.0, 6.0]
+    [volume]
+    widening = 0.2
+    widening_over = [1, 2]
+    [loss]
+    window = 32
+    [schedule]
+    attraction_from = 4
+    snap_at = 7
+    horizon = [64, 64]
+";
+
+/// A robot of two squares for a few steps.
+pub(super) fn tiny() -> Scene {
+    let mut scene = Scene::default();
+    (scene.lattice.columns, scene.lattice.rows) = (3, 2);
+    (scene.physics.steps, scene.controller.hidden) = (24, 3);
+    scene.schedule.iterations = 12;
+    (scene.schedule.attraction_from, scene.schedule.snap_at) = (8, 11);
+    scene.schedule.horizon = [24, 24];
+    scene.loss.kind = LossKind::Final;
+    scene
+}
+
+/// How far the snapped robot of a seed gets.
+fn after_the_snap(trials: usize, seed: u64) -> f64 {
+    let mut scene = Scene::parse("snapped", &[LIVELY, "iterations = 8"].concat()).unwrap();
+    scene.schedule.snap_trials = trials;
+    let mut codesign = CoDesign::new(&scene).unwrap();
+    let mut progress = codesign.begin(seed).unwrap();
+    while progress.iteration + 1 < scene.schedule.snap_at {
+        codesign.iterate(&mut progress);
+    }
+    let soft = codesign.mixture(&progress);
+    codesign.iterate(&mut progress);
+    let materials = progress.materials.as_ref().unwrap();
+    // Those of the layout that was chosen, not of the one that others were tried beside.
+    assert_eq!(progress.flips, flips(&soft, materials));
+    assert_eq!(codesign.mixture(&progress), one_hot::<f64>(materials));
+    codesign.evaluate(&progress).merit
+}
+
+#[test]
+fn trials_at_the_snap_find_better_robots() {
+    let merits = |seed| [0, 8].map(|trials| after_the_snap(trials, seed));
+    let pairs: Vec<_> = (0..4).map(merits).collect();
+    assert!(
+        pairs.iter().all(|[plain, tried]| tried >= plain),
+        "{pairs:?}"
+    );
+    assert!(
+        pairs.iter().any(|[plain, tried]| tried > plain),
+        "{pairs:?}"
+    );
+}
