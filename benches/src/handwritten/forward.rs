@@ -6,7 +6,7 @@ use autodiff::lanes::Lane;
 use super::buffer::{Buffer, prefetch};
 use super::plan::{BAND, CLOCK, DIRECTIONS, H, JX, JY, ORIGIN, Plan, ROW, Register, U};
 use super::product::product;
-use super::{FEW, HIDDEN, NODES, SENSED, STATE};
+use super::sizes::{FEW, HIDDEN, NODES, SENSED, STATE};
 
 /// What is added to the square of a length, m^2 (D4).
 const SOFTENING: f64 = 1e-12;

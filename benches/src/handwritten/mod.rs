@@ -11,6 +11,7 @@ mod forward;
 mod plan;
 mod product;
 mod reverse;
+mod sizes;
 
 use autodiff::lanes::{Lane, Vectorized};
 use autodiff::{Real, Var};
@@ -23,20 +24,7 @@ use cosmic::scene::{Contact, Integrator, LossSettings};
 
 pub use buffer::Buffer;
 use plan::{Plan, start};
-
-const COLUMNS: usize = 6;
-const NODES: usize = 36;
-const EDGES: usize = 110;
-const HIDDEN: usize = 32;
-/// Numbers of a state: x, y, x velocity, y velocity of all nodes.
-const STATE: usize = 4 * NODES;
-/// What the folded controller takes: the state, sine and cosine.
-const SENSED: usize = STATE + 2;
-/// Nodes and edges to whole registers of 16 numbers.
-const NODE_PLACES: usize = 48;
-const EDGE_PLACES: usize = 112;
-/// Places for outputs where only some edges strain.
-const FEW: usize = 32;
+use sizes::{COLUMNS, EDGE_PLACES, EDGES, FEW, HIDDEN, NODES};
 
 /// What is asked for beside the loss: nothing, the gradient by the design, or by the controller.
 /// Each is compiled on its own, as loops are spoilt by what else is in a function.

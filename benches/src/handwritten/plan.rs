@@ -10,7 +10,7 @@ use cosmic::lattice::{Ground, State};
 use cosmic::projection::Body;
 
 use super::buffer::Buffer;
-use super::{COLUMNS, EDGE_PLACES, EDGES, FEW, HIDDEN, NODE_PLACES, NODES, SENSED, STATE};
+use super::sizes::{COLUMNS, EDGE_PLACES, EDGES, FEW, HIDDEN, NODE_PLACES, NODES, SENSED, STATE};
 
 /// Places in the row of a step: state, clock, hidden units, activations, impulses on nodes.
 pub(super) const CLOCK: usize = STATE;

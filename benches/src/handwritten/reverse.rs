@@ -7,7 +7,7 @@ use super::buffer::{Buffer, prefetch};
 use super::forward::{Bands, Edges, net};
 use super::plan::{CLOCK, H, JX, JY, Plan, ROW, U};
 use super::product::{BATCH, Pairs, outer, product};
-use super::{EDGE_PLACES, EDGES, HIDDEN, NODE_PLACES, NODES, SENSED, STATE};
+use super::sizes::{EDGE_PLACES, EDGES, HIDDEN, NODE_PLACES, NODES, SENSED, STATE};
 
 /// Cotangents and where they are gathered.
 struct Sweep<R, const OUTPUTS: usize> {

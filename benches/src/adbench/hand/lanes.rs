@@ -5,8 +5,8 @@ use autodiff::lanes::{Lane, Vectorized};
 use num_traits::Zero;
 
 use super::model::Model;
+use super::skin::{FINGERS, GLOBAL, JOINTS, THETA, Target, blend, residual};
 use super::transform::{Affine, lift, splat};
-use super::{FINGERS, GLOBAL, JOINTS, THETA, Target, blend, residual};
 
 /// The directions of a correspondence: its own `u1 u2`, then `theta`.
 const DIRECTIONS: usize = 2 + THETA;

@@ -6,6 +6,7 @@
 
 mod lanes;
 mod model;
+mod skin;
 mod transform;
 
 use std::path::Path;
@@ -16,17 +17,11 @@ use serde_json::{Value, json};
 
 use self::lanes::{Pose, PoseDerivatives, ResidualDerivatives, Residuals, Skin};
 use self::model::Model;
+use self::skin::{FINGERS, GLOBAL, JOINTS, THETA, Target};
 use self::transform::Affine;
 use super::input::{self, Error, Tokens};
 use super::{Problem, rotation};
 
-/// Pose parameters: global rotation and translation, then four angles per finger.
-const THETA: usize = 26;
-/// The global ones.
-const GLOBAL: usize = 6;
-const FINGERS: usize = 5;
-/// Angles of a finger, and bones of it.
-const JOINTS: usize = 4;
 /// Below this length a rotation vector turns nothing.
 const NO_ROTATION: f64 = 1e-4;
 
@@ -39,13 +34,6 @@ pub struct Hand {
     residuals: Vec<f64>,
     /// Row by row.
     jacobian: Vec<f64>,
-}
-
-/// A measured point, and the point `u1 a + u2 b + (1 - u1 - u2) c` of the skin that is to meet it.
-struct Target {
-    point: [f64; 3],
-    corners: [usize; 3],
-    u: [f64; 2],
 }
 
 impl Hand {
@@ -214,24 +202,4 @@ fn global<R: Real>(theta: &[R]) -> Affine<R> {
         matrix[row][3] = theta[3 + row];
     }
     Affine(matrix)
-}
-
-/// What bones contribute to a vertex.
-#[inline(always)]
-fn blend<R: Real>(bones: &[Affine<R>], weights: &[R], vertex: [R; 3]) -> [R; 3] {
-    let mut sum = [R::zero(); 3];
-    for (bone, &weight) in bones.iter().zip(weights) {
-        let moved = bone.apply(vertex);
-        for i in 0..3 {
-            sum[i] = weight.fma(moved[i], sum[i]);
-        }
-    }
-    sum
-}
-
-/// How far a point of the skin is from where it was measured, by one coordinate.
-#[inline(always)]
-fn residual<R: Real>(point: R, u: [R; 2], corners: [R; 3]) -> R {
-    let last = R::one() - u[0] - u[1];
-    point - (u[0] * corners[0] + u[1] * corners[1] + last * corners[2])
 }
