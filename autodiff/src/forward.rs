@@ -7,8 +7,8 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{FromPrimitive, One, Zero};
 
-use crate::element::Elementary;
 use crate::fused::Fused;
+use crate::math::Elementary;
 use crate::real::Real;
 use crate::rule;
 

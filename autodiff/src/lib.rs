@@ -238,47 +238,42 @@
 #[cfg(test)]
 extern crate self as autodiff;
 
-pub mod batch;
-pub mod check;
-pub mod custom;
-pub mod drivers;
-pub mod element;
-mod elementary;
-pub mod emit;
-pub mod forward;
-pub mod fused;
-pub mod implicit;
-pub mod kernel;
-pub mod lanes;
-mod lu;
-#[cfg(feature = "nalgebra")]
-pub mod nalgebra;
-#[cfg(feature = "rayon")]
-pub mod parallel;
-pub mod program;
+// The order of the modules is the architecture: each uses only those above it.
 pub mod real;
-pub mod reverse;
-pub mod rollout;
 mod rule;
-mod spare;
-pub mod sparse;
-pub mod trace;
-pub mod wide;
+mod math;
+pub mod simd;
+pub mod fused;
+pub mod forward;
+mod pool;
+pub mod reverse;
+pub mod custom;
+pub mod arrays;
+pub mod rollout;
+pub mod record;
+pub mod drivers;
+pub mod interop;
+pub mod diagnose;
 
+pub use arrays::{Adjoint, Array, Graph, Kernel, Matrix, Partials, Program};
+pub use diagnose::{Wide, check, trace};
+#[cfg(feature = "rayon")]
+pub use drivers::parallel;
+pub use drivers::sparse::sparse_jacobian;
 pub use drivers::{
-    Function, VectorFunction, gradient, gradient_of, hessian, hessian_vector, jacobian, jvp,
-    value_and_gradient, value_and_gradient_of, vjp,
+    Function, VectorFunction, batch, gradient, gradient_of, hessian, hessian_vector, implicit,
+    jacobian, jvp, sparse, value_and_gradient, value_and_gradient_of, vjp,
 };
-pub use element::{Element, Elementary};
 pub use forward::Dual;
 pub use fused::Fused;
-pub use kernel::{Adjoint, Kernel, Partials};
-pub use program::{Array, Graph, Matrix, Program};
+pub use interop::Element;
+#[cfg(feature = "nalgebra")]
+pub use interop::nalgebra;
+pub use math::Elementary;
 pub use real::{Mask, Real};
+pub use record::emit;
 pub use reverse::{Tape, Var};
 pub use rollout::{CotangentBound, Given, Memory, Model, Rollout};
-pub use sparse::sparse_jacobian;
-pub use wide::Wide;
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

@@ -45,10 +45,9 @@ use std::ops::{AddAssign, BitAnd, BitOr, Div, DivAssign, MulAssign, Neg, Not, Su
 
 use num_traits::{One, Zero};
 
-use crate::element::Elementary;
-use crate::elementary;
 use crate::fused::Fused;
-use crate::lanes::{self, Vectorized};
+use crate::math::Elementary;
+use crate::simd::Vectorized;
 
 /// The result of a comparison: `bool`, or one truth value per lane.
 ///
@@ -276,106 +275,3 @@ pub trait Real:
         work.run::<Self>()
     }
 }
-
-macro_rules! impl_real_for_float {
-    ($float:ident, $lanes:ident) => {
-        impl Real for $float {
-            type Mask = bool;
-
-            #[inline(always)]
-            fn lit(value: f64) -> Self {
-                value as $float
-            }
-            #[inline(always)]
-            fn lt(self, other: Self) -> bool {
-                self < other
-            }
-            #[inline(always)]
-            fn le(self, other: Self) -> bool {
-                self <= other
-            }
-            #[inline(always)]
-            fn select(mask: bool, if_true: Self, if_false: Self) -> Self {
-                if mask { if_true } else { if_false }
-            }
-            #[inline(always)]
-            fn sqrt(self) -> Self {
-                self.sqrt()
-            }
-            #[inline(always)]
-            fn exp(self) -> Self {
-                elementary::exp(self)
-            }
-            #[inline(always)]
-            fn ln(self) -> Self {
-                self.ln()
-            }
-            #[inline(always)]
-            fn sin(self) -> Self {
-                if self.abs() <= elementary::SIN_RANGE as $float {
-                    elementary::sin_cos(self).0
-                } else {
-                    $float::sin(self)
-                }
-            }
-            #[inline(always)]
-            fn cos(self) -> Self {
-                if self.abs() <= elementary::SIN_RANGE as $float {
-                    elementary::sin_cos(self).1
-                } else {
-                    $float::cos(self)
-                }
-            }
-            #[inline(always)]
-            fn tanh(self) -> Self {
-                elementary::tanh(self)
-            }
-            #[inline(always)]
-            fn atan2(self, x: Self) -> Self {
-                self.atan2(x)
-            }
-            #[inline(always)]
-            fn powi(self, exponent: i32) -> Self {
-                self.powi(exponent)
-            }
-            #[inline(always)]
-            fn powf(self, exponent: Self) -> Self {
-                self.powf(exponent)
-            }
-            #[inline(always)]
-            fn elementary(self, function: Elementary) -> Self {
-                match function.of_system() {
-                    Some(system) => system(self as f64) as $float,
-                    None => function.value(self),
-                }
-            }
-            #[inline(always)]
-            fn abs(self) -> Self {
-                self.abs()
-            }
-            #[inline(always)]
-            fn detach(self) -> Self {
-                self
-            }
-            #[inline(always)]
-            fn straight_through(self, _soft: Self) -> Self {
-                self
-            }
-            #[inline(always)]
-            fn chain(partial: Self, cotangent: Self) -> Self {
-                if cotangent == 0.0 {
-                    0.0
-                } else {
-                    partial * cotangent
-                }
-            }
-            #[inline(always)]
-            fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
-                lanes::$lanes(work)
-            }
-        }
-    };
-}
-
-impl_real_for_float!(f64, f64_lanes);
-impl_real_for_float!(f32, f32_lanes);

@@ -3,9 +3,9 @@
 #[allow(dead_code)] // only forward mode serves here
 mod common;
 
+use autodiff::Elementary;
 use autodiff::batch::{Sum, Summand};
 use autodiff::custom::{Rule, apply};
-use autodiff::element::Elementary;
 use autodiff::{Function, Mask, Real, gradient, hessian};
 use common::forward_gradient;
 

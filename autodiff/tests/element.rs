@@ -3,7 +3,7 @@
 
 use std::num::FpCategory;
 
-use autodiff::lanes::{Lane, Vectorized};
+use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual, Element, Function, Real, Wide, gradient, hessian};
 use num_traits::{Float, NumCast, Signed, ToPrimitive};
 

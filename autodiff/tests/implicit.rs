@@ -4,7 +4,7 @@
 mod common;
 
 use autodiff::implicit::{Residual, Singular, root};
-use autodiff::lanes::{Lane, Vectorized};
+use autodiff::simd::{Lane, Vectorized};
 use autodiff::{
     Dual, Function, Real, Tape, Var, VectorFunction, Wide, gradient, hessian, jacobian, vjp,
 };

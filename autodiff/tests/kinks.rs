@@ -3,8 +3,8 @@
 
 mod common;
 
-use autodiff::element::Elementary;
-use autodiff::lanes::{Lane, Vectorized};
+use autodiff::Elementary;
+use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Function, Real, Tape, Var, gradient, hessian};
 use common::{assert_gradient, forward_gradient};
 use num_traits::Zero;

@@ -2,7 +2,7 @@
 
 use std::ops::{AddAssign, DivAssign, MulAssign, SubAssign};
 
-use autodiff::element::Elementary;
+use autodiff::Elementary;
 use autodiff::trace::{Traced, first_non_finite};
 use autodiff::{Dual, Mask, Real, Tape, Var, Wide};
 

@@ -1,9 +1,9 @@
 //! Origins of infinities and NaN, against what the modes themselves return.
 
+use autodiff::Elementary;
 use autodiff::custom::{Rule, apply};
-use autodiff::element::Elementary;
 use autodiff::implicit::{Residual, root};
-use autodiff::lanes::{Lane, Vectorized};
+use autodiff::simd::{Lane, Vectorized};
 use autodiff::trace::{NonFinite, Traced, first_non_finite};
 use autodiff::{
     Adjoint, Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, value_and_gradient,

@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use autodiff::Real;
-use autodiff::lanes::{Lane, Vectorized};
+use autodiff::simd::{Lane, Vectorized};
 use cosmic::case::Case;
 use cosmic::gradient::{CONTROLLER, DESIGN};
 use cosmic::scene::Scene;

@@ -10,6 +10,6 @@ pub fn machine() -> String {
     let name = field("model name").unwrap_or_else(|| "an unknown processor".into());
     let kind = [field("cpu family"), field("model\t")].map(Option::unwrap_or_default);
     let [family, model] = kind;
-    let level = autodiff::lanes::level();
+    let level = autodiff::simd::level();
     format!("{name} (family {family}, model {model}), {level:?} lanes")
 }

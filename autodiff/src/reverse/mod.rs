@@ -3,10 +3,10 @@
 
 mod current;
 mod fused;
-mod spare;
+mod pool;
 mod tape;
 mod var;
 
-pub(crate) use spare::with_tape;
+pub(crate) use pool::with_tape;
 pub use tape::Tape;
 pub use var::Var;

@@ -10,8 +10,8 @@ use num_traits::{FromPrimitive, One, Zero};
 use super::current::{self, CONSTANT};
 use super::fused;
 use super::tape::{Entry, NONE};
-use crate::element::Elementary;
 use crate::fused::Fused;
+use crate::math::Elementary;
 use crate::real::Real;
 use crate::rule;
 

@@ -3,11 +3,11 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::memory::Plan;
-use super::{Model, Rollout};
-use crate::program::{Aligned, Program, Watch};
+use super::checkpoints::Plan;
+use super::settings::{Model, Rollout};
+use crate::arrays::{Aligned, Program, Watch};
+use crate::pool;
 use crate::real::Real;
-use crate::spare;
 
 /// Starts that run interleaved.
 #[derive(Clone, Copy)]
@@ -296,7 +296,7 @@ impl<R: Real> Recorded<R> {
 
 /// At least `len` numbers with any values: those of the thread's last sweep, if they are enough.
 fn spare_rows<R: Real>(len: usize) -> Aligned<R> {
-    match spare::take::<Aligned<R>>() {
+    match pool::take::<Aligned<R>>() {
         Some(rows) if rows.len() >= len => *rows,
         // Some more for longer sweeps to come; pages that are not touched take no memory.
         _ => Aligned::zeros(len + len / 4),
@@ -306,6 +306,6 @@ fn spare_rows<R: Real>(len: usize) -> Aligned<R> {
 impl<R: Real> Drop for Recorded<R> {
     fn drop(&mut self) {
         let rows = std::mem::replace(&mut self.rows, Aligned::zeros(0));
-        spare::keep(Box::new(rows));
+        pool::keep(Box::new(rows));
     }
 }

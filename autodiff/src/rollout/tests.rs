@@ -6,9 +6,8 @@ mod net;
 use net::{Loss, NODES};
 use num_traits::Zero;
 
-use super::many::Many;
-use crate::lanes::{Level, at_most, level};
-use crate::program::lanes;
+use super::batched::Many;
+use crate::simd::{Level, at_most, lanes, level};
 use crate::{
     Adjoint, CotangentBound, Dual, Function, Fused, Given, Kernel, Memory, Model, Program, Real,
     Rollout, Tape, Var, gradient_of,

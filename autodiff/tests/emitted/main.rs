@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use autodiff::element::Elementary;
+use autodiff::Elementary;
 use autodiff::emit::{adjoint, adjoint_with_results, partials};
 use autodiff::{
     Adjoint, Element, Function, Kernel, Mask, Memory, Model, Partials, Program, Real, Rollout,

@@ -246,9 +246,9 @@ impl Adjoint<3, 15> for Every {
         let t212 = t211.recip();
         let t213 = t159.lt(t39);
         let t214 = R::select(t213, t212, t120);
-        let t215 = x1.elementary(autodiff::element::Elementary::Sinh);
-        let t216 = x1.elementary(autodiff::element::Elementary::Cosh);
-        let t217 = x2.elementary(autodiff::element::Elementary::Cbrt);
+        let t215 = x1.elementary(autodiff::Elementary::Sinh);
+        let t216 = x1.elementary(autodiff::Elementary::Cosh);
+        let t217 = x2.elementary(autodiff::Elementary::Cbrt);
         let t218 = t94 * t217;
         let t219 = t217 * t218;
         let t220 = t219.recip();

@@ -1,7 +1,7 @@
 //! The step and the run forward.
 
 use autodiff::Real;
-use autodiff::lanes::Lane;
+use autodiff::simd::Lane;
 
 use super::buffer::{Buffer, prefetch};
 use super::plan::{BAND, CLOCK, DIRECTIONS, H, JX, JY, ORIGIN, Plan, ROW, Register, U};

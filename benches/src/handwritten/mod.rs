@@ -13,7 +13,7 @@ mod product;
 mod reverse;
 mod sizes;
 
-use autodiff::lanes::{Lane, Vectorized};
+use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Real, Var};
 use cosmic::case::Case;
 use cosmic::controller::Folded;

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use autodiff::Real;
-use autodiff::lanes::Lane;
+use autodiff::simd::Lane;
 use cosmic::case::Case;
 use cosmic::controller::{Folded, clock};
 use cosmic::lattice::{Ground, State};

@@ -1,7 +1,7 @@
 //! Matrices times vectors, and outer products added up.
 
 use autodiff::Real;
-use autodiff::lanes::Lane;
+use autodiff::simd::Lane;
 
 /// Steps whose outer products are added up as one matrix product.
 pub(super) const BATCH: usize = 16;

@@ -1,7 +1,7 @@
 //! The reverse sweep, worked out by hand.
 
 use autodiff::Real;
-use autodiff::lanes::Lane;
+use autodiff::simd::Lane;
 
 use super::buffer::{Buffer, prefetch};
 use super::forward::{Bands, Edges, net};

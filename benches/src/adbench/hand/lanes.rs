@@ -1,7 +1,7 @@
 //! The hand's work in SIMD lanes: over vertices, then over correspondences.
 
 use autodiff::Dual;
-use autodiff::lanes::{Lane, Vectorized};
+use autodiff::simd::{Lane, Vectorized};
 use num_traits::Zero;
 
 use super::model::Model;

@@ -11,7 +11,7 @@ mod transform;
 
 use std::path::Path;
 
-use autodiff::lanes::{Lane, Vectorized};
+use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual, Real};
 use serde_json::{Value, json};
 

@@ -1,6 +1,6 @@
 //! Affine transformations of space.
 
-use autodiff::lanes::Lane;
+use autodiff::simd::Lane;
 use autodiff::{Dual, Real};
 use num_traits::Zero;
 

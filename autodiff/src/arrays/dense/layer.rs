@@ -1,0 +1,379 @@
+//! The dense layer as one operation, with two copies of its weights.
+//!
+//! The forward product `W x` and the reverse one `W^T y_bar` both read the weights once, in order. Each
+//! wants another order, so both are stored.
+
+use super::super::array::{Array, Matrix};
+use super::super::operation::Operation;
+use super::super::row::{Bars, Frame, joined};
+use super::aligned::Aligned;
+use super::outer::{Batch, OuterProducts};
+use super::output::Output;
+use super::panels::Panels;
+use super::product::{Product, Weights};
+use crate::real::Real;
+use crate::simd::{Lane, Vectorized, lanes};
+
+pub(in crate::arrays) struct Dense<R> {
+    matrix: Matrix,
+    /// The inputs, adjacent ones joined. A single stretch is read in place.
+    inputs: Vec<Array>,
+    inputs_active: Vec<usize>,
+    bias: Array,
+    output: Array,
+    /// Where there are zeros among the rows of the output.
+    spread: Option<Spread<R>>,
+    tanh: bool,
+    /// `W`, for `W x`.
+    weights: Weights<R>,
+    /// `W^T`, for `W^T y_bar`.
+    transposed: Weights<R>,
+    /// The cotangent of `W`.
+    weights_bar: Panels<R>,
+    /// Inputs and output cotangents of the last steps, not yet added to `weights_bar`.
+    batch: Batch<R>,
+    /// Several stretches of inputs as one, or their cotangents.
+    packed: Vec<R>,
+    active: Active,
+}
+
+/// An output with zeros among its rows.
+struct Spread<R> {
+    lanes: Vec<LaneOfRows>,
+    /// Where a register holds all starts of one row: which registers of the output are rows.
+    places: Vec<usize>,
+    /// Elsewhere: the rows' values without the zeros, with room for a register past the last.
+    y: Aligned<R>,
+}
+
+/// A register of the output: its first row, and a bit for each of its places that has one.
+#[derive(Clone, Copy)]
+struct LaneOfRows {
+    first: usize,
+    bits: u16,
+}
+
+/// Which cotangents are asked for.
+struct Active {
+    inputs: bool,
+    weights: bool,
+    bias: bool,
+}
+
+impl<R: Real> Spread<R> {
+    /// `None` if every place is a row.
+    fn new(places: &[bool], starts: usize) -> Option<Self> {
+        let count = |places: &[bool]| places.iter().filter(|row| **row).count();
+        let (width, rows) = (lanes::<R>(), count(places));
+        let lane = |(k, part): (usize, &[bool])| LaneOfRows {
+            first: count(&places[..k * width]),
+            bits: part
+                .iter()
+                .rev()
+                .fold(0, |bits, &row| bits << 1 | u16::from(row)),
+        };
+        if rows == places.len() {
+            return None;
+        }
+        let lanes: Vec<_> = places.chunks(width).enumerate().map(lane).collect();
+        let is_row = |&k: &usize| starts > 1 && starts == width && lanes[k].bits != 0;
+        Some(Self {
+            places: (0..lanes.len()).filter(is_row).collect(),
+            lanes,
+            y: Aligned::zeros(rows + width),
+        })
+    }
+}
+
+impl<R: Real> Dense<R> {
+    /// `numbers` counts the entries of all matrices of the program, which share the caches.
+    pub(in crate::arrays) fn new(
+        (matrix, bias, numbers): (Matrix, Array, usize),
+        x: &[Array],
+        (output, places): (Array, &[bool]),
+        tanh: bool,
+    ) -> Self {
+        let (columns, starts) = (matrix.columns, output.starts);
+        Self {
+            inputs: joined(x),
+            inputs_active: x.iter().map(|a| a.id).collect(),
+            spread: Spread::new(places, starts),
+            matrix,
+            bias,
+            output,
+            tanh,
+            weights: Weights::zero((starts, numbers), matrix.rows, columns),
+            transposed: Weights::zero((starts, numbers), columns, matrix.rows),
+            weights_bar: Panels::zero(matrix.rows, columns),
+            batch: Batch::new(starts, matrix.rows, columns),
+            packed: Vec::with_capacity(columns * starts),
+            active: Active {
+                inputs: true,
+                weights: true,
+                bias: true,
+            },
+        }
+    }
+
+    /// Adds `W^T y_bar` to the cotangents of the inputs.
+    fn reverse_inputs(&mut self, bars: &mut Bars<R>) {
+        let mut product = Product {
+            matrix: &self.transposed,
+            x: self.batch.current(),
+            output: Output {
+                bias: None,
+                y: &mut [],
+                places: &[],
+                tanh: false,
+            },
+        };
+        if let &[input] = &self.inputs[..] {
+            product.output.y = bars.get_mut(input);
+            return product.run();
+        }
+        // Not added to the bars one by one: an input may occur twice.
+        self.packed.clear();
+        self.packed
+            .resize(self.inputs.iter().map(|input| input.len).sum(), R::zero());
+        product.output.y = &mut self.packed;
+        product.run();
+        let mut packed = &self.packed[..];
+        for &input in &self.inputs {
+            let (bar, rest) = packed.split_at(input.len);
+            let to = bars.get_mut(input);
+            R::vectorize(AddTo { to, bar });
+            packed = rest;
+        }
+    }
+
+    /// Keeps this step's outer product for later; adds the batch up when it is full.
+    fn reverse_weights(&mut self, values: Frame<R>) {
+        let x = input(&self.inputs, &mut self.packed, values);
+        if self.batch.keep(x) {
+            self.flush();
+        }
+    }
+
+    fn flush(&mut self) {
+        R::vectorize(OuterProducts {
+            batch: &self.batch,
+            to: &mut self.weights_bar,
+        });
+        self.batch.clear();
+    }
+}
+
+/// The inputs in one slice: in place if they are adjacent, else packed.
+#[inline(always)]
+fn input<'a, R: Real>(inputs: &[Array], packed: &'a mut Vec<R>, values: Frame<'a, R>) -> &'a [R] {
+    if let &[input] = inputs {
+        return values.get(input);
+    }
+    packed.clear();
+    for &input in inputs {
+        packed.extend_from_slice(values.get(input));
+    }
+    packed
+}
+
+impl<R: Real> Operation<R> for Dense<R> {
+    fn outputs(&self) -> Vec<Array> {
+        vec![self.output]
+    }
+
+    fn load(&mut self, parameters: &[&[R]]) {
+        let given = parameters[self.matrix.parameter];
+        let columns = self.matrix.columns;
+        self.weights.each(|row, column, entries| {
+            let below = given[row * columns + column..].iter().step_by(columns);
+            for (entry, &weight) in entries.iter_mut().zip(below) {
+                *entry = weight;
+            }
+        });
+        self.transposed.each(|column, row, entries| {
+            let beside = &given[row * columns + column..][..entries.len()];
+            entries.copy_from_slice(beside);
+        });
+    }
+
+    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
+        let (row, output) = row.split_at_mut(self.output.start);
+        let values = Frame { parameters, row };
+        let mut product = Product {
+            matrix: &self.weights,
+            x: input(&self.inputs, &mut self.packed, values),
+            output: Output {
+                bias: Some(values.get(self.bias)),
+                y: &mut [],
+                places: &[],
+                tanh: self.tanh,
+            },
+        };
+        match &mut self.spread {
+            None => {
+                product.output.y = &mut output[..self.output.len];
+                product.run();
+            }
+            Some(Spread { lanes, places, .. }) if !places.is_empty() => {
+                (product.output.y, product.output.places) =
+                    (&mut output[..self.output.len], places);
+                product.run();
+                R::vectorize(Gaps { lanes, output });
+            }
+            Some(Spread { lanes, y, .. }) => {
+                product.output.y = &mut y[..self.bias.len];
+                product.run();
+                R::vectorize(SetOut { lanes, y, output });
+            }
+        }
+    }
+
+    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>) {
+        let start = self.output.start;
+        let (y, bar) = (&values.row[start..], &bars.row[start..]);
+        R::vectorize(BeforeTanh {
+            y,
+            bar,
+            rows: self.output.len,
+            lanes: self.spread.as_ref().map(|spread| &spread.lanes[..]),
+            tanh: self.tanh,
+            y_bar: self.batch.current_mut(),
+        });
+        if self.active.bias {
+            R::vectorize(AddTo {
+                to: bars.get_mut(self.bias),
+                bar: self.batch.current(),
+            });
+        }
+        if self.active.inputs {
+            self.reverse_inputs(bars);
+        }
+        if self.active.weights {
+            self.reverse_weights(*values);
+        }
+    }
+
+    fn set_active(&mut self, arrays: &[bool], parameters: &[bool]) {
+        self.active = Active {
+            inputs: self.inputs_active.iter().any(|&id| arrays[id]),
+            weights: parameters[self.matrix.parameter],
+            bias: arrays[self.bias.id],
+        };
+        // A new sweep begins.
+        self.weights_bar.fill_zero();
+        self.batch.clear();
+    }
+
+    fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {
+        self.flush();
+        let (columns, bars) = (
+            self.matrix.columns,
+            &mut parameter_bars[self.matrix.parameter],
+        );
+        self.weights_bar.each(|row, column, entries| {
+            let below = bars[row * columns + column..].iter_mut().step_by(columns);
+            for (bar, &entry) in below.zip(entries.iter()) {
+                *bar += entry;
+            }
+        });
+    }
+}
+
+/// Writes rows and zeros to the output, up to the end of its last register.
+struct SetOut<'a, R> {
+    lanes: &'a [LaneOfRows],
+    y: &'a [R],
+    output: &'a mut [R],
+}
+
+impl<R: Real> Vectorized<R> for SetOut<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        for (lane, output) in self.lanes.iter().zip(self.output.chunks_exact_mut(L::N)) {
+            let rows = L::load(&self.y[lane.first..]).expand(lane.bits);
+            rows.store(output);
+        }
+    }
+}
+
+/// Writes the zeros among rows, where a register holds all starts of one row.
+struct Gaps<'a, R> {
+    lanes: &'a [LaneOfRows],
+    output: &'a mut [R],
+}
+
+impl<R: Real> Vectorized<R> for Gaps<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        for (lane, output) in self.lanes.iter().zip(self.output.chunks_exact_mut(L::N)) {
+            if lane.bits == 0 {
+                L::zero().store(output);
+            }
+        }
+    }
+}
+
+/// The cotangent of `W x + bias`, row by row, from that of the output.
+struct BeforeTanh<'a, R> {
+    y: &'a [R],
+    bar: &'a [R],
+    /// The length of an output without gaps.
+    rows: usize,
+    /// The registers of an output with gaps.
+    lanes: Option<&'a [LaneOfRows]>,
+    tanh: bool,
+    /// The result, with room for a register past the last.
+    y_bar: &'a mut [R],
+}
+
+impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let both = self.y.chunks_exact(L::N).zip(self.bar.chunks_exact(L::N));
+        match self.lanes {
+            None => {
+                let to = self.y_bar[..self.rows].chunks_mut(L::N);
+                for (to, (y, bar)) in to.zip(both) {
+                    before_tanh::<R, L>(self.tanh, y, bar).store_up_to(to);
+                }
+            }
+            // Every register is written whole; the next overwrites what lies past its rows.
+            Some(lanes) => {
+                for (lane, (y, bar)) in lanes.iter().zip(both) {
+                    let rows = before_tanh::<R, L>(self.tanh, y, bar).compress(lane.bits);
+                    rows.store(&mut self.y_bar[lane.first..]);
+                }
+            }
+        }
+    }
+}
+
+/// The cotangent of the argument of `tanh`, from the output `y` and its cotangent; without a `tanh`, that
+/// of the output itself.
+#[inline(always)]
+fn before_tanh<R: Real, L: Lane<R>>(tanh: bool, y: &[R], bar: &[R]) -> L {
+    let (y, bar) = (L::load(y), L::load(bar));
+    match tanh {
+        true => L::chain((-y).fma(y, L::one()), bar),
+        false => bar,
+    }
+}
+
+struct AddTo<'a, R> {
+    to: &'a mut [R],
+    bar: &'a [R],
+}
+
+impl<R: Real> Vectorized<R> for AddTo<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let both = self.to.chunks_mut(L::N).zip(self.bar.chunks(L::N));
+        for (to, bar) in both {
+            (L::load_up_to(to) + L::load_up_to(bar)).store_up_to(to);
+        }
+    }
+}

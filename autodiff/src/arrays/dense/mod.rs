@@ -1,0 +1,12 @@
+//! Dense layers: a matrix times a vector, its layout in memory and its derivatives.
+
+mod aligned;
+mod output;
+mod panels;
+mod tiles;
+mod product;
+mod outer;
+mod layer;
+
+pub(crate) use aligned::Aligned;
+pub(super) use layer::Dense;

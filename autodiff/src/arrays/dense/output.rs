@@ -1,0 +1,84 @@
+//! Where the rows of a product go: bias, activation, places.
+
+use crate::real::Real;
+use crate::simd::Lane;
+
+/// Where a product goes.
+pub(super) struct Output<'a, R> {
+    pub(super) bias: Option<&'a [R]>,
+    pub(super) y: &'a mut [R],
+    /// Which registers of `y` are rows, if not all in their order; only where each lane is a start.
+    pub(super) places: &'a [usize],
+    pub(super) tanh: bool,
+}
+
+impl<R: Real> Output<'_, R> {
+    /// Takes the sums of `H` registers of rows, from the row `first` on, for each of `K` vectors; the
+    /// output interleaves them.
+    #[inline(always)]
+    pub(super) fn add_rows<L: Lane<R>, const H: usize, const K: usize>(
+        &mut self,
+        first: usize,
+        sums: [[L; K]; H],
+    ) {
+        let (mut at, mut even, mut odd) = ([0; H], [L::zero(); H], [L::zero(); H]);
+        for h in 0..H {
+            at[h] = (first + h * L::N) * K;
+            [even[h], odd[h]] = match K {
+                1 => [sums[h][0], L::zero()],
+                _ => sums[h][0].zip(sums[h][K - 1]),
+            };
+        }
+        self.add((at, at), even);
+        if K > 1 {
+            // Past the last rows nothing may be left of a second register.
+            for h in 0..H {
+                at[h] += L::N;
+            }
+            self.add((at, at), odd);
+        }
+    }
+
+    /// Takes the sums of `N` rows, from the row `first` on, each a register of starts; those past the last
+    /// of `rows` are dropped.
+    #[inline(always)]
+    pub(super) fn add_starts<L: Lane<R>, const N: usize>(
+        &mut self,
+        (first, rows): (usize, usize),
+        sums: [L; N],
+    ) {
+        let (mut from, mut to) = ([0; N], [self.y.len(); N]);
+        for n in 0..N {
+            let row = first + n;
+            from[n] = row * L::N;
+            if row < rows {
+                to[n] = self.places.get(row).copied().unwrap_or(row) * L::N;
+            }
+        }
+        self.add((from, to), sums);
+    }
+
+    /// Adds registers to the bias from places `from` on, or to `y`, and writes them to `y` from places
+    /// `to` on; what lies past the end of either is dropped.
+    #[inline(always)]
+    fn add<L: Lane<R>, const N: usize>(
+        &mut self,
+        (from, to): ([usize; N], [usize; N]),
+        mut sums: [L; N],
+    ) {
+        for n in 0..N {
+            let before = match self.bias {
+                Some(bias) => L::load_up_to(&bias[from[n].min(bias.len())..]),
+                None => L::load_up_to(&self.y[to[n].min(self.y.len())..]),
+            };
+            sums[n] = before + sums[n];
+        }
+        if self.tanh {
+            sums = L::tanh_each(sums);
+        }
+        for n in 0..N {
+            let to = to[n].min(self.y.len());
+            sums[n].store_up_to(&mut self.y[to..]);
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Products of a layer's matrix with the vector of one start, or the interleaved ones of several.
+
+use super::output::Output;
+use super::panels::Panels;
+use super::tiles::Tiles;
+use crate::real::Real;
+use crate::simd::{Lane, Vectorized, lanes};
+
+/// A matrix, stored for products with the vectors of one start, of two, or of one for each lane.
+pub(super) enum Weights<R> {
+    One(Panels<R>),
+    Two(Panels<R>),
+    Lane(Tiles<R>),
+}
+
+impl<R: Real> Weights<R> {
+    /// Zeros, for this many starts. `numbers` counts the entries of all matrices whose products
+    /// alternate, this one's included.
+    pub(super) fn zero((starts, numbers): (usize, usize), rows: usize, columns: usize) -> Self {
+        match starts {
+            1 => Self::One(Panels::taking_turns(numbers, rows, columns)),
+            _ if starts == lanes::<R>() => Self::Lane(Tiles::zero(rows, columns)),
+            _ => Self::Two(Panels::taking_turns(numbers, rows, columns)),
+        }
+    }
+
+    /// As of [`Panels::each`].
+    pub(super) fn each(&mut self, f: impl FnMut(usize, usize, &mut [R])) {
+        match self {
+            Self::One(panels) | Self::Two(panels) => panels.each(f),
+            Self::Lane(tiles) => tiles.each(f),
+        }
+    }
+}
+
+/// `y = bias + A x`, or `y += A x` without a bias; then `tanh` of it where asked.
+pub(super) struct Product<'a, R> {
+    pub(super) matrix: &'a Weights<R>,
+    pub(super) x: &'a [R],
+    pub(super) output: Output<'a, R>,
+}
+
+impl<R: Real> Product<'_, R> {
+    #[inline(always)]
+    pub(super) fn run(self) {
+        let Self { matrix, x, output } = self;
+        match matrix {
+            Weights::One(panels) => R::vectorize(OfPanels::<R, 1>(panels, x, output)),
+            Weights::Two(panels) => R::vectorize(OfPanels::<R, 2>(panels, x, output)),
+            Weights::Lane(tiles) => R::vectorize(OfTiles(tiles, x, output)),
+        }
+    }
+}
+
+/// With `K` vectors. Each `K`, and tiles, have an entry of their own: all in one would be slower.
+struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Output<'a, R>);
+
+impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(mut self) {
+        // A constant condition, here and below, so that the impossible case is not compiled.
+        if const { K > L::N } {
+            unreachable!("one lane has no room for {K} starts");
+        }
+        self.0.times::<L, K>(self.1, &mut self.2);
+    }
+}
+
+struct OfTiles<'a, R>(&'a Tiles<R>, &'a [R], Output<'a, R>);
+
+impl<R: Real> Vectorized<R> for OfTiles<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(mut self) {
+        if const { L::N == 1 } {
+            unreachable!("a single start is a vector");
+        }
+        self.0.times::<L>(self.1, &mut self.2);
+    }
+}

@@ -1,0 +1,405 @@
+//! A kernel mapped over the edges of a graph, its results summed up at their nodes.
+#![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
+
+use std::ops::Range;
+
+use super::array::Array;
+use super::dense::Aligned;
+use super::graph::Graph;
+use super::kernel::Adjoint;
+use super::operation::Operation;
+use super::row::{Bars, Frame, Places, Reach, add, load};
+use crate::real::Real;
+use crate::simd::{Lane, Vectorized, WIDEST, lanes};
+
+/// The kernel's inputs are `C` differences, head minus tail, then what is given per edge; its `O`
+/// results are added at the tail and subtracted at the head.
+///
+/// Registers reach past a group's edges, and past the nodes: what they read there is masked.
+pub(super) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
+    kernel: K,
+    plan: Plan,
+    /// `C` arrays over the nodes, then those over the slots.
+    inputs: [Array; I],
+    active: [bool; I],
+    /// Over the nodes; adjacent, in this order.
+    sums: [Array; O],
+    reach: Reach,
+    /// The kernel's results (forward) or the cotangents of the differences (reverse), per slot: one
+    /// array of `plan.room` numbers after the other.
+    scratch: Aligned<R>,
+}
+
+/// A graph as the registers to be worked through, found once for all steps.
+struct Plan {
+    edges: Vec<LaneOfEdges>,
+    ends: Vec<LaneOfEnds>,
+    /// For each register of nodes, which of `ends` lie at them.
+    at_nodes: Vec<Range<usize>>,
+    /// How many nodes registers touch, and how many slots.
+    nodes: usize,
+    slots: usize,
+    /// The length of an array of scratch.
+    room: usize,
+    /// How many numbers a register holds.
+    width: usize,
+}
+
+/// A register of adjacent slots: where its first slot lies in arrays over the slots and in scratch, and
+/// its first edge's tail and head in arrays over the nodes.
+#[derive(Clone, Copy)]
+struct LaneOfEdges {
+    slot: usize,
+    scratch: usize,
+    tail: usize,
+    head: usize,
+    /// A bit for each slot that has an edge.
+    bits: u16,
+}
+
+/// The edges of one group at a register of adjacent nodes.
+#[derive(Clone, Copy)]
+struct LaneOfEnds {
+    /// Where scratch has the edges of which the nodes are tails, and a bit for each that there is.
+    as_tail: usize,
+    tails: u16,
+    /// Likewise those of which they are heads.
+    as_head: usize,
+    heads: u16,
+}
+
+impl Plan {
+    fn new(graph: &Graph, lanes: usize) -> Self {
+        // Room before the first slots, which are also read shifted by an offset, as those of heads.
+        let lead = graph.lead().next_multiple_of(WIDEST);
+        let mut edges = Vec::new();
+        let mut at_nodes = vec![Vec::new(); graph.nodes().div_ceil(lanes)];
+        for group in graph.groups() {
+            let [tails, heads] = [&group.is_tail, &group.is_head].map(|bits| bits.by_lanes(lanes));
+            for (lane, (tails, heads)) in tails.into_iter().zip(heads).enumerate() {
+                let tail = lane * lanes;
+                let (slot, head) = (group.first_slot + tail, tail + group.offset);
+                let scratch = lead + slot;
+                if tails != 0 {
+                    edges.push(LaneOfEdges {
+                        slot,
+                        scratch,
+                        tail,
+                        head,
+                        bits: tails,
+                    });
+                }
+                if tails | heads != 0 {
+                    at_nodes[lane].push(LaneOfEnds {
+                        as_tail: scratch,
+                        tails,
+                        as_head: scratch - group.offset,
+                        heads,
+                    });
+                }
+            }
+        }
+        let reach = |of: fn(&LaneOfEdges) -> usize| {
+            let last = edges.iter().map(of).max();
+            last.map_or(0, |last| last + lanes)
+        };
+        let ends: Vec<LaneOfEnds> = at_nodes.concat();
+        let last = ends.iter().map(|e| e.as_tail).max();
+        Self {
+            nodes: reach(|e| e.head),
+            slots: reach(|e| e.slot),
+            room: last.map_or(0, |last| (last + lanes).next_multiple_of(WIDEST)),
+            at_nodes: ranges(&at_nodes),
+            edges,
+            ends,
+            width: lanes,
+        }
+    }
+
+    /// # Panics
+    /// Unless registers are as wide as planned: a user's number type could change them.
+    #[inline(always)]
+    fn check<R: Real, L: Lane<R>>(&self) {
+        assert_eq!(L::N, self.width, "the lanes of a number type have changed");
+    }
+}
+
+/// Where the items of each list are in the concatenation of all.
+fn ranges<T>(lists: &[Vec<T>]) -> Vec<Range<usize>> {
+    let ends = lists.iter().scan(0, |end, list| {
+        *end += list.len();
+        Some(*end - list.len()..*end)
+    });
+    ends.collect()
+}
+
+impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C, I, O> {
+    pub(super) fn new(
+        kernel: K,
+        graph: &Graph,
+        (ends, per_edge): ([Array; C], &[Array]),
+        sums: [Array; O],
+    ) -> Self {
+        assert!(O > 0, "map_edges: a kernel without results");
+        assert_eq!(
+            C + per_edge.len(),
+            I,
+            "map_edges: the kernel needs one input per array of ends and per edge"
+        );
+        let plan = Plan::new(graph, lanes::<R>());
+        let mut inputs = [sums[0]; I];
+        inputs[..C].copy_from_slice(&ends);
+        inputs[C..].copy_from_slice(per_edge);
+        let len = |k| if k < C { plan.nodes } else { plan.slots };
+        let lens = inputs.iter().enumerate().map(|(k, &array)| (array, len(k)));
+        let sums_len = |&array| (array, plan.nodes.max(graph.nodes()));
+        Self {
+            kernel,
+            inputs,
+            active: [true; I],
+            reach: Reach::new(lens.chain(sums.iter().map(sums_len))),
+            sums,
+            scratch: Aligned::zeros(C.max(O) * plan.room),
+            plan,
+        }
+    }
+}
+
+/// The inputs' numbers: arrays over the nodes, then over the slots.
+struct Sources<'a, R, const C: usize, const I: usize>([&'a [R]; I]);
+
+impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
+    /// # Safety
+    /// The reach of the map was checked.
+    #[inline(always)]
+    unsafe fn new(inputs: &[Array; I], plan: &Plan, values: Frame<'a, R>) -> Self {
+        let mut sources = [values.row; I];
+        for k in 0..I {
+            let len = if k < C { plan.nodes } else { plan.slots };
+            // SAFETY: the caller's promise.
+            sources[k] = unsafe { values.reached(inputs[k], len) };
+        }
+        Self(sources)
+    }
+
+    /// The kernel's inputs for a lane of edges.
+    ///
+    /// # Safety
+    /// The lane is one of the plan's.
+    #[inline(always)]
+    unsafe fn load<L: Lane<R>>(&self, lane: LaneOfEdges) -> [L; I] {
+        let LaneOfEdges {
+            slot, tail, head, ..
+        } = lane;
+        let edges = L::mask(lane.bits);
+        let mut x = [L::zero(); I];
+        for k in 0..I {
+            // SAFETY, here and below: the caller's promise.
+            x[k] = if k < C {
+                let stretch = unsafe { L::load_at(self.0[k], head) - L::load_at(self.0[k], tail) };
+                L::select(edges, stretch, L::zero())
+            } else {
+                unsafe { L::load_at(self.0[k], slot) }
+            };
+        }
+        x
+    }
+}
+
+impl<R, K, const C: usize, const I: usize, const O: usize> Operation<R> for EdgeMap<R, K, C, I, O>
+where
+    R: Real,
+    K: Adjoint<I, O>,
+{
+    fn outputs(&self) -> Vec<Array> {
+        self.sums.to_vec()
+    }
+    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
+        R::vectorize(Forward {
+            map: self,
+            parameters,
+            row,
+        });
+    }
+    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>) {
+        R::vectorize(Reverse {
+            map: self,
+            values,
+            bars,
+        });
+    }
+    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+        self.active = self.inputs.map(|a| arrays[a.id]);
+    }
+}
+
+struct Forward<'a, R, K, const C: usize, const I: usize, const O: usize> {
+    map: &'a mut EdgeMap<R, K, C, I, O>,
+    parameters: &'a [R],
+    row: &'a mut [R],
+}
+
+impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
+    for Forward<'_, R, K, C, I, O>
+where
+    R: Real,
+    K: Adjoint<I, O>,
+{
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let Self {
+            map,
+            parameters,
+            row,
+        } = self;
+        map.reach.check(parameters, row);
+        map.plan.check::<R, L>();
+        let Plan { room, .. } = map.plan;
+        let results = &mut map.scratch[..O * room];
+        // SAFETY: the reach was checked, and the results have the plan's room.
+        unsafe {
+            let values = Frame { parameters, row };
+            let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, values);
+            for &lane in &map.plan.edges {
+                let y = map.kernel.eval(sources.load::<L>(lane));
+                for o in 0..O {
+                    y[o].store_at(results, o * room + lane.scratch);
+                }
+            }
+        }
+        let Array { start, len, .. } = map.sums[0];
+        let sums = &mut row[start..start + O * len];
+        collect::<R, L, O>(&map.plan, results, len, |o, (node, n), sum| {
+            // SAFETY: the sums lie one after the other, and the nodes are theirs.
+            unsafe { sum.store_n(sums, (o * len + node, n)) };
+        });
+    }
+}
+
+struct Reverse<'a, 'b, R, K, const C: usize, const I: usize, const O: usize> {
+    map: &'a mut EdgeMap<R, K, C, I, O>,
+    values: &'a Frame<'a, R>,
+    bars: &'a mut Bars<'b, R>,
+}
+
+impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
+    for Reverse<'_, '_, R, K, C, I, O>
+where
+    R: Real,
+    K: Adjoint<I, O>,
+{
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let Self { map, values, bars } = self;
+        map.reach.check(values.parameters, values.row);
+        map.reach.check(bars.parameters, bars.row);
+        map.plan.check::<R, L>();
+        let Plan { room, .. } = map.plan;
+        let ends_bar = &mut map.scratch[..C * room];
+        let places = Places::new(bars);
+        let y_bars = map.sums.map(|sum| places.of(sum));
+        let x_bars = places.of_active(&map.inputs, &map.active);
+        // SAFETY: the reach was checked, and the cotangents of ends have the plan's room.
+        unsafe {
+            let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, *values);
+            for &lane in &map.plan.edges {
+                let mut y_bar = [L::zero(); O];
+                for o in 0..O {
+                    let head: L = load(y_bars[o], (lane.head, L::N));
+                    let tail_less_head = load::<R, L>(y_bars[o], (lane.tail, L::N)) - head;
+                    y_bar[o] = L::select(L::mask(lane.bits), tail_less_head, L::zero());
+                }
+                let x_bar = map.kernel.vjp(sources.load::<L>(lane), y_bar);
+                for c in 0..C {
+                    x_bar[c].store_at(ends_bar, c * room + lane.scratch);
+                }
+                for k in C..I {
+                    add(x_bars[k], (lane.slot, L::N), x_bar[k]);
+                }
+            }
+        }
+        let ends = &map.inputs[..C];
+        if map.active[..C].contains(&true) {
+            collect::<R, L, C>(&map.plan, ends_bar, ends[0].len, |c, (node, n), sum| {
+                let (part, at) = (bars.part_mut(ends[c]), (ends[c].start + node, n));
+                // SAFETY: the nodes lie within the reach that was checked.
+                unsafe { (L::load_n(part, at) - sum).store_n(part, at) };
+            });
+        }
+    }
+}
+
+/// Sums values over the edges of each node, plus where the node is the tail and minus where it is the
+/// head. `values` holds `N` arrays over the slots; for each of them and each register of nodes, calls
+/// `take(array, (first_node, count), sums)`.
+#[inline(always)]
+fn collect<R: Real, L: Lane<R>, const N: usize>(
+    plan: &Plan,
+    values: &[R],
+    nodes: usize,
+    mut take: impl FnMut(usize, (usize, usize), L),
+) {
+    assert!(
+        N * plan.room <= values.len(),
+        "an array of scratch is missing"
+    );
+    for (k, at_node) in plan.at_nodes.iter().enumerate() {
+        let node = k * L::N;
+        let mut sums = [L::zero(); N];
+        for lane in &plan.ends[at_node.clone()] {
+            let [tails, heads] = [lane.tails, lane.heads].map(L::mask);
+            for n in 0..N {
+                // SAFETY: the plan's places lie within its room, and `values` has room for `N` arrays.
+                let (as_tail, as_head) = unsafe {
+                    let tail = L::load_at(values, n * plan.room + lane.as_tail);
+                    (tail, L::load_at(values, n * plan.room + lane.as_head))
+                };
+                sums[n] += L::select(tails, as_tail, L::zero());
+                sums[n] -= L::select(heads, as_head, L::zero());
+            }
+        }
+        for n in 0..N {
+            take(n, (node, L::N.min(nodes - node)), sums[n]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    use crate::arrays::{Adjoint, Graph, Kernel, Program};
+    use crate::real::Real;
+    use crate::simd::{Level, at_most, lanes};
+
+    /// The difference of an edge's ends.
+    #[derive(Clone)]
+    struct Stretch;
+
+    impl Kernel<1, 1> for Stretch {
+        #[inline(always)]
+        fn eval<R: Real>(&self, stretch: [R; 1]) -> [R; 1] {
+            stretch
+        }
+    }
+    impl Adjoint<1, 1> for Stretch {}
+
+    #[test]
+    fn lanes_that_are_not_those_of_the_plan_are_refused() {
+        let mut program = Program::<f64>::default();
+        let x = program.state(3);
+        let [next] = program.map_edges(&Graph::new(3, &[[0, 1]]), Stretch, ([x], &[]));
+        program.advance(x, next);
+        let mut program = program.finish();
+        let (mut row, planned) = (vec![0.0; program.row_len()], lanes::<f64>());
+        let mut step = || program.step(&[], &mut row, None);
+        step();
+        at_most(Level::Baseline, || {
+            let done = catch_unwind(AssertUnwindSafe(step));
+            // A machine may have no wider ones.
+            assert_eq!(done.is_err(), lanes::<f64>() != planned);
+        });
+    }
+}

@@ -1,0 +1,215 @@
+//! Picking entries of an array by fixed indices.
+
+use super::array::Array;
+use super::operation::Operation;
+use super::row::{Bars, Frame};
+use crate::real::Real;
+use crate::simd::{Lane, Vectorized};
+
+pub(super) struct Gather {
+    input: Array,
+    moves: Moves,
+    output: Array,
+    active: bool,
+}
+
+/// What goes where, in numbers of all starts.
+struct Moves {
+    /// Stretches of entries that are adjacent in input and output.
+    runs: Vec<Run>,
+    /// Single entries that are copied to adjacent places, whose length together is `len`.
+    spreads: Vec<Run>,
+    /// How many numbers are interleaved for an entry.
+    starts: usize,
+}
+
+/// `len` numbers of the output, and where they come from.
+struct Run {
+    from: usize,
+    to: usize,
+    len: usize,
+}
+
+impl Moves {
+    fn new(indices: &[Option<usize>], starts: usize) -> Self {
+        let (mut runs, mut spreads) = (Vec::new(), Vec::new());
+        let mut to = 0;
+        while let Some(index) = indices.get(to) {
+            let Some(from) = *index else {
+                to += 1;
+                continue;
+            };
+            let along = |by: usize| {
+                let places = indices[to..].iter().enumerate();
+                places
+                    .take_while(|(k, i)| **i == Some(from + k * by))
+                    .count()
+            };
+            let (same, rising) = (along(0), along(1));
+            let (moves, len) = match same > rising {
+                true => (&mut spreads, same),
+                false => (&mut runs, rising),
+            };
+            let [from, place, numbers] = [from, to, len].map(|n| n * starts);
+            moves.push(Run {
+                from,
+                to: place,
+                len: numbers,
+            });
+            to += len;
+        }
+        Self {
+            runs,
+            spreads,
+            starts,
+        }
+    }
+}
+
+impl Gather {
+    pub(super) fn new(input: Array, indices: &[Option<usize>], output: Array) -> Self {
+        Self {
+            input,
+            moves: Moves::new(indices, input.starts),
+            output,
+            active: true,
+        }
+    }
+}
+
+impl<R: Real> Operation<R> for Gather {
+    fn outputs(&self) -> Vec<Array> {
+        vec![self.output]
+    }
+    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
+        let (row, output) = row.split_at_mut(self.output.start);
+        let output = &mut output[..self.output.len];
+        output.fill(R::zero());
+        R::vectorize(Forward {
+            moves: &self.moves,
+            from: Frame { parameters, row }.get(self.input),
+            to: output,
+        });
+    }
+    fn reverse(&mut self, _values: &Frame<R>, bars: &mut Bars<R>) {
+        if !self.active {
+            return;
+        }
+        let Bars { parameters, row } = bars;
+        let (row, output) = row.split_at_mut(self.output.start);
+        let mut before = Bars { parameters, row };
+        R::vectorize(Reverse {
+            moves: &self.moves,
+            from: &output[..self.output.len],
+            to: before.get_mut(self.input),
+        });
+    }
+    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+        self.active = arrays[self.input.id];
+    }
+}
+
+/// Moves entries from input to output.
+struct Forward<'a, R> {
+    moves: &'a Moves,
+    from: &'a [R],
+    to: &'a mut [R],
+}
+
+impl<R: Real> Vectorized<R> for Forward<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        for &Run { from, to, len } in &self.moves.runs {
+            for i in (0..len).step_by(L::N) {
+                let value = L::load_up_to(&self.from[from + i..from + len]);
+                value.store_up_to(&mut self.to[to + i..to + len]);
+            }
+        }
+        let starts = self.moves.starts;
+        for &Run { from, to, len } in &self.moves.spreads {
+            // `starts` numbers at a time would be one lane of a masked register.
+            if starts == 1 {
+                self.to[to..to + len].fill(self.from[from]);
+                continue;
+            }
+            for i in (0..starts).step_by(L::N) {
+                let value = L::load_up_to(&self.from[from + i..from + starts]);
+                for place in (to..to + len).step_by(starts) {
+                    value.store_up_to(&mut self.to[place + i..place + starts]);
+                }
+            }
+        }
+    }
+}
+
+/// Adds the cotangents of the output to those of the input.
+struct Reverse<'a, R> {
+    moves: &'a Moves,
+    from: &'a [R],
+    to: &'a mut [R],
+}
+
+/// The cotangents of an entry's copies are added up in this many independent sums, whose additions do
+/// not wait for one another.
+const SUMS: usize = 4;
+
+impl<R: Real> Vectorized<R> for Reverse<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        for &Run { from, to, len } in &self.moves.runs {
+            for i in (0..len).step_by(L::N) {
+                let bar = L::load_up_to(&self.from[to + i..to + len]);
+                let place = &mut self.to[from + i..from + len];
+                (L::load_up_to(place) + bar).store_up_to(place);
+            }
+        }
+        let starts = self.moves.starts;
+        for &Run { from, to, len } in &self.moves.spreads {
+            let bars = &self.from[to..to + len];
+            if starts == 1 {
+                let mut sums = [R::zero(); SUMS];
+                for bars in bars.chunks(SUMS) {
+                    for k in 0..bars.len() {
+                        sums[k] += bars[k];
+                    }
+                }
+                self.to[from] += (sums[0] + sums[1]) + (sums[2] + sums[3]);
+                continue;
+            }
+            // In the same order as above: each start has the bits that it has alone.
+            for i in (0..starts).step_by(L::N) {
+                let mut sums = [L::splat(R::zero()); SUMS];
+                for (k, bars) in bars.chunks_exact(starts).enumerate() {
+                    sums[k % SUMS] += L::load_up_to(&bars[i..]);
+                }
+                let place = &mut self.to[from + i..from + starts];
+                let sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+                (L::load_up_to(place) + sum).store_up_to(place);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Moves;
+
+    #[test]
+    fn neighbours_move_together_and_what_is_repeated_is_spread() {
+        let of = |indices: &[i64]| {
+            let indices: Vec<_> = indices.iter().map(|&i| usize::try_from(i).ok()).collect();
+            let moves = Moves::new(&indices, 2);
+            [moves.runs, moves.spreads].map(|moves| {
+                let numbers = moves.into_iter().map(|run| [run.from, run.to, run.len]);
+                numbers.collect::<Vec<_>>()
+            })
+        };
+        assert_eq!(of(&[]), [const { Vec::<[usize; 3]>::new() }; 2]);
+        assert_eq!(of(&[3, 4, 5, -1, 5]), [vec![[6, 0, 6], [10, 8, 2]], vec![]]);
+        assert_eq!(of(&[0, 0, 0]), [vec![], vec![[0, 0, 6]]]);
+        let mixed = [vec![[0, 0, 4], [4, 10, 2]], vec![[2, 4, 6]]];
+        assert_eq!(of(&[0, 1, 1, 1, 1, 2]), mixed);
+    }
+}

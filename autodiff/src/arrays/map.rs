@@ -1,0 +1,226 @@
+//! A kernel mapped over arrays.
+#![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
+
+use super::array::Array;
+use super::kernel::Adjoint;
+use super::operation::Operation;
+use super::row::{Bars, Frame, Places, Reach, add, load};
+use crate::real::Real;
+use crate::simd::{Lane, Vectorized};
+
+pub(super) struct Map<K, const I: usize, const O: usize> {
+    kernel: K,
+    inputs: [Array; I],
+    /// Adjacent, in this order.
+    outputs: [Array; O],
+    active: [bool; I],
+    reach: Reach,
+}
+
+impl<K, const I: usize, const O: usize> Map<K, I, O> {
+    pub(super) fn new(kernel: K, inputs: [Array; I], outputs: [Array; O]) -> Self {
+        let len = outputs[0].len;
+        Self {
+            kernel,
+            inputs,
+            outputs,
+            active: [true; I],
+            reach: Reach::new(inputs.iter().chain(&outputs).map(|&array| (array, len))),
+        }
+    }
+
+    /// The inputs' numbers.
+    ///
+    /// # Safety
+    /// The reach was checked.
+    #[inline(always)]
+    unsafe fn sources<'a, R: Copy>(&self, values: Frame<'a, R>) -> [&'a [R]; I] {
+        let mut sources = [values.row; I];
+        for k in 0..I {
+            // SAFETY: the caller's promise.
+            sources[k] = unsafe { values.reached(self.inputs[k], self.outputs[0].len) };
+        }
+        sources
+    }
+}
+
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for Map<K, I, O> {
+    fn outputs(&self) -> Vec<Array> {
+        self.outputs.to_vec()
+    }
+    fn forward(&mut self, parameters: &[R], row: &mut [R]) {
+        R::vectorize(Forward {
+            map: self,
+            parameters,
+            row,
+        });
+    }
+    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>) {
+        R::vectorize(Reverse {
+            map: self,
+            values,
+            bars,
+        });
+    }
+    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+        self.active = self.inputs.map(|a| arrays[a.id]);
+    }
+}
+
+/// Work on arrays of one length, register by register.
+trait Lanes<R, const O: usize> {
+    /// The work on the entries from place `at` on, `n` of them, given `(at, n)`.
+    ///
+    /// # Safety
+    /// All arrays have these entries, and `n` is no more than `N`.
+    unsafe fn lane<L: Lane<R>>(&mut self, at_n: (usize, usize));
+
+    /// The work on all entries. Where some may be worked on `TWICE`, the last register overlaps with
+    /// the one before it: what is then read of it need not wait for a store of a part.
+    ///
+    /// # Safety
+    /// All arrays have this length.
+    #[inline(always)]
+    unsafe fn lanes<L: Lane<R>, const TWICE: bool>(&mut self, len: usize) {
+        let mut i = 0;
+        // SAFETY: the lanes end within the arrays.
+        unsafe {
+            while i + L::N <= len {
+                self.lane::<L>((i, L::N));
+                i += L::N;
+            }
+            // With `N = 1` none are left, but the compiler cannot tell.
+            if L::N > 1 && i < len {
+                match TWICE && len > L::N {
+                    true => self.lane::<L>((len - L::N, L::N)),
+                    false => self.lane::<L>((i, len - i)),
+                }
+            }
+        }
+    }
+}
+
+struct Forward<'a, K, R, const I: usize, const O: usize> {
+    map: &'a Map<K, I, O>,
+    parameters: &'a [R],
+    row: &'a mut [R],
+}
+
+struct ForwardLanes<'a, K, R, const I: usize> {
+    kernel: &'a K,
+    x: [&'a [R]; I],
+    /// The results, one array of length `len` after the other.
+    y: &'a mut [R],
+    len: usize,
+}
+
+impl<R: Real, K, const I: usize, const O: usize> Lanes<R, O> for ForwardLanes<'_, K, R, I>
+where
+    K: Adjoint<I, O>,
+{
+    #[inline(always)]
+    unsafe fn lane<L: Lane<R>>(&mut self, (i, n): (usize, usize)) {
+        let mut x = [L::zero(); I];
+        for k in 0..I {
+            // SAFETY: the caller's promise, here and below.
+            x[k] = unsafe { L::load_n(self.x[k], (i, n)) };
+        }
+        let y = self.kernel.eval(x);
+        for k in 0..O {
+            unsafe { y[k].store_n(self.y, (k * self.len + i, n)) };
+        }
+    }
+}
+
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
+    for Forward<'_, K, R, I, O>
+{
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let Self {
+            map,
+            parameters,
+            row,
+        } = self;
+        map.reach.check(parameters, row);
+        let Array { start, len, .. } = map.outputs[0];
+        let (row, after) = row.split_at_mut(start);
+        // SAFETY: the reach was checked, and what an operation reads lies before its outputs.
+        unsafe {
+            let mut lanes = ForwardLanes {
+                kernel: &map.kernel,
+                x: map.sources(Frame { parameters, row }),
+                y: &mut after[..O * len],
+                len,
+            };
+            lanes.lanes::<L, true>(len);
+        }
+    }
+}
+
+struct Reverse<'a, 'b, K, R, const I: usize, const O: usize> {
+    map: &'a Map<K, I, O>,
+    values: &'a Frame<'a, R>,
+    bars: &'a mut Bars<'b, R>,
+}
+
+struct ReverseLanes<'a, K, R, const I: usize, const O: usize> {
+    kernel: &'a K,
+    x: [&'a [R]; I],
+    /// The results, one array of length `len` after the other, and their cotangents.
+    y: &'a [R],
+    y_bar: *const R,
+    len: usize,
+    /// The cotangents of the inputs that carry derivatives; null for others.
+    x_bar: [*mut R; I],
+}
+
+impl<R: Real, K, const I: usize, const O: usize> Lanes<R, O> for ReverseLanes<'_, K, R, I, O>
+where
+    K: Adjoint<I, O>,
+{
+    #[inline(always)]
+    unsafe fn lane<L: Lane<R>>(&mut self, (i, n): (usize, usize)) {
+        let (mut x, mut y, mut y_bar) = ([L::zero(); I], [L::zero(); O], [L::zero(); O]);
+        for k in 0..I {
+            // SAFETY: the caller's promise, here and below; no two slices of bars live at a time.
+            x[k] = unsafe { L::load_n(self.x[k], (i, n)) };
+        }
+        for k in 0..O {
+            let place = k * self.len + i;
+            y[k] = unsafe { L::load_n(self.y, (place, n)) };
+            y_bar[k] = unsafe { load(self.y_bar, (place, n)) };
+        }
+        let x_bar = self.kernel.vjp_with_results(x, y, y_bar);
+        for k in 0..I {
+            unsafe { add(self.x_bar[k], (i, n), x_bar[k]) };
+        }
+    }
+}
+
+impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
+    for Reverse<'_, '_, K, R, I, O>
+{
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let Self { map, values, bars } = self;
+        map.reach.check(values.parameters, values.row);
+        map.reach.check(bars.parameters, bars.row);
+        let Array { start, len, .. } = map.outputs[0];
+        let places = Places::new(bars);
+        // SAFETY: the reach was checked.
+        unsafe {
+            let mut lanes = ReverseLanes {
+                kernel: &map.kernel,
+                x: map.sources(*values),
+                y: &values.row[start..start + O * len],
+                y_bar: places.of(map.outputs[0]),
+                len,
+                x_bar: places.of_active(&map.inputs, &map.active),
+            };
+            lanes.lanes::<L, false>(len);
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! What a step is made of.
+
+use super::array::Array;
+use super::row::{Bars, Frame};
+use crate::real::Real;
+
+/// One recorded operation. Its outputs lie in the row after everything it reads.
+pub(super) trait Operation<R: Real>: Send {
+    fn outputs(&self) -> Vec<Array>;
+    fn forward(&mut self, parameters: &[R], row: &mut [R]);
+    /// Adds to the bars of the inputs what follows from those of the outputs.
+    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>);
+    /// Tells which arrays (by id) and which parameters carry derivatives; the rest may be skipped.
+    fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
+    /// Takes over the matrices among the parameters (row-major).
+    fn load(&mut self, _parameters: &[&[R]]) {}
+    /// Adds the cotangents of matrices (row-major) after the last step of a sweep.
+    fn matrix_bars(&mut self, _parameter_bars: &mut [Vec<R>]) {}
+}

@@ -1,0 +1,241 @@
+//! Where the numbers of a step lie.
+
+use std::ptr::null_mut;
+use std::slice::{from_raw_parts, from_raw_parts_mut};
+
+use super::array::Array;
+use crate::real::Real;
+use crate::simd::Lane;
+
+/// The values of a step: those of the parameters, which no step changes, and its row.
+#[derive(Clone, Copy)]
+pub(super) struct Frame<'a, R> {
+    pub(super) parameters: &'a [R],
+    pub(super) row: &'a [R],
+}
+
+impl<'a, R: Copy> Frame<'a, R> {
+    /// The part in which an array lies.
+    #[inline(always)]
+    pub(super) fn part(self, array: Array) -> &'a [R] {
+        if array.parameter {
+            self.parameters
+        } else {
+            self.row
+        }
+    }
+    #[inline(always)]
+    pub(super) fn get(self, array: Array) -> &'a [R] {
+        &self.part(array)[array.range()]
+    }
+    /// `len` numbers from the start of an array on, without a check.
+    ///
+    /// # Safety
+    /// They are within a [`Reach`] that was checked.
+    #[allow(unsafe_code)] // Checks were a twelfth of a rollout's instructions.
+    #[inline(always)]
+    pub(super) unsafe fn reached(self, array: Array, len: usize) -> &'a [R] {
+        let range = array.start..array.start + len;
+        debug_assert!(range.end <= self.part(array).len());
+        // SAFETY: the caller's promise.
+        unsafe { self.part(array).get_unchecked(range) }
+    }
+}
+
+/// How far the arrays of an operation reach into the two parts. A step that checks this once need
+/// not check every array.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Reach {
+    parameters: usize,
+    row: usize,
+}
+
+impl Reach {
+    /// For each array, given how many numbers are touched from its start on.
+    pub(super) fn new(arrays: impl IntoIterator<Item = (Array, usize)>) -> Self {
+        let mut reach = Self::default();
+        for (array, len) in arrays {
+            let end = match array.parameter {
+                true => &mut reach.parameters,
+                false => &mut reach.row,
+            };
+            *end = (array.start + len).max(*end);
+        }
+        reach
+    }
+    /// # Panics
+    /// Unless the two parts are long enough.
+    #[inline(always)]
+    pub(super) fn check<R>(self, parameters: &[R], row: &[R]) {
+        let fits = self.parameters <= parameters.len() && self.row <= row.len();
+        assert!(fits, "arrays reach beyond the numbers of a step");
+    }
+}
+
+/// The cotangents ("bars") in a reverse sweep, laid out as the values are.
+pub(super) struct Bars<'a, R> {
+    pub(super) parameters: &'a mut [R],
+    pub(super) row: &'a mut [R],
+}
+
+impl<R> Bars<'_, R> {
+    #[inline(always)]
+    pub(super) fn part_mut(&mut self, array: Array) -> &mut [R] {
+        if array.parameter {
+            self.parameters
+        } else {
+            self.row
+        }
+    }
+    #[inline(always)]
+    pub(super) fn get_mut(&mut self, array: Array) -> &mut [R] {
+        &mut self.part_mut(array)[array.range()]
+    }
+}
+
+/// Pointers to the cotangents, so that a loop finds out once where they lie: with slices, which cannot
+/// be held side by side, every register would look up its array and its part again.
+#[derive(Clone, Copy)]
+pub(super) struct Places<R> {
+    parameters: *mut R,
+    row: *mut R,
+}
+
+impl<R: Real> Places<R> {
+    pub(super) fn new(bars: &mut Bars<R>) -> Self {
+        Self {
+            parameters: bars.parameters.as_mut_ptr(),
+            row: bars.row.as_mut_ptr(),
+        }
+    }
+
+    /// The first cotangent of an array; to be used only while nothing else accesses the bars.
+    #[inline(always)]
+    pub(super) fn of(self, array: Array) -> *mut R {
+        let part = if array.parameter {
+            self.parameters
+        } else {
+            self.row
+        };
+        part.wrapping_add(array.start)
+    }
+
+    /// The first cotangents of those inputs that carry derivatives; null for the others.
+    #[inline(always)]
+    pub(super) fn of_active<const I: usize>(
+        self,
+        inputs: &[Array; I],
+        active: &[bool; I],
+    ) -> [*mut R; I] {
+        let mut places = [null_mut(); I];
+        for k in 0..I {
+            if active[k] {
+                places[k] = self.of(inputs[k]);
+            }
+        }
+        places
+    }
+}
+
+/// A lane of the `n` numbers from place `at` on, and zeros.
+///
+/// # Safety
+/// `from` points to `at + n` numbers, which nothing writes meanwhile, and `n` is no more than `N`.
+#[allow(unsafe_code)] // See `Places`.
+#[inline(always)]
+pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, (at, n): (usize, usize)) -> L {
+    // SAFETY: the caller's promise.
+    unsafe { L::load_n(from_raw_parts(from.add(at), n), (0, n)) }
+}
+
+/// Adds a lane to the `n` numbers from place `at` on, unless the pointer is null.
+///
+/// # Safety
+/// `to` is null, or points to `at + n` numbers, which nothing else reads or writes meanwhile; `n` is no
+/// more than `N`.
+#[allow(unsafe_code)] // See `Places`.
+#[inline(always)]
+pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, (at, n): (usize, usize), lane: L) {
+    if !to.is_null() {
+        // SAFETY: the caller's promise.
+        let to = unsafe { from_raw_parts_mut(to.add(at), n) };
+        unsafe { (L::load_n(to, (0, n)) + lane).store_n(to, (0, n)) };
+    }
+}
+
+/// How rows follow one another.
+#[derive(Debug, Default)]
+pub(super) struct Layout {
+    /// The distance from the start of a row to the start of the next.
+    pub(super) stride: usize,
+    /// The distance from the start of a row to the end of the new state in the next.
+    pub(super) reach: usize,
+    /// The parts of the state, adjacent ones joined.
+    pub(super) state: Vec<Array>,
+    /// How the new state is copied to the next row, from which array to which part; empty if the
+    /// operations have written it there.
+    pub(super) moves: Vec<(Array, Array)>,
+}
+
+impl Layout {
+    /// From the parts of the state, what they become, and the row's length.
+    ///
+    /// Rows can overlap, the new state being the start of the next row, if it stands at the end of this
+    /// one in the same order as the state at the beginning.
+    pub(super) fn new(states: &[Array], next: &[Array], row: usize) -> Self {
+        let end = states.iter().map(|a| a.start + a.len).max().unwrap_or(0);
+        let at = next.first().map_or(row, |a| a.start);
+        let in_place =
+            |(state, next): (&Array, &Array)| !next.parameter && next.start == at + state.start;
+        // Were there inputs among the parts of the state, those of the next step would overwrite what
+        // lies among the parts of the new one.
+        let contiguous = end == states.iter().map(|a| a.len).sum();
+        let overlaps =
+            contiguous && at >= end && at + end >= row && states.iter().zip(next).all(in_place);
+        let stride = if overlaps { at } else { row };
+        let moves = if overlaps {
+            Vec::new()
+        } else {
+            next.iter().copied().zip(states.iter().copied()).collect()
+        };
+        Self {
+            stride,
+            reach: stride + end,
+            state: joined(states),
+            moves,
+        }
+    }
+}
+
+/// The stretches that arrays cover, adjacent ones joined.
+pub(super) fn joined(arrays: &[Array]) -> Vec<Array> {
+    let mut stretches: Vec<Array> = Vec::new();
+    for &array in arrays {
+        match stretches.last_mut() {
+            Some(last) if last.parameter == array.parameter && last.range().end == array.start => {
+                last.len += array.len;
+            }
+            _ => stretches.push(array),
+        }
+    }
+    stretches
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Reach;
+    use crate::arrays::Program;
+
+    #[test]
+    fn a_step_with_too_few_numbers_is_refused() {
+        let mut program = Program::<f64>::default();
+        let reach = Reach::new([(program.parameter(4), 4), (program.state(6), 7)]);
+        let numbers = [0.0; 7];
+        let is_refused = |parameters: usize, row: usize| {
+            let check = || reach.check(&numbers[..parameters], &numbers[..row]);
+            std::panic::catch_unwind(check).is_err()
+        };
+        assert!(!is_refused(4, 7));
+        assert!(is_refused(3, 7) && is_refused(4, 6));
+    }
+}

@@ -1,0 +1,368 @@
+//! Checks along directions.
+
+use super::report::{Component, Direction, Report, Verdict};
+use super::slopes::{self, Slopes};
+use super::taylor;
+use crate::drivers::{self, Function};
+
+/// How to check; `Options::default()` suits smooth functions of variables of order one in f64.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// How many random directions, each of unit length.
+    pub directions: usize,
+    /// The largest step along a direction, as a multiple of the largest `|x_i|` or of 1, whichever is
+    /// larger; at least ten times the smallest, and finite.
+    pub largest_step: f64,
+    /// The smallest step, likewise. What the function does over less than a few hundred of these is
+    /// hardly seen: for variables that are small by nature make it smaller, or change their units.
+    pub smallest_step: f64,
+    /// The largest error that counts as agreement, relative to the slope, to the gradient's root mean
+    /// square or to the slope's change over the middle step, whichever is largest. The uncertainty of
+    /// the differences is added to it.
+    pub tolerance: f64,
+    /// The relative error of the values and the arguments: the epsilon of the number type, or more where
+    /// the computation amplifies rounding. Differences of values within it mean nothing, nor do slopes
+    /// so small that over a step as long as the point the value would change by less.
+    pub noise: f64,
+    /// Seed of the directions.
+    pub seed: u64,
+    /// The names of the components, one for each; if empty, a report shows indices.
+    pub names: Vec<String>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            directions: 4,
+            largest_step: 1e-2,
+            smallest_step: 1e-10,
+            tolerance: 1e-6,
+            noise: f64::EPSILON,
+            seed: 0,
+            names: Vec::new(),
+        }
+    }
+}
+
+/// A function that returns the derivative along a given direction.
+pub type Along<'a> = &'a dyn Fn(&[f64]) -> f64;
+
+/// What [`check_directions`] is to check.
+#[derive(Clone, Copy)]
+pub struct Claim<'a> {
+    /// The point.
+    pub x: &'a [f64],
+    /// The gradient that is claimed there.
+    pub gradient: &'a [f64],
+    /// The derivative along a direction from another source, forward mode say.
+    pub forward: Option<Along<'a>>,
+}
+
+/// Checks the gradient of a generic function at `x`: reverse mode against forward mode and
+/// differences.
+///
+/// ```
+/// use autodiff::{Function, Real};
+/// use autodiff::check::{Options, Verdict, check_gradient};
+///
+/// struct Norm;
+/// impl Function for Norm {
+///     fn eval<R: Real>(&self, x: &[R]) -> R {
+///         R::dot(x, x).sqrt()
+///     }
+/// }
+/// let report = check_gradient(&Norm, &[3.0, 4.0], &Options::default());
+/// assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+/// // Made wrong on purpose, it is found out.
+/// assert_eq!(report.control, Some(Verdict::Wrong), "{report}");
+/// // The value bends: its remainder is of second order.
+/// let order = report.directions[0].taylor.unwrap();
+/// assert!((order - 2.0).abs() < 0.1, "{report}");
+/// ```
+///
+/// A rule with a wrong partial, which forward and reverse mode share, and a kink:
+///
+/// ```
+/// use autodiff::check::{Options, Verdict, check_gradient};
+/// use autodiff::custom::{Rule, apply};
+/// use autodiff::{Function, Real};
+///
+/// #[derive(Clone)]
+/// struct Square;
+/// impl Rule for Square {
+///     fn value<R: Real>(&self, x: &[R]) -> R {
+///         x[0] * x[0]
+///     }
+///     fn partials<R: Real>(&self, x: &[R], _value: R) -> Vec<R> {
+///         vec![x[0]] // forgot the 2
+///     }
+/// }
+///
+/// /// The work of lifting a mass and of stopping it.
+/// struct Work;
+/// impl Function for Work {
+///     fn eval<R: Real>(&self, x: &[R]) -> R {
+///         let [mass, height, speed] = [x[0], x[1], x[2]];
+///         let half = R::lit(0.5);
+///         mass * (R::lit(9.81) * height.max(R::zero()) + half * apply(Square, &[speed]))
+///     }
+/// }
+///
+/// let options = Options {
+///     names: ["mass", "height", "speed"].map(String::from).to_vec(),
+///     ..Options::default()
+/// };
+/// let report = check_gradient(&Work, &[2.0, 0.5, 3.0], &options);
+/// assert_eq!(report.verdict, Verdict::Wrong, "{report}");
+/// // Its slope by the speed is mass * speed = 6, of which half is claimed.
+/// assert_eq!(report.worst.name.as_deref(), Some("speed"), "{report}");
+/// assert_eq!(report.worst.gradient, 3.0);
+/// assert!((report.worst.central - 6.0).abs() < 1e-6, "{report}");
+///
+/// // On the ground, at rest: nothing is wrong, and the slopes upwards and downwards differ.
+/// let report = check_gradient(&Work, &[2.0, 0.0, 0.0], &options);
+/// assert_eq!(report.verdict, Verdict::Kink, "{report}");
+/// assert_eq!(report.worst.name.as_deref(), Some("height"), "{report}");
+/// ```
+///
+/// # Panics
+/// As [`check_directions`].
+pub fn check_gradient(function: &impl Function, x: &[f64], options: &Options) -> Report {
+    let gradient = drivers::gradient(function, x);
+    let forward = |direction: &[f64]| function.eval(&drivers::along(x, direction)).tangent[0];
+    let claim = Claim {
+        x,
+        gradient: &gradient,
+        forward: Some(&forward),
+    };
+    check_directions(|x| function.eval(x), &claim, options)
+}
+
+/// Checks a gradient against differences of a plain function, and against a second source of
+/// derivatives where the claim has one.
+///
+/// ```
+/// use autodiff::check::{Claim, Options, Verdict, check_directions};
+///
+/// let claim = Claim {
+///     x: &[1.0, 2.0],
+///     gradient: &[4.0, 1.1], // of x^2 y, whose slopes there are 4 and 1
+///     forward: None,
+/// };
+/// let report = check_directions(|x| x[0] * x[0] * x[1], &claim, &Options::default());
+/// assert_eq!((report.verdict, report.worst.index), (Verdict::Wrong, 1), "{report}");
+/// let order = report.directions[0].taylor.unwrap();
+/// assert!((order - 1.0).abs() < 0.1, "{report}");
+/// ```
+///
+/// # Panics
+/// If there is no component to check or no direction to check along, the gradient's length is not
+/// that of `x`, there are names but not one per component, or the steps are not positive, finite and a
+/// decade apart.
+pub fn check_directions(value: impl Fn(&[f64]) -> f64, claim: &Claim, options: &Options) -> Report {
+    refuse_misuse(claim, options);
+    let n = claim.x.len();
+    let typical = (dot(claim.gradient, claim.gradient) / n as f64).sqrt();
+    let checker = Checker {
+        value: &value,
+        claim,
+        options,
+        // An infinite gradient sets no scale.
+        typical: if typical.is_finite() { typical } else { 0.0 },
+    };
+    let mut random = SplitMix(options.seed);
+    let mut worst = (0.0, vec![1.0; n]);
+    let mut directions = Vec::with_capacity(options.directions);
+    for _ in 0..options.directions {
+        let direction = normalised((0..n).map(|_| random.next()).collect());
+        let checked = checker.check(&direction);
+        if checked.error > worst.0 || checked.error.is_nan() {
+            worst = (checked.error, direction);
+        }
+        directions.push(checked);
+    }
+    let component = checker.worst_component(worst.1);
+    Report::new(directions, component)
+}
+
+fn refuse_misuse(claim: &Claim, options: &Options) {
+    let (n, names) = (claim.x.len(), options.names.len());
+    assert!(n > 0, "a gradient without components cannot be checked");
+    assert!(options.directions > 0, "a check takes a direction at least");
+    assert_eq!(
+        n,
+        claim.gradient.len(),
+        "the gradient needs one component per argument"
+    );
+    assert!(
+        options.largest_step >= 10.0 * options.smallest_step && options.smallest_step > 0.0,
+        "the steps must be positive and span a decade"
+    );
+    assert!(
+        options.largest_step.is_finite(),
+        "the largest step must be finite"
+    );
+    assert!(
+        names == 0 || names == n,
+        "{names} names for {n} components: give one for each, or none"
+    );
+}
+
+struct Checker<'a, F> {
+    value: &'a F,
+    claim: &'a Claim<'a>,
+    options: &'a Options,
+    /// Root mean square of the gradient: the slope to be expected along a random direction.
+    typical: f64,
+}
+
+impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
+    fn check(&self, direction: &[f64]) -> Direction {
+        let along = |(&g, &d): (&f64, &f64)| if d == 0.0 { 0.0 } else { g * d };
+        // A component that does not move adds nothing, even if it is infinite.
+        let claimed = self.claim.gradient.iter().zip(direction).map(along).sum();
+        let forward = self.claim.forward.map(|forward| forward(direction));
+        let value = |h| self.moved(direction, h);
+        let size = largest(self.claim.x);
+        let (here, noise) = (value(0.0), self.options.noise);
+        let sweep = slopes::sweep((here, value), self.steps(), (noise, size));
+        let unseen = noise * here.abs() / size.max(1.0);
+        let judge = slopes::Judge {
+            claimed,
+            typical: self.typical.max(slopes::change(&sweep, claimed)),
+            tolerance: self.options.tolerance,
+            unseen: if unseen.is_finite() { unseen } else { 0.0 },
+        };
+        let (mut verdict, slopes, unsure) = judge.verdict(&sweep);
+        if claimed.is_nan() || forward.is_some_and(|forward| !judge.same(forward)) {
+            verdict = Verdict::Wrong;
+        }
+        let control = judge.control(&sweep, (verdict, unsure));
+        let Slopes {
+            step,
+            left,
+            central,
+            right,
+            noise: _,
+        } = slopes;
+        Direction {
+            gradient: claimed,
+            forward,
+            left,
+            central,
+            right,
+            step,
+            taylor: taylor::order(&sweep, claimed, step),
+            error: (claimed - central).abs() / judge.scale(central),
+            unsure: unsure / judge.scale(central),
+            verdict,
+            control,
+        }
+    }
+
+    /// The component with the largest part in the error along `direction`, found by bisection.
+    fn worst_component(&self, mut direction: Vec<f64>) -> Component {
+        let (mut first, mut end) = (0, direction.len());
+        while end - first > 1 {
+            let middle = first + (end - first) / 2;
+            let half = |range: std::ops::Range<usize>| {
+                let mut half = vec![0.0; direction.len()];
+                half[range.clone()].copy_from_slice(&direction[range]);
+                let length = dot(&half, &half).sqrt();
+                let half = normalised(half);
+                let checked = self.check(&half);
+                // The half's contribution to the error: that of its slope times its length. A claim
+                // of infinity or NaN is the worst, whatever the differences say.
+                let error = match checked.gradient.is_finite() {
+                    true => checked.absolute_error() * length,
+                    false => f64::INFINITY,
+                };
+                (error, half)
+            };
+            let (low, high) = (half(first..middle), half(middle..end));
+            if low.0 >= high.0 || high.0.is_nan() && !low.0.is_nan() {
+                (direction, end) = (low.1, middle);
+            } else {
+                (direction, first) = (high.1, middle);
+            }
+        }
+        direction.fill(0.0);
+        direction[first] = 1.0;
+        let checked = self.check(&direction);
+        Component {
+            index: first,
+            name: self.options.names.get(first).cloned(),
+            gradient: checked.gradient,
+            central: checked.central,
+            verdict: checked.verdict,
+        }
+    }
+
+    fn moved(&self, direction: &[f64], h: f64) -> f64 {
+        let pairs = self.claim.x.iter().zip(direction);
+        let x: Vec<f64> = pairs.map(|(x, d)| x + h * d).collect();
+        (self.value)(&x)
+    }
+
+    /// Steps from the largest to the smallest, two in each decade.
+    fn steps(&self) -> impl Iterator<Item = f64> {
+        let size = largest(self.claim.x).max(1.0);
+        let smallest = self.options.smallest_step * size;
+        let first = (self.options.largest_step * size).min(f64::MAX);
+        // A hair more, so that the smallest step is one of them however the logarithms round; not that
+        // of a quotient, which may overflow.
+        let levels = (2.0 * (first.log10() - smallest.log10()) + 1e-9) as i32;
+        (0..=levels).map(move |level| first / 10f64.powf(0.5 * f64::from(level)))
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The largest magnitude; numbers that are not finite set no scale.
+fn largest(x: &[f64]) -> f64 {
+    let finite = x.iter().filter(|x| x.is_finite());
+    finite.fold(0.0, |size: f64, x| size.max(x.abs()))
+}
+
+fn normalised(mut direction: Vec<f64>) -> Vec<f64> {
+    let length = dot(&direction, &direction).sqrt();
+    direction.iter_mut().for_each(|d| *d /= length);
+    direction
+}
+
+/// SplitMix64 (Steele, Lea and Flood 2014): good enough for directions, and saves a dependency.
+struct SplitMix(u64);
+
+impl SplitMix {
+    /// Uniform in `[-1, 1)`.
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        bits ^= bits >> 31;
+        (bits >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SplitMix;
+
+    /// The first numbers of the published generator, from a seed that its tables use.
+    #[test]
+    fn directions_are_drawn_by_split_mix() {
+        let mut random = SplitMix(1234567);
+        let published = [
+            6457827717110365317_u64,
+            3203168211198807973,
+            9817491932198370423,
+            4593380528125082431,
+        ];
+        for bits in published {
+            assert_eq!(random.next(), (bits >> 11) as f64 / 2_f64.powi(52) - 1.0);
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! What a gradient check found.
+
+use std::fmt;
+
+/// By how much the gradient of the negative control is wrong: one part in a hundred.
+pub const WRONG_BY: f64 = 0.01;
+
+/// What a check says of a gradient; ordered from good to bad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// The differences settle on the claimed slope, and from both sides.
+    Smooth,
+    /// Differences cannot tell: the left and the right slope differ, or grow apart, with the claimed one
+    /// between them, or no step makes the differences settle.
+    Kink,
+    /// The differences settle on another slope, or forward mode disagrees.
+    Wrong,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(match self {
+            Verdict::Smooth => "smooth",
+            Verdict::Kink => "kink",
+            Verdict::Wrong => "wrong",
+        })
+    }
+}
+
+/// One direction's check. Slopes are per unit length along the direction.
+#[derive(Clone, Debug)]
+pub struct Direction {
+    /// The claimed slope: gradient times direction.
+    pub gradient: f64,
+    /// The slope by the claim's second source.
+    pub forward: Option<f64>,
+    /// The backward difference quotient at `step`.
+    pub left: f64,
+    /// The central difference quotient at `step`.
+    pub central: f64,
+    /// The forward difference quotient at `step`.
+    pub right: f64,
+    /// The step that the verdict rests on.
+    pub step: f64,
+    /// The order at which `|f(x + h d) - f(x) - h gradient|`, the larger of ahead and behind, falls
+    /// with the step `h`: 2 or more where the slope is right and `f` smooth, 1 where it is wrong or
+    /// at a kink. Taken from the smallest steps whose remainders are clear of rounding; `None` where
+    /// no two are, as for a linear function.
+    pub taylor: Option<f64>,
+    /// `|gradient - central|`, relative to the slope and the typical slope.
+    pub error: f64,
+    /// By how much `central` may be off, relative to the same: an estimate from the neighbouring steps,
+    /// infinite where the differences do not settle.
+    pub unsure: f64,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The verdict of the differences alone on a slope that is wrong on purpose, by [`WRONG_BY`] of it.
+    /// `None` where the slope is not smooth, or is known only to within a quarter of that: there no
+    /// verdict would prove anything.
+    pub control: Option<Verdict>,
+}
+
+impl Direction {
+    pub(super) fn absolute_error(&self) -> f64 {
+        (self.gradient - self.central).abs()
+    }
+}
+
+/// The component that has the largest part in the worst direction's error.
+#[derive(Clone, Debug)]
+pub struct Component {
+    /// Its index.
+    pub index: usize,
+    /// Its name, where [`Options::names`](super::Options::names) has one.
+    pub name: Option<String>,
+    /// The claimed component.
+    pub gradient: f64,
+    /// Its central difference.
+    pub central: f64,
+    /// The verdict along this component alone.
+    pub verdict: Verdict,
+}
+
+/// Its name, or else its index, and what was found.
+impl fmt::Display for Component {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.name {
+            Some(name) => write!(out, "{name}")?,
+            None => write!(out, "{}", self.index)?,
+        }
+        write!(
+            out,
+            ": gradient {:.8e}, differences {:.8e}, {}",
+            self.gradient, self.central, self.verdict
+        )
+    }
+}
+
+/// The outcome of a check; displayed as a table.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// One row per random direction.
+    pub directions: Vec<Direction>,
+    /// Where to look first.
+    pub worst: Component,
+    /// The worst verdict of any direction.
+    pub verdict: Verdict,
+    /// The negative control: the worst verdict of any direction on a gradient that is wrong on purpose,
+    /// by [`WRONG_BY`] of it. If that is not [`Verdict::Wrong`], the check cannot be trusted. `None`
+    /// where no direction is smooth and steep enough to tell.
+    pub control: Option<Verdict>,
+}
+
+impl Report {
+    pub(super) fn new(directions: Vec<Direction>, worst: Component) -> Self {
+        let verdicts = directions.iter().map(|direction| direction.verdict);
+        let verdict = verdicts.max().unwrap_or(worst.verdict);
+        let control = directions.iter().filter_map(|direction| direction.control);
+        let control = control.max();
+        Report {
+            directions,
+            worst,
+            verdict,
+            control,
+        }
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            out,
+            "{:>9} {:>15} {:>15} {:>15} {:>15} {:>15} {:>8} {:>8} {:>7}  verdict",
+            "direction",
+            "gradient",
+            "forward",
+            "left",
+            "central",
+            "right",
+            "step",
+            "error",
+            "taylor"
+        )?;
+        let or_dash = |shown: Option<String>| shown.unwrap_or_else(|| "-".into());
+        for (i, row) in self.directions.iter().enumerate() {
+            let forward = or_dash(row.forward.map(|slope| format!("{slope:.8e}")));
+            let taylor = or_dash(row.taylor.map(|order| format!("{order:.2}")));
+            write!(out, "{i:>9} {:>15.8e} {forward:>15} ", row.gradient)?;
+            for slope in [row.left, row.central, row.right] {
+                write!(out, "{slope:>15.8e} ")?;
+            }
+            let (step, error, verdict) = (row.step, row.error, row.verdict);
+            writeln!(out, "{step:>8.1e} {error:>8.1e} {taylor:>7}  {verdict}")?;
+        }
+        writeln!(out, "worst component {}", self.worst)?;
+        match self.control {
+            Some(said) => writeln!(
+                out,
+                "negative control: the gradient, made wrong by {} %, is called {said}",
+                100.0 * WRONG_BY
+            )?,
+            None => writeln!(
+                out,
+                "negative control: none, no direction is smooth and steep enough for differences"
+            )?,
+        }
+        write!(out, "verdict: {}", self.verdict)
+    }
+}

@@ -1,0 +1,279 @@
+//! Difference quotients over a sweep of steps, and what they say about a claimed slope.
+//!
+//! [`Judge::verdict`] decides in this order:
+//! 1. The central quotient is taken where it changes least from step to step, on a plateau. Where there is
+//!    none the function is rough: kink.
+//! 2. If the left and the right slope stay apart at the steps from there down, the point is a kink, unless
+//!    they come together on a plateau of smaller steps. That one then stands in for the first.
+//! 3. A claimed slope that agrees with the plateau is right: smooth, or kink by point 2.
+//! 4. So is one that agrees with a plateau of smaller steps whose slope is clearly another.
+//! 5. One between the slopes of the two sides, which differ, is a choice at a kink; where the sides grow
+//!    apart, as at a cusp, so is any: kink.
+//! 6. Any other is wrong.
+
+use super::report::{Verdict, WRONG_BY};
+
+/// The difference quotients of one step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slopes {
+    pub(super) step: f64,
+    pub(super) left: f64,
+    pub(super) central: f64,
+    pub(super) right: f64,
+    /// The error of the quotients due to the noise of the values.
+    pub(super) noise: f64,
+}
+
+impl Slopes {
+    /// The distance between the left and the right slope.
+    fn gap(&self) -> f64 {
+        (self.right - self.left).abs()
+    }
+
+    /// The magnitude of the steeper side's slope, relative to a slope of `base`.
+    pub(super) fn steepest(&self, base: f64) -> f64 {
+        (self.left - base).abs().max((self.right - base).abs())
+    }
+}
+
+/// A step around which the quotients change little from one step to the next.
+#[derive(Clone, Copy)]
+struct Plateau {
+    /// Which step of the sweep; steps shrink from one level to the next.
+    level: usize,
+    slope: f64,
+    /// How much the slope differs from those of the neighbouring steps, plus its noise. At larger steps
+    /// truncation dominates, at smaller ones noise, so this estimates both. (The differences to the
+    /// neighbours would not do: steps below the value's resolution all give the same slope, zero.)
+    spread: f64,
+    noise: f64,
+    /// The slope of the steeper side, for a scale: at a minimum the central one is zero.
+    steepest: f64,
+}
+
+/// The quotients of all steps. `value(h)` is the function at distance `h` along the direction, `here`
+/// its value at the point. Values, and arguments of magnitudes up to `size`, have a relative error of
+/// `noise`.
+pub(super) fn sweep(
+    (here, value): (f64, impl Fn(f64) -> f64),
+    steps: impl Iterator<Item = f64>,
+    (noise, size): (f64, f64),
+) -> Vec<Slopes> {
+    let slopes = |step: f64| {
+        let (behind, ahead) = (value(-step), value(step));
+        let mut slopes = Slopes {
+            step,
+            left: (here - behind) / step,
+            central: (ahead - behind) / (2.0 * step),
+            right: (ahead - here) / step,
+            noise: 0.0,
+        };
+        // Not the value at the point alone, which may be zero at a minimum.
+        let largest = here.abs().max(behind.abs()).max(ahead.abs());
+        slopes.noise = noise * (largest + size * slopes.steepest(0.0)) / step;
+        slopes
+    };
+    steps.map(slopes).collect()
+}
+
+/// How much the slope changes over the middle step, for a scale where the slope and the gradient are
+/// zero. It is extrapolated from that larger step whose slope changes least for its length, because a
+/// jump beside the point is no change of the slope.
+pub(super) fn change(sweep: &[Slopes], claimed: f64) -> f64 {
+    let middle = sweep.len() / 2;
+    let change = |slopes: &Slopes| slopes.steepest(claimed) / slopes.step * sweep[middle].step;
+    let changes = sweep[..=middle].iter().map(change);
+    // Values that are not finite set no scale.
+    let least = changes.filter(|change| change.is_finite()).reduce(f64::min);
+    least.unwrap_or(0.0)
+}
+
+fn central(slopes: &Slopes) -> f64 {
+    slopes.central
+}
+
+fn plateau(sweep: &[Slopes], slope: impl Fn(&Slopes) -> f64, level: usize) -> Plateau {
+    let [before, here, after] = [-1, 0, 1].map(|i: isize| {
+        let level = level.saturating_add_signed(i).min(sweep.len() - 1);
+        slope(&sweep[level])
+    });
+    let noise = sweep[level].noise;
+    Plateau {
+        level,
+        slope: here,
+        spread: (here - before).abs() + (here - after).abs() + noise,
+        noise,
+        steepest: sweep[level].steepest(0.0),
+    }
+}
+
+/// The plateau with the least spread, if any quotient is finite.
+fn settled(sweep: &[Slopes], slope: impl Fn(&Slopes) -> f64) -> Option<Plateau> {
+    (1..sweep.len().saturating_sub(1))
+        .map(|level| plateau(sweep, &slope, level))
+        .filter(|plateau| plateau.spread.is_finite())
+        .min_by(|a, b| a.spread.total_cmp(&b.spread))
+}
+
+/// The observed noise of the values: by how much, in the median, those at smaller steps than the
+/// plateau's `level` miss its central slope. Noise, and a jump beside the point, moves each side its own
+/// way and shows here; a kink, a cusp or a spike at the point moves both sides alike and does not.
+pub(super) fn missed(sweep: &[Slopes], level: usize) -> f64 {
+    let miss = |slopes: &Slopes| (slopes.central - sweep[level].central).abs() * slopes.step;
+    let mut misses: Vec<f64> = sweep[level + 1..].iter().map(miss).collect();
+    misses.sort_by(f64::total_cmp);
+    misses[misses.len() / 2]
+}
+
+/// Whether the values bend by more than their noise, both the observed one (`missed`) and the stated one.
+fn bends(slopes: &Slopes, missed: f64) -> bool {
+    slopes.gap() * slopes.step > Judge::BENT * missed && slopes.gap() > Judge::SAFETY * slopes.noise
+}
+
+/// Whether the gap between left and right slope grows as the step shrinks.
+fn grows_apart(sweep: &[Slopes]) -> bool {
+    sweep.len() > 2 && sweep[2].gap() > 2.0 * sweep[0].gap()
+}
+
+/// Judges a claimed slope.
+#[derive(Clone, Copy)]
+pub(super) struct Judge {
+    pub(super) claimed: f64,
+    pub(super) typical: f64,
+    pub(super) tolerance: f64,
+    /// The slope that changes the value by its noise over a step as long as the point: smaller ones are
+    /// not distinguished.
+    pub(super) unseen: f64,
+}
+
+impl Judge {
+    /// The largest spread of a plateau, relative to its slope.
+    const ROUGH: f64 = 1e-2;
+    /// A spread estimates the error; this many times the spread bounds it.
+    const SAFETY: f64 = 4.0;
+    /// Values that bend by this many times their observed noise do so for another reason: noise of up to
+    /// 1 bends them by up to 4, and is observed as 1/8 at least, in the median.
+    const BENT: f64 = 32.0;
+    /// A gap stays if the next level has more than this part of it; that of a smooth function shrinks to
+    /// 0.32.
+    const STAYS: f64 = 0.5;
+
+    /// What errors of a slope are measured against: finite, because infinite errors are no share of
+    /// anything.
+    pub(super) fn scale(&self, slope: f64) -> f64 {
+        let scale = self.claimed.abs().max(slope.abs()).max(self.typical);
+        scale.clamp(f64::MIN_POSITIVE, f64::MAX)
+    }
+
+    /// Whether the claimed slope equals that of another exact derivative, up to the tolerance.
+    pub(super) fn same(&self, derivative: f64) -> bool {
+        self.claimed == derivative
+            || (self.claimed - derivative).abs()
+                <= self.tolerance * self.scale(derivative) + self.unseen
+    }
+
+    /// The verdict, the slopes that it rests on, and by how much they may be off.
+    pub(super) fn verdict(&self, sweep: &[Slopes]) -> (Verdict, Slopes, f64) {
+        let Some(best) = settled(sweep, central).filter(|best| self.settles(best)) else {
+            // No plateau to compare with: the function is rough, or its slope infinite.
+            return (Verdict::Kink, sweep[sweep.len() / 2], f64::INFINITY);
+        };
+        let apart = self.stays_apart(sweep, &best);
+        let closer = apart.then(|| self.closer(sweep, &best)).flatten();
+        let kink = apart && closer.is_none();
+        let best = closer.unwrap_or(best);
+        let agreed = |kink| if kink { Verdict::Kink } else { Verdict::Smooth };
+        let rests = |verdict, on: &Plateau| (verdict, sweep[on.level], Self::SAFETY * on.spread);
+        if self.agrees(&best) {
+            return rests(agreed(kink), &best);
+        }
+        // The steps of the plateau may cross a kink beside the point: if a smaller step has settled on a
+        // clearly different slope, that one decides.
+        for level in best.level + 1..sweep.len() - 1 {
+            let closer = plateau(sweep, central, level);
+            let unsure = Self::SAFETY * (closer.spread + best.spread);
+            let other = (closer.slope - best.slope).abs() > unsure;
+            if other && self.settles(&closer) && self.agrees(&closer) {
+                return rests(agreed(self.stays_apart(sweep, &closer)), &closer);
+            }
+        }
+        // Between sides that grow apart, as at a cusp, lies every slope.
+        if self.between_sides(sweep) || kink && grows_apart(&sweep[best.level..]) {
+            return rests(Verdict::Kink, &best);
+        }
+        rests(Verdict::Wrong, &best)
+    }
+
+    /// The verdict on the slope made wrong by [`WRONG_BY`], given that on the claimed one and by how much
+    /// the differences may be off; `None` unless they are sure enough of the claimed one.
+    pub(super) fn control(
+        &self,
+        sweep: &[Slopes],
+        (verdict, unsure): (Verdict, f64),
+    ) -> Option<Verdict> {
+        let unsure = unsure + self.tolerance * self.scale(self.claimed);
+        // They may be off once when they agree and once when they do not.
+        let sure = unsure < 0.25 * WRONG_BY * self.claimed.abs();
+        let wrong = Judge {
+            claimed: self.claimed * (1.0 + WRONG_BY),
+            ..*self
+        };
+        (verdict == Verdict::Smooth && sure).then(|| wrong.verdict(sweep).0)
+    }
+
+    fn settles(&self, plateau: &Plateau) -> bool {
+        let rough = Self::ROUGH * plateau.steepest.max(self.typical);
+        plateau.spread <= rough.max(Self::SAFETY * plateau.noise)
+    }
+
+    fn agrees(&self, plateau: &Plateau) -> bool {
+        let error = (self.claimed - plateau.slope).abs();
+        self.claimed.is_finite()
+            && error <= self.tolerance * self.scale(plateau.slope) + Self::SAFETY * plateau.spread
+    }
+
+    /// Whether the left and the right slope stay apart, or grow apart, somewhere from the plateau down:
+    /// at a smooth point their gap shrinks like the step. Over four levels, because over three noise may
+    /// keep them apart by chance.
+    fn stays_apart(&self, sweep: &[Slopes], best: &Plateau) -> bool {
+        let missed = missed(sweep, best.level);
+        let first = best.level.min(sweep.len().saturating_sub(4));
+        let seen =
+            |slopes: &Slopes| slopes.gap() > self.tolerance * self.typical && bends(slopes, missed);
+        let stays = |pair: &[Slopes]| pair[1].gap() > Self::STAYS * pair[0].gap();
+        sweep[first..].windows(4).any(|levels| {
+            let ends = [levels[0], levels[3]];
+            stays(&ends) && levels.windows(2).all(stays) && levels.iter().all(seen)
+        })
+    }
+
+    /// The plateau with the least spread among those at smaller steps where the left and the right slope
+    /// come together. If there is one, it was not a kink that kept them apart at larger steps, but a
+    /// narrow term.
+    fn closer(&self, sweep: &[Slopes], best: &Plateau) -> Option<Plateau> {
+        let together = |closer: &Plateau| {
+            let levels = &sweep[closer.level - 1..=closer.level + 1];
+            let missed = missed(sweep, closer.level);
+            let shrinks = |pair: &[Slopes]| pair[1].gap() < Self::STAYS * pair[0].gap();
+            levels.windows(2).all(shrinks) && levels.iter().all(|slopes| bends(slopes, missed))
+        };
+        (best.level + 1..sweep.len() - 1)
+            .map(|level| plateau(sweep, central, level))
+            .filter(|closer| self.settles(closer) && together(closer))
+            .filter(|closer| !self.stays_apart(sweep, closer))
+            .min_by(|a, b| a.spread.total_cmp(&b.spread))
+    }
+
+    /// Whether the two sides settle on different slopes, with the claimed one between them.
+    fn between_sides(&self, sweep: &[Slopes]) -> bool {
+        let left = settled(sweep, |slopes| slopes.left).filter(|left| self.settles(left));
+        let right = settled(sweep, |slopes| slopes.right).filter(|right| self.settles(right));
+        let (Some(left), Some(right)) = (left, right) else {
+            return false;
+        };
+        let (low, high) = (left.slope.min(right.slope), left.slope.max(right.slope));
+        let unsure = self.tolerance * self.scale(high.abs().max(low.abs()))
+            + Self::SAFETY * (left.spread + right.spread);
+        high - low > unsure && self.claimed >= low - unsure && self.claimed <= high + unsure
+    }
+}

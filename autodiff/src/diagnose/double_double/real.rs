@@ -1,0 +1,79 @@
+//! Double-doubles as a [`Real`].
+
+use num_traits::Zero;
+
+use super::elementary;
+use super::number::Wide;
+use crate::real::Real;
+
+impl Real for Wide {
+    type Mask = bool;
+
+    #[inline]
+    fn lit(value: f64) -> Self {
+        Self::from(value)
+    }
+    #[inline]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline]
+    fn select(mask: bool, if_true: Self, if_false: Self) -> Self {
+        if mask { if_true } else { if_false }
+    }
+    fn sqrt(self) -> Self {
+        elementary::sqrt(self)
+    }
+    fn exp(self) -> Self {
+        elementary::exp(self)
+    }
+    fn ln(self) -> Self {
+        elementary::ln(self)
+    }
+    fn sin(self) -> Self {
+        elementary::sin_cos(self).0
+    }
+    fn cos(self) -> Self {
+        elementary::sin_cos(self).1
+    }
+    fn tanh(self) -> Self {
+        elementary::tanh(self)
+    }
+    fn atan2(self, x: Self) -> Self {
+        elementary::atan2(self, x)
+    }
+    fn powi(self, exponent: i32) -> Self {
+        elementary::powi(self, exponent)
+    }
+    fn powf(self, exponent: Self) -> Self {
+        elementary::powf(self, exponent)
+    }
+    #[inline]
+    fn abs(self) -> Self {
+        if self.high.is_sign_negative() {
+            -self
+        } else {
+            self
+        }
+    }
+    #[inline]
+    fn detach(self) -> Self {
+        self
+    }
+    #[inline]
+    fn straight_through(self, _soft: Self) -> Self {
+        self
+    }
+    #[inline]
+    fn chain(partial: Self, cotangent: Self) -> Self {
+        if cotangent.is_zero() {
+            cotangent
+        } else {
+            partial * cotangent
+        }
+    }
+}

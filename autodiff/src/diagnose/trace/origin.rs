@@ -1,0 +1,101 @@
+//! What is known of a trace that runs: its operations so far, and the origins found.
+
+use std::cell::RefCell;
+use std::fmt;
+use std::panic::Location;
+
+/// The origin of a value or partial that is infinite or NaN.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct NonFinite {
+    /// What was computed.
+    pub operation: &'static str,
+    /// Its number among all operations, from 1 on; 0 for an argument of the function.
+    pub number: usize,
+    /// The step of a [`Rollout`](crate::Rollout), where one was running.
+    pub step: Option<usize>,
+    /// The line of the operation; for an argument, of the call to [`first_non_finite`](super::first_non_finite).
+    pub place: &'static Location<'static>,
+    /// Operands, value and partials, as text.
+    pub numbers: String,
+}
+
+impl fmt::Display for NonFinite {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (number, operation, place) = (self.number, self.operation, self.place);
+        write!(formatter, "operation {number}, {operation}, at {place}")?;
+        if let Some(step) = self.step {
+            write!(formatter, ", in step {step}")?;
+        }
+        write!(formatter, ": {}", self.numbers)
+    }
+}
+
+/// The trace that runs on this thread.
+#[derive(Default)]
+pub(super) struct Trace {
+    operations: usize,
+    step: Option<usize>,
+    pub(super) found: Vec<NonFinite>,
+}
+
+thread_local! {
+    pub(super) static RUNNING: RefCell<Option<Trace>> = const { RefCell::new(None) };
+}
+
+/// Puts the outer trace back, also when the function panics.
+pub(super) struct Outer(pub(super) Option<Trace>);
+
+impl Drop for Outer {
+    fn drop(&mut self) {
+        RUNNING.replace(self.0.take());
+    }
+}
+
+/// A place in `Trace::found`.
+pub(super) type Origin = u32;
+
+/// The origin of numbers with nothing to blame. The largest, so that the minimum of several origins is
+/// the first operation to blame.
+pub(super) const CLEAN: Origin = Origin::MAX;
+
+/// The step that a rollout is at.
+pub(super) fn step() -> Option<usize> {
+    RUNNING.with_borrow(|trace| trace.as_ref()?.step)
+}
+
+pub(super) fn set_step(step: Option<usize>) {
+    RUNNING.with_borrow_mut(|trace| {
+        if let Some(trace) = trace {
+            trace.step = step;
+        }
+    });
+}
+
+/// Counts an operation.
+pub(super) fn count() {
+    RUNNING.with_borrow_mut(|trace| {
+        if let Some(trace) = trace {
+            trace.operations += 1;
+        }
+    });
+}
+
+/// Notes an origin; outside of a trace, nothing.
+pub(super) fn note(
+    operation: &'static str,
+    place: &'static Location<'static>,
+    numbers: String,
+) -> Origin {
+    RUNNING.with_borrow_mut(|trace| {
+        let Some(trace) = trace else { return CLEAN };
+        trace.found.push(NonFinite {
+            operation,
+            number: trace.operations,
+            step: trace.step,
+            place,
+            numbers,
+        });
+        trace.found.len() as Origin - 1
+    })
+}

@@ -1,0 +1,49 @@
+//! The search for an origin.
+
+use std::panic::Location;
+
+use super::origin::{CLEAN, NonFinite, Outer, RUNNING, Trace, note};
+use super::traced::Traced;
+use crate::real::{Mask, Real};
+
+/// The first operation whose value or partial is infinite or NaN and reaches a result of
+/// `function` at `x`, or the first argument that is so itself.
+///
+/// A partial is blamed even if it is multiplied by zero later: whether the gradient survives that
+/// depends on the mode, see the table in [`real`](crate::real).
+///
+/// ```
+/// use autodiff::Real;
+/// use autodiff::trace::first_non_finite;
+///
+/// fn distance<R: Real>(x: &[R]) -> R {
+///     let squared = R::dot(x, x);
+///     squared.sqrt()
+/// }
+///
+/// assert_eq!(first_non_finite(&[3.0, 4.0], |x| vec![distance(x)]), None);
+/// let found = first_non_finite(&[0.0, 0.0], |x| vec![distance(x)]).expect("a kink at 0");
+/// assert_eq!((found.operation, found.number), ("sqrt", 3));
+/// assert_eq!(found.numbers, "of 0.0: value 0.0, partial inf");
+/// ```
+#[track_caller]
+pub fn first_non_finite<R: Real>(
+    x: &[R],
+    function: impl FnOnce(&[Traced<R>]) -> Vec<Traced<R>>,
+) -> Option<NonFinite> {
+    let place = Location::caller();
+    let _outer = Outer(RUNNING.replace(Some(Trace::default())));
+    let argument = |(i, &value): (usize, &R)| {
+        let origin = if value.finite().all() {
+            CLEAN
+        } else {
+            note("argument", place, format!("x[{i}] is {value:?}"))
+        };
+        Traced::variable(value, origin)
+    };
+    let arguments: Vec<_> = x.iter().enumerate().map(argument).collect();
+    let results = function(&arguments);
+    let origin = results.iter().map(|y| y.origin).min()?;
+    let trace = RUNNING.take()?;
+    trace.found.into_iter().nth(origin as usize)
+}

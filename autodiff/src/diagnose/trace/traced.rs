@@ -1,0 +1,379 @@
+//! The number that knows its origin.
+
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use std::panic::Location;
+
+use num_traits::{One, Zero};
+
+use super::origin::{CLEAN, Origin, count, note, set_step, step};
+use crate::fused::Fused;
+use crate::math::Elementary;
+use crate::real::{Mask, Real};
+use crate::rule;
+
+/// A number that knows which operation made its value, or a partial on the way to it, infinite or NaN.
+/// Only the value is public; [`first_non_finite`](super::first_non_finite) reads the origin.
+#[derive(Clone, Copy, Debug)]
+pub struct Traced<R> {
+    value: R,
+    /// Whether it depends on an argument: then partials matter.
+    active: bool,
+    pub(super) origin: Origin,
+}
+
+impl<R: Real> Traced<R> {
+    pub(super) fn variable(value: R, origin: Origin) -> Self {
+        Self {
+            value,
+            active: true,
+            origin,
+        }
+    }
+
+    fn constant(value: R) -> Self {
+        Self {
+            value,
+            active: false,
+            origin: CLEAN,
+        }
+    }
+
+    /// The primal.
+    pub fn value(self) -> R {
+        self.value
+    }
+
+    #[track_caller]
+    fn apply(self, operation: &'static str, (value, partial): (R, R)) -> Self {
+        Self::judged(operation, value, &[(self, partial)])
+    }
+
+    #[track_caller]
+    fn apply2(self, operation: &'static str, other: Self, rule: (R, [R; 2])) -> Self {
+        let (value, [by_self, by_other]) = rule;
+        Self::judged(operation, value, &[(self, by_self), (other, by_other)])
+    }
+
+    /// The result of an operation on these operands, with the partials by them.
+    #[track_caller]
+    fn judged(operation: &'static str, value: R, operands: &[(Self, R)]) -> Self {
+        count();
+        let active = operands.iter().any(|(x, _)| x.active);
+        let inherited = operands.iter().map(|(x, _)| x.origin).min();
+        let origin = inherited.unwrap_or(CLEAN);
+        let sound = |x: R| x.finite().all();
+        let partials_sound = operands.iter().all(|&(x, by)| !x.active || sound(by));
+        if origin != CLEAN || sound(value) && partials_sound {
+            return Self {
+                value,
+                active,
+                origin,
+            };
+        }
+        let [of, partials] = [
+            listed(operands.iter().map(|(x, _)| x.value)),
+            listed(operands.iter().map(|&(_, partial)| partial)),
+        ];
+        let numbers = format!("of {of}: value {value:?}, partial {partials}");
+        Self {
+            value,
+            active,
+            origin: note(operation, Location::caller(), numbers),
+        }
+    }
+}
+
+fn clean<R>(numbers: &[Traced<R>]) -> bool {
+    numbers.iter().all(|x| x.origin == CLEAN)
+}
+
+/// Makes the outputs of a function depend on its inputs where `eval` does not show it: the value of an
+/// implicit root, or of a custom rule, need not be computed from the inputs at all.
+fn depend<R: Real>(outputs: &mut [Traced<R>], inputs: &[&[Traced<R>]]) {
+    let active = inputs.iter().copied().flatten().filter(|x| x.active);
+    let Some(origin) = active.map(|x| x.origin).min() else {
+        return;
+    };
+    for y in outputs.iter_mut().filter(|y| !y.active) {
+        y.active = true;
+        y.origin = y.origin.min(origin);
+    }
+}
+
+/// Whether the values of a function, and the cotangents of those inputs that are active, are
+/// finite.
+fn soundly_differentiated<R: Real>(function: &impl Fused, inputs: &[&[Traced<R>]]) -> bool {
+    let values = |slice: &&[Traced<R>]| slice.iter().map(|x| x.value).collect();
+    let values: Vec<Vec<R>> = inputs.iter().map(values).collect();
+    let values: Vec<&[R]> = values.iter().map(Vec::as_slice).collect();
+    let wanted = |slice: &&[Traced<R>]| slice.iter().any(|x| x.active);
+    let wanted: Vec<bool> = inputs.iter().map(wanted).collect();
+    let (y, mut saved) = function.record(&values);
+    let x_bar = function.reverse(&mut saved, &vec![R::one(); y.len()], &wanted);
+    let wanted_bars = x_bar.iter().zip(&wanted).filter(|(_, wanted)| **wanted);
+    let mut numbers = wanted_bars.flat_map(|(bars, _)| bars).chain(&y);
+    numbers.all(|x| x.finite().all())
+}
+
+fn listed<R: Real>(numbers: impl Iterator<Item = R>) -> String {
+    let words: Vec<String> = numbers.map(|x| format!("{x:?}")).collect();
+    words.join(" and ")
+}
+
+impl<R: Real> Real for Traced<R> {
+    type Mask = R::Mask;
+
+    fn lit(value: f64) -> Self {
+        Self::constant(R::lit(value))
+    }
+    fn lt(self, other: Self) -> R::Mask {
+        self.value.lt(other.value)
+    }
+    fn le(self, other: Self) -> R::Mask {
+        self.value.le(other.value)
+    }
+    fn finite(self) -> R::Mask {
+        self.value.finite()
+    }
+    /// Blames nothing itself, and drops the origin of the operand that is not chosen.
+    fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
+        match rule::uniform(mask) {
+            Some(true) => if_true,
+            Some(false) => if_false,
+            None => Self {
+                value: R::select(mask, if_true.value, if_false.value),
+                active: if_true.active || if_false.active,
+                origin: if_true.origin.min(if_false.origin),
+            },
+        }
+    }
+    #[track_caller]
+    fn fma(self, factor: Self, term: Self) -> Self {
+        let value = self.value.fma(factor.value, term.value);
+        let operands = [(self, factor.value), (factor, self.value), (term, R::one())];
+        Self::judged("multiply-add", value, &operands)
+    }
+    #[track_caller]
+    fn recip(self) -> Self {
+        self.apply("recip", rule::recip(self.value))
+    }
+    #[track_caller]
+    fn sqrt(self) -> Self {
+        self.apply("sqrt", rule::sqrt(self.value))
+    }
+    #[track_caller]
+    fn rsqrt(self) -> Self {
+        self.apply("rsqrt", rule::rsqrt(self.value))
+    }
+    #[track_caller]
+    fn exp(self) -> Self {
+        self.apply("exp", rule::exp(self.value))
+    }
+    #[track_caller]
+    fn ln(self) -> Self {
+        self.apply("ln", rule::ln(self.value))
+    }
+    #[track_caller]
+    fn sin(self) -> Self {
+        self.apply("sin", rule::sin(self.value))
+    }
+    #[track_caller]
+    fn cos(self) -> Self {
+        self.apply("cos", rule::cos(self.value))
+    }
+    #[track_caller]
+    fn tan(self) -> Self {
+        self.apply("tan", rule::tan(self.value))
+    }
+    #[track_caller]
+    fn tanh(self) -> Self {
+        self.apply("tanh", rule::tanh(self.value))
+    }
+    #[track_caller]
+    fn atan2(self, x: Self) -> Self {
+        self.apply2("atan2", x, rule::atan2(self.value, x.value))
+    }
+    #[track_caller]
+    fn powi(self, exponent: i32) -> Self {
+        self.apply("powi", rule::powi(self.value, exponent))
+    }
+    #[track_caller]
+    fn powf(self, exponent: Self) -> Self {
+        self.apply2("powf", exponent, rule::powf(self.value, exponent.value))
+    }
+    #[track_caller]
+    fn elementary(self, function: Elementary) -> Self {
+        self.apply(function.name(), function.rule(self.value))
+    }
+    #[track_caller]
+    fn abs(self) -> Self {
+        self.apply("abs", rule::abs(self.value))
+    }
+    #[track_caller]
+    fn hypot(self, other: Self) -> Self {
+        self.apply2("hypot", other, rule::hypot(self.value, other.value))
+    }
+    fn signum(self) -> Self {
+        Self {
+            value: self.value.signum().detach(),
+            ..self.detach()
+        }
+    }
+    /// Partials no longer matter; a value that is not finite keeps its origin.
+    fn detach(self) -> Self {
+        let sound = self.value.finite().all();
+        Self {
+            value: self.value.detach(),
+            active: false,
+            origin: if sound { CLEAN } else { self.origin },
+        }
+    }
+    fn straight_through(self, soft: Self) -> Self {
+        Self {
+            value: self.value.straight_through(soft.value),
+            active: soft.active,
+            origin: self.detach().origin.min(soft.origin),
+        }
+    }
+    #[track_caller]
+    fn chain(partial: Self, cotangent: Self) -> Self {
+        if cotangent.is_zero() {
+            return cotangent;
+        }
+        let value = R::chain(partial.value, cotangent.value);
+        partial.apply2(
+            "product",
+            cotangent,
+            (value, [cotangent.value, partial.value]),
+        )
+    }
+    #[track_caller]
+    fn dot(a: &[Self], b: &[Self]) -> Self {
+        assert_eq!(a.len(), b.len(), "dot: the slices differ in length");
+        let mut sum = Self::zero();
+        for (&x, &y) in a.iter().zip(b) {
+            sum = x.fma(y, sum);
+        }
+        sum
+    }
+    #[track_caller]
+    fn sum(terms: &[Self]) -> Self {
+        let mut sum = Self::zero();
+        for &term in terms {
+            sum += term;
+        }
+        sum
+    }
+    /// Traced through `eval`, and compared with the function's own derivative. Where that is finite,
+    /// nothing inside is blamed; where it is not though all operations are, the whole function is.
+    #[track_caller]
+    fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
+        // A rollout says when a step begins and not when the last one ends.
+        let outer_step = step();
+        let mut outputs = function.eval(inputs);
+        set_step(outer_step);
+        depend(&mut outputs, inputs);
+        if inputs.iter().any(|slice| !clean(slice)) {
+            return outputs;
+        }
+        let sound = soundly_differentiated(&function, inputs);
+        let blamed = if sound {
+            CLEAN
+        } else if clean(&outputs) {
+            let numbers = "its derivative is not finite".into();
+            note("fused function", Location::caller(), numbers)
+        } else {
+            return outputs;
+        };
+        outputs.iter_mut().for_each(|y| y.origin = blamed);
+        outputs
+    }
+    fn mark_step(step: usize) {
+        set_step(Some(step));
+    }
+}
+
+impl<R: Real> Add for Traced<R> {
+    type Output = Self;
+    #[track_caller]
+    fn add(self, other: Self) -> Self {
+        let one = R::one();
+        self.apply2("sum", other, (self.value + other.value, [one, one]))
+    }
+}
+
+impl<R: Real> Sub for Traced<R> {
+    type Output = Self;
+    #[track_caller]
+    fn sub(self, other: Self) -> Self {
+        let one = R::one();
+        self.apply2("difference", other, (self.value - other.value, [one, -one]))
+    }
+}
+
+impl<R: Real> Mul for Traced<R> {
+    type Output = Self;
+    #[track_caller]
+    fn mul(self, other: Self) -> Self {
+        self.apply2("product", other, rule::mul(self.value, other.value))
+    }
+}
+
+impl<R: Real> Div for Traced<R> {
+    type Output = Self;
+    #[track_caller]
+    fn div(self, other: Self) -> Self {
+        self.apply2("quotient", other, rule::div(self.value, other.value))
+    }
+}
+
+impl<R: Real> Neg for Traced<R> {
+    type Output = Self;
+    #[track_caller]
+    fn neg(self) -> Self {
+        self.apply("negative", (-self.value, -R::one()))
+    }
+}
+
+impl<R: Real> AddAssign for Traced<R> {
+    #[track_caller]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<R: Real> SubAssign for Traced<R> {
+    #[track_caller]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl<R: Real> MulAssign for Traced<R> {
+    #[track_caller]
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl<R: Real> DivAssign for Traced<R> {
+    #[track_caller]
+    fn div_assign(&mut self, other: Self) {
+        *self = *self / other;
+    }
+}
+
+impl<R: Real> Zero for Traced<R> {
+    fn zero() -> Self {
+        Self::constant(R::zero())
+    }
+    fn is_zero(&self) -> bool {
+        !self.active && self.value.is_zero()
+    }
+}
+
+impl<R: Real> One for Traced<R> {
+    fn one() -> Self {
+        Self::constant(R::one())
+    }
+}

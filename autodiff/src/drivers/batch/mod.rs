@@ -1,0 +1,13 @@
+//! One function at many points.
+//!
+//! - [`values`] and [`jacobians`] evaluate a [`Kernel`](crate::Kernel) at many points in SIMD lanes,
+//!   for a sparse Jacobian whose rows have a fixed number of entries.
+//! - [`Sum`] adds up a function of shared parameters over data, a likelihood for example; its gradient
+//!   by all parameters costs a few times as much as the sum.
+
+mod kernels;
+mod replay;
+mod sum;
+
+pub use kernels::{LocalJacobian, jacobians, values};
+pub use sum::{Sum, Summand};

@@ -1,0 +1,492 @@
+//! Replaying a [`Trace`] forward and back, a block of points at a time.
+//!
+//! Each number of the trace is a few registers wide, so that finding out what an operation is
+//! costs little beside doing it.
+
+use std::any::Any;
+
+use crate::real::{Mask, Real};
+use crate::record::trace::{Binary, Logic, Op, Place, Trace, Unary};
+use crate::rule;
+use crate::simd::Lane;
+
+/// Registers for each number, where there are points enough to fill them.
+pub(super) const WIDE: usize = 4;
+
+/// A number of the trace for `W * L::N` points.
+type Block<L, const W: usize> = [L; W];
+
+/// The memory of a replay, to be used again; type-erased, as it depends on the number type.
+pub(super) type Spare = Box<dyn Any + Send>;
+
+/// A trace with the numbers it is replayed on.
+pub(super) struct Replay<'a, R, L, const W: usize> {
+    trace: &'a Trace,
+    memory: Box<Memory<R, L, W>>,
+}
+
+struct Memory<R, L, const W: usize> {
+    /// Shared arguments and constants, the same for all points ...
+    shared: Vec<R>,
+    /// ... and their cotangents, summed over the points in each lane.
+    shared_bars: Vec<L>,
+    values: Vec<Block<L, W>>,
+    bars: Vec<Block<L, W>>,
+    /// Partials of functions of one number, from the forward to the reverse sweep.
+    partials: Vec<Block<L, W>>,
+}
+
+impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
+    /// Reuses the memory of an earlier replay, if that was of the same number type.
+    #[inline(always)]
+    pub(super) fn new(trace: &'a Trace, arguments: &[R], spare: Option<Spare>) -> Self {
+        let spare = spare.and_then(|spare| spare.downcast::<Memory<R, L, W>>().ok());
+        let mut memory = spare.unwrap_or_else(|| {
+            Box::new(Memory {
+                shared: Vec::new(),
+                shared_bars: Vec::new(),
+                values: Vec::new(),
+                bars: Vec::new(),
+                partials: Vec::new(),
+            })
+        });
+        memory.shared.clear();
+        memory.shared.extend_from_slice(arguments);
+        for &constant in &trace.constants {
+            memory.shared.push(R::lit(constant));
+        }
+        let (zero, own) = ([L::zero(); W], trace.arguments[1] + trace.ops.len());
+        memory.shared_bars.clear();
+        memory.shared_bars.resize(memory.shared.len(), L::zero());
+        // Own cotangents too: a panic may have ended the earlier replay before they were zero.
+        memory.bars.clear();
+        memory.bars.resize(own, zero);
+        // These are written before they are read.
+        memory.values.resize(own, zero);
+        memory.partials.resize(trace.kept, zero);
+        Self { trace, memory }
+    }
+
+    /// The memory, for the next replay.
+    #[inline(always)]
+    pub(super) fn into_spare(self) -> Spare {
+        self.memory
+    }
+
+    /// The own arguments of the next block.
+    #[inline(always)]
+    pub(super) fn arguments(&mut self) -> &mut [Block<L, W>] {
+        &mut self.memory.values[..self.trace.arguments[1]]
+    }
+
+    /// The cotangents of the shared arguments, all points together.
+    #[inline(always)]
+    pub(super) fn shared_bars(&self) -> Vec<R> {
+        let mut lanes = [R::zero(); crate::simd::WIDEST];
+        let mut totals = Vec::with_capacity(self.trace.arguments[0]);
+        for bar in &self.memory.shared_bars[..self.trace.arguments[0]] {
+            bar.store(&mut lanes);
+            totals.push(R::sum(&lanes[..L::N]));
+        }
+        totals
+    }
+
+    #[inline(always)]
+    fn get(&self, place: Place) -> Block<L, W> {
+        if place.is_shared() {
+            [L::splat(self.memory.shared[place.at()]); W]
+        } else {
+            self.memory.values[place.at()]
+        }
+    }
+
+    /// Adds to the cotangent of a place, unless it is one of the data, whose cotangents nobody reads.
+    #[inline(always)]
+    fn add(&mut self, place: Place, part: Block<L, W>) {
+        if place.is_shared() {
+            let bar = &mut self.memory.shared_bars[place.at()];
+            for w in 0..W {
+                *bar += part[w];
+            }
+        } else if place.at() >= self.trace.arguments[1] {
+            let bar = &mut self.memory.bars[place.at()];
+            for w in 0..W {
+                bar[w] += part[w];
+            }
+        }
+    }
+
+    /// Computes all operations and returns the result.
+    #[inline(always)]
+    pub(super) fn forward(&mut self, result: Place) -> Block<L, W> {
+        let trace = self.trace;
+        let mut y = [L::zero(); W];
+        for (i, op) in trace.ops.iter().enumerate() {
+            match *op {
+                Op::Unary { f, x, keep } => {
+                    let x = self.get(x);
+                    let partials = &mut self.memory.partials[keep as usize];
+                    for w in 0..W {
+                        (y[w], partials[w]) = unary(f, x[w]);
+                    }
+                }
+                Op::Binary { f, x: [a, b] } => y = forward_binary(f, self.get(a), self.get(b)),
+                Op::Fma { x: [a, b, c] } => {
+                    let (a, b, c) = (self.get(a), self.get(b), self.get(c));
+                    for w in 0..W {
+                        y[w] = a[w].fma(b[w], c[w]);
+                    }
+                }
+                Op::Logic { f, x: [a, b] } => {
+                    let (a, b) = (self.get(a), self.get(b));
+                    for w in 0..W {
+                        y[w] = logic(f, a[w], b[w]);
+                    }
+                }
+                Op::Select { mask, x: [a, b] } => {
+                    let (mask, a, b) = (self.get(mask), self.get(a), self.get(b));
+                    for w in 0..W {
+                        y[w] = L::select(holds(mask[w]), a[w], b[w]);
+                    }
+                }
+                Op::StraightThrough { x: [x, soft] } => {
+                    let (x, soft) = (self.get(x), self.get(soft));
+                    for w in 0..W {
+                        y[w] = x[w].straight_through(soft[w]);
+                    }
+                }
+                Op::Detach { x } => {
+                    let x = self.get(x);
+                    for w in 0..W {
+                        y[w] = x[w].detach();
+                    }
+                }
+                Op::Dot { x: [a, b], len } => y = self.forward_dot(a, b, len as usize),
+                Op::Sum { x, len } => y = self.forward_sum(x, len as usize),
+            }
+            self.memory.values[trace.arguments[1] + i] = y;
+        }
+        self.get(result)
+    }
+
+    #[inline(always)]
+    fn forward_dot(&self, a: Place, b: Place, len: usize) -> Block<L, W> {
+        let mut y = [L::zero(); W];
+        if a.is_shared() && !b.is_shared() {
+            let (a, b) = (
+                &self.memory.shared[a.at()..][..len],
+                &self.memory.values[b.at()..][..len],
+            );
+            for j in 0..len {
+                let factor = L::splat(a[j]);
+                for w in 0..W {
+                    y[w] = b[j][w].fma(factor, y[w]);
+                }
+            }
+            return y;
+        }
+        for j in 0..len {
+            let (a, b) = (self.get(a.plus(j)), self.get(b.plus(j)));
+            for w in 0..W {
+                y[w] = a[w].fma(b[w], y[w]);
+            }
+        }
+        y
+    }
+
+    #[inline(always)]
+    fn forward_sum(&self, x: Place, len: usize) -> Block<L, W> {
+        let mut y = [L::zero(); W];
+        for j in 0..len {
+            let x = self.get(x.plus(j));
+            for w in 0..W {
+                y[w] += x[w];
+            }
+        }
+        y
+    }
+
+    /// Carries the cotangent of the result back to the shared arguments. The cotangents of operations are
+    /// zero before and after.
+    #[inline(always)]
+    pub(super) fn reverse(&mut self, result: Place, bar: Block<L, W>) {
+        let trace = self.trace;
+        self.add(result, bar);
+        let mut left = trace.ops.len();
+        while left > 0 {
+            left -= 1;
+            let place = trace.arguments[1] + left;
+            let bar = self.memory.bars[place];
+            if is_zero(bar) {
+                continue;
+            }
+            self.memory.bars[place] = [L::zero(); W];
+            match trace.ops[left] {
+                Op::Unary { x, keep, .. } => {
+                    let partial = self.memory.partials[keep as usize];
+                    self.add(x, chain(partial, bar));
+                }
+                Op::Binary { f, x: [a, b] } => {
+                    let parts = reverse_binary(f, [self.get(a), self.get(b)], bar);
+                    self.add(a, parts[0]);
+                    self.add(b, parts[1]);
+                }
+                Op::Fma { x: [a, b, c] } => {
+                    let parts = [chain(self.get(b), bar), chain(self.get(a), bar)];
+                    self.add(a, parts[0]);
+                    self.add(b, parts[1]);
+                    self.add(c, bar);
+                }
+                Op::Select { mask, x: [a, b] } => {
+                    let (mask, mut parts) = (self.get(mask), [bar; 2]);
+                    for w in 0..W {
+                        // No products: an infinite cotangent would be NaN where it does not pass.
+                        parts[0][w] = L::select(holds(mask[w]), bar[w], L::zero());
+                        parts[1][w] = L::select(holds(mask[w]), L::zero(), bar[w]);
+                    }
+                    self.add(a, parts[0]);
+                    self.add(b, parts[1]);
+                }
+                Op::StraightThrough { x: [_, x] } => self.add(x, bar),
+                Op::Detach { .. } | Op::Logic { .. } => {}
+                Op::Dot { x, len } => {
+                    if self.reverse_dot(left, (x, len as usize), bar) {
+                        left -= 1;
+                    }
+                }
+                Op::Sum { x, len } => {
+                    for j in 0..len as usize {
+                        self.add(x.plus(j), bar);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Carries back a dot product, the operation `at`; with it the one before, if that is the product of
+    /// another shared row with the same own numbers, as in a matrix times a vector. Tells whether it was.
+    #[inline(always)]
+    fn reverse_dot(
+        &mut self,
+        at: usize,
+        ([a, b], len): ([Place; 2], usize),
+        bar: Block<L, W>,
+    ) -> bool {
+        if a == b {
+            let mut twice = bar;
+            for w in 0..W {
+                twice[w] += bar[w];
+            }
+            for j in 0..len {
+                let place = a.plus(j);
+                self.add(place, chain(self.get(place), twice));
+            }
+            return false;
+        }
+        if !a.is_shared() || b.is_shared() || has_zero(bar) {
+            for j in 0..len {
+                let (a, b) = (a.plus(j), b.plus(j));
+                let parts = [chain(self.get(b), bar), chain(self.get(a), bar)];
+                self.add(a, parts[0]);
+                self.add(b, parts[1]);
+            }
+            return false;
+        }
+        // Two rows at a time: their numbers and the cotangents of these are loaded and stored once.
+        let place = self.trace.arguments[1] + at;
+        if at > 0
+            && let Op::Dot { x, len: len_before } = self.trace.ops[at - 1]
+            && (x[0].is_shared(), x[1]) == (true, b)
+            && b.at() + len < place
+        {
+            let before = self.memory.bars[place - 1];
+            if !has_zero(before) {
+                self.memory.bars[place - 1] = [L::zero(); W];
+                let len_before = len_before as usize;
+                let both = len.min(len_before);
+                self.reverse_rows([a.at(), x[0].at()], b.at(), both, [bar, before]);
+                self.reverse_rows([a.at() + both], b.at() + both, len - both, [bar]);
+                let rest = len_before - both;
+                self.reverse_rows([x[0].at() + both], b.at() + both, rest, [before]);
+                return true;
+            }
+        }
+        self.reverse_rows([a.at()], b.at(), len, [bar]);
+        false
+    }
+
+    /// Carries back the dot products of `D` shared rows of `len` numbers, which begin at `a`, with the
+    /// same own numbers from `b` on, given cotangents none of which is zero.
+    #[inline(always)]
+    fn reverse_rows<const D: usize>(
+        &mut self,
+        a: [usize; D],
+        b: usize,
+        len: usize,
+        bars: [Block<L, W>; D],
+    ) {
+        let Memory {
+            shared,
+            shared_bars,
+            values,
+            bars: own_bars,
+            ..
+        } = &mut *self.memory;
+        let (b, b_bar) = (&values[b..][..len], &mut own_bars[b..][..len]);
+        for j in 0..len {
+            let (own, mut own_bar) = (b[j], b_bar[j]);
+            for d in 0..D {
+                let (factor, mut shared_bar) = (L::splat(shared[a[d] + j]), shared_bars[a[d] + j]);
+                for w in 0..W {
+                    shared_bar = bars[d][w].fma(own[w], shared_bar);
+                    own_bar[w] = bars[d][w].fma(factor, own_bar[w]);
+                }
+                shared_bars[a[d] + j] = shared_bar;
+            }
+            b_bar[j] = own_bar;
+        }
+    }
+}
+
+#[inline(always)]
+fn chain<L: Real, const W: usize>(partial: Block<L, W>, bar: Block<L, W>) -> Block<L, W> {
+    let mut part = bar;
+    for w in 0..W {
+        part[w] = L::chain(partial[w], bar[w]);
+    }
+    part
+}
+
+#[inline(always)]
+fn is_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
+    for w in 0..W {
+        if !block[w].is_zero() {
+            return false;
+        }
+    }
+    true
+}
+
+/// Whether any lane's primal is zero.
+#[inline(always)]
+fn has_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
+    let zero = L::zero();
+    let mut found = L::Mask::splat(false);
+    for w in 0..W {
+        found = found | (block[w].le(zero) & zero.le(block[w]));
+    }
+    found.any()
+}
+
+/// A mask from the number that stands for it.
+#[inline(always)]
+fn holds<L: Real>(mask: L) -> L::Mask {
+    L::lit(0.5).lt(mask)
+}
+
+#[inline(always)]
+fn logic<L: Real>(f: Logic, a: L, b: L) -> L {
+    let mask = match f {
+        Logic::Less => a.lt(b),
+        Logic::LessOrEqual => a.le(b),
+        Logic::And => holds(a) & holds(b),
+        Logic::Or => holds(a) | holds(b),
+        Logic::Not => !holds(a),
+    };
+    L::select(mask, L::one(), L::zero())
+}
+
+/// The value and the partial.
+#[inline(always)]
+fn unary<L: Real>(f: Unary, x: L) -> (L, L) {
+    match f {
+        Unary::Neg => (-x, -L::one()),
+        Unary::Recip => rule::recip(x),
+        Unary::Sqrt => rule::sqrt(x),
+        Unary::Rsqrt => rule::rsqrt(x),
+        Unary::Exp => rule::exp(x),
+        Unary::Ln => rule::ln(x),
+        Unary::Sin => rule::sin(x),
+        Unary::Cos => rule::cos(x),
+        Unary::Tan => rule::tan(x),
+        Unary::Tanh => rule::tanh(x),
+        Unary::Abs => rule::abs(x),
+        Unary::Powi(exponent) => rule::powi(x, exponent),
+        Unary::Elementary(function) => function.rule(x),
+    }
+}
+
+/// The value and the partials.
+#[inline(always)]
+fn binary<L: Real>(f: Binary, a: L, b: L) -> (L, [L; 2]) {
+    let one = L::one();
+    match f {
+        Binary::Add => (a + b, [one, one]),
+        Binary::Sub => (a - b, [one, -one]),
+        Binary::Mul => rule::mul(a, b),
+        Binary::Div => rule::div(a, b),
+        Binary::Atan2 => rule::atan2(a, b),
+        Binary::Powf => rule::powf(a, b),
+        Binary::Hypot => rule::hypot(a, b),
+        Binary::Chain => (L::chain(a, b), [b, a]),
+    }
+}
+
+/// The frequent operations have loops of their own, so that the match is outside of the loop.
+#[inline(always)]
+fn forward_binary<L: Real, const W: usize>(
+    f: Binary,
+    a: Block<L, W>,
+    b: Block<L, W>,
+) -> Block<L, W> {
+    let mut y = a;
+    match f {
+        Binary::Add => {
+            for w in 0..W {
+                y[w] = a[w] + b[w];
+            }
+        }
+        Binary::Sub => {
+            for w in 0..W {
+                y[w] = a[w] - b[w];
+            }
+        }
+        Binary::Mul => {
+            for w in 0..W {
+                y[w] = a[w] * b[w];
+            }
+        }
+        _ => {
+            for w in 0..W {
+                y[w] = binary(f, a[w], b[w]).0;
+            }
+        }
+    }
+    y
+}
+
+#[inline(always)]
+fn reverse_binary<L: Real, const W: usize>(
+    f: Binary,
+    [a, b]: [Block<L, W>; 2],
+    bar: Block<L, W>,
+) -> [Block<L, W>; 2] {
+    let mut parts = [bar; 2];
+    match f {
+        Binary::Add => {}
+        Binary::Sub => {
+            for w in 0..W {
+                parts[1][w] = -bar[w];
+            }
+        }
+        Binary::Mul => parts = [chain(b, bar), chain(a, bar)],
+        _ => {
+            for w in 0..W {
+                let [by_a, by_b] = binary(f, a[w], b[w]).1;
+                parts[0][w] = L::chain(by_a, bar[w]);
+                parts[1][w] = L::chain(by_b, bar[w]);
+            }
+        }
+    }
+    parts
+}

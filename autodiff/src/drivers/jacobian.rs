@@ -1,0 +1,117 @@
+//! Jacobians, and their products with vectors.
+
+use super::seed::{CHUNK, along, seeded};
+use crate::forward::Dual;
+use crate::real::Real;
+use crate::reverse::{Var, with_tape};
+
+/// A vector function of a vector.
+pub trait VectorFunction {
+    /// The values at `x`; their number may not depend on the values in `x`.
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R>;
+}
+
+/// The values and their derivatives along `direction` (a JVP), by one forward pass.
+///
+/// ```
+/// use autodiff::{Real, VectorFunction, jvp};
+///
+/// struct Polar;
+/// impl VectorFunction for Polar {
+///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+///         vec![x[0] * x[1].cos(), x[0] * x[1].sin()]
+///     }
+/// }
+/// let (y, y_dot) = jvp(&Polar, &[2.0, 0.0], &[0.0, 1.0]);
+/// assert_eq!((y, y_dot), (vec![2.0, 0.0], vec![0.0, 2.0]));
+/// ```
+///
+/// # Panics
+/// If `x` and `direction` differ in length.
+pub fn jvp<R: Real>(function: &impl VectorFunction, x: &[R], direction: &[R]) -> (Vec<R>, Vec<R>) {
+    let y = function.eval(&along(x, direction));
+    y.into_iter().map(|y| (y.value, y.tangent[0])).unzip()
+}
+
+/// The values, and their cotangents `y_bar` pulled back to `x` (a VJP), by one reverse sweep.
+///
+/// ```
+/// use autodiff::{Real, VectorFunction, vjp};
+///
+/// struct Polar;
+/// impl VectorFunction for Polar {
+///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+///         vec![x[0] * x[1].cos(), x[0] * x[1].sin()]
+///     }
+/// }
+/// let (_, x_bar) = vjp(&Polar, &[2.0, 0.0], &[1.0, 1.0]);
+/// assert_eq!(x_bar, [1.0, 2.0]);
+/// ```
+///
+/// # Panics
+/// If `y_bar` has not one cotangent per value.
+pub fn vjp<R: Real>(function: &impl VectorFunction, x: &[R], y_bar: &[R]) -> (Vec<R>, Vec<R>) {
+    with_tape(|tape| {
+        let y = tape.record(x, |x| function.eval(x));
+        let x_bar = tape.pullback(&y, y_bar).to_vec();
+        (y.into_iter().map(Var::value).collect(), x_bar)
+    })
+}
+
+/// The Jacobian, one row per value and one column per argument: by forward passes over four arguments
+/// each where there are at least as many values as arguments, else by one reverse sweep per value. The
+/// function is evaluated once more, to count its values.
+///
+/// ```
+/// use autodiff::{Real, VectorFunction, jacobian};
+///
+/// struct Polar;
+/// impl VectorFunction for Polar {
+///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+///         vec![x[0] * x[1].cos(), x[0] * x[1].sin()]
+///     }
+/// }
+/// assert_eq!(jacobian(&Polar, &[2.0, 0.0]), [[1.0, 0.0], [0.0, 2.0]]);
+/// ```
+///
+/// # Panics
+/// If the function has another number of values in one evaluation than in another.
+pub fn jacobian<R: Real>(function: &impl VectorFunction, x: &[R]) -> Vec<Vec<R>> {
+    let values = function.eval(x).len();
+    if values >= x.len() {
+        let passes = (0..x.len()).step_by(CHUNK);
+        let passes = passes.map(|first| function.eval(&seeded(x, first)));
+        return joined_columns(passes, x.len(), values);
+    }
+    with_tape(|tape| {
+        let y = tape.record(x, |x| function.eval(x));
+        assert_same_length(y.len(), values);
+        let row = |i: usize| tape.pullback(&y[i..=i], &[R::one()]).to_vec();
+        (0..values).map(row).collect()
+    })
+}
+
+/// The rows of a Jacobian from its columns, of which each pass has [`CHUNK`].
+pub(crate) fn joined_columns<R: Real>(
+    passes: impl IntoIterator<Item = Vec<Dual<R, CHUNK>>>,
+    columns: usize,
+    values: usize,
+) -> Vec<Vec<R>> {
+    let mut rows = vec![Vec::with_capacity(columns); values];
+    for (pass, y) in passes.into_iter().enumerate() {
+        assert_same_length(y.len(), values);
+        let width = CHUNK.min(columns - pass * CHUNK);
+        for (row, y) in rows.iter_mut().zip(y) {
+            row.extend_from_slice(&y.tangent[..width]);
+        }
+    }
+    rows
+}
+
+/// Refuses a vector function whose values are not as many as before.
+fn assert_same_length(now: usize, before: usize) {
+    assert_eq!(
+        now, before,
+        "the function's number of values may not depend on its argument"
+    );
+}

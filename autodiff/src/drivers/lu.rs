@@ -1,0 +1,169 @@
+//! LU factors of a small dense matrix over any [`Real`].
+
+use crate::math::rounding::epsilon;
+use crate::real::{Mask, Real};
+
+/// The LU factors of a square matrix, by scaled partial pivoting: pivots are compared relative to the
+/// largest entry of their row, and count as zero relative to the largest such share in their column, so
+/// that the units of neither equations nor unknowns decide whether a matrix is singular.
+///
+/// Rows are exchanged by `select`: each lane has its own pivots, and those of duals are their primals'.
+pub(crate) struct Lu<R: Real> {
+    /// `U`, and below its diagonal `L` without its diagonal of ones.
+    rows: Vec<Vec<R>>,
+    /// `(k, i, whether rows k and i were exchanged)`, in this order.
+    exchanges: Vec<(usize, usize, R::Mask)>,
+}
+
+impl<R: Real> Lu<R> {
+    /// Factors a matrix given by rows. The error is the first column that depends linearly on those
+    /// before it, to within rounding.
+    pub(crate) fn new(mut rows: Vec<Vec<R>>) -> Result<Self, usize> {
+        let n = rows.len();
+        let largest = |numbers: &[R]| {
+            let sizes = numbers.iter().map(|x| x.detach().abs());
+            sizes.fold(R::zero(), |largest, size| largest.max(size))
+        };
+        // 1 for a row of zeros.
+        let row_scale = |row: &Vec<R>| {
+            let (size, zero) = (largest(row), R::zero());
+            R::select(zero.lt(size), size, R::one())
+        };
+        let mut row_scales: Vec<R> = rows.iter().map(row_scale).collect();
+        let negligible = |k: usize| {
+            let shares = rows.iter().zip(&row_scales);
+            let shares = shares.map(|(row, &scale)| row[k] / scale);
+            largest(&shares.collect::<Vec<R>>()) * epsilon() * R::lit(n as f64)
+        };
+        let negligible: Vec<R> = (0..n).map(negligible).collect();
+        let mut exchanges = Vec::with_capacity(n * n / 2);
+        for k in 0..n {
+            for i in k + 1..n {
+                // Compared as quotients: products across rows could leave the range of floats.
+                let [here, there] = [k, i].map(|i| rows[i][k].detach().abs() / row_scales[i]);
+                let mask = here.lt(there);
+                exchange(&mut rows, (k, i), mask);
+                swap(&mut row_scales, (k, i), mask);
+                exchanges.push((k, i, mask));
+            }
+            // NaN is not a pivot either.
+            if !(row_scales[k] * negligible[k]).lt(rows[k][k].abs()).all() {
+                return Err(k);
+            }
+            for i in k + 1..n {
+                let factor = rows[i][k] / rows[k][k];
+                rows[i][k] = factor;
+                for j in k + 1..n {
+                    let eliminated = factor * rows[k][j];
+                    rows[i][j] -= eliminated;
+                }
+            }
+        }
+        Ok(Self { rows, exchanges })
+    }
+
+    /// Solves `A x = b` in place.
+    pub(crate) fn solve(&self, b: &mut [R]) {
+        for &(k, i, mask) in &self.exchanges {
+            swap(b, (k, i), mask);
+        }
+        let n = b.len();
+        for i in 0..n {
+            b[i] -= R::dot(&self.rows[i][..i], &b[..i]);
+        }
+        for i in (0..n).rev() {
+            b[i] -= R::dot(&self.rows[i][i + 1..], &b[i + 1..]);
+            b[i] /= self.rows[i][i];
+        }
+    }
+
+    /// Solves `A^T x = b` in place.
+    pub(crate) fn solve_transposed(&self, b: &mut [R]) {
+        let n = b.len();
+        for i in 0..n {
+            b[i] /= self.rows[i][i];
+            for j in i + 1..n {
+                let known = self.rows[i][j] * b[i];
+                b[j] -= known;
+            }
+        }
+        for i in (0..n).rev() {
+            for j in 0..i {
+                let known = self.rows[i][j] * b[i];
+                b[j] -= known;
+            }
+        }
+        for &(k, i, mask) in self.exchanges.iter().rev() {
+            swap(b, (k, i), mask);
+        }
+    }
+}
+
+fn exchange<R: Real>(rows: &mut [Vec<R>], (k, i): (usize, usize), mask: R::Mask) {
+    let (above, below) = rows.split_at_mut(i);
+    for (a, b) in above[k].iter_mut().zip(&mut below[0]) {
+        (*a, *b) = (R::select(mask, *b, *a), R::select(mask, *a, *b));
+    }
+}
+
+fn swap<R: Real>(b: &mut [R], (k, i): (usize, usize), mask: R::Mask) {
+    (b[k], b[i]) = (R::select(mask, b[i], b[k]), R::select(mask, b[k], b[i]));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::Wide;
+
+    #[test]
+    fn both_solves_undo_the_product() {
+        let n = 6;
+        let entry = |i: usize, j: usize| Wide::from((((i * i + 1) * (7 * j + 3)) as f64).sin());
+        let a: Vec<Vec<Wide>> = (0..n)
+            .map(|i| (0..n).map(|j| entry(i, j)).collect())
+            .collect();
+        let x: Vec<Wide> = (0..n).map(|i| Wide::from(1.0 + i as f64)).collect();
+        let transposed: Vec<Vec<Wide>> = (0..n)
+            .map(|j| a.iter().map(|row| row[j]).collect())
+            .collect();
+        let product = |a: &[Vec<Wide>]| a.iter().map(|row| Wide::dot(row, &x)).collect();
+        let (mut b, mut b_transposed): (Vec<_>, Vec<_>) = (product(&a), product(&transposed));
+        let lu = Lu::new(a).expect("a matrix of full rank");
+        lu.solve(&mut b);
+        lu.solve_transposed(&mut b_transposed);
+        for (i, x) in x.into_iter().enumerate() {
+            // The rounding of 1e-32 times a condition of at most 1e4.
+            assert!((b[i] - x).to_f64().abs() < 1e-27, "{i}");
+            assert!((b_transposed[i] - x).to_f64().abs() < 1e-27, "{i}");
+        }
+    }
+
+    /// The squares of these units are out of range.
+    #[test]
+    fn units_of_any_size_leave_the_pivots_alone() {
+        for unit in [1e-300, 1e-170, 1.0, 1e170, 1e300] {
+            let [zero, one] = [1e-12 * unit, unit];
+            let lu = Lu::new(vec![vec![zero, one], vec![one, one]]).expect("a matrix of full rank");
+            let mut b = [one, one + one];
+            lu.solve(&mut b);
+            // Without an exchange, the small first pivot would cost these digits.
+            assert!(b.iter().all(|x| (x - 1.0).abs() < 1e-11), "{unit:e}: {b:?}");
+        }
+    }
+
+    #[test]
+    fn dependent_columns_are_named() {
+        let rows = |last: f64| {
+            vec![
+                vec![0.0, 0.1, 0.1],
+                vec![0.3, 0.1, 0.4],
+                vec![0.3, 0.2, last],
+            ]
+        };
+        assert_eq!(Lu::new(rows(0.5)).err(), Some(2));
+        assert!(Lu::new(rows(0.6)).is_ok());
+        assert_eq!(Lu::new(vec![vec![0.0, 0.0], vec![1.0, 2.0]]).err(), Some(1));
+        assert_eq!(Lu::new(vec![vec![f64::NAN]]).err(), Some(0));
+        assert_eq!(Lu::new(vec![vec![0.0]]).err(), Some(0));
+    }
+}

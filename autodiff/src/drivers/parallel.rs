@@ -1,0 +1,121 @@
+//! The drivers on several cores (feature `rayon`).
+//!
+//! Each evaluation of the function stays on one thread; the passes over columns, rows or points
+//! are shared out. No sum runs across threads, so results are the serial drivers' to the bit,
+//! whatever the number of threads. They run in rayon's current pool.
+//!
+//! The numbers may be floats, lanes, [`Wide`](crate::Wide) or duals of these, but not variables of
+//! an outer tape, because a tape records on its own thread only: using them on another panics. (With few
+//! arguments all work may stay on the calling thread, and the mistake go unnoticed.)
+
+use rayon::prelude::*;
+
+use super::gradient::Function;
+use super::hessian::hessian_rows;
+use super::jacobian::{VectorFunction, joined_columns};
+use super::seed::{CHUNK, seeded};
+use super::sparse::Pattern;
+use crate::real::Real;
+use crate::reverse::{Tape, Var};
+
+/// [`value_and_gradient`](crate::value_and_gradient) at many points.
+///
+/// ```
+/// use autodiff::{Function, Real, parallel};
+///
+/// struct Product;
+/// impl Function for Product {
+///     fn eval<R: Real>(&self, x: &[R]) -> R {
+///         x[0] * x[1]
+///     }
+/// }
+/// let points = [vec![2.0, 3.0], vec![4.0, 5.0]];
+/// let both = parallel::values_and_gradients(&Product, &points);
+/// assert_eq!(both, [(6.0, vec![3.0, 2.0]), (20.0, vec![5.0, 4.0])]);
+/// ```
+pub fn values_and_gradients<R: Real>(
+    function: &(impl Function + Sync),
+    points: &[Vec<R>],
+) -> Vec<(R, Vec<R>)> {
+    let at = |tape: &mut Tape<R>, x: &Vec<R>| {
+        let y = tape.record(x, |x| function.eval(x));
+        (y.value(), tape.pullback(&[y], &[R::one()]).to_vec())
+    };
+    // One tape for each share of the points, which reuses its memory for all of them.
+    points.par_iter().map_init(Tape::new, at).collect()
+}
+
+/// [`jacobian`](crate::jacobian), its columns or rows shared out among threads.
+///
+/// ```
+/// use autodiff::{Real, VectorFunction, parallel};
+///
+/// struct Polar;
+/// impl VectorFunction for Polar {
+///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+///         vec![x[0] * x[1].cos(), x[0] * x[1].sin()]
+///     }
+/// }
+/// assert_eq!(parallel::jacobian(&Polar, &[2.0, 0.0]), [[1.0, 0.0], [0.0, 2.0]]);
+/// ```
+pub fn jacobian<R: Real>(function: &(impl VectorFunction + Sync), x: &[R]) -> Vec<Vec<R>> {
+    let values = function.eval(x).len();
+    if values >= x.len() {
+        let pass = |first| function.eval(&seeded(x, first));
+        let passes: Vec<_> = firsts(x.len()).map(pass).collect();
+        return joined_columns(passes, x.len(), values);
+    }
+    // Each share of the rows makes a recording of its own, which costs about as much as two sweeps.
+    let record = || {
+        let mut tape = Tape::new();
+        let y = tape.record(x, |x| function.eval(x));
+        (tape, y)
+    };
+    let row = |(tape, y): &mut (Tape<R>, Vec<Var<R>>), i: usize| {
+        tape.pullback(&y[i..=i], &[R::one()]).to_vec()
+    };
+    (0..values).into_par_iter().map_init(record, row).collect()
+}
+
+/// [`sparse_jacobian`](crate::sparse_jacobian), its colours shared out among threads.
+///
+/// # Panics
+/// As the serial one.
+pub fn sparse_jacobian<R: Real>(
+    function: &(impl VectorFunction + Sync),
+    x: &[R],
+    pattern: &Pattern,
+) -> Vec<R> {
+    let pass = |first| function.eval(&pattern.seeded(x, first));
+    let passes: Vec<_> = firsts(pattern.colors()).map(pass).collect();
+    let mut entries = vec![R::zero(); pattern.entries()];
+    for (pass, y) in passes.iter().enumerate() {
+        pattern.decompress(y, pass * CHUNK, &mut entries);
+    }
+    entries
+}
+
+/// [`hessian`](crate::hessian), its rows shared out among threads.
+///
+/// ```
+/// use autodiff::{Function, Real, parallel};
+///
+/// struct Cubic;
+/// impl Function for Cubic {
+///     fn eval<R: Real>(&self, x: &[R]) -> R {
+///         x[0] * x[0] * x[1]
+///     }
+/// }
+/// assert_eq!(parallel::hessian(&Cubic, &[1.0, 2.0]), [[4.0, 2.0], [2.0, 0.0]]);
+/// ```
+pub fn hessian<R: Real>(function: &(impl Function + Sync), x: &[R]) -> Vec<Vec<R>> {
+    let rows: Vec<Vec<Vec<R>>> = firsts(x.len())
+        .map(|first| hessian_rows(function, x, first))
+        .collect();
+    rows.concat()
+}
+
+/// The first column of every pass.
+fn firsts(columns: usize) -> impl IndexedParallelIterator<Item = usize> {
+    (0..columns).into_par_iter().step_by(CHUNK)
+}

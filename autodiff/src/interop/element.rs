@@ -1,0 +1,25 @@
+//! The wrapper.
+
+use crate::real::Real;
+
+/// A [`Real`] with the traits that other crates ask for. See the [module](super).
+#[derive(Clone, Copy, Debug)]
+pub struct Element<R>(
+    /// The number itself.
+    pub R,
+);
+
+impl<R: Real> Element<R> {
+    /// A constant.
+    #[inline]
+    pub fn lit(value: f64) -> Self {
+        Self(R::lit(value))
+    }
+}
+
+impl<R: Real> From<R> for Element<R> {
+    #[inline]
+    fn from(number: R) -> Self {
+        Self(number)
+    }
+}

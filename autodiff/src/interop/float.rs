@@ -1,0 +1,237 @@
+//! [`Element`] as num-traits' `Float`.
+
+use std::num::FpCategory;
+
+use num_traits::{Float, NumCast, One, ToPrimitive, Zero};
+
+use super::element::Element;
+use super::number::decided;
+use crate::math::{Elementary, rounding};
+use crate::real::Real;
+
+/// Always `None`: the derivative would be lost.
+impl<R: Real> ToPrimitive for Element<R> {
+    fn to_i64(&self) -> Option<i64> {
+        None
+    }
+    fn to_u64(&self) -> Option<u64> {
+        None
+    }
+    fn to_f64(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// A constant, by way of f64.
+impl<R: Real> NumCast for Element<R> {
+    fn from<T: ToPrimitive>(value: T) -> Option<Self> {
+        value.to_f64().map(Self::lit)
+    }
+}
+
+impl<R: Real> Element<R> {
+    /// A limit of the range of doubles, or of singles where the type inside cannot hold that.
+    fn widest(double: f64, single: f32) -> Self {
+        let wide = R::lit(double);
+        let fits = wide.finite() & !wide.le(R::zero());
+        Self(R::select(fits, wide, R::lit(single.into())))
+    }
+}
+
+impl<R: Real> Float for Element<R> {
+    fn nan() -> Self {
+        Self::lit(f64::NAN)
+    }
+    fn infinity() -> Self {
+        Self::lit(f64::INFINITY)
+    }
+    fn neg_infinity() -> Self {
+        Self::lit(f64::NEG_INFINITY)
+    }
+    fn neg_zero() -> Self {
+        Self::lit(-0.0)
+    }
+    fn min_value() -> Self {
+        -Self::max_value()
+    }
+    fn min_positive_value() -> Self {
+        Self::widest(f64::MIN_POSITIVE, f32::MIN_POSITIVE)
+    }
+    fn max_value() -> Self {
+        Self::widest(f64::MAX, f32::MAX)
+    }
+    fn epsilon() -> Self {
+        Self(rounding::epsilon())
+    }
+    fn is_nan(self) -> bool {
+        self.partial_cmp(&self).is_none()
+    }
+    fn is_infinite(self) -> bool {
+        !self.is_finite() && !self.is_nan()
+    }
+    fn is_finite(self) -> bool {
+        decided::<R>(self.0.finite())
+    }
+    fn is_normal(self) -> bool {
+        self.classify() == FpCategory::Normal
+    }
+    fn classify(self) -> FpCategory {
+        let size = self.abs();
+        if self.is_nan() {
+            FpCategory::Nan
+        } else if !self.is_finite() {
+            FpCategory::Infinite
+        } else if size >= Self::min_positive_value() {
+            FpCategory::Normal
+        } else if size > Self::zero() {
+            FpCategory::Subnormal
+        } else {
+            FpCategory::Zero
+        }
+    }
+    fn floor(self) -> Self {
+        Self(rounding::floor(self.0))
+    }
+    fn ceil(self) -> Self {
+        Self(-rounding::floor(-self.0))
+    }
+    fn round(self) -> Self {
+        Self(rounding::round(self.0))
+    }
+    fn trunc(self) -> Self {
+        Self(rounding::truncated(self.0))
+    }
+    fn fract(self) -> Self {
+        self - self.trunc()
+    }
+    fn abs(self) -> Self {
+        Self(self.0.abs())
+    }
+    /// 0 at 0, unlike `f64::signum`.
+    fn signum(self) -> Self {
+        Self(self.0.signum())
+    }
+    fn is_sign_positive(self) -> bool {
+        !self.is_sign_negative()
+    }
+    fn is_sign_negative(self) -> bool {
+        decided::<R>(rounding::sign_bit(self.0))
+    }
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        Self(self.0.fma(factor.0, term.0))
+    }
+    fn recip(self) -> Self {
+        Self(self.0.recip())
+    }
+    fn powi(self, exponent: i32) -> Self {
+        Self(self.0.powi(exponent))
+    }
+    fn powf(self, exponent: Self) -> Self {
+        Self(self.0.powf(exponent.0))
+    }
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt())
+    }
+    fn exp(self) -> Self {
+        Self(self.0.exp())
+    }
+    fn exp2(self) -> Self {
+        Self(R::lit(2.0).powf(self.0))
+    }
+    fn ln(self) -> Self {
+        Self(self.0.ln())
+    }
+    fn log(self, base: Self) -> Self {
+        self.ln() / base.ln()
+    }
+    fn log2(self) -> Self {
+        Self(self.0.elementary(Elementary::Log2))
+    }
+    fn log10(self) -> Self {
+        Self(self.0.elementary(Elementary::Log10))
+    }
+    fn to_degrees(self) -> Self {
+        self * Self(R::lit(180.0) / rounding::pi())
+    }
+    fn to_radians(self) -> Self {
+        self * Self(rounding::pi::<R>() / R::lit(180.0))
+    }
+    fn max(self, other: Self) -> Self {
+        Self(self.0.max(other.0))
+    }
+    fn min(self, other: Self) -> Self {
+        Self(self.0.min(other.0))
+    }
+    fn clamp(self, least: Self, most: Self) -> Self {
+        Self(self.0.clamp(least.0, most.0))
+    }
+    fn abs_sub(self, other: Self) -> Self {
+        Self(R::select(self.0.le(other.0), R::zero(), self.0 - other.0))
+    }
+    fn cbrt(self) -> Self {
+        Self(self.0.elementary(Elementary::Cbrt))
+    }
+    fn hypot(self, other: Self) -> Self {
+        Self(self.0.hypot(other.0))
+    }
+    fn sin(self) -> Self {
+        Self(self.0.sin())
+    }
+    fn cos(self) -> Self {
+        Self(self.0.cos())
+    }
+    fn tan(self) -> Self {
+        Self(self.0.tan())
+    }
+    fn asin(self) -> Self {
+        Self(self.0.elementary(Elementary::Asin))
+    }
+    fn acos(self) -> Self {
+        Self(self.0.elementary(Elementary::Acos))
+    }
+    fn atan(self) -> Self {
+        self.atan2(Self::one())
+    }
+    fn atan2(self, x: Self) -> Self {
+        Self(self.0.atan2(x.0))
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
+    fn exp_m1(self) -> Self {
+        Self(self.0.elementary(Elementary::ExpM1))
+    }
+    fn ln_1p(self) -> Self {
+        Self(self.0.elementary(Elementary::Ln1p))
+    }
+    fn sinh(self) -> Self {
+        Self(self.0.elementary(Elementary::Sinh))
+    }
+    fn cosh(self) -> Self {
+        Self(self.0.elementary(Elementary::Cosh))
+    }
+    fn tanh(self) -> Self {
+        Self(self.0.tanh())
+    }
+    fn asinh(self) -> Self {
+        Self(self.0.elementary(Elementary::Asinh))
+    }
+    fn acosh(self) -> Self {
+        Self(self.0.elementary(Elementary::Acosh))
+    }
+    fn atanh(self) -> Self {
+        Self(self.0.elementary(Elementary::Atanh))
+    }
+    /// # Panics
+    /// Always: a primitive number has no derivative.
+    fn integer_decode(self) -> (u64, i16, i8) {
+        panic!("an Element has no bits to decode that would keep its derivative")
+    }
+    fn copysign(self, sign: Self) -> Self {
+        if self.is_sign_negative() == sign.is_sign_negative() {
+            self
+        } else {
+            -self
+        }
+    }
+}

@@ -1,0 +1,377 @@
+//! [`Element`] as one of simba's real fields.
+
+use ::nalgebra::{ComplexField, Field, RealField, SimdValue};
+use approx::{AbsDiffEq, RelativeEq, UlpsEq};
+use num_traits::{One, Zero};
+use simba::scalar::SubsetOf;
+
+use super::super::element::Element;
+use super::super::number::decided;
+use crate::math::{Elementary, rounding};
+use crate::real::Real;
+
+impl<R: Real> Field for Element<R> {}
+
+/// One lane: lanes inside `R` are lanes of the number, not of the matrix.
+#[allow(unsafe_code)] // The trait's signatures: nothing here is unsafe.
+impl<R: Real> SimdValue for Element<R> {
+    const LANES: usize = 1;
+    type Element = Self;
+    type SimdBool = bool;
+
+    fn splat(value: Self) -> Self {
+        value
+    }
+    fn extract(&self, _lane: usize) -> Self {
+        *self
+    }
+    unsafe fn extract_unchecked(&self, _lane: usize) -> Self {
+        *self
+    }
+    fn replace(&mut self, _lane: usize, value: Self) {
+        *self = value;
+    }
+    unsafe fn replace_unchecked(&mut self, _lane: usize, value: Self) {
+        *self = value;
+    }
+    fn select(self, condition: bool, other: Self) -> Self {
+        if condition { self } else { other }
+    }
+}
+
+impl<R: Real> SubsetOf<Self> for Element<R> {
+    fn to_superset(&self) -> Self {
+        *self
+    }
+    fn from_superset_unchecked(element: &Self) -> Self {
+        *element
+    }
+    fn is_in_subset(_: &Self) -> bool {
+        true
+    }
+}
+
+/// Floats become constants. The way back would lose the derivative: it does not exist.
+impl<R: Real> SubsetOf<Element<R>> for f64 {
+    fn to_superset(&self) -> Element<R> {
+        Element::lit(*self)
+    }
+    fn from_superset_unchecked(_: &Element<R>) -> Self {
+        no_float()
+    }
+    fn is_in_subset(_: &Element<R>) -> bool {
+        false
+    }
+}
+
+/// As for f64.
+impl<R: Real> SubsetOf<Element<R>> for f32 {
+    fn to_superset(&self) -> Element<R> {
+        Element::lit((*self).into())
+    }
+    fn from_superset_unchecked(_: &Element<R>) -> Self {
+        no_float()
+    }
+    fn is_in_subset(_: &Element<R>) -> bool {
+        false
+    }
+}
+
+fn no_float() -> ! {
+    panic!(
+        "an Element converts to no float, which would lose its derivative: take the primal of .0"
+    )
+}
+
+impl<R: Real> AbsDiffEq for Element<R> {
+    type Epsilon = Self;
+    fn default_epsilon() -> Self {
+        Self(rounding::epsilon())
+    }
+    fn abs_diff_eq(&self, other: &Self, epsilon: Self) -> bool {
+        decided::<R>((self.0 - other.0).abs().le(epsilon.0)) || self == other
+    }
+}
+
+impl<R: Real> RelativeEq for Element<R> {
+    fn default_max_relative() -> Self {
+        Self::default_epsilon()
+    }
+    fn relative_eq(&self, other: &Self, epsilon: Self, max_relative: Self) -> bool {
+        let largest = self.0.abs().max(other.0.abs());
+        // Infinity equals itself alone: of a share of it anything would be within.
+        let largest = R::select(largest.finite(), largest, R::zero());
+        self.abs_diff_eq(other, epsilon) || self.abs_diff_eq(other, Self(largest) * max_relative)
+    }
+}
+
+impl<R: Real> UlpsEq for Element<R> {
+    fn default_max_ulps() -> u32 {
+        f64::default_max_ulps()
+    }
+    /// An ulp is taken to be the larger number times the type's epsilon.
+    fn ulps_eq(&self, other: &Self, epsilon: Self, max_ulps: u32) -> bool {
+        let ulps = Self::lit(max_ulps.into()) * Self::default_epsilon();
+        self.relative_eq(other, epsilon, ulps)
+    }
+}
+
+impl<R: Real> ComplexField for Element<R> {
+    type RealField = Self;
+
+    fn from_real(real: Self) -> Self {
+        real
+    }
+    fn real(self) -> Self {
+        self
+    }
+    fn imaginary(self) -> Self {
+        Self::zero()
+    }
+    fn modulus(self) -> Self {
+        Self(self.0.abs())
+    }
+    fn modulus_squared(self) -> Self {
+        self * self
+    }
+    fn argument(self) -> Self {
+        if self < Self::zero() {
+            Self::pi()
+        } else {
+            Self::zero()
+        }
+    }
+    fn norm1(self) -> Self {
+        self.modulus()
+    }
+    fn scale(self, factor: Self) -> Self {
+        self * factor
+    }
+    fn unscale(self, factor: Self) -> Self {
+        self / factor
+    }
+    /// Magnitude and sign, the sign a constant; that of zero is 1.
+    fn to_exp(self) -> (Self, Self) {
+        if self < Self::zero() {
+            (-self, -Self::one())
+        } else {
+            (self, Self::one())
+        }
+    }
+    fn floor(self) -> Self {
+        Self(rounding::floor(self.0))
+    }
+    fn ceil(self) -> Self {
+        Self(-rounding::floor(-self.0))
+    }
+    fn round(self) -> Self {
+        Self(rounding::round(self.0))
+    }
+    fn trunc(self) -> Self {
+        Self(rounding::truncated(self.0))
+    }
+    fn fract(self) -> Self {
+        self - self.trunc()
+    }
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        Self(self.0.fma(a.0, b.0))
+    }
+    fn abs(self) -> Self {
+        self.modulus()
+    }
+    fn hypot(self, other: Self) -> Self {
+        Self(self.0.hypot(other.0))
+    }
+    fn recip(self) -> Self {
+        Self(self.0.recip())
+    }
+    fn conjugate(self) -> Self {
+        self
+    }
+    fn sin(self) -> Self {
+        Self(self.0.sin())
+    }
+    fn cos(self) -> Self {
+        Self(self.0.cos())
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
+    fn tan(self) -> Self {
+        Self(self.0.tan())
+    }
+    fn asin(self) -> Self {
+        Self(self.0.elementary(Elementary::Asin))
+    }
+    fn acos(self) -> Self {
+        Self(self.0.elementary(Elementary::Acos))
+    }
+    fn atan(self) -> Self {
+        Self(self.0.atan2(R::one()))
+    }
+    fn sinh(self) -> Self {
+        Self(self.0.elementary(Elementary::Sinh))
+    }
+    fn cosh(self) -> Self {
+        Self(self.0.elementary(Elementary::Cosh))
+    }
+    fn tanh(self) -> Self {
+        Self(self.0.tanh())
+    }
+    fn asinh(self) -> Self {
+        Self(self.0.elementary(Elementary::Asinh))
+    }
+    fn acosh(self) -> Self {
+        Self(self.0.elementary(Elementary::Acosh))
+    }
+    fn atanh(self) -> Self {
+        Self(self.0.elementary(Elementary::Atanh))
+    }
+    fn sinc(self) -> Self {
+        let x = self.0;
+        Self(cardinal(x.sin(), x, cardinal_series(-(x * x))))
+    }
+    fn sinhc(self) -> Self {
+        let x = self.0;
+        let sinh = x.elementary(Elementary::Sinh);
+        Self(cardinal(sinh, x, cardinal_series(x * x)))
+    }
+    fn log(self, base: Self) -> Self {
+        self.ln() / base.ln()
+    }
+    fn log2(self) -> Self {
+        Self(self.0.elementary(Elementary::Log2))
+    }
+    fn log10(self) -> Self {
+        Self(self.0.elementary(Elementary::Log10))
+    }
+    fn ln(self) -> Self {
+        Self(self.0.ln())
+    }
+    fn ln_1p(self) -> Self {
+        Self(self.0.elementary(Elementary::Ln1p))
+    }
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt())
+    }
+    fn exp(self) -> Self {
+        Self(self.0.exp())
+    }
+    fn exp2(self) -> Self {
+        Self(R::lit(2.0).powf(self.0))
+    }
+    fn exp_m1(self) -> Self {
+        Self(self.0.elementary(Elementary::ExpM1))
+    }
+    fn powi(self, exponent: i32) -> Self {
+        Self(self.0.powi(exponent))
+    }
+    fn powf(self, exponent: Self) -> Self {
+        Self(self.0.powf(exponent.0))
+    }
+    fn powc(self, exponent: Self) -> Self {
+        self.powf(exponent)
+    }
+    fn cbrt(self) -> Self {
+        Self(self.0.elementary(Elementary::Cbrt))
+    }
+    fn is_finite(&self) -> bool {
+        decided::<R>(self.0.finite())
+    }
+    /// None at zero too, where the root has no finite derivative.
+    fn try_sqrt(self) -> Option<Self> {
+        (self > Self::zero()).then(|| self.sqrt())
+    }
+}
+
+impl<R: Real> RealField for Element<R> {
+    fn is_sign_positive(&self) -> bool {
+        !self.is_sign_negative()
+    }
+    fn is_sign_negative(&self) -> bool {
+        decided::<R>(rounding::sign_bit(self.0))
+    }
+    fn copysign(self, sign: Self) -> Self {
+        num_traits::Float::copysign(self, sign)
+    }
+    fn max(self, other: Self) -> Self {
+        Self(self.0.max(other.0))
+    }
+    fn min(self, other: Self) -> Self {
+        Self(self.0.min(other.0))
+    }
+    fn clamp(self, min: Self, max: Self) -> Self {
+        Self(self.0.clamp(min.0, max.0))
+    }
+    fn atan2(self, other: Self) -> Self {
+        Self(self.0.atan2(other.0))
+    }
+    fn min_value() -> Option<Self> {
+        Some(<Self as num_traits::Float>::min_value())
+    }
+    fn max_value() -> Option<Self> {
+        Some(<Self as num_traits::Float>::max_value())
+    }
+    fn pi() -> Self {
+        Self(rounding::pi())
+    }
+    fn two_pi() -> Self {
+        Self::pi() * Self::lit(2.0)
+    }
+    fn frac_pi_2() -> Self {
+        Self::pi() / Self::lit(2.0)
+    }
+    fn frac_pi_3() -> Self {
+        Self::pi() / Self::lit(3.0)
+    }
+    fn frac_pi_4() -> Self {
+        Self::pi() / Self::lit(4.0)
+    }
+    fn frac_pi_6() -> Self {
+        Self::pi() / Self::lit(6.0)
+    }
+    fn frac_pi_8() -> Self {
+        Self::pi() / Self::lit(8.0)
+    }
+    fn frac_1_pi() -> Self {
+        Self::pi().recip()
+    }
+    fn frac_2_pi() -> Self {
+        Self::lit(2.0) / Self::pi()
+    }
+    fn frac_2_sqrt_pi() -> Self {
+        Self::lit(2.0) / Self::pi().sqrt()
+    }
+    fn e() -> Self {
+        Self::one().exp()
+    }
+    fn log2_e() -> Self {
+        Self::ln_2().recip()
+    }
+    fn log10_e() -> Self {
+        Self::ln_10().recip()
+    }
+    fn ln_2() -> Self {
+        Self::lit(2.0).ln()
+    }
+    fn ln_10() -> Self {
+        Self::lit(10.0).ln()
+    }
+}
+
+/// `value / x`, and 1 at 0. Near 0 the quotient is accurate but its derivatives are not, because their
+/// terms cancel: there they are taken from the series.
+fn cardinal<R: Real>(value: R, x: R, series: R) -> R {
+    let (size, quotient) = (x.abs(), value / x);
+    let near = R::select(size.lt(R::one()), series, quotient);
+    R::select(size.le(R::zero()), R::one(), quotient).straight_through(near)
+}
+
+/// `1 + r/3! + r^2/5! + ...` for `|r| < 1`, inside out. `1 / 31!` is 1e-34: enough for every type.
+fn cardinal_series<R: Real>(r: R) -> R {
+    let mut sum = R::one();
+    for k in (1..15).rev() {
+        sum = R::one() + r * R::lit(f64::from(2 * k * (2 * k + 1))).recip() * sum;
+    }
+    sum
+}

@@ -1,0 +1,213 @@
+//! Arithmetic and comparison of elements, as num-traits asks for them.
+
+use std::cmp::Ordering;
+use std::fmt;
+use std::ops::{
+    Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign,
+};
+
+use num_traits::{Float, FromPrimitive, Num, One, Signed, Zero};
+
+use super::element::Element;
+use crate::math::rounding::remainder;
+use crate::real::{Mask, Real};
+use crate::rule;
+
+/// The outcome of a comparison that an algorithm branches on.
+///
+/// # Panics
+/// If lanes disagree.
+pub(crate) fn decided<R: Real>(mask: R::Mask) -> bool {
+    rule::uniform(mask)
+        .unwrap_or_else(|| panic!("lanes disagree about a branch: evaluate them one by one"))
+}
+
+impl<R: Real> Add for Element<R> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0)
+    }
+}
+
+impl<R: Real> Sub for Element<R> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0)
+    }
+}
+
+impl<R: Real> Mul for Element<R> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        Self(self.0 * other.0)
+    }
+}
+
+impl<R: Real> Div for Element<R> {
+    type Output = Self;
+    #[inline]
+    fn div(self, other: Self) -> Self {
+        Self(self.0 / other.0)
+    }
+}
+
+/// The exact remainder of a division with an integer quotient, of the dividend's sign, as `%` of
+/// floats.
+impl<R: Real> Rem for Element<R> {
+    type Output = Self;
+    fn rem(self, other: Self) -> Self {
+        Self(remainder(self.0, other.0))
+    }
+}
+
+impl<R: Real> Neg for Element<R> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl<R: Real> AddAssign for Element<R> {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        self.0 += other.0;
+    }
+}
+
+impl<R: Real> SubAssign for Element<R> {
+    #[inline]
+    fn sub_assign(&mut self, other: Self) {
+        self.0 -= other.0;
+    }
+}
+
+impl<R: Real> MulAssign for Element<R> {
+    #[inline]
+    fn mul_assign(&mut self, other: Self) {
+        self.0 *= other.0;
+    }
+}
+
+impl<R: Real> DivAssign for Element<R> {
+    #[inline]
+    fn div_assign(&mut self, other: Self) {
+        self.0 /= other.0;
+    }
+}
+
+impl<R: Real> RemAssign for Element<R> {
+    #[inline]
+    fn rem_assign(&mut self, other: Self) {
+        *self = *self % other;
+    }
+}
+
+impl<R: Real> Zero for Element<R> {
+    #[inline]
+    fn zero() -> Self {
+        Self(R::zero())
+    }
+    /// Whether the primal is zero, in every lane: algorithms branch on it.
+    #[inline]
+    fn is_zero(&self) -> bool {
+        let zero = R::zero();
+        (self.0.le(zero) & zero.le(self.0)).all()
+    }
+}
+
+impl<R: Real> One for Element<R> {
+    #[inline]
+    fn one() -> Self {
+        Self(R::one())
+    }
+}
+
+impl<R: Real> PartialEq for Element<R> {
+    #[inline]
+    fn eq(&self, other: &Self) -> bool {
+        decided::<R>(self.0.le(other.0)) && decided::<R>(other.0.le(self.0))
+    }
+}
+
+impl<R: Real> PartialOrd for Element<R> {
+    #[inline]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        let below = decided::<R>(self.0.le(other.0));
+        let above = decided::<R>(other.0.le(self.0));
+        match (below, above) {
+            (true, true) => Some(Ordering::Equal),
+            (true, false) => Some(Ordering::Less),
+            (false, true) => Some(Ordering::Greater),
+            (false, false) => None,
+        }
+    }
+}
+
+impl<R: Real> Num for Element<R> {
+    type FromStrRadixErr = <f64 as Num>::FromStrRadixErr;
+    /// A constant, read as f64.
+    fn from_str_radix(text: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
+        f64::from_str_radix(text, radix).map(Self::lit)
+    }
+}
+
+impl<R: Real> Signed for Element<R> {
+    fn abs(&self) -> Self {
+        Self(self.0.abs())
+    }
+    fn abs_sub(&self, other: &Self) -> Self {
+        Float::abs_sub(*self, *other)
+    }
+    fn signum(&self) -> Self {
+        Self(self.0.signum())
+    }
+    fn is_positive(&self) -> bool {
+        *self > Self::zero()
+    }
+    fn is_negative(&self) -> bool {
+        *self < Self::zero()
+    }
+}
+
+/// Constants, by way of f64.
+impl<R: Real> FromPrimitive for Element<R> {
+    fn from_i64(value: i64) -> Option<Self> {
+        Self::from_f64(value as f64)
+    }
+    fn from_u64(value: u64) -> Option<Self> {
+        Self::from_f64(value as f64)
+    }
+    fn from_f64(value: f64) -> Option<Self> {
+        Some(Self::lit(value))
+    }
+}
+
+impl<R: Real> fmt::Display for Element<R> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(&self.0, formatter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_traits::{Float, Signed};
+
+    use crate::Element;
+
+    #[test]
+    fn both_positive_differences_are_one() {
+        let numbers = [f64::INFINITY, 2.0, 0.0, f64::NAN].map(Element);
+        for (a, b) in numbers.into_iter().zip(numbers.into_iter().cycle().skip(1)) {
+            for b in [a, b] {
+                let [signed, float] = [Signed::abs_sub(&a, &b), Float::abs_sub(a, b)];
+                assert!(signed == float || signed.is_nan() && float.is_nan());
+            }
+        }
+        let infinite = numbers[0];
+        assert_eq!(Signed::abs_sub(&infinite, &infinite).0, 0.0);
+    }
+}

@@ -1,0 +1,250 @@
+//! Writes the adjoint of a [`Kernel`], or all its partials, as straight-line Rust.
+//!
+//! The kernel is run once on the reverse tape over symbols, numbers that note how they were
+//! made: the pullback then *is* the formula of the adjoint. What is printed is checked in beside
+//! the kernel, and a test compares it with what [`adjoint`] or [`partials`] prints today.
+//!
+//! # Zero cotangents
+//!
+//! A product with a cotangent goes through [`Real::chain`](crate::Real::chain), so that a cotangent
+//! of zero passes zero, unless the partial and its own derivatives are known to be finite wherever the
+//! inputs and all results of the kernel are: then it is a plain product, which is faster. A partial is
+//! known to be finite if it is made of
+//!
+//! - inputs, fields, finite constants, sums, sines, cosines, hyperbolic tangents and selects;
+//! - square roots, logarithms and reciprocals of numbers known to be at least 1e-12, such as a sum of
+//!   squares and a positive literal (the sign of a field is not known);
+//! - products with a factor that constants bound;
+//! - other products, if their overflow would make a result infinite or NaN too. Behind a `select`, a
+//!   reciprocal or a hyperbolic tangent it might not show.
+//!
+//! Exponentials, powers and other quotients are never taken to be finite. In these cases the emitted
+//! code can differ from the tape's:
+//!
+//! - a product with a constant zero is zero even if the other factor is NaN, also where the constant
+//!   comes from a select between constants, as of `signum`;
+//! - a sum, or a product with a bounded factor, of numbers near the largest float may overflow;
+//! - a result that a sum or product has made infinite may pass NaN for a cotangent of zero;
+//! - where the emitted derivative is itself differentiated in reverse, a plain product with a cotangent
+//!   of zero is an ordinary entry of the tape, and an infinite cotangent of it makes NaN: see
+//!   [the conventions](crate::real).
+
+mod graph;
+mod known;
+mod print;
+mod symbol;
+
+use num_traits::One;
+
+use crate::arrays::Kernel;
+use crate::reverse::{Tape, Var};
+use graph::{GRAPH, Graph, Node, place};
+use print::{Formula, Printer};
+use symbol::Symbol;
+
+/// An `impl Adjoint` for the kernel type `name`, as Rust source.
+///
+/// `fields` are the kernel's constants as the printed code is to read them (`self.dt`), and `build`
+/// makes a kernel whose fields have the given values, in that order.
+///
+/// ```
+/// use autodiff::{Kernel, Real, emit};
+///
+/// struct Decay {
+///     dt: f64,
+/// }
+/// impl Kernel<2, 1> for Decay {
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, [x, rate]: [R; 2]) -> [R; 1] {
+///         [x - R::lit(self.dt) * rate * x]
+///     }
+/// }
+/// // Check this in beside the kernel, and test that it stays the same.
+/// let source = emit::adjoint("Decay", &["self.dt"], |fields| Decay { dt: fields[0] });
+/// assert!(source.starts_with("impl Adjoint<2, 1> for Decay"));
+/// assert!(source.contains("R::lit(self.dt)"));
+/// ```
+///
+/// Work that a kernel skips by [`Mask::any`](crate::Mask::any), because no lane needs it, is printed as
+/// if it were needed: the same, by the contract of [`Mask`](crate::Mask). A kernel that breaks that
+/// contract is not noticed here; [`check_gradient`](crate::check::check_gradient) would tell.
+///
+/// # Panics
+/// If the kernel computes a literal from a field (`R::lit(2.0 * self.dt)`): the printed code could not
+/// follow a change of the field. Give such a number a field of its own. And if the kernel loops for as
+/// long as `any` says so, as rounding an [`Element`](crate::Element) does: symbols have no values that
+/// would end the loop.
+pub fn adjoint<K, const I: usize, const O: usize>(
+    name: &str,
+    fields: &[&str],
+    build: impl Fn(&[f64]) -> K,
+) -> String
+where
+    K: Kernel<I, O>,
+{
+    let body = body(name, fields, |values, named| {
+        let formula = Formula {
+            results: Vec::new(),
+            ..pulled_back(&build(values))
+        };
+        let (text, lists) = print(&formula, named);
+        text + &lists[0]
+    });
+    format!(
+        "impl Adjoint<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
+         fn vjp<R: Real>(&self, x: [R; {I}], y_bar: [R; {O}]) -> [R; {I}] {{\n{body}    }}\n}}\n"
+    )
+}
+
+/// An `impl Adjoint` that is given the kernel's results, as Rust source: what they contain, a
+/// hyperbolic tangent for example, is not computed again. The arguments are those of [`adjoint`].
+///
+/// ```
+/// use autodiff::{Kernel, Real, emit};
+///
+/// struct Squash;
+/// impl Kernel<1, 1> for Squash {
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///         [x.tanh()]
+///     }
+/// }
+/// let source = emit::adjoint_with_results("Squash", &[], |_| Squash);
+/// assert!(source.starts_with("impl Adjoint<1, 1> for Squash"));
+/// assert!(!source.contains("tanh"));
+/// ```
+///
+/// # Panics
+/// As [`adjoint`].
+pub fn adjoint_with_results<K, const I: usize, const O: usize>(
+    name: &str,
+    fields: &[&str],
+    build: impl Fn(&[f64]) -> K,
+) -> String
+where
+    K: Kernel<I, O>,
+{
+    let body = body(name, fields, |values, named| {
+        let (text, lists) = print(&pulled_back(&build(values)), named);
+        text + &lists[0]
+    });
+    format!(
+        "impl Adjoint<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
+         fn vjp_with_results<R: Real>(&self, x: [R; {I}], y: [R; {O}], y_bar: [R; {O}]) \
+         -> [R; {I}] {{\n{body}    }}\n}}\n"
+    )
+}
+
+/// An `impl Partials` for the kernel type `name`, as Rust source: a pullback for every result,
+/// and what they share with each other and with the values is computed once. The arguments are
+/// those of [`adjoint`].
+///
+/// ```
+/// use autodiff::{Kernel, Real, emit};
+///
+/// struct Area;
+/// impl Kernel<2, 1> for Area {
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, [width, height]: [R; 2]) -> [R; 1] {
+///         [width * height]
+///     }
+/// }
+/// let source = emit::partials("Area", &[], |_| Area);
+/// assert!(source.starts_with("impl Partials<2, 1> for Area"));
+/// assert!(source.contains("[[x1, x0]]"));
+/// ```
+///
+/// # Panics
+/// As [`adjoint`].
+pub fn partials<K, const I: usize, const O: usize>(
+    name: &str,
+    fields: &[&str],
+    build: impl Fn(&[f64]) -> K,
+) -> String
+where
+    K: Kernel<I, O>,
+{
+    let body = body(name, fields, |values, named| {
+        let mut tape = Tape::new();
+        let y = record(&build(values), &mut tape, &inputs::<I>(0));
+        let mut rows = vec![places(&y.map(Var::value))];
+        rows.extend((0..O).map(|o| places(tape.pullback(&y[o..=o], &[Symbol::one()]))));
+        let formula = Formula {
+            sizes: (I, 0),
+            results: Vec::new(),
+            rows,
+        };
+        let (text, lists) = print(&formula, named);
+        format!("{text}({}, [{}])", lists[0], lists[1..].join(", "))
+    });
+    format!(
+        "impl Partials<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
+         fn partials<R: Real>(&self, x: [R; {I}]) -> ([R; {O}], [[R; {I}]; {O}]) {{\n{body}    \
+         }}\n}}\n"
+    )
+}
+
+/// The indented lines that `print` makes of values for the fields, and of their names and values.
+///
+/// # Panics
+/// If that depends on the values.
+fn body(name: &str, fields: &[&str], print: impl Fn(&[f64], &[(&str, f64)]) -> String) -> String {
+    // Numbers that no kernel has among its literals, and other ones for a second run.
+    let stand_ins = |seed: f64| (1..=fields.len()).map(move |k| (seed + k as f64).sqrt().fract());
+    let [text, again] = [std::f64::consts::E, std::f64::consts::PI].map(|seed| {
+        let values: Vec<f64> = stand_ins(seed).collect();
+        let named: Vec<_> = fields.iter().copied().zip(values.iter().copied()).collect();
+        GRAPH.set(Graph::new(&values));
+        print(&values, &named)
+    });
+    assert_eq!(
+        text, again,
+        "a literal of the kernel {name} is computed from a field: give it a field of its own"
+    );
+    text.lines()
+        .map(|line| format!("        {line}\n"))
+        .collect()
+}
+
+/// `N` inputs of the formula, from the one numbered `first` on.
+fn inputs<const N: usize>(first: usize) -> [Symbol; N] {
+    std::array::from_fn(|k| Symbol(place(Node::Input((first + k) as u32))))
+}
+
+/// The kernel's results.
+fn record<K, const I: usize, const O: usize>(
+    kernel: &K,
+    tape: &mut Tape<Symbol>,
+    x: &[Symbol; I],
+) -> [Var<Symbol>; O]
+where
+    K: Kernel<I, O>,
+{
+    let y = tape.record(x, |x| kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k])));
+    GRAPH.with_borrow_mut(|graph| graph.assume_finite(&places(&y.map(Var::value))));
+    y
+}
+
+/// The cotangents of a kernel's inputs, its results given.
+fn pulled_back<K, const I: usize, const O: usize>(kernel: &K) -> Formula
+where
+    K: Kernel<I, O>,
+{
+    let mut tape = Tape::new();
+    let (x, y_bar) = (inputs::<I>(0), inputs::<O>(I));
+    let y = record(kernel, &mut tape, &x);
+    Formula {
+        sizes: (I, O),
+        results: places(&y.map(Var::value)),
+        rows: vec![places(tape.pullback(&y, &y_bar))],
+    }
+}
+
+fn places(symbols: &[Symbol]) -> Vec<u32> {
+    symbols.iter().map(|symbol| symbol.0).collect()
+}
+
+/// The statements that compute the rows of a formula, and each row as an array.
+fn print(formula: &Formula, fields: &[(&str, f64)]) -> (String, Vec<String>) {
+    GRAPH.with_borrow(|graph| Printer::new(graph, formula, fields).print())
+}

@@ -1,0 +1,4 @@
+//! Generic code recorded as a list of operations.
+
+pub mod emit;
+pub(crate) mod trace;

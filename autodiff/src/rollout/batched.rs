@@ -1,0 +1,311 @@
+//! Rollouts from several starts at once, in lanes.
+//!
+//! The starts are divided into groups: as many as a register has lanes, or two, which run interleaved in
+//! one [`Program`](crate::Program), or one alone.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use super::settings::{Given, Model, Rollout};
+use super::sweep::{Recorded, Starts};
+use crate::fused::Fused;
+use crate::real::Real;
+use crate::simd::lanes;
+
+impl<M: Model> Rollout<M> {
+    /// What [`run`](Rollout::run) returns from each of several starts, to the bit, in less time: as
+    /// many starts as a register has lanes run together, and each weight that is read serves them
+    /// all.
+    ///
+    /// On the tape this too is one fused entry. The cotangents of starts have the same bits as from
+    /// `run`; those of the parameters, which all starts share, are sums over steps and starts in another
+    /// order, and differ from the sum of those of `run` by rounding.
+    ///
+    /// ```
+    /// use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    ///
+    /// /// Each step takes a share of `x`.
+    /// #[derive(Clone, Copy)]
+    /// struct Decay;
+    ///
+    /// impl Kernel<2, 1> for Decay {
+    ///     #[inline(always)]
+    ///     fn eval<R: Real>(&self, [x, share]: [R; 2]) -> [R; 1] {
+    ///         [x - share * x]
+    ///     }
+    /// }
+    /// impl Adjoint<2, 1> for Decay {}
+    ///
+    /// impl Model for Decay {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let (share, x) = (program.parameter(1), program.state(1));
+    ///         let [next] = program.map(Decay, [x, share]);
+    ///         program.advance(x, next);
+    ///     }
+    /// }
+    ///
+    /// let rollout = Rollout::new(Decay, 2);
+    /// // (a + b) (1 - share)^2, differentiated by a, b and the share.
+    /// let left = |x: &[Var<f64>]| {
+    ///     let ends = rollout.run_many(&[&x[..1], &x[1..2]], &[&x[2..]]);
+    ///     ends[0][0] + ends[1][0]
+    /// };
+    /// assert_eq!(gradient_of(left, &[1.0, 3.0, 0.5]), [0.25, 0.25, -4.0]);
+    /// ```
+    ///
+    /// # Panics
+    /// As [`run`](Rollout::run).
+    pub fn run_many<R: Real>(&self, starts: &[&[R]], parameters: &[&[R]]) -> Vec<Vec<R>> {
+        let shared: Vec<Given<R>> = parameters.iter().map(|p| Given::Shared(p)).collect();
+        self.run_each(starts, &shared)
+    }
+
+    /// Like [`run_many`](Rollout::run_many) where some parameters differ from start to start: all but the
+    /// matrices may. The cotangents of a start's own parameters have the same bits as from
+    /// [`run`](Rollout::run).
+    ///
+    /// ```
+    /// use autodiff::{Adjoint, Given, Kernel, Model, Program, Real, Rollout};
+    ///
+    /// /// A mass on a spring, in steps of 0.1 s.
+    /// #[derive(Clone, Copy)]
+    /// struct Spring;
+    ///
+    /// impl Kernel<3, 2> for Spring {
+    ///     #[inline(always)]
+    ///     fn eval<R: Real>(&self, [x, v, stiffness]: [R; 3]) -> [R; 2] {
+    ///         let v = v - R::lit(0.1) * stiffness * x;
+    ///         [x + R::lit(0.1) * v, v]
+    ///     }
+    /// }
+    /// impl Adjoint<3, 2> for Spring {}
+    ///
+    /// impl Model for Spring {
+    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///         let stiffness = program.parameter(1);
+    ///         let (x, v) = (program.state(1), program.state(1));
+    ///         let [x_next, v_next] = program.map(Spring, [x, v, stiffness]);
+    ///         program.advance(x, x_next);
+    ///         program.advance(v, v_next);
+    ///     }
+    /// }
+    ///
+    /// let rollout = Rollout::new(Spring, 8);
+    /// let start: &[f64] = &[1.0, 0.0];
+    /// let both = rollout.run_each(&[start; 2], &[Given::Each(&[&[1.0], &[4.0]])]);
+    /// let [soft, stiff] = [1.0, 4.0].map(|stiffness| rollout.run(start, &[&[stiffness]]));
+    /// assert_eq!(both, [soft, stiff]);
+    /// ```
+    ///
+    /// # Panics
+    /// As [`run`](Rollout::run); and if a [`Given::Each`] has not one slice per start, or is for a matrix.
+    pub fn run_each<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
+        if starts.is_empty() {
+            return Vec::new();
+        }
+        let (mut inputs, mut own) = (starts.to_vec(), Vec::new());
+        for parameter in parameters {
+            match parameter {
+                Given::Shared(given) => inputs.push(given),
+                Given::Each(given) => {
+                    assert_eq!(
+                        given.len(),
+                        starts.len(),
+                        "Given::Each needs one slice for each start"
+                    );
+                    inputs.extend(*given);
+                }
+            }
+            own.push(matches!(parameter, Given::Each(_)));
+        }
+        let many = Many {
+            rollout: self.clone(),
+            starts: starts.len(),
+            own,
+        };
+        let seen = R::fused(many, &inputs);
+        let len = seen.len() / starts.len();
+        (0..starts.len())
+            .map(|start| seen[start * len..][..len].to_vec())
+            .collect()
+    }
+}
+
+/// A rollout from several starts. The inputs are the starts, then, parameter by parameter, the one that
+/// all share or every start's own; the outputs are the observed states, one start after the other.
+#[derive(Clone)]
+pub(super) struct Many<M> {
+    pub(super) rollout: Rollout<M>,
+    pub(super) starts: usize,
+    /// Of every parameter, whether each start has its own.
+    pub(super) own: Vec<bool>,
+}
+
+/// Starts that run interleaved: one for each of a register's lanes, two, or one alone. Lanes left over
+/// repeat the last start.
+#[derive(Clone)]
+pub(super) struct Group {
+    pub(super) starts: Range<usize>,
+    pub(super) lanes: usize,
+}
+
+impl Group {
+    /// Interleaves the numbers of all lanes; missing ones are zero.
+    fn interleaved<'a, R: Real>(&self, of_lane: impl Fn(usize) -> &'a [R]) -> Vec<R> {
+        let mut interleaved = vec![R::zero(); of_lane(0).len() * self.lanes];
+        for lane in 0..self.lanes {
+            let places = interleaved.iter_mut().skip(lane).step_by(self.lanes);
+            for (place, &number) in places.zip(of_lane(lane)) {
+                *place = number;
+            }
+        }
+        interleaved
+    }
+
+    /// What the starts of this group have of their own, interleaved.
+    fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
+        let len = of_starts[0].len();
+        let of_starts = &of_starts[self.starts.clone()];
+        for own in of_starts {
+            assert_eq!(
+                own.len(),
+                len,
+                "the starts of a rollout, or what each has of its own, differ in length: one has {} \
+                 numbers, the first {len}",
+                own.len()
+            );
+        }
+        self.interleaved(|lane| of_starts[lane.min(of_starts.len() - 1)])
+    }
+
+    /// The numbers of each start, from interleaved ones.
+    fn parted<R: Real>(&self, interleaved: &[R]) -> Vec<Vec<R>> {
+        let of_lane = |lane| interleaved.iter().skip(lane).step_by(self.lanes).copied();
+        (0..self.starts.len())
+            .map(|lane| of_lane(lane).collect())
+            .collect()
+    }
+}
+
+impl<M: Model> Many<M> {
+    /// Whole registers of starts; what is left, together if that is more than three quarters of a
+    /// register, where it begins to pay, else in pairs.
+    pub(super) fn groups<R: Real>(&self) -> Vec<Group> {
+        let (mut groups, mut first) = (Vec::new(), 0);
+        let widest = lanes::<R>();
+        while first < self.starts {
+            let left = self.starts - first;
+            let lanes = match left {
+                1 => 1,
+                _ if 4 * left > 3 * widest => widest,
+                _ => 2,
+            };
+            let starts = first..first + lanes.min(left);
+            first = starts.end;
+            groups.push(Group { starts, lanes });
+        }
+        groups
+    }
+
+    fn of_group(&self, group: &Group) -> Starts<'_> {
+        Starts {
+            count: group.lanes,
+            own: &self.own,
+        }
+    }
+
+    /// Sorts one item per input by parameter: one item if it is shared, else one for each start.
+    fn by_parameter<'a, T>(&self, of_inputs: &'a [T]) -> Vec<&'a [T]> {
+        let mut rest = &of_inputs[self.starts..];
+        let mut take = |&own: &bool| {
+            let (here, others) = rest.split_at(if own { self.starts } else { 1 });
+            rest = others;
+            here
+        };
+        self.own.iter().map(&mut take).collect()
+    }
+
+    /// Calls `run` with the inputs of a group: its interleaved starts, then each parameter.
+    fn with_inputs<'a, R: Real, T>(
+        &self,
+        group: &Group,
+        inputs: &'a [&'a [R]],
+        run: impl FnOnce(&[&[R]]) -> T,
+    ) -> T {
+        let parameters = self.by_parameter(inputs).into_iter().zip(&self.own);
+        let parameter = |(given, &own): (&'a [&'a [R]], &bool)| match own {
+            true => Cow::Owned(group.own(given)),
+            false => Cow::Borrowed(given[0]),
+        };
+        let start = Cow::Owned(group.own(&inputs[..self.starts]));
+        let inputs: Vec<Cow<[R]>> = std::iter::once(start)
+            .chain(parameters.map(parameter))
+            .collect();
+        run(&inputs.iter().map(|input| &input[..]).collect::<Vec<_>>())
+    }
+}
+
+impl<M: Model> Fused for Many<M> {
+    type Saved<R: Real> = Vec<(Group, Recorded<R>)>;
+
+    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
+        let mut seen = Vec::new();
+        for group in self.groups::<R>() {
+            let forward = |inputs: &[&[R]]| self.rollout.forward(self.of_group(&group), inputs);
+            let of_group = self.with_inputs(&group, inputs, forward);
+            seen.extend(group.parted(&of_group).concat());
+        }
+        seen
+    }
+
+    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>) {
+        let (mut seen, mut saved) = (Vec::new(), Vec::new());
+        for group in self.groups::<R>() {
+            let record = |inputs: &[&[R]]| self.rollout.recorded(self.of_group(&group), inputs);
+            let (of_group, recorded) = self.with_inputs(&group, inputs, record);
+            seen.extend(group.parted(&of_group).concat());
+            saved.push((group, recorded));
+        }
+        (seen, saved)
+    }
+
+    fn reverse<R: Real>(
+        &self,
+        saved: &mut Self::Saved<R>,
+        y_bar: &[R],
+        wanted: &[bool],
+    ) -> Vec<Vec<R>> {
+        let len = y_bar.len() / self.starts;
+        let wanted = self.by_parameter(wanted).into_iter();
+        let wanted: Vec<bool> = wanted.map(|any| any.contains(&true)).collect();
+        let mut start_bars = Vec::new();
+        let mut parameter_bars: Vec<Vec<Vec<R>>> = vec![Vec::new(); self.own.len()];
+        for (group, recorded) in saved {
+            let seed = |lane: usize| match lane < group.starts.len() {
+                true => &y_bar[(group.starts.start + lane) * len..][..len],
+                false => &[],
+            };
+            let seeds = group.interleaved(seed);
+            let x_bars = self
+                .rollout
+                .reversed((group.lanes, recorded), &seeds, &wanted);
+            let (start_bar, bars) = x_bars.split_first().expect("a rollout has a start");
+            start_bars.extend(group.parted(start_bar));
+            for ((bars, bar), &own) in parameter_bars.iter_mut().zip(bars).zip(&self.own) {
+                match (own, &mut bars[..]) {
+                    (true, _) => bars.extend(group.parted(bar)),
+                    (false, []) => bars.push(bar.clone()),
+                    (false, [sum, ..]) => add(sum, bar),
+                }
+            }
+        }
+        start_bars.extend(parameter_bars.into_iter().flatten());
+        start_bars
+    }
+}
+
+fn add<R: Real>(sum: &mut [R], bar: &[R]) {
+    for (sum, &bar) in sum.iter_mut().zip(bar) {
+        *sum += bar;
+    }
+}

@@ -1,0 +1,89 @@
+//! Gradient clipping.
+
+use crate::real::{Mask, Real};
+
+/// A bound on the norm of the state's cotangent in the reverse sweep (gradient clipping): where it is
+/// exceeded, the cotangent is scaled back to it. The result is then no longer the exact gradient. The
+/// norm does not overflow; a cotangent with an infinite number or NaN in it becomes NaN. Derivatives of
+/// such a gradient take the factor of the scaling for a constant: Hessians are not exact either, and
+/// need not be symmetric.
+///
+/// ```
+/// use autodiff::{Adjoint, CotangentBound, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+///
+/// /// Each step doubles `x`.
+/// #[derive(Clone, Copy)]
+/// struct Doubling;
+///
+/// impl Kernel<1, 1> for Doubling {
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///         [x + x]
+///     }
+/// }
+/// impl Adjoint<1, 1> for Doubling {}
+///
+/// impl Model for Doubling {
+///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///         let x = program.state(1);
+///         let [next] = program.map(Doubling, [x]);
+///         program.advance(x, next);
+///     }
+/// }
+///
+/// let slope = |rollout: Rollout<Doubling>| gradient_of(|x: &[Var<f64>]| rollout.run(x, &[])[0], &[1.0]);
+/// assert_eq!(slope(Rollout::new(Doubling, 10)), [1024.0]);
+/// let bound = CotangentBound { norm: 5.0, every: 1 };
+/// let bounded = Rollout { cotangent_bound: Some(bound), ..Rollout::new(Doubling, 10) };
+/// assert_eq!(slope(bounded), [5.0]);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CotangentBound {
+    /// The largest Euclidean norm, not below 0.
+    pub norm: f64,
+    /// The cotangent is checked after every `every` steps, counted from the start, and at the start
+    /// itself; 1 or more.
+    pub every: usize,
+}
+
+impl CotangentBound {
+    /// Scales the cotangent of each start back where it exceeds the bound, after `step` steps.
+    pub(super) fn clip<R: Real>(self, (step, starts): (usize, usize), state_bar: &mut [R]) {
+        if !step.is_multiple_of(self.every) || state_bar.is_empty() {
+            return;
+        }
+        let limit = R::lit(self.norm);
+        for start in 0..starts {
+            let of_start = state_bar[start..].iter().step_by(starts);
+            let mut of_start: Vec<R> = of_start.copied().collect();
+            let (squared, unit) = measure(&mut of_start);
+            let in_units = limit / unit;
+            let exceeds = (in_units * in_units).lt(squared) | !squared.finite();
+            // With infinite numbers among them, a factor of zero would hide the others.
+            let factor = limit * squared.rsqrt();
+            let factor = R::select(squared.finite(), factor, R::lit(f64::NAN));
+            let bars = state_bar[start..].iter_mut().step_by(starts);
+            for (bar, measured) in bars.zip(of_start) {
+                *bar = R::select(exceeds, measured * factor, *bar);
+            }
+        }
+    }
+}
+
+/// Divides numbers by a unit, 1 or the largest magnitude, with which their squares neither overflow
+/// nor lose to underflow more than rounding does. Returns the sum of squares, and the unit.
+fn measure<R: Real>(numbers: &mut [R]) -> (R, R) {
+    let squared = R::dot(numbers, numbers).detach();
+    // Squares that underflow, even in single precision, are below 1e-38: nothing beside this.
+    let fits = R::lit(1e-30).le(squared) & squared.finite();
+    if fits.all() {
+        return (squared, R::one());
+    }
+    let magnitudes = numbers.iter().map(|x| x.detach().abs());
+    let largest = magnitudes.fold(R::zero(), |largest, x| x.max(largest));
+    let unit = R::select(fits | largest.le(R::zero()), R::one(), largest);
+    for number in &mut *numbers {
+        *number /= unit;
+    }
+    (R::dot(numbers, numbers).detach(), unit)
+}

@@ -1,0 +1,54 @@
+//! Which registers this machine has.
+
+/// Which registers lanes use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// What every processor of the target has; scalar code.
+    Baseline,
+    /// 256-bit registers and fused multiply-add.
+    Avx2,
+    /// 512-bit registers.
+    Avx512,
+}
+
+/// The widest level that this machine has.
+#[inline]
+pub fn level() -> Level {
+    #[cfg(test)]
+    return found().min(CAP.get());
+    #[cfg(not(test))]
+    found()
+}
+
+#[cfg(test)]
+thread_local! {
+    static CAP: std::cell::Cell<Level> = const { std::cell::Cell::new(Level::Avx512) };
+}
+
+/// Does work in registers no wider than this, on this thread.
+#[cfg(test)]
+pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
+    let before = CAP.replace(cap);
+    let done = work();
+    CAP.set(before);
+    done
+}
+
+#[inline]
+fn found() -> Level {
+    // Unoptimised, every inlined intermediate has a stack slot of its own: with wide registers some
+    // megabytes for a kernel.
+    if cfg!(unoptimised) {
+        return Level::Baseline;
+    }
+    #[cfg(target_arch = "x86_64")]
+    {
+        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+            return Level::Avx512;
+        }
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            return Level::Avx2;
+        }
+    }
+    Level::Baseline
+}

@@ -1,0 +1,204 @@
+//! Every lane type against scalars, bit for bit.
+
+use super::{Lane, Vectorized, WIDEST};
+use crate::math::Elementary;
+use crate::real::{Mask, Real};
+
+/// What lanes do with one number.
+const FUNCTIONS: usize = 27;
+
+#[inline(always)]
+fn functions<S: Real, R: Lane<S>>(x: R) -> [R; FUNCTIONS] {
+    let small = x.lt(R::lit(0.5)) & R::lit(-0.5).le(x);
+    let large = !(x.abs().lt(R::lit(3.0)) | R::lit(1e3).lt(x));
+    [
+        x.exp(),
+        x.tanh(),
+        R::tanh_each([x * x, -x, x])[1],
+        x.sin(),
+        x.cos(),
+        x.abs().sqrt(),
+        x.abs().rsqrt(),
+        x.abs().ln(),
+        x.atan2(R::lit(2.0)),
+        x.abs().powf(R::lit(0.3)),
+        x.powi(3),
+        x.elementary(Elementary::Asin),
+        x.elementary(Elementary::Acos),
+        x.elementary(Elementary::Sinh),
+        x.elementary(Elementary::Cosh),
+        x.elementary(Elementary::Asinh),
+        x.elementary(Elementary::Acosh),
+        x.elementary(Elementary::Atanh),
+        x.elementary(Elementary::ExpM1),
+        x.elementary(Elementary::Ln1p),
+        x.elementary(Elementary::Log2),
+        x.elementary(Elementary::Log10),
+        x.elementary(Elementary::Cbrt),
+        R::select(small, x.signum(), x.max(R::lit(1.0))),
+        R::select(large, x.clamp(R::lit(-5.0), R::lit(5.0)), -x),
+        R::chain(x.recip(), x - x.abs()),
+        (x - R::lit(0.25)) * x / R::lit(3.0) + R::select(x.finite(), x, R::one()),
+    ]
+}
+
+/// All functions of all numbers, the last lane only partly filled.
+struct All<'a, S>(&'a [S], &'a mut [Vec<S>; FUNCTIONS]);
+
+impl<S: Real> Vectorized<S> for All<'_, S> {
+    type Output = usize;
+    #[inline(always)]
+    fn run<L: Lane<S>>(self) -> usize {
+        let mut place = 0;
+        while place < self.0.len() {
+            let y = functions(L::load_up_to(&self.0[place..]));
+            for k in 0..FUNCTIONS {
+                y[k].store_up_to(&mut self.1[k][place..]);
+            }
+            place += L::N;
+        }
+        L::N
+    }
+}
+
+/// Numbers of all sizes and both signs, and the special ones; a prime number of them.
+fn arguments() -> Vec<f64> {
+    let spread = (0..4000).map(|k| 750.0 * (f64::from(k) / 2000.0 - 1.0) + 0.37e-3);
+    let small = (0..4000).map(|k| 1e-30_f64.powf(f64::from(k) / 4000.0) * f64::from(1 - k % 2 * 2));
+    let special = [
+        f64::NAN,
+        0.0,
+        -0.0,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        1e-320,
+        0.5,
+        -0.5,
+        1.0,
+    ];
+    spread.chain(small).chain(special).collect()
+}
+
+fn check<S: Real>(enter: impl FnOnce(All<S>) -> usize, bits: impl Fn(S) -> u64) {
+    let x: Vec<S> = arguments().into_iter().map(S::lit).collect();
+    let mut wide: [Vec<S>; FUNCTIONS] = std::array::from_fn(|_| vec![S::zero(); x.len()]);
+    let mut narrow = wide.clone();
+    let lanes = enter(All(&x, &mut wide));
+    assert!(!x.len().is_multiple_of(lanes), "no lane is partly filled");
+    All(&x, &mut narrow).run::<S>();
+    for k in 0..FUNCTIONS {
+        for (place, (w, n)) in wide[k].iter().zip(&narrow[k]).enumerate() {
+            let nan = !(w.le(*w).any() | n.le(*n).any());
+            let (x, same) = (x[place], nan || bits(*w) == bits(*n));
+            assert!(
+                same,
+                "function {k} at {x:?}: {w:?} in {lanes} lanes, {n:?} alone"
+            );
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn every_register_has_the_bits_of_scalars() {
+    #![allow(unsafe_code)]
+    use super::enter::{f32_avx2, f32_avx512, f64_avx2, f64_avx512};
+    let bits = (f64::to_bits, |x: f32| u64::from(x.to_bits()));
+    // SAFETY: the processor is asked first.
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        check(|all| unsafe { f64_avx2(all) }, bits.0);
+        check(|all| unsafe { f32_avx2(all) }, bits.1);
+    }
+    if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+        check(|all| unsafe { f64_avx512(all) }, bits.0);
+        check(|all| unsafe { f32_avx512(all) }, bits.1);
+    }
+}
+
+/// Expanding and compressing the numbers 1, 2, ... by all bits, and taking turns, against one by one.
+struct Moves;
+
+impl<S: Real> Vectorized<S> for Moves {
+    type Output = usize;
+    #[inline(always)]
+    fn run<L: Lane<S>>(self) -> usize {
+        let numbers: Vec<S> = (1..=L::N).map(|k| S::lit(k as f64)).collect();
+        let lane = L::load(&numbers);
+        let zipped = lane.zip(lane + L::lit(100.0));
+        for (half, zipped) in zipped.into_iter().enumerate() {
+            let mut by_turns = vec![S::zero(); L::N];
+            zipped.store(&mut by_turns);
+            for (k, number) in (half * L::N..).zip(by_turns) {
+                let more = if k % 2 == 0 { 0.0 } else { 100.0 };
+                assert!(is(number, numbers[k / 2] + S::lit(more)));
+            }
+        }
+        let (mut expanded, mut compressed) = (vec![S::zero(); L::N], vec![S::zero(); L::N]);
+        for bits in 0..=u16::MAX >> (WIDEST - L::N) {
+            lane.expand(bits).store(&mut expanded);
+            lane.compress(bits).store(&mut compressed);
+            let mut first = 0;
+            for k in 0..L::N {
+                let set = bits >> k & 1 == 1;
+                assert!(is(
+                    expanded[k],
+                    if set { numbers[first] } else { S::zero() }
+                ));
+                if set {
+                    assert!(is(compressed[first], numbers[k]));
+                    first += 1;
+                }
+            }
+            for &rest in &compressed[first..] {
+                assert!(is(rest, S::zero()));
+            }
+        }
+        L::N
+    }
+}
+
+#[inline(always)]
+fn is<S: Real>(number: S, expected: S) -> bool {
+    (number.le(expected) & expected.le(number)).all()
+}
+
+#[test]
+fn lanes_move_to_set_bits_and_back() {
+    #![allow(unsafe_code)]
+    assert_eq!(Moves.run::<f64>(), 1);
+    // SAFETY: the processor is asked first.
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        assert_eq!(unsafe { super::enter::f64_avx2(Moves) }, 4);
+        assert_eq!(unsafe { super::enter::f32_avx2(Moves) }, 8);
+    }
+    f64::vectorize(Moves);
+    f32::vectorize(Moves);
+}
+
+/// Masks from bits and back, lane by lane.
+struct Masks;
+
+impl Vectorized<f64> for Masks {
+    type Output = Vec<Vec<f64>>;
+    #[inline(always)]
+    fn run<L: Lane<f64>>(self) -> Vec<Vec<f64>> {
+        let mut all = Vec::new();
+        let mut bits = 0;
+        while bits < 1 << L::N {
+            let mut lanes = vec![0.0; L::N];
+            L::select(L::mask(bits), L::one(), L::zero()).store(&mut lanes);
+            all.push(lanes);
+            bits += 1;
+        }
+        all
+    }
+}
+
+#[test]
+fn masks_hold_one_bit_a_lane() {
+    for (bits, lanes) in f64::vectorize(Masks).iter().enumerate() {
+        let expected: Vec<f64> = (0..lanes.len()).map(|k| (bits >> k & 1) as f64).collect();
+        assert_eq!(lanes, &expected);
+    }
+}

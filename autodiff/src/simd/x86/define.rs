@@ -1,0 +1,342 @@
+//! What all registers have in common, as lanes and as numbers.
+
+/// Defines a register as a lane type. The instructions named first differ between instruction sets in
+/// a prefix alone; the expressions after them differ in more, and are best read where they are used
+/// below. They are pasted in and not called: a closure that the compiler chose not to inline would be
+/// compiled without the instruction set.
+macro_rules! define_lanes {
+    (
+        $name:ident: [$scalar:ident; $n:literal] in $register:ident, mask $mask:ty,
+        $splat:ident $load:ident $store:ident
+        $add:ident $sub:ident $mul:ident $div:ident $fma:ident $sqrt:ident,
+        part $load_part:expr, $store_part:expr,
+        $lt:expr, $le:expr, $blend:expr,
+        |$tested:ident, $kept:ident| $where_nonzero:expr,
+        |$partial:ident, $cotangent:ident, $term:ident| $fma_where_nonzero:expr,
+        |$shifted:ident| $exp2:expr, |$signed:ident| $abs:expr, |$size:ident, $sign:ident| $with_sign:expr,
+        $and:expr, $or:expr, $not:expr, $bits:expr, $from_bits:expr,
+        $expand:expr, $compress:expr, |$one:ident, $other:ident| $zip:expr
+    ) => {
+        #[doc = concat!(stringify!($n), " lanes of `", stringify!($scalar), "`.")]
+        #[derive(Clone, Copy, Debug)]
+        pub(crate) struct $name($register);
+
+        impl BitAnd for $mask {
+            type Output = Self;
+            #[inline(always)]
+            fn bitand(self, other: Self) -> Self {
+                $and(self, other)
+            }
+        }
+        impl BitOr for $mask {
+            type Output = Self;
+            #[inline(always)]
+            fn bitor(self, other: Self) -> Self {
+                $or(self, other)
+            }
+        }
+        impl Not for $mask {
+            type Output = Self;
+            #[inline(always)]
+            fn not(self) -> Self {
+                $not(self)
+            }
+        }
+        impl Mask for $mask {
+            #[inline(always)]
+            fn splat(value: bool) -> Self {
+                let zero = <$name as Zero>::zero();
+                if value { zero.le(zero) } else { zero.lt(zero) }
+            }
+            #[inline(always)]
+            fn any(self) -> bool {
+                $bits(self) != 0
+            }
+        }
+
+        // SAFETY, here and below: a value of this type exists only where its instructions do.
+        impl Add for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                Self(unsafe { $add(self.0, other.0) })
+            }
+        }
+        impl Sub for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                Self(unsafe { $sub(self.0, other.0) })
+            }
+        }
+        impl Mul for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, other: Self) -> Self {
+                Self(unsafe { $mul(self.0, other.0) })
+            }
+        }
+        impl Div for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, other: Self) -> Self {
+                Self(unsafe { $div(self.0, other.0) })
+            }
+        }
+        impl Neg for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self::lit(-0.0) - self
+            }
+        }
+        impl AddAssign for $name {
+            #[inline(always)]
+            fn add_assign(&mut self, other: Self) {
+                *self = *self + other;
+            }
+        }
+        impl SubAssign for $name {
+            #[inline(always)]
+            fn sub_assign(&mut self, other: Self) {
+                *self = *self - other;
+            }
+        }
+        impl MulAssign for $name {
+            #[inline(always)]
+            fn mul_assign(&mut self, other: Self) {
+                *self = *self * other;
+            }
+        }
+        impl DivAssign for $name {
+            #[inline(always)]
+            fn div_assign(&mut self, other: Self) {
+                *self = *self / other;
+            }
+        }
+        impl Zero for $name {
+            #[inline(always)]
+            fn zero() -> Self {
+                Self::lit(0.0)
+            }
+            #[inline(always)]
+            fn is_zero(&self) -> bool {
+                let zero = Self::lit(0.0);
+                (self.le(zero) & zero.le(*self)).all()
+            }
+        }
+        impl One for $name {
+            #[inline(always)]
+            fn one() -> Self {
+                Self::lit(1.0)
+            }
+        }
+
+        impl Lane<$scalar> for $name {
+            const N: usize = $n;
+            #[inline(always)]
+            fn tanh_each<const K: usize>(x: [Self; K]) -> [Self; K] {
+                math::tanh(Abreast(x)).0
+            }
+            #[inline(always)]
+            fn splat(value: $scalar) -> Self {
+                Self(unsafe { $splat(value) })
+            }
+            #[inline(always)]
+            fn load(from: &[$scalar]) -> Self {
+                let from: &[$scalar; $n] = from[..$n].try_into().expect("the length was taken");
+                // SAFETY: the reference covers all lanes.
+                Self(unsafe { $load(from.as_ptr()) })
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$scalar]) {
+                let to: &mut [$scalar; $n] =
+                    (&mut to[..$n]).try_into().expect("the length was taken");
+                // SAFETY: the reference covers all lanes.
+                unsafe { $store(to.as_mut_ptr(), self.0) }
+            }
+            #[inline(always)]
+            fn load_part(from: &[$scalar]) -> Self {
+                debug_assert!(from.len() < $n);
+                // SAFETY: no lane beyond the slice is touched.
+                Self(unsafe { $load_part(from.as_ptr(), from.len()) })
+            }
+            #[inline(always)]
+            fn store_part(self, to: &mut [$scalar]) {
+                debug_assert!(to.len() < $n);
+                // SAFETY: no lane beyond the slice is touched.
+                unsafe { $store_part(to.as_mut_ptr(), to.len(), self.0) }
+            }
+            #[inline(always)]
+            fn mask(bits: u16) -> $mask {
+                $from_bits(bits)
+            }
+            #[inline(always)]
+            fn expand(self, bits: u16) -> Self {
+                $expand(self, bits)
+            }
+            #[inline(always)]
+            fn compress(self, bits: u16) -> Self {
+                $compress(self, bits)
+            }
+            #[inline(always)]
+            fn zip(self, other: Self) -> [Self; 2] {
+                let ($one, $other) = (self.0, other.0);
+                let [first, second] = unsafe { $zip };
+                [Self(first), Self(second)]
+            }
+        }
+
+        impl $name {
+            /// Calls a scalar function lane by lane: for functions that have no SIMD version.
+            #[inline(always)]
+            fn each(self, other: Self, f: impl Fn($scalar, $scalar) -> $scalar) -> Self {
+                let (mut a, mut b) = ([0.0; $n], [0.0; $n]);
+                self.store(&mut a);
+                other.store(&mut b);
+                for (a, b) in a.iter_mut().zip(b) {
+                    *a = f(*a, b);
+                }
+                Self::load(&a)
+            }
+        }
+
+        impl Primitive for $name {
+            const EXP_TERMS: usize = <$scalar as Primitive>::EXP_TERMS;
+            const SIN_TERMS: usize = <$scalar as Primitive>::SIN_TERMS;
+            const LN_2: [f64; 2] = <$scalar as Primitive>::LN_2;
+            const PI_2: [f64; 3] = <$scalar as Primitive>::PI_2;
+            const EXP_RANGE: [f64; 2] = <$scalar as Primitive>::EXP_RANGE;
+            const TANH_ONE: f64 = <$scalar as Primitive>::TANH_ONE;
+            const ROUNDING: f64 = <$scalar as Primitive>::ROUNDING;
+
+            #[inline(always)]
+            fn constant(value: f64) -> Self {
+                Self::splat(value as $scalar)
+            }
+            #[inline(always)]
+            fn mul_add(self, a: Self, b: Self) -> Self {
+                Self(unsafe { $fma(self.0, a.0, b.0) })
+            }
+            #[inline(always)]
+            fn exp2_integer(self) -> Self {
+                let shifted = self + Self::constant(Self::ROUNDING);
+                let $shifted = shifted.0;
+                Self(unsafe { $exp2 })
+            }
+            #[inline(always)]
+            fn where_less(self, bound: Self, if_less: Self, otherwise: Self) -> Self {
+                Self::select(self.lt(bound), if_less, otherwise)
+            }
+            #[inline(always)]
+            fn magnitude(self) -> Self {
+                let $signed = self.0;
+                Self(unsafe { $abs })
+            }
+            #[inline(always)]
+            fn with_sign_of(self, other: Self) -> Self {
+                let ($size, $sign) = (self.0, other.0);
+                Self(unsafe { $with_sign })
+            }
+        }
+
+        impl Real for $name {
+            type Mask = $mask;
+
+            #[inline(always)]
+            fn lit(value: f64) -> Self {
+                Self::splat(value as $scalar)
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> $mask {
+                unsafe { $lt(self.0, other.0) }
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> $mask {
+                unsafe { $le(self.0, other.0) }
+            }
+            #[inline(always)]
+            fn select(mask: $mask, if_true: Self, if_false: Self) -> Self {
+                Self(unsafe { $blend(mask, if_true.0, if_false.0) })
+            }
+            #[inline(always)]
+            fn fma(self, factor: Self, term: Self) -> Self {
+                self.mul_add(factor, term)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(unsafe { $sqrt(self.0) })
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                math::exp(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                self.each(self, |x, _| Real::ln(x))
+            }
+            #[inline(always)]
+            fn sin(self) -> Self {
+                if self.abs().le(Self::lit(math::SIN_RANGE)).all() {
+                    math::sin_cos(self).0
+                } else {
+                    self.each(self, |x, _| Real::sin(x))
+                }
+            }
+            #[inline(always)]
+            fn cos(self) -> Self {
+                if self.abs().le(Self::lit(math::SIN_RANGE)).all() {
+                    math::sin_cos(self).1
+                } else {
+                    self.each(self, |x, _| Real::cos(x))
+                }
+            }
+            #[inline(always)]
+            fn tanh(self) -> Self {
+                math::tanh(self)
+            }
+            #[inline(always)]
+            fn atan2(self, x: Self) -> Self {
+                self.each(x, |y, x| Real::atan2(y, x))
+            }
+            #[inline(always)]
+            fn powi(self, exponent: i32) -> Self {
+                self.each(self, |x, _| Real::powi(x, exponent))
+            }
+            #[inline(always)]
+            fn powf(self, exponent: Self) -> Self {
+                self.each(exponent, |x, y| Real::powf(x, y))
+            }
+            #[inline(always)]
+            fn elementary(self, function: Elementary) -> Self {
+                match function.of_system() {
+                    Some(_) => self.each(self, |x, _| x.elementary(function)),
+                    None => function.value(self),
+                }
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                self.magnitude()
+            }
+            #[inline(always)]
+            fn detach(self) -> Self {
+                self
+            }
+            #[inline(always)]
+            fn straight_through(self, _soft: Self) -> Self {
+                self
+            }
+            #[inline(always)]
+            fn chain(partial: Self, cotangent: Self) -> Self {
+                let product = partial * cotangent;
+                let ($tested, $kept) = (cotangent.0, product.0);
+                Self(unsafe { $where_nonzero })
+            }
+            #[inline(always)]
+            fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
+                let ($partial, $cotangent, $term) = (partial.0, cotangent.0, term.0);
+                Self(unsafe { $fma_where_nonzero })
+            }
+        }
+    };
+}

@@ -1,0 +1,277 @@
+//! The registers of x86-64 as lanes: AVX-512 and AVX2 with FMA, for f64 and f32.
+//!
+//! The types are private to the crate and named only in [`enter`](super::enter), where the processor
+//! has been asked for the instructions they use. So a value of such a type exists only where its
+//! instructions do.
+// `cargo bench -p benches --bench tapes`: kernels in lanes against the scalar step.
+#![allow(unsafe_code)]
+
+#[macro_use]
+mod define;
+
+use std::arch::x86_64::*;
+use std::ops::{
+    Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
+};
+
+use num_traits::{One, Zero};
+
+use super::lane::Lane;
+use crate::math::{self, Abreast, Elementary, Primitive};
+use crate::real::{Mask, Real};
+
+/// A mask with one bit for each lane (AVX-512).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BitMask<M>(M);
+
+/// A mask with all bits of a lane set or none (AVX2).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LaneMask<M>(M);
+
+/// The mask bits of the first `n` lanes.
+#[inline(always)]
+fn first_bits(n: usize) -> u16 {
+    !(u16::MAX << n)
+}
+
+/// A mask of the first `n` of four lanes: all bits set there, none elsewhere.
+#[inline(always)]
+fn first_i64(n: usize) -> __m256i {
+    const ONES: [i64; 8] = [-1, -1, -1, -1, 0, 0, 0, 0];
+    let window: &[i64; 4] = ONES[4 - n..8 - n].try_into().expect("the length was taken");
+    // SAFETY: the reference covers the register.
+    unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
+}
+
+/// A mask of the first `n` of eight lanes, likewise.
+#[inline(always)]
+fn first_i32(n: usize) -> __m256i {
+    const ONES: [i32; 16] = [-1, -1, -1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0, 0, 0];
+    let window: &[i32; 8] = ONES[8 - n..16 - n]
+        .try_into()
+        .expect("the length was taken");
+    // SAFETY: the reference covers the register.
+    unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
+}
+
+/// For every byte, and each of its bits, how many bits below it are set: where `expand` takes a lane
+/// from.
+static RANK: [[u8; 8]; 256] = ranks_and_set_bits()[0];
+/// For every byte, the bits that are set, in order: where `compress` takes a lane from.
+static SET_BIT: [[u8; 8]; 256] = ranks_and_set_bits()[1];
+
+const fn ranks_and_set_bits() -> [[[u8; 8]; 256]; 2] {
+    let mut both = [[[0; 8]; 256]; 2];
+    let mut bits = 0;
+    while bits < 256 {
+        let (mut bit, mut rank) = (0, 0);
+        while bit < 8 {
+            both[0][bits][bit] = rank;
+            if bits >> bit & 1 == 1 {
+                both[1][bits][rank as usize] = bit as u8;
+                rank += 1;
+            }
+            bit += 1;
+        }
+        bits += 1;
+    }
+    both
+}
+
+/// Each of four bits twice, so that lanes of 64 bits are moved as pairs of 32.
+#[inline(always)]
+fn twice_each(bits: u16) -> u16 {
+    let apart = (bits | bits << 2) & 0b11_0011;
+    ((apart | apart << 1) & 0b101_0101) * 3
+}
+
+/// Lane `k` is that of `a` at `places[k]`, or zero where bit `k` is not set.
+///
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn permuted(a: __m256, places: &[u8; 8], bits: u16) -> __m256 {
+    let mask = <F32x8 as Lane<f32>>::mask(bits);
+    // SAFETY: the caller's promise; eight bytes are read.
+    unsafe {
+        let places = _mm256_cvtepu8_epi32(_mm_loadl_epi64(places.as_ptr().cast()));
+        _mm256_and_ps(mask.0, _mm256_permutevar8x32_ps(a, places))
+    }
+}
+
+/// [`Lane::expand`].
+///
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn expanded(a: __m256, bits: u16) -> __m256 {
+    // SAFETY: the caller's promise.
+    unsafe { permuted(a, &RANK[usize::from(bits)], bits) }
+}
+
+/// [`Lane::compress`].
+///
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn compressed(a: __m256, bits: u16) -> __m256 {
+    let first = first_bits(bits.count_ones() as usize);
+    // SAFETY: the caller's promise.
+    unsafe { permuted(a, &SET_BIT[usize::from(bits)], first) }
+}
+
+define_lanes!(
+    F64x8: [f64; 8] in __m512d, mask BitMask<__mmask8>,
+    _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd
+    _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_fmadd_pd _mm512_sqrt_pd,
+    part |from, n| _mm512_maskz_loadu_pd(first_bits(n) as __mmask8, from),
+    |to, n, a| _mm512_mask_storeu_pd(to, first_bits(n) as __mmask8, a),
+    |a, b| BitMask(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b)),
+    |a, b| BitMask(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b)),
+    |mask: BitMask<u8>, a, b| _mm512_mask_blend_pd(mask.0, b, a),
+    |a, b| {
+        // A test of the bits below the sign: unlike a comparison, constants fold in it.
+        let bits = _mm512_set1_epi64(i64::MAX);
+        _mm512_maskz_mov_pd(_mm512_test_epi64_mask(_mm512_castpd_si512(a), bits), b)
+    },
+    |partial, cotangent, term| {
+        let bits = _mm512_set1_epi64(i64::MAX);
+        let mask = _mm512_test_epi64_mask(_mm512_castpd_si512(cotangent), bits);
+        _mm512_mask3_fmadd_pd(partial, cotangent, term, mask)
+    },
+    |shifted| {
+        let biased = _mm512_add_epi64(_mm512_castpd_si512(shifted), _mm512_set1_epi64(1023));
+        _mm512_castsi512_pd(_mm512_slli_epi64::<52>(biased))
+    },
+    |a| _mm512_abs_pd(a),
+    |size, sign| _mm512_or_pd(size, _mm512_and_pd(_mm512_set1_pd(-0.0), sign)),
+    |a: Self, b: Self| BitMask(a.0 & b.0),
+    |a: Self, b: Self| BitMask(a.0 | b.0),
+    |a: Self| BitMask(!a.0),
+    |a: Self| a.0,
+    |bits| BitMask(bits as __mmask8),
+    |a: Self, bits| Self(unsafe { _mm512_maskz_expand_pd(bits as __mmask8, a.0) }),
+    |a: Self, bits| Self(unsafe { _mm512_maskz_compress_pd(bits as __mmask8, a.0) }),
+    |a, b| {
+        let first = _mm512_set_epi64(11, 3, 10, 2, 9, 1, 8, 0);
+        let second = _mm512_set_epi64(15, 7, 14, 6, 13, 5, 12, 4);
+        [_mm512_permutex2var_pd(a, first, b), _mm512_permutex2var_pd(a, second, b)]
+    }
+);
+
+define_lanes!(
+    F32x16: [f32; 16] in __m512, mask BitMask<__mmask16>,
+    _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps
+    _mm512_add_ps _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_fmadd_ps _mm512_sqrt_ps,
+    part |from, n| _mm512_maskz_loadu_ps(first_bits(n) as __mmask16, from),
+    |to, n, a| _mm512_mask_storeu_ps(to, first_bits(n) as __mmask16, a),
+    |a, b| BitMask(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)),
+    |a, b| BitMask(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
+    |mask: BitMask<u16>, a, b| _mm512_mask_blend_ps(mask.0, b, a),
+    |a, b| {
+        // A test of the bits below the sign: unlike a comparison, constants fold in it.
+        let bits = _mm512_set1_epi32(i32::MAX);
+        _mm512_maskz_mov_ps(_mm512_test_epi32_mask(_mm512_castps_si512(a), bits), b)
+    },
+    |partial, cotangent, term| {
+        let bits = _mm512_set1_epi32(i32::MAX);
+        let mask = _mm512_test_epi32_mask(_mm512_castps_si512(cotangent), bits);
+        _mm512_mask3_fmadd_ps(partial, cotangent, term, mask)
+    },
+    |shifted| {
+        let biased = _mm512_add_epi32(_mm512_castps_si512(shifted), _mm512_set1_epi32(127));
+        _mm512_castsi512_ps(_mm512_slli_epi32::<23>(biased))
+    },
+    |a| _mm512_abs_ps(a),
+    |size, sign| _mm512_or_ps(size, _mm512_and_ps(_mm512_set1_ps(-0.0), sign)),
+    |a: Self, b: Self| BitMask(a.0 & b.0),
+    |a: Self, b: Self| BitMask(a.0 | b.0),
+    |a: Self| BitMask(!a.0),
+    |a: Self| a.0,
+    BitMask,
+    |a: Self, bits| Self(unsafe { _mm512_maskz_expand_ps(bits, a.0) }),
+    |a: Self, bits| Self(unsafe { _mm512_maskz_compress_ps(bits, a.0) }),
+    |a, b| {
+        let first = _mm512_set_epi32(23, 7, 22, 6, 21, 5, 20, 4, 19, 3, 18, 2, 17, 1, 16, 0);
+        let second = _mm512_set_epi32(31, 15, 30, 14, 29, 13, 28, 12, 27, 11, 26, 10, 25, 9, 24, 8);
+        [_mm512_permutex2var_ps(a, first, b), _mm512_permutex2var_ps(a, second, b)]
+    }
+);
+
+define_lanes!(
+    F64x4: [f64; 4] in __m256d, mask LaneMask<__m256d>,
+    _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd
+    _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_fmadd_pd _mm256_sqrt_pd,
+    part |from, n| _mm256_maskload_pd(from, first_i64(n)),
+    |to, n, a| _mm256_maskstore_pd(to, first_i64(n), a),
+    |a, b| LaneMask(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)),
+    |a, b| LaneMask(_mm256_cmp_pd::<_CMP_LE_OQ>(a, b)),
+    |mask: LaneMask<__m256d>, a, b| _mm256_blendv_pd(b, a, mask.0),
+    |a, b| _mm256_and_pd(_mm256_cmp_pd::<_CMP_NEQ_UQ>(a, _mm256_setzero_pd()), b),
+    |partial, cotangent, term| {
+        let mask = _mm256_cmp_pd::<_CMP_NEQ_UQ>(cotangent, _mm256_setzero_pd());
+        _mm256_blendv_pd(term, _mm256_fmadd_pd(partial, cotangent, term), mask)
+    },
+    |shifted| {
+        let biased = _mm256_add_epi64(_mm256_castpd_si256(shifted), _mm256_set1_epi64x(1023));
+        _mm256_castsi256_pd(_mm256_slli_epi64::<52>(biased))
+    },
+    |a| _mm256_andnot_pd(_mm256_set1_pd(-0.0), a),
+    |size, sign| _mm256_or_pd(size, _mm256_and_pd(_mm256_set1_pd(-0.0), sign)),
+    |a: Self, b: Self| LaneMask(unsafe { _mm256_and_pd(a.0, b.0) }),
+    |a: Self, b: Self| LaneMask(unsafe { _mm256_or_pd(a.0, b.0) }),
+    |a: Self| LaneMask(unsafe { _mm256_xor_pd(a.0, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))) }),
+    |a: Self| unsafe { _mm256_movemask_pd(a.0) },
+    |bits| unsafe {
+        let lane = _mm256_set_epi64x(8, 4, 2, 1);
+        let set = _mm256_and_si256(_mm256_set1_epi64x(i64::from(bits)), lane);
+        LaneMask(_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane)))
+    },
+    |a: Self, bits| Self(unsafe {
+        _mm256_castps_pd(expanded(_mm256_castpd_ps(a.0), twice_each(bits)))
+    }),
+    |a: Self, bits| Self(unsafe {
+        _mm256_castps_pd(compressed(_mm256_castpd_ps(a.0), twice_each(bits)))
+    }),
+    |a, b| {
+        let [low, high] = [_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b)];
+        [_mm256_permute2f128_pd::<0x20>(low, high), _mm256_permute2f128_pd::<0x31>(low, high)]
+    }
+);
+
+define_lanes!(
+    F32x8: [f32; 8] in __m256, mask LaneMask<__m256>,
+    _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps
+    _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_fmadd_ps _mm256_sqrt_ps,
+    part |from, n| _mm256_maskload_ps(from, first_i32(n)),
+    |to, n, a| _mm256_maskstore_ps(to, first_i32(n), a),
+    |a, b| LaneMask(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)),
+    |a, b| LaneMask(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)),
+    |mask: LaneMask<__m256>, a, b| _mm256_blendv_ps(b, a, mask.0),
+    |a, b| _mm256_and_ps(_mm256_cmp_ps::<_CMP_NEQ_UQ>(a, _mm256_setzero_ps()), b),
+    |partial, cotangent, term| {
+        let mask = _mm256_cmp_ps::<_CMP_NEQ_UQ>(cotangent, _mm256_setzero_ps());
+        _mm256_blendv_ps(term, _mm256_fmadd_ps(partial, cotangent, term), mask)
+    },
+    |shifted| {
+        let biased = _mm256_add_epi32(_mm256_castps_si256(shifted), _mm256_set1_epi32(127));
+        _mm256_castsi256_ps(_mm256_slli_epi32::<23>(biased))
+    },
+    |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
+    |size, sign| _mm256_or_ps(size, _mm256_and_ps(_mm256_set1_ps(-0.0), sign)),
+    |a: Self, b: Self| LaneMask(unsafe { _mm256_and_ps(a.0, b.0) }),
+    |a: Self, b: Self| LaneMask(unsafe { _mm256_or_ps(a.0, b.0) }),
+    |a: Self| LaneMask(unsafe { _mm256_xor_ps(a.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }),
+    |a: Self| unsafe { _mm256_movemask_ps(a.0) },
+    |bits| unsafe {
+        let lane = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
+        let set = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lane);
+        LaneMask(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)))
+    },
+    |a: Self, bits| Self(unsafe { expanded(a.0, bits) }),
+    |a: Self, bits| Self(unsafe { compressed(a.0, bits) }),
+    |a, b| {
+        let [low, high] = [_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b)];
+        [_mm256_permute2f128_ps::<0x20>(low, high), _mm256_permute2f128_ps::<0x31>(low, high)]
+    }
+);
