@@ -1,6 +1,6 @@
 //! `cosmic compare`.
 
-use crate::print;
+use crate::output::print;
 use clap::Args;
 use cosmic::error::Result;
 use cosmic::record::files::write_atomic;

@@ -1,7 +1,7 @@
 //! `cosmic completions`.
 
-use crate::Cli;
-use clap::{Args, CommandFactory};
+use crate::output::print;
+use clap::{Args, Command};
 use clap_complete::Shell;
 use cosmic::error::Result;
 
@@ -13,9 +13,9 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn run(&self) -> Result<()> {
+    pub(super) fn run(&self, mut program: Command) -> Result<()> {
         let mut script = Vec::new();
-        clap_complete::generate(self.shell, &mut Cli::command(), "cosmic", &mut script);
-        crate::print(&String::from_utf8_lossy(&script))
+        clap_complete::generate(self.shell, &mut program, "cosmic", &mut script);
+        print(&String::from_utf8_lossy(&script))
     }
 }

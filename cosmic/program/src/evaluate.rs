@@ -1,7 +1,7 @@
 //! `cosmic evaluate`.
 
+use crate::output::{note, print, see_again};
 use crate::source::Source;
-use crate::{note, print, see_again};
 use clap::Args;
 use cosmic::case::{Case, Results};
 use cosmic::error::{Error, Result};

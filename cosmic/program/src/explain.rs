@@ -1,7 +1,7 @@
 //! `cosmic explain`.
 
+use crate::output::{print, print_json};
 use crate::source::Source;
-use crate::{print, print_json};
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::error::Result;

@@ -1,6 +1,6 @@
 //! `cosmic gradcheck`.
 
-use crate::print;
+use crate::output::print;
 use crate::source::Source;
 use autodiff::check::Options;
 use clap::Args;

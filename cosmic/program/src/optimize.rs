@@ -1,7 +1,8 @@
 //! `cosmic optimize`.
 
-use crate::source::{design_of, robot};
-use crate::{RunOptions, runs};
+use crate::arguments::RunOptions;
+use crate::runs;
+use crate::source::{design_of, name_of, robot};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cosmic::codesign::CoDesign;
@@ -146,10 +147,4 @@ fn pointed(mut error: Error, scene: &str) -> Error {
     let message = text.strip_suffix(&remedy).unwrap_or(&text);
     let says = [message.trim_end_matches("; "), &remedy];
     fault(scene, "physics.dt", says).unwrap_or(error)
-}
-
-/// What a scene is called: a file by its name without the extension.
-pub(super) fn name_of(scene: &str) -> String {
-    let stem = Path::new(scene).file_stem();
-    stem.map_or(scene.into(), |stem| stem.to_string_lossy().into_owned())
 }

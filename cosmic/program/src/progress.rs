@@ -1,7 +1,8 @@
 //! How a run shows itself: a bar in a terminal, a line now and then in a pipe.
 
+use crate::arguments::Output;
 use crate::interrupt::Interrupt;
-use crate::{Output, counted, note};
+use crate::output::{counted, note};
 use cosmic::codesign::Record;
 use cosmic::error::Result;
 use cosmic::record::{Observer, Run};

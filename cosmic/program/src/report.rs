@@ -1,6 +1,7 @@
 //! `cosmic report`.
 
-use crate::{Output, in_json, print, print_json};
+use crate::arguments::Output;
+use crate::output::{in_json, print, print_json};
 use clap::Args;
 use cosmic::error::Result;
 use cosmic_lab::report::{self, Results};

@@ -1,6 +1,7 @@
 //! `cosmic resume`.
 
-use crate::{Output, runs};
+use crate::arguments::Output;
+use crate::runs;
 use clap::Args;
 use cosmic::error::{Error, Result};
 use cosmic::record::summary::SUMMARY;
@@ -15,7 +16,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// Threads, 1024 at most; the results do not depend on their number
-    #[arg(long, value_name = "N", value_parser = crate::options::threads)]
+    #[arg(long, value_name = "N", value_parser = crate::arguments::threads)]
     threads: Option<NonZeroUsize>,
     /// Go on although the time step became unstable for the robot
     #[arg(long)]

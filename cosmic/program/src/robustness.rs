@@ -1,6 +1,6 @@
 //! `cosmic robustness`.
 
-use crate::{print, print_json};
+use crate::output::{print, print_json};
 use clap::Args;
 use cosmic::error::{Error, Result};
 use cosmic::scene::{RobustSettings, Scene};

@@ -1,8 +1,9 @@
 //! What `optimize` and `resume` share: threads, signals, progress, and the result in a few lines.
 
+use crate::arguments::Output;
 use crate::interrupt::Interrupt;
+use crate::output::{counted, note, print, see_again};
 use crate::progress::Progress;
-use crate::{Output, counted, note, print, see_again};
 use cosmic::error::{Error, Result};
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};

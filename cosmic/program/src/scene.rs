@@ -1,6 +1,7 @@
 //! `cosmic scene`.
 
-use crate::{Output, print, print_json};
+use crate::arguments::Output;
+use crate::output::{print, print_json};
 use clap::{Args, Subcommand};
 use cosmic::error::Result;
 use cosmic::scene::{BUILTIN, Scene};

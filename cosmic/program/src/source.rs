@@ -132,3 +132,9 @@ fn is_json(path: &Path) -> bool {
     path.extension()
         .is_some_and(|extension| extension == "json")
 }
+
+/// What a scene is called: a file by its name without the extension.
+pub(super) fn name_of(scene: &str) -> String {
+    let stem = Path::new(scene).file_stem();
+    stem.map_or(scene.into(), |stem| stem.to_string_lossy().into_owned())
+}

@@ -1,7 +1,8 @@
 //! `cosmic study`.
 
+use crate::arguments::Output;
+use crate::output::{in_json, print, print_json};
 use crate::progress::Many;
-use crate::{Output, in_json, print, print_json};
 use clap::{Args, Subcommand};
 use cosmic::error::Result;
 use cosmic::scene::Scene;
@@ -48,7 +49,7 @@ struct Options {
     #[arg(long, value_name = "FILE")]
     base: Option<PathBuf>,
     /// Threads, 1024 at most, each with runs of its own; the results do not depend on their number
-    #[arg(long, value_name = "N", value_parser = crate::options::threads)]
+    #[arg(long, value_name = "N", value_parser = crate::arguments::threads)]
     threads: Option<NonZeroUsize>,
     #[command(flatten)]
     output: Output,

@@ -1,9 +1,10 @@
 //! `cosmic sweep`.
 
+use crate::arguments::Output;
 use crate::interrupt::Interrupt;
-use crate::optimize::name_of;
+use crate::output::{counted, in_json, note, print, print_json};
 use crate::progress::{Many, Progress, told};
-use crate::{Output, counted, in_json, note, print, print_json};
+use crate::source::name_of;
 use clap::{Args, Subcommand};
 use cosmic::error::{Error, Result};
 use cosmic::scene::{BUILTIN, Scene};
@@ -57,7 +58,7 @@ enum Action {
         #[arg(long, value_name = "I")]
         index: Index,
         /// Threads, 1024 at most; the results do not depend on their number
-        #[arg(long, value_name = "N", value_parser = crate::options::threads)]
+        #[arg(long, value_name = "N", value_parser = crate::arguments::threads)]
         threads: Option<NonZeroUsize>,
         #[command(flatten)]
         output: Output,

@@ -1,7 +1,7 @@
 //! `cosmic verify`.
 
+use crate::output::{note, print, print_json};
 use crate::source::Source;
-use crate::{note, print, print_json};
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::error::Result;

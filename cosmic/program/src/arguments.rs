@@ -16,29 +16,29 @@ pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
 
 /// How a command speaks.
 #[derive(Debug, Clone, Args)]
-pub struct Output {
+pub(super) struct Output {
     /// Say nothing but errors
     #[arg(long, short)]
-    pub quiet: bool,
+    pub(super) quiet: bool,
     /// Write JSON to standard output
     #[arg(long)]
-    pub json: bool,
+    pub(super) json: bool,
 }
 
 /// What a command that simulates for long can be told.
 #[derive(Debug, Clone, Args)]
-pub struct RunOptions {
+pub(super) struct RunOptions {
     /// Seed of the random generator
     #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
+    pub(super) seed: u64,
     /// Folder for the results, new or empty [default: runs/SCENE-SEED, with --from NAME and no
     /// SCENE runs/NAME-on]
     #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
     /// Threads, 1024 at most; the results do not depend on their number
     #[arg(long, value_name = "N", value_parser = threads)]
-    pub threads: Option<NonZeroUsize>,
+    pub(super) threads: Option<NonZeroUsize>,
     /// How the command speaks.
     #[command(flatten)]
-    pub output: Output,
+    pub(super) output: Output,
 }
