@@ -19,6 +19,11 @@ pub const FORMAT: Format = Format {
     version: 1,
 };
 
+/// The design's place in a run's folder.
+pub const DESIGN: &str = "design.json";
+/// Where the robot is kept that a run began with, if it was not the scene's start.
+pub(super) const START: &str = "start.json";
+
 /// The contents of a design file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

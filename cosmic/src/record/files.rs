@@ -69,7 +69,7 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
 const TEMPORARY: &str = ".cosmic-";
 
 /// The lock's place in the folder of a run that is not finished: a file without a word.
-pub(super) const LOCK: &str = ".cosmic-lock";
+pub(in crate::record) const LOCK: &str = ".cosmic-lock";
 
 /// Whether a name is that of a file not yet in its place.
 fn is_temporary(name: &OsStr) -> bool {
@@ -203,7 +203,7 @@ pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format
 }
 
 /// The same of bytes that stand in the file after so many lines.
-pub(super) fn parse_stamped<T: DeserializeOwned>(
+pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
     (path, lines): (&Path, usize),
     bytes: &[u8],
     format: Format,

@@ -5,22 +5,20 @@
 //! what going on needs: killed anywhere and resumed, a run ends with the bytes it would have
 //! ended with, wall times aside.
 
-mod allow;
-pub mod design_file;
 pub mod files;
-mod folder;
-pub mod halving;
-pub mod history;
-pub mod run;
-pub mod snapshot;
-mod starts;
-pub mod summary;
+pub mod design_file;
 pub mod trajectory_file;
+pub mod history;
+pub mod snapshot;
+pub mod summary;
+pub mod run;
+pub mod multistart;
+mod carry_out;
 
-pub use allow::allow_unstable;
+pub use carry_out::{allow_unstable, optimise, optimise_with, resume, resume_with};
 pub use design_file::DesignFile;
-pub use run::{DIVERGED, Observer, Run, optimise, optimise_with, resume, resume_with};
+pub use multistart::MOST_RUNS;
+pub use run::{Observer, Run};
 pub use snapshot::{Plan, Search};
-pub use starts::MOST_RUNS;
-pub use summary::{Start, StopReason, Summary};
+pub use summary::{DIVERGED, Start, StopReason, Summary};
 pub use trajectory_file::TrajectoryFile;

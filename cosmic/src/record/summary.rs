@@ -2,7 +2,6 @@
 
 use super::Plan;
 use super::files::{Format, read_json};
-use super::run::DIVERGED;
 use super::snapshot::{SNAPSHOT, Snapshot};
 use crate::codesign::{Delivery, Progress};
 use crate::error::{Error, Result, go_on, in_shell};
@@ -18,6 +17,9 @@ pub const FORMAT: Format = Format {
 
 /// The summary's place in a run's folder: where it is, the run is finished.
 pub const SUMMARY: &str = "summary.json";
+
+/// Where the last states of a diverged result are kept.
+pub const DIVERGED: &str = "diverged.json";
 
 /// The result of a run. Displacements are the payload's, in metres; `None` where a rollout
 /// diverged.

@@ -1,6 +1,6 @@
 //! The rows of `history.csv`.
 
-use super::Row;
+use super::rows::Row;
 use crate::codesign::MmaDiagnostics;
 use crate::scene::Pass;
 

@@ -1,17 +1,21 @@
 //! A run's folder belongs to one process at a time: whoever holds its lock.
 
-use super::files::{LOCK, is_used, make_folder};
-use super::snapshot::{SNAPSHOT, Snapshot};
-use super::summary::SUMMARY;
 use crate::error::{Error, Result};
+use crate::record::files::{LOCK, is_used, make_folder, write_atomic};
+use crate::record::snapshot::{SNAPSHOT, Snapshot};
+use crate::record::summary::SUMMARY;
+use crate::scene::Scene;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+/// The scene's place in a run's folder.
+pub const SCENE: &str = "scene.toml";
+
 /// The right to work in a folder, until it is dropped. The system takes it back from a process that
 /// ends in any way: the file that is left behind locks nothing.
 #[derive(Debug)]
-pub(super) struct Lock {
+pub(in crate::record) struct Lock {
     path: PathBuf,
     _file: File,
 }
@@ -38,7 +42,7 @@ impl Lock {
 
     /// Gives up a folder whose run is finished, and takes the file away. From no other folder: who
     /// has opened the file by then, and who makes a new one, would both have a lock.
-    pub(super) fn finish(self) {
+    pub(in crate::record) fn finish(self) {
         // One that stays does no harm.
         let _ = fs::remove_file(self.path);
     }
@@ -48,7 +52,7 @@ impl Lock {
 ///
 /// # Errors
 /// [`Error::Usage`] for a folder that holds something; [`Error::Taken`]; [`Error::Write`].
-pub(super) fn begin(folder: &Path) -> Result<Lock> {
+pub(in crate::record) fn begin(folder: &Path) -> Result<Lock> {
     // Not even a lock is left in a folder that is refused.
     refuse_used(folder)?;
     make_folder(folder)?;
@@ -62,7 +66,7 @@ pub(super) fn begin(folder: &Path) -> Result<Lock> {
 ///
 /// # Errors
 /// Those of [`Snapshot::read`]; [`Error::Taken`]; [`Error::Write`].
-pub(super) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot<'static>)>> {
+pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot<'static>)>> {
     let is_finished = || folder.join(SUMMARY).exists();
     if is_finished() {
         return Ok(None);
@@ -77,6 +81,23 @@ pub(super) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot<'static>)>
             Ok(None)
         }
         false => Ok(Some((lock, Snapshot::read(folder)?))),
+    }
+}
+
+/// Writes the scene for those who read the folder. It is not read to go on: one that says
+/// something else by now would mislead, and is refused.
+pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> {
+    let path = folder.join(SCENE);
+    if !path.exists() {
+        return write_atomic(&path, |file| file.write_all(scene.to_toml().as_bytes()));
+    }
+    match Scene::read(&path)? == *scene {
+        true => Ok(()),
+        false => Err(Error::Usage(format!(
+            "{}: not the scene that the run began with, which is in its snapshot; remove the \
+             file to get it back",
+            path.display()
+        ))),
     }
 }
 

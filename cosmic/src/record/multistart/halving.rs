@@ -5,10 +5,13 @@
 //! What a start is judged by is in its own history, so an interrupted search goes on from the
 //! starts' folders alone and judges as it did.
 
-use super::files::{Format, write_json};
-use super::{Observer, Plan, history, starts};
+use super::starts::{folder_of, pause, seeds, side_by_side};
 use crate::codesign::Record;
 use crate::error::{Error, Result};
+use crate::record::files::{Format, write_json};
+use crate::record::history;
+use crate::record::run::Observer;
+use crate::record::snapshot::Plan;
 use crate::scene::TaskKind;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -64,15 +67,15 @@ impl Halving {
 /// Takes the starts of a plan as far as the last rung, and says which were dropped.
 pub(super) fn climb(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Halving> {
     let settings = &plan.scene.search;
-    let mut left: Vec<u64> = starts::seeds(plan).collect();
+    let mut left: Vec<u64> = seeds(plan).collect();
     let mut search = Halving::default();
     for (&iteration, &keep) in settings.rungs.iter().zip(&settings.keep) {
         if iteration >= plan.last_iteration() || left.len() == 1 {
             break;
         }
-        let standings = starts::side_by_side(&left, observer, |seed, observer| {
-            starts::pause(folder, (seed, iteration), plan, observer)?;
-            let rows = rows(&starts::folder_of(folder, seed), iteration)?;
+        let standings = side_by_side(&left, observer, |seed, observer| {
+            pause(folder, (seed, iteration), plan, observer)?;
+            let rows = rows(&folder_of(folder, seed), iteration)?;
             let displacement = median(&rows, settings.window, |row| row.displacement_horizon);
             let merit = match plan.scene.objective.task {
                 TaskKind::Far => displacement,

@@ -1,29 +1,19 @@
 //! A run in its folder: iterations recorded, snapshots on the way, the result at the end.
 
-use super::files::{sweep, write_atomic, write_json};
-use super::folder::{Lock, begin, take_up};
-use super::history::History;
-use super::snapshot::{SNAPSHOT, Snapshot};
-use super::summary::SUMMARY;
-use super::trajectory_file::TRAJECTORY;
-use super::{DesignFile, Plan, Summary, TrajectoryFile, starts, summary, trajectory_file};
+use super::folder::{Lock, begin, keep_scene};
 use crate::codesign::{CoDesign, Delivery, Progress, Record};
 use crate::error::{Error, Result};
-use crate::scene::Scene;
+use crate::record::design_file::{DESIGN, DesignFile, START};
+use crate::record::files::{sweep, write_atomic, write_json};
+use crate::record::history::History;
+use crate::record::snapshot::{Plan, SNAPSHOT, Snapshot};
+use crate::record::summary::{self, DIVERGED, SUMMARY, Summary};
+use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
 use crate::simulator::Grade;
 use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-
-/// The scene's place in a run's folder.
-pub const SCENE: &str = "scene.toml";
-/// The design's place in a run's folder.
-pub const DESIGN: &str = "design.json";
-/// Where the robot is kept that a run began with, if it was not the scene's start.
-const START: &str = "start.json";
-/// Where the last states of a diverged result are kept.
-pub const DIVERGED: &str = "diverged.json";
 
 /// The most iterations from one snapshot to the next.
 const SNAPSHOT_EVERY: usize = 10;
@@ -53,97 +43,6 @@ pub trait Observer: Send {
     }
 }
 
-/// Carries out a plan in a new or empty folder.
-///
-/// # Errors
-/// [`Error::Usage`] for a folder that holds something or that another process works in, and for a
-/// plan that cannot be carried out; those of [`Scene::check`];
-/// [`Error::UnstableStep`] where the scene's start, or later the design, vibrates too fast for the
-/// time step and the scene does not let that pass;
-/// [`Error::Write`] where files cannot be written; [`Error::Interrupted`] where the observer
-/// asked for it; [`Error::Diverged`] where the delivered design does, its last states kept.
-pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
-    if plan.starts.get() == 1 {
-        return Run::create(folder, plan)?.finish(observer);
-    }
-    let lock = starts::create(folder, plan)?;
-    starts::search((folder, lock), plan, observer)
-}
-
-/// Carries out a plan of one start by an optimisation of one's own: with another
-/// [loss](CoDesign::with_loss) than the scene's, or from a [robot](CoDesign::begin_with) that is
-/// there already. That robot is kept as `start.json`.
-///
-/// # Errors
-/// As [`optimise`], and [`Error::Usage`] where the optimisation is not of the plan's scene and
-/// seed.
-pub fn optimise_with(
-    folder: &Path,
-    plan: &Plan,
-    (codesign, progress): (CoDesign, Progress),
-    observer: &mut dyn Observer,
-) -> Result<Summary> {
-    if plan.starts.get() > 1 {
-        return Err(Error::Usage("several starts have a beginning each".into()));
-    }
-    let first = codesign.first(plan.seed)?;
-    let is_of_plan = (codesign.scene(), progress.seed) == (&plan.scene, plan.seed);
-    if !is_of_plan || progress.own_loss != first.own_loss {
-        return Err(Error::Usage(
-            "the optimisation and its progress are not both of the plan's scene and seed, and of one \
-             loss"
-                .into(),
-        ));
-    }
-    progress.fits(&first, "the progress to begin with")?;
-    if progress.iteration != progress.before_first() {
-        return Err(Error::Usage(format!(
-            "the progress to begin with has iterations behind it: {}",
-            progress.iteration
-        )));
-    }
-    Run::begin(folder, plan, (codesign, progress))?.finish(observer)
-}
-
-/// As [`resume`], for a run with a loss of one's own: by an optimisation with the same.
-///
-/// # Errors
-/// As [`resume`], and [`Error::Usage`] where the optimisation is not of the run's scene, or the
-/// folder is that of several starts.
-pub fn resume_with(
-    folder: &Path,
-    codesign: CoDesign,
-    observer: &mut dyn Observer,
-) -> Result<Summary> {
-    let Some((lock, snapshot)) = take_up(folder)? else {
-        return Summary::read(folder);
-    };
-    if snapshot.progress.is_none() {
-        return Err(Error::Usage(format!(
-            "{}: several starts, which have an optimisation each",
-            folder.display()
-        )));
-    }
-    let seconds = snapshot.seconds;
-    let (plan, progress) = snapshot.unpack(&folder.join(SNAPSHOT), &codesign)?;
-    Run::at_work((folder, lock), (plan, seconds), codesign, progress)?.finish(observer)
-}
-
-/// Goes on with the run of a folder. Nothing is done for one that is finished.
-///
-/// # Errors
-/// [`Error::Read`] where there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a
-/// snapshot that is no good, otherwise as [`optimise`].
-pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary> {
-    let Some((lock, snapshot)) = take_up(folder)? else {
-        return Summary::read(folder);
-    };
-    if snapshot.progress.is_none() {
-        return starts::search((folder, lock), &snapshot.plan, observer);
-    }
-    Run::open(folder, lock, snapshot)?.finish(observer)
-}
-
 /// A run that is not finished, alone at work in its folder.
 pub struct Run {
     folder: PathBuf,
@@ -163,13 +62,13 @@ pub struct Run {
 
 impl Run {
     /// Begins a run of one start.
-    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self> {
+    pub(in crate::record) fn create(folder: &Path, plan: &Plan) -> Result<Self> {
         let codesign = CoDesign::new(&plan.scene)?;
         let progress = codesign.begin(plan.seed)?;
         Self::begin(folder, plan, (codesign, progress))
     }
 
-    fn begin(
+    pub(in crate::record) fn begin(
         folder: &Path,
         plan: &Plan,
         (codesign, progress): (CoDesign, Progress),
@@ -186,14 +85,14 @@ impl Run {
     }
 
     /// Goes on from a snapshot.
-    pub(super) fn open(folder: &Path, lock: Lock, snapshot: Snapshot) -> Result<Self> {
+    pub(in crate::record) fn open(folder: &Path, lock: Lock, snapshot: Snapshot) -> Result<Self> {
         let seconds = snapshot.seconds;
         let codesign = CoDesign::new(&snapshot.plan.scene)?;
         let (plan, progress) = snapshot.unpack(&folder.join(SNAPSHOT), &codesign)?;
         Self::at_work((folder, lock), (plan, seconds), codesign, progress)
     }
 
-    fn at_work(
+    pub(in crate::record) fn at_work(
         (folder, lock): (&Path, Lock),
         (plan, before): (Plan, f64),
         codesign: CoDesign,
@@ -240,7 +139,7 @@ impl Run {
     }
 
     /// Does what is left to do.
-    pub(super) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
+    pub(in crate::record) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         observer.begin(&self);
         self.judge_step(observer)?;
         self.advance(self.last_iteration(), observer)?;
@@ -251,7 +150,11 @@ impl Run {
     }
 
     /// Does what is left to do up to an iteration. The run is saved and can be gone on with.
-    pub(super) fn pause_at(mut self, iteration: usize, observer: &mut dyn Observer) -> Result<()> {
+    pub(in crate::record) fn pause_at(
+        mut self,
+        iteration: usize,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
         observer.begin(&self);
         self.judge_step(observer)?;
         self.advance(iteration.min(self.last_iteration()), observer)?;
@@ -388,21 +291,4 @@ fn keep_start(folder: &Path, codesign: &CoDesign, progress: &Progress) -> Result
     let robot = (&progress.z[..], &materials[..]);
     let design = DesignFile::new(&codesign.task().lattice, robot, &progress.controller);
     design.write(&folder.join(START))
-}
-
-/// Writes the scene for those who read the folder. It is not read to go on: one that says
-/// something else by now would mislead, and is refused.
-pub(super) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> {
-    let path = folder.join(SCENE);
-    if !path.exists() {
-        return write_atomic(&path, |file| file.write_all(scene.to_toml().as_bytes()));
-    }
-    match Scene::read(&path)? == *scene {
-        true => Ok(()),
-        false => Err(Error::Usage(format!(
-            "{}: not the scene that the run began with, which is in its snapshot; remove the \
-             file to get it back",
-            path.display()
-        ))),
-    }
 }

@@ -1,31 +1,25 @@
-//! Several starts: every seed a run in `starts/SEED`, the best of them the result. All are carried
-//! out whole, or those that [`halving`] leaves over.
+//! What comes of several starts: the best of them is the result.
 
-use super::files::{sweep, write_atomic, write_json};
-use super::folder::{Lock, begin, take_up};
 use super::halving::{Halving, climb};
-use super::history::{DESIGNS, LINES, TABLE};
-use super::run::{DESIGN, DIVERGED, keep_scene};
-use super::snapshot::{SNAPSHOT, Snapshot};
-use super::summary::SUMMARY;
-use super::trajectory_file::TRAJECTORY;
-use super::{Observer, Plan, Run, Search, Start, Summary, resume, summary};
-use crate::codesign::{CoDesign, Record};
+use super::starts::{folder_of, one, seeds, side_by_side};
+use crate::codesign::CoDesign;
 use crate::error::{Error, Result};
-use crate::parallel::{Crew, in_parallel};
+use crate::record::design_file::DESIGN;
+use crate::record::files::{sweep, write_atomic, write_json};
+use crate::record::history::{DESIGNS, LINES, TABLE};
+use crate::record::run::{Lock, Observer, begin, keep_scene};
+use crate::record::snapshot::{Plan, Search, Snapshot};
+use crate::record::summary::{self, DIVERGED, SUMMARY, Start, Summary};
+use crate::record::trajectory_file::TRAJECTORY;
 use std::borrow::Cow;
 use std::fs;
-use std::num::NonZeroUsize;
-use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::path::Path;
 
 /// The most runs that go together, as starts or in a sweep: each is a folder.
 pub const MOST_RUNS: usize = 1_000_000;
 
 /// Begins the folder of several starts.
-pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Lock> {
+pub(in crate::record) fn create(folder: &Path, plan: &Plan) -> Result<Lock> {
     refuse_many(plan)?;
     CoDesign::new(&plan.scene)?.begin(plan.seed)?;
     let more = plan.starts.get() as u64 - 1;
@@ -56,7 +50,7 @@ fn refuse_many(plan: &Plan) -> Result<()> {
 }
 
 /// Does what is left of several starts, and copies the best one's files.
-pub(super) fn search(
+pub(in crate::record) fn search(
     (folder, lock): (&Path, Lock),
     plan: &Plan,
     observer: &mut dyn Observer,
@@ -146,120 +140,6 @@ fn better(best: Option<Summary>, other: Option<Summary>) -> Option<Summary> {
     }
 }
 
-/// The seeds of a plan, in order.
-pub(super) fn seeds(plan: &Plan) -> impl Iterator<Item = u64> + use<> {
-    let first = plan.seed;
-    (0..plan.starts.get() as u64).map(move |k| first.wrapping_add(k))
-}
-
-/// Does something for each of several starts, as many at a time as there are threads, and gives
-/// what came of it in the order of the seeds. Where one fails or is interrupted, the others are
-/// too.
-pub(super) fn side_by_side<T: Send>(
-    seeds: &[u64],
-    observer: &mut dyn Observer,
-    work: impl Fn(u64, &mut dyn Observer) -> Result<T> + Sync,
-) -> Result<Vec<T>> {
-    let crew = Crew::shared_out(rayon::current_num_threads(), seeds.len());
-    let observer = Mutex::new(observer);
-    in_parallel(seeds.len(), crew, |k, failed| {
-        let observer = &observer;
-        work(seeds[k], &mut OfOne { observer, failed })
-    })
-}
-
-/// What one of several starts tells the observer of them all.
-struct OfOne<'a, 'o> {
-    observer: &'a Mutex<&'o mut dyn Observer>,
-    /// Whether another start failed.
-    failed: &'a AtomicBool,
-}
-
-impl<'o> OfOne<'_, 'o> {
-    fn observer(&self) -> MutexGuard<'_, &'o mut dyn Observer> {
-        self.observer.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Observer for OfOne<'_, '_> {
-    fn begin(&mut self, run: &Run) {
-        self.observer().begin(run);
-    }
-
-    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
-        match self.failed.load(Ordering::Acquire) {
-            true => ControlFlow::Break(()),
-            false => self.observer().iteration(run, record),
-        }
-    }
-
-    fn end(&mut self, run: &Run) {
-        self.observer().end(run);
-    }
-
-    fn warning(&mut self, run: &Run, text: &str) {
-        let seed = run.plan().seed;
-        (self.observer()).warning(run, &format!("seed {seed}: {text}"));
-    }
-}
-
-/// One seed's run: finished, gone on with, or begun.
-fn one(folder: &Path, seed: u64, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
-    let own = folder_of(folder, seed);
-    let result = if own.join(SNAPSHOT).exists() {
-        resume(&own, observer)
-    } else {
-        Run::create(&own, &alone(plan, seed)).and_then(|run| run.finish(observer))
-    };
-    result.map_err(|error| of_search(error, folder))
-}
-
-/// Takes one seed's run as far as an iteration, where it is not yet.
-pub(super) fn pause(
-    folder: &Path,
-    (seed, iteration): (u64, usize),
-    plan: &Plan,
-    observer: &mut dyn Observer,
-) -> Result<()> {
-    let own = folder_of(folder, seed);
-    let run = if own.join(SNAPSHOT).exists() {
-        let Some((lock, snapshot)) = take_up(&own)? else {
-            return Ok(());
-        };
-        let done = snapshot.progress.as_ref().map_or(0, |p| p.iteration);
-        if done >= iteration {
-            return Ok(());
-        }
-        Run::open(&own, lock, snapshot)
-    } else {
-        Run::create(&own, &alone(plan, seed))
-    };
-    run.and_then(|run| run.pause_at(iteration, observer))
-        .map_err(|error| of_search(error, folder))
-}
-
-/// The plan of one of several starts.
-fn alone(plan: &Plan, seed: u64) -> Plan {
-    Plan {
-        seed,
-        starts: NonZeroUsize::MIN,
-        search: Search::Full,
-        ..plan.clone()
-    }
-}
-
-/// It is the search that was interrupted or refused, and that can be gone on with.
-fn of_search(mut error: Error, folder: &Path) -> Error {
-    if let Error::Interrupted { run, .. } | Error::UnstableRun { run, .. } = &mut error {
-        *run = folder.into();
-    }
-    error
-}
-
-pub(super) fn folder_of(folder: &Path, seed: u64) -> PathBuf {
-    folder.join("starts").join(seed.to_string())
-}
-
 fn copy(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
     names.iter().try_for_each(|name| {
         let path = from.join(name);
@@ -270,8 +150,9 @@ fn copy(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{create, folder_of, search};
+    use super::{create, search};
     use crate::codesign::Record;
+    use crate::record::multistart::starts::folder_of;
     use crate::record::{Observer, Plan, Run, Search, optimise, resume};
     use crate::scene::Scene;
     use rayon::ThreadPoolBuilder;

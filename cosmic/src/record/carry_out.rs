@@ -1,0 +1,149 @@
+//! Carrying a plan out in a folder, and going on with the run of one.
+
+use super::multistart;
+use super::run::{Observer, Run, SCENE, keep_scene, take_up};
+use super::snapshot::{Plan, SNAPSHOT};
+use super::summary::Summary;
+use crate::codesign::{CoDesign, Progress};
+use crate::error::{Error, Result};
+use crate::scene::UnstableStep;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+/// Carries out a plan in a new or empty folder.
+///
+/// # Errors
+/// [`Error::Usage`] for a folder that holds something or that another process works in, and for a
+/// plan that cannot be carried out; those of [`Scene::check`];
+/// [`Error::UnstableStep`] where the scene's start, or later the design, vibrates too fast for the
+/// time step and the scene does not let that pass;
+/// [`Error::Write`] where files cannot be written; [`Error::Interrupted`] where the observer
+/// asked for it; [`Error::Diverged`] where the delivered design does, its last states kept.
+pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
+    if plan.starts.get() == 1 {
+        return Run::create(folder, plan)?.finish(observer);
+    }
+    let lock = multistart::create(folder, plan)?;
+    multistart::search((folder, lock), plan, observer)
+}
+
+/// Carries out a plan of one start by an optimisation of one's own: with another
+/// [loss](CoDesign::with_loss) than the scene's, or from a [robot](CoDesign::begin_with) that is
+/// there already. That robot is kept as `start.json`.
+///
+/// # Errors
+/// As [`optimise`], and [`Error::Usage`] where the optimisation is not of the plan's scene and
+/// seed.
+pub fn optimise_with(
+    folder: &Path,
+    plan: &Plan,
+    (codesign, progress): (CoDesign, Progress),
+    observer: &mut dyn Observer,
+) -> Result<Summary> {
+    if plan.starts.get() > 1 {
+        return Err(Error::Usage("several starts have a beginning each".into()));
+    }
+    let first = codesign.first(plan.seed)?;
+    let is_of_plan = (codesign.scene(), progress.seed) == (&plan.scene, plan.seed);
+    if !is_of_plan || progress.own_loss != first.own_loss {
+        return Err(Error::Usage(
+            "the optimisation and its progress are not both of the plan's scene and seed, and of one \
+             loss"
+                .into(),
+        ));
+    }
+    progress.fits(&first, "the progress to begin with")?;
+    if progress.iteration != progress.before_first() {
+        return Err(Error::Usage(format!(
+            "the progress to begin with has iterations behind it: {}",
+            progress.iteration
+        )));
+    }
+    Run::begin(folder, plan, (codesign, progress))?.finish(observer)
+}
+
+/// As [`resume`], for a run with a loss of one's own: by an optimisation with the same.
+///
+/// # Errors
+/// As [`resume`], and [`Error::Usage`] where the optimisation is not of the run's scene, or the
+/// folder is that of several starts.
+pub fn resume_with(
+    folder: &Path,
+    codesign: CoDesign,
+    observer: &mut dyn Observer,
+) -> Result<Summary> {
+    let Some((lock, snapshot)) = take_up(folder)? else {
+        return Summary::read(folder);
+    };
+    if snapshot.progress.is_none() {
+        return Err(Error::Usage(format!(
+            "{}: several starts, which have an optimisation each",
+            folder.display()
+        )));
+    }
+    let seconds = snapshot.seconds;
+    let (plan, progress) = snapshot.unpack(&folder.join(SNAPSHOT), &codesign)?;
+    Run::at_work((folder, lock), (plan, seconds), codesign, progress)?.finish(observer)
+}
+
+/// Goes on with the run of a folder. Nothing is done for one that is finished.
+///
+/// # Errors
+/// [`Error::Read`] where there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a
+/// snapshot that is no good, otherwise as [`optimise`].
+pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary> {
+    let Some((lock, snapshot)) = take_up(folder)? else {
+        return Summary::read(folder);
+    };
+    if snapshot.progress.is_none() {
+        return multistart::search((folder, lock), &snapshot.plan, observer);
+    }
+    Run::open(folder, lock, snapshot)?.finish(observer)
+}
+
+/// Has a folder's run, and all its starts, go on as if the scene had said
+/// `unstable_step = "warn"`. Nothing is done for one that is finished.
+///
+/// # Errors
+/// Those of reading and writing a snapshot, [`Error::Usage`] where `scene.toml` is not the scene
+/// that the run began with, or where another process is at work on the run.
+pub fn allow_unstable(folder: &Path) -> Result<()> {
+    let Some((_lock, mut snapshot)) = take_up(folder)? else {
+        return Ok(());
+    };
+    if snapshot.progress.as_ref().is_some_and(|p| p.own_loss) {
+        return Err(Error::Usage(format!(
+            "{}: the run is for a loss of its own: the program that began it begins anew, with \
+             `physics.unstable_step = \"warn\"` in its scene",
+            folder.display()
+        )));
+    }
+    if snapshot.plan.scene.physics.unstable_step != UnstableStep::Warn {
+        let scene = folder.join(SCENE);
+        keep_scene(folder, &snapshot.plan.scene)?;
+        // It comes back from the snapshot. In this order a crash leaves no two that differ.
+        fs::remove_file(&scene).map_err(|source| Error::Write {
+            path: scene,
+            source,
+        })?;
+        snapshot.plan.to_mut().scene.physics.unstable_step = UnstableStep::Warn;
+        snapshot.write(folder)?;
+        keep_scene(folder, &snapshot.plan.scene)?;
+    }
+    starts(folder)?
+        .iter()
+        .try_for_each(|start| allow_unstable(start))
+}
+
+/// The folders of a run's starts that have begun.
+fn starts(folder: &Path) -> Result<Vec<PathBuf>> {
+    let path = folder.join("starts");
+    let entries = match fs::read_dir(&path) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(source) => return Err(Error::Read { path, source }),
+    };
+    let folders = entries.flatten().map(|entry| entry.path());
+    Ok(folders.filter(|f| f.join(SNAPSHOT).exists()).collect())
+}

@@ -1,0 +1,192 @@
+//! Writing a history: a row an iteration, appended as it ends.
+
+use super::appended::Appended;
+use super::rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, LINES, Row, TABLE, design_rows};
+use super::table;
+use crate::codesign::Record;
+use crate::error::Result;
+use std::path::Path;
+
+/// The files, open for more rows by whoever has the folder.
+#[derive(Debug)]
+pub(in crate::record) struct History {
+    lines: Appended,
+    table: Appended,
+    designs: Appended,
+    /// The iteration after which the run entered.
+    entered: usize,
+}
+
+impl History {
+    /// Opens the history of a run that entered after an iteration, and cuts it back to the rows of
+    /// those up to another; with none it begins anew.
+    ///
+    /// # Errors
+    /// [`Error::Read`] where a file is missing, [`Error::Misfit`] where rows are, all of it left as
+    /// it was; [`Error::Write`] where it cannot be opened.
+    pub(in crate::record) fn open(
+        folder: &Path,
+        (entered, iteration): (usize, usize),
+    ) -> Result<Self> {
+        let rows = iteration.saturating_sub(entered);
+        let begins = rows == 0;
+        let open = |name| Appended::open(folder.join(name), begins);
+        let (lines, table, designs) = (open(LINES)?, open(TABLE)?, open(DESIGNS)?);
+        let mut history = Self {
+            lines,
+            table,
+            designs,
+            entered,
+        };
+        // The table's header is one more line.
+        let ends = [
+            history.lines.end(rows)?,
+            history.designs.end(design_rows(entered, entered + rows))?,
+            history.table.end(rows + usize::from(!begins))?,
+        ];
+        history.lines.cut(ends[0])?;
+        history.designs.cut(ends[1])?;
+        history.table.cut(ends[2])?;
+        if begins {
+            history.table.append(&table::header())?;
+        }
+        Ok(history)
+    }
+
+    /// Appends an iteration, and the design that it left where that is due.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub(in crate::record) fn append(
+        &mut self,
+        record: &Record,
+        seconds: f64,
+        z: &[[f64; 3]],
+    ) -> Result<()> {
+        let row = Row {
+            format: FORMAT.name.to_string(),
+            version: FORMAT.version,
+            record: record.clone(),
+            seconds,
+        };
+        self.table.append(&table::line(&row))?;
+        let text = serde_json::to_string(&row).expect("plain numbers and string keys serialise");
+        self.lines.append(&(text + "\n"))?;
+        self.append_design(record.iteration, z)
+    }
+
+    fn append_design(&mut self, iteration: usize, z: &[[f64; 3]]) -> Result<()> {
+        let rows = |iteration| design_rows(self.entered, iteration);
+        if rows(iteration) == rows(iteration - 1) {
+            return Ok(());
+        }
+        let rounded = |x: f64| (1e4 * x).round() / 1e4;
+        let row = DesignRow {
+            format: DESIGNS_FORMAT.name.to_string(),
+            version: DESIGNS_FORMAT.version,
+            iteration,
+            z: z.iter().map(|z| z.map(rounded)).collect(),
+        };
+        let text = serde_json::to_string(&row).expect("plain numbers and string keys serialise");
+        self.designs.append(&(text + "\n"))
+    }
+
+    /// Makes the rows last: a snapshot that is written after this has them all before it.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub(in crate::record) fn sync(&self) -> Result<()> {
+        let files = [&self.lines, &self.table, &self.designs];
+        files.into_iter().try_for_each(Appended::sync)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DESIGNS, DesignRow, History, LINES, Row, TABLE};
+    use crate::codesign::{CoDesign, Record};
+    use crate::scene::{LossKind, Scene};
+    use std::fs;
+
+    fn records() -> Vec<Record> {
+        let mut scene = Scene::default();
+        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
+        scene.physics.steps = 8;
+        scene.schedule.iterations = 4;
+        (scene.schedule.attraction_from, scene.schedule.snap_at) = (2, 3);
+        scene.loss.kind = LossKind::Final;
+        scene.schedule.horizon = [8, 8];
+        let mut records = Vec::new();
+        let mut codesign = CoDesign::new(&scene).unwrap();
+        (codesign.optimise(0, |record| records.push(record.clone()))).unwrap();
+        records
+    }
+
+    #[test]
+    fn rows_read_back_and_the_table_has_a_cell_under_every_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let records = records();
+        let mut history = History::open(folder.path(), (0, 0)).unwrap();
+        records
+            .iter()
+            .for_each(|record| history.append(record, 0.25, &[]).unwrap());
+        let lines = fs::read_to_string(folder.path().join(LINES)).unwrap();
+        let read: Vec<Row> = lines
+            .lines()
+            .map(|l| serde_json::from_str(l).unwrap())
+            .collect();
+        assert!(read.iter().map(|row| &row.record).eq(&records));
+        let table = fs::read_to_string(folder.path().join(TABLE)).unwrap();
+        let cells: Vec<usize> = table.lines().map(|line| line.split(',').count()).collect();
+        assert_eq!(cells, [cells[0]; 5]);
+        assert!(table.starts_with("iteration,phase,pass,displacement,"));
+        assert!(table.lines().nth(3).unwrap().starts_with("3,snap,,,"));
+    }
+
+    #[test]
+    fn designs_are_kept_after_the_first_and_every_tenth_iteration() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(DESIGNS);
+        let mut history = History::open(folder.path(), (0, 0)).unwrap();
+        let z = |iteration: usize| [[1.0 / iteration as f64, 0.0, 1.0]];
+        (1..=21).for_each(|k| history.append_design(k, &z(k)).unwrap());
+        let text = fs::read_to_string(&file).unwrap();
+        let row = |line| serde_json::from_str::<DesignRow>(line).unwrap();
+        let rows: Vec<_> = text.lines().map(row).collect();
+        let seen: Vec<_> = rows
+            .iter()
+            .map(|row| (row.iteration, row.z[0][0]))
+            .collect();
+        assert_eq!(seen, [(1, 1.0), (10, 0.1), (20, 0.05)]);
+        drop(history);
+        // What a run resumed after nine iterations goes on from; the other files have no rows.
+        for name in [LINES, TABLE] {
+            fs::write(folder.path().join(name), "\n".repeat(10)).unwrap();
+        }
+        drop(History::open(folder.path(), (0, 9)).unwrap());
+        assert_eq!(fs::read_to_string(&file).unwrap().lines().count(), 1);
+    }
+
+    #[test]
+    fn cut_back_it_has_the_bytes_it_had() {
+        let folder = tempfile::tempdir().unwrap();
+        let read =
+            || [LINES, TABLE, DESIGNS].map(|name| fs::read(folder.path().join(name)).unwrap());
+        let records = records();
+        let mut history = History::open(folder.path(), (0, 0)).unwrap();
+        records[..2]
+            .iter()
+            .for_each(|record| history.append(record, 1.0, &[]).unwrap());
+        let before = read();
+        history.append(&records[2], 2.0, &[]).unwrap();
+        drop(history);
+        assert_eq!(
+            History::open(folder.path(), (0, 9))
+                .unwrap_err()
+                .exit_code(),
+            2
+        );
+        drop(History::open(folder.path(), (0, 2)).unwrap());
+        assert_eq!(read(), before);
+    }
+}

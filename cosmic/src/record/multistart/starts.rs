@@ -1,0 +1,136 @@
+//! Every start is a run in `starts/SEED`; as many are at work at a time as there are threads.
+
+use crate::codesign::Record;
+use crate::error::{Error, Result};
+use crate::parallel::{Crew, in_parallel};
+use crate::record::run::{Observer, Run, take_up};
+use crate::record::snapshot::{Plan, SNAPSHOT, Search};
+use crate::record::summary::Summary;
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The seeds of a plan, in order.
+pub(super) fn seeds(plan: &Plan) -> impl Iterator<Item = u64> + use<> {
+    let first = plan.seed;
+    (0..plan.starts.get() as u64).map(move |k| first.wrapping_add(k))
+}
+
+/// Does something for each of several starts, as many at a time as there are threads, and gives
+/// what came of it in the order of the seeds. Where one fails or is interrupted, the others are
+/// too.
+pub(super) fn side_by_side<T: Send>(
+    seeds: &[u64],
+    observer: &mut dyn Observer,
+    work: impl Fn(u64, &mut dyn Observer) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
+    let crew = Crew::shared_out(rayon::current_num_threads(), seeds.len());
+    let observer = Mutex::new(observer);
+    in_parallel(seeds.len(), crew, |k, failed| {
+        let observer = &observer;
+        work(seeds[k], &mut OfOne { observer, failed })
+    })
+}
+
+/// What one of several starts tells the observer of them all.
+struct OfOne<'a, 'o> {
+    observer: &'a Mutex<&'o mut dyn Observer>,
+    /// Whether another start failed.
+    failed: &'a AtomicBool,
+}
+
+impl<'o> OfOne<'_, 'o> {
+    fn observer(&self) -> MutexGuard<'_, &'o mut dyn Observer> {
+        self.observer.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Observer for OfOne<'_, '_> {
+    fn begin(&mut self, run: &Run) {
+        self.observer().begin(run);
+    }
+
+    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
+        match self.failed.load(Ordering::Acquire) {
+            true => ControlFlow::Break(()),
+            false => self.observer().iteration(run, record),
+        }
+    }
+
+    fn end(&mut self, run: &Run) {
+        self.observer().end(run);
+    }
+
+    fn warning(&mut self, run: &Run, text: &str) {
+        let seed = run.plan().seed;
+        (self.observer()).warning(run, &format!("seed {seed}: {text}"));
+    }
+}
+
+/// One seed's run: finished, gone on with, or begun.
+pub(super) fn one(
+    folder: &Path,
+    seed: u64,
+    plan: &Plan,
+    observer: &mut dyn Observer,
+) -> Result<Summary> {
+    let own = folder_of(folder, seed);
+    let run = if own.join(SNAPSHOT).exists() {
+        let Some((lock, snapshot)) = take_up(&own)? else {
+            return Summary::read(&own);
+        };
+        Run::open(&own, lock, snapshot)
+    } else {
+        Run::create(&own, &alone(plan, seed))
+    };
+    run.and_then(|run| run.finish(observer))
+        .map_err(|error| of_search(error, folder))
+}
+
+/// Takes one seed's run as far as an iteration, where it is not yet.
+pub(super) fn pause(
+    folder: &Path,
+    (seed, iteration): (u64, usize),
+    plan: &Plan,
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    let own = folder_of(folder, seed);
+    let run = if own.join(SNAPSHOT).exists() {
+        let Some((lock, snapshot)) = take_up(&own)? else {
+            return Ok(());
+        };
+        let done = snapshot.progress.as_ref().map_or(0, |p| p.iteration);
+        if done >= iteration {
+            return Ok(());
+        }
+        Run::open(&own, lock, snapshot)
+    } else {
+        Run::create(&own, &alone(plan, seed))
+    };
+    run.and_then(|run| run.pause_at(iteration, observer))
+        .map_err(|error| of_search(error, folder))
+}
+
+/// The plan of one of several starts.
+fn alone(plan: &Plan, seed: u64) -> Plan {
+    Plan {
+        seed,
+        starts: NonZeroUsize::MIN,
+        search: Search::Full,
+        ..plan.clone()
+    }
+}
+
+/// It is the search that was interrupted or refused, and that can be gone on with.
+fn of_search(mut error: Error, folder: &Path) -> Error {
+    if let Error::Interrupted { run, .. } | Error::UnstableRun { run, .. } = &mut error {
+        *run = folder.into();
+    }
+    error
+}
+
+pub(super) fn folder_of(folder: &Path, seed: u64) -> PathBuf {
+    folder.join("starts").join(seed.to_string())
+}

@@ -1,0 +1,9 @@
+//! One run in its folder, by one process at a time.
+
+mod folder;
+mod at_work;
+
+pub use crate::record::design_file::DESIGN;
+pub use at_work::{Observer, Run};
+pub use folder::SCENE;
+pub(super) use folder::{Lock, begin, keep_scene, take_up};
