@@ -7,7 +7,7 @@
 //! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
 //!   materials and a body), [`controller`].
 //! - What it does and is worth: [`simulator`], [`objective`], and [`gradient`], which joins all of
-//!   these in a `Task`; [`scatter`] draws other robots and surroundings; [`case`] is one rollout
+//!   these in a `Task`; [`domain`] draws other robots and surroundings; [`case`] is one rollout
 //!   with all its numbers in a file.
 //! - How it is found: [`optimiser`], which knows no robot, and [`codesign`], the paper's algorithm 1.
 //! - On disk: [`record`], the folder of a run.
@@ -27,7 +27,7 @@ pub mod controller;
 pub mod simulator;
 pub mod objective;
 pub mod gradient;
-pub mod scatter;
+pub mod domain;
 pub mod optimiser;
 pub mod case;
 pub mod codesign;

@@ -20,7 +20,7 @@ pub enum Purpose {
     Tilt = 5,
     /// Robots and surroundings around the nominal ones: for gradients, and to choose controllers
     /// by.
-    Scatter = 6,
+    DomainRandomisation = 6,
     /// The same, by which robustness is judged.
     Robustness = 7,
     /// Samples drawn again from a sample, to see how far its statistics are to be trusted.

@@ -4,7 +4,7 @@ use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Progress};
 use cosmic::design::Material;
 use cosmic::lattice::Lattice;
-use cosmic::record::{DesignFile, Plan};
+use cosmic::record::{DesignFile, RunPlan};
 use cosmic::scene::{Contact, Integrator, Scene, VoidEdges};
 use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
 use proptest::prelude::*;
@@ -103,7 +103,7 @@ proptest! {
         progress.adam.mean[3] = any;
         let text = serde_json::to_string(&progress).unwrap();
         prop_assert_eq!(serde_json::from_str::<Progress>(&text).unwrap(), progress);
-        let plan = Plan {
+        let plan = RunPlan {
             name: "any".to_owned(),
             scene: scene(),
             seed,
@@ -112,7 +112,7 @@ proptest! {
             search: Default::default(),
         };
         let text = serde_json::to_string(&plan).unwrap();
-        prop_assert_eq!(serde_json::from_str::<Plan>(&text).unwrap(), plan);
+        prop_assert_eq!(serde_json::from_str::<RunPlan>(&text).unwrap(), plan);
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 use cosmic::Result;
 use cosmic::case::Case;
 use cosmic::error::Error;
-use cosmic::record::{DesignFile, Plan, snapshot};
+use cosmic::record::{DesignFile, RunPlan, snapshot};
 use cosmic::scene::Scene;
 
 /// A reader by its name, which is that of its corpus and of its fuzz target.
@@ -90,7 +90,7 @@ pub fn design(bytes: &[u8]) -> Result<()> {
 /// # Panics
 /// As [`scene`].
 pub fn snapshot(bytes: &[u8]) -> Result<()> {
-    let small = |plan: &Plan| {
+    let small = |plan: &RunPlan| {
         let (lattice, controller) = (&plan.scene.lattice, &plan.scene.controller);
         let sizes = [
             lattice.columns,

@@ -1,29 +1,30 @@
-//! How finished designs bear up against scatter: each rolled out in the same drawn worlds.
+//! How finished designs bear up against scatter: each rolled out in the same drawn domains.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use cosmic::codesign::{CoDesign, Reached, Spread};
+use cosmic::codesign::{CoDesign, Quantiles, Reached};
+use cosmic::domain::{Domain, draw};
 use cosmic::error::Result;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, run};
-use cosmic::scatter::{World, draw};
 use cosmic::scene::{RobustSettings, Scene};
 use cosmic::simulator::Divergence;
 
-/// One design among the worlds. Lengths in metres along the ground.
+/// One design among the domains. Lengths in metres along the ground.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Robustness {
     /// The run's folder.
     pub run: String,
     /// How far the nominal robot gets in one rollout; `None` where it diverges.
     pub nominal: Option<f64>,
-    /// The least over the drawn worlds; `None` where a rollout diverged.
+    /// The least over the drawn domains; `None` where a rollout diverged.
     pub least: Option<f64>,
-    /// 10 % quantile over the drawn worlds; `None` where it leans on a diverged rollout.
+    /// 10 % quantile over the drawn domains; `None` where it leans on a diverged rollout.
     pub p10: Option<f64>,
     /// Median over them.
     pub p50: Option<f64>,
@@ -39,7 +40,7 @@ pub struct Robustness {
 /// Where designs are tried out.
 #[derive(Clone, Debug)]
 pub struct Trial {
-    /// How far the worlds are from the nominal one, and how many there are.
+    /// How far the domains are from the nominal one, and how many there are.
     pub scatter: RobustSettings,
     /// Seed of the draws.
     pub seed: u64,
@@ -47,7 +48,7 @@ pub struct Trial {
     pub scene: Option<Scene>,
 }
 
-/// Rolls out the designs of finished runs in as many worlds as the trial's scatter has samples. For
+/// Rolls out the designs of finished runs in as many domains as the trial's scatter has samples. For
 /// lattices of one size all designs see the same draws.
 ///
 /// # Errors
@@ -66,16 +67,18 @@ fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
     let codesign = CoDesign::new(&scene)?;
     let (task, mixture) = (codesign.task(), case.own_mixture());
     let mut stream = stream(trial.seed, Purpose::Robustness);
-    let worlds: Vec<World> = (0..trial.scatter.samples)
+    let domains: Vec<Domain> = (0..trial.scatter.samples)
         .map(|_| draw(task, &trial.scatter, &mut stream))
         .collect();
-    let reach =
-        |world: &World| codesign.reach(&mixture, &case.controller, (&world.task, &world.start));
-    let reached: Vec<Reached> = worlds.par_iter().map(reach).collect();
-    let nominal = codesign.reach(&mixture, &case.controller, (task, &case.start));
+    let reach = |domain: &Domain| codesign.reach(&mixture, &case.controller, domain);
+    let reached: Vec<Reached> = domains.par_iter().map(reach).collect();
+    let nominal = reach(&Domain {
+        task: Cow::Borrowed(task),
+        start: case.start.clone(),
+    });
     let far: Vec<f64> = reached.iter().map(|r| r.moved[0]).collect();
     let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
-    let spread = Spread::of(&far);
+    let spread = Quantiles::of(&far);
     let finite = |x: f64| x.is_finite().then_some(x);
     let has_loss = !codesign.is_far();
     Ok(Robustness {
@@ -85,7 +88,9 @@ fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
         p10: finite(spread.p10),
         p50: finite(spread.p50),
         p90: finite(spread.p90),
-        loss: has_loss.then(|| -Spread::of(&merits).p50).and_then(finite),
+        loss: has_loss
+            .then(|| -Quantiles::of(&merits).p50)
+            .and_then(finite),
         divergence: match nominal.moved[0].is_finite() {
             true => None,
             false => case.divergence(),

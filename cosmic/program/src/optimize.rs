@@ -8,7 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::run::SCENE;
-use cosmic::record::{Plan, Search, Summary, optimise, optimise_with};
+use cosmic::record::{RunPlan, Search, Summary, optimise, optimise_with};
 use cosmic::scene::{BUILTIN, Scene, UnstableStep, fault};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -56,7 +56,7 @@ impl Arguments {
         if self.allow_unstable {
             scene.physics.unstable_step = UnstableStep::Warn;
         }
-        let plan = Plan {
+        let plan = RunPlan {
             name,
             scene,
             seed: options.seed,
@@ -113,7 +113,7 @@ impl Arguments {
 
     /// What the run's folder is called where none is named: the run that goes on from another after
     /// that one.
-    fn folder_name(&self, plan: &Plan) -> String {
+    fn folder_name(&self, plan: &RunPlan) -> String {
         let before = self.from.as_deref().map(design_of);
         let folder = before.as_deref().and_then(Path::parent);
         let name = folder.and_then(|folder| match folder.file_name() {

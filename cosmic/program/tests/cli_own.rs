@@ -7,7 +7,7 @@ use common::{Bench, scene};
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
 use cosmic::record::{
-    DesignFile, Observer, Plan, Run, Search, optimise, optimise_with, resume_with,
+    DesignFile, Observer, Run, RunPlan, Search, optimise, optimise_with, resume_with,
 };
 use cosmic::scene::Scene;
 use cosmic::simulator::Trajectory;
@@ -109,8 +109,8 @@ impl Observer for StopsAfter {
     }
 }
 
-fn plan(bench: &Bench) -> Plan {
-    Plan {
+fn plan(bench: &Bench) -> RunPlan {
+    RunPlan {
         name: "tiny".into(),
         scene: Scene::read(Path::new(&bench.scene)).unwrap(),
         seed: 0,
@@ -285,8 +285,8 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
 }
 
 /// A run for the scene's objective is not gone on with for another loss.
-fn begin_of_the_scene(bench: &Bench, plan: &Plan) {
-    let begin = |plan: &Plan, run: &str| {
+fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
+    let begin = |plan: &RunPlan, run: &str| {
         let codesign = CoDesign::new(&Scene::read(Path::new(&bench.scene)).unwrap()).unwrap();
         let progress = codesign.begin(0).unwrap();
         let observer = &mut StopsAfter(3);
@@ -296,7 +296,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &Plan) {
     let own = CoDesign::with_loss(&plan.scene, Lift).unwrap();
     let said = resume_with(&bench.path("c"), own, &mut StopsAfter(3)).unwrap_err();
     assert!(said.to_string().contains("no other loss"), "{said}");
-    let other = Plan {
+    let other = RunPlan {
         seed: 1,
         ..plan.clone()
     };
@@ -316,7 +316,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &Plan) {
         said.to_string().contains("iterations behind it: 1"),
         "{said}"
     );
-    let many = Plan {
+    let many = RunPlan {
         starts: NonZeroUsize::new(2).unwrap(),
         ..plan.clone()
     };

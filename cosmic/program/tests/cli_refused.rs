@@ -142,7 +142,7 @@ fn a_scene_that_could_not_be_read_again_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut scene = cosmic::scene::Scene::default();
     scene.schedule.horizon = [32, 32];
-    let plan = cosmic::record::Plan {
+    let plan = cosmic::record::RunPlan {
         name: "short".to_owned(),
         scene,
         seed: 0,

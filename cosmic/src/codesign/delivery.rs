@@ -6,14 +6,14 @@ use rayon::prelude::*;
 
 use super::begin::CoDesign;
 use super::progress::{Candidate, Progress};
+use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best};
-use super::spread::Spread;
 use crate::controller::Controller;
 use crate::design::Material;
-use crate::gradient::{Task, together};
+use crate::domain::{Domain, draw, perturbed};
+use crate::gradient::together;
 use crate::lattice::State;
 use crate::random::{Purpose, stream};
-use crate::scatter::{World, draw, perturbed};
 use crate::scene::SelectionKind;
 use crate::simulator::{Divergence, Guarded, Span, Trajectory};
 
@@ -37,13 +37,13 @@ pub struct Delivery {
     pub along: f64,
     /// Displacements along the ground from the perturbed starts by which it was chosen; for another
     /// task than to get far, minus its losses.
-    pub selection: Spread,
+    pub selection: Quantiles,
     /// The same from other perturbed starts: the figures to quote.
-    pub spread: Spread,
+    pub spread: Quantiles,
     /// Those of the last iterate, from the same starts.
-    pub last: Spread,
+    pub last: Quantiles,
     /// For another task than to get far: minus its losses from the starts of `spread`.
-    pub merit: Option<Spread>,
+    pub merit: Option<Quantiles>,
     /// Share of solid material and share of actuators.
     pub volumes: [f64; 2],
     /// Every 16th state of the unperturbed rollout, and the last.
@@ -68,10 +68,10 @@ impl CoDesign {
             ..
         } = entrants[best];
 
-        let worlds = self.perturbed_starts(progress.seed, Purpose::Judgement);
+        let domains = self.perturbed_starts(progress.seed, Purpose::Judgement);
         let last = (best > 0).then_some(&progress.controller);
         let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
-        let spreads = self.spreads(&mixture, &judged, &worlds);
+        let spreads = self.spreads(&mixture, &judged, &domains);
         let guarded = self.shown_rollout(&mixture, controller);
         let trajectory = &guarded.trajectory;
         let moved = match guarded.divergence {
@@ -99,7 +99,12 @@ impl CoDesign {
 
     /// How far a robot gets in full rollouts from the perturbed starts by which a seed's result is
     /// judged.
-    pub fn judge(&self, mixture: &[[f64; 3]], controller: &Controller<f64>, seed: u64) -> Spread {
+    pub fn judge(
+        &self,
+        mixture: &[[f64; 3]],
+        controller: &Controller<f64>,
+        seed: u64,
+    ) -> Quantiles {
         let starts = self.perturbed_starts(seed, Purpose::Judgement);
         self.spreads(mixture, &[controller], &starts)[0].displacement
     }
@@ -131,13 +136,13 @@ impl CoDesign {
         }
     }
 
-    /// The merits of controllers over the worlds by which they are chosen; known ones are not
+    /// The merits of controllers over the domains by which they are chosen; known ones are not
     /// computed again.
-    fn selections(&self, progress: &Progress, entrants: &[Entrant]) -> Vec<Spread> {
-        let worlds = self.selecting_worlds(progress.seed);
+    fn selections(&self, progress: &Progress, entrants: &[Entrant]) -> Vec<Quantiles> {
+        let domains = self.selecting_domains(progress.seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());
         let unknown: Vec<_> = unknown.map(|e| e.controller).collect();
-        let mut found = (self.spreads(&self.mixture(progress), &unknown, &worlds)).into_iter();
+        let mut found = (self.spreads(&self.mixture(progress), &unknown, &domains)).into_iter();
         let spread = |e: &Entrant| e.spread.or_else(|| found.next().map(|s| s.merit));
         entrants.iter().map_while(spread).collect()
     }
@@ -151,56 +156,54 @@ impl CoDesign {
         self.task.guarded(mixture, robot, &Span::from_start(kept))
     }
 
-    /// The worlds by which a controller is chosen: scattered where the robot is to be robust.
-    fn selecting_worlds(&self, seed: u64) -> Vec<Place<'_>> {
+    /// The domains by which a controller is chosen: scattered where the robot is to be robust.
+    fn selecting_domains(&self, seed: u64) -> Vec<Domain<'_>> {
         let (robust, selection) = (&self.scene.robust, &self.scene.selection);
         if robust.samples == 0 {
             return self.perturbed_starts(seed, Purpose::Selection);
         }
-        let mut stream = stream(seed, Purpose::Scatter);
-        let mut world = || {
-            let World { task, start } = draw(&self.task, robust, &mut stream);
-            (Cow::Owned(task), start)
-        };
-        (0..selection.perturbed_rollouts).map(|_| world()).collect()
+        let mut stream = stream(seed, Purpose::DomainRandomisation);
+        let domain = |_| draw(&self.task, robust, &mut stream);
+        (0..selection.perturbed_rollouts).map(domain).collect()
     }
 
     /// Starts with every coordinate moved by as much as the scene says, up or down.
-    fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Place<'_>> {
+    fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
-        let mut start = || perturbed(&self.start, settings.perturbation, &mut stream);
-        (0..settings.perturbed_rollouts)
-            .map(|_| (Cow::Borrowed(&self.task), start()))
-            .collect()
+        let domain = |_| Domain {
+            task: Cow::Borrowed(&self.task),
+            start: perturbed(&self.start, settings.perturbation, &mut stream),
+        };
+        (0..settings.perturbed_rollouts).map(domain).collect()
     }
 
-    /// The spreads of every controller over the same worlds; in parallel, the order kept.
+    /// The spreads of every controller over the same domains; in parallel, the order kept.
     fn spreads(
         &self,
         mixture: &[[f64; 3]],
         controllers: &[&Controller<f64>],
-        worlds: &[Place],
-    ) -> Vec<Spreads> {
-        let count = together(controllers.len() * worlds.len());
-        let shared = |a: &Place, b: &Place| std::ptr::eq(&*a.0, &*b.0);
-        let groups = worlds.chunk_by(shared).flat_map(|same| same.chunks(count));
+        domains: &[Domain],
+    ) -> Vec<Reaches> {
+        let count = together(controllers.len() * domains.len());
+        let shared = |a: &Domain, b: &Domain| std::ptr::eq(&*a.task, &*b.task);
+        let groups = domains.chunk_by(shared).flat_map(|same| same.chunks(count));
         let groups: Vec<_> = groups.collect();
         let jobs: Vec<_> = controllers
             .iter()
             .flat_map(|&c| groups.iter().map(move |group| (c, *group)))
             .collect();
-        let reach = |(controller, group): &(&Controller<f64>, &[Place])| {
-            let starts: Vec<&State<f64>> = group.iter().map(|(_, start)| start).collect();
-            self.reach_many::<f64>(&[mixture], controller, (&group[0].0, &starts))
+        let reach = |(controller, group): &(&Controller<f64>, &[Domain])| {
+            let starts: Vec<&State<f64>> = group.iter().map(|domain| &domain.start).collect();
+            self.reach_many::<f64>(&[mixture], controller, &group[0].task, &starts)
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();
-        let of = |reached: &[Reached]| Spreads {
+        let of = |reached: &[Reached]| Reaches {
             displacement: spread(reached, |r| r.moved[0]),
             merit: spread(reached, |r| r.merit),
         };
-        reached.chunks_exact(worlds.len()).map(of).collect()
+        reached.chunks_exact(domains.len()).map(of).collect()
     }
 }
 
@@ -209,8 +212,8 @@ struct Entrant<'a> {
     /// The iteration after which it stood.
     iteration: usize,
     controller: &'a Controller<f64>,
-    /// Its merits over the worlds by which controllers are chosen, where they are known.
-    spread: Option<Spread>,
+    /// Its merits over the domains by which controllers are chosen, where they are known.
+    spread: Option<Quantiles>,
 }
 
 impl<'a> From<&'a Candidate> for Entrant<'a> {
@@ -223,17 +226,14 @@ impl<'a> From<&'a Candidate> for Entrant<'a> {
     }
 }
 
-/// A world, and where a robot starts in it.
-type Place<'a> = (Cow<'a, Task>, State<f64>);
-
-/// What a controller does over several worlds.
-struct Spreads {
-    displacement: Spread,
-    merit: Spread,
+/// What a controller does over several domains.
+struct Reaches {
+    displacement: Quantiles,
+    merit: Quantiles,
 }
 
-fn spread(reached: &[Reached], of: fn(&Reached) -> f64) -> Spread {
-    Spread::of(&reached.iter().map(of).collect::<Vec<_>>())
+fn spread(reached: &[Reached], of: fn(&Reached) -> f64) -> Quantiles {
+    Quantiles::of(&reached.iter().map(of).collect::<Vec<_>>())
 }
 
 #[cfg(test)]

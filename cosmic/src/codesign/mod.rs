@@ -34,12 +34,12 @@
 //! ```
 
 mod schedule;
-mod spread;
+mod quantiles;
 mod progress;
 mod begin;
 mod reach;
 mod slope;
-mod robust;
+mod domains;
 mod slopes;
 mod delivery;
 mod settle;
@@ -52,6 +52,6 @@ mod tests;
 pub use begin::CoDesign;
 pub use delivery::Delivery;
 pub use progress::{Candidate, MmaDiagnostics, Progress, Record, Settled};
+pub use quantiles::Quantiles;
 pub use reach::Reached;
 pub use schedule::Phase;
-pub use spread::Spread;

@@ -21,7 +21,7 @@ const EVALUATE_EVERY: usize = 10;
 
 /// Constraints `f <= 0`: the four volume bounds, then the binarisation measures where they are
 /// constraints.
-struct Rows {
+struct Constraints {
     values: Vec<f64>,
     jacobian: Vec<Vec<f64>>,
 }
@@ -38,9 +38,9 @@ impl CoDesign {
         let inputs = self.inputs(progress);
         let horizon = self.horizon(now);
         let full = self.is_evaluated(now);
-        let worlds = self.worlds(progress, now);
+        let domains = self.domains(progress, now);
         let at = At {
-            worlds: &worlds,
+            domains: &domains,
             inputs: &inputs,
             horizon: &horizon,
         };
@@ -101,9 +101,9 @@ impl CoDesign {
         let mixture = self.mixture(progress);
         let horizon = self.horizon(now);
         let full = self.is_evaluated(now);
-        let worlds = self.worlds(progress, now);
+        let domains = self.domains(progress, now);
         let at = At {
-            worlds: &worlds,
+            domains: &domains,
             inputs: &inputs,
             horizon: &horizon,
         };
@@ -188,7 +188,7 @@ impl CoDesign {
         k: usize,
         memory: &mut MmaState,
         z: &[[f64; 3]],
-        (gradient, rows): (&[f64], &Rows),
+        (gradient, rows): (&[f64], &Constraints),
     ) -> Option<Update> {
         let at = Linearisation {
             point: z.as_flattened(),
@@ -211,7 +211,7 @@ impl CoDesign {
         inputs: &Inputs<f64>,
         progress: &Progress,
         now: &Schedule,
-    ) -> (Rows, Vec<f64>) {
+    ) -> (Constraints, Vec<f64>) {
         let thresholds = now.thresholds(&progress.first_measures);
         let [solid, actuator, (_, terms)] = inputs.differentiate_each(DESIGN, |inputs| {
             let measures = self.measured(&inputs.z);
@@ -228,7 +228,7 @@ impl CoDesign {
         inputs: &Inputs<f64>,
         progress: &Progress,
         now: &Schedule,
-    ) -> (Rows, Vec<f64>) {
+    ) -> (Constraints, Vec<f64>) {
         let scale = self.scene.mma.volume_row_scale;
         let thresholds = now.thresholds(&progress.first_measures);
         let [solid, actuator, measures @ ..] = inputs.differentiate_each(DESIGN, |inputs| {
@@ -246,11 +246,11 @@ impl CoDesign {
     }
 
     /// The volume bounds and their derivatives by the design, on the performance projection.
-    fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Rows {
+    fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Constraints {
         let scale = self.scene.mma.volume_row_scale;
         let bounds = now.volume_bounds();
         let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
-        let mut rows = Rows {
+        let mut rows = Constraints {
             values: Vec::new(),
             jacobian: Vec::new(),
         };

@@ -72,9 +72,9 @@ impl CoDesign {
     /// The gradient of the loss by the shares of the materials in every edge.
     fn by_shares(&self, progress: &Progress, now: &Schedule) -> Vec<f64> {
         let horizon = self.horizon(now);
-        let worlds = self.worlds(progress, now);
+        let domains = self.domains(progress, now);
         let at = At {
-            worlds: &worlds,
+            domains: &domains,
             inputs: &self.inputs(progress),
             horizon: &horizon,
         };

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::quantiles::Quantiles;
 use super::schedule::Phase;
-use super::spread::Spread;
 use crate::controller::Controller;
 use crate::design::{Material, one_hot};
 use crate::error::{Result, fits};
@@ -16,7 +16,7 @@ use crate::simulator::StepCheck;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
     /// Seed of all that is drawn: first weights, a tilted start, perturbed starts, scattered
-    /// worlds.
+    /// domains.
     pub seed: u64,
     /// The iteration after which a robot entered that was there already: 0, or for one that was
     /// decided, the snap's. `None` for the scene's start.
@@ -142,7 +142,7 @@ pub struct Candidate {
     /// The same over the perturbed starts by which controllers are chosen, where these rollouts
     /// were done and none diverged.
     #[serde(default)]
-    pub spread: Option<Spread>,
+    pub spread: Option<Quantiles>,
 }
 
 /// What the rest of the fine-tuning comes back to.

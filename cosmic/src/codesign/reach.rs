@@ -7,6 +7,7 @@ use super::begin::CoDesign;
 use super::progress::Progress;
 use crate::controller::Controller;
 use crate::design::Material;
+use crate::domain::Domain;
 use crate::gradient::{Task, together};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
@@ -53,8 +54,8 @@ impl CoDesign {
     ) -> Vec<Reached> {
         let starts = vec![&self.start; mixtures.len()];
         match self.scene.gradient.precision {
-            GradientPrecision::F64 => self.reach_many::<f64>(mixtures, controller, (task, &starts)),
-            GradientPrecision::F32 => self.reach_many::<f32>(mixtures, controller, (task, &starts)),
+            GradientPrecision::F64 => self.reach_many::<f64>(mixtures, controller, task, &starts),
+            GradientPrecision::F32 => self.reach_many::<f32>(mixtures, controller, task, &starts),
         }
     }
 
@@ -91,14 +92,14 @@ impl CoDesign {
         groups.flat_map_iter(side_by_side).collect()
     }
 
-    /// A full rollout of a robot in a world.
+    /// A full rollout of a robot in a domain.
     pub fn reach(
         &self,
         mixture: &[[f64; 3]],
         controller: &Controller<f64>,
-        (task, start): (&Task, &State<f64>),
+        domain: &Domain,
     ) -> Reached {
-        self.reach_many::<f64>(&[mixture], controller, (task, &[start]))[0]
+        self.reach_many::<f64>(&[mixture], controller, &domain.task, &[&domain.start])[0]
     }
 
     /// The same from several starts, all of one robot or each of its own, in rollouts of a number
@@ -107,7 +108,8 @@ impl CoDesign {
         &self,
         mixtures: &[&[[f64; 3]]],
         controller: &Controller<f64>,
-        (task, starts): (&Task, &[&State<f64>]),
+        task: &Task,
+        starts: &[&State<f64>],
     ) -> Vec<Reached>
     where
         dyn AnyLoss: LossOf<R>,

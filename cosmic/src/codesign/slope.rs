@@ -1,8 +1,8 @@
-//! A gradient of the loss, and how several become one: averaged over passes and over worlds.
+//! A gradient of the loss, and how several become one: averaged over passes and over domains.
 
+use crate::domain::Domain;
 use crate::gradient::{Horizon, Inputs};
 use crate::optimiser::bound_norm;
-use crate::scatter::World;
 
 /// A gradient of the loss, the loss, and where the payload was after the horizon.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +34,7 @@ impl Slope {
         }
     }
 
-    /// The mean over slopes in several worlds.
+    /// The mean over slopes in several domains.
     pub(super) fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
         let share = 1.0 / slopes.len() as f64;
         let mut mean = Self {
@@ -58,7 +58,7 @@ impl Slope {
 #[derive(Clone, Copy)]
 pub(super) struct At<'a> {
     /// The means over these; of none of them the nominal task.
-    pub(super) worlds: &'a [World],
+    pub(super) domains: &'a [Domain<'a>],
     pub(super) inputs: &'a Inputs<f64>,
     pub(super) horizon: &'a Horizon,
 }

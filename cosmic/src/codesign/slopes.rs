@@ -63,7 +63,7 @@ impl CoDesign {
         }
     }
 
-    /// Gradients of the loss, of rollouts in the scene's precision: over worlds their
+    /// Gradients of the loss, of rollouts in the scene's precision: over domains their
     /// means, with none of them those of the nominal task. Where one is not finite, be it that f32
     /// does not reach so far, the update that it is for is skipped.
     ///
@@ -205,8 +205,8 @@ mod tests {
         }
     }
 
-    /// The slope by the design over so many steps in the worlds of the first iteration.
-    fn slope_in_worlds(scene: &Scene, steps: usize) -> Slope {
+    /// The slope by the design over so many steps in the domains of the first iteration.
+    fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
         let codesign = CoDesign::new(scene).unwrap();
         let progress = codesign.begin(1).unwrap();
         let now = Schedule {
@@ -214,7 +214,7 @@ mod tests {
             iteration: 1,
         };
         let at = At {
-            worlds: &codesign.worlds(&progress, &now),
+            domains: &codesign.domains(&progress, &now),
             inputs: &codesign.inputs(&progress),
             horizon: &Horizon {
                 steps,
@@ -225,13 +225,13 @@ mod tests {
         slope
     }
 
-    /// Where the network does not see the goal, what it does ahead it does behind: in every world.
+    /// Where the network does not see the goal, what it does ahead it does behind: in every domain.
     #[test]
     fn both_goals_are_pursued_by_the_same_robot() {
         let mut scene = tiny();
         (scene.controller.two_goals, scene.controller.goal_scale) = (true, 0.0);
         scene.robust.samples = 3;
-        let slope = slope_in_worlds(&scene, 20);
+        let slope = slope_in_domains(&scene, 20);
         assert_eq!(slope.loss, 0.0);
         // Two sweeps that cancel, each of numbers below 1 rounded at 1e-16.
         assert!(slope.gradient.iter().all(|g| g.abs() < 1e-14));
@@ -242,7 +242,7 @@ mod tests {
     fn displacements_are_from_each_start() {
         let mut scene = tiny();
         (scene.robust.samples, scene.robust.start) = (2, 0.5);
-        let slope = slope_in_worlds(&scene, 1);
+        let slope = slope_in_domains(&scene, 1);
         // A step of 2 ms at speeds of springs that are off by half a metre: 50 m/s, not 0.1 m at
         // once.
         assert!(slope.displacement.abs() < 0.1, "{}", slope.displacement);
@@ -266,7 +266,7 @@ mod tests {
             cotangent_bound: None,
         };
         let at = At {
-            worlds: &[],
+            domains: &[],
             inputs: &inputs,
             horizon: &horizon,
         };
@@ -290,7 +290,7 @@ mod tests {
         }
     }
 
-    /// Side by side or one by one: the same bits, over worlds and with two goals too.
+    /// Side by side or one by one: the same bits, over domains and with two goals too.
     #[test]
     fn slopes_taken_together_are_those_taken_alone() {
         let check = |scene: &Scene, mode: HorizonMode| {
@@ -301,9 +301,9 @@ mod tests {
                 scene,
                 iteration: 1,
             };
-            let worlds = codesign.worlds(&progress, &now);
+            let domains = codesign.domains(&progress, &now);
             let at = At {
-                worlds: &worlds,
+                domains: &domains,
                 inputs: &inputs,
                 horizon: &horizon,
             };

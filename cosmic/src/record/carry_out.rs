@@ -2,7 +2,7 @@
 
 use super::multistart;
 use super::run::{Observer, Run, SCENE, keep_scene, take_up};
-use super::snapshot::{Plan, SNAPSHOT};
+use super::snapshot::{RunPlan, SNAPSHOT};
 use super::summary::Summary;
 use crate::codesign::{CoDesign, Progress};
 use crate::error::{Error, Result};
@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 /// time step and the scene does not let that pass;
 /// [`Error::Write`] where files cannot be written; [`Error::Interrupted`] where the observer
 /// asked for it; [`Error::Diverged`] where the delivered design does, its last states kept.
-pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Summary> {
+pub fn optimise(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Summary> {
     if plan.starts.get() == 1 {
         return Run::create(folder, plan)?.finish(observer);
     }
@@ -37,7 +37,7 @@ pub fn optimise(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Resu
 /// seed.
 pub fn optimise_with(
     folder: &Path,
-    plan: &Plan,
+    plan: &RunPlan,
     (codesign, progress): (CoDesign, Progress),
     observer: &mut dyn Observer,
 ) -> Result<Summary> {

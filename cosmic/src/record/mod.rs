@@ -19,6 +19,6 @@ pub use carry_out::{allow_unstable, optimise, optimise_with, resume, resume_with
 pub use design_file::DesignFile;
 pub use multistart::MOST_RUNS;
 pub use run::{Observer, Run};
-pub use snapshot::{Plan, Search};
+pub use snapshot::{RunPlan, Search};
 pub use summary::{DIVERGED, Start, StopReason, Summary};
 pub use trajectory_file::TrajectoryFile;

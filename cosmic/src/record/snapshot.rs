@@ -20,7 +20,7 @@ pub const SNAPSHOT: &str = "snapshot.json";
 
 /// What a run is to do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Plan {
+pub struct RunPlan {
     /// What the scene is called.
     pub name: String,
     /// The scene; in the file as TOML.
@@ -55,7 +55,7 @@ impl Search {
     }
 }
 
-impl Plan {
+impl RunPlan {
     /// The last iteration of a run from the scene's start.
     pub fn last_iteration(&self) -> usize {
         self.last_after(0)
@@ -108,7 +108,7 @@ pub mod toml {
 /// A run's plan and state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Snapshot<'a> {
-    pub(super) plan: Cow<'a, Plan>,
+    pub(super) plan: Cow<'a, RunPlan>,
     /// Wall time so far, interruptions left out, s.
     pub(super) seconds: f64,
     /// Absent where several starts are tried: each of them has a snapshot of its own.
@@ -127,7 +127,7 @@ impl Snapshot<'_> {
     /// # Errors
     /// [`Error::Usage`] where the optimisation has another scene or another loss; those of
     /// [`CoDesign::first`] and [`Progress::fits`].
-    pub(super) fn unpack(self, file: &Path, codesign: &CoDesign) -> Result<(Plan, Progress)> {
+    pub(super) fn unpack(self, file: &Path, codesign: &CoDesign) -> Result<(RunPlan, Progress)> {
         let plan = self.plan.into_owned();
         if *codesign.scene() != plan.scene {
             return Err(Error::Usage(format!(
@@ -175,7 +175,11 @@ impl Snapshot<'_> {
 ///
 /// # Errors
 /// Those of [`resume`](super::resume) that come of the snapshot alone, and `accept`'s.
-pub fn check(path: &Path, bytes: &[u8], accept: impl Fn(&Plan) -> Result<()>) -> Result<Plan> {
+pub fn check(
+    path: &Path,
+    bytes: &[u8],
+    accept: impl Fn(&RunPlan) -> Result<()>,
+) -> Result<RunPlan> {
     let snapshot: Snapshot = parse_json(path, bytes, FORMAT)?;
     accept(&snapshot.plan)?;
     if snapshot.progress.is_none() {

@@ -1,6 +1,6 @@
 //! `summary.json`: what came of a run, written last.
 
-use super::Plan;
+use super::RunPlan;
 use super::files::{Format, read_json};
 use super::snapshot::{SNAPSHOT, Snapshot};
 use crate::codesign::{Delivery, Progress};
@@ -115,10 +115,10 @@ impl Start {
 }
 
 /// A number of a summary; `None` where a rollout diverged.
-pub type Number = fn(&Summary) -> Option<f64>;
+pub type SummaryNumber = fn(&Summary) -> Option<f64>;
 
 /// The numbers of a summary as a table has them, each with the name of its column.
-pub const NUMBERS: [(&str, Number); 13] = [
+pub const NUMBERS: [(&str, SummaryNumber); 13] = [
     ("displacement_p50", |s| s.displacement_p50),
     ("displacement_p10", |s| s.displacement_p10),
     ("displacement_p90", |s| s.displacement_p90),
@@ -137,7 +137,12 @@ pub const NUMBERS: [(&str, Number); 13] = [
 ];
 
 impl Summary {
-    pub(super) fn new(plan: &Plan, progress: &Progress, delivery: &Delivery, seconds: f64) -> Self {
+    pub(super) fn new(
+        plan: &RunPlan,
+        progress: &Progress,
+        delivery: &Delivery,
+        seconds: f64,
+    ) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
         let all = progress.iteration >= plan.scene.schedule.iterations;
         Self {
@@ -207,7 +212,7 @@ fn unfinished(folder: &Path) -> String {
 
 /// What differs from the paper in a run: of the scene's departures those that were in force, and
 /// what no scene says.
-fn departures(plan: &Plan, progress: &Progress) -> Vec<Departure> {
+fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
     let schedule = &plan.scene.schedule;
     let decided_before = progress
         .entered

@@ -231,7 +231,7 @@ mod tests {
     use cosmic::codesign::Record;
     use cosmic::design::Material;
     use cosmic::lattice::State;
-    use cosmic::record::{Observer, Plan, Run, Search, optimise};
+    use cosmic::record::{Observer, Run, RunPlan, Search, optimise};
     use cosmic::scene::{Scene, StartKind};
     use std::num::NonZeroUsize;
     use std::ops::ControlFlow;
@@ -254,7 +254,7 @@ mod tests {
         (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
         (scene.schedule.horizon, scene.loss.window) = ([16, 16], 16);
         let folder = tempfile::tempdir().unwrap();
-        let plan = Plan {
+        let plan = RunPlan {
             name: "test".to_owned(),
             scene,
             seed: 0,

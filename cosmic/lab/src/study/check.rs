@@ -1,6 +1,6 @@
 //! `check.json`: what a study measures of a finished run beyond the run's own summary.
 
-use cosmic::codesign::{CoDesign, Spread};
+use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::design::VolumeBounds;
 use cosmic::error::Result;
 use cosmic::projection::{Projection, one_hot};
@@ -44,7 +44,7 @@ impl Check {
         let path = folder.join(run::DESIGN);
         let design = DesignFile::read(&path)?;
         let controller = design.robot(&scene, &path.display().to_string())?;
-        let judged = |scene: &Scene| -> Result<Spread> {
+        let judged = |scene: &Scene| -> Result<Quantiles> {
             let codesign = CoDesign::new(scene)?;
             let mixture = match design.is_snapped() {
                 true => one_hot(&design.materials),
@@ -53,7 +53,7 @@ impl Check {
             Ok(codesign.judge(&mixture, &controller, summary.seed))
         };
         let finite = |x: f64| x.is_finite().then_some(x);
-        let Spread { p10, p50, p90 } = judged(&with_half_steps(&scene))?;
+        let Quantiles { p10, p50, p90 } = judged(&with_half_steps(&scene))?;
         Ok(Self {
             half_step: [p10, p50, p90].map(finite),
             goal_behind: finite(judged(&turned_back(&scene))?.p50),

@@ -61,7 +61,7 @@ pub(super) fn preamble(study: &Study) -> String {
         "Displacements of the payload along the ground, in metres, over {whose}.{limit}{base} The number \
          of a seed is of its delivered design: the median of full rollouts in double precision from \
          8 or more starts moved by {moved}, other starts than those by which the design was chosen. \
-         *Spread* is from the 10 % to the 90 % quantile of these rollouts, *dt/2* the same design at \
+         *Quantiles* is from the 10 % to the 90 % quantile of these rollouts, *dt/2* the same design at \
          half the time step, *last* the last iterate, each as its median over the seeds. ± is the \
          standard error of the median over the seeds, by the bootstrap. A run that diverges counts \
          below all others.\n"

@@ -1,6 +1,6 @@
 //! What a sample of seeds says, and how far it is to be trusted.
 
-use cosmic::codesign::Spread;
+use cosmic::codesign::Quantiles;
 use cosmic::random::{Purpose, stream};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,7 @@ impl Statistics {
                 standard_error: None,
             };
         }
-        let spread = Spread::of(&numbers);
+        let spread = Quantiles::of(&numbers);
         let finite = |x: f64| x.is_finite().then_some(x);
         Self {
             best: finite(numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
@@ -69,7 +69,7 @@ fn standard_error(sample: &[f64]) -> f64 {
     let mut medians = Vec::with_capacity(RESAMPLES);
     for _ in 0..RESAMPLES {
         again.fill_with(|| sample[stream.random_range(0..sample.len())]);
-        medians.push(Spread::of(&again).p50);
+        medians.push(Quantiles::of(&again).p50);
     }
     let mean = medians.iter().sum::<f64>() / RESAMPLES as f64;
     let squares = medians.iter().map(|m| (m - mean).powi(2)).sum::<f64>();

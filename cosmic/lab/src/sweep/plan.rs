@@ -5,7 +5,7 @@ use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::{Format, is_used, make_folder, read_json, write_json};
 use cosmic::record::snapshot;
-use cosmic::record::{MOST_RUNS, Plan, Search};
+use cosmic::record::{MOST_RUNS, RunPlan, Search};
 use cosmic::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -157,9 +157,9 @@ impl SweepPlan {
     }
 
     /// What a run is to do.
-    pub fn run(&self, index: usize) -> Plan {
+    pub fn run(&self, index: usize) -> RunPlan {
         let (PlannedScene { name, scene }, seed) = self.parts(index);
-        Plan {
+        RunPlan {
             name: name.clone(),
             scene: scene.clone(),
             seed,

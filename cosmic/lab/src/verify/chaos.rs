@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::probe::{Probe, distance, median};
 use crate::report::sheet::{Cell, Column, Row, Standing, Table};
 use cosmic::case::Case;
-use cosmic::codesign::Spread;
+use cosmic::codesign::Quantiles;
 use cosmic::gradient::together;
 
 /// Starts that are compared with the unmoved one.
@@ -82,7 +82,7 @@ pub struct Chaos {
     /// Steps of the whole rollout.
     pub steps: usize,
     /// Displacement along the ground over the perturbed starts, after all steps.
-    pub spread: Spread,
+    pub spread: Quantiles,
     /// That of the unperturbed start.
     pub unmoved: f64,
 }
@@ -118,14 +118,14 @@ impl Chaos {
                 grown: largest_growth(&observed, &parting),
             },
             steps,
-            spread: Spread::of(&reached),
+            spread: Quantiles::of(&reached),
             unmoved: reach(&unmoved.states),
         }
     }
 
     /// The spread, as a table.
     pub fn table(&self) -> Table {
-        let Spread { p10, p50, p90 } = self.spread;
+        let Quantiles { p10, p50, p90 } = self.spread;
         let cells = vec![
             Cell::Count(self.steps),
             Cell::Number(self.unmoved),

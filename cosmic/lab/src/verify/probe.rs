@@ -3,10 +3,10 @@
 use autodiff::{Real, Wide};
 
 use cosmic::case::Case;
+use cosmic::domain::perturbed;
 use cosmic::gradient::Task;
 use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
-use cosmic::scatter::perturbed;
 use cosmic::simulator::{Span, Trajectory};
 
 /// The robot of a case in its world.

@@ -1,6 +1,6 @@
 //! Reading a history.
 
-use super::rows::{FORMAT, LINES, Row};
+use super::rows::{FORMAT, HistoryRow, LINES};
 use crate::codesign::Record;
 use crate::error::Result;
 use crate::reading::read_whole;
@@ -22,7 +22,7 @@ pub fn read(folder: &Path) -> Result<Vec<Record>> {
 /// # Errors
 /// As [`read_lines`].
 pub(in crate::record) fn read_first(folder: &Path, iterations: usize) -> Result<Vec<Record>> {
-    let rows: Vec<Row> = first_lines(&folder.join(LINES), FORMAT, iterations)?;
+    let rows: Vec<HistoryRow> = first_lines(&folder.join(LINES), FORMAT, iterations)?;
     Ok(rows.into_iter().map(|row| row.record).collect())
 }
 

@@ -48,7 +48,7 @@ pub(super) fn design_rows(entered: usize, iteration: usize) -> usize {
 
 /// A line of `history.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct HistoryRow {
     /// The name in [`FORMAT`].
     pub format: String,
     /// The version in [`FORMAT`].

@@ -1,6 +1,6 @@
 //! The rows of `history.csv`.
 
-use super::rows::Row;
+use super::rows::HistoryRow;
 use crate::codesign::MmaDiagnostics;
 use crate::scene::Pass;
 
@@ -45,7 +45,7 @@ pub(super) fn header() -> String {
 
 /// A row of the table, in the header's order; what an iteration does not have is left empty,
 /// and a number that is not finite says so.
-pub(super) fn line(row: &Row) -> String {
+pub(super) fn line(row: &HistoryRow) -> String {
     let r = &row.record;
     let pass = r.pass.map_or("", |pass| match pass {
         Pass::Design => "design",

@@ -1,7 +1,9 @@
 //! Writing a history: a row an iteration, appended as it ends.
 
 use super::appended::Appended;
-use super::rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, LINES, Row, TABLE, design_rows};
+use super::rows::{
+    DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE, design_rows,
+};
 use super::table;
 use crate::codesign::Record;
 use crate::error::Result;
@@ -63,7 +65,7 @@ impl History {
         seconds: f64,
         z: &[[f64; 3]],
     ) -> Result<()> {
-        let row = Row {
+        let row = HistoryRow {
             format: FORMAT.name.to_string(),
             version: FORMAT.version,
             record: record.clone(),
@@ -103,7 +105,7 @@ impl History {
 
 #[cfg(test)]
 mod tests {
-    use super::{DESIGNS, DesignRow, History, LINES, Row, TABLE};
+    use super::{DESIGNS, DesignRow, History, HistoryRow, LINES, TABLE};
     use crate::codesign::{CoDesign, Record};
     use crate::scene::{LossKind, Scene};
     use std::fs;
@@ -131,7 +133,7 @@ mod tests {
             .iter()
             .for_each(|record| history.append(record, 0.25, &[]).unwrap());
         let lines = fs::read_to_string(folder.path().join(LINES)).unwrap();
-        let read: Vec<Row> = lines
+        let read: Vec<HistoryRow> = lines
             .lines()
             .map(|l| serde_json::from_str(l).unwrap())
             .collect();

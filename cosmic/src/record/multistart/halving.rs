@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::record::files::{Format, write_json};
 use crate::record::history;
 use crate::record::run::Observer;
-use crate::record::snapshot::Plan;
+use crate::record::snapshot::RunPlan;
 use crate::scene::TaskKind;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -65,7 +65,7 @@ impl Halving {
 }
 
 /// Takes the starts of a plan as far as the last rung, and says which were dropped.
-pub(super) fn climb(folder: &Path, plan: &Plan, observer: &mut dyn Observer) -> Result<Halving> {
+pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Halving> {
     let settings = &plan.scene.search;
     let mut left: Vec<u64> = seeds(plan).collect();
     let mut search = Halving::default();

@@ -8,7 +8,7 @@ use crate::record::design_file::DESIGN;
 use crate::record::files::{sweep, write_atomic, write_json};
 use crate::record::history::{DESIGNS, LINES, TABLE};
 use crate::record::run::{Lock, Observer, begin, keep_scene};
-use crate::record::snapshot::{Plan, Search, Snapshot};
+use crate::record::snapshot::{RunPlan, Search, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Start, Summary};
 use crate::record::trajectory_file::TRAJECTORY;
 use std::borrow::Cow;
@@ -19,7 +19,7 @@ use std::path::Path;
 pub const MOST_RUNS: usize = 1_000_000;
 
 /// Begins the folder of several starts.
-pub(in crate::record) fn create(folder: &Path, plan: &Plan) -> Result<Lock> {
+pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Lock> {
     refuse_many(plan)?;
     CoDesign::new(&plan.scene)?.begin(plan.seed)?;
     let more = plan.starts.get() as u64 - 1;
@@ -39,7 +39,7 @@ pub(in crate::record) fn create(folder: &Path, plan: &Plan) -> Result<Lock> {
     Ok(lock)
 }
 
-fn refuse_many(plan: &Plan) -> Result<()> {
+fn refuse_many(plan: &RunPlan) -> Result<()> {
     let starts = plan.starts;
     match starts.get() > MOST_RUNS {
         true => Err(Error::Usage(format!(
@@ -52,7 +52,7 @@ fn refuse_many(plan: &Plan) -> Result<()> {
 /// Does what is left of several starts, and copies the best one's files.
 pub(in crate::record) fn search(
     (folder, lock): (&Path, Lock),
-    plan: &Plan,
+    plan: &RunPlan,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     refuse_many(plan)?;
@@ -112,7 +112,7 @@ pub(in crate::record) fn search(
 /// Does what is left of the starts that were not dropped, in the order of their seeds.
 fn finish_left(
     folder: &Path,
-    (plan, dropped): (&Plan, &Halving),
+    (plan, dropped): (&RunPlan, &Halving),
     observer: &mut dyn Observer,
 ) -> Result<Vec<Result<Summary>>> {
     let is_left = |seed: &u64| dropped.dropped_at(*seed).is_none();
@@ -153,7 +153,7 @@ mod tests {
     use super::{create, search};
     use crate::codesign::Record;
     use crate::record::multistart::starts::folder_of;
-    use crate::record::{Observer, Plan, Run, Search, optimise, resume};
+    use crate::record::{Observer, Run, RunPlan, Search, optimise, resume};
     use crate::scene::Scene;
     use rayon::ThreadPoolBuilder;
     use std::fs;
@@ -178,7 +178,7 @@ mod tests {
 
     const NEVER: StopsAt = StopsAt(0);
 
-    fn plan() -> Plan {
+    fn plan() -> RunPlan {
         let text = "
             [lattice]
             columns = 3
@@ -193,7 +193,7 @@ mod tests {
             [loss]
             window = 16
         ";
-        Plan {
+        RunPlan {
             name: "test".to_owned(),
             scene: Scene::parse("test", text).unwrap(),
             seed: 3,

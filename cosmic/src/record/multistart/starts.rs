@@ -4,7 +4,7 @@ use crate::codesign::Record;
 use crate::error::{Error, Result};
 use crate::parallel::{Crew, in_parallel};
 use crate::record::run::{Observer, Run, take_up};
-use crate::record::snapshot::{Plan, SNAPSHOT, Search};
+use crate::record::snapshot::{RunPlan, SNAPSHOT, Search};
 use crate::record::summary::Summary;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The seeds of a plan, in order.
-pub(super) fn seeds(plan: &Plan) -> impl Iterator<Item = u64> + use<> {
+pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
     let first = plan.seed;
     (0..plan.starts.get() as u64).map(move |k| first.wrapping_add(k))
 }
@@ -73,7 +73,7 @@ impl Observer for OfOne<'_, '_> {
 pub(super) fn one(
     folder: &Path,
     seed: u64,
-    plan: &Plan,
+    plan: &RunPlan,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     let own = folder_of(folder, seed);
@@ -93,7 +93,7 @@ pub(super) fn one(
 pub(super) fn pause(
     folder: &Path,
     (seed, iteration): (u64, usize),
-    plan: &Plan,
+    plan: &RunPlan,
     observer: &mut dyn Observer,
 ) -> Result<()> {
     let own = folder_of(folder, seed);
@@ -114,8 +114,8 @@ pub(super) fn pause(
 }
 
 /// The plan of one of several starts.
-fn alone(plan: &Plan, seed: u64) -> Plan {
-    Plan {
+fn alone(plan: &RunPlan, seed: u64) -> RunPlan {
+    RunPlan {
         seed,
         starts: NonZeroUsize::MIN,
         search: Search::Full,

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::record::design_file::{DESIGN, DesignFile, START};
 use crate::record::files::{sweep, write_atomic, write_json};
 use crate::record::history::History;
-use crate::record::snapshot::{Plan, SNAPSHOT, Snapshot};
+use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Summary};
 use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
 use crate::simulator::Grade;
@@ -46,7 +46,7 @@ pub trait Observer: Send {
 /// A run that is not finished, alone at work in its folder.
 pub struct Run {
     folder: PathBuf,
-    plan: Plan,
+    plan: RunPlan,
     codesign: CoDesign,
     progress: Progress,
     history: History,
@@ -62,7 +62,7 @@ pub struct Run {
 
 impl Run {
     /// Begins a run of one start.
-    pub(in crate::record) fn create(folder: &Path, plan: &Plan) -> Result<Self> {
+    pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Self> {
         let codesign = CoDesign::new(&plan.scene)?;
         let progress = codesign.begin(plan.seed)?;
         Self::begin(folder, plan, (codesign, progress))
@@ -70,7 +70,7 @@ impl Run {
 
     pub(in crate::record) fn begin(
         folder: &Path,
-        plan: &Plan,
+        plan: &RunPlan,
         (codesign, progress): (CoDesign, Progress),
     ) -> Result<Self> {
         let lock = begin(folder)?;
@@ -94,7 +94,7 @@ impl Run {
 
     pub(in crate::record) fn at_work(
         (folder, lock): (&Path, Lock),
-        (plan, before): (Plan, f64),
+        (plan, before): (RunPlan, f64),
         codesign: CoDesign,
         progress: Progress,
     ) -> Result<Self> {
@@ -119,7 +119,7 @@ impl Run {
     }
 
     /// What is to be done.
-    pub fn plan(&self) -> &Plan {
+    pub fn plan(&self) -> &RunPlan {
         &self.plan
     }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Displacements along the ground over perturbed starts, in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Spread {
+pub struct Quantiles {
     /// 10 % quantile.
     pub p10: f64,
     /// Median: the figure to quote.
@@ -13,7 +13,7 @@ pub struct Spread {
     pub p90: f64,
 }
 
-impl Spread {
+impl Quantiles {
     /// The quantiles of a sample, linear between its members. A rollout that diverged (NaN) is
     /// below every other, and a quantile that leans on it is minus infinity.
     ///
@@ -44,19 +44,19 @@ impl Spread {
 
 #[cfg(test)]
 mod tests {
-    use super::Spread;
+    use super::Quantiles;
 
     #[test]
     fn quantiles_are_linear_between_members() {
-        let spread = Spread::of(&[4.0, 1.0, 3.0, 2.0, 5.0]);
+        let spread = Quantiles::of(&[4.0, 1.0, 3.0, 2.0, 5.0]);
         assert_eq!((spread.p50, spread.p90), (3.0, 4.6));
         assert!((spread.p10 - 1.4).abs() < 1e-15);
-        assert_eq!(Spread::of(&[1.0, 2.0, 4.0, 8.0]).p50, 3.0);
+        assert_eq!(Quantiles::of(&[1.0, 2.0, 4.0, 8.0]).p50, 3.0);
     }
 
     #[test]
     fn a_diverged_rollout_counts_lowest() {
-        let spread = Spread::of(&[2.0, f64::NAN, 3.0, f64::INFINITY]);
+        let spread = Quantiles::of(&[2.0, f64::NAN, 3.0, f64::INFINITY]);
         // Sorted: two that diverged, 2, 3. The median lies between the second and the third.
         assert_eq!(
             (spread.p10, spread.p50),

@@ -1,4 +1,7 @@
-//! Robots as they are built, in surroundings as they are met: drawn around the nominal ones.
+//! Domain randomisation: robots as they are built, in surroundings as they are met, drawn around
+//! the nominal ones.
+
+use std::borrow::Cow;
 
 use rand::rngs::ChaCha8Rng;
 
@@ -10,17 +13,17 @@ use crate::scene::RobustSettings;
 
 /// A task with the numbers of one robot and its surroundings, and where that robot starts.
 #[derive(Clone, Debug)]
-pub struct World {
+pub struct Domain<'a> {
     /// The task.
-    pub task: Task,
+    pub task: Cow<'a, Task>,
     /// Initial positions and velocities.
     pub start: State<f64>,
 }
 
-/// Draws a world around a task at rest. Every number is drawn whether its scatter is zero or not:
-/// switching one scatter off leaves the others' draws as they were.
-pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> World {
-    let mut factor = |scatter: f64| 1.0 + symmetric(stream, scatter);
+/// Draws a domain around a task at rest. Every number is drawn whether its range is zero or not:
+/// switching one range off leaves the other draws as they were.
+pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> Domain<'static> {
+    let mut factor = |range: f64| 1.0 + symmetric(stream, range);
     let friction = factor(settings.friction);
     let lattice = &task.lattice;
     let edges = lattice.edges.iter();
@@ -32,8 +35,8 @@ pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> 
     };
     let rest = lattice.state_at_rest();
     let mut moved = |x: f64| x + symmetric(stream, settings.start);
-    World {
-        task: task.varied(variation, friction),
+    Domain {
+        task: Cow::Owned(task.varied(variation, friction)),
         start: State {
             x: rest.x.iter().map(|x| x.map(&mut moved)).collect(),
             v: rest.v,
@@ -59,7 +62,7 @@ mod tests {
     use crate::scene::{RobustSettings, Scene};
 
     #[test]
-    fn without_scatter_the_world_is_the_nominal_one() {
+    fn without_ranges_the_domain_is_the_nominal_one() {
         let scene = Scene::parse("tiny", "[lattice]\ncolumns = 3\nrows = 2").unwrap();
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
         let world = (&scene.physics, &scene.controller);
@@ -71,11 +74,12 @@ mod tests {
             stiffness: 0.0,
             mass: 0.0,
         };
-        let world = draw(task, &none, &mut stream(3, Purpose::Scatter));
-        assert_eq!(world.start, task.lattice.state_at_rest());
-        assert_eq!(world.task.physics, task.physics);
+        let domain = draw(task, &none, &mut stream(3, Purpose::DomainRandomisation));
+        assert_eq!(domain.start, task.lattice.state_at_rest());
+        assert_eq!(domain.task.physics, task.physics);
         let some = RobustSettings { mass: 0.1, ..none };
-        let [a, b] = [4, 4].map(|seed| draw(task, &some, &mut stream(seed, Purpose::Scatter)));
+        let [a, b] =
+            [4, 4].map(|seed| draw(task, &some, &mut stream(seed, Purpose::DomainRandomisation)));
         let mixture = vec![[0.0, 1.0, 0.0]; task.lattice.edges.len()];
         let mass = |task: &Task| task.body(&mixture).mass;
         assert_eq!(mass(&a.task), mass(&b.task));

@@ -6,41 +6,41 @@ use super::begin::CoDesign;
 use super::progress::Progress;
 use super::schedule::Schedule;
 use super::slope::{At, Slope};
+use crate::domain::{Domain, draw};
 use crate::gradient::{Inputs, Task};
 use crate::random::{Purpose, stream_of};
-use crate::scatter::{World, draw};
 
 impl CoDesign {
-    /// The worlds of an iteration's gradients; none where the robot is designed as it is. They
+    /// The domains of an iteration's gradients; none where the robot is designed as it is. They
     /// are drawn anew for every iteration, by its number: a resumed run draws the same.
-    pub(super) fn worlds(&self, progress: &Progress, now: &Schedule) -> Vec<World> {
+    pub(super) fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
         let settings = &self.scene.robust;
         let number = now.iteration as u64;
-        let mut stream = stream_of(progress.seed, Purpose::Scatter, number);
-        let world = |_| draw(&self.task, settings, &mut stream);
-        (0..settings.samples).map(world).collect()
+        let mut stream = stream_of(progress.seed, Purpose::DomainRandomisation, number);
+        let domain = |_| draw(&self.task, settings, &mut stream);
+        (0..settings.samples).map(domain).collect()
     }
 
-    /// The means of gradients over worlds; with none of them those of the nominal task.
+    /// The means of gradients over domains; with none of them those of the nominal task.
     pub(super) fn means<const N: usize>(
         &self,
         at: At,
         slopes: impl Fn(&Task, &Inputs<f64>) -> [Slope; N] + Sync,
     ) -> [Slope; N] {
-        if at.worlds.is_empty() {
+        if at.domains.is_empty() {
             return slopes(&self.task, at.inputs);
         }
-        let in_world = |world: &World| {
-            let start = world.start.clone();
+        let in_domain = |domain: &Domain| {
+            let start = domain.start.clone();
             let inputs = Inputs {
                 start,
                 ..at.inputs.clone()
             };
-            slopes(&world.task, &inputs)
+            slopes(&domain.task, &inputs)
         };
         // Collected in order: the sum does not depend on the number of threads.
-        let of_worlds: Vec<[Slope; N]> = at.worlds.par_iter().map(in_world).collect();
-        std::array::from_fn(|k| Slope::mean(of_worlds.iter().map(|slopes| &slopes[k])))
+        let of_domains: Vec<[Slope; N]> = at.domains.par_iter().map(in_domain).collect();
+        std::array::from_fn(|k| Slope::mean(of_domains.iter().map(|slopes| &slopes[k])))
     }
 }
 
@@ -76,7 +76,7 @@ mod tests {
             scene: &scene,
             iteration: 1,
         };
-        let drawn = drawing.worlds(&progress, &now);
+        let drawn = drawing.domains(&progress, &now);
         let drawn = drawn
             .iter()
             .map(|w| frequency(&drawing, &progress, &w.task));
