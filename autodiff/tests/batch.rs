@@ -1,13 +1,10 @@
 //! Sums of one function over many data: every mode against another.
 
-#[allow(dead_code)] // only forward mode serves here
-mod common;
-
+use crate::common::forward_gradient;
 use autodiff::Elementary;
 use autodiff::batch::{Sum, Summand};
 use autodiff::custom::{Rule, apply};
 use autodiff::{Function, Mask, Real, gradient, hessian};
-use common::forward_gradient;
 
 /// Every operation that a trace records, kinks and selections included.
 #[derive(Clone)]

@@ -1,15 +1,13 @@
 //! Fused entries and custom rules against the same functions written out.
 
-mod common;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::common::{assert_gradient, gradients};
 use autodiff::custom::{Rule, apply};
 use autodiff::fused::dense;
 use autodiff::implicit::{Residual, root};
 use autodiff::{Dual, Function, Fused, Real, Tape, Var, gradient_of, hessian};
-use common::{assert_gradient, gradients};
 
 /// The same sums in another order: a few roundings of terms of order 1.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;

@@ -1,11 +1,9 @@
 //! Graphs without some of their edges, and edges in the plane.
 
-mod steps;
-
+use crate::steps::{Step, Turn, assert_same};
 use autodiff::{
     Adjoint, Function, Graph, Kernel, Model, Program, Real, Rollout, value_and_gradient,
 };
-use steps::{Step, Turn, assert_same};
 
 const NODES: usize = 40;
 

@@ -1,14 +1,11 @@
 //! Roots differentiated through their equations, against the iterations and differences.
 
-#[allow(dead_code)] // the gradients are judged here, with a tolerance
-mod common;
-
+use crate::common::gradients;
 use autodiff::implicit::{Residual, Singular, root};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{
     Dual, Function, Real, Tape, Var, VectorFunction, Wide, gradient, hessian, jacobian, vjp,
 };
-use common::gradients;
 
 /// Three coupled equations that lean on their diagonal, with two parameters.
 #[derive(Clone)]

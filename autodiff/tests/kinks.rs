@@ -1,12 +1,10 @@
 //! One test per row of the table of conventions in `real.rs`, each in forward, reverse and nested
 //! modes.
 
-mod common;
-
+use crate::common::{assert_gradient, forward_gradient};
 use autodiff::Elementary;
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Function, Real, Tape, Var, gradient, hessian};
-use common::{assert_gradient, forward_gradient};
 use num_traits::Zero;
 
 const INF: f64 = f64::INFINITY;

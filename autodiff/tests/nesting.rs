@@ -1,12 +1,10 @@
 //! Derivatives of derivatives: no mode may confuse its own perturbation with another's.
 
-mod common;
-
+use crate::common::{assert_gradient, forward_gradient, gradients};
 use autodiff::{
     Dual, Function, Real, Tape, Var, VectorFunction, gradient, gradient_of, hessian,
     hessian_vector, jacobian, jvp, vjp,
 };
-use common::{assert_gradient, forward_gradient, gradients};
 
 /// Smooth, not separable, with every second derivative different.
 struct Mixed;

@@ -1,10 +1,8 @@
 //! The functions of elements, differentiated as often as three times: in every mode, against
 //! differences in 31 digits, where formulas that are good for values cancel.
 
-mod common;
-
+use crate::common::{assert_gradient, gradients};
 use autodiff::{Dual, Element, Function, Real, Wide, gradient, hessian};
-use common::{assert_gradient, gradients};
 
 /// A function by the name that num-traits or simba has for it.
 #[derive(Clone, Copy, Debug)]

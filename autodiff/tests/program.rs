@@ -1,11 +1,9 @@
 //! Programs of shapes that the net of springs has not, against the same steps written out.
 
-mod steps;
-
+use crate::steps::{STEPS, Step, Turn, assert_same};
 use autodiff::{
     Adjoint, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient_of,
 };
-use steps::{STEPS, Step, Turn, assert_same};
 
 // As few as do where Miri interprets them.
 const NODES: usize = if cfg!(miri) { 7 } else { 11 };

@@ -1,15 +1,13 @@
 //! The reverse sweep through a rollout against duals, the tape and central differences.
 
-mod net;
-
 use std::panic::catch_unwind;
 
+use crate::net::{Loss, NODES, Net};
 use approx::assert_relative_eq;
 use autodiff::{
     Adjoint, CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var,
     gradient_of, value_and_gradient,
 };
-use net::{Loss, NODES};
 
 fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
@@ -286,7 +284,7 @@ fn a_cotangent_is_checked_after_so_many_steps() {
 }
 
 #[track_caller]
-fn assert_refused(rollout: Rollout<net::Net>, sentence: &str) {
+fn assert_refused(rollout: Rollout<Net>, sentence: &str) {
     let mut loss = Loss::new(1);
     loss.rollout = rollout;
     let x = loss.point();

@@ -1,10 +1,8 @@
 //! The rule of every elementary function: forward against reverse, finite differences and
 //! num-dual, at benign and extreme arguments.
 
-mod common;
-
+use crate::common::assert_gradient;
 use autodiff::{Function, Real, gradient};
-use common::assert_gradient;
 use num_dual::{Dual64, DualNum};
 
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@ use autodiff::Graph;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-use crate::step::{Drawn, Layer, Operation, Part, parts};
+use super::step::{Drawn, Layer, Operation, Part, parts};
 
 /// Draws a step, array by array.
 struct Draw {

@@ -2,12 +2,10 @@
 
 mod draw;
 mod step;
-#[path = "../steps/mod.rs"]
-mod steps;
 
+use crate::steps::{STEPS, Step, assert_same};
 use autodiff::{Given, Memory, Real, Rollout, Var, gradient_of};
 use step::Drawn;
-use steps::{STEPS, Step, assert_same};
 
 /// So many programs, fewer where Miri interprets them.
 const PROGRAMS: u64 = if cfg!(miri) { 4 } else { 400 };

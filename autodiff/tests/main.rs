@@ -1,0 +1,39 @@
+//! The tests of the public interface as one binary, a module a topic: a binary for each would link,
+//! and compile its own copies of the generic code, thirty times.
+//!
+//! `cargo test -p autodiff --test all kinks::` runs one module.
+
+mod common;
+mod net;
+mod steps;
+
+mod batch;
+mod check;
+mod check_report;
+mod check_seeds;
+mod controls;
+mod drawn;
+mod element;
+mod elementary;
+mod emitted;
+mod foreign;
+mod fused;
+mod graph;
+mod implicit;
+mod kinks;
+mod layout;
+mod local_jacobians;
+mod memory;
+mod misuse;
+mod nalgebra;
+mod nesting;
+mod numbers;
+mod orders;
+mod parallel;
+mod program;
+mod rollout;
+mod rounding;
+mod rules;
+mod sparse;
+mod trace;
+mod wide;

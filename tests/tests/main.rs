@@ -1,0 +1,32 @@
+//! The tests across both crates as one binary, a module a topic: a binary for each would link, and
+//! compile its own copy of the simulator, twenty times.
+//!
+//! `cargo test -p cosmic-tests --test all plan::` runs one module.
+
+mod case_reader;
+mod corpus;
+mod drawn_scenes;
+mod floors;
+mod inlined_kernels;
+mod integrators;
+mod listed;
+mod mma;
+mod mma_subproblem;
+mod model_gradients;
+mod optimisers;
+mod plan;
+mod reference_model;
+mod reference_rollouts;
+mod richer_physics;
+mod rollout_gradients;
+mod stability_contact;
+mod stability_elementary;
+mod stability_energy;
+mod stability_extremes;
+mod stability_guard;
+mod stability_kinds;
+mod stability_projection;
+mod stability_rest;
+mod stability_step;
+mod stability_vibration;
+mod void_edges;
