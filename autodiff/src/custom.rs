@@ -31,9 +31,8 @@
 //! assert_eq!(gradient(&Loss, &[0.7]), [3.0]);
 //! ```
 
-use crate::forward::Dual;
-use crate::fused::Fused;
-use crate::real::Real;
+use crate::dual::Dual;
+use crate::real::{Fused, Real};
 
 /// A scalar function of a vector with its partials given. It must own its data, or share them by an
 /// `Arc`, because the tape keeps it.

@@ -1,37 +1,14 @@
-//! Forward mode: [`Dual`], a number that carries tangents.
+//! Forward mode: the arithmetic of [`Dual`], a number that carries tangents.
 
-use std::cmp::Ordering;
-use std::fmt;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use num_traits::{FromPrimitive, One, Zero};
 
-use crate::fused::Fused;
-use crate::math::Elementary;
-use crate::real::Real;
+use crate::dual::Dual;
+use crate::elementary::Elementary;
+use crate::real::{Fused, Real};
 use crate::rule;
-
-/// A value and its tangents along `N` directions at once.
-///
-/// Duals nest: `Dual<Dual<f64, 1>, 1>` carries second derivatives. `==`, `<` and
-/// [`Real::lt`] compare primals; [`Zero::is_zero`] asks for the additive identity, tangents
-/// included.
-///
-/// ```
-/// use autodiff::{Dual, Real};
-///
-/// let x = Dual::<f64, 1>::variable(2.0, 0);
-/// let y = x * x.ln();
-/// assert_eq!(y.tangent[0], 2.0_f64.ln() + 1.0);
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Dual<R, const N: usize> {
-    /// The primal.
-    pub value: R,
-    /// One tangent per direction.
-    pub tangent: [R; N],
-}
 
 impl<R: Real, const N: usize> Dual<R, N> {
     /// A value that does not move in any direction.
@@ -324,27 +301,6 @@ impl<R: Real, const N: usize> One for Dual<R, N> {
 impl<R: Real, const N: usize> Sum for Dual<R, N> {
     fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
         terms.fold(Self::zero(), |sum, term| sum + term)
-    }
-}
-
-impl<R: PartialEq, const N: usize> PartialEq for Dual<R, N> {
-    #[inline(always)]
-    fn eq(&self, other: &Self) -> bool {
-        self.value == other.value
-    }
-}
-
-impl<R: PartialOrd, const N: usize> PartialOrd for Dual<R, N> {
-    #[inline(always)]
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        self.value.partial_cmp(&other.value)
-    }
-}
-
-/// The primal.
-impl<R: fmt::Display, const N: usize> fmt::Display for Dual<R, N> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.value.fmt(formatter)
     }
 }
 

@@ -1,44 +1,6 @@
 //! Functions that the reverse tape takes as one entry.
 
-use crate::forward::Dual;
-use crate::real::Real;
-
-/// A function of several slices that is differentiated as a whole.
-///
-/// Plain numbers call [`eval`](Fused::eval), duals [`forward`](Fused::forward). The reverse tape
-/// calls [`record`](Fused::record) and, once in each reverse sweep that reaches it,
-/// [`reverse`](Fused::reverse), with its inner number type for `R`. All of them must describe the
-/// same function. A function with one output and known partials is shorter as a
-/// [`Rule`](crate::custom::Rule).
-///
-/// Where derivatives nest, `R` carries a derivative itself. A function whose derivative is not that of
-/// its `eval` must hand its own rule on to that layer: its `forward` and `record` take the outputs
-/// from [`Real::fused`] of a copy of itself, called on the numbers inside.
-pub trait Fused: Send + 'static {
-    /// What `record` keeps for `reverse`.
-    type Saved<R: Real>: Send;
-
-    /// The outputs alone.
-    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R>;
-
-    /// The outputs with their tangents; by default those of `eval` on duals. A function whose
-    /// derivative is not that of its `eval` overrides this.
-    fn forward<R: Real, const N: usize>(&self, inputs: &[&[Dual<R, N>]]) -> Vec<Dual<R, N>> {
-        self.eval(inputs)
-    }
-
-    /// The outputs, and what the reverse sweep will need.
-    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>);
-
-    /// The cotangents of the inputs, given those of the outputs, `y_bar`: one vector per input slice,
-    /// in their order. Where `wanted` is false the slice is constant and its vector may be left empty.
-    fn reverse<R: Real>(
-        &self,
-        saved: &mut Self::Saved<R>,
-        y_bar: &[R],
-        wanted: &[bool],
-    ) -> Vec<Vec<R>>;
-}
+use crate::real::{Fused, Real};
 
 /// A dense layer, `weights * x + biases`, as one entry of the tape; `weights` row by row.
 ///

@@ -239,6 +239,8 @@
 extern crate self as autodiff;
 
 // The order of the modules is the architecture: each uses only those above it.
+mod elementary;
+mod dual;
 pub mod real;
 mod rule;
 mod math;
@@ -259,18 +261,16 @@ pub use arrays::{Adjoint, Array, Graph, Kernel, Matrix, Partials, Program};
 pub use diagnose::{Wide, check, trace};
 #[cfg(feature = "rayon")]
 pub use drivers::parallel;
-pub use drivers::sparse::sparse_jacobian;
 pub use drivers::{
     Function, VectorFunction, batch, gradient, gradient_of, hessian, hessian_vector, implicit,
-    jacobian, jvp, sparse, value_and_gradient, value_and_gradient_of, vjp,
+    jacobian, jvp, sparse, sparse::sparse_jacobian, value_and_gradient, value_and_gradient_of, vjp,
 };
-pub use forward::Dual;
-pub use fused::Fused;
+pub use dual::Dual;
+pub use elementary::Elementary;
 pub use interop::Element;
 #[cfg(feature = "nalgebra")]
 pub use interop::nalgebra;
-pub use math::Elementary;
-pub use real::{Mask, Real};
+pub use real::{Fused, Mask, Real};
 pub use record::emit;
 pub use reverse::{Tape, Var};
 pub use rollout::{CotangentBound, Given, Memory, Model, Rollout};

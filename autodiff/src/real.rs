@@ -45,9 +45,8 @@ use std::ops::{AddAssign, BitAnd, BitOr, Div, DivAssign, MulAssign, Neg, Not, Su
 
 use num_traits::{One, Zero};
 
-use crate::fused::Fused;
-use crate::math::Elementary;
-use crate::simd::Vectorized;
+use crate::dual::Dual;
+use crate::elementary::Elementary;
 
 /// The result of a comparison: `bool`, or one truth value per lane.
 ///
@@ -167,10 +166,7 @@ pub trait Real:
     fn powf(self, exponent: Self) -> Self;
     /// One of the [`Elementary`] functions, which have no method here:
     /// `x.elementary(Elementary::Asinh)`.
-    #[inline(always)]
-    fn elementary(self, function: Elementary) -> Self {
-        function.value(self)
-    }
+    fn elementary(self, function: Elementary) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
     /// -1, 0 or 1: unlike `f64::signum`, zero at zero.
@@ -264,14 +260,133 @@ pub trait Real:
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         function.eval(inputs)
     }
-    /// Called by a rollout before each step, for numbers that [`trace`](crate::trace) where a NaN
-    /// came from; all others ignore it.
-    #[inline(always)]
-    fn mark_step(_step: usize) {}
     /// Runs `work` with the widest lanes that this machine has for this type: floats in SIMD
     /// registers; for any other type the lane is the number itself.
     #[inline(always)]
     fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
         work.run::<Self>()
     }
+}
+
+/// A function of several slices that is differentiated as a whole.
+///
+/// Plain numbers call [`eval`](Fused::eval), duals [`forward`](Fused::forward). The reverse tape
+/// calls [`record`](Fused::record) and, once in each reverse sweep that reaches it,
+/// [`reverse`](Fused::reverse), with its inner number type for `R`. All of them must describe the
+/// same function. A function with one output and known partials is shorter as a
+/// [`Rule`](crate::custom::Rule).
+///
+/// Where derivatives nest, `R` carries a derivative itself. A function whose derivative is not that of
+/// its `eval` must hand its own rule on to that layer: its `forward` and `record` take the outputs
+/// from [`Real::fused`] of a copy of itself, called on the numbers inside.
+pub trait Fused: Send + 'static {
+    /// What `record` keeps for `reverse`.
+    type Saved<R: Real>: Send;
+
+    /// The outputs alone.
+    fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R>;
+
+    /// The outputs with their tangents; by default those of `eval` on duals. A function whose
+    /// derivative is not that of its `eval` overrides this.
+    fn forward<R: Real, const N: usize>(&self, inputs: &[&[Dual<R, N>]]) -> Vec<Dual<R, N>> {
+        self.eval(inputs)
+    }
+
+    /// The outputs, and what the reverse sweep will need.
+    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>);
+
+    /// The cotangents of the inputs, given those of the outputs, `y_bar`: one vector per input slice,
+    /// in their order. Where `wanted` is false the slice is constant and its vector may be left empty.
+    fn reverse<R: Real>(
+        &self,
+        saved: &mut Self::Saved<R>,
+        y_bar: &[R],
+        wanted: &[bool],
+    ) -> Vec<Vec<R>>;
+}
+
+/// A number type that holds `N` scalars of type `S`, one a lane.
+pub trait Lane<S>: Real {
+    /// How many scalars.
+    const N: usize;
+    /// The same scalar in every lane.
+    fn splat(value: S) -> Self;
+    /// The first `N` scalars of a slice.
+    fn load(from: &[S]) -> Self;
+    /// Writes the lanes to the first `N` places of a slice.
+    fn store(self, to: &mut [S]);
+    /// All of a slice shorter than `N`, then zeros.
+    fn load_part(from: &[S]) -> Self;
+    /// Fills a slice shorter than `N`.
+    fn store_part(self, to: &mut [S]);
+    /// The mask that is true in lane `k` where bit `k` is set.
+    fn mask(bits: u16) -> Self::Mask;
+    /// Moves the first lanes, in order, to the places of the set bits; zeros elsewhere.
+    fn expand(self, bits: u16) -> Self;
+    /// Moves the lanes at the places of the set bits, in order, to the first places; then zeros.
+    fn compress(self, bits: u16) -> Self;
+    /// The lanes of both interleaved: `self[0], other[0], self[1], ...`, the first `N` and the last `N`.
+    fn zip(self, other: Self) -> [Self; 2];
+
+    /// The hyperbolic tangent of each. SIMD lanes compute them abreast, as none waits for another.
+    #[inline(always)]
+    fn tanh_each<const K: usize>(mut x: [Self; K]) -> [Self; K] {
+        for k in 0..K {
+            x[k] = x[k].tanh();
+        }
+        x
+    }
+
+    /// The first `N` scalars of a slice, or all of a shorter one, then zeros.
+    #[inline(always)]
+    fn load_up_to(from: &[S]) -> Self {
+        if from.len() >= Self::N {
+            Self::load(from)
+        } else {
+            Self::load_part(from)
+        }
+    }
+    /// Writes the lanes, as many as the slice has places for.
+    #[inline(always)]
+    fn store_up_to(self, to: &mut [S]) {
+        if to.len() >= Self::N {
+            self.store(to)
+        } else {
+            self.store_part(to)
+        }
+    }
+}
+
+/// Work that is written for any lane width; see [`Real::vectorize`]. Lanes are numbers like any other,
+/// also inside duals and on a tape:
+///
+/// ```
+/// use autodiff::simd::{Lane, Vectorized};
+/// use autodiff::{Dual, Real};
+///
+/// /// The slopes of `x^3` at many points.
+/// struct Slopes<'a>(&'a [f64]);
+///
+/// impl Vectorized<f64> for Slopes<'_> {
+///     type Output = Vec<f64>;
+///     #[inline(always)]
+///     fn run<L: Lane<f64>>(self) -> Vec<f64> {
+///         let mut slopes = vec![0.0; self.0.len()];
+///         for (x, slope) in self.0.chunks(L::N).zip(slopes.chunks_mut(L::N)) {
+///             let x = Dual::<L, 1>::variable(L::load_up_to(x), 0);
+///             (x * x * x).tangent[0].store_up_to(slope);
+///         }
+///         slopes
+///     }
+/// }
+///
+/// let slopes = f64::vectorize(Slopes(&[0.0, 1.0, 2.0, 3.0, 4.0]));
+/// assert_eq!(slopes, [0.0, 3.0, 12.0, 27.0, 48.0]);
+/// ```
+pub trait Vectorized<S: Real> {
+    /// What the work returns.
+    type Output;
+    /// Does the work in lanes of type `L`. Mark implementations, and all that they call,
+    /// `#[inline(always)]`: only then is the code compiled for the instruction set it is entered with.
+    fn run<L: Lane<S>>(self) -> Self::Output;
 }

@@ -1,5 +1,5 @@
 //! A kernel mapped over the edges of a graph, its results summed up at their nodes.
-#![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
+#![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use super::kernel::Adjoint;
 use super::operation::Operation;
 use super::row::{Bars, Frame, Places, Reach, add, load};
 use crate::real::Real;
-use crate::simd::{Lane, Vectorized, WIDEST, lanes};
+use crate::simd::{Lane, Unchecked, Vectorized, WIDEST, lanes};
 
 /// The kernel's inputs are `C` differences, head minus tail, then what is given per edge; its `O`
 /// results are added at the tail and subtracted at the head.

@@ -2,7 +2,7 @@
 
 use num_traits::Zero;
 
-use crate::forward::Dual;
+use crate::dual::Dual;
 use crate::real::Real;
 
 /// A pure function of `I` numbers with `O` results: a spring, a contact, a reaction.

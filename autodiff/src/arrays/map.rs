@@ -1,12 +1,12 @@
 //! A kernel mapped over arrays.
-#![allow(unsafe_code)] // Unchecked loads: see `Lane::load_at`.
+#![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use super::array::Array;
 use super::kernel::Adjoint;
 use super::operation::Operation;
 use super::row::{Bars, Frame, Places, Reach, add, load};
 use crate::real::Real;
-use crate::simd::{Lane, Vectorized};
+use crate::simd::{Lane, Unchecked, Vectorized};
 
 pub(super) struct Map<K, const I: usize, const O: usize> {
     kernel: K,

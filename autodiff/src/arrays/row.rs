@@ -5,7 +5,7 @@ use std::slice::{from_raw_parts, from_raw_parts_mut};
 
 use super::array::Array;
 use crate::real::Real;
-use crate::simd::Lane;
+use crate::simd::{Lane, Unchecked};
 
 /// The values of a step: those of the parameters, which no step changes, and its row.
 #[derive(Clone, Copy)]

@@ -11,9 +11,8 @@ use std::fmt;
 use super::jacobian::joined_columns;
 use super::lu::Lu;
 use super::seed::{CHUNK, seeded};
-use crate::forward::Dual;
-use crate::fused::Fused;
-use crate::real::Real;
+use crate::dual::Dual;
+use crate::real::{Fused, Real};
 use crate::reverse::{Tape, Var};
 
 /// As many equations as unknowns, with parameters. It must own its data, or share them by an `Arc`,

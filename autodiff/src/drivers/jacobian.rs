@@ -1,7 +1,7 @@
 //! Jacobians, and their products with vectors.
 
 use super::seed::{CHUNK, along, seeded};
-use crate::forward::Dual;
+use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::{Var, with_tape};
 

@@ -1,6 +1,6 @@
 //! Arguments that move: the input of forward passes.
 
-use crate::forward::Dual;
+use crate::dual::Dual;
 use crate::real::Real;
 
 /// How many columns a forward pass of a Jacobian or a Hessian carries at once: enough to

@@ -8,7 +8,7 @@
 
 use super::jacobian::{VectorFunction, jacobian};
 use super::seed::CHUNK;
-use crate::forward::Dual;
+use crate::dual::Dual;
 use crate::real::Real;
 
 /// Which entries of a Jacobian may differ from zero, and a colouring of its columns.

@@ -6,7 +6,8 @@ use num_traits::{Float, NumCast, One, ToPrimitive, Zero};
 
 use super::element::Element;
 use super::number::decided;
-use crate::math::{Elementary, rounding};
+use crate::elementary::Elementary;
+use crate::math::rounding;
 use crate::real::Real;
 
 /// Always `None`: the derivative would be lost.

@@ -1,13 +1,12 @@
 //! Elementary functions: their values from additions and multiplications, and the table of those that
 //! a [`Real`](crate::Real) has no method for.
 
+mod primitive;
 #[cfg(target_arch = "x86_64")]
 mod abreast;
-mod primitive;
 pub(crate) mod rounding;
 mod table;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) use abreast::Abreast;
 pub(crate) use primitive::{Primitive, SIN_RANGE, exp, sin_cos, tanh};
-pub use table::Elementary;

@@ -5,65 +5,15 @@
 //! Differentiating a formula that is accurate for the value can be inaccurate, so each function has
 //! its partial beside it; higher derivatives follow from that.
 
+use crate::elementary::Elementary;
 use crate::real::Real;
 use crate::rule;
 
-/// A function of one number for [`Real::elementary`].
-///
-/// At an end of its domain the derivative is the limit from inside, infinite for `asin`, `acos`,
-/// `acosh`, `atanh`, `ln_1p` and the logarithms, as it is for `cbrt` at 0; outside it is NaN, as
-/// the value is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Elementary {
-    /// Inverse sine.
-    Asin,
-    /// Inverse cosine.
-    Acos,
-    /// Hyperbolic sine.
-    Sinh,
-    /// Hyperbolic cosine.
-    Cosh,
-    /// Inverse hyperbolic sine.
-    Asinh,
-    /// Inverse hyperbolic cosine.
-    Acosh,
-    /// Inverse hyperbolic tangent.
-    Atanh,
-    /// `e^x - 1`.
-    ExpM1,
-    /// `ln(1 + x)`.
-    Ln1p,
-    /// Logarithm to base 2.
-    Log2,
-    /// Logarithm to base 10.
-    Log10,
-    /// Cubic root of either sign.
-    Cbrt,
-}
-
 impl Elementary {
-    /// The name of the method in num-traits' `Float`.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Asin => "asin",
-            Self::Acos => "acos",
-            Self::Sinh => "sinh",
-            Self::Cosh => "cosh",
-            Self::Asinh => "asinh",
-            Self::Acosh => "acosh",
-            Self::Atanh => "atanh",
-            Self::ExpM1 => "exp_m1",
-            Self::Ln1p => "ln_1p",
-            Self::Log2 => "log2",
-            Self::Log10 => "log10",
-            Self::Cbrt => "cbrt",
-        }
-    }
-
-    /// The value, made of methods of [`Real`].
+    /// The value, made of methods of [`Real`]: for an implementation of [`Real::elementary`] that has
+    /// nothing better.
     #[inline(always)]
-    pub(crate) fn value<R: Real>(self, x: R) -> R {
+    pub fn value<R: Real>(self, x: R) -> R {
         match self {
             Self::Asin => x.atan2(((R::one() - x) * (R::one() + x)).sqrt()),
             Self::Acos => ((R::one() - x) * (R::one() + x)).sqrt().atan2(x),

@@ -13,9 +13,8 @@ use std::ops::{
 
 use num_traits::{One, Zero};
 
-use crate::fused::Fused;
-use crate::math::Elementary;
-use crate::real::{Mask, Real};
+use crate::elementary::Elementary;
+use crate::real::{Fused, Mask, Real};
 
 /// Where an operand lies: among the numbers that all points share, or among each point's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

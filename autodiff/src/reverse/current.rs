@@ -15,7 +15,7 @@ use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use super::tape::{Arena, Entry};
+use super::arena::{Arena, Entry};
 use crate::real::Real;
 
 /// The generation of constants; no recording has it.
@@ -270,7 +270,7 @@ fn further_out(generation: u32) -> *const Frame {
 #[cfg(test)]
 mod tests {
     use super::{CONSTANT, COUNT_BITS, name_of, next_generation};
-    use crate::forward::Dual;
+    use crate::dual::Dual;
 
     #[test]
     fn a_generation_names_its_number_type() {

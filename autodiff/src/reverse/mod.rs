@@ -1,11 +1,15 @@
 //! Reverse mode: a [`Tape`] that records, [`Var`]s that are recorded, a sweep that pulls
 //! cotangents back.
 
+mod index;
+mod fused_entry;
+mod arena;
 mod current;
-mod fused;
-mod pool;
-mod tape;
 mod var;
+mod fused;
+mod arithmetic;
+mod tape;
+mod pool;
 
 pub(crate) use pool::with_tape;
 pub use tape::Tape;

@@ -8,8 +8,7 @@ use std::ops::Range;
 
 use super::settings::{Given, Model, Rollout};
 use super::sweep::{Recorded, Starts};
-use crate::fused::Fused;
-use crate::real::Real;
+use crate::real::{Fused, Real};
 use crate::simd::lanes;
 
 impl<M: Model> Rollout<M> {

@@ -7,6 +7,7 @@
 mod checkpoints;
 mod cotangent_bound;
 mod settings;
+mod progress;
 mod sweep;
 mod single;
 mod batched;
@@ -15,5 +16,6 @@ mod tests;
 
 pub use checkpoints::Memory;
 pub use cotangent_bound::CotangentBound;
+pub(crate) use progress::step;
 pub use settings::{Given, Model, Rollout};
 pub use sweep::Recorded;

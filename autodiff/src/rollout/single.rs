@@ -1,9 +1,9 @@
 //! Rollouts as one fused function.
 
+use super::progress::Running;
 use super::settings::{Model, Rollout};
 use super::sweep::{Recorded, Starts, Sweep};
-use crate::fused::Fused;
-use crate::real::Real;
+use crate::real::{Fused, Real};
 
 impl<M: Model> Rollout<M> {
     /// Runs all steps and returns the observed states (or the chosen [`entries`](Rollout::entries) of
@@ -45,6 +45,7 @@ impl<M: Model> Rollout<M> {
 
     /// The observed numbers, interleaved for several starts.
     pub(super) fn forward<R: Real>(&self, starts: Starts, inputs: &[&[R]]) -> Vec<R> {
+        let _running = Running::start();
         let mut sweep = Sweep::new(self, starts, inputs);
         let mut row = sweep.row(inputs[0]);
         let places = self.places((starts.count, sweep.state_len()));
@@ -68,6 +69,7 @@ impl<M: Model> Rollout<M> {
         starts: Starts,
         inputs: &[&[R]],
     ) -> (Vec<R>, Recorded<R>) {
+        let _running = Running::start();
         let mut recorded = Recorded::new(self, starts, inputs);
         let places = self.places((starts.count, recorded.state_len()));
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
@@ -91,6 +93,7 @@ impl<M: Model> Rollout<M> {
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
+        let _running = Running::start();
         let state_len = saved.state_len();
         let places = self.places((starts, state_len));
         let mut seeds = self

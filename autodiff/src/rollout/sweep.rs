@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::checkpoints::Plan;
+use super::progress::begin_step;
 use super::settings::{Model, Rollout};
 use crate::arrays::{Aligned, Program, Watch};
 use crate::pool;
@@ -78,7 +79,7 @@ impl<R: Real> Sweep<R> {
 
     /// Does a step; the new state stands where the next row begins. Meanwhile prefetches the row `soon`.
     fn step(&mut self, step: usize, row: &mut [R], soon: Option<*const R>) {
-        R::mark_step(step);
+        begin_step(step);
         self.program.set_inputs(row, (&self.inputs, step));
         self.program.step(&self.parameters, row, soon);
         // The old state, not the new one: its loads would wait for the stores just made.

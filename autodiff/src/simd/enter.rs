@@ -2,9 +2,9 @@
 // `cargo bench -p benches --bench tapes` shows what it is for.
 #![allow(unsafe_code)]
 
-use super::lane::Vectorized;
 use super::level::{Level, level};
 use super::x86::{F32x8, F32x16, F64x4, F64x8};
+use crate::real::Vectorized;
 
 #[inline]
 pub(crate) fn f64_lanes<V: Vectorized<f64>>(work: V) -> V::Output {

@@ -2,9 +2,9 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::enter::{f32_lanes, f64_lanes};
-use super::lane::Vectorized;
-use crate::math::{self, Elementary};
-use crate::real::Real;
+use crate::elementary::Elementary;
+use crate::math;
+use crate::real::{Real, Vectorized};
 
 macro_rules! impl_real_for_float {
     ($float:ident, $lanes:ident) => {

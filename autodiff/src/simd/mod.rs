@@ -2,6 +2,7 @@
 //! processor has, chosen at run time. Nothing has to be set at compile time.
 
 mod lane;
+mod unchecked;
 mod level;
 mod prefetch;
 #[cfg(target_arch = "x86_64")]
@@ -12,9 +13,11 @@ mod float;
 #[cfg(test)]
 mod tests;
 
-pub use lane::{Lane, Vectorized};
 pub(crate) use lane::{WIDEST, lanes};
 #[cfg(test)]
 pub(crate) use level::at_most;
 pub use level::{Level, level};
 pub(crate) use prefetch::prefetch;
+pub(crate) use unchecked::Unchecked;
+
+pub use crate::real::{Lane, Vectorized};

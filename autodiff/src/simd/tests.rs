@@ -1,7 +1,7 @@
 //! Every lane type against scalars, bit for bit.
 
 use super::{Lane, Vectorized, WIDEST};
-use crate::math::Elementary;
+use crate::elementary::Elementary;
 use crate::real::{Mask, Real};
 
 /// What lanes do with one number.

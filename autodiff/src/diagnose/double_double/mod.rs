@@ -38,7 +38,7 @@
 
 mod exact;
 mod number;
-mod elementary;
+mod functions;
 mod real;
 
 pub use number::Wide;

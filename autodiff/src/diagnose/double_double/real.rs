@@ -2,8 +2,9 @@
 
 use num_traits::Zero;
 
-use super::elementary;
+use super::functions;
 use super::number::Wide;
+use crate::elementary::Elementary;
 use crate::real::Real;
 
 impl Real for Wide {
@@ -26,31 +27,34 @@ impl Real for Wide {
         if mask { if_true } else { if_false }
     }
     fn sqrt(self) -> Self {
-        elementary::sqrt(self)
+        functions::sqrt(self)
     }
     fn exp(self) -> Self {
-        elementary::exp(self)
+        functions::exp(self)
     }
     fn ln(self) -> Self {
-        elementary::ln(self)
+        functions::ln(self)
     }
     fn sin(self) -> Self {
-        elementary::sin_cos(self).0
+        functions::sin_cos(self).0
     }
     fn cos(self) -> Self {
-        elementary::sin_cos(self).1
+        functions::sin_cos(self).1
     }
     fn tanh(self) -> Self {
-        elementary::tanh(self)
+        functions::tanh(self)
     }
     fn atan2(self, x: Self) -> Self {
-        elementary::atan2(self, x)
+        functions::atan2(self, x)
     }
     fn powi(self, exponent: i32) -> Self {
-        elementary::powi(self, exponent)
+        functions::powi(self, exponent)
     }
     fn powf(self, exponent: Self) -> Self {
-        elementary::powf(self, exponent)
+        functions::powf(self, exponent)
+    }
+    fn elementary(self, function: Elementary) -> Self {
+        function.value(self)
     }
     #[inline]
     fn abs(self) -> Self {

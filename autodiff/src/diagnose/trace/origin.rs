@@ -4,6 +4,8 @@ use std::cell::RefCell;
 use std::fmt;
 use std::panic::Location;
 
+use crate::rollout::step;
+
 /// The origin of a value or partial that is infinite or NaN.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -35,7 +37,6 @@ impl fmt::Display for NonFinite {
 #[derive(Default)]
 pub(super) struct Trace {
     operations: usize,
-    step: Option<usize>,
     pub(super) found: Vec<NonFinite>,
 }
 
@@ -59,19 +60,6 @@ pub(super) type Origin = u32;
 /// the first operation to blame.
 pub(super) const CLEAN: Origin = Origin::MAX;
 
-/// The step that a rollout is at.
-pub(super) fn step() -> Option<usize> {
-    RUNNING.with_borrow(|trace| trace.as_ref()?.step)
-}
-
-pub(super) fn set_step(step: Option<usize>) {
-    RUNNING.with_borrow_mut(|trace| {
-        if let Some(trace) = trace {
-            trace.step = step;
-        }
-    });
-}
-
 /// Counts an operation.
 pub(super) fn count() {
     RUNNING.with_borrow_mut(|trace| {
@@ -92,7 +80,7 @@ pub(super) fn note(
         trace.found.push(NonFinite {
             operation,
             number: trace.operations,
-            step: trace.step,
+            step: step(),
             place,
             numbers,
         });

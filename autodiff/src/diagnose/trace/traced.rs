@@ -5,10 +5,9 @@ use std::panic::Location;
 
 use num_traits::{One, Zero};
 
-use super::origin::{CLEAN, Origin, count, note, set_step, step};
-use crate::fused::Fused;
-use crate::math::Elementary;
-use crate::real::{Mask, Real};
+use super::origin::{CLEAN, Origin, count, note};
+use crate::elementary::Elementary;
+use crate::real::{Fused, Mask, Real};
 use crate::rule;
 
 /// A number that knows which operation made its value, or a partial on the way to it, infinite or NaN.
@@ -268,10 +267,7 @@ impl<R: Real> Real for Traced<R> {
     /// nothing inside is blamed; where it is not though all operations are, the whole function is.
     #[track_caller]
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
-        // A rollout says when a step begins and not when the last one ends.
-        let outer_step = step();
         let mut outputs = function.eval(inputs);
-        set_step(outer_step);
         depend(&mut outputs, inputs);
         if inputs.iter().any(|slice| !clean(slice)) {
             return outputs;
@@ -287,9 +283,6 @@ impl<R: Real> Real for Traced<R> {
         };
         outputs.iter_mut().for_each(|y| y.origin = blamed);
         outputs
-    }
-    fn mark_step(step: usize) {
-        set_step(Some(step));
     }
 }
 

@@ -5,8 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use num_traits::Zero;
 
 use super::replay::{Replay, Spare, WIDE};
-use crate::fused::Fused;
-use crate::real::Real;
+use crate::real::{Fused, Real};
 use crate::record::trace::{Trace, trace};
 use crate::reverse::{Tape, Var};
 use crate::simd::{Lane, Vectorized, WIDEST};

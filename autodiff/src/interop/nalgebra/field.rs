@@ -7,7 +7,8 @@ use simba::scalar::SubsetOf;
 
 use super::super::element::Element;
 use super::super::number::decided;
-use crate::math::{Elementary, rounding};
+use crate::elementary::Elementary;
+use crate::math::rounding;
 use crate::real::Real;
 
 impl<R: Real> Field for Element<R> {}

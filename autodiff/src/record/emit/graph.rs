@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 
 use super::known::{Known, Range};
-use crate::math::Elementary;
+use crate::elementary::Elementary;
 
 /// How a node was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

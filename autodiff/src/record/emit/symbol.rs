@@ -8,7 +8,7 @@ use num_traits::{One, Zero};
 
 use super::graph::{GRAPH, Node, place};
 use super::known::Known;
-use crate::math::Elementary;
+use crate::elementary::Elementary;
 use crate::real::{Mask, Real};
 
 /// A node of the formula, by its place in the list of all.

@@ -16,9 +16,9 @@ use std::ops::{
 
 use num_traits::{One, Zero};
 
-use super::lane::Lane;
-use crate::math::{self, Abreast, Elementary, Primitive};
-use crate::real::{Mask, Real};
+use crate::elementary::Elementary;
+use crate::math::{self, Abreast, Primitive};
+use crate::real::{Lane, Mask, Real};
 
 /// A mask with one bit for each lane (AVX-512).
 #[derive(Clone, Copy, Debug)]

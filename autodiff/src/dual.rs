@@ -1,0 +1,46 @@
+//! The pair of forward mode; its arithmetic is in [`forward`](crate::forward).
+
+use std::cmp::Ordering;
+use std::fmt;
+
+/// A value and its tangents along `N` directions at once.
+///
+/// Duals nest: `Dual<Dual<f64, 1>, 1>` carries second derivatives. `==`, `<` and
+/// [`Real::lt`](crate::Real::lt) compare primals; [`Zero::is_zero`](num_traits::Zero::is_zero) asks for the additive identity, tangents
+/// included.
+///
+/// ```
+/// use autodiff::{Dual, Real};
+///
+/// let x = Dual::<f64, 1>::variable(2.0, 0);
+/// let y = x * x.ln();
+/// assert_eq!(y.tangent[0], 2.0_f64.ln() + 1.0);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Dual<R, const N: usize> {
+    /// The primal.
+    pub value: R,
+    /// One tangent per direction.
+    pub tangent: [R; N],
+}
+
+impl<R: PartialEq, const N: usize> PartialEq for Dual<R, N> {
+    #[inline(always)]
+    fn eq(&self, other: &Self) -> bool {
+        self.value == other.value
+    }
+}
+
+impl<R: PartialOrd, const N: usize> PartialOrd for Dual<R, N> {
+    #[inline(always)]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        self.value.partial_cmp(&other.value)
+    }
+}
+
+/// The primal.
+impl<R: fmt::Display, const N: usize> fmt::Display for Dual<R, N> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.value.fmt(formatter)
+    }
+}

@@ -1,0 +1,297 @@
+//! The arithmetic of variables.
+
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use num_traits::{FromPrimitive, One, Zero};
+
+use super::current::{self, CONSTANT};
+use super::fused;
+use super::var::Var;
+use crate::elementary::Elementary;
+use crate::real::{Fused, Real};
+use crate::rule;
+
+impl<R: Real> Real for Var<R> {
+    type Mask = R::Mask;
+
+    #[inline]
+    fn lit(value: f64) -> Self {
+        Self::constant(R::lit(value))
+    }
+    #[inline]
+    fn lt(self, other: Self) -> R::Mask {
+        self.value.lt(other.value)
+    }
+    #[inline]
+    fn le(self, other: Self) -> R::Mask {
+        self.value.le(other.value)
+    }
+    #[inline]
+    fn finite(self) -> R::Mask {
+        self.value.finite()
+    }
+    /// Records nothing, unless lanes disagree.
+    #[inline]
+    fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
+        match rule::uniform(mask) {
+            Some(true) => if_true,
+            Some(false) => if_false,
+            None => {
+                let value = R::select(mask, if_true.value, if_false.value);
+                let generation = Self::common(if_true.generation, &if_false);
+                if generation == CONSTANT {
+                    return Self::constant(value);
+                }
+                let (parents, zero) = ([if_true.index, if_false.index], R::zero());
+                // SAFETY: nothing foreign runs.
+                #[allow(unsafe_code)]
+                let index = unsafe {
+                    current::with(generation, |arena| arena.push_select(mask, parents, zero))
+                };
+                Var {
+                    value,
+                    index,
+                    generation,
+                }
+            }
+        }
+    }
+    #[inline(always)]
+    fn fma(self, factor: Self, term: Self) -> Self {
+        let (value, one) = (self.value.fma(factor.value, term.value), R::one());
+        if factor.is_constant() {
+            return self.apply2(term, (value, [factor.value, one]));
+        }
+        if self.is_constant() {
+            return factor.apply2(term, (value, [self.value, one]));
+        }
+        if term.is_constant() {
+            return self.product(factor, value);
+        }
+        if self.is(factor) {
+            return self.apply2(term, (value, [self.value + factor.value, one]));
+        }
+        let product = self.product(factor, value);
+        product.apply2(term, (value, [one, one]))
+    }
+    #[inline]
+    fn recip(self) -> Self {
+        self.apply(rule::recip(self.value))
+    }
+    #[inline]
+    fn sqrt(self) -> Self {
+        self.apply(rule::sqrt(self.value))
+    }
+    #[inline]
+    fn rsqrt(self) -> Self {
+        self.apply(rule::rsqrt(self.value))
+    }
+    #[inline]
+    fn exp(self) -> Self {
+        self.apply(rule::exp(self.value))
+    }
+    #[inline]
+    fn ln(self) -> Self {
+        self.apply(rule::ln(self.value))
+    }
+    #[inline]
+    fn sin(self) -> Self {
+        self.apply(rule::sin(self.value))
+    }
+    #[inline]
+    fn cos(self) -> Self {
+        self.apply(rule::cos(self.value))
+    }
+    #[inline]
+    fn tan(self) -> Self {
+        self.apply(rule::tan(self.value))
+    }
+    #[inline]
+    fn tanh(self) -> Self {
+        self.apply(rule::tanh(self.value))
+    }
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        self.apply2(x, rule::atan2(self.value, x.value))
+    }
+    #[inline]
+    fn powi(self, exponent: i32) -> Self {
+        self.apply(rule::powi(self.value, exponent))
+    }
+    #[inline]
+    fn powf(self, exponent: Self) -> Self {
+        self.apply2(exponent, rule::powf(self.value, exponent.value))
+    }
+    #[inline]
+    fn elementary(self, function: Elementary) -> Self {
+        self.apply(function.rule(self.value))
+    }
+    #[inline]
+    fn abs(self) -> Self {
+        self.apply(rule::abs(self.value))
+    }
+    #[inline]
+    fn signum(self) -> Self {
+        Self::constant(self.value.signum().detach())
+    }
+    #[inline]
+    fn hypot(self, other: Self) -> Self {
+        self.apply2(other, rule::hypot(self.value, other.value))
+    }
+    #[inline]
+    fn detach(self) -> Self {
+        Self::constant(self.value.detach())
+    }
+    /// Records nothing: another value at the entry of `soft`.
+    #[inline]
+    fn straight_through(self, soft: Self) -> Self {
+        Var {
+            value: self.value.straight_through(soft.value),
+            ..soft
+        }
+    }
+    #[inline]
+    fn chain(partial: Self, cotangent: Self) -> Self {
+        if cotangent.is_zero() {
+            return Self::zero();
+        }
+        let value = R::chain(partial.value, cotangent.value);
+        partial.apply2(cotangent, (value, [cotangent.value, partial.value]))
+    }
+    /// One entry.
+    fn dot(a: &[Self], b: &[Self]) -> Self {
+        let value = R::dot(&fused::values(a), &fused::values(b));
+        let generation = a.iter().chain(b).fold(CONSTANT, Self::common);
+        let by_a = a.iter().zip(b).map(|(x, y)| (y.value, x.index));
+        let by_b = a.iter().zip(b).map(|(x, y)| (x.value, y.index));
+        Self::push_linear(value, by_a.chain(by_b), generation)
+    }
+    /// One entry.
+    fn sum(terms: &[Self]) -> Self {
+        let (value, one) = (R::sum(&fused::values(terms)), R::one());
+        let generation = terms.iter().fold(CONSTANT, Self::common);
+        Self::push_linear(value, terms.iter().map(|x| (one, x.index)), generation)
+    }
+    /// One entry, and one for each output.
+    fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
+        fused::fused(function, inputs)
+    }
+}
+
+impl<R: Real> Add for Var<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        let (value, one) = (self.value + other.value, R::one());
+        if other.is_constant() {
+            return self.moved_to(value);
+        }
+        if self.is_constant() {
+            return other.moved_to(value);
+        }
+        self.apply2(other, (value, [one, one]))
+    }
+}
+
+impl<R: Real> Sub for Var<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        let (value, one) = (self.value - other.value, R::one());
+        if other.is_constant() {
+            return self.moved_to(value);
+        }
+        self.apply2(other, (value, [one, -one]))
+    }
+}
+
+impl<R: Real> Mul for Var<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.product(other, self.value * other.value)
+    }
+}
+
+impl<R: Real> Div for Var<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.apply2(other, rule::div(self.value, other.value))
+    }
+}
+
+impl<R: Real> Neg for Var<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.apply((-self.value, -R::one()))
+    }
+}
+
+impl<R: Real> AddAssign for Var<R> {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<R: Real> SubAssign for Var<R> {
+    #[inline]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl<R: Real> MulAssign for Var<R> {
+    #[inline]
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl<R: Real> DivAssign for Var<R> {
+    #[inline]
+    fn div_assign(&mut self, other: Self) {
+        *self = *self / other;
+    }
+}
+
+impl<R: Real> Zero for Var<R> {
+    #[inline]
+    fn zero() -> Self {
+        Self::constant(R::zero())
+    }
+    #[inline]
+    fn is_zero(&self) -> bool {
+        self.is_constant() && self.value.is_zero()
+    }
+}
+
+impl<R: Real> One for Var<R> {
+    #[inline]
+    fn one() -> Self {
+        Self::constant(R::one())
+    }
+}
+
+/// Entry by entry; [`Real::sum`] of a slice is one entry.
+impl<R: Real> Sum for Var<R> {
+    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+        terms.fold(Self::zero(), |sum, term| sum + term)
+    }
+}
+
+/// Constants.
+impl<R: Real> FromPrimitive for Var<R> {
+    fn from_i64(value: i64) -> Option<Self> {
+        Self::from_f64(value as f64)
+    }
+    fn from_u64(value: u64) -> Option<Self> {
+        Self::from_f64(value as f64)
+    }
+    fn from_f64(value: f64) -> Option<Self> {
+        Some(Self::lit(value))
+    }
+}

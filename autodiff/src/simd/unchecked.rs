@@ -1,0 +1,63 @@
+//! Loads and stores without a check, for loops whose bounds were checked once.
+
+use crate::real::Lane;
+
+/// What arrays load and store registers with.
+pub(crate) trait Unchecked<S>: Lane<S> {
+    /// [`load`](Lane::load) from place `at` on, without a check.
+    ///
+    /// # Safety
+    /// The slice holds at least `at + N` scalars.
+    #[allow(unsafe_code)] // Checks were a seventh of a gradient's instructions (callgrind).
+    #[inline(always)]
+    unsafe fn load_at(from: &[S], at: usize) -> Self {
+        debug_assert!(at + Self::N <= from.len());
+        // SAFETY: the caller's promise.
+        Self::load(unsafe { from.get_unchecked(at..at + Self::N) })
+    }
+    /// [`store`](Lane::store) from place `at` on, without a check.
+    ///
+    /// # Safety
+    /// The slice holds at least `at + N` scalars.
+    #[allow(unsafe_code)] // As above.
+    #[inline(always)]
+    unsafe fn store_at(self, to: &mut [S], at: usize) {
+        debug_assert!(at + Self::N <= to.len());
+        // SAFETY: the caller's promise.
+        self.store(unsafe { to.get_unchecked_mut(at..at + Self::N) });
+    }
+    /// The `n` scalars from place `at` on, then zeros, without a check.
+    ///
+    /// # Safety
+    /// The slice holds at least `at + n` scalars, and `n` is no more than `N`.
+    #[allow(unsafe_code)] // As above.
+    #[inline(always)]
+    unsafe fn load_n(from: &[S], (at, n): (usize, usize)) -> Self {
+        debug_assert!(n <= Self::N && at + n <= from.len());
+        // SAFETY: the caller's promise.
+        unsafe {
+            match n == Self::N {
+                true => Self::load_at(from, at),
+                false => Self::load_part(from.get_unchecked(at..at + n)),
+            }
+        }
+    }
+    /// Writes the first `n` lanes from place `at` on, without a check.
+    ///
+    /// # Safety
+    /// As of [`load_n`](Lane::load_n).
+    #[allow(unsafe_code)] // As above.
+    #[inline(always)]
+    unsafe fn store_n(self, to: &mut [S], (at, n): (usize, usize)) {
+        debug_assert!(n <= Self::N && at + n <= to.len());
+        // SAFETY: the caller's promise.
+        unsafe {
+            match n == Self::N {
+                true => self.store_at(to, at),
+                false => self.store_part(to.get_unchecked_mut(at..at + n)),
+            }
+        }
+    }
+}
+
+impl<S, L: Lane<S>> Unchecked<S> for L {}
