@@ -4,12 +4,12 @@ mod program;
 
 use cosmic::case::Case;
 use cosmic::projection::Projection;
-use cosmic::scene::Scene;
+use cosmic::scene::{Scene, reference};
 use program::cosmic_in;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A run of seconds with every phase, for a task that is ranked by its loss.
 const SCENE: &str = "
@@ -34,10 +34,13 @@ keep = [0.5, 0.5, 0.5]
 window = 4
 ";
 
+fn page() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/files.md")
+}
+
 /// Names that the page does not have as words of code.
 fn missing(names: &BTreeSet<String>) -> Vec<&String> {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/files.md");
-    let page = fs::read_to_string(page).unwrap();
+    let page = fs::read_to_string(page()).unwrap();
     let is_missing = |name: &&String| !page.contains(&format!("`{name}`"));
     names.iter().filter(is_missing).collect()
 }
@@ -144,4 +147,20 @@ fn every_key_that_a_case_may_have_is_on_the_page() {
         assert!(names.contains(name), "{name} is not known");
     }
     assert_eq!(missing(&names), [""; 0]);
+}
+
+/// The tables of the scene's keys are those that the declarations give. `EMIT=1` writes them again.
+#[test]
+fn the_keys_of_a_scene_are_on_the_page() {
+    const BEFORE: &str = "What a file leaves out has its default.\n\n";
+    const AFTER: &str = "## A run's folder\n";
+    let page_now = fs::read_to_string(page()).unwrap();
+    let (head, rest) = page_now.split_once(BEFORE).unwrap();
+    let (_, tail) = rest.split_once(AFTER).unwrap();
+    let fresh = format!("{head}{BEFORE}{}{AFTER}{tail}", reference());
+    if std::env::var_os("EMIT").is_some() {
+        fs::write(page(), fresh).unwrap();
+    } else {
+        assert_eq!(page_now, fresh, "EMIT=1 writes the tables again");
+    }
 }

@@ -1,72 +1,53 @@
 //! Settings of what goes beyond the paper, all of it off by default: other tasks, robust designs,
 //! and a search over starts that drops the weak ones early.
 
-use super::field::Named;
-use serde::Serialize;
+use super::field::{DEVIATION, SHARE, within};
+use super::settings::settings;
 
-/// What the robot is to do; what is reported is the displacement, whatever the task.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ObjectiveSettings {
-    /// To get far (paper), to reach a point and stop, to climb, to go back, or to save energy.
-    pub task: TaskKind,
-    /// For "reach": where to, along the ground from its origin, m.
-    pub target: f64,
-    /// For "reach": the time in which a speed at the target counts as a distance, s.
-    pub settle: f64,
-    /// For "economy": metres that a joule per kilogram lost to damping is worth, m kg/J.
-    pub energy_price: f64,
-}
-
-impl Default for ObjectiveSettings {
-    fn default() -> Self {
-        Self {
-            task: TaskKind::Far,
-            target: 1.0,
-            settle: 0.2,
-            energy_price: 0.1,
-        }
+settings! {
+    /// What the robot is to do; what is reported is the displacement, whatever the task.
+    struct ObjectiveSettings {
+        /// To get far, to reach a point and stop, to climb, to go back, or to save energy.
+        task: TaskKind = TaskKind::Far, source "paper: far";
+        /// For "reach": where to, along the ground from its origin.
+        target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", source "beyond the paper";
+        /// For "reach": the time in which a speed at the target counts as a distance.
+        settle: f64 = 0.2, allowed within(0.0, 1e3), unit "s", source "beyond the paper";
+        /// For "economy": metres that a joule per kilogram lost to damping is worth.
+        energy_price: f64 = 0.1, allowed within(0.0, 1e6), unit "m kg/J", source "beyond the paper";
     }
 }
 
-/// What the robot is to do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum TaskKind {
-    /// To get far along the ground.
-    Far,
-    /// To reach a point and stop there.
-    Reach,
-    /// To get the payload high.
-    Climb,
-    /// To get far the other way.
-    Back,
-    /// To get far on little energy.
-    Economy,
+settings! {
+    /// What the robot is to do.
+    enum TaskKind {
+        /// To get far along the ground.
+        Far = "far",
+        /// To reach a point and stop there.
+        Reach = "reach",
+        /// To get the payload high.
+        Climb = "climb",
+        /// To get far the other way.
+        Back = "back",
+        /// To get far on little energy.
+        Economy = "economy",
+    }
 }
 
-impl Named for TaskKind {
-    const ALL: &'static [(&'static str, Self)] = &[
-        ("far", TaskKind::Far),
-        ("reach", TaskKind::Reach),
-        ("climb", TaskKind::Climb),
-        ("back", TaskKind::Back),
-        ("economy", TaskKind::Economy),
-    ];
-}
-
-/// Gradients averaged over robots and surroundings drawn around the nominal ones.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RobustSettings {
-    /// Draws per gradient, new ones every iteration; 0 designs for the nominal robot (paper: 0).
-    pub samples: usize,
-    /// How far a coordinate of the start is off at most, m.
-    pub start: f64,
-    /// Share by which the coefficient of Coulomb friction is off at most.
-    pub friction: f64,
-    /// Share by which the stiffness of an edge is off at most.
-    pub stiffness: f64,
-    /// Share by which the mass of a node is off at most.
-    pub mass: f64,
+settings! {
+    /// Gradients averaged over robots and surroundings drawn around the nominal ones.
+    struct RobustSettings {
+        /// Draws per gradient, new ones every iteration; 0 designs for the nominal robot.
+        samples: usize = 0, allowed within(0.0, 1e4), source "paper: 0";
+        /// How far a coordinate of the start is off at most.
+        start: f64 = 0.002, allowed within(0.0, 1.0), unit "m", source "beyond the paper";
+        /// Share by which the coefficient of Coulomb friction is off at most.
+        friction: f64 = 0.2, allowed DEVIATION, source "beyond the paper";
+        /// Share by which the stiffness of an edge is off at most.
+        stiffness: f64 = 0.1, allowed DEVIATION, source "beyond the paper";
+        /// Share by which the mass of a node is off at most.
+        mass: f64 = 0.1, allowed DEVIATION, source "beyond the paper";
+    }
 }
 
 impl RobustSettings {
@@ -80,36 +61,15 @@ impl RobustSettings {
     }
 }
 
-impl Default for RobustSettings {
-    fn default() -> Self {
-        Self {
-            samples: 0,
-            start: 0.002,
-            friction: 0.2,
-            stiffness: 0.1,
-            mass: 0.1,
-        }
-    }
-}
-
-/// How `optimize --starts N --search halving` drops weak starts; not read otherwise.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SearchSettings {
-    /// Iterations after which starts are dropped, none below the one before it. At the last
-    /// iteration and beyond nothing is dropped any more.
-    pub rungs: [usize; 3],
-    /// Share of the starts that goes on after each of them, rounded up.
-    pub keep: [f64; 3],
-    /// Iterations up to a rung over which a start's displacement is judged, by their median.
-    pub window: usize,
-}
-
-impl Default for SearchSettings {
-    fn default() -> Self {
-        Self {
-            rungs: [60, 200, 260],
-            keep: [0.34, 0.5, 0.5],
-            window: 10,
-        }
+settings! {
+    /// How `optimize --starts N --search halving` drops weak starts; not read otherwise.
+    struct SearchSettings {
+        /// Iterations after which starts are dropped, none below the one before it. At the last
+        /// iteration and beyond nothing is dropped any more.
+        rungs: [usize; 3] = [60, 200, 260], allowed within(1.0, 1e5), source "beyond the paper";
+        /// Share of the starts that goes on after each of them, rounded up.
+        keep: [f64; 3] = [0.34, 0.5, 0.5], allowed SHARE, source "beyond the paper";
+        /// Iterations up to a rung over which a start's displacement is judged, by their median.
+        window: usize = 10, allowed within(1.0, 1e5), source "beyond the paper";
     }
 }

@@ -1,185 +1,115 @@
 //! Settings of the design vectors: projections, start, volume bounds, binarisation.
 
-use super::field::Named;
-use serde::Serialize;
+use super::field::{ITERATIONS, SHARE, above, within};
+use super::settings::settings;
 
-/// The softmax projections from design vectors to mixtures.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ProjectionSettings {
-    /// Sharpness of the performance projection (paper, table 2).
-    pub beta: f64,
-    /// Sharpness of the stability projection's value (paper, table 2).
-    pub beta_stability: f64,
-    /// Sharpness of the stability projection's straight-through derivative (paper, table 2).
-    pub beta_straight_through: f64,
-    /// What keeps the pairwise measures from dividing zero by zero (D6).
-    pub delta: f64,
-    /// How much is taken off the solid entry that an edge does not have in the layout "filled",
-    /// before every projection: the materials are held, and topology alone is designed (paper: 0,
-    /// in its ablation a small constant).
-    pub hold_materials: f64,
-}
-
-impl Default for ProjectionSettings {
-    fn default() -> Self {
-        ProjectionSettings {
-            beta: 20.0,
-            beta_stability: 500.0,
-            beta_straight_through: 20.0,
-            delta: 1e-6,
-            hold_materials: 0.0,
-        }
+settings! {
+    /// The softmax projections from design vectors to mixtures.
+    struct ProjectionSettings {
+        /// Sharpness of the performance projection.
+        beta: f64 = 20.0, allowed above(0.0, 1e4), source "paper, table 2";
+        /// Sharpness of the stability projection's value.
+        beta_stability: f64 = 500.0, allowed above(0.0, 1e4), source "paper, table 2";
+        /// Sharpness of the stability projection's straight-through derivative.
+        beta_straight_through: f64 = 20.0, allowed above(0.0, 1e4), source "paper, table 2";
+        /// What keeps the pairwise measures from dividing zero by zero.
+        delta: f64 = 1e-6, allowed within(1e-15, 1.0), source "D6";
+        /// How much is taken off the solid entry that an edge does not have in the layout "filled",
+        /// before every projection: the materials are held, and topology alone is designed.
+        hold_materials: f64 = 0.0, allowed within(0.0, 10.0),
+            source "paper: 0, in its ablation a small constant";
     }
 }
 
-/// The design that the optimisation starts from.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct StartSettings {
-    /// Mixture of the edges at the start; "layout" is one-hot and trains the controller alone.
-    pub kind: StartKind,
-    /// Surplus of void at the topmost edge, for "stability" (paper: 0.12).
-    pub void_shift: f64,
-    /// Share of void where the layout is void for "three_legged", everywhere for "filled" (paper
-    /// silent); less where `projection.beta` is so small that no design vector has as much.
-    pub void: f64,
-    /// Layout that "three_legged" and "layout" refer to.
-    pub layout: Layout,
-    /// Mean surplus of void, which grows towards a side drawn from the seed: about none at the
-    /// opposite one, and twice as much here (paper: 0).
-    pub tilt: f64,
-}
-
-impl Default for StartSettings {
-    fn default() -> Self {
-        StartSettings {
-            kind: StartKind::Stability,
-            void_shift: 0.12,
-            void: 0.6,
-            layout: Layout::Short,
-            tilt: 0.0,
-        }
+settings! {
+    /// The design that the optimisation starts from.
+    struct StartSettings {
+        /// Mixture of the edges at the start; "layout" is one-hot and trains the controller alone.
+        kind: StartKind = StartKind::Stability, source "paper, design b";
+        /// Surplus of void at the topmost edge, for "stability".
+        void_shift: f64 = 0.12, allowed within(-0.33, 0.66), source "paper: 0.12";
+        /// Share of void where the layout is void for "three_legged", everywhere for "filled"; less
+        /// where `projection.beta` is so small that no design vector has as much.
+        void: f64 = 0.6, allowed within(0.001, 0.999), source "paper silent";
+        /// Layout that "three_legged" and "layout" refer to.
+        layout: Layout = Layout::Short, source "paper: tall";
+        /// Mean surplus of void, which grows towards a side drawn from the seed: about none at the
+        /// opposite one, and twice as much here.
+        tilt: f64 = 0.0, allowed within(0.0, 0.5), source "paper: 0";
     }
 }
 
-/// How the edges' mixtures begin.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StartKind {
-    /// A third of each material everywhere (the paper's design d).
-    Uniform,
-    /// More void the higher an edge lies (design b).
-    Stability,
-    /// More void where a three-legged layout is void (design c).
-    ThreeLegged,
-    /// Little void anywhere, of the solid materials the same (the paper's ablation).
-    Filled,
-    /// A layout as it is, one-hot; the controller alone is trained (design a).
-    Layout,
-}
-
-impl Named for StartKind {
-    const ALL: &'static [(&'static str, Self)] = &[
-        ("uniform", StartKind::Uniform),
-        ("stability", StartKind::Stability),
-        ("three_legged", StartKind::ThreeLegged),
-        ("filled", StartKind::Filled),
-        ("layout", StartKind::Layout),
-    ];
-}
-
-/// A hand-made layout: three-legged ones of the 6x6 lattice within the volume budget, or one that
-/// fills any lattice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Layout {
-    /// Legs three cells high, all 22 actuators vertical: the paper's description.
-    Tall,
-    /// Legs two cells high, 18 vertical actuators, four in the top chord.
-    Short,
-    /// No void; actuators spread evenly over the vertical edges, skeleton elsewhere (the default
-    /// design of the paper's ablation).
-    Filled,
-}
-
-impl Named for Layout {
-    const ALL: &'static [(&'static str, Self)] = &[
-        ("tall", Layout::Tall),
-        ("short", Layout::Short),
-        ("filled", Layout::Filled),
-    ];
-}
-
-/// Bounds on the volume fractions, and how far they widen on the way.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct VolumeSettings {
-    /// Least and most share of solid edges, skeleton and actuator (paper, table 2).
-    pub solid: [f64; 2],
-    /// Least and most share of actuator edges (paper, table 2).
-    pub actuator: [f64; 2],
-    /// How far each bound is widened in the end (paper: 0.03).
-    pub widening: f64,
-    /// First and last iteration of the widening (paper: 110 to 150).
-    pub widening_over: [usize; 2],
-}
-
-impl Default for VolumeSettings {
-    fn default() -> Self {
-        VolumeSettings {
-            solid: [0.50, 0.50],
-            actuator: [0.20, 0.22],
-            widening: 0.03,
-            widening_over: [110, 150],
-        }
+settings! {
+    /// How the edges' mixtures begin.
+    enum StartKind {
+        /// A third of each material everywhere (the paper's design d).
+        Uniform = "uniform",
+        /// More void the higher an edge lies (design b).
+        Stability = "stability",
+        /// More void where a three-legged layout is void (design c).
+        ThreeLegged = "three_legged",
+        /// Little void anywhere, of both solid materials as much (the paper's ablation).
+        Filled = "filled",
+        /// A layout as it is, one-hot; the controller alone is trained (design a).
+        Layout = "layout",
     }
 }
 
-/// The augmented Lagrangian of the four binarisation measures, and the attraction to one-hot.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct BinarisationSettings {
-    /// What holds the measures below their thresholds: augmented terms of the objective, or
-    /// constraints of the design's optimiser (paper: augmented).
-    pub method: BinarisationMethod,
-    /// What each measure's threshold comes down to, from the measure's first value (paper silent).
-    pub threshold: f64,
-    /// First and last iteration of the thresholds' descent (paper silent).
-    pub threshold_over: [usize; 2],
-    /// Penalty weight at the start (paper, table 2).
-    pub penalty: f64,
-    /// Factor on a penalty weight where a violation grew, divisor where it fell (paper, table 2).
-    pub penalty_growth: f64,
-    /// Confidence above which an edge is attracted, first and last (paper silent).
-    pub confidence: [f64; 2],
-    /// Nudge of an attracted edge's design vector per iteration, first and last (paper silent).
-    pub nudge: [f64; 2],
-}
-
-impl Default for BinarisationSettings {
-    fn default() -> Self {
-        BinarisationSettings {
-            method: BinarisationMethod::Augmented,
-            threshold: 0.03,
-            threshold_over: [20, 180],
-            penalty: 0.3,
-            penalty_growth: 1.01,
-            confidence: [0.9, 0.6],
-            nudge: [0.002, 0.006],
-        }
+settings! {
+    /// A hand-made layout: three-legged ones of the 6x6 lattice within the volume budget, or one
+    /// that fills any lattice.
+    enum Layout {
+        /// Legs three cells high, all 22 actuators vertical: the paper's description.
+        Tall = "tall",
+        /// Legs two cells high, 18 vertical actuators, four in the top chord.
+        Short = "short",
+        /// No void; actuators spread evenly over the vertical edges, skeleton elsewhere (the default
+        /// design of the paper's ablation).
+        Filled = "filled",
     }
 }
 
-/// How the four binarisation measures are held below their thresholds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum BinarisationMethod {
-    /// By the augmented Lagrangian, which lets them be violated for a while.
-    Augmented,
-    /// As constraints of MMA beside the volumes: strictly, at all times.
-    Constraints,
+settings! {
+    /// Bounds on the volume fractions, and how far they widen on the way.
+    struct VolumeSettings {
+        /// Least and most share of solid edges, skeleton and actuator.
+        solid: [f64; 2] = [0.50, 0.50], allowed SHARE, source "paper, table 2";
+        /// Least and most share of actuator edges.
+        actuator: [f64; 2] = [0.20, 0.22], allowed SHARE, source "paper, table 2";
+        /// How far each bound is widened in the end.
+        widening: f64 = 0.03, allowed SHARE, source "paper: 0.03";
+        /// First and last iteration of the widening.
+        widening_over: [usize; 2] = [110, 150], allowed ITERATIONS, source "paper: 110 to 150";
+    }
 }
 
-impl Named for BinarisationMethod {
-    const ALL: &'static [(&'static str, Self)] = &[
-        ("augmented", BinarisationMethod::Augmented),
-        ("constraints", BinarisationMethod::Constraints),
-    ];
+settings! {
+    /// The augmented Lagrangian of the four binarisation measures, and the attraction to one-hot.
+    struct BinarisationSettings {
+        /// What holds the measures below their thresholds: augmented terms of the objective, or
+        /// constraints of the design's optimiser.
+        method: BinarisationMethod = BinarisationMethod::Augmented, source "paper: augmented";
+        /// What each measure's threshold comes down to, from the measure's first value.
+        threshold: f64 = 0.03, allowed SHARE, source "found by experiment";
+        /// First and last iteration of the thresholds' descent.
+        threshold_over: [usize; 2] = [20, 180], allowed ITERATIONS, source "found by experiment";
+        /// Penalty weight at the start.
+        penalty: f64 = 0.3, allowed within(0.0, 1e6), source "paper, table 2";
+        /// Factor on a penalty weight where a violation grew, divisor where it fell.
+        penalty_growth: f64 = 1.01, allowed within(1.0, 10.0), source "paper, table 2";
+        /// Confidence above which an edge is attracted, first and last.
+        confidence: [f64; 2] = [0.9, 0.6], allowed SHARE, source "found by experiment";
+        /// Nudge of an attracted edge's design vector per iteration, first and last.
+        nudge: [f64; 2] = [0.002, 0.006], allowed SHARE, source "found by experiment";
+    }
+}
+
+settings! {
+    /// How the four binarisation measures are held below their thresholds.
+    enum BinarisationMethod {
+        /// By the augmented Lagrangian, which lets them be violated for a while.
+        Augmented = "augmented",
+        /// As constraints of MMA beside the volumes: strictly, at all times.
+        Constraints = "constraints",
+    }
 }

@@ -1,7 +1,6 @@
 //! What a setting can be: the kinds of value, the range allowed, and how it is written.
 
-use super::Scene;
-use super::optimisation::Pass;
+use super::pass::Pass;
 use std::fmt;
 
 /// An enumeration whose members have names in scene files.
@@ -39,19 +38,32 @@ impl<T: Named> Choice for T {
     }
 }
 
-/// One setting: its key, the range of its number or numbers, and where it lives in the scene.
-pub(super) struct Field {
+/// A setting in place, with all that its declaration says of it.
+pub(super) struct Field<'a> {
     pub(super) key: &'static str,
+    /// What it means, in sentences.
+    pub(super) doc: &'static str,
+    /// The unit; empty for a pure number, a name or a truth value.
+    pub(super) unit: &'static str,
+    /// Where the default comes from: the paper, a decision (D1 to D11), an experiment.
+    pub(super) source: &'static str,
     pub(super) limits: Limits,
-    pub(super) slot: fn(&mut Scene) -> Slot<'_>,
+    pub(super) slot: Slot<'a>,
 }
 
-/// A section of a scene file.
-pub(super) struct Section {
-    pub(super) name: &'static str,
-    /// The struct whose documentation the section is described by.
-    pub(super) settings: &'static str,
-    pub(super) fields: &'static [Field],
+impl Field<'_> {
+    /// What may stand at the key, as a phrase.
+    pub(super) fn allowed(&self) -> String {
+        self.slot.allowed(&self.limits)
+    }
+}
+
+/// A section of a scene file; [`settings`](super::settings) declares it.
+pub(super) trait Settings {
+    /// What the section is about, in a sentence.
+    fn about(&self) -> &'static str;
+    /// Its settings, in the order in which they are written.
+    fn fields(&mut self) -> Vec<Field<'_>>;
 }
 
 /// The finite numbers allowed: for arrays each entry, for a cycle its length.
@@ -90,6 +102,17 @@ pub(super) const fn above(low: f64, high: f64) -> Limits {
     }
 }
 
+/// Numbers of an iteration; 0 is before the first one.
+pub(super) const ITERATIONS: Limits = within(0.0, 1e5);
+/// Lengths of rollouts and of parts of them.
+pub(super) const STEPS: Limits = within(1.0, 1e6);
+/// Factors and costs that have no natural bound.
+pub(super) const POSITIVE: Limits = above(0.0, 1e6);
+/// Shares of a whole.
+pub(super) const SHARE: Limits = within(0.0, 1.0);
+/// Shares by which a positive number is off and stays positive.
+pub(super) const DEVIATION: Limits = within(0.0, 0.99);
+
 impl fmt::Display for Limits {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         if self.low_included {
@@ -120,7 +143,7 @@ impl fmt::Display for Plain {
     }
 }
 
-/// A setting in place. Reading, writing and describing a scene all go through it.
+/// The value of a setting in place. Reading and writing a scene both go through it.
 pub(super) enum Slot<'a> {
     Number(&'a mut f64),
     /// A number, or `"off"`.
@@ -176,22 +199,55 @@ impl fmt::Display for Slot<'_> {
     }
 }
 
-impl Pass {
-    /// The letter that stands for the pass in `schedule.cycle`.
-    pub fn letter(self) -> char {
-        match self {
-            Pass::Design => 'd',
-            Pass::Controller => 'c',
-        }
+/// A type that a setting can have.
+pub(super) trait Value {
+    fn slot(&mut self) -> Slot<'_>;
+}
+
+impl Value for f64 {
+    fn slot(&mut self) -> Slot<'_> {
+        Slot::Number(self)
     }
 }
 
-/// The passes named by letters, or `None` where a letter names none.
-pub(super) fn cycle(letters: &str) -> Option<Vec<Pass>> {
-    let pass = |letter| {
-        [Pass::Design, Pass::Controller]
-            .into_iter()
-            .find(|pass| pass.letter() == letter)
-    };
-    letters.chars().map(pass).collect()
+impl Value for Option<f64> {
+    fn slot(&mut self) -> Slot<'_> {
+        Slot::Bound(self)
+    }
+}
+
+impl<const N: usize> Value for [f64; N] {
+    fn slot(&mut self) -> Slot<'_> {
+        Slot::Numbers(self)
+    }
+}
+
+impl Value for usize {
+    fn slot(&mut self) -> Slot<'_> {
+        Slot::Count(self)
+    }
+}
+
+impl<const N: usize> Value for [usize; N] {
+    fn slot(&mut self) -> Slot<'_> {
+        Slot::Counts(self)
+    }
+}
+
+impl Value for bool {
+    fn slot(&mut self) -> Slot<'_> {
+        Slot::Flag(self)
+    }
+}
+
+impl<T: Named> Value for T {
+    fn slot(&mut self) -> Slot<'_> {
+        Slot::Choice(self)
+    }
+}
+
+impl Value for Vec<Pass> {
+    fn slot(&mut self) -> Slot<'_> {
+        Slot::Cycle(self)
+    }
 }

@@ -3,7 +3,8 @@
 //! A function takes the section it needs; only the co-design and what stands above it see the whole
 //! [`Scene`]. Units are SI. "Paper silent" marks a value that the paper leaves open.
 //!
-//! `table` names every key once, with its range; reading, checking and writing all go through it.
+//! `settings!` declares every key once: type, default, range, unit, source and meaning. The reader,
+//! the commented template and the table in `docs/files.md` follow from the declarations.
 
 mod beyond;
 mod builtin;
@@ -12,11 +13,13 @@ mod departures;
 mod design;
 mod diagnostic;
 mod field;
+mod keys;
 mod layout;
 mod optimisation;
+mod pass;
 mod read;
 mod robot;
-mod table;
+mod settings;
 mod write;
 
 pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
@@ -28,16 +31,18 @@ pub use design::{
     VolumeSettings,
 };
 pub use field::Named;
+pub(crate) use keys::allowed_instead;
+pub use keys::reference;
 pub use layout::LAYOUT_SIDE;
 pub use optimisation::{
     AdamSettings, GradientPrecision, GradientSettings, HorizonMode, LossKind, LossSettings,
-    MmaSettings, Pass, ScheduleSettings, SelectionKind, SelectionSettings,
+    MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,
 };
+pub use pass::Pass;
 pub use robot::{
     Contact, ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,
     UnstableStep, VoidEdges,
 };
-pub(crate) use table::allowed_instead;
 
 use serde::Serialize;
 

@@ -1,284 +1,180 @@
 //! Settings of the optimisation: schedule, both optimisers, gradient, loss, selection.
 
-use super::field::Named;
-use serde::Serialize;
+use super::field::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, above, within};
+use super::pass::Pass;
+use super::settings::settings;
 
-/// Which iteration does what.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ScheduleSettings {
-    /// Iterations in all (paper: 300, and 200 for the baseline).
-    pub iterations: usize,
-    /// Steps that carry the gradient, first and last (paper: 2048 to 4096).
-    pub horizon: [usize; 2],
-    /// First and last iteration of the horizon's growth (paper: 80 to 150).
-    pub horizon_over: [usize; 2],
-    /// Which steps carry the gradient: the first ones, or the last ones of a whole rollout (D11).
-    pub horizon_mode: HorizonMode,
-    /// First iteration that attracts edges to one-hot (paper: 170).
-    pub attraction_from: usize,
-    /// Iteration of the hard snap; 0 with a "layout" start, which has none (paper: 240).
-    pub snap_at: usize,
-    /// Changes of one edge's material, of those of the least confidence, that are tried in full
-    /// rollouts at the snap, of which the best is kept (paper: 0).
-    pub snap_trials: usize,
-    /// Changes of one edge's material that are tried every so often after the snap, those from
-    /// which a gradient promises most: each in a short rollout, the best quarter of them in full
-    /// ones, of which the best is kept (paper: 0).
-    pub polish_trials: usize,
-    /// Iterations of the fine-tuning from one such polish to the next, the first right after the
-    /// snap; those that settle have none (paper silent).
-    pub polish_every: usize,
-    /// Passes, repeated: d of the design, c of the controller (paper: three to two).
-    pub cycle: Vec<Pass>,
-    /// Share of the stability projection's update in a design pass (paper silent).
-    pub stability_share: f64,
-    /// Share of the fine-tuning at its end that goes on from the best controller and takes updates
-    /// back that lose distance (paper: 0).
-    pub settle: f64,
-}
-
-impl Default for ScheduleSettings {
-    fn default() -> Self {
-        const D: Pass = Pass::Design;
-        const C: Pass = Pass::Controller;
-        ScheduleSettings {
-            iterations: 300,
-            horizon: [2048, 4096],
-            horizon_over: [80, 150],
-            horizon_mode: HorizonMode::Head,
-            attraction_from: 170,
-            snap_at: 240,
-            snap_trials: 20,
-            polish_trials: 16,
-            polish_every: 5,
-            cycle: vec![D, C, D, C, D, D, C, D, C, D],
-            stability_share: 1.0 / 3.0,
-            settle: 0.25,
-        }
+settings! {
+    /// Which iteration does what.
+    struct ScheduleSettings {
+        /// Iterations in all.
+        iterations: usize = 300, allowed within(1.0, 1e5),
+            source "paper: 300, and 200 for the baseline";
+        /// Steps that carry the gradient, first and last.
+        horizon: [usize; 2] = [2048, 4096], allowed STEPS, source "paper: 2048 to 4096";
+        /// First and last iteration of the horizon's growth.
+        horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS, source "paper: 80 to 150";
+        /// Which steps carry the gradient: the first ones, or the last ones of a whole rollout.
+        horizon_mode: HorizonMode = HorizonMode::Head, source "D11";
+        /// First iteration that attracts edges to one-hot.
+        attraction_from: usize = 170, allowed ITERATIONS, source "paper: 170";
+        /// Iteration of the hard snap; 0 with a "layout" start, which has none.
+        snap_at: usize = 240, allowed ITERATIONS, source "paper: 240";
+        /// Changes of one edge's material, of those of the least confidence, that are tried in full
+        /// rollouts at the snap, of which the best is kept.
+        snap_trials: usize = 20, allowed within(0.0, 1e4), source "paper: 0";
+        /// Changes of one edge's material that are tried every so often after the snap, those from
+        /// which a gradient promises most: each in a short rollout, the best quarter of them in full
+        /// ones, of which the best is kept.
+        polish_trials: usize = 16, allowed within(0.0, 1e4), source "paper: 0";
+        /// Iterations of the fine-tuning from one such polish to the next, the first right after the
+        /// snap; those that settle have none.
+        polish_every: usize = 5, allowed within(1.0, 1e5), source "paper silent";
+        /// Passes, repeated: d of the design, c of the controller.
+        cycle: Vec<Pass> = passes("dcdcddcdcd"), allowed within(1.0, 1e3),
+            source "paper: three to two";
+        /// Share of the stability projection's update in a design pass.
+        stability_share: f64 = 1.0 / 3.0, allowed SHARE, source "found by experiment";
+        /// Share of the fine-tuning at its end that goes on from the best controller and takes
+        /// updates back that lose distance.
+        settle: f64 = 0.25, allowed SHARE, source "paper: 0";
     }
 }
 
-/// What one iteration of the co-design updates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Pass {
-    /// The design vectors, by MMA.
-    Design,
-    /// The controller's weights, by Adam.
-    Controller,
-}
-
-/// Which steps of a rollout carry the gradient (D11).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum HorizonMode {
-    /// A rollout of that many steps with the loss at its end.
-    Head,
-    /// The whole rollout, whose last so many steps carry the gradient.
-    Tail,
-}
-
-impl Named for HorizonMode {
-    const ALL: &'static [(&'static str, Self)] =
-        &[("head", HorizonMode::Head), ("tail", HorizonMode::Tail)];
-}
-
-/// The method of moving asymptotes, for the design vectors (all values: paper silent).
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct MmaSettings {
-    /// Largest change of a variable in an update, as a share of its range.
-    pub move_limit: f64,
-    /// Distance of the first asymptotes, as a share of the range.
-    pub asyinit: f64,
-    /// Factor on the distance of the asymptotes where a variable keeps its direction.
-    pub asyincr: f64,
-    /// Factor on the distance of the asymptotes where a variable turns.
-    pub asydecr: f64,
-    /// Least distance of the asymptotes, as a share of the range.
-    pub asymin: f64,
-    /// Largest distance of the asymptotes, as a share of the range.
-    pub asymax: f64,
-    /// Share of the distance to an asymptote that a variable keeps from it.
-    pub albefa: f64,
-    /// Curvature added to every term of the approximation.
-    pub raa0: f64,
-    /// Linear cost of the elastic variables.
-    pub c: f64,
-    /// Quadratic cost of the elastic variables.
-    pub d: f64,
-    /// Factor on the volume inequalities before MMA sees them.
-    pub volume_row_scale: f64,
-}
-
-impl Default for MmaSettings {
-    fn default() -> Self {
-        MmaSettings {
-            move_limit: 0.02,
-            asyinit: 0.05,
-            asyincr: 1.2,
-            asydecr: 0.7,
-            asymin: 0.01,
-            asymax: 10.0,
-            albefa: 0.1,
-            raa0: 1e-5,
-            c: 1000.0,
-            d: 1.0,
-            volume_row_scale: 10.0,
-        }
+settings! {
+    /// Which steps of a rollout carry the gradient (D11).
+    enum HorizonMode {
+        /// A rollout of that many steps with the loss at its end.
+        Head = "head",
+        /// The whole rollout, whose last so many steps carry the gradient.
+        Tail = "tail",
     }
 }
 
-/// Adam, for the controller's weights (all values: paper silent).
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AdamSettings {
-    /// Learning rate while design and controller move together.
-    pub rate: f64,
-    /// Learning rate at the start of the fine-tuning, when the controller moves alone.
-    pub fine_rate: f64,
-    /// Share of the fine-tuning's learning rate that is left at its end, reached linearly; where it
-    /// settles, the rate falls to zero from there on.
-    pub fine_decay: f64,
-    /// Decay of the first and the second moment.
-    pub betas: [f64; 2],
-    /// What keeps the update from dividing by zero.
-    pub epsilon: f64,
-    /// Bound on the norm of the whole controller gradient, or "off".
-    pub gradient_norm: Option<f64>,
-}
-
-impl Default for AdamSettings {
-    fn default() -> Self {
-        AdamSettings {
-            rate: 0.002,
-            fine_rate: 0.002,
-            fine_decay: 0.1,
-            betas: [0.9, 0.999],
-            epsilon: 1e-8,
-            gradient_norm: Some(1.0),
-        }
+settings! {
+    /// The method of moving asymptotes, for the design vectors.
+    struct MmaSettings {
+        /// Largest change of a variable in an update, as a share of its range.
+        move_limit: f64 = 0.02, allowed above(0.0, 1.0), source "found by experiment";
+        /// Distance of the first asymptotes, as a share of the range.
+        asyinit: f64 = 0.05, allowed above(0.0, 10.0), source "found by experiment";
+        /// Factor on the distance of the asymptotes where a variable keeps its direction.
+        asyincr: f64 = 1.2, allowed within(1.0, 10.0), source "Svanberg";
+        /// Factor on the distance of the asymptotes where a variable turns.
+        asydecr: f64 = 0.7, allowed above(0.0, 1.0), source "Svanberg";
+        /// Least distance of the asymptotes, as a share of the range.
+        asymin: f64 = 0.01, allowed above(0.0, 100.0), source "Svanberg";
+        /// Largest distance of the asymptotes, as a share of the range.
+        asymax: f64 = 10.0, allowed above(0.0, 1e3), source "Svanberg";
+        /// Share of the distance to an asymptote that a variable keeps from it.
+        albefa: f64 = 0.1, allowed within(0.01, 0.99), source "Svanberg";
+        /// Curvature added to every term of the approximation.
+        raa0: f64 = 1e-5, allowed POSITIVE, source "Svanberg";
+        /// Linear cost of the elastic variables.
+        c: f64 = 1000.0, allowed POSITIVE, source "Svanberg";
+        /// Quadratic cost of the elastic variables.
+        d: f64 = 1.0, allowed POSITIVE, source "Svanberg";
+        /// Factor on the volume inequalities before MMA sees them.
+        volume_row_scale: f64 = 10.0, allowed POSITIVE, source "found by experiment";
     }
 }
 
-/// How far gradients are trusted.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct GradientSettings {
-    /// Bound on the norm of the displacement's design gradient, or "off" (paper silent).
-    pub design_norm: Option<f64>,
-    /// Share that is kept of the mean of earlier design gradients, each bounded, in the mean with
-    /// the next; 0 takes every gradient as it is (paper: 0).
-    pub design_memory: f64,
-    /// Bound on the norm of the state's cotangent in the reverse sweep, or "off" (paper: off).
-    pub cotangent_bound: Option<f64>,
-    /// Steps from one check of the cotangent to the next.
-    pub cotangent_every: usize,
-    /// Number type of the rollouts on the way: those that gradients are taken of, trials of other
-    /// materials, and an iteration's full one. Medians over perturbed starts, by which controllers
-    /// are chosen and results are quoted, are in f64 always.
-    pub precision: GradientPrecision,
-}
-
-impl Default for GradientSettings {
-    fn default() -> Self {
-        GradientSettings {
-            design_norm: Some(0.3),
-            design_memory: 0.8,
-            cotangent_bound: Some(3.0),
-            cotangent_every: 16,
-            precision: GradientPrecision::F64,
-        }
+settings! {
+    /// Adam, for the controller's weights.
+    struct AdamSettings {
+        /// Learning rate while design and controller move together.
+        rate: f64 = 0.002, allowed within(0.0, 10.0), source "found by experiment";
+        /// Learning rate at the start of the fine-tuning, when the controller moves alone.
+        fine_rate: f64 = 0.002, allowed within(0.0, 10.0), source "found by experiment";
+        /// Share of the fine-tuning's learning rate that is left at its end, reached linearly; where
+        /// it settles, the rate falls to zero from there on.
+        fine_decay: f64 = 0.1, allowed SHARE, source "found by experiment";
+        /// Decay of the first and the second moment.
+        betas: [f64; 2] = [0.9, 0.999], allowed within(0.0, 0.999999), source "Kingma and Ba";
+        /// What keeps the update from dividing by zero.
+        epsilon: f64 = 1e-8, allowed within(1e-30, 1.0), source "Kingma and Ba";
+        /// Bound on the norm of the whole controller gradient, or "off".
+        gradient_norm: Option<f64> = Some(1.0), allowed POSITIVE, source "found by experiment";
     }
 }
 
-/// The number type of a rollout.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum GradientPrecision {
-    /// Sixteen digits.
-    F64,
-    /// Seven digits, at less of the time.
-    F32,
-}
-
-impl Named for GradientPrecision {
-    const ALL: &'static [(&'static str, Self)] = &[
-        ("f64", GradientPrecision::F64),
-        ("f32", GradientPrecision::F32),
-    ];
-}
-
-/// The displacement loss that gradients are taken of; what is reported is the final displacement.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LossSettings {
-    /// Payload's position at the horizon's end, or its mean over the last steps (paper: final).
-    pub kind: LossKind,
-    /// Steps at the horizon's end that the mean is taken over.
-    pub window: usize,
-    /// Steps from one position in the mean to the next.
-    pub every: usize,
-}
-
-impl Default for LossSettings {
-    fn default() -> Self {
-        LossSettings {
-            kind: LossKind::Mean,
-            window: 2048,
-            every: 16,
-        }
+settings! {
+    /// How far gradients are trusted.
+    struct GradientSettings {
+        /// Bound on the norm of the displacement's design gradient, or "off".
+        design_norm: Option<f64> = Some(0.3), allowed POSITIVE, source "found by experiment";
+        /// Share that is kept of the mean of earlier design gradients, each bounded, in the mean
+        /// with the next; 0 takes every gradient as it is.
+        design_memory: f64 = 0.8, allowed DEVIATION, source "paper: 0";
+        /// Bound on the norm of the state's cotangent in the reverse sweep, or "off".
+        cotangent_bound: Option<f64> = Some(3.0), allowed POSITIVE,
+            source "found by experiment; paper: off";
+        /// Steps from one check of the cotangent to the next.
+        cotangent_every: usize = 16, allowed STEPS, source "found by experiment";
+        /// Number type of the rollouts on the way: those that gradients are taken of, trials of
+        /// other materials, and an iteration's full one. Medians over perturbed starts, by which
+        /// controllers are chosen and results are quoted, are in f64 always.
+        precision: GradientPrecision = GradientPrecision::F64, source "paper silent";
     }
 }
 
-/// Where along the horizon the payload's position counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum LossKind {
-    /// At the last step (the paper's objective).
-    Final,
-    /// On average over the last steps.
-    Mean,
-}
-
-impl Named for LossKind {
-    const ALL: &'static [(&'static str, Self)] =
-        &[("final", LossKind::Final), ("mean", LossKind::Mean)];
-}
-
-/// Which controller of the fine-tuning is delivered, and how designs are measured.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SelectionSettings {
-    /// The last controller, or the one with the best median over perturbed starts (paper: last).
-    pub kind: SelectionKind,
-    /// Controllers with the best single rollouts that the median is taken of.
-    pub candidates: usize,
-    /// Rollouts from perturbed starts per median.
-    pub perturbed_rollouts: usize,
-    /// How far each coordinate of a perturbed start is moved, m.
-    pub perturbation: f64,
-}
-
-impl Default for SelectionSettings {
-    fn default() -> Self {
-        SelectionSettings {
-            kind: SelectionKind::Median,
-            candidates: 6,
-            perturbed_rollouts: 8,
-            perturbation: 1e-9,
-        }
+settings! {
+    /// The number type of a rollout.
+    enum GradientPrecision {
+        /// Sixteen digits.
+        F64 = "f64",
+        /// Seven digits, at less of the time.
+        F32 = "f32",
     }
 }
 
-/// Which iterate is the result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SelectionKind {
-    /// The last one (the paper's algorithm).
-    Last,
-    /// Of the best candidates, the one with the best median over perturbed starts.
-    Median,
+settings! {
+    /// The displacement loss that gradients are taken of; what is reported is the final displacement.
+    struct LossSettings {
+        /// Payload's position at the horizon's end, or its mean over the last steps.
+        kind: LossKind = LossKind::Mean, source "found by experiment; paper: final";
+        /// Steps at the horizon's end that the mean is taken over.
+        window: usize = 2048, allowed STEPS, source "found by experiment";
+        /// Steps from one position in the mean to the next.
+        every: usize = 16, allowed STEPS, source "found by experiment";
+    }
 }
 
-impl Named for SelectionKind {
-    const ALL: &'static [(&'static str, Self)] = &[
-        ("last", SelectionKind::Last),
-        ("median", SelectionKind::Median),
-    ];
+settings! {
+    /// Where along the horizon the payload's position counts.
+    enum LossKind {
+        /// At the last step (the paper's objective).
+        Final = "final",
+        /// On average over the last steps.
+        Mean = "mean",
+    }
+}
+
+settings! {
+    /// Which controller of the fine-tuning is delivered, and how designs are measured.
+    struct SelectionSettings {
+        /// The last controller, or the one with the best median over perturbed starts.
+        kind: SelectionKind = SelectionKind::Median, source "found by experiment; paper: last";
+        /// Controllers with the best single rollouts that the median is taken of.
+        candidates: usize = 6, allowed within(1.0, 1e4), source "found by experiment";
+        /// Rollouts from perturbed starts per median.
+        perturbed_rollouts: usize = 8, allowed within(8.0, 1e4), source "found by experiment";
+        /// How far each coordinate of a perturbed start is moved.
+        perturbation: f64 = 1e-9, allowed within(0.0, 1e-3), unit "m", source "found by experiment";
+    }
+}
+
+settings! {
+    /// Which iterate is the result.
+    enum SelectionKind {
+        /// The last one (the paper's algorithm).
+        Last = "last",
+        /// Of the best candidates, the one with the best median over perturbed starts.
+        Median = "median",
+    }
+}
+
+/// A cycle of passes that is known to be one.
+fn passes(letters: &str) -> Vec<Pass> {
+    super::pass::cycle(letters).unwrap_or_default()
 }

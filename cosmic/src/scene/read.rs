@@ -1,8 +1,9 @@
 //! Reading a scene: TOML over the defaults, every value checked, every fault pointed at.
 
 use super::diagnostic::{Fault, malformed};
-use super::field::{Field, Limits, Section, Slot, cycle};
-use super::table::SECTIONS;
+use super::field::{Field, Limits, Slot};
+use super::keys::sections;
+use super::pass::cycle;
 use super::{Scene, check};
 use crate::error::{Error, Result};
 use std::collections::HashMap;
@@ -101,64 +102,44 @@ impl Reader<'_> {
     }
 
     fn section(&mut self, name: &str, span: Range<usize>, value: &Spanned<DeValue>) {
-        let Some(section) = SECTIONS.iter().find(|section| section.name == name) else {
-            let message = format!("unknown section `{name}`");
+        let known = sections();
+        if known.iter().all(|section| section.name != name) {
+            let names = known.iter().map(|section| section.name);
             return self.fault(
                 span,
-                message,
-                suggest(name, SECTIONS.iter().map(|section| section.name)),
+                format!("unknown section `{name}`"),
+                suggest(name, names),
             );
-        };
+        }
         let Some(table) = value.get_ref().as_table() else {
             let message = format!("`{name}` is {}, not a section", kind(value));
-            return self.fault(
-                value.span(),
-                message,
-                format!("write [{name}] and its keys below"),
-            );
+            let allowed = format!("write [{name}] and its keys below");
+            return self.fault(value.span(), message, allowed);
         };
         for (key, value) in table {
-            match section
-                .fields
-                .iter()
-                .find(|field| field.key == key.get_ref().as_ref())
-            {
-                Some(field) => self.field(section, field, value),
-                None => self.unknown_key(section, key.get_ref(), key.span()),
+            match self.scene.field(name, key.get_ref()) {
+                Some(mut field) => {
+                    let path = format!("{name}.{}", field.key);
+                    let fault = fill(&mut field, value)
+                        .err()
+                        .map(|misfit| misfit.fault(&path, &field, self.text));
+                    self.faults.extend(fault);
+                    self.spans.insert(path, value.span());
+                }
+                None => self.unknown_key(name, key.get_ref(), key.span()),
             }
         }
     }
 
-    fn unknown_key(&mut self, section: &Section, key: &str, span: Range<usize>) {
-        let owner = SECTIONS
-            .iter()
-            .find(|other| other.fields.iter().any(|field| field.key == key));
+    fn unknown_key(&mut self, name: &str, key: &str, span: Range<usize>) {
+        let known = sections();
+        let owner = known.iter().find(|other| other.keys.contains(&key));
+        let keys = known.iter().filter(|section| section.name == name);
         let hint = match owner {
             Some(owner) => format!("belongs to [{}]", owner.name),
-            None => suggest(key, section.fields.iter().map(|field| field.key)),
+            None => suggest(key, keys.flat_map(|section| &section.keys).copied()),
         };
-        self.fault(
-            span,
-            format!("unknown key `{key}` in [{}]", section.name),
-            hint,
-        );
-    }
-
-    fn field(&mut self, section: &Section, field: &Field, value: &Spanned<DeValue>) {
-        let path = format!("{}.{}", section.name, field.key);
-        let slot = (field.slot)(&mut self.scene);
-        let allowed = format!("allowed: {}", slot.allowed(&field.limits));
-        if let Err((span, misfit)) = fill(slot, &field.limits, value) {
-            let written = abridged(self.text.get(span.clone()).unwrap_or_default());
-            let message = match misfit {
-                Misfit::Kind(kind) => format!("`{path}` is {kind}: {written}"),
-                Misfit::Length(length) => format!("`{path}` has {length} entries: {written}"),
-                Misfit::Range => format!("`{path}` is out of range: {written}"),
-                Misfit::Word => format!("`{path}` cannot be {written}"),
-            };
-            self.fault(span, message, allowed);
-        }
-        self.spans.insert(path, value.span());
+        self.fault(span, format!("unknown key `{key}` in [{name}]"), hint);
     }
 
     /// Points a conflict at the first of its settings that the file names.
@@ -180,53 +161,81 @@ impl Reader<'_> {
     }
 }
 
-/// Why a value does not go into its slot.
-enum Misfit {
+/// A value that does not go into its field: where it is, and why.
+struct Misfit {
+    span: Range<usize>,
+    why: Why,
+}
+
+enum Why {
     Kind(&'static str),
     Length(usize),
     Range,
     Word,
 }
 
-type Filled<T> = std::result::Result<T, (Range<usize>, Misfit)>;
+impl Misfit {
+    /// The fault of the key `path`, with the value as the text has it.
+    fn fault(self, path: &str, field: &Field, text: &str) -> Fault {
+        let written = abridged(text.get(self.span.clone()).unwrap_or_default());
+        let message = match self.why {
+            Why::Kind(kind) => format!("`{path}` is {kind}: {written}"),
+            Why::Length(length) => format!("`{path}` has {length} entries: {written}"),
+            Why::Range => format!("`{path}` is out of range: {written}"),
+            Why::Word => format!("`{path}` cannot be {written}"),
+        };
+        Fault {
+            span: self.span,
+            message,
+            allowed: format!("allowed: {}", field.allowed()),
+        }
+    }
+}
+
+type Filled<T> = std::result::Result<T, Misfit>;
 
 /// Puts a value where it belongs.
-fn fill(slot: Slot, limits: &Limits, value: &Spanned<DeValue>) -> Filled<()> {
-    let unknown_word = || (value.span(), Misfit::Word);
-    match slot {
-        Slot::Number(x) => *x = number(value, limits)?,
+fn fill(field: &mut Field, value: &Spanned<DeValue>) -> Filled<()> {
+    let limits = &field.limits;
+    match &mut field.slot {
+        Slot::Number(x) => **x = number(value, limits)?,
         Slot::Bound(x) => {
-            *x = if value.get_ref().as_str() == Some("off") {
+            let is_off = value.get_ref().as_str() == Some("off");
+            **x = if is_off {
                 None
             } else {
                 Some(number(value, limits)?)
             }
         }
         Slot::Numbers(xs) => {
-            for (entry, x) in entries(value, xs.len())?.into_iter().zip(xs) {
+            for (entry, x) in entries(value, xs.len())?.zip(xs.iter_mut()) {
                 *x = number(entry, limits)?;
             }
         }
-        Slot::Count(n) => *n = count(value, limits)?,
+        Slot::Count(n) => **n = count(value, limits)?,
         Slot::Counts(ns) => {
-            for (entry, n) in entries(value, ns.len())?.into_iter().zip(ns) {
+            for (entry, n) in entries(value, ns.len())?.zip(ns.iter_mut()) {
                 *n = count(entry, limits)?;
             }
         }
-        Slot::Flag(flag) => *flag = value.get_ref().as_bool().ok_or_else(|| wrong_kind(value))?,
+        Slot::Flag(flag) => {
+            **flag = value.get_ref().as_bool().ok_or_else(|| wrong_kind(value))?;
+        }
         Slot::Choice(choice) => {
-            let name = value.get_ref().as_str().ok_or_else(|| wrong_kind(value))?;
-            if !choice.choose(name) {
-                return Err(unknown_word());
+            if !choice.choose(word(value)?) {
+                return Err(misfit(value, Why::Word));
             }
         }
         Slot::Cycle(passes) => {
-            let letters = value.get_ref().as_str().ok_or_else(|| wrong_kind(value))?;
-            let read = cycle(letters).filter(|passes| limits.contain(passes.len() as f64));
-            *passes = read.ok_or_else(unknown_word)?;
+            let read = cycle(word(value)?).filter(|passes| limits.contain(passes.len() as f64));
+            **passes = read.ok_or_else(|| misfit(value, Why::Word))?;
         }
     }
     Ok(())
+}
+
+fn word<'v>(value: &'v Spanned<DeValue>) -> Filled<&'v str> {
+    value.get_ref().as_str().ok_or_else(|| wrong_kind(value))
 }
 
 /// A number, written with or without a point. What overflows is infinite, and out of range.
@@ -240,7 +249,7 @@ fn number(value: &Spanned<DeValue>, limits: &Limits) -> Filled<f64> {
         _ => return Err(wrong_kind(value)),
     };
     x.filter(|x| limits.contain(*x))
-        .ok_or_else(|| (value.span(), Misfit::Range))
+        .ok_or_else(|| misfit(value, Why::Range))
 }
 
 /// A whole number.
@@ -250,26 +259,29 @@ fn count(value: &Spanned<DeValue>, limits: &Limits) -> Filled<usize> {
     };
     let n = usize::from_str_radix(n.as_str(), n.radix()).ok();
     n.filter(|n| limits.contain(*n as f64))
-        .ok_or_else(|| (value.span(), Misfit::Range))
+        .ok_or_else(|| misfit(value, Why::Range))
 }
 
-/// An array's entries, so many of them.
+/// An array's entries, `length` of them.
 fn entries<'v, 't>(
     value: &'v Spanned<DeValue<'t>>,
     length: usize,
-) -> Filled<Vec<&'v Spanned<DeValue<'t>>>> {
-    let array = value
-        .get_ref()
-        .as_array()
-        .ok_or_else(|| wrong_kind(value))?;
+) -> Filled<impl Iterator<Item = &'v Spanned<DeValue<'t>>>> {
+    let array = value.get_ref().as_array();
+    let array = array.ok_or_else(|| wrong_kind(value))?;
     if array.len() != length {
-        return Err((value.span(), Misfit::Length(array.len())));
+        return Err(misfit(value, Why::Length(array.len())));
     }
-    Ok(array.iter().collect())
+    Ok(array.iter())
 }
 
-fn wrong_kind(value: &Spanned<DeValue>) -> (Range<usize>, Misfit) {
-    (value.span(), Misfit::Kind(kind(value)))
+fn misfit(value: &Spanned<DeValue>, why: Why) -> Misfit {
+    let span = value.span();
+    Misfit { span, why }
+}
+
+fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
+    misfit(value, Why::Kind(kind(value)))
 }
 
 /// What a TOML value is, with its article.

@@ -1,26 +1,24 @@
-//! What must hold between the structs, the table, the comments and the text.
+//! What must hold between the structs, the declarations and the text.
 
 use super::check::conflicts;
 use super::field::{Limits, Slot, within};
-use super::table::SECTIONS;
 use super::*;
 use proptest::prelude::*;
 
-/// `section.key` of every row of the table, in its order.
+/// `section.key` of every setting, in the order of the file.
 fn paths() -> Vec<String> {
-    let of = |section: &field::Section| {
-        let name = section.name;
-        section
-            .fields
+    let of = |section: keys::Section| {
+        let paths = section
+            .keys
             .iter()
-            .map(move |field| format!("{name}.{}", field.key))
-            .collect::<Vec<_>>()
+            .map(|key| format!("{}.{key}", section.name));
+        paths.collect::<Vec<_>>()
     };
-    SECTIONS.iter().flat_map(of).collect()
+    keys::sections().into_iter().flat_map(of).collect()
 }
 
 #[test]
-fn the_table_names_exactly_the_fields_of_the_structs() {
+fn the_sections_name_exactly_the_fields_of_the_structs() {
     let scene = serde_json::to_value(Scene::default()).unwrap();
     let mut in_structs: Vec<String> = Vec::new();
     for (section, keys) in scene.as_object().unwrap() {
@@ -31,10 +29,10 @@ fn the_table_names_exactly_the_fields_of_the_structs() {
                 .map(|key| format!("{section}.{key}")),
         );
     }
-    let mut in_table = paths();
+    let mut in_sections = paths();
     in_structs.sort();
-    in_table.sort();
-    assert_eq!(in_structs, in_table);
+    in_sections.sort();
+    assert_eq!(in_structs, in_sections);
 }
 
 #[test]
@@ -61,19 +59,21 @@ fn every_key_stands_on_a_line_of_its_own_below_a_comment() {
 
 #[test]
 fn choices_have_the_same_names_in_toml_and_in_json() {
-    for section in SECTIONS {
-        for field in section.fields {
+    for section in keys::sections() {
+        for key in section.keys {
             let mut scene = Scene::default();
-            let Slot::Choice(choice) = (field.slot)(&mut scene) else {
+            let Some(Slot::Choice(choice)) = scene.field(section.name, key).map(|f| f.slot) else {
                 continue;
             };
             for name in choice.names() {
-                let Slot::Choice(choice) = (field.slot)(&mut scene) else {
+                let mut scene = Scene::default();
+                let Some(Slot::Choice(choice)) = scene.field(section.name, key).map(|f| f.slot)
+                else {
                     unreachable!()
                 };
                 assert!(choice.choose(name));
                 let json = serde_json::to_value(&scene).unwrap();
-                assert_eq!(json[section.name][field.key], name);
+                assert_eq!(json[section.name][key], name);
             }
         }
     }
@@ -127,13 +127,14 @@ fn the_layouts_fill_the_lattice_within_the_volume_bounds() {
     }
 }
 
-/// A scene whose row number `row` holds `x` wherever a number fits.
+/// A scene whose setting number `row` holds `x` wherever a number fits.
 fn with_number(row: usize, x: f64) -> Scene {
     let mut scene = Scene::default();
-    let mut fields = SECTIONS.iter().flat_map(|section| section.fields);
-    let field = fields.nth(row).unwrap();
+    let path = &paths()[row];
+    let (section, key) = path.split_once('.').unwrap();
+    let field = scene.field(section, key).unwrap();
     if field.limits.contain(x) {
-        match (field.slot)(&mut scene) {
+        match field.slot {
             Slot::Number(number) => *number = x,
             Slot::Bound(bound) => *bound = Some(x),
             Slot::Numbers(numbers) => numbers.fill(x),

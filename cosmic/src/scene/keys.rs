@@ -1,0 +1,83 @@
+//! Every key of a scene: found by name, and listed for the documentation.
+
+use super::Scene;
+use super::field::{Field, Settings};
+
+impl Scene {
+    /// Every section with its name, in the order in which they are written.
+    pub(super) fn sections(&mut self) -> [(&'static str, &mut dyn Settings); 17] {
+        [
+            ("lattice", &mut self.lattice),
+            ("physics", &mut self.physics),
+            ("materials", &mut self.materials),
+            ("projection", &mut self.projection),
+            ("controller", &mut self.controller),
+            ("start", &mut self.start),
+            ("volume", &mut self.volume),
+            ("schedule", &mut self.schedule),
+            ("binarisation", &mut self.binarisation),
+            ("mma", &mut self.mma),
+            ("adam", &mut self.adam),
+            ("gradient", &mut self.gradient),
+            ("loss", &mut self.loss),
+            ("selection", &mut self.selection),
+            ("objective", &mut self.objective),
+            ("robust", &mut self.robust),
+            ("search", &mut self.search),
+        ]
+    }
+
+    /// The setting of a section and a key, if there is one.
+    pub(super) fn field(&mut self, section: &str, key: &str) -> Option<Field<'_>> {
+        let mut sections = self.sections().into_iter();
+        let (_, settings) = sections.find(|(name, _)| *name == section)?;
+        settings.fields().into_iter().find(|field| field.key == key)
+    }
+}
+
+/// A section's name and its keys.
+pub(super) struct Section {
+    pub(super) name: &'static str,
+    pub(super) keys: Vec<&'static str>,
+}
+
+/// Every section of a scene.
+pub(super) fn sections() -> Vec<Section> {
+    let mut scene = Scene::default();
+    let section = |(name, settings): (&'static str, &mut dyn Settings)| Section {
+        name,
+        keys: settings.fields().iter().map(|field| field.key).collect(),
+    };
+    scene.sections().map(section).into()
+}
+
+/// What may stand at a key of a scene, such as `physics.dt`, in place of a number; `None` if that
+/// number may.
+///
+/// # Panics
+/// If no scene has the key.
+pub(crate) fn allowed_instead(path: &str, number: f64) -> Option<String> {
+    let mut scene = Scene::default();
+    let (section, key) = path.split_once('.').expect("a section and a key");
+    let field = scene.field(section, key).expect("a key of a scene");
+    (!field.limits.contain(number)).then(|| field.allowed())
+}
+
+/// Every key of a scene file as tables in Markdown, one a section: default, unit, what is allowed,
+/// where the default comes from, and what the key means.
+pub fn reference() -> String {
+    let mut scene = Scene::default();
+    let mut text = String::new();
+    for (name, settings) in scene.sections() {
+        text += &format!("### `[{name}]`\n\n{}\n\n", settings.about());
+        text += "| key | default | unit | allowed | source | meaning |\n";
+        text += "| --- | --- | --- | --- | --- | --- |\n";
+        for field in settings.fields() {
+            let (key, unit, source, doc) = (field.key, field.unit, field.source, field.doc);
+            let (default, allowed) = (&field.slot, field.allowed());
+            text += &format!("| `{key}` | `{default}` | {unit} | {allowed} | {source} | {doc} |\n");
+        }
+        text += "\n";
+    }
+    text
+}

@@ -1,0 +1,33 @@
+//! The passes of the co-design, and the letters that stand for them in `schedule.cycle`.
+
+use serde::{Deserialize, Serialize};
+
+/// What one iteration of the co-design updates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pass {
+    /// The design vectors, by MMA.
+    Design,
+    /// The controller's weights, by Adam.
+    Controller,
+}
+
+impl Pass {
+    /// The letter that stands for the pass in `schedule.cycle`.
+    pub fn letter(self) -> char {
+        match self {
+            Pass::Design => 'd',
+            Pass::Controller => 'c',
+        }
+    }
+}
+
+/// The passes of a cycle such as `"dcdc"`, or `None` if a letter stands for no pass.
+pub(super) fn cycle(letters: &str) -> Option<Vec<Pass>> {
+    let pass = |letter| {
+        [Pass::Design, Pass::Controller]
+            .into_iter()
+            .find(|pass| pass.letter() == letter)
+    };
+    letters.chars().map(pass).collect()
+}
