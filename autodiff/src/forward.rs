@@ -1,12 +1,12 @@
 //! Forward mode: the arithmetic of [`Dual`], a number that carries tangents.
 
 use std::iter::Sum;
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use num_traits::{FromPrimitive, One, Zero};
 
 use crate::dual::Dual;
 use crate::elementary::Elementary;
+use crate::operators::operators;
 use crate::real::{Fused, Real};
 use crate::rule;
 
@@ -200,84 +200,32 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
     }
 }
 
-impl<R: Real, const N: usize> Add for Dual<R, N> {
-    type Output = Self;
+operators! {
     #[inline(always)]
-    fn add(mut self, other: Self) -> Self {
-        self.value += other.value;
+    impl[R: Real, const N: usize] Dual<R, N>:
+    a + b => {
+        let (value, mut tangent) = (a.value + b.value, a.tangent);
         for i in 0..N {
-            self.tangent[i] += other.tangent[i];
+            tangent[i] += b.tangent[i];
         }
-        self
-    }
-}
-
-impl<R: Real, const N: usize> Sub for Dual<R, N> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(mut self, other: Self) -> Self {
-        self.value -= other.value;
+        Dual { value, tangent }
+    },
+    a - b => {
+        let (value, mut tangent) = (a.value - b.value, a.tangent);
         for i in 0..N {
-            self.tangent[i] -= other.tangent[i];
+            tangent[i] -= b.tangent[i];
         }
-        self
-    }
-}
-
-impl<R: Real, const N: usize> Mul for Dual<R, N> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.apply2(other, rule::mul(self.value, other.value))
-    }
-}
-
-impl<R: Real, const N: usize> Div for Dual<R, N> {
-    type Output = Self;
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        self.apply2(other, rule::div(self.value, other.value))
-    }
-}
-
-impl<R: Real, const N: usize> Neg for Dual<R, N> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(mut self) -> Self {
-        self.value = -self.value;
+        Dual { value, tangent }
+    },
+    a * b => a.apply2(b, rule::mul(a.value, b.value)),
+    a / b => a.apply2(b, rule::div(a.value, b.value)),
+    -a => {
+        let mut tangent = a.tangent;
         for i in 0..N {
-            self.tangent[i] = -self.tangent[i];
+            tangent[i] = -tangent[i];
         }
-        self
-    }
-}
-
-impl<R: Real, const N: usize> AddAssign for Dual<R, N> {
-    #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl<R: Real, const N: usize> SubAssign for Dual<R, N> {
-    #[inline(always)]
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-
-impl<R: Real, const N: usize> MulAssign for Dual<R, N> {
-    #[inline(always)]
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
-
-impl<R: Real, const N: usize> DivAssign for Dual<R, N> {
-    #[inline(always)]
-    fn div_assign(&mut self, other: Self) {
-        *self = *self / other;
-    }
+        Dual { value: -a.value, tangent }
+    },
 }
 
 impl<R: Real, const N: usize> Zero for Dual<R, N> {

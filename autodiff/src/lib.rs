@@ -239,6 +239,7 @@
 extern crate self as autodiff;
 
 // The order of the modules is the architecture: each uses only those above it.
+mod operators;
 mod elementary;
 mod dual;
 pub mod real;

@@ -2,14 +2,12 @@
 
 use std::cmp::Ordering;
 use std::fmt;
-use std::ops::{
-    Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign,
-};
 
 use num_traits::{Float, FromPrimitive, Num, One, Signed, Zero};
 
 use super::element::Element;
 use crate::math::rounding::remainder;
+use crate::operators::{operator, operators};
 use crate::real::{Mask, Real};
 use crate::rule;
 
@@ -22,88 +20,19 @@ pub(crate) fn decided<R: Real>(mask: R::Mask) -> bool {
         .unwrap_or_else(|| panic!("lanes disagree about a branch: evaluate them one by one"))
 }
 
-impl<R: Real> Add for Element<R> {
-    type Output = Self;
+operators! {
     #[inline]
-    fn add(self, other: Self) -> Self {
-        Self(self.0 + other.0)
-    }
+    impl[R: Real] Element<R>:
+    a + b => Self(a.0 + b.0),
+    a - b => Self(a.0 - b.0),
+    a * b => Self(a.0 * b.0),
+    a / b => Self(a.0 / b.0),
+    -a => Self(-a.0),
 }
 
-impl<R: Real> Sub for Element<R> {
-    type Output = Self;
-    #[inline]
-    fn sub(self, other: Self) -> Self {
-        Self(self.0 - other.0)
-    }
-}
-
-impl<R: Real> Mul for Element<R> {
-    type Output = Self;
-    #[inline]
-    fn mul(self, other: Self) -> Self {
-        Self(self.0 * other.0)
-    }
-}
-
-impl<R: Real> Div for Element<R> {
-    type Output = Self;
-    #[inline]
-    fn div(self, other: Self) -> Self {
-        Self(self.0 / other.0)
-    }
-}
-
-/// The exact remainder of a division with an integer quotient, of the dividend's sign, as `%` of
-/// floats.
-impl<R: Real> Rem for Element<R> {
-    type Output = Self;
-    fn rem(self, other: Self) -> Self {
-        Self(remainder(self.0, other.0))
-    }
-}
-
-impl<R: Real> Neg for Element<R> {
-    type Output = Self;
-    #[inline]
-    fn neg(self) -> Self {
-        Self(-self.0)
-    }
-}
-
-impl<R: Real> AddAssign for Element<R> {
-    #[inline]
-    fn add_assign(&mut self, other: Self) {
-        self.0 += other.0;
-    }
-}
-
-impl<R: Real> SubAssign for Element<R> {
-    #[inline]
-    fn sub_assign(&mut self, other: Self) {
-        self.0 -= other.0;
-    }
-}
-
-impl<R: Real> MulAssign for Element<R> {
-    #[inline]
-    fn mul_assign(&mut self, other: Self) {
-        self.0 *= other.0;
-    }
-}
-
-impl<R: Real> DivAssign for Element<R> {
-    #[inline]
-    fn div_assign(&mut self, other: Self) {
-        self.0 /= other.0;
-    }
-}
-
-impl<R: Real> RemAssign for Element<R> {
-    #[inline]
-    fn rem_assign(&mut self, other: Self) {
-        *self = *self % other;
-    }
+// The exact remainder of a division with an integer quotient, of the dividend's sign, as `%` of floats.
+operator! {
+    [#[inline]] [R: Real] Element<R>, Rem rem RemAssign rem_assign, a b Self(remainder(a.0, b.0))
 }
 
 impl<R: Real> Zero for Element<R> {

@@ -1,7 +1,6 @@
 //! The arithmetic of variables.
 
 use std::iter::Sum;
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use num_traits::{FromPrimitive, One, Zero};
 
@@ -9,6 +8,7 @@ use super::current::{self, CONSTANT};
 use super::fused;
 use super::var::Var;
 use crate::elementary::Elementary;
+use crate::operators::operators;
 use crate::real::{Fused, Real};
 use crate::rule;
 
@@ -179,83 +179,30 @@ impl<R: Real> Real for Var<R> {
     }
 }
 
-impl<R: Real> Add for Var<R> {
-    type Output = Self;
+operators! {
     #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        let (value, one) = (self.value + other.value, R::one());
-        if other.is_constant() {
-            return self.moved_to(value);
+    impl[R: Real] Var<R>:
+    a + b => {
+        // Adding a constant records nothing.
+        let (value, one) = (a.value + b.value, R::one());
+        if b.is_constant() {
+            return a.moved_to(value);
         }
-        if self.is_constant() {
-            return other.moved_to(value);
+        if a.is_constant() {
+            return b.moved_to(value);
         }
-        self.apply2(other, (value, [one, one]))
-    }
-}
-
-impl<R: Real> Sub for Var<R> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        let (value, one) = (self.value - other.value, R::one());
-        if other.is_constant() {
-            return self.moved_to(value);
+        a.apply2(b, (value, [one, one]))
+    },
+    a - b => {
+        let (value, one) = (a.value - b.value, R::one());
+        if b.is_constant() {
+            return a.moved_to(value);
         }
-        self.apply2(other, (value, [one, -one]))
-    }
-}
-
-impl<R: Real> Mul for Var<R> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.product(other, self.value * other.value)
-    }
-}
-
-impl<R: Real> Div for Var<R> {
-    type Output = Self;
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        self.apply2(other, rule::div(self.value, other.value))
-    }
-}
-
-impl<R: Real> Neg for Var<R> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        self.apply((-self.value, -R::one()))
-    }
-}
-
-impl<R: Real> AddAssign for Var<R> {
-    #[inline]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl<R: Real> SubAssign for Var<R> {
-    #[inline]
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-
-impl<R: Real> MulAssign for Var<R> {
-    #[inline]
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
-
-impl<R: Real> DivAssign for Var<R> {
-    #[inline]
-    fn div_assign(&mut self, other: Self) {
-        *self = *self / other;
-    }
+        a.apply2(b, (value, [one, -one]))
+    },
+    a * b => a.product(b, a.value * b.value),
+    a / b => a.apply2(b, rule::div(a.value, b.value)),
+    -a => a.apply((-a.value, -R::one())),
 }
 
 impl<R: Real> Zero for Var<R> {

@@ -2,12 +2,12 @@
 
 use std::cmp::Ordering;
 use std::iter::Sum;
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use num_traits::{FromPrimitive, One, Zero};
 
 use super::exact::{two_product, two_sum};
 use crate::math::Primitive;
+use crate::operators::operators;
 
 /// The unevaluated sum of two floats; see the [module](super).
 ///
@@ -87,89 +87,37 @@ impl From<Wide> for f64 {
     }
 }
 
-/// Hida, Li and Bailey's accurate sum: the bound of 3 * 2^-106 holds under cancellation too.
-impl Add for Wide {
-    type Output = Self;
+operators! {
     #[inline]
-    fn add(self, other: Self) -> Self {
-        let (high, low) = two_sum(self.high, other.high);
-        let (next, last) = two_sum(self.low, other.low);
+    impl[] Wide:
+    // Hida, Li and Bailey's accurate sum: the bound of 3 * 2^-106 holds under cancellation too.
+    a + b => {
+        let (high, low) = two_sum(a.high, b.high);
+        let (next, last) = two_sum(a.low, b.low);
         let sum = Self::normal(high, low + next);
         Self::normal(sum.high, sum.low + last)
-    }
-}
-
-impl Sub for Wide {
-    type Output = Self;
-    #[inline]
-    fn sub(self, other: Self) -> Self {
-        self + -other
-    }
-}
-
-impl Mul for Wide {
-    type Output = Self;
-    #[inline]
-    fn mul(self, other: Self) -> Self {
-        let (high, low) = two_product(self.high, other.high);
-        let cross = Primitive::mul_add(self.low, other.high, self.low * other.low);
-        Self::normal(high, low + Primitive::mul_add(self.high, other.low, cross))
-    }
-}
-
-/// Long division, with three floats of quotient.
-impl Div for Wide {
-    type Output = Self;
-    #[inline]
-    fn div(self, other: Self) -> Self {
-        let first = self.high / other.high;
+    },
+    a - b => a + -b,
+    a * b => {
+        let (high, low) = two_product(a.high, b.high);
+        let cross = Primitive::mul_add(a.low, b.high, a.low * b.low);
+        Self::normal(high, low + Primitive::mul_add(a.high, b.low, cross))
+    },
+    // Long division, with three floats of quotient.
+    a / b => {
+        let first = a.high / b.high;
         if first == 0.0 || !first.is_finite() {
             return Self::from(first);
         }
-        let rest = self - other * Self::from(first);
-        let second = rest.high / other.high;
-        let rest = rest - other * Self::from(second);
-        Self::normal(first, second) + Self::from(rest.high / other.high)
-    }
-}
-
-impl Neg for Wide {
-    type Output = Self;
-    #[inline]
-    fn neg(self) -> Self {
-        Self {
-            high: -self.high,
-            low: -self.low,
-        }
-    }
-}
-
-impl AddAssign for Wide {
-    #[inline]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl SubAssign for Wide {
-    #[inline]
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-
-impl MulAssign for Wide {
-    #[inline]
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
-
-impl DivAssign for Wide {
-    #[inline]
-    fn div_assign(&mut self, other: Self) {
-        *self = *self / other;
-    }
+        let rest = a - b * Self::from(first);
+        let second = rest.high / b.high;
+        let rest = rest - b * Self::from(second);
+        Self::normal(first, second) + Self::from(rest.high / b.high)
+    },
+    -a => Self {
+        high: -a.high,
+        low: -a.low,
+    },
 }
 
 impl Zero for Wide {

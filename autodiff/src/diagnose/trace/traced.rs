@@ -1,12 +1,12 @@
 //! The number that knows its origin.
 
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use std::panic::Location;
 
 use num_traits::{One, Zero};
 
 use super::origin::{CLEAN, Origin, count, note};
 use crate::elementary::Elementary;
+use crate::operators::operators;
 use crate::real::{Fused, Mask, Real};
 use crate::rule;
 
@@ -286,74 +286,14 @@ impl<R: Real> Real for Traced<R> {
     }
 }
 
-impl<R: Real> Add for Traced<R> {
-    type Output = Self;
+operators! {
     #[track_caller]
-    fn add(self, other: Self) -> Self {
-        let one = R::one();
-        self.apply2("sum", other, (self.value + other.value, [one, one]))
-    }
-}
-
-impl<R: Real> Sub for Traced<R> {
-    type Output = Self;
-    #[track_caller]
-    fn sub(self, other: Self) -> Self {
-        let one = R::one();
-        self.apply2("difference", other, (self.value - other.value, [one, -one]))
-    }
-}
-
-impl<R: Real> Mul for Traced<R> {
-    type Output = Self;
-    #[track_caller]
-    fn mul(self, other: Self) -> Self {
-        self.apply2("product", other, rule::mul(self.value, other.value))
-    }
-}
-
-impl<R: Real> Div for Traced<R> {
-    type Output = Self;
-    #[track_caller]
-    fn div(self, other: Self) -> Self {
-        self.apply2("quotient", other, rule::div(self.value, other.value))
-    }
-}
-
-impl<R: Real> Neg for Traced<R> {
-    type Output = Self;
-    #[track_caller]
-    fn neg(self) -> Self {
-        self.apply("negative", (-self.value, -R::one()))
-    }
-}
-
-impl<R: Real> AddAssign for Traced<R> {
-    #[track_caller]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl<R: Real> SubAssign for Traced<R> {
-    #[track_caller]
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-
-impl<R: Real> MulAssign for Traced<R> {
-    #[track_caller]
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
-    }
-}
-
-impl<R: Real> DivAssign for Traced<R> {
-    #[track_caller]
-    fn div_assign(&mut self, other: Self) {
-        *self = *self / other;
-    }
+    impl[R: Real] Traced<R>:
+    a + b => a.apply2("sum", b, (a.value + b.value, [R::one(), R::one()])),
+    a - b => a.apply2("difference", b, (a.value - b.value, [R::one(), -R::one()])),
+    a * b => a.apply2("product", b, rule::mul(a.value, b.value)),
+    a / b => a.apply2("quotient", b, rule::div(a.value, b.value)),
+    -a => a.apply("negative", (-a.value, -R::one())),
 }
 
 impl<R: Real> Zero for Traced<R> {

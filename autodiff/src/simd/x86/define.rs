@@ -55,64 +55,14 @@ macro_rules! define_lanes {
         }
 
         // SAFETY, here and below: a value of this type exists only where its instructions do.
-        impl Add for $name {
-            type Output = Self;
+        operators! {
             #[inline(always)]
-            fn add(self, other: Self) -> Self {
-                Self(unsafe { $add(self.0, other.0) })
-            }
-        }
-        impl Sub for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn sub(self, other: Self) -> Self {
-                Self(unsafe { $sub(self.0, other.0) })
-            }
-        }
-        impl Mul for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn mul(self, other: Self) -> Self {
-                Self(unsafe { $mul(self.0, other.0) })
-            }
-        }
-        impl Div for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn div(self, other: Self) -> Self {
-                Self(unsafe { $div(self.0, other.0) })
-            }
-        }
-        impl Neg for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn neg(self) -> Self {
-                Self::lit(-0.0) - self
-            }
-        }
-        impl AddAssign for $name {
-            #[inline(always)]
-            fn add_assign(&mut self, other: Self) {
-                *self = *self + other;
-            }
-        }
-        impl SubAssign for $name {
-            #[inline(always)]
-            fn sub_assign(&mut self, other: Self) {
-                *self = *self - other;
-            }
-        }
-        impl MulAssign for $name {
-            #[inline(always)]
-            fn mul_assign(&mut self, other: Self) {
-                *self = *self * other;
-            }
-        }
-        impl DivAssign for $name {
-            #[inline(always)]
-            fn div_assign(&mut self, other: Self) {
-                *self = *self / other;
-            }
+            impl[] $name:
+            a + b => Self(unsafe { $add(a.0, b.0) }),
+            a - b => Self(unsafe { $sub(a.0, b.0) }),
+            a * b => Self(unsafe { $mul(a.0, b.0) }),
+            a / b => Self(unsafe { $div(a.0, b.0) }),
+            -a => Self::lit(-0.0) - a,
         }
         impl Zero for $name {
             #[inline(always)]

@@ -10,14 +10,13 @@
 mod define;
 
 use std::arch::x86_64::*;
-use std::ops::{
-    Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
-};
+use std::ops::{BitAnd, BitOr, Not};
 
 use num_traits::{One, Zero};
 
 use crate::elementary::Elementary;
 use crate::math::{self, Abreast, Primitive};
+use crate::operators::operators;
 use crate::real::{Lane, Mask, Real};
 
 /// A mask with one bit for each lane (AVX-512).
