@@ -142,7 +142,7 @@
 //!
 //! [`custom`] is for a derivative that is known better than the code shows, [`implicit`] for the
 //! solution of equations, whatever solver found it. [`check`] tells whether a gradient is right,
-//! [`trace`] where a NaN came from, [`Wide`] what rounding does: it runs the same source in 31
+//! [`trace`] where a NaN came from, [`DoubleDouble`] what rounding does: it runs the same source in 31
 //! digits.
 //!
 //! Code that asks for num-traits' `Float` takes any number of this crate as an [`Element`].
@@ -259,7 +259,7 @@ pub mod interop;
 pub mod diagnose;
 
 pub use arrays::{Adjoint, Array, Graph, Kernel, Matrix, Partials, Program};
-pub use diagnose::{Wide, check, trace};
+pub use diagnose::{DoubleDouble, check, trace};
 #[cfg(feature = "rayon")]
 pub use drivers::parallel;
 pub use drivers::{

@@ -4,10 +4,10 @@
 use std::num::FpCategory;
 
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{Dual, Element, Function, Real, Wide, gradient, hessian};
+use autodiff::{DoubleDouble, Dual, Element, Function, Real, gradient, hessian};
 use num_traits::{Float, NumCast, Signed, ToPrimitive};
 
-type Number = Element<Dual<Wide, 1>>;
+type Number = Element<Dual<DoubleDouble, 1>>;
 
 /// Both traits have methods of the same names: this is the only place that sees both.
 mod table {
@@ -61,11 +61,14 @@ fn elementary_functions_have_the_system_s_values_and_their_own_slopes() {
     for ((name, [ours, in_nalgebra], system), [least, most]) in table::functions() {
         for k in (1..40).map(|k| k as f64) {
             let x = least + (most - least) * k / 40.0 + 1e-3 / k;
-            let of = |x: Wide| ours(Element(Dual::variable(x, 0))).0;
-            let value = of(Wide::from(x)).value.to_f64();
-            let other = in_nalgebra(Element(Dual::variable(Wide::from(x), 0))).0;
+            let of = |x: DoubleDouble| ours(Element(Dual::variable(x, 0))).0;
+            let value = of(DoubleDouble::from(x)).value.to_f64();
+            let other = in_nalgebra(Element(Dual::variable(DoubleDouble::from(x), 0))).0;
             assert_eq!(
-                (of(Wide::from(x)).value, of(Wide::from(x)).tangent),
+                (
+                    of(DoubleDouble::from(x)).value,
+                    of(DoubleDouble::from(x)).tangent
+                ),
                 (other.value, other.tangent)
             );
             // Ours is exact to f64; the system's is good to an ulp or two.
@@ -75,10 +78,10 @@ fn elementary_functions_have_the_system_s_values_and_their_own_slopes() {
                 "{name}({x}): {value}"
             );
             // In 31 digits a difference over 1e-13 has 17 good ones.
-            let h = Wide::from(1e-13);
-            let [above, below] = [h, -h].map(|h| of(Wide::from(x) + h).value);
+            let h = DoubleDouble::from(1e-13);
+            let [above, below] = [h, -h].map(|h| of(DoubleDouble::from(x) + h).value);
             let slope = ((above - below) / (h + h)).to_f64();
-            let ours = of(Wide::from(x)).tangent[0].to_f64();
+            let ours = of(DoubleDouble::from(x)).tangent[0].to_f64();
             let error = (ours - slope).abs();
             assert!(
                 error <= 1e-13 * (1.0 + slope.abs()),
@@ -191,7 +194,7 @@ fn odd_functions_keep_the_sign_of_a_zero() {
     assert!(zeros::<Element<f64>>().iter().all(|y| y.is_sign_negative()));
     assert!(zeros::<Element<f32>>().iter().all(|y| y.is_sign_negative()));
     assert!(
-        zeros::<Element<Wide>>()
+        zeros::<Element<DoubleDouble>>()
             .iter()
             .all(|y| y.is_sign_negative())
     );
@@ -242,7 +245,7 @@ fn generic_float_code_is_differentiated() {
     assert!(f64::abs(Root.eval(&[x]) - 2.0) < 1e-14);
     assert!(f64::abs(gradient(&Root, &[x])[0] - 1.0 / 12.0) < 1e-12);
     assert!(f64::abs(hessian(&Root, &[x])[0][0] + 1.0 / 144.0) < 1e-8);
-    let root = Root.eval(&[Wide::from(x)]) - Wide::from(2.0);
+    let root = Root.eval(&[DoubleDouble::from(x)]) - DoubleDouble::from(2.0);
     assert!(f64::abs(root.to_f64()) < 1e-30);
 }
 

@@ -4,7 +4,7 @@ use crate::common::gradients;
 use autodiff::implicit::{Residual, Singular, root};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{
-    Dual, Function, Real, Tape, Var, VectorFunction, Wide, gradient, hessian, jacobian, vjp,
+    DoubleDouble, Dual, Function, Real, Tape, Var, VectorFunction, gradient, hessian, jacobian, vjp,
 };
 
 /// Three coupled equations that lean on their diagonal, with two parameters.
@@ -164,7 +164,7 @@ fn there_may_be_many_unknowns() {
 
 #[test]
 fn wide_numbers_give_wide_derivatives() {
-    let p = POINT.map(Wide::from);
+    let p = POINT.map(DoubleDouble::from);
     // Rounding of double-doubles, as above.
     assert_close(&gradient(&IMPLICIT, &p), &gradient(&UNROLLED, &p), 1e-29);
 }

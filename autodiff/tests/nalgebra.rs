@@ -7,7 +7,9 @@ use ::nalgebra::{
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::implicit::{Residual, root};
 use autodiff::nalgebra::{Element, rotation, vector};
-use autodiff::{Dual, Function, Real, VectorFunction, Wide, gradient, hessian, jacobian, jvp};
+use autodiff::{
+    DoubleDouble, Dual, Function, Real, VectorFunction, gradient, hessian, jacobian, jvp,
+};
 
 const SIZE: usize = 4;
 
@@ -179,7 +181,7 @@ fn static_matrices_work_in_every_number() {
     }
     let double = determinant(0.7);
     // A dozen operations of f64.
-    assert!((determinant(Wide::from(0.7)).to_f64() - double).abs() < 1e-15);
+    assert!((determinant(DoubleDouble::from(0.7)).to_f64() - double).abs() < 1e-15);
     assert!((f64::from(determinant(0.7_f32)) - double).abs() < 1e-6);
     let dual = determinant(Dual::<f64, 1>::variable(0.7, 0));
     let slope = gradient(&Determinant, &[0.7])[0];
@@ -195,12 +197,12 @@ fn static_matrices_work_in_every_number() {
 
 #[test]
 fn constants_are_as_precise_as_the_type() {
-    let pi: Element<Wide> = RealField::pi();
+    let pi: Element<DoubleDouble> = RealField::pi();
     // Half an ulp of a double-double near 3, 2e-32, and as much for the function.
     assert!(pi.0.sin().to_f64().abs() < 1e-31);
     assert_eq!(<Element<f64> as RealField>::pi().0, std::f64::consts::PI);
-    let e: Element<Wide> = RealField::e();
-    assert!((e.0.ln() - Wide::from(1.0)).to_f64().abs() < 1e-31);
+    let e: Element<DoubleDouble> = RealField::e();
+    assert!((e.0.ln() - DoubleDouble::from(1.0)).to_f64().abs() < 1e-31);
 }
 
 #[test]
@@ -301,9 +303,9 @@ fn rotations_are_those_of_nalgebra_and_smooth_where_it_has_none() {
 #[test]
 fn a_rotation_has_31_digits() {
     let of = |angle: f64| {
-        let vector = Vector3::new(0.0, 0.0, angle).map(|x| Element(Wide::from(x)));
+        let vector = Vector3::new(0.0, 0.0, angle).map(|x| Element(DoubleDouble::from(x)));
         let [half, turned] = [
-            Wide::from(angle) * Wide::from(0.5),
+            DoubleDouble::from(angle) * DoubleDouble::from(0.5),
             rotation(&vector).coords[2].0,
         ];
         (Real::sin(half) - turned).to_f64().abs() / angle

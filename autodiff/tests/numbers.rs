@@ -4,7 +4,7 @@ use std::ops::{AddAssign, DivAssign, MulAssign, SubAssign};
 
 use autodiff::Elementary;
 use autodiff::trace::{Traced, first_non_finite};
-use autodiff::{Dual, Mask, Real, Tape, Var, Wide};
+use autodiff::{DoubleDouble, Dual, Mask, Real, Tape, Var};
 
 /// What an assigning operator makes of a number.
 fn assigned<R: Copy>(x: R, y: R, operator: fn(&mut R, R)) -> R {
@@ -152,8 +152,8 @@ fn traced_numbers_have_the_values_of_floats() {
 #[test]
 fn extended_numbers_round_to_the_values_of_floats() {
     // Twice the error of the float's own function, 4 ulp for tanh.
-    check("Wide", 2e-15, |point| {
-        values(point.map(Wide::from), f64::from)
+    check("DoubleDouble", 2e-15, |point| {
+        values(point.map(DoubleDouble::from), f64::from)
     });
 }
 

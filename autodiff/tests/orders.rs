@@ -2,7 +2,7 @@
 //! differences in 31 digits, where formulas that are good for values cancel.
 
 use crate::common::{assert_gradient, gradients};
-use autodiff::{Dual, Element, Function, Real, Wide, gradient, hessian};
+use autodiff::{DoubleDouble, Dual, Element, Function, Real, gradient, hessian};
 
 /// A function by the name that num-traits or simba has for it.
 #[derive(Clone, Copy, Debug)]
@@ -69,8 +69,8 @@ impl<F: Function> Function for Reverse<F> {
 
 /// A step of 1e-10: truncation leaves some 1e-20 of a fifth derivative, rounding 1e-31 / 1e-10.
 fn difference(function: &impl Function, x: f64) -> f64 {
-    let h = Wide::from(1e-10);
-    let [above, below] = [h, -h].map(|h| function.eval(&[Wide::from(x) + h]));
+    let h = DoubleDouble::from(1e-10);
+    let [above, below] = [h, -h].map(|h| function.eval(&[DoubleDouble::from(x) + h]));
     ((above - below) / (h + h)).to_f64()
 }
 
@@ -117,8 +117,8 @@ fn three_derivatives_keep_their_digits() {
         assert_close((f, "'", x), first.eval(&[x]), difference(&f, x));
         assert_close((f, "''", x), second.eval(&[x]), difference(&first, x));
         assert_close((f, "'''", x), third.eval(&[x]), difference(&second, x));
-        let wide = second.eval(&[Wide::from(x)]).to_f64();
-        assert_close((f, "'' in Wide", x), wide, difference(&first, x));
+        let wide = second.eval(&[DoubleDouble::from(x)]).to_f64();
+        assert_close((f, "'' in DoubleDouble", x), wide, difference(&first, x));
     });
 }
 

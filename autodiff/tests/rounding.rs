@@ -1,6 +1,6 @@
 //! Rounding and remainders of elements, bit by bit against those of floats.
 
-use autodiff::{Element, Function, Real, Wide, gradient, hessian};
+use autodiff::{DoubleDouble, Element, Function, Real, gradient, hessian};
 use num_traits::Float;
 
 #[test]
@@ -91,6 +91,6 @@ fn rounding_reaches_the_largest_floats_and_keeps_the_sign_of_zero() {
     }
     assert_eq!(Element(f32::MAX).floor().0, f32::MAX);
     assert_eq!((Element(f64::MAX) % Element(1.0)).0, 0.0);
-    let largest = Wide::from(f64::MAX);
+    let largest = DoubleDouble::from(f64::MAX);
     assert_eq!(Element(largest).trunc().0, largest);
 }

@@ -4,4 +4,4 @@ pub mod check;
 mod double_double;
 pub mod trace;
 
-pub use double_double::Wide;
+pub use double_double::DoubleDouble;

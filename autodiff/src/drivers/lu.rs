@@ -113,20 +113,22 @@ fn swap<R: Real>(b: &mut [R], (k, i): (usize, usize), mask: R::Mask) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::Wide;
+    use crate::diagnose::DoubleDouble;
 
     #[test]
     fn both_solves_undo_the_product() {
         let n = 6;
-        let entry = |i: usize, j: usize| Wide::from((((i * i + 1) * (7 * j + 3)) as f64).sin());
-        let a: Vec<Vec<Wide>> = (0..n)
+        let entry =
+            |i: usize, j: usize| DoubleDouble::from((((i * i + 1) * (7 * j + 3)) as f64).sin());
+        let a: Vec<Vec<DoubleDouble>> = (0..n)
             .map(|i| (0..n).map(|j| entry(i, j)).collect())
             .collect();
-        let x: Vec<Wide> = (0..n).map(|i| Wide::from(1.0 + i as f64)).collect();
-        let transposed: Vec<Vec<Wide>> = (0..n)
+        let x: Vec<DoubleDouble> = (0..n).map(|i| DoubleDouble::from(1.0 + i as f64)).collect();
+        let transposed: Vec<Vec<DoubleDouble>> = (0..n)
             .map(|j| a.iter().map(|row| row[j]).collect())
             .collect();
-        let product = |a: &[Vec<Wide>]| a.iter().map(|row| Wide::dot(row, &x)).collect();
+        let product =
+            |a: &[Vec<DoubleDouble>]| a.iter().map(|row| DoubleDouble::dot(row, &x)).collect();
         let (mut b, mut b_transposed): (Vec<_>, Vec<_>) = (product(&a), product(&transposed));
         let lu = Lu::new(a).expect("a matrix of full rank");
         lu.solve(&mut b);

@@ -4,7 +4,7 @@
 //! are shared out. No sum runs across threads, so results are the serial drivers' to the bit,
 //! whatever the number of threads. They run in rayon's current pool.
 //!
-//! The numbers may be floats, lanes, [`Wide`](crate::Wide) or duals of these, but not variables of
+//! The numbers may be floats, lanes, [`DoubleDouble`](crate::DoubleDouble) or duals of these, but not variables of
 //! an outer tape, because a tape records on its own thread only: using them on another panics. (With few
 //! arguments all work may stay on the calling thread, and the mistake go unnoticed.)
 

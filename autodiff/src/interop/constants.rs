@@ -9,7 +9,7 @@ use super::element::Element;
 use crate::math::rounding;
 use crate::real::Real;
 
-/// A constant, and what is left of it beyond 16 digits: [`Wide`](crate::Wide) has room for both.
+/// A constant, and what is left of it beyond 16 digits: [`DoubleDouble`](crate::DoubleDouble) has room for both.
 fn constant<R: Real>(digits: f64, more: f64) -> Element<R> {
     Element(R::lit(digits) + R::lit(more))
 }
@@ -103,7 +103,7 @@ impl<'a, R: Real> Product<&'a Self> for Element<R> {
 mod tests {
     use num_traits::{Float, FloatConst};
 
-    use crate::{Element, Real, Wide, gradient_of};
+    use crate::{DoubleDouble, Element, Real, gradient_of};
 
     /// Of constants that functions of one another give.
     fn misfits<F: Float + FloatConst>() -> Vec<F> {
@@ -135,8 +135,8 @@ mod tests {
     #[test]
     fn constants_have_all_digits_that_a_number_has() {
         // Of numbers up to 7, after two operations: 1e-32 of them in double-double.
-        let wide = misfits::<Element<Wide>>();
-        let off = |x: &Element<Wide>| x.0.abs().lt(Wide::lit(3e-31));
+        let wide = misfits::<Element<DoubleDouble>>();
+        let off = |x: &Element<DoubleDouble>| x.0.abs().lt(DoubleDouble::lit(3e-31));
         assert!(wide.iter().all(off), "{wide:?}");
         // Functions are within an ulp or two, of numbers up to 7.
         let floats = misfits::<Element<f64>>();

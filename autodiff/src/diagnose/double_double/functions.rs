@@ -7,7 +7,7 @@
 //! After Hida, Li and Bailey, *Library for double-double and quad-double arithmetic* (2007).
 
 use super::exact::two_product;
-use super::number::Wide;
+use super::number::DoubleDouble;
 use crate::real::Real;
 use num_traits::{One, Zero};
 
@@ -33,75 +33,76 @@ const SIN_TERMS: u32 = 15;
 const LN_TERMS: u32 = 22;
 
 /// `x - n * constant`.
-fn reduced(x: Wide, n: f64, constant: &[f64]) -> Wide {
+fn reduced(x: DoubleDouble, n: f64, constant: &[f64]) -> DoubleDouble {
     constant.iter().fold(x, |rest, &part| {
         let (high, low) = two_product(-n, part);
-        rest + Wide::normal(high, low)
+        rest + DoubleDouble::normal(high, low)
     })
 }
 
 /// `(e^r - 1, n)` with `x = n ln 2 + r`, `|r| <= ln(2)/2`.
-fn reduced_exp_m1(x: Wide) -> (Wide, i32) {
+fn reduced_exp_m1(x: DoubleDouble) -> (DoubleDouble, i32) {
     let n = (x.high * std::f64::consts::LOG2_E).round();
     let r = reduced(x, n, &LN_2);
-    let series = (2..=EXP_TERMS).rev().fold(Wide::one(), |sum, k| {
-        Wide::one() + r / Wide::from(f64::from(k)) * sum
+    let series = (2..=EXP_TERMS).rev().fold(DoubleDouble::one(), |sum, k| {
+        DoubleDouble::one() + r / DoubleDouble::from(f64::from(k)) * sum
     });
     (r * series, n as i32)
 }
 
-pub(super) fn exp(x: Wide) -> Wide {
+pub(super) fn exp(x: DoubleDouble) -> DoubleDouble {
     if x.high.is_nan() {
         return x;
     }
     // Far enough for infinity and zero.
-    let (expm1, n) = reduced_exp_m1(x.clamp(Wide::from(-800.0), Wide::from(800.0)));
-    (Wide::one() + expm1).scaled(n)
+    let (expm1, n) = reduced_exp_m1(x.clamp(DoubleDouble::from(-800.0), DoubleDouble::from(800.0)));
+    (DoubleDouble::one() + expm1).scaled(n)
 }
 
 /// `tanh x = (e^2x - 1) / (e^2x + 1)`, the difference without cancellation.
-pub(super) fn tanh(x: Wide) -> Wide {
+pub(super) fn tanh(x: DoubleDouble) -> DoubleDouble {
     // A zero keeps its sign.
     if x.is_zero() || !x.high.is_finite() {
-        return Wide::from(x.high.tanh());
+        return DoubleDouble::from(x.high.tanh());
     }
     // From 40 on, 1 - tanh x is below 4e-35.
-    let (expm1, n) = reduced_exp_m1((x + x).clamp(Wide::from(-80.0), Wide::from(80.0)));
-    let numerator = expm1.scaled(n) + Wide::new(2.0_f64.powi(n), -1.0);
-    numerator / (numerator + Wide::from(2.0))
+    let (expm1, n) =
+        reduced_exp_m1((x + x).clamp(DoubleDouble::from(-80.0), DoubleDouble::from(80.0)));
+    let numerator = expm1.scaled(n) + DoubleDouble::new(2.0_f64.powi(n), -1.0);
+    numerator / (numerator + DoubleDouble::from(2.0))
 }
 
 /// `ln x = k ln 2 + 2 atanh((m - 1) / (m + 1))` with `x = 2^k m`, `m` around 1.
-pub(super) fn ln(x: Wide) -> Wide {
+pub(super) fn ln(x: DoubleDouble) -> DoubleDouble {
     if x.high <= 0.0 || !x.high.is_finite() {
-        return Wide::from(x.high.ln());
+        return DoubleDouble::from(x.high.ln());
     }
     let k = x.high.log2().round();
     let m = x.scaled(-(k as i32));
-    let s = (m - Wide::one()) / (m + Wide::one());
+    let s = (m - DoubleDouble::one()) / (m + DoubleDouble::one());
     let square = s * s;
-    let series = (0..LN_TERMS).rev().fold(Wide::zero(), |sum, j| {
-        square * sum + Wide::from(f64::from(2 * j + 1)).recip()
+    let series = (0..LN_TERMS).rev().fold(DoubleDouble::zero(), |sum, j| {
+        square * sum + DoubleDouble::from(f64::from(2 * j + 1)).recip()
     });
     reduced((s + s) * series, -k, &LN_2)
 }
 
 /// `(sin x, cos x)`.
-pub(super) fn sin_cos(x: Wide) -> (Wide, Wide) {
+pub(super) fn sin_cos(x: DoubleDouble) -> (DoubleDouble, DoubleDouble) {
     if x.is_zero() {
-        return (x, Wide::one());
+        return (x, DoubleDouble::one());
     }
     let n = (x.high * std::f64::consts::FRAC_2_PI).round();
     // Beyond, n would no longer be an exact integer.
     if x.high.is_nan() || x.high.abs() > 2.0_f64.powi(50) {
-        return (Wide::from(f64::NAN), Wide::from(f64::NAN));
+        return (DoubleDouble::from(f64::NAN), DoubleDouble::from(f64::NAN));
     }
     let r = reduced(x, n, &PI_2);
     let square = r * r;
     let series = |first: u32| {
-        (1..=SIN_TERMS).rev().fold(Wide::one(), |sum, k| {
+        (1..=SIN_TERMS).rev().fold(DoubleDouble::one(), |sum, k| {
             let k = 2 * k + first;
-            Wide::one() - square / Wide::from(f64::from(k * (k - 1))) * sum
+            DoubleDouble::one() - square / DoubleDouble::from(f64::from(k * (k - 1))) * sum
         })
     };
     let (sin, cos) = (r * series(1), series(0));
@@ -113,18 +114,18 @@ pub(super) fn sin_cos(x: Wide) -> (Wide, Wide) {
     }
 }
 
-pub(super) fn sqrt(x: Wide) -> Wide {
+pub(super) fn sqrt(x: DoubleDouble) -> DoubleDouble {
     let root = x.high.sqrt();
     if root == 0.0 || !root.is_finite() {
-        return Wide::from(root);
+        return DoubleDouble::from(root);
     }
     let (high, low) = two_product(root, root);
-    let rest = x - Wide::normal(high, low);
-    Wide::normal(root, rest.high / (2.0 * root))
+    let rest = x - DoubleDouble::normal(high, low);
+    DoubleDouble::normal(root, rest.high / (2.0 * root))
 }
 
 /// The system's angle, plus the small angle that is left when the point is rotated back by it.
-pub(super) fn atan2(y: Wide, x: Wide) -> Wide {
+pub(super) fn atan2(y: DoubleDouble, x: DoubleDouble) -> DoubleDouble {
     let angle = y.high.atan2(x.high);
     // The sum below would take the sign of a zero.
     if y.is_zero() && angle == 0.0 {
@@ -134,18 +135,18 @@ pub(super) fn atan2(y: Wide, x: Wide) -> Wide {
     if size == 0.0 || size.is_infinite() || angle.is_nan() {
         // A multiple of pi/4.
         let eighths = (angle / std::f64::consts::FRAC_PI_4).round();
-        return Wide::from(eighths) * Wide::new(PI_2[0] / 2.0, PI_2[1] / 2.0);
+        return DoubleDouble::from(eighths) * DoubleDouble::new(PI_2[0] / 2.0, PI_2[1] / 2.0);
     }
-    let scale = Wide::from(size);
+    let scale = DoubleDouble::from(size);
     let (y, x) = (y / scale, x / scale);
-    let (sin, cos) = sin_cos(Wide::from(angle));
+    let (sin, cos) = sin_cos(DoubleDouble::from(angle));
     // The quotient is some 1e-16, and equal to its inverse tangent to within 1e-48.
-    Wide::from(angle) + (y * cos - x * sin) / (x * cos + y * sin)
+    DoubleDouble::from(angle) + (y * cos - x * sin) / (x * cos + y * sin)
 }
 
 /// By squaring.
-pub(super) fn powi(x: Wide, exponent: i32) -> Wide {
-    let (mut power, mut square, mut rest) = (Wide::one(), x, exponent.unsigned_abs());
+pub(super) fn powi(x: DoubleDouble, exponent: i32) -> DoubleDouble {
+    let (mut power, mut square, mut rest) = (DoubleDouble::one(), x, exponent.unsigned_abs());
     while rest != 0 {
         if rest % 2 == 1 {
             power *= square;
@@ -157,11 +158,11 @@ pub(super) fn powi(x: Wide, exponent: i32) -> Wide {
 }
 
 /// `e^(y ln x)`; for 0, infinity and NaN the value of f64, for negative numbers NaN.
-pub(super) fn powf(x: Wide, exponent: Wide) -> Wide {
+pub(super) fn powf(x: DoubleDouble, exponent: DoubleDouble) -> DoubleDouble {
     if x.high == 0.0 || !x.high.is_finite() {
-        return Wide::from(x.high.powf(exponent.high));
+        return DoubleDouble::from(x.high.powf(exponent.high));
     }
-    if x == Wide::one() {
+    if x == DoubleDouble::one() {
         return x;
     }
     exp(exponent * ln(x))

@@ -1,13 +1,13 @@
 //! Double-double: a [`Real`] of some 31 digits, to measure rounding errors against.
 //!
-//! A program written over `R: Real` runs on [`Wide`] unchanged. The difference of its results in f64 and
+//! A program written over `R: Real` runs on [`DoubleDouble`] unchanged. The difference of its results in f64 and
 //! here is its rounding error, whatever the program is. Inside
 //! [`Dual`](crate::Dual), [`Var`](crate::Var) or a [`Rollout`](crate::Rollout) it measures
 //! derivatives likewise. Some thirty times slower than f64, it is a measuring instrument rather than a
 //! number to compute with.
 //!
 //! ```
-//! use autodiff::{Function, Real, Wide};
+//! use autodiff::{Function, Real, DoubleDouble};
 //!
 //! struct Tenths;
 //! impl Function for Tenths {
@@ -16,14 +16,14 @@
 //!     }
 //! }
 //!
-//! let error = Wide::from(Tenths.eval(&[0.1])) - Tenths.eval(&[Wide::from(0.1)]);
+//! let error = DoubleDouble::from(Tenths.eval(&[0.1])) - Tenths.eval(&[DoubleDouble::from(0.1)]);
 //! // A thousand additions, of which each may round by half an ulp of 100: 1000 * 7e-15.
 //! assert!(1e-12 < error.abs().to_f64() && error.abs().to_f64() < 7e-12);
 //! ```
 //!
 //! # Accuracy
 //!
-//! Relative errors, checked against 50-digit values by `tests/wide.rs`: 1e-31 for `+ - * /` and
+//! Relative errors, checked against 50-digit values by `tests/double_double.rs`: 1e-31 for `+ - * /` and
 //! `sqrt`, 1e-30 for `exp`, `ln`, `tanh`, `atan2`, and for `sin` and `cos` away from their zeros
 //! (at a zero the error is absolute, 1e-32 times the angle). `powi(n)` adds 1e-31 per `n`,
 //! `powf(y)` 1e-31 per unit of `y ln x`. All that within 1e-280 and 1e300 in size: the second
@@ -41,4 +41,4 @@ mod number;
 mod functions;
 mod real;
 
-pub use number::Wide;
+pub use number::DoubleDouble;

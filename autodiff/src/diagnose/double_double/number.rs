@@ -13,12 +13,12 @@ use crate::operators::operators;
 ///
 /// The first is the sum rounded to f64, so the pair is unique and compares part by part.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wide {
+pub struct DoubleDouble {
     pub(super) high: f64,
     low: f64,
 }
 
-impl Wide {
+impl DoubleDouble {
     /// The sum of two floats, exactly.
     #[inline]
     pub fn new(a: f64, b: f64) -> Self {
@@ -69,7 +69,7 @@ impl Wide {
 }
 
 /// Exact.
-impl From<f64> for Wide {
+impl From<f64> for DoubleDouble {
     #[inline]
     fn from(value: f64) -> Self {
         Self {
@@ -80,16 +80,16 @@ impl From<f64> for Wide {
 }
 
 /// Rounded.
-impl From<Wide> for f64 {
+impl From<DoubleDouble> for f64 {
     #[inline]
-    fn from(value: Wide) -> Self {
+    fn from(value: DoubleDouble) -> Self {
         value.high
     }
 }
 
 operators! {
     #[inline]
-    impl[] Wide:
+    impl[] DoubleDouble:
     // Hida, Li and Bailey's accurate sum: the bound of 3 * 2^-106 holds under cancellation too.
     a + b => {
         let (high, low) = two_sum(a.high, b.high);
@@ -120,7 +120,7 @@ operators! {
     },
 }
 
-impl Zero for Wide {
+impl Zero for DoubleDouble {
     #[inline]
     fn zero() -> Self {
         Self::from(0.0)
@@ -131,20 +131,20 @@ impl Zero for Wide {
     }
 }
 
-impl One for Wide {
+impl One for DoubleDouble {
     #[inline]
     fn one() -> Self {
         Self::from(1.0)
     }
 }
 
-impl Sum for Wide {
+impl Sum for DoubleDouble {
     fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
         terms.fold(Self::zero(), |sum, term| sum + term)
     }
 }
 
-impl PartialOrd for Wide {
+impl PartialOrd for DoubleDouble {
     #[inline]
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         match self.high.partial_cmp(&other.high) {
@@ -154,7 +154,7 @@ impl PartialOrd for Wide {
     }
 }
 
-impl FromPrimitive for Wide {
+impl FromPrimitive for DoubleDouble {
     fn from_i64(value: i64) -> Option<Self> {
         Self::from_i128(value.into())
     }

@@ -3,11 +3,11 @@
 use num_traits::Zero;
 
 use super::functions;
-use super::number::Wide;
+use super::number::DoubleDouble;
 use crate::elementary::Elementary;
 use crate::real::Real;
 
-impl Real for Wide {
+impl Real for DoubleDouble {
     type Mask = bool;
 
     #[inline]

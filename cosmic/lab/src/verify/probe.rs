@@ -1,6 +1,6 @@
 //! A case as something that is run over and over, in any precision.
 
-use autodiff::{Real, Wide};
+use autodiff::{DoubleDouble, Real};
 
 use cosmic::case::Case;
 use cosmic::domain::perturbed;
@@ -73,10 +73,10 @@ impl Precise for f64 {
     }
 }
 
-impl Precise for Wide {
+impl Precise for DoubleDouble {
     fn to_f64(self) -> f64 {
         // The inherent method, not this one.
-        Wide::to_f64(self)
+        DoubleDouble::to_f64(self)
     }
 }
 

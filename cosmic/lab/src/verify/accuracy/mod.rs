@@ -4,7 +4,7 @@ mod energy;
 mod reference;
 mod sheet;
 
-use autodiff::Wide;
+use autodiff::DoubleDouble;
 use rayon::prelude::*;
 
 use super::chaos::Chaos;
@@ -32,7 +32,7 @@ pub enum Precision {
     Single,
     /// f64.
     Double,
-    /// [`Wide`].
+    /// [`DoubleDouble`].
     DoubleDouble,
 }
 
@@ -219,7 +219,7 @@ impl Group {
         let here = self.case(case, 1, 1);
         let at = self.marks(marks, 1);
         let [reference, held] = references;
-        let wide = self.seen::<Wide>(&here, at.clone());
+        let wide = self.seen::<DoubleDouble>(&here, at.clone());
         let stable = here.physics.dt < stable_limit(&here);
         let run = |precision: Precision| {
             let (seen, energy) = match precision {
@@ -231,7 +231,7 @@ impl Group {
                     self.seen::<f64>(&here, at.clone()),
                     Energy::of::<f64>(&here, at[3]),
                 ),
-                Precision::DoubleDouble => (wide.clone(), Energy::of::<Wide>(&here, at[3])),
+                Precision::DoubleDouble => (wide.clone(), Energy::of::<DoubleDouble>(&here, at[3])),
             };
             Run {
                 method: self.method,
@@ -259,7 +259,7 @@ impl Group {
             row.time = match row.precision {
                 Precision::Single => time::<f32>(&probe, &at),
                 Precision::Double => time::<f64>(&probe, &at),
-                Precision::DoubleDouble => time::<Wide>(&probe, &at),
+                Precision::DoubleDouble => time::<DoubleDouble>(&probe, &at),
             };
         }
     }

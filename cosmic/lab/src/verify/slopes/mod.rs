@@ -3,7 +3,7 @@
 mod sheet;
 mod subject;
 
-use autodiff::Wide;
+use autodiff::DoubleDouble;
 use rayon::prelude::*;
 
 use super::chaos::Chaos;
@@ -197,9 +197,9 @@ impl Gradients {
 /// Slopes by duals in double-double, per horizon.
 fn truth(subject: &Subject, horizons: &[usize]) -> Vec<[f64; DIRECTIONS]> {
     const PART: usize = 4;
-    let parts: Vec<Vec<[Wide; PART]>> = [0, PART]
+    let parts: Vec<Vec<[DoubleDouble; PART]>> = [0, PART]
         .par_iter()
-        .map(|&first| subject.duals::<Wide, PART>(first, horizons))
+        .map(|&first| subject.duals::<DoubleDouble, PART>(first, horizons))
         .collect();
     let slope = |k: usize, d: usize| parts[d / PART][k][d % PART].to_f64();
     (0..horizons.len())
@@ -237,7 +237,7 @@ fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
     let probe = Probe::new(case);
     let last = horizons[horizons.len() - 1];
     let observed: Vec<usize> = (0..=last).collect();
-    let run = || narrow(&probe.run::<Wide>(&case.start, observed.clone()));
+    let run = || narrow(&probe.run::<DoubleDouble>(&case.start, observed.clone()));
     let double = || probe.run::<f64>(&case.start, observed.clone());
     let (wide, double) = rayon::join(run, double);
     let pairs = wide.states.iter().zip(&double.states);

@@ -4,21 +4,22 @@ use std::path::Path;
 use std::sync::Arc;
 
 use autodiff::{
-    Adjoint, Dual, Function, Graph, Kernel, Model, Program, Real, Rollout, Wide, gradient, hessian,
+    Adjoint, DoubleDouble, Dual, Function, Graph, Kernel, Model, Program, Real, Rollout, gradient,
+    hessian,
 };
 use num_traits::FromPrimitive;
 
 /// One line of a table.
 struct Case {
     function: String,
-    a: Wide,
-    b: Wide,
+    a: DoubleDouble,
+    b: DoubleDouble,
     /// The true value as a sum of floats.
     value: [f64; 3],
 }
 
 fn cases() -> Vec<Case> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/wide");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/double_double");
     let files = std::fs::read_dir(folder).expect("the folder of tables");
     let paths = files.map(|file| file.expect("a folder entry").path());
     let tables = paths.filter(|path| path.extension().is_some_and(|e| e == "txt"));
@@ -40,14 +41,14 @@ fn case(line: &str) -> Case {
     };
     Case {
         function,
-        a: Wide::new(a, a_low),
-        b: Wide::new(b, b_low),
+        a: DoubleDouble::new(a, a_low),
+        b: DoubleDouble::new(b, b_low),
         value: value.try_into().expect("three floats"),
     }
 }
 
 impl Case {
-    fn computed(&self) -> Wide {
+    fn computed(&self) -> DoubleDouble {
         let (a, b) = (self.a, self.b);
         match self.function.as_str() {
             "add" => a + b,
@@ -111,7 +112,7 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
         f64::NEG_INFINITY,
         f64::NAN,
     ];
-    let same = |wide: Wide, float: f64, what: &str| {
+    let same = |wide: DoubleDouble, float: f64, what: &str| {
         let [high, low] = wide.parts();
         let equal = high == float || high.is_nan() && float.is_nan();
         // The second float of a finite value is below the first one's rounding; else it is zero.
@@ -121,7 +122,7 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
         );
     };
     for a in special {
-        let x = Wide::from(a);
+        let x = DoubleDouble::from(a);
         let signs = (x.abs().to_f64().to_bits(), (-x).to_f64().to_bits());
         assert_eq!(signs, (a.abs().to_bits(), (-a).to_bits()));
         same(x.sqrt(), a.sqrt(), "sqrt");
@@ -134,7 +135,7 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
         same(x.recip(), a.recip(), "recip");
         same(x.signum(), Real::signum(a), "signum");
         for b in special {
-            let y = Wide::from(b);
+            let y = DoubleDouble::from(b);
             same(x + y, a + b, "sum");
             same(x * y, a * b, "product");
             same(x / y, a / b, "quotient");
@@ -149,9 +150,12 @@ fn infinities_zeros_and_nan_are_those_of_f64() {
             }
         }
     }
-    assert!(Wide::from(1e300).sin().to_f64().is_nan());
-    assert_eq!(Wide::from(800.0).exp().parts(), [f64::INFINITY, 0.0]);
-    assert_eq!(Wide::from(-800.0).exp().parts(), [0.0, 0.0]);
+    assert!(DoubleDouble::from(1e300).sin().to_f64().is_nan());
+    assert_eq!(
+        DoubleDouble::from(800.0).exp().parts(),
+        [f64::INFINITY, 0.0]
+    );
+    assert_eq!(DoubleDouble::from(-800.0).exp().parts(), [0.0, 0.0]);
 }
 
 /// Every elementary function, on a scale on which no term dominates.
@@ -164,14 +168,14 @@ impl Function for Mixed {
     }
 }
 
-fn wide(x: &[f64]) -> Vec<Wide> {
-    x.iter().copied().map(Wide::from).collect()
+fn wide(x: &[f64]) -> Vec<DoubleDouble> {
+    x.iter().copied().map(DoubleDouble::from).collect()
 }
 
 /// The largest difference, relative to the largest entry.
-fn difference(a: &[Wide], b: &[Wide]) -> f64 {
+fn difference(a: &[DoubleDouble], b: &[DoubleDouble]) -> f64 {
     assert_eq!(a.len(), b.len());
-    let largest = |m: f64, x: Wide| m.max(x.to_f64().abs());
+    let largest = |m: f64, x: DoubleDouble| m.max(x.to_f64().abs());
     let scale = b.iter().copied().fold(0.0, largest);
     let differences = a.iter().zip(b).map(|(&a, &b)| a - b);
     differences.fold(0.0, largest) / scale
@@ -181,11 +185,11 @@ fn difference(a: &[Wide], b: &[Wide]) -> f64 {
 fn derivatives_are_as_precise_as_the_number_inside() {
     let x = [0.7, 1.3, 2.1];
     let exact = gradient(&Mixed, &wide(&x));
-    let forward: Vec<Wide> = (0..3)
+    let forward: Vec<DoubleDouble> = (0..3)
         .map(|i| {
-            let seed = |j| Dual::<Wide, 1>::constant(Wide::from(x[j]));
+            let seed = |j| Dual::<DoubleDouble, 1>::constant(DoubleDouble::from(x[j]));
             let mut dual = [seed(0), seed(1), seed(2)];
-            dual[i].tangent[0] = Wide::from(1.0);
+            dual[i].tangent[0] = DoubleDouble::from(1.0);
             Mixed.eval(&dual).tangent[0]
         })
         .collect();
@@ -197,10 +201,10 @@ fn derivatives_are_as_precise_as_the_number_inside() {
     for i in 0..3 {
         let at = |step: f64| {
             let mut moved = wide(&x);
-            moved[i] += Wide::from(step);
+            moved[i] += DoubleDouble::from(step);
             Mixed.eval(&moved)
         };
-        let slope = (at(h) - at(-h)) / Wide::from(2.0 * h);
+        let slope = (at(h) - at(-h)) / DoubleDouble::from(2.0 * h);
         assert!(
             (slope - exact[i]).to_f64().abs() < 1e-18,
             "{i}: {slope:?}, {:?}",
@@ -213,7 +217,7 @@ fn derivatives_are_as_precise_as_the_number_inside() {
     let rows = hessian(&Mixed, &wide(&x)).concat();
     assert!(difference(&wide(&hessian(&Mixed, &x).concat()), &rows) < 1e-13);
     // The two halves of a Hessian are computed apart.
-    let transposed: Vec<Wide> = (0..9).map(|k| rows[k % 3 * 3 + k / 3]).collect();
+    let transposed: Vec<DoubleDouble> = (0..9).map(|k| rows[k % 3 * 3 + k / 3]).collect();
     assert!(difference(&transposed, &rows) < 1e-29);
 }
 
@@ -297,34 +301,42 @@ fn a_rollout_and_its_reverse_sweep_run_in_wide_numbers() {
     let x = energy.point();
     let exact = energy.eval(&wide(&x));
     // 50 steps of some 20 rounded operations a number, which the network's feedback may grow.
-    assert!(difference(&[Wide::from(energy.eval(&x))], &[exact]) < 1e-13);
+    assert!(difference(&[DoubleDouble::from(energy.eval(&x))], &[exact]) < 1e-13);
     let slopes = gradient(&energy, &wide(&x));
     assert!(difference(&wide(&gradient(&energy, &x)), &slopes) < 1e-12);
 
     // The same sweep against forward mode, in digits that f64 does not have.
-    let dual = |(i, &x)| Dual::<Wide, 1> {
-        value: Wide::from(x),
-        tangent: [Wide::from((i as f64).cos())],
+    let dual = |(i, &x)| Dual::<DoubleDouble, 1> {
+        value: DoubleDouble::from(x),
+        tangent: [DoubleDouble::from((i as f64).cos())],
     };
     let along: Vec<_> = x.iter().enumerate().map(dual).collect();
-    let tangents: Vec<Wide> = along.iter().map(|x| x.tangent[0]).collect();
+    let tangents: Vec<DoubleDouble> = along.iter().map(|x| x.tangent[0]).collect();
     let slope = energy.eval(&along).tangent[0];
-    assert!(difference(&[Wide::dot(&slopes, &tangents)], &[slope]) < 1e-28);
+    assert!(difference(&[DoubleDouble::dot(&slopes, &tangents)], &[slope]) < 1e-28);
 }
 
 #[test]
 fn integers_become_wide_numbers_exactly() {
     let two_to_63 = 2.0_f64.powi(63);
-    let parts = |number: Option<Wide>| number.expect("a number").parts();
-    assert_eq!(parts(Wide::from_u64(u64::MAX)), [2.0 * two_to_63, -1.0]);
-    assert_eq!(parts(Wide::from_i64(i64::MIN + 1)), [-two_to_63, 1.0]);
-    assert_eq!(parts(Wide::from_f64(0.1)), [0.1, 0.0]);
+    let parts = |number: Option<DoubleDouble>| number.expect("a number").parts();
+    assert_eq!(
+        parts(DoubleDouble::from_u64(u64::MAX)),
+        [2.0 * two_to_63, -1.0]
+    );
+    assert_eq!(
+        parts(DoubleDouble::from_i64(i64::MIN + 1)),
+        [-two_to_63, 1.0]
+    );
+    assert_eq!(parts(DoubleDouble::from_f64(0.1)), [0.1, 0.0]);
 }
 
 #[test]
 fn a_sum_keeps_what_is_small() {
-    let small = Wide::from(2.0_f64.powi(-80));
-    let sum: Wide = [Wide::from(1.0), small, Wide::from(-1.0)].into_iter().sum();
+    let small = DoubleDouble::from(2.0_f64.powi(-80));
+    let sum: DoubleDouble = [DoubleDouble::from(1.0), small, DoubleDouble::from(-1.0)]
+        .into_iter()
+        .sum();
     assert_eq!(sum, small);
 }
 
@@ -332,10 +344,10 @@ fn a_sum_keeps_what_is_small() {
 #[test]
 fn a_number_beyond_the_largest_is_infinite() {
     // A quarter of the distance of the last two floats; half of it rounds up.
-    let quarter = Wide::from(2.0_f64.powi(969));
-    let above_one = Wide::new(1.0, 2.0_f64.powi(-54));
-    for sign in [1.0, -1.0].map(Wide::from) {
-        let nearly = sign * (Wide::from(f64::MAX) + quarter);
+    let quarter = DoubleDouble::from(2.0_f64.powi(969));
+    let above_one = DoubleDouble::new(1.0, 2.0_f64.powi(-54));
+    for sign in [1.0, -1.0].map(DoubleDouble::from) {
+        let nearly = sign * (DoubleDouble::from(f64::MAX) + quarter);
         assert_eq!(nearly.to_f64(), sign.to_f64() * f64::MAX);
         for beyond in [nearly + sign * quarter, nearly * above_one] {
             assert_eq!(beyond.parts(), [sign.to_f64() * f64::INFINITY, 0.0]);
