@@ -128,8 +128,8 @@
 //! | all of a Hessian | [`hessian`] | that for every four arguments |
 //! | a Hessian that is mostly zeros | [`sparse_jacobian`] of a function that returns its [`gradient`] | a gradient's for every colour |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
-//! | the same from many starts with shared parameters | [`Rollout::run_many`] | about half of running them one by one, in lanes over the starts |
-//! | the same where starts have arrays of their own among the parameters | [`Rollout::run_each`] | for two starts, some nine tenths of running them one by one; they share the matrices |
+//! | the same from many starts with shared parameters | [`Rollout::run_batch`] | about half of running them one by one, in lanes over the starts |
+//! | the same where starts have arrays of their own among the parameters | [`Rollout::run_batch_with`] | for two starts, some nine tenths of running them one by one; they share the matrices |
 //! | gradient of a sum over data | [`batch::Sum`] | a few, in lanes over the data |
 //! | Jacobians of one small function at many points | [`batch::jacobians`] | forward over its arguments, in lanes over the points; a few where the kernel's partials are emitted ([`emit::partials`]) |
 //!

@@ -69,7 +69,7 @@ impl Function for Loss {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let (start, stiffness) = x.split_at(2 * NODES);
         let moved: Vec<R> = start.iter().map(|&x| x * R::lit(1.1)).collect();
-        let seen = self.0.run_many(&[start, &moved], &[stiffness]).concat();
+        let seen = self.0.run_batch(&[start, &moved], &[stiffness]).concat();
         let weights = (0..seen.len()).map(|i| R::lit(1.0 + 0.01 * i as f64));
         let weighted: Vec<R> = seen.iter().zip(weights).map(|(&s, w)| s * w).collect();
         R::dot(&seen, &weighted)

@@ -33,7 +33,7 @@ fn what_is_declared_behind_a_spread_layer_keeps_its_numbers() {
     let rollout = Rollout::new(SetOutBefore, 2);
     assert_eq!(rollout.run(&[8.0], &[&[], &[0.25]]), [2.0]);
     assert_eq!(rollout.run(&[8.0_f32], &[&[], &[0.25]]), [2.0]);
-    let many = rollout.run_many(&[&[8.0], &[4.0], &[12.0]], &[&[], &[0.25]]);
+    let many = rollout.run_batch(&[&[8.0], &[4.0], &[12.0]], &[&[], &[0.25]]);
     assert_eq!(many, [[2.0], [1.0], [3.0]]);
 }
 
@@ -75,7 +75,7 @@ fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
         leave_nan();
         let ends = Tape::new().record(&[0.5; 3], |x| {
             let parameters = [&[Var::lit(1.0); 3] as &[Var<f64>], &[Var::lit(0.25)]];
-            Rollout::new(Gapped, 2).run_many(&vec![x; count], &parameters)
+            Rollout::new(Gapped, 2).run_batch(&vec![x; count], &parameters)
         });
         for end in ends {
             // The sum of three halves and the bias, and what that makes in the second step.
@@ -113,7 +113,7 @@ fn what_lies_behind_the_nodes_of_edges_does_not_matter() {
         leave_nan();
         let mut tape = Tape::new();
         let ends = tape.record(&[0.0, 0.0, 1.0, 0.0, 0.0], |x| {
-            Rollout::new(Chain, 2).run_many(&vec![x; count], &[])
+            Rollout::new(Chain, 2).run_batch(&vec![x; count], &[])
         });
         for end in ends {
             let values: Vec<f64> = end.iter().map(|x| x.value()).collect();
@@ -184,7 +184,7 @@ fn inputs_that_no_memory_holds_are_missing() {
 fn starts_whose_arrays_overflow_are_refused() {
     let huge = 1 << (usize::BITS - 3);
     let start: &[f64] = &[1.0; 8];
-    let caught = catch_unwind(|| Rollout::new(Huge(huge), 1).run_many(&[start; 16], &[]));
+    let caught = catch_unwind(|| Rollout::new(Huge(huge), 1).run_batch(&[start; 16], &[]));
     let panic = caught.expect_err("no memory holds sixteen");
     let message = *panic.downcast::<String>().expect("a sentence");
     // Where registers have one lane, one start runs at a time: it is too short, and nothing overflows.
@@ -202,7 +202,7 @@ fn entries_are_counted_in_each_start() {
         entries: Some(vec![1 << (usize::BITS - 1)]),
         ..Rollout::new(SetOutBefore, 1)
     };
-    rollout.run_many(&[&[1.0], &[2.0]], &[&[], &[0.25]]);
+    rollout.run_batch(&[&[1.0], &[2.0]], &[&[], &[0.25]]);
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn a_start_of_another_length_is_told_with_both() {
 #[should_panic(expected = "one has 2 numbers, the first 1")]
 fn starts_of_different_lengths_are_told_with_both() {
     let starts: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
-    Rollout::new(SetOutBefore, 1).run_many(&starts, &[&[], &[0.25]]);
+    Rollout::new(SetOutBefore, 1).run_batch(&starts, &[&[], &[0.25]]);
 }
 
 #[test]

@@ -423,7 +423,7 @@ fn arrays_may_be_empty() {
         let slices: Vec<&[f64]> = starts.iter().map(Vec::as_slice).collect();
         let alone: Vec<Vec<f64>> = slices.iter().map(|s| rollout.run(s, &parameters)).collect();
         given[3] = Given::Each(&[&[] as &[f64]; 7][..count]);
-        assert_eq!(rollout.run_each(&slices, &given), alone);
+        assert_eq!(rollout.run_batch_with(&slices, &given), alone);
         let gradient = |together: bool| {
             gradient_of(
                 |x: &[Var<f64>]| {
@@ -431,7 +431,7 @@ fn arrays_may_be_empty() {
                     let parameters: [&[Var<f64>]; 4] = [&[], &bias, &[], &[]];
                     let starts: Vec<&[Var<f64>]> = x.chunks(NODES).collect();
                     let seen = match together {
-                        true => rollout.run_many(&starts, &parameters),
+                        true => rollout.run_batch(&starts, &parameters),
                         false => (starts.iter().map(|s| rollout.run(s, &parameters))).collect(),
                     };
                     Var::sum(&seen.concat())
@@ -460,7 +460,7 @@ fn a_program_may_have_no_state() {
         assert!(tape.record(&[], |x| rollout.run(x, &[])).is_empty());
         assert!(
             rollout
-                .run_many(&[&[], &[] as &[f64]], &[])
+                .run_batch(&[&[], &[] as &[f64]], &[])
                 .concat()
                 .is_empty()
         );

@@ -209,7 +209,7 @@ fn bounded<R: Real + Into<f64>>(seeds: &[[f64; 3]], steps: usize, norm: f64) -> 
     let gradient = gradient_of(
         |x: &[Var<R>]| {
             let starts: Vec<&[Var<R>]> = x.chunks(3).collect();
-            let seen = rollout.run_many(&starts, &[]).concat();
+            let seen = rollout.run_batch(&starts, &[]).concat();
             let seeds = seeds.as_flattened().iter();
             let weighted = seen.iter().zip(seeds).map(|(&x, &seed)| x * Var::lit(seed));
             weighted.fold(Var::lit(0.0), |sum, x| sum + x)
@@ -345,10 +345,10 @@ fn nothing_may_be_observed() {
     for rollout in [steps, entries] {
         assert_eq!(rollout.run(starts[0], &[]), []);
         for count in 1..=5 {
-            let seen = rollout.run_many(&starts[..count], &[]);
+            let seen = rollout.run_batch(&starts[..count], &[]);
             assert_eq!(seen, vec![Vec::<f64>::new(); count]);
         }
-        let none = |x: &[Var<f64>]| Var::sum(&rollout.run_many(&[x, x, x], &[]).concat());
+        let none = |x: &[Var<f64>]| Var::sum(&rollout.run_batch(&[x, x, x], &[]).concat());
         assert_eq!(gradient_of(none, starts[0]), [0.0; 3]);
     }
 }

@@ -8,7 +8,7 @@ use super::dense::Aligned;
 use super::graph::Graph;
 use super::kernel::Adjoint;
 use super::operation::Operation;
-use super::row::{Bars, Frame, Places, Reach, add, load};
+use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized, WIDEST, lanes};
 
@@ -18,7 +18,7 @@ use crate::simd::{Lane, Unchecked, Vectorized, WIDEST, lanes};
 /// Registers reach past a group's edges, and past the nodes: what they read there is masked.
 pub(super) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> {
     kernel: K,
-    plan: Plan,
+    plan: EdgePlan,
     /// `C` arrays over the nodes, then those over the slots.
     inputs: [Array; I],
     active: [bool; I],
@@ -31,7 +31,7 @@ pub(super) struct EdgeMap<R, K, const C: usize, const I: usize, const O: usize> 
 }
 
 /// A graph as the registers to be worked through, found once for all steps.
-struct Plan {
+struct EdgePlan {
     edges: Vec<LaneOfEdges>,
     ends: Vec<LaneOfEnds>,
     /// For each register of nodes, which of `ends` lie at them.
@@ -68,7 +68,7 @@ struct LaneOfEnds {
     heads: u16,
 }
 
-impl Plan {
+impl EdgePlan {
     fn new(graph: &Graph, lanes: usize) -> Self {
         // Room before the first slots, which are also read shifted by an offset, as those of heads.
         let lead = graph.lead().next_multiple_of(WIDEST);
@@ -146,7 +146,7 @@ impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C
             I,
             "map_edges: the kernel needs one input per array of ends and per edge"
         );
-        let plan = Plan::new(graph, lanes::<R>());
+        let plan = EdgePlan::new(graph, lanes::<R>());
         let mut inputs = [sums[0]; I];
         inputs[..C].copy_from_slice(&ends);
         inputs[C..].copy_from_slice(per_edge);
@@ -172,7 +172,7 @@ impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
     /// # Safety
     /// The reach of the map was checked.
     #[inline(always)]
-    unsafe fn new(inputs: &[Array; I], plan: &Plan, values: Frame<'a, R>) -> Self {
+    unsafe fn new(inputs: &[Array; I], plan: &EdgePlan, values: StepValues<'a, R>) -> Self {
         let mut sources = [values.row; I];
         for k in 0..I {
             let len = if k < C { plan.nodes } else { plan.slots };
@@ -215,14 +215,14 @@ where
         self.sums.to_vec()
     }
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        R::vectorize(Forward {
+        R::vectorize(ForwardEdges {
             map: self,
             parameters,
             row,
         });
     }
-    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>) {
-        R::vectorize(Reverse {
+    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
+        R::vectorize(ReverseEdges {
             map: self,
             values,
             bars,
@@ -233,14 +233,14 @@ where
     }
 }
 
-struct Forward<'a, R, K, const C: usize, const I: usize, const O: usize> {
+struct ForwardEdges<'a, R, K, const C: usize, const I: usize, const O: usize> {
     map: &'a mut EdgeMap<R, K, C, I, O>,
     parameters: &'a [R],
     row: &'a mut [R],
 }
 
 impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
-    for Forward<'_, R, K, C, I, O>
+    for ForwardEdges<'_, R, K, C, I, O>
 where
     R: Real,
     K: Adjoint<I, O>,
@@ -255,11 +255,11 @@ where
         } = self;
         map.reach.check(parameters, row);
         map.plan.check::<R, L>();
-        let Plan { room, .. } = map.plan;
+        let EdgePlan { room, .. } = map.plan;
         let results = &mut map.scratch[..O * room];
         // SAFETY: the reach was checked, and the results have the plan's room.
         unsafe {
-            let values = Frame { parameters, row };
+            let values = StepValues { parameters, row };
             let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, values);
             for &lane in &map.plan.edges {
                 let y = map.kernel.eval(sources.load::<L>(lane));
@@ -277,14 +277,14 @@ where
     }
 }
 
-struct Reverse<'a, 'b, R, K, const C: usize, const I: usize, const O: usize> {
+struct ReverseEdges<'a, 'b, R, K, const C: usize, const I: usize, const O: usize> {
     map: &'a mut EdgeMap<R, K, C, I, O>,
-    values: &'a Frame<'a, R>,
+    values: &'a StepValues<'a, R>,
     bars: &'a mut Bars<'b, R>,
 }
 
 impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
-    for Reverse<'_, '_, R, K, C, I, O>
+    for ReverseEdges<'_, '_, R, K, C, I, O>
 where
     R: Real,
     K: Adjoint<I, O>,
@@ -296,7 +296,7 @@ where
         map.reach.check(values.parameters, values.row);
         map.reach.check(bars.parameters, bars.row);
         map.plan.check::<R, L>();
-        let Plan { room, .. } = map.plan;
+        let EdgePlan { room, .. } = map.plan;
         let ends_bar = &mut map.scratch[..C * room];
         let places = Places::new(bars);
         let y_bars = map.sums.map(|sum| places.of(sum));
@@ -336,7 +336,7 @@ where
 /// `take(array, (first_node, count), sums)`.
 #[inline(always)]
 fn collect<R: Real, L: Lane<R>, const N: usize>(
-    plan: &Plan,
+    plan: &EdgePlan,
     values: &[R],
     nodes: usize,
     mut take: impl FnMut(usize, (usize, usize), L),

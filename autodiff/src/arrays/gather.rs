@@ -2,7 +2,7 @@
 
 use super::array::Array;
 use super::operation::Operation;
-use super::row::{Bars, Frame};
+use super::row::{Bars, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized};
 
@@ -85,20 +85,20 @@ impl<R: Real> Operation<R> for Gather {
         let (row, output) = row.split_at_mut(self.output.start);
         let output = &mut output[..self.output.len];
         output.fill(R::zero());
-        R::vectorize(Forward {
+        R::vectorize(ForwardGather {
             moves: &self.moves,
-            from: Frame { parameters, row }.get(self.input),
+            from: StepValues { parameters, row }.get(self.input),
             to: output,
         });
     }
-    fn reverse(&mut self, _values: &Frame<R>, bars: &mut Bars<R>) {
+    fn reverse(&mut self, _values: &StepValues<R>, bars: &mut Bars<R>) {
         if !self.active {
             return;
         }
         let Bars { parameters, row } = bars;
         let (row, output) = row.split_at_mut(self.output.start);
         let mut before = Bars { parameters, row };
-        R::vectorize(Reverse {
+        R::vectorize(ReverseGather {
             moves: &self.moves,
             from: &output[..self.output.len],
             to: before.get_mut(self.input),
@@ -110,13 +110,13 @@ impl<R: Real> Operation<R> for Gather {
 }
 
 /// Moves entries from input to output.
-struct Forward<'a, R> {
+struct ForwardGather<'a, R> {
     moves: &'a Moves,
     from: &'a [R],
     to: &'a mut [R],
 }
 
-impl<R: Real> Vectorized<R> for Forward<'_, R> {
+impl<R: Real> Vectorized<R> for ForwardGather<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
@@ -144,7 +144,7 @@ impl<R: Real> Vectorized<R> for Forward<'_, R> {
 }
 
 /// Adds the cotangents of the output to those of the input.
-struct Reverse<'a, R> {
+struct ReverseGather<'a, R> {
     moves: &'a Moves,
     from: &'a [R],
     to: &'a mut [R],
@@ -154,7 +154,7 @@ struct Reverse<'a, R> {
 /// not wait for one another.
 const SUMS: usize = 4;
 
-impl<R: Real> Vectorized<R> for Reverse<'_, R> {
+impl<R: Real> Vectorized<R> for ReverseGather<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {

@@ -17,7 +17,7 @@ pub struct Graph(Arc<SlotLayout>);
 #[derive(Clone, Debug)]
 struct SlotLayout {
     nodes: usize,
-    groups: Vec<Group>,
+    groups: Vec<OffsetGroup>,
     slots: usize,
     /// The largest offset, see [`Graph::lead`].
     lead: usize,
@@ -26,7 +26,7 @@ struct SlotLayout {
 
 /// Edges `(i, i + offset)`; the slot of tail `i` is `first_slot + i`.
 #[derive(Clone, Debug)]
-pub(super) struct Group {
+pub(super) struct OffsetGroup {
     pub(super) offset: usize,
     pub(super) first_slot: usize,
     /// How many slots, a multiple of the widest register's lanes.
@@ -37,7 +37,7 @@ pub(super) struct Group {
     pub(super) is_head: Bits,
 }
 
-impl Group {
+impl OffsetGroup {
     fn has(&self, slot: usize) -> bool {
         (self.first_slot..self.first_slot + self.len).contains(&slot)
     }
@@ -102,7 +102,7 @@ impl Graph {
         for &offset in &offsets {
             let len = (nodes - offset).next_multiple_of(WIDEST);
             let [is_tail, is_head] = [(); 2].map(|()| Bits::none(nodes));
-            groups.push(Group {
+            groups.push(OffsetGroup {
                 offset,
                 first_slot: slots,
                 len,
@@ -162,7 +162,7 @@ impl Graph {
             return self.clone();
         }
         let layout = &self.0;
-        let group = |group: &Group| Group {
+        let group = |group: &OffsetGroup| OffsetGroup {
             offset: group.offset * count,
             first_slot: group.first_slot * count,
             len: group.len * count,
@@ -207,7 +207,7 @@ impl Graph {
     /// How many registers of `R` the work on edges takes on this machine: those with an edge in at least
     /// one slot.
     pub fn lanes<R: Real>(&self) -> usize {
-        let in_use = |group: &Group| {
+        let in_use = |group: &OffsetGroup| {
             let words = group.is_tail.by_lanes(lanes::<R>());
             words.into_iter().filter(|&word| word != 0).count()
         };
@@ -216,7 +216,7 @@ impl Graph {
 
     /// Whether an edge is in this slot.
     fn holds(&self, slot: usize) -> bool {
-        let holds = |group: &Group| group.is_tail.get(slot - group.first_slot);
+        let holds = |group: &OffsetGroup| group.is_tail.get(slot - group.first_slot);
         let mut groups = self.0.groups.iter();
         groups.find(|group| group.has(slot)).is_some_and(holds)
     }
@@ -246,7 +246,7 @@ impl Graph {
     }
 
     #[inline(always)]
-    pub(super) fn groups(&self) -> &[Group] {
+    pub(super) fn groups(&self) -> &[OffsetGroup] {
         &self.0.groups
     }
 }

@@ -4,7 +4,7 @@
 use super::array::Array;
 use super::kernel::Adjoint;
 use super::operation::Operation;
-use super::row::{Bars, Frame, Places, Reach, add, load};
+use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized};
 
@@ -34,7 +34,7 @@ impl<K, const I: usize, const O: usize> Map<K, I, O> {
     /// # Safety
     /// The reach was checked.
     #[inline(always)]
-    unsafe fn sources<'a, R: Copy>(&self, values: Frame<'a, R>) -> [&'a [R]; I] {
+    unsafe fn sources<'a, R: Copy>(&self, values: StepValues<'a, R>) -> [&'a [R]; I] {
         let mut sources = [values.row; I];
         for k in 0..I {
             // SAFETY: the caller's promise.
@@ -49,14 +49,14 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for
         self.outputs.to_vec()
     }
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        R::vectorize(Forward {
+        R::vectorize(ForwardMap {
             map: self,
             parameters,
             row,
         });
     }
-    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>) {
-        R::vectorize(Reverse {
+    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
+        R::vectorize(ReverseMap {
             map: self,
             values,
             bars,
@@ -100,7 +100,7 @@ trait Lanes<R, const O: usize> {
     }
 }
 
-struct Forward<'a, K, R, const I: usize, const O: usize> {
+struct ForwardMap<'a, K, R, const I: usize, const O: usize> {
     map: &'a Map<K, I, O>,
     parameters: &'a [R],
     row: &'a mut [R],
@@ -133,7 +133,7 @@ where
 }
 
 impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for Forward<'_, K, R, I, O>
+    for ForwardMap<'_, K, R, I, O>
 {
     type Output = ();
     #[inline(always)]
@@ -150,7 +150,7 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
         unsafe {
             let mut lanes = ForwardLanes {
                 kernel: &map.kernel,
-                x: map.sources(Frame { parameters, row }),
+                x: map.sources(StepValues { parameters, row }),
                 y: &mut after[..O * len],
                 len,
             };
@@ -159,9 +159,9 @@ impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
     }
 }
 
-struct Reverse<'a, 'b, K, R, const I: usize, const O: usize> {
+struct ReverseMap<'a, 'b, K, R, const I: usize, const O: usize> {
     map: &'a Map<K, I, O>,
-    values: &'a Frame<'a, R>,
+    values: &'a StepValues<'a, R>,
     bars: &'a mut Bars<'b, R>,
 }
 
@@ -200,7 +200,7 @@ where
 }
 
 impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for Reverse<'_, '_, K, R, I, O>
+    for ReverseMap<'_, '_, K, R, I, O>
 {
     type Output = ();
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! What a step is made of.
 
 use super::array::Array;
-use super::row::{Bars, Frame};
+use super::row::{Bars, StepValues};
 use crate::real::Real;
 
 /// One recorded operation. Its outputs lie in the row after everything it reads.
@@ -9,7 +9,7 @@ pub(super) trait Operation<R: Real>: Send {
     fn outputs(&self) -> Vec<Array>;
     fn forward(&mut self, parameters: &[R], row: &mut [R]);
     /// Adds to the bars of the inputs what follows from those of the outputs.
-    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>);
+    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>);
     /// Tells which arrays (by id) and which parameters carry derivatives; the rest may be skipped.
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
     /// Takes over the matrices among the parameters (row-major).

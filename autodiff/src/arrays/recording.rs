@@ -1,7 +1,7 @@
 //! Recording what a step does with its arrays.
 
 use super::array::{Array, Matrix, Parameter, repeated};
-use super::dense::Dense;
+use super::dense::DenseLayer;
 use super::edges::EdgeMap;
 use super::gather::Gather;
 use super::graph::Graph;
@@ -130,7 +130,7 @@ impl<R: Real> Program<R> {
             Parameter::Matrix(m) => m.len(),
         };
         let numbers = self.parameters.iter().map(entries).sum();
-        let layer = Dense::new((matrix, bias, numbers), x, (output, &places), tanh);
+        let layer = DenseLayer::new((matrix, bias, numbers), x, (output, &places), tanh);
         self.operations.push(Box::new(layer));
         output
     }

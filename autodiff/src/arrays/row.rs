@@ -9,12 +9,12 @@ use crate::simd::{Lane, Unchecked};
 
 /// The values of a step: those of the parameters, which no step changes, and its row.
 #[derive(Clone, Copy)]
-pub(super) struct Frame<'a, R> {
+pub(super) struct StepValues<'a, R> {
     pub(super) parameters: &'a [R],
     pub(super) row: &'a [R],
 }
 
-impl<'a, R: Copy> Frame<'a, R> {
+impl<'a, R: Copy> StepValues<'a, R> {
     /// The part in which an array lies.
     #[inline(always)]
     pub(super) fn part(self, array: Array) -> &'a [R] {

@@ -3,7 +3,7 @@
 use super::array::{Array, Parameter, repeated};
 use super::dense::Aligned;
 use super::program::{Control, Program};
-use super::row::{Bars, Frame, Layout};
+use super::row::{Bars, Layout, StepValues};
 use crate::real::Real;
 use crate::simd::{WIDEST, prefetch};
 
@@ -244,7 +244,7 @@ impl<R: Real> Program<R> {
                 *bar += given;
             }
         }
-        let values = &Frame { parameters, row };
+        let values = &StepValues { parameters, row };
         for k in (0..self.operations.len()).rev() {
             self.prefetch(k, soon);
             self.operations[k].reverse(values, bars);

@@ -144,7 +144,7 @@ fn constants<R: Real, const N: usize>(numbers: &[R]) -> Vec<Dual<R, N>> {
 struct Root<F>(F);
 
 /// What the reverse sweep needs: the root, and the parameters it was found for.
-struct Saved<R> {
+struct RootAtPoint<R> {
     x: Vec<R>,
     p: Vec<R>,
 }
@@ -162,7 +162,7 @@ impl<F: Residual> Root<F> {
 }
 
 impl<F: Residual> Fused for Root<F> {
-    type Saved<R: Real> = Saved<R>;
+    type Saved<R: Real> = RootAtPoint<R>;
 
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         inputs[0].to_vec()
@@ -184,14 +184,14 @@ impl<F: Residual> Fused for Root<F> {
         x
     }
 
-    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Saved<R>) {
+    fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, RootAtPoint<R>) {
         let x = self.inner(inputs[0], inputs[1]);
         let p = inputs[1].to_vec();
-        (x.clone(), Saved { x, p })
+        (x.clone(), RootAtPoint { x, p })
     }
 
-    fn reverse<R: Real>(&self, saved: &mut Saved<R>, y_bar: &[R], _: &[bool]) -> Vec<Vec<R>> {
-        let Saved { x, p } = saved;
+    fn reverse<R: Real>(&self, saved: &mut RootAtPoint<R>, y_bar: &[R], _: &[bool]) -> Vec<Vec<R>> {
+        let RootAtPoint { x, p } = saved;
         let mut multipliers: Vec<R> = y_bar.iter().map(|&bar| -bar).collect();
         self.factors(x, p).solve_transposed(&mut multipliers);
         let mut tape = Tape::new();

@@ -14,11 +14,11 @@ pub(super) struct Entry<R> {
 /// All that a recording holds.
 pub(super) struct Arena<R: Real> {
     pub(super) entries: Vec<Entry<R>>,
-    many: Many<R>,
+    long: LongEntries<R>,
 }
 
 /// What does not fit into an entry.
-struct Many<R: Real> {
+struct LongEntries<R: Real> {
     /// The terms `(partial, parent)` of all linear entries, one entry after the other …
     terms: Vec<(R, u32)>,
     /// … and where each entry's terms begin.
@@ -33,7 +33,7 @@ impl<R: Real> Arena<R> {
     pub(super) fn new() -> Self {
         Arena {
             entries: Vec::new(),
-            many: Many {
+            long: LongEntries {
                 terms: Vec::new(),
                 linear: Vec::new(),
                 selects: Vec::new(),
@@ -55,16 +55,16 @@ impl<R: Real> Arena<R> {
         // The entry of an input only takes up an index and is never read: old ones may stay.
         self.entries.truncate(inputs);
         self.entries.resize(index(inputs) as usize, entry);
-        self.many.terms.clear();
-        self.many.linear.clear();
-        self.many.selects.clear();
-        self.many.fused.clear();
+        self.long.terms.clear();
+        self.long.linear.clear();
+        self.long.selects.clear();
+        self.long.fused.clear();
     }
 
     /// The bytes allocated, without selects and fused entries, which are rare.
     pub(super) fn bytes(&self) -> usize {
         let entries = self.entries.capacity() * size_of::<Entry<R>>();
-        entries + self.many.terms.capacity() * size_of::<(R, u32)>()
+        entries + self.long.terms.capacity() * size_of::<(R, u32)>()
     }
 
     /// How many entries fit into the memory there is, and into the indices that variables have.
@@ -87,9 +87,9 @@ impl<R: Real> Arena<R> {
 
     /// Appends an entry with any number of terms `(partial, parent)`.
     pub(super) fn push_linear(&mut self, terms: impl Iterator<Item = (R, u32)>, zero: R) -> u32 {
-        let entry = index(self.many.linear.len());
-        self.many.linear.push(self.many.terms.len());
-        self.many.terms.extend(terms);
+        let entry = index(self.long.linear.len());
+        self.long.linear.push(self.long.terms.len());
+        self.long.terms.extend(terms);
         self.push(Entry {
             partials: [zero, zero],
             parents: [LINEAR, entry],
@@ -99,8 +99,8 @@ impl<R: Real> Arena<R> {
     /// Appends a choice of one or the other parent in every lane. Not as partials of 0 and 1: an
     /// infinite cotangent times 0 would be NaN in the lanes where it must not pass.
     pub(super) fn push_select(&mut self, mask: R::Mask, parents: [u32; 2], zero: R) -> u32 {
-        let select = index(self.many.selects.len());
-        self.many.selects.push((mask, parents));
+        let select = index(self.long.selects.len());
+        self.long.selects.push((mask, parents));
         self.push(Entry {
             partials: [zero, zero],
             parents: [SELECT, select],
@@ -109,8 +109,8 @@ impl<R: Real> Arena<R> {
 
     /// Appends a fused entry and one entry for each of its outputs; returns the first's index.
     pub(super) fn push_fused(&mut self, fused: FusedEntry<R>, zero: R) -> u32 {
-        let (first, outputs) = (index(self.many.fused.len()), fused.outputs);
-        self.many.fused.push(fused);
+        let (first, outputs) = (index(self.long.fused.len()), fused.outputs);
+        self.long.fused.push(fused);
         let entry = |parents| Entry {
             partials: [zero, zero],
             parents,
@@ -128,7 +128,7 @@ impl<R: Real> Arena<R> {
     /// register: a store to `bars` and a load in the next turn would cost the latency of both.
     pub(super) fn sweep(&mut self, bars: &mut [R], inputs: usize) {
         // Slices of one length, not vectors behind `self`: nothing is loaded again in the loop.
-        let (entries, many) = (self.entries.as_slice(), &mut self.many);
+        let (entries, long) = (self.entries.as_slice(), &mut self.long);
         let bars = &mut bars[..entries.len()];
         let Some(&(mut bar)) = bars.last() else {
             return;
@@ -140,7 +140,7 @@ impl<R: Real> Arena<R> {
             let before = i - 1;
             if parents[0] >= FUSED {
                 bars[i] = bar;
-                many.sweep(parents, i, bars);
+                long.sweep(parents, i, bars);
                 bar = bars[before];
                 continue;
             }
@@ -165,7 +165,7 @@ impl<R: Real> Arena<R> {
     }
 }
 
-impl<R: Real> Many<R> {
+impl<R: Real> LongEntries<R> {
     /// The sweep over the entry at place `i`, which has many parents or outputs, or no parents.
     #[inline(never)]
     fn sweep(&mut self, [kind, place]: [u32; 2], i: usize, bars: &mut [R]) {

@@ -3,7 +3,7 @@
 use smallvec::SmallVec;
 
 use super::current::{self, CONSTANT};
-use super::fused_entry::{FusedEntry, Saved};
+use super::fused_entry::{FusedEntry, SavedCall};
 use super::var::Var;
 use crate::real::{Fused, Real};
 
@@ -23,7 +23,7 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
         return Vec::new();
     }
     let entry = FusedEntry {
-        call: Box::new(Saved { function, saved }),
+        call: Box::new(SavedCall { function, saved }),
         outputs: outputs.len(),
         lengths: inputs.iter().map(|slice| slice.len()).collect(),
         wanted: inputs

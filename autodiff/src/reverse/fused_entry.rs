@@ -22,12 +22,12 @@ pub(super) trait Call<R>: Send {
     fn reverse(&mut self, y_bar: &[R], wanted: &[bool]) -> Vec<Vec<R>>;
 }
 
-pub(super) struct Saved<F: Fused, R: Real> {
+pub(super) struct SavedCall<F: Fused, R: Real> {
     pub(super) function: F,
     pub(super) saved: F::Saved<R>,
 }
 
-impl<F: Fused, R: Real> Call<R> for Saved<F, R> {
+impl<F: Fused, R: Real> Call<R> for SavedCall<F, R> {
     fn reverse(&mut self, y_bar: &[R], wanted: &[bool]) -> Vec<Vec<R>> {
         self.function.reverse(&mut self.saved, y_bar, wanted)
     }

@@ -2,11 +2,11 @@
 
 /// In `Entry::parents`: no parent.
 pub(super) const NONE: u32 = u32::MAX;
-/// In `Entry::parents[0]`: an entry of many parents; `parents[1]` is an index into `Many::linear`.
+/// In `Entry::parents[0]`: an entry of many parents; `parents[1]` is an index into `LongEntries::linear`.
 pub(super) const LINEAR: u32 = u32::MAX - 1;
-/// In `Entry::parents[0]`: a choice by lanes; `parents[1]` is an index into `Many::selects`.
+/// In `Entry::parents[0]`: a choice by lanes; `parents[1]` is an index into `LongEntries::selects`.
 pub(super) const SELECT: u32 = u32::MAX - 2;
-/// In `Entry::parents[0]`: the first output of `Many::fused[parents[1]]`. The least of these marks:
+/// In `Entry::parents[0]`: the first output of `LongEntries::fused[parents[1]]`. The least of these marks:
 /// every index of a parent is below it.
 pub(super) const FUSED: u32 = u32::MAX - 3;
 

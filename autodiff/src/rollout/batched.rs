@@ -46,7 +46,7 @@ impl<M: Model> Rollout<M> {
     /// let rollout = Rollout::new(Decay, 2);
     /// // (a + b) (1 - share)^2, differentiated by a, b and the share.
     /// let left = |x: &[Var<f64>]| {
-    ///     let ends = rollout.run_many(&[&x[..1], &x[1..2]], &[&x[2..]]);
+    ///     let ends = rollout.run_batch(&[&x[..1], &x[1..2]], &[&x[2..]]);
     ///     ends[0][0] + ends[1][0]
     /// };
     /// assert_eq!(gradient_of(left, &[1.0, 3.0, 0.5]), [0.25, 0.25, -4.0]);
@@ -54,12 +54,12 @@ impl<M: Model> Rollout<M> {
     ///
     /// # Panics
     /// As [`run`](Rollout::run).
-    pub fn run_many<R: Real>(&self, starts: &[&[R]], parameters: &[&[R]]) -> Vec<Vec<R>> {
+    pub fn run_batch<R: Real>(&self, starts: &[&[R]], parameters: &[&[R]]) -> Vec<Vec<R>> {
         let shared: Vec<Given<R>> = parameters.iter().map(|p| Given::Shared(p)).collect();
-        self.run_each(starts, &shared)
+        self.run_batch_with(starts, &shared)
     }
 
-    /// Like [`run_many`](Rollout::run_many) where some parameters differ from start to start: all but the
+    /// Like [`run_batch`](Rollout::run_batch) where some parameters differ from start to start: all but the
     /// matrices may. The cotangents of a start's own parameters have the same bits as from
     /// [`run`](Rollout::run).
     ///
@@ -91,14 +91,14 @@ impl<M: Model> Rollout<M> {
     ///
     /// let rollout = Rollout::new(Spring, 8);
     /// let start: &[f64] = &[1.0, 0.0];
-    /// let both = rollout.run_each(&[start; 2], &[Given::Each(&[&[1.0], &[4.0]])]);
+    /// let both = rollout.run_batch_with(&[start; 2], &[Given::Each(&[&[1.0], &[4.0]])]);
     /// let [soft, stiff] = [1.0, 4.0].map(|stiffness| rollout.run(start, &[&[stiffness]]));
     /// assert_eq!(both, [soft, stiff]);
     /// ```
     ///
     /// # Panics
     /// As [`run`](Rollout::run); and if a [`Given::Each`] has not one slice per start, or is for a matrix.
-    pub fn run_each<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
+    pub fn run_batch_with<R: Real>(&self, starts: &[&[R]], parameters: &[Given<R>]) -> Vec<Vec<R>> {
         if starts.is_empty() {
             return Vec::new();
         }
@@ -117,12 +117,12 @@ impl<M: Model> Rollout<M> {
             }
             own.push(matches!(parameter, Given::Each(_)));
         }
-        let many = Many {
+        let batched = Batched {
             rollout: self.clone(),
             starts: starts.len(),
             own,
         };
-        let seen = R::fused(many, &inputs);
+        let seen = R::fused(batched, &inputs);
         let len = seen.len() / starts.len();
         (0..starts.len())
             .map(|start| seen[start * len..][..len].to_vec())
@@ -133,7 +133,7 @@ impl<M: Model> Rollout<M> {
 /// A rollout from several starts. The inputs are the starts, then, parameter by parameter, the one that
 /// all share or every start's own; the outputs are the observed states, one start after the other.
 #[derive(Clone)]
-pub(super) struct Many<M> {
+pub(super) struct Batched<M> {
     pub(super) rollout: Rollout<M>,
     pub(super) starts: usize,
     /// Of every parameter, whether each start has its own.
@@ -143,12 +143,12 @@ pub(super) struct Many<M> {
 /// Starts that run interleaved: one for each of a register's lanes, two, or one alone. Lanes left over
 /// repeat the last start.
 #[derive(Clone)]
-pub(super) struct Group {
+pub(super) struct StartGroup {
     pub(super) starts: Range<usize>,
     pub(super) lanes: usize,
 }
 
-impl Group {
+impl StartGroup {
     /// Interleaves the numbers of all lanes; missing ones are zero.
     fn interleaved<'a, R: Real>(&self, of_lane: impl Fn(usize) -> &'a [R]) -> Vec<R> {
         let mut interleaved = vec![R::zero(); of_lane(0).len() * self.lanes];
@@ -186,10 +186,10 @@ impl Group {
     }
 }
 
-impl<M: Model> Many<M> {
+impl<M: Model> Batched<M> {
     /// Whole registers of starts; what is left, together if that is more than three quarters of a
     /// register, where it begins to pay, else in pairs.
-    pub(super) fn groups<R: Real>(&self) -> Vec<Group> {
+    pub(super) fn groups<R: Real>(&self) -> Vec<StartGroup> {
         let (mut groups, mut first) = (Vec::new(), 0);
         let widest = lanes::<R>();
         while first < self.starts {
@@ -201,12 +201,12 @@ impl<M: Model> Many<M> {
             };
             let starts = first..first + lanes.min(left);
             first = starts.end;
-            groups.push(Group { starts, lanes });
+            groups.push(StartGroup { starts, lanes });
         }
         groups
     }
 
-    fn of_group(&self, group: &Group) -> Starts<'_> {
+    fn of_group(&self, group: &StartGroup) -> Starts<'_> {
         Starts {
             count: group.lanes,
             own: &self.own,
@@ -227,7 +227,7 @@ impl<M: Model> Many<M> {
     /// Calls `run` with the inputs of a group: its interleaved starts, then each parameter.
     fn with_inputs<'a, R: Real, T>(
         &self,
-        group: &Group,
+        group: &StartGroup,
         inputs: &'a [&'a [R]],
         run: impl FnOnce(&[&[R]]) -> T,
     ) -> T {
@@ -244,8 +244,8 @@ impl<M: Model> Many<M> {
     }
 }
 
-impl<M: Model> Fused for Many<M> {
-    type Saved<R: Real> = Vec<(Group, Recorded<R>)>;
+impl<M: Model> Fused for Batched<M> {
+    type Saved<R: Real> = Vec<(StartGroup, Recorded<R>)>;
 
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         let mut seen = Vec::new();

@@ -60,14 +60,14 @@ pub enum Memory {
 
 /// The schedule of a reverse sweep.
 #[derive(Debug)]
-pub(super) struct Plan {
+pub(super) struct Schedule {
     /// How many steps have their rows kept at once.
     pub(super) leaf: usize,
     /// Checkpoints that may be held at once, the start's included.
     checkpoints: usize,
 }
 
-impl Plan {
+impl Schedule {
     /// From the lengths of a state and of a row.
     pub(super) fn new(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
         let all = Self {
@@ -125,16 +125,16 @@ fn binomial(s: usize, t: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{Memory, Plan};
+    use super::{Memory, Schedule};
 
     /// Runs the schedule of the sweep on step numbers alone: the steps done forward, and the most
     /// numbers held.
     fn simulate(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> (usize, usize) {
-        let plan = Plan::new(memory, steps, [state, row]);
+        let schedule = Schedule::new(memory, steps, [state, row]);
         let (mut stack, mut end, mut done, mut most) = (vec![0], steps, steps, 0);
-        while plan.leaf < steps && end > 0 {
+        while schedule.leaf < steps && end > 0 {
             let top = *stack.last().expect("the start is below all");
-            let to = plan.split(top..end, stack.len());
+            let to = schedule.split(top..end, stack.len());
             // The first descent happens while the rollout runs forward anyway.
             done += if end == steps {
                 0
@@ -148,11 +148,11 @@ mod tests {
                 }
                 None => {
                     done += if end == steps { end - top } else { 0 };
-                    end = plan.leaf_start(top..end);
+                    end = schedule.leaf_start(top..end);
                     stack.retain(|&step| step < end);
                 }
             }
-            most = most.max(stack.len() * state + plan.leaf * row);
+            most = most.max(stack.len() * state + schedule.leaf * row);
         }
         (done, most)
     }
@@ -183,6 +183,6 @@ mod tests {
                                25 numbers: 5 states do"
     )]
     fn too_small_a_budget_is_told() {
-        Plan::new(Memory::States(3), 100, [10, 25]);
+        Schedule::new(Memory::States(3), 100, [10, 25]);
     }
 }

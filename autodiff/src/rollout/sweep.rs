@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::checkpoints::Plan;
+use super::checkpoints::Schedule;
 use super::progress::begin_step;
 use super::settings::{Model, Rollout};
 use crate::arrays::{Aligned, Program, Watch};
@@ -120,7 +120,7 @@ struct Checkpoint<R> {
 /// What the forward run leaves for the reverse sweep.
 pub struct Recorded<R: Real> {
     sweep: Sweep<R>,
-    plan: Plan,
+    schedule: Schedule,
     steps: usize,
     /// States from which the reverse sweep runs forward again; the start is the first.
     checkpoints: Vec<Checkpoint<R>>,
@@ -135,8 +135,8 @@ impl<R: Real> Recorded<R> {
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
         let sweep = Sweep::new(rollout, starts, inputs);
         let (stride, row) = (sweep.program.stride(), sweep.row(inputs[0]));
-        let plan = Plan::new(rollout.memory, rollout.steps, [sweep.state_len(), stride]);
-        let leaf = plan.leaf.min(rollout.steps);
+        let schedule = Schedule::new(rollout.memory, rollout.steps, [sweep.state_len(), stride]);
+        let leaf = schedule.leaf.min(rollout.steps);
         let kept = leaf.saturating_sub(1).checked_mul(stride);
         let kept = kept.and_then(|kept| kept.checked_add(row.len()));
         let kept = kept.filter(|kept| *kept < isize::MAX as usize / (2 * size_of::<R>().max(1)));
@@ -153,7 +153,7 @@ impl<R: Real> Recorded<R> {
                 state: inputs[0].to_vec(),
             }],
             steps: rollout.steps,
-            plan,
+            schedule,
             rows,
             row,
             sweep,
@@ -173,7 +173,7 @@ impl<R: Real> Recorded<R> {
 
     /// Whether the rows of all steps are kept.
     fn keeps_all(&self) -> bool {
-        self.plan.leaf >= self.steps
+        self.schedule.leaf >= self.steps
     }
 
     /// During the first run forward: the row that begins with the state after `step` steps.
@@ -189,7 +189,7 @@ impl<R: Real> Recorded<R> {
         self.sweep.state(self.row_after(step))
     }
 
-    /// A step of the first run forward. Keeps its row, or a checkpoint before it if the plan has one there.
+    /// A step of the first run forward. Keeps its row, or a checkpoint before it if the schedule has one there.
     pub(super) fn step(&mut self, step: usize) {
         if self.keeps_all() {
             return self.step_to_row(step, step);
@@ -198,7 +198,11 @@ impl<R: Real> Recorded<R> {
             .checkpoints
             .last()
             .map_or(0, |checkpoint| checkpoint.step);
-        if self.plan.split(last..self.steps, self.checkpoints.len()) == Some(step) {
+        if self
+            .schedule
+            .split(last..self.steps, self.checkpoints.len())
+            == Some(step)
+        {
             self.checkpoints.push(self.checkpoint(step));
         }
         self.sweep.step_in_place(step, &mut self.row);
@@ -236,8 +240,8 @@ impl<R: Real> Recorded<R> {
         at(end, state_bar);
         while end > 0 {
             let top = stack.last().expect("the start is below all");
-            let first = self.plan.leaf_start(top.step..end);
-            if let Some(middle) = self.plan.split(top.step..end, stack.len()) {
+            let first = self.schedule.leaf_start(top.step..end);
+            if let Some(middle) = self.schedule.split(top.step..end, stack.len()) {
                 let top = top.clone();
                 self.run_again(&top, middle);
                 stack.push(self.checkpoint(middle));

@@ -6,7 +6,7 @@ mod net;
 use net::{Loss, NODES};
 use num_traits::Zero;
 
-use super::batched::Many;
+use super::batched::Batched;
 use crate::simd::{Level, at_most, lanes, level};
 use crate::{
     Adjoint, CotangentBound, Dual, Function, Fused, Given, Kernel, Memory, Model, Program, Real,
@@ -72,11 +72,11 @@ impl<R: Real> Several<R> {
         let (starts, own) = (slices(&self.starts), slices(&self.own));
         let parameters = slices(&self.parameters);
         if own.is_empty() {
-            return self.loss.rollout.run_many(&starts, &parameters);
+            return self.loss.rollout.run_batch(&starts, &parameters);
         }
         let mut given: Vec<Given<R>> = parameters.into_iter().map(Given::Shared).collect();
         given[0] = Given::Each(&own);
-        self.loss.rollout.run_each(&starts, &given)
+        self.loss.rollout.run_batch_with(&starts, &given)
     }
 
     /// How many numbers belong to one start alone.
@@ -149,7 +149,7 @@ fn starts_fill_registers() {
         let lanes = lanes::<f64>();
         for starts in 0..=3 * lanes {
             let (rollout, own) = (Loss::new(1).rollout, Vec::new());
-            let groups = Many {
+            let groups = Batched {
                 rollout,
                 starts,
                 own,
@@ -266,7 +266,7 @@ fn a_matrix_of_each_start_is_told() {
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
     let each: Vec<[&[f64]; 2]> = parameters.iter().map(|&p| [p; 2]).collect();
     let each: Vec<Given<f64>> = each.iter().map(|p| Given::Each(p)).collect();
-    several.loss.rollout.run_each(&starts, &each);
+    several.loss.rollout.run_batch_with(&starts, &each);
 }
 
 #[test]
@@ -276,7 +276,7 @@ fn a_start_without_its_own_is_told() {
     let (starts, parameters) = (slices(&several.starts), slices(&several.parameters));
     let mut given: Vec<Given<f64>> = parameters.iter().map(|&p| Given::Shared(p)).collect();
     given[0] = Given::Each(&parameters[..1]);
-    several.loss.rollout.run_each(&starts, &given);
+    several.loss.rollout.run_batch_with(&starts, &given);
 }
 
 /// Those of one start are counted, however many run together.
@@ -288,7 +288,7 @@ fn too_few_numbers_of_each_start_are_counted() {
     let mut given: Vec<Given<f64>> = parameters.iter().map(|&p| Given::Shared(p)).collect();
     let own = vec![&parameters[0][1..]; starts.len()];
     given[0] = Given::Each(&own);
-    several.loss.rollout.run_each(&starts, &given);
+    several.loss.rollout.run_batch_with(&starts, &given);
 }
 
 /// Checkpoints hold all starts, and every start's cotangent has its own bound.

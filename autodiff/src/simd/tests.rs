@@ -116,9 +116,9 @@ fn every_register_has_the_bits_of_scalars() {
 }
 
 /// Expanding and compressing the numbers 1, 2, ... by all bits, and taking turns, against one by one.
-struct Moves;
+struct MoveLanes;
 
-impl<S: Real> Vectorized<S> for Moves {
+impl<S: Real> Vectorized<S> for MoveLanes {
     type Output = usize;
     #[inline(always)]
     fn run<L: Lane<S>>(self) -> usize {
@@ -165,15 +165,15 @@ fn is<S: Real>(number: S, expected: S) -> bool {
 #[test]
 fn lanes_move_to_set_bits_and_back() {
     #![allow(unsafe_code)]
-    assert_eq!(Moves.run::<f64>(), 1);
+    assert_eq!(MoveLanes.run::<f64>(), 1);
     // SAFETY: the processor is asked first.
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-        assert_eq!(unsafe { super::enter::f64_avx2(Moves) }, 4);
-        assert_eq!(unsafe { super::enter::f32_avx2(Moves) }, 8);
+        assert_eq!(unsafe { super::enter::f64_avx2(MoveLanes) }, 4);
+        assert_eq!(unsafe { super::enter::f32_avx2(MoveLanes) }, 8);
     }
-    f64::vectorize(Moves);
-    f32::vectorize(Moves);
+    f64::vectorize(MoveLanes);
+    f32::vectorize(MoveLanes);
 }
 
 /// Masks from bits and back, lane by lane.

@@ -5,16 +5,16 @@
 
 use super::super::array::{Array, Matrix};
 use super::super::operation::Operation;
-use super::super::row::{Bars, Frame, joined};
+use super::super::row::{Bars, StepValues, joined};
 use super::aligned::Aligned;
-use super::outer::{Batch, OuterProducts};
+use super::outer::{OuterProducts, Pending};
 use super::output::Output;
 use super::panels::Panels;
 use super::product::{Product, Weights};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
-pub(in crate::arrays) struct Dense<R> {
+pub(in crate::arrays) struct DenseLayer<R> {
     matrix: Matrix,
     /// The inputs, adjacent ones joined. A single stretch is read in place.
     inputs: Vec<Array>,
@@ -31,7 +31,7 @@ pub(in crate::arrays) struct Dense<R> {
     /// The cotangent of `W`.
     weights_bar: Panels<R>,
     /// Inputs and output cotangents of the last steps, not yet added to `weights_bar`.
-    batch: Batch<R>,
+    batch: Pending<R>,
     /// Several stretches of inputs as one, or their cotangents.
     packed: Vec<R>,
     active: Active,
@@ -85,7 +85,7 @@ impl<R: Real> Spread<R> {
     }
 }
 
-impl<R: Real> Dense<R> {
+impl<R: Real> DenseLayer<R> {
     /// `numbers` counts the entries of all matrices of the program, which share the caches.
     pub(in crate::arrays) fn new(
         (matrix, bias, numbers): (Matrix, Array, usize),
@@ -105,7 +105,7 @@ impl<R: Real> Dense<R> {
             weights: Weights::zero((starts, numbers), matrix.rows, columns),
             transposed: Weights::zero((starts, numbers), columns, matrix.rows),
             weights_bar: Panels::zero(matrix.rows, columns),
-            batch: Batch::new(starts, matrix.rows, columns),
+            batch: Pending::new(starts, matrix.rows, columns),
             packed: Vec::with_capacity(columns * starts),
             active: Active {
                 inputs: true,
@@ -147,7 +147,7 @@ impl<R: Real> Dense<R> {
     }
 
     /// Keeps this step's outer product for later; adds the batch up when it is full.
-    fn reverse_weights(&mut self, values: Frame<R>) {
+    fn reverse_weights(&mut self, values: StepValues<R>) {
         let x = input(&self.inputs, &mut self.packed, values);
         if self.batch.keep(x) {
             self.flush();
@@ -165,7 +165,11 @@ impl<R: Real> Dense<R> {
 
 /// The inputs in one slice: in place if they are adjacent, else packed.
 #[inline(always)]
-fn input<'a, R: Real>(inputs: &[Array], packed: &'a mut Vec<R>, values: Frame<'a, R>) -> &'a [R] {
+fn input<'a, R: Real>(
+    inputs: &[Array],
+    packed: &'a mut Vec<R>,
+    values: StepValues<'a, R>,
+) -> &'a [R] {
     if let &[input] = inputs {
         return values.get(input);
     }
@@ -176,7 +180,7 @@ fn input<'a, R: Real>(inputs: &[Array], packed: &'a mut Vec<R>, values: Frame<'a
     packed
 }
 
-impl<R: Real> Operation<R> for Dense<R> {
+impl<R: Real> Operation<R> for DenseLayer<R> {
     fn outputs(&self) -> Vec<Array> {
         vec![self.output]
     }
@@ -198,7 +202,7 @@ impl<R: Real> Operation<R> for Dense<R> {
 
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
         let (row, output) = row.split_at_mut(self.output.start);
-        let values = Frame { parameters, row };
+        let values = StepValues { parameters, row };
         let mut product = Product {
             matrix: &self.weights,
             x: input(&self.inputs, &mut self.packed, values),
@@ -228,7 +232,7 @@ impl<R: Real> Operation<R> for Dense<R> {
         }
     }
 
-    fn reverse(&mut self, values: &Frame<R>, bars: &mut Bars<R>) {
+    fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
         let start = self.output.start;
         let (y, bar) = (&values.row[start..], &bars.row[start..]);
         R::vectorize(BeforeTanh {

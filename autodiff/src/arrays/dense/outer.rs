@@ -12,7 +12,7 @@ use crate::simd::{Lane, Vectorized, WIDEST, lanes};
 const BATCH: usize = 16;
 
 /// Inputs and output cotangents of the last steps, one start after the other.
-pub(super) struct Batch<R> {
+pub(super) struct Pending<R> {
     x: Vec<R>,
     /// Padded to whole registers. With one start, those of the current step lie behind the last.
     y_bar: Aligned<R>,
@@ -26,7 +26,7 @@ pub(super) struct Batch<R> {
     len: usize,
 }
 
-impl<R: Real> Batch<R> {
+impl<R: Real> Pending<R> {
     pub(super) fn new(starts: usize, rows: usize, columns: usize) -> Self {
         let numbers = if starts == 1 { 0 } else { rows * starts };
         let stride = rows.next_multiple_of(lanes::<R>());
@@ -131,7 +131,7 @@ fn transposed<R: Real, L: Lane<R>>(mut lanes: [L; WIDEST]) -> [L; WIDEST] {
 
 /// `W_bar += sum over the batch of y_bar x^T`.
 pub(super) struct OuterProducts<'a, R> {
-    pub(super) batch: &'a Batch<R>,
+    pub(super) batch: &'a Pending<R>,
     pub(super) to: &'a mut Panels<R>,
 }
 
@@ -142,7 +142,7 @@ impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
         let (columns, stride) = (self.to.columns(), self.to.rows().next_multiple_of(L::N));
         for k in 0..self.to.panels().len() {
             let panel = self.to.panels()[k];
-            let part = BatchRows {
+            let part = PendingRows {
                 batch: self.batch,
                 columns,
                 stride,
@@ -164,8 +164,8 @@ impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
 }
 
 /// A batch as one panel sees it.
-struct BatchRows<'a, R> {
-    batch: &'a Batch<R>,
+struct PendingRows<'a, R> {
+    batch: &'a Pending<R>,
     columns: usize,
     /// The distance from one start's cotangents to the next's.
     stride: usize,
@@ -173,7 +173,7 @@ struct BatchRows<'a, R> {
     first: usize,
 }
 
-impl<R: Real> BatchRows<'_, R> {
+impl<R: Real> PendingRows<'_, R> {
     /// Adds to a panel of `W` registers of rows, `C` columns at once: every load of a cotangent serves all
     /// of them, and their sums do not wait for one another.
     #[inline(always)]
@@ -194,7 +194,7 @@ impl<R: Real> BatchRows<'_, R> {
         panel: &mut [R],
         column: usize,
     ) {
-        let Batch { x, y_bar, len, .. } = self.batch;
+        let Pending { x, y_bar, len, .. } = self.batch;
         let mut sums = [[L::zero(); W]; C];
         for s in 0..*len {
             let x = &x[s * self.columns + column..][..C];

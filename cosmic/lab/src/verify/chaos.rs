@@ -93,7 +93,7 @@ impl Chaos {
         let (probe, steps) = (Probe::new(case), case.physics.steps);
         let mut observed: Vec<usize> = (0..steps).step_by(EVERY).collect();
         observed.push(steps);
-        let run = |starts: &[_]| probe.run_many(starts, &observed);
+        let run = |starts: &[_]| probe.run_batch(starts, &observed);
         let unmoved = run(std::slice::from_ref(&case.start)).remove(0);
         let starts = probe.moved_starts(STARTS, MOVED);
         let groups = starts.par_chunks(together(STARTS));

@@ -35,7 +35,7 @@ impl<'a> Probe<'a> {
     }
 
     /// The same from several starts, in f64.
-    pub(super) fn run_many(
+    pub(super) fn run_batch(
         &self,
         starts: &[State<f64>],
         observed: &[usize],
