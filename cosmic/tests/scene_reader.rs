@@ -2,7 +2,8 @@
 //! there.
 
 use cosmic::scene::{
-    GradientPrecision, Integrator, LossKind, PhysicsSettings, Scene, SelectionKind, StartKind,
+    Contact, GradientPrecision, Integrator, Layout, LossKind, Pass, PhysicsSettings, Scene,
+    SelectionKind, StartKind, fault,
 };
 use cosmic::{Error, error};
 use proptest::prelude::*;
@@ -383,6 +384,127 @@ fn unreadable_files_are_told_from_malformed_ones() {
     }
     fs::write(folder.path().join("huge.toml"), vec![b'#'; 2 << 20]).unwrap();
     assert_eq!(code("huge.toml"), 2);
+}
+
+/// The refusal of `--set` with these settings of the default scene.
+fn refused_setting(settings: &[&str]) -> String {
+    Scene::default().set(settings).unwrap_err().to_string()
+}
+
+#[test]
+fn single_settings_take_the_place_of_any_scene_s_own() {
+    let scene = Scene::load("coulomb").unwrap();
+    let settings = [
+        "physics.gravity=9.81",
+        "controller.goal = [1, 0.5]",
+        "physics.contact=none",
+        "start.layout=\"tall\"",
+        "adam.gradient_norm=off",
+        "controller.two_goals=true",
+        "schedule.cycle=dc",
+        "physics.gravity=5",
+    ];
+    let set = scene.set(&settings).unwrap();
+    assert_eq!(set.physics.gravity, 5.0);
+    assert_eq!(set.controller.goal, [1.0, 0.5]);
+    assert_eq!(set.physics.contact, Contact::None);
+    assert_eq!(
+        (set.start.layout, set.adam.gradient_norm),
+        (Layout::Tall, None)
+    );
+    assert!(set.controller.two_goals && set.schedule.cycle == [Pass::Design, Pass::Controller]);
+    assert_eq!(set.physics.friction, scene.physics.friction);
+    assert_eq!(scene.set(&[""; 0]).unwrap(), scene);
+    // One alone would be at odds with the scene; together they fit.
+    let both = [
+        "schedule.iterations=100",
+        "schedule.snap_at=90",
+        "schedule.attraction_from=50",
+    ];
+    assert_eq!(scene.set(&both).unwrap().schedule.snap_at, 90);
+    // A file that holds only some keys.
+    let part = Scene::parse("part", "[physics]\ndt = 0.001").unwrap();
+    let set = part.set(&["physics.steps=5000"]).unwrap();
+    assert_eq!((set.physics.dt, set.physics.steps), (0.001, 5000));
+}
+
+/// Settings that are refused: what is said, and the option with what stands below it.
+const WRONG_SETTINGS: [(&str, &str, &str); 9] = [
+    (
+        "physics.gravity=1e9",
+        "error: `physics.gravity` is out of range: 1e9\n",
+        "| --set physics.gravity=1e9
+  |                       ^^^ allowed: a number from -1000 to 1000",
+    ),
+    (
+        "physics.gravity=fast",
+        "`physics.gravity` is a text: \"fast\"",
+        "| --set physics.gravity=\"fast\"
+  |                       ^^^^^^ allowed: a number",
+    ),
+    (
+        "physics.gravty=1",
+        "unknown key `gravty` in [physics]",
+        "did you mean `gravity`?",
+    ),
+    (
+        "physcs.gravity=1",
+        "unknown section `physcs`",
+        "did you mean `physics`?",
+    ),
+    (
+        "gravity=1",
+        "unknown section `gravity`",
+        "did you mean `physics.gravity`?",
+    ),
+    (
+        "physics=1",
+        "is a whole number, not a section",
+        "write physics.KEY=VALUE",
+    ),
+    (
+        "physics.gravity",
+        "`physics.gravity` has no value",
+        "write SECTION.KEY=VALUE",
+    ),
+    ("physics.gravity=", "not TOML", "| --set physics.gravity="),
+    (
+        "controller.goal=[1, 2, 3]",
+        "has 3 entries: [1, 2, 3]",
+        "|                       ^^^^^^^^^ allowed: 2 numbers",
+    ),
+];
+
+#[test]
+fn a_wrong_setting_is_shown_as_it_was_given() {
+    for (setting, says, shown) in WRONG_SETTINGS {
+        let report = refused_setting(&["physics.dt=0.001", setting]);
+        assert!(report.contains(says) && report.contains(shown), "{report}");
+        assert!(!report.contains("-->"), "{report}");
+    }
+    // A conflict is pointed at in the setting that names one of its keys.
+    let report = refused_setting(&["physics.dt=0.001", "physics.steps=512"]);
+    assert!(
+        report.contains("the horizon (4096 steps) is longer"),
+        "{report}"
+    );
+    assert!(
+        report.contains("--set physics.steps=512\n  |                     ^^^"),
+        "{report}"
+    );
+    // What turns out wrong later is shown in the last setting, else in the scene.
+    let shown = |name, settings: &[&str], key| {
+        let error = fault(name, settings, key, "too long", "take less");
+        error.map(|error| error.to_string())
+    };
+    let report = shown("coulomb", &["physics.dt=1", "physics.dt=0.5"], "physics.dt").unwrap();
+    assert!(
+        report.contains("--set physics.dt=0.5\n  |                  ^^^ take less"),
+        "{report}"
+    );
+    let report = shown("coulomb", &["physics.dt=1"], "physics.contact").unwrap();
+    assert!(report.contains("--> coulomb:"), "{report}");
+    assert_eq!(shown("coulomb", &[], "physics.dt"), None);
 }
 
 /// Whatever is read, the answer is a scene or an error with a place inside the text.

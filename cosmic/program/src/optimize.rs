@@ -145,6 +145,6 @@ fn pointed(mut error: Error, scene: &str) -> Error {
     };
     let text = error.to_string();
     let message = text.strip_suffix(&remedy).unwrap_or(&text);
-    let says = [message.trim_end_matches("; "), &remedy];
-    fault(scene, "physics.dt", says).unwrap_or(error)
+    let message = message.trim_end_matches("; ");
+    fault(scene, &[""; 0], "physics.dt", message, &remedy).unwrap_or(error)
 }

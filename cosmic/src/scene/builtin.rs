@@ -1,8 +1,8 @@
 //! The built-in scenes, and finding a scene by name or file.
 
 use super::Scene;
-use super::diagnostic::not_text;
-use super::read::{pointed, suggest};
+use super::diagnostic::{Source, not_text};
+use super::read::{options, pointed, suggest};
 use crate::error::{Error, Result};
 use crate::reading::{read_at_most, too_long};
 use std::io::ErrorKind;
@@ -124,14 +124,25 @@ fn text_of<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str> {
     std::str::from_utf8(bytes).map_err(|_| not_text(&path.display().to_string(), bytes))
 }
 
-/// The error for a setting of a scene, by name or file, that turned out wrong after reading, shown
-/// with `[message, remedy]` where the scene sets it; `None` where it does not.
-pub fn fault(name: &str, key: &str, says: [&str; 2]) -> Option<Error> {
-    if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
-        return pointed((name, builtin.text), key, says);
-    }
+/// The error for a setting that turned out wrong after reading, shown with its remedy where it was
+/// set: by one of `settings`, as [`Scene::set`] takes them, else in the scene of that name or file;
+/// `None` where none of them sets it.
+pub fn fault(
+    name: &str,
+    settings: &[impl AsRef<str>],
+    key: &str,
+    message: &str,
+    remedy: &str,
+) -> Option<Error> {
+    let builtin = BUILTIN.iter().find(|builtin| builtin.name == name);
     let path = Path::new(name);
-    // A pipe has been read, and may have no one who writes to it any more.
-    let text = path.is_file().then(|| Scene::text(path).ok())??;
-    pointed((name, &text), key, says)
+    let text = match builtin {
+        Some(builtin) => Some(builtin.text.to_owned()),
+        // A pipe has been read, and may have no one who writes to it any more.
+        None if path.is_file() => Scene::text(path).ok(),
+        None => None,
+    };
+    let file = text.as_deref().map(|text| Source::file(name, text));
+    let sources: Vec<_> = file.into_iter().chain(options(settings)).collect();
+    pointed(&sources, key, message, remedy)
 }

@@ -1,14 +1,54 @@
-//! Faults in a scene file, shown with line, column and caret.
+//! Faults in a scene's text, shown with line, column and caret.
 
 use crate::error::Error;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Faults shown in full; a file that is no scene at all can have thousands.
 const SHOWN: usize = 10;
 
-/// One thing wrong with a scene file.
+/// What stands before a setting on the command line.
+const OPTION: &str = "--set ";
+
+/// A text that sets keys of a scene.
+pub(super) struct Source<'t> {
+    /// The file's name; `None` for the command line, `--set KEY=VALUE`.
+    pub(super) file: Option<&'t str>,
+    /// TOML.
+    pub(super) text: Cow<'t, str>,
+}
+
+impl<'t> Source<'t> {
+    pub(super) fn file(name: &'t str, text: &'t str) -> Self {
+        Source {
+            file: Some(name),
+            text: text.into(),
+        }
+    }
+
+    /// What was said after `--set`. A word need not have quotes: `physics.contact=coulomb`.
+    pub(super) fn option(setting: &'t str) -> Self {
+        let is_word = |value: &str| {
+            let letters = |c: char| c.is_alphanumeric() || c == '_';
+            value.starts_with(char::is_alphabetic)
+                && value.chars().all(letters)
+                && !["true", "false", "nan", "inf"].contains(&value)
+        };
+        let text = match setting.split_once('=') {
+            Some((key, value)) if is_word(value.trim()) => {
+                format!("{key}=\"{}\"", value.trim()).into()
+            }
+            _ => setting.into(),
+        };
+        Source { file: None, text }
+    }
+}
+
+/// One thing wrong with a source.
 pub(super) struct Fault {
+    /// Which of the sources.
+    pub(super) source: usize,
     /// The bytes to point at.
     pub(super) span: Range<usize>,
     /// What is wrong, with the value.
@@ -17,40 +57,41 @@ pub(super) struct Fault {
     pub(super) allowed: String,
 }
 
-/// The error for one or more faults of a file.
-pub(super) fn malformed(file: &str, source: &str, mut faults: Vec<Fault>) -> Error {
-    faults.sort_by_key(|fault| fault.span.start);
-    let mut report: Vec<_> = faults
-        .iter()
-        .take(SHOWN)
-        .map(|fault| show(file, source, fault))
+/// The error for one or more faults.
+pub(super) fn malformed(sources: &[Source], mut faults: Vec<Fault>) -> Error {
+    faults.sort_by_key(|fault| (fault.source, fault.span.start));
+    let shown = faults.iter().take(SHOWN);
+    let mut report: Vec<_> = shown
+        .map(|fault| show(&sources[fault.source], fault))
         .collect();
     if faults.len() > SHOWN {
         report.push(format!("... and {} more", faults.len() - SHOWN));
     }
-    let first = faults.first();
-    let (line, column) = position(source, first.map_or(0, |fault| fault.span.start));
+    let first = faults.swap_remove(0);
+    let source = &sources[first.source];
+    let (line, column) = position(&source.text, first.span.start);
     Error::Malformed {
-        file: file.to_string(),
+        file: source.file.unwrap_or(OPTION.trim()).to_string(),
         line,
         column,
-        message: first.map_or(String::new(), |fault| fault.message.clone()),
+        message: first.message,
         report: report.join("\n\n"),
     }
 }
 
-/// One fault over its source line.
-fn show(file: &str, source: &str, fault: &Fault) -> String {
-    let annotation = AnnotationKind::Primary.span(fault.span.clone());
-    let annotation = if fault.allowed.is_empty() {
-        annotation
-    } else {
-        annotation.label(fault.allowed.as_str())
-    };
-    let snippet = Snippet::source(source).path(file).annotation(annotation);
+/// One fault over its source line. An option is shown as it was given, in place of file and line.
+fn show(source: &Source, fault: &Fault) -> String {
+    let given = source.file.map_or(OPTION, |_| "");
+    let text = format!("{given}{}", source.text);
+    let span = fault.span.start + given.len()..fault.span.end + given.len();
+    let mut annotation = AnnotationKind::Primary.span(span);
+    if !fault.allowed.is_empty() {
+        annotation = annotation.label(fault.allowed.as_str());
+    }
+    let snippet = Snippet::source(text.as_str()).path(source.file);
     let report = [Level::ERROR
         .primary_title(fault.message.as_str())
-        .element(snippet)];
+        .element(snippet.annotation(annotation))];
     Renderer::plain().render(&report)
 }
 

@@ -1,6 +1,6 @@
 //! Reading a scene: TOML over the defaults, every value checked, every fault pointed at.
 
-use super::diagnostic::{Fault, malformed};
+use super::diagnostic::{Fault, Source, malformed};
 use super::field::{Field, Limits, Slot};
 use super::keys::sections;
 use super::pass::cycle;
@@ -27,31 +27,49 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`].
     pub fn with(&self, file: &str, text: &str) -> Result<Scene> {
-        let document = match DeTable::parse(text) {
-            Ok(document) => document,
-            Err(error) => return Err(malformed(file, text, vec![syntax(&error)])),
-        };
+        self.overridden(&[Source::file(file, text)])
+    }
+
+    /// The scene with single settings in place of its own, each a key and a TOML value such as
+    /// `physics.gravity=9.81`; of several for one key the last counts. Words need no quotes:
+    /// `physics.contact=coulomb`. Whether settings fit one another is checked after all of them.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`], naming `--set` and the setting in place of a file and a line.
+    pub fn set(&self, settings: &[impl AsRef<str>]) -> Result<Scene> {
+        self.overridden(&options(settings))
+    }
+
+    fn overridden(&self, sources: &[Source]) -> Result<Scene> {
         let mut reader = Reader {
-            text,
+            sources,
+            source: 0,
             scene: self.clone(),
             faults: Vec::new(),
-            spans: HashMap::new(),
+            places: HashMap::new(),
         };
-        for (name, value) in document.get_ref() {
-            reader.section(name.get_ref(), name.span(), value);
+        for source in 0..sources.len() {
+            reader.source = source;
+            reader.document();
         }
-        if reader.faults.is_empty() {
+        if reader.faults.is_empty() && !sources.is_empty() {
             reader.conflicts();
         }
         if reader.faults.is_empty() {
             Ok(reader.scene)
         } else {
-            Err(malformed(file, text, reader.faults))
+            Err(malformed(sources, reader.faults))
         }
     }
 }
 
-/// Where a scene's text sets a key, such as `physics.dt`, if it does.
+/// Settings of the command line as sources.
+pub(super) fn options(settings: &[impl AsRef<str>]) -> Vec<Source<'_>> {
+    let settings = settings.iter();
+    settings.map(|s| Source::option(s.as_ref())).collect()
+}
+
+/// Where a text sets a key, such as `physics.dt`, if it does.
 fn place(text: &str, key: &str) -> Option<Range<usize>> {
     let document = DeTable::parse(text).ok()?;
     let (section, key) = key.split_once('.')?;
@@ -59,72 +77,103 @@ fn place(text: &str, key: &str) -> Option<Range<usize>> {
     Some(table.get(key)?.span())
 }
 
-/// The error for a setting that turned out wrong after reading, shown where the text sets it;
-/// `None` where it does not.
-pub(super) fn pointed(
-    (file, text): (&str, &str),
-    key: &str,
-    [message, allowed]: [&str; 2],
-) -> Option<Error> {
+/// The error for a setting that turned out wrong after reading, shown where the last of the sources
+/// sets it; `None` where none does.
+pub(super) fn pointed(sources: &[Source], key: &str, message: &str, remedy: &str) -> Option<Error> {
+    let mut places = sources.iter().enumerate().rev();
+    let (source, span) =
+        places.find_map(|(source, given)| Some((source, place(&given.text, key)?)))?;
     let fault = Fault {
-        span: place(text, key)?,
+        source,
+        span,
         message: message.to_owned(),
-        allowed: allowed.to_owned(),
+        allowed: remedy.to_owned(),
     };
-    Some(malformed(file, text, vec![fault]))
+    Some(malformed(sources, vec![fault]))
 }
 
-/// What the TOML parser objects to.
-fn syntax(error: &toml::de::Error) -> Fault {
-    let message = error.message().replace('\n', ", ");
-    Fault {
-        span: error.span().unwrap_or(0..0),
-        message: format!("not TOML: {message}"),
-        allowed: String::new(),
-    }
-}
-
-struct Reader<'t> {
-    text: &'t str,
+/// Reads sources one after the other into a scene.
+struct Reader<'s, 't> {
+    sources: &'s [Source<'t>],
+    /// The one that is being read.
+    source: usize,
     scene: Scene,
     faults: Vec<Fault>,
-    /// Where the file sets `section.key`.
-    spans: HashMap<String, Range<usize>>,
+    /// Where `section.key` was set last.
+    places: HashMap<String, Place>,
 }
 
-impl Reader<'_> {
+/// A value's bytes in one of the sources.
+#[derive(Clone, Default)]
+struct Place {
+    source: usize,
+    span: Range<usize>,
+}
+
+impl Reader<'_, '_> {
     fn fault(&mut self, span: Range<usize>, message: String, allowed: String) {
         self.faults.push(Fault {
+            source: self.source,
             span,
             message,
             allowed,
         });
     }
 
+    fn document(&mut self) {
+        let Source { file, text } = &self.sources[self.source];
+        if file.is_none() && !text.contains('=') {
+            let message = format!("`{text}` has no value");
+            let allowed = "write SECTION.KEY=VALUE, as physics.gravity=9.81";
+            return self.fault(0..text.len(), message, allowed.to_owned());
+        }
+        match DeTable::parse(text) {
+            Ok(document) => {
+                for (name, value) in document.get_ref() {
+                    self.section(name.get_ref(), name.span(), value);
+                }
+            }
+            Err(error) => {
+                let message = format!("not TOML: {}", error.message().replace('\n', ", "));
+                self.fault(error.span().unwrap_or(0..0), message, String::new());
+            }
+        }
+    }
+
     fn section(&mut self, name: &str, span: Range<usize>, value: &Spanned<DeValue>) {
         let known = sections();
         if known.iter().all(|section| section.name != name) {
-            let names = known.iter().map(|section| section.name);
-            return self.fault(
-                span,
-                format!("unknown section `{name}`"),
-                suggest(name, names),
-            );
+            let owner = known.iter().find(|section| section.keys.contains(&name));
+            let path = owner.map(|owner| format!("did you mean `{}.{name}`? ", owner.name));
+            let names = suggest(name, known.iter().map(|section| section.name));
+            let hint = path.unwrap_or_default() + &names;
+            return self.fault(span, format!("unknown section `{name}`"), hint);
         }
         let Some(table) = value.get_ref().as_table() else {
             let message = format!("`{name}` is {}, not a section", kind(value));
-            let allowed = format!("write [{name}] and its keys below");
+            let allowed = if self.sources[self.source].file.is_some() {
+                format!("write [{name}] and its keys below")
+            } else {
+                format!("write {name}.KEY=VALUE")
+            };
             return self.fault(value.span(), message, allowed);
         };
         for (key, value) in table {
             match self.scene.field(name, key.get_ref()) {
                 Some(mut field) => {
                     let path = format!("{name}.{}", field.key);
-                    let fault = fill(&mut field, value)
-                        .err()
-                        .map(|misfit| misfit.fault(&path, &field, self.text));
-                    self.faults.extend(fault);
-                    self.spans.insert(path, value.span());
+                    let (source, span) = (self.source, value.span());
+                    if let Err(misfit) = fill(&mut field, value) {
+                        let text = &self.sources[source].text;
+                        let written = text.get(misfit.span.clone()).unwrap_or_default();
+                        self.faults.push(Fault {
+                            source,
+                            message: misfit.says(&path, abridged(written)),
+                            allowed: format!("allowed: {}", field.allowed()),
+                            span: misfit.span,
+                        });
+                    }
+                    self.places.insert(path, Place { source, span });
                 }
                 None => self.unknown_key(name, key.get_ref(), key.span()),
             }
@@ -142,21 +191,24 @@ impl Reader<'_> {
         self.fault(span, format!("unknown key `{key}` in [{name}]"), hint);
     }
 
-    /// Points a conflict at the first of its settings that the file names.
+    /// Points a conflict at the first of its settings that the sources name.
     fn conflicts(&mut self) {
         for conflict in check::conflicts(&self.scene) {
-            let span = conflict
-                .keys
-                .iter()
-                .find_map(|key| self.spans.get(*key))
-                .cloned();
+            let mut keys = conflict.keys.iter();
+            let place = keys.find_map(|key| self.places.get(*key));
+            let Place { source, span } = place.cloned().unwrap_or_default();
             let [first, second] = conflict.keys;
-            let hint = if first == second {
+            let allowed = if first == second {
                 String::new()
             } else {
                 format!("see {first} and {second}")
             };
-            self.fault(span.unwrap_or(0..0), conflict.says, hint);
+            self.faults.push(Fault {
+                source,
+                span,
+                message: conflict.says,
+                allowed,
+            });
         }
     }
 }
@@ -175,19 +227,13 @@ enum Why {
 }
 
 impl Misfit {
-    /// The fault of the key `path`, with the value as the text has it.
-    fn fault(self, path: &str, field: &Field, text: &str) -> Fault {
-        let written = abridged(text.get(self.span.clone()).unwrap_or_default());
-        let message = match self.why {
+    /// What is wrong with the value of the key `path`.
+    fn says(&self, path: &str, written: String) -> String {
+        match self.why {
             Why::Kind(kind) => format!("`{path}` is {kind}: {written}"),
             Why::Length(length) => format!("`{path}` has {length} entries: {written}"),
             Why::Range => format!("`{path}` is out of range: {written}"),
             Why::Word => format!("`{path}` cannot be {written}"),
-        };
-        Fault {
-            span: self.span,
-            message,
-            allowed: format!("allowed: {}", field.allowed()),
         }
     }
 }
