@@ -3,12 +3,14 @@
 //!
 //! The order of the modules is the architecture: each uses only those above it.
 //!
+//! - [`table`]: the one writer of tables.
 //! - [`robustness`]: one design in other worlds.
 //! - [`report`]: pages, plots and pictures of runs.
 //! - [`verify`]: error against run time, gradients against differences, stability at the extremes.
 //! - [`sweep`]: many runs from a frozen plan.
 //! - [`study`]: the paper's evaluation again.
 
+pub mod table;
 pub mod robustness;
 pub mod report;
 pub mod verify;

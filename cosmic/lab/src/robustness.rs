@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::table::{Cell, Column, Table};
 use cosmic::codesign::{CoDesign, Quantiles, Reached};
 use cosmic::domain::{Domain, draw};
 use cosmic::error::Result;
@@ -102,4 +103,30 @@ fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
 fn least(numbers: &[f64]) -> Option<f64> {
     let all = numbers.iter().all(|x| x.is_finite());
     all.then(|| numbers.iter().copied().fold(f64::INFINITY, f64::min))
+}
+
+/// A row a run, displacements in metres.
+pub fn table(runs: &[Robustness]) -> Table {
+    let metres = |name, says| Column::new(name, says).unit("m").decimals(3, "diverged");
+    let mut columns = vec![
+        Column::new("run", "the run's folder"),
+        metres("nominal", "displacement of the robot as it was designed"),
+        metres("least", "the least displacement over the drawn worlds"),
+        metres("p10", "10 % quantile over them"),
+        metres("p50", "median over them"),
+        metres("p90", "90 % quantile over them"),
+    ];
+    let with_loss = runs.iter().any(|run| run.loss.is_some());
+    if with_loss {
+        let says = "median loss over them, for another task than to get far";
+        columns.push(Column::new("loss", says).decimals(4, "–"));
+    }
+    let row = |run: &Robustness| {
+        let metres = [run.nominal, run.least, run.p10, run.p50, run.p90];
+        let mut cells = vec![Cell::from(&run.run[..])];
+        cells.extend(metres.map(Cell::from));
+        cells.extend(with_loss.then(|| run.loss.into()));
+        cells
+    };
+    Table::new(columns, runs.iter().map(row))
 }

@@ -4,7 +4,7 @@ use crate::output::{print, print_json};
 use clap::Args;
 use cosmic::error::{Error, Result};
 use cosmic::scene::{RobustSettings, Scene};
-use cosmic_lab::robustness::{Robustness, Trial, measure};
+use cosmic_lab::robustness::{Robustness, Trial, measure, table};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -77,7 +77,7 @@ impl Arguments {
             let (scatter, seed) = (&trial.scatter, trial.seed);
             print_json(&json!({ "scatter": scatter, "seed": seed, "runs": runs }))?;
         } else {
-            print(&table(&runs))?;
+            print(&table(&runs).to_text())?;
         }
         judge(&runs)
     }
@@ -94,31 +94,4 @@ fn judge(runs: &[Robustness]) -> Result<()> {
         true => Ok(()),
         false => Err(Error::NoFigure(places.join("\n"))),
     }
-}
-
-/// A row a run, in metres.
-fn table(runs: &[Robustness]) -> String {
-    let width = runs
-        .iter()
-        .map(|r| r.run.chars().count())
-        .max()
-        .unwrap_or(0);
-    let mut text = format!(
-        "{:width$}  {:>9}  {:>9}  {:>9}  {:>9}  {:>9}\n",
-        "run", "nominal", "least", "p10", "p50", "p90"
-    );
-    let with_loss = runs.iter().any(|run| run.loss.is_some());
-    if with_loss {
-        text = text.trim_end().to_owned() + "       loss\n";
-    }
-    let cell = |x: Option<f64>| x.map_or("diverged".to_owned(), |x| format!("{x:.3} m"));
-    for run in runs {
-        let cells = [run.nominal, run.least, run.p10, run.p50, run.p90].map(cell);
-        let cells: Vec<String> = cells.iter().map(|cell| format!("{cell:>9}")).collect();
-        let loss = run
-            .loss
-            .map_or(String::new(), |loss| format!("  {loss:>9.4}"));
-        text += &format!("{:width$}  {}{loss}\n", run.run, cells.join("  "));
-    }
-    text
 }

@@ -143,14 +143,6 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
-/// A text as a cell of a table, in quotes where it would end the cell.
-pub fn csv_cell(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
-    }
-}
-
 /// A body with its format in front.
 #[derive(Serialize)]
 struct Stamped<'b, T> {

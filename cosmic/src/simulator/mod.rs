@@ -195,7 +195,9 @@ impl Simulator {
             _ => Given::Each(of_starts),
         });
         let given: Vec<Given<R>> = given.collect();
-        let seen = self.plan(robot, span).run_batch_with(&slices(&starts), &given);
+        let seen = self
+            .plan(robot, span)
+            .run_batch_with(&slices(&starts), &given);
         seen.iter().map(|s| self.trajectory(s, span)).collect()
     }
 

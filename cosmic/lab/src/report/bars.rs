@@ -1,7 +1,8 @@
 //! Numbers of several experiments side by side, each with the sample that it stands for.
 
 use super::plot::{Axes, range};
-use super::svg::{MUTED, Svg, decimals};
+use super::svg::{MUTED, Svg};
+use crate::table::decimals;
 
 const WIDTH: f64 = 960.0;
 /// Left edge of the bars at the least, and room for a letter of the names that stand before it.

@@ -1,11 +1,10 @@
 //! Runs side by side.
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use super::page::{self, Figure};
-use super::sheet::aligned;
-use super::svg::escape;
+use super::html;
+use super::numbers::summary_columns;
+use crate::table::{self, Cell, Table};
 use cosmic::error::Result;
 use cosmic::record::Summary;
 
@@ -46,62 +45,41 @@ impl Comparison {
         })
     }
 
-    /// What is shown of every run.
-    fn figures(&self) -> Vec<Figure> {
-        page::figures_of(self.runs.iter().map(|run| &run.summary))
+    /// A row a run, ordered as the runs were given.
+    fn table(&self) -> Table {
+        let summaries: Vec<&Summary> = self.runs.iter().map(|run| &run.summary).collect();
+        let columns = summary_columns(&summaries);
+        let row = |run: &Column| {
+            let name = Cell::from(run.name.clone());
+            let cells = columns.iter().map(|column| (column.of)(&run.summary));
+            std::iter::once(name).chain(cells).collect()
+        };
+        let rows: Vec<_> = self.runs.iter().map(row).collect();
+        let heads = columns.into_iter().map(|column| column.column);
+        let heads = std::iter::once(table::Column::new("run", "")).chain(heads);
+        Table::new(heads.collect(), rows)
     }
 
-    /// A row a run, aligned for a terminal, ordered as the runs were given.
+    /// The table, aligned for a terminal.
     pub fn to_text(&self) -> String {
-        let figures = self.figures();
-        let head = std::iter::once("run".to_owned());
-        let shorts = figures.iter().map(|f| f.short.to_owned());
-        let mut rows: Vec<Vec<String>> = vec![head.chain(shorts).collect()];
-        rows.extend(self.runs.iter().map(|run| run.cells(&figures)));
-        aligned(&rows)
+        self.table().to_text()
     }
 
-    /// A page with a row a run.
+    /// A page with the table.
     pub fn to_html(&self) -> String {
-        let mut table = String::from("<table><thead><tr><th>run</th>");
-        let figures = self.figures();
-        for figure in &figures {
-            // Writing to a string cannot fail, here and below.
-            let _ = write!(
-                table,
-                r#"<th title="{}">{}</th>"#,
-                figure.says, figure.short
-            );
-        }
-        table += "<th>departures from the paper</th></tr></thead><tbody>";
-        for run in &self.runs {
-            let cells = run.cells(&figures);
-            let _ = write!(table, "<tr><td>{}</td>", escape(&cells[0]));
-            for cell in &cells[1..] {
-                let _ = write!(table, r#"<td class="number">{}</td>"#, escape(cell));
-            }
+        let mut table = self.table();
+        let departures = "departures from the paper";
+        table.columns.push(table::Column::new(departures, ""));
+        for (row, run) in table.rows.iter_mut().zip(&self.runs) {
             let departures = run.summary.departures.iter();
             let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();
-            let names = if names.is_empty() {
-                "none".to_owned()
-            } else {
-                names.join(", ")
-            };
-            let _ = write!(table, "<td>{}</td></tr>", escape(&names));
+            row.cells.push(match names.is_empty() {
+                true => "none".into(),
+                false => names.join(", ").into(),
+            });
         }
-        table += "</tbody></table>";
-        page::wrap(
-            "Runs side by side",
-            &format!("<h1>Runs side by side</h1>{table}"),
-        )
-    }
-}
-
-impl Column {
-    fn cells(&self, figures: &[Figure]) -> Vec<String> {
-        let name = std::iter::once(self.name.clone());
-        name.chain(figures.iter().map(|f| (f.of)(&self.summary)))
-            .collect()
+        let title = "Runs side by side";
+        html::page(title, &format!("<h1>{title}</h1>{}", table.to_html()))
     }
 }
 

@@ -7,8 +7,10 @@ mod bars;
 pub mod chart;
 mod compare;
 mod convergence;
+mod html;
 mod layout;
 mod motion;
+mod numbers;
 mod page;
 mod plot;
 mod results;
@@ -20,7 +22,6 @@ mod ternary;
 pub use bars::{Bar, bars};
 pub use compare::Comparison;
 pub use results::Results;
-pub use svg::decimals;
 
 use std::path::PathBuf;
 

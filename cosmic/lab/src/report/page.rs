@@ -4,105 +4,13 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::layout;
 use super::motion::{Motion, PAYLOAD, SKELETON, hex};
+use super::numbers::{SummaryColumn, summary_columns};
 use super::results::Results;
-use super::svg::{decimals, escape};
-use super::ternary;
+use super::{html, layout, ternary};
+use crate::table::{Cell, Column, Table, decimals, escape};
 use cosmic::design::Material;
 use cosmic::record::Summary;
-
-/// A number of a summary as tables show it.
-pub(super) struct Figure {
-    /// Heading of a column.
-    pub(super) short: &'static str,
-    /// What it is.
-    pub(super) says: &'static str,
-    /// The number itself.
-    pub(super) of: fn(&Summary) -> String,
-}
-
-const fn figure(short: &'static str, says: &'static str, of: fn(&Summary) -> String) -> Figure {
-    Figure { short, says, of }
-}
-
-/// The numbers that are worth comparing.
-const FIGURES: [Figure; 9] = [
-    figure(
-        "p50, m",
-        "displacement: median over perturbed starts",
-        |s| metres(s.displacement_p50),
-    ),
-    figure(
-        "p10, m",
-        "displacement: 10 % quantile over perturbed starts",
-        |s| metres(s.displacement_p10),
-    ),
-    figure(
-        "p90, m",
-        "displacement: 90 % quantile over perturbed starts",
-        |s| metres(s.displacement_p90),
-    ),
-    figure(
-        "last p50, m",
-        "displacement of the last iterate: median over perturbed starts",
-        |s| metres(s.displacement_last_p50),
-    ),
-    figure(
-        "single, m",
-        "displacement of one unperturbed rollout",
-        |s| metres(s.displacement_along),
-    ),
-    figure("V", "share of solid edges", |s| format!("{:.3}", s.volume)),
-    figure("V_act", "share of actuators", |s| {
-        format!("{:.3}", s.actuator_volume)
-    }),
-    figure("seed", "seed of the random generator", |s| {
-        s.seed.to_string()
-    }),
-    figure("time, s", "duration of the optimisation", |s| {
-        format!("{:.1}", s.seconds)
-    }),
-];
-
-/// What runs of another task than to get far, and of an own loss, are ranked by.
-const LOSS: Figure = figure(
-    "loss p50",
-    "loss: median over the same perturbed starts",
-    |s| s.loss_p50.map_or("–".to_owned(), |loss| decimals(loss, 4)),
-);
-
-/// What is shown of runs, with the loss where one of them is ranked by it.
-pub(super) fn figures_of<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Vec<Figure> {
-    let with_loss = runs.into_iter().any(|run| run.loss_p50.is_some());
-    let loss = with_loss.then_some(LOSS);
-    FIGURES.into_iter().chain(loss).collect()
-}
-
-/// A displacement; none where the rollouts that it stands for diverged.
-fn metres(value: impl Into<Option<f64>>) -> String {
-    value
-        .into()
-        .map_or("diverged".to_owned(), |v| decimals(v, 3))
-}
-
-/// A number with its unit; what is none, a word, has none.
-fn with_unit(number: String, unit: &str) -> String {
-    match number.ends_with(|last: char| last.is_ascii_digit()) {
-        true => number + unit,
-        false => number,
-    }
-}
-
-/// A whole page of HTML.
-pub(super) fn wrap(title: &str, body: &str) -> String {
-    let (title, style) = (escape(title), include_str!("page.css"));
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
-    )
-}
 
 /// The page of a run with its pictures of the robot and of the convergence.
 pub(super) fn render(motion: &Motion, [robot, convergence]: [&str; 2]) -> String {
@@ -131,7 +39,7 @@ pub(super) fn render(motion: &Motion, [robot, convergence]: [&str; 2]) -> String
         escape(&run.scene.to_toml())
     );
     let _ = writeln!(body, "<script>\n{}</script>", include_str!("page.js"));
-    wrap(&run.title(), &body)
+    html::page(&run.title(), &body)
 }
 
 /// The four numbers to see first.
@@ -140,7 +48,8 @@ fn figures(summary: &Summary) -> String {
     let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
         format!("{} \u{2013} {} m", decimals(low, 3), decimals(high, 3))
     });
-    let median = with_unit(metres(summary.displacement_p50), " m");
+    let median = summary.displacement_p50;
+    let median = median.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m");
     let cells = [
         (median, "displacement, median"),
         (spread, "10 % to 90 % of perturbed starts"),
@@ -160,46 +69,31 @@ fn figures(summary: &Summary) -> String {
 
 /// Every number, and the options that depart from the paper.
 fn summary(run: &Results) -> String {
-    let mut html = String::from("<h2>Summary</h2>\n<table><tbody>");
-    let [x, y] = run.summary.displacement.map(metres);
-    let world = (
-        "displacement of one unperturbed rollout, x and y of the world",
-        format!("{}, {}", with_unit(x, " m"), with_unit(y, " m")),
-    );
-    let unit = |f: &Figure| {
-        if f.short.ends_with(", m") {
-            " m"
-        } else if f.short.ends_with(", s") {
-            " s"
-        } else {
-            ""
-        }
-    };
-    let figures = figures_of([&run.summary]);
-    let rows = figures
+    let mut rows: Vec<Vec<Cell>> = summary_columns(&[&run.summary])
         .iter()
-        .map(|f| (f.says, with_unit((f.of)(&run.summary), unit(f))));
-    for (says, number) in rows.chain([world]) {
-        let _ = write!(
-            html,
-            "<tr><td>{says}</td><td class=\"number\">{number}</td></tr>"
-        );
-    }
-    html += "</tbody></table>\n<h2>Departures from the paper</h2>\n";
-    let departures = &run.summary.departures;
-    if departures.is_empty() {
-        return html + "<p>None.</p>\n";
-    }
-    html += "<table><tbody>";
-    for departure in departures {
-        let _ = write!(
-            html,
-            "<tr><td><code>{}</code></td><td>{}</td></tr>",
-            escape(&departure.option),
-            escape(&departure.says)
-        );
-    }
-    html + "</tbody></table>\n"
+        .map(|SummaryColumn { column, of }| {
+            let number = column.shown_with_unit(&of(&run.summary));
+            vec![column.says[..].into(), number.into()]
+        })
+        .collect();
+    let [x, y] = run.summary.displacement.map(|x| decimals(x, 3));
+    let says = "displacement of one unperturbed rollout, x and y of the world";
+    rows.push(vec![says.into(), format!("{x} m, {y} m").into()]);
+    let departures = run.summary.departures.iter();
+    let departures: Vec<Vec<Cell>> = departures
+        .map(|d| vec![format!("`{}`", d.option).into(), d.says[..].into()])
+        .collect();
+    let departures = match departures.is_empty() {
+        true => "<p>None.</p>\n".to_owned(),
+        false => pairs(departures),
+    };
+    let numbers = pairs(rows);
+    format!("<h2>Summary</h2>\n{numbers}<h2>Departures from the paper</h2>\n{departures}")
+}
+
+/// A table of two columns without headings.
+fn pairs(rows: Vec<Vec<Cell>>) -> String {
+    Table::new(vec![Column::new("", ""), Column::new("", "")], rows).to_html()
 }
 
 /// The canvas, its controls, and the motion as data.

@@ -1,6 +1,7 @@
 //! Drawings as SVG text. Coordinates are pixels, y downwards; attributes are written as they
 //! stand in the file.
 
+use crate::table::escape;
 use std::fmt::Write;
 
 /// Colour of text and axes.
@@ -85,44 +86,5 @@ impl Svg {
              <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"#fff\"/>\n{}</svg>\n",
             self.body
         )
-    }
-}
-
-/// A number to so many decimals, with a minus that is one; what rounds to zero has none.
-pub fn decimals(x: f64, places: usize) -> String {
-    let text = format!("{x:.places$}");
-    let is_zero = |text: &str| text.chars().all(|c| "-0.".contains(c));
-    match is_zero(&text) {
-        true => text.replace('-', ""),
-        false => text.replace('-', "\u{2212}"),
-    }
-}
-
-/// Text that is safe between and inside the tags of HTML and SVG.
-pub(super) fn escape(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            _ => safe.push(c),
-        }
-    }
-    safe
-}
-
-#[cfg(test)]
-mod tests {
-    use super::decimals;
-
-    #[test]
-    fn numbers_have_a_minus_unless_they_are_shown_as_zero() {
-        assert_eq!(decimals(-1.006, 2), "\u{2212}1.01");
-        assert_eq!(
-            (decimals(-0.001, 2), decimals(3.0, 0)),
-            ("0.00".into(), "3".into())
-        );
     }
 }

@@ -7,7 +7,7 @@ use super::markdown::{
 use super::rows::Row;
 use super::trials::{ABLATION, Entities};
 use super::{Statistics, Study};
-use crate::report::decimals;
+use crate::table::decimals;
 
 /// An entity: its name, whether a trial designs it, the paper's gain as a ratio where it has one.
 struct Entity {

@@ -1,10 +1,11 @@
 //! A study's results as Markdown, CSV and JSON.
 
 use super::motifs::MotifRow;
-use super::rows::{Row, RunRow};
+use super::rows::Row;
 use super::{Check, Study};
+use crate::table::{Cell, Column, Table};
 use cosmic::error::Result;
-use cosmic::record::files::{Format, csv_cell, write_atomic, write_json};
+use cosmic::record::files::{Format, write_atomic, write_json};
 use cosmic::record::summary::NUMBERS;
 use serde::Serialize;
 use std::num::NonZeroUsize;
@@ -56,7 +57,7 @@ impl Results {
 pub(super) fn write(study: &Study, results: &Results, document: &str) -> Result<[PathBuf; 3]> {
     let name = study.kind.name();
     let paths = ["md", "csv", "json"].map(|kind| study.out.join(format!("{name}.{kind}")));
-    let table = table(results);
+    let table = table(results).to_csv();
     for (path, text) in paths.iter().zip([document, &table]) {
         write_atomic(path, |file| file.write_all(text.as_bytes()))?;
     }
@@ -80,28 +81,25 @@ const OF_CHECK: [(&str, OfCheck); 6] = [
 ];
 
 /// A row a run; what a run does not have is left empty.
-fn table(results: &Results) -> String {
-    let mut text = String::from("table,trial,seed");
-    text.extend(NUMBERS.map(|(name, _)| format!(",{name}")));
-    text.extend(OF_CHECK.map(|(name, _)| format!(",{name}")));
-    text.push('\n');
-    for row in &results.rows {
-        for run in &row.runs {
-            let (table, name) = (csv_cell(&row.table), csv_cell(&row.name));
-            text += &format!("{table},{name},{}", run.seed);
-            text.extend(numbers(run).iter().map(cell));
-            text.push('\n');
-        }
-    }
-    text
-}
-
-fn numbers(run: &RunRow) -> Vec<Option<f64>> {
-    let of_summary = NUMBERS.map(|(_, of)| run.summary.as_ref().and_then(of));
-    let of_check = OF_CHECK.map(|(_, of)| run.check.as_ref().and_then(of));
-    of_summary.into_iter().chain(of_check).collect()
-}
-
-fn cell(number: &Option<f64>) -> String {
-    number.map_or(",".to_owned(), |x| format!(",{x}"))
+fn table(results: &Results) -> Table {
+    let of_summary = NUMBERS.map(|(name, _)| name);
+    let of_check = OF_CHECK.map(|(name, _)| name);
+    let names = [&["table", "trial", "seed"], &of_summary[..], &of_check].concat();
+    let columns = names
+        .iter()
+        .map(|name| Column::new(name, "").decimals(2, "-"));
+    let rows = results.rows.iter().flat_map(|row| {
+        row.runs.iter().map(|run| {
+            let summary = NUMBERS.map(|(_, of)| run.summary.as_ref().and_then(of));
+            let check = OF_CHECK.map(|(_, of)| run.check.as_ref().and_then(of));
+            let numbers = summary.into_iter().chain(check).map(Cell::from);
+            let names = [
+                row.table[..].into(),
+                row.name[..].into(),
+                Cell::Count(run.seed),
+            ];
+            names.into_iter().chain(numbers).collect()
+        })
+    });
+    Table::new(columns.collect(), rows)
 }

@@ -8,7 +8,7 @@ use super::markdown::{
 use super::rows::{Row, RunRow};
 use super::statistics::mean;
 use super::trials::REFERENCE;
-use crate::report::decimals;
+use crate::table::decimals;
 
 /// What is asked, the trial that answers, the one it is held against, and what the paper says
 /// where it does.

@@ -7,7 +7,8 @@ use super::markdown::{
 };
 use super::rows::Row;
 use super::trials::{DEFAULT, STRICT};
-use crate::report::{Picture, decimals};
+use crate::report::Picture;
+use crate::table::decimals;
 
 /// By how much the paper's design b outdoes its baseline.
 const PAPER_GAIN: f64 = 1.66;

@@ -2,10 +2,11 @@
 
 use super::state::iterations;
 use super::{RunState, SweepPlan};
+use crate::table::{Cell, Column, Table};
 use cosmic::error::Result;
 use cosmic::record::Summary;
-use cosmic::record::files::{Format, csv_cell, write_atomic, write_json};
-use cosmic::record::summary::NUMBERS;
+use cosmic::record::files::{Format, write_atomic, write_json};
+use cosmic::record::summary::{NUMBERS, SummaryNumber};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -93,31 +94,29 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Results> {
 pub fn write_results(sweep: &Path, results: &Results) -> Result<[PathBuf; 2]> {
     let [json, csv] = ["results.json", "results.csv"].map(|name| sweep.join(name));
     write_json(&json, FORMAT, results)?;
-    let table = table(results);
+    let table = table(results).to_csv();
     write_atomic(&csv, |file| file.write_all(table.as_bytes()))?;
     Ok([json, csv])
 }
 
 /// A row a run; what a run does not have is left empty.
-fn table(results: &Results) -> String {
-    let mut text = String::from("index,scene,seed,state,iterations");
-    text.extend(NUMBERS.map(|(name, _)| format!(",{name}")));
-    text += ",loss_p50\n";
-    for run in &results.runs {
-        let state = run.state.name();
-        text += &format!(
-            "{},{},{},{state},{}",
-            run.index,
-            csv_cell(&run.scene),
-            run.seed,
-            run.iterations
-        );
-        let loss: fn(&Summary) -> Option<f64> = |summary| summary.loss_p50;
-        for of in NUMBERS.map(|(_, of)| of).into_iter().chain([loss]) {
-            let number = run.summary.as_ref().and_then(of);
-            text += &number.map_or(",".to_owned(), |x| format!(",{x}"));
-        }
-        text.push('\n');
-    }
-    text
+fn table(results: &Results) -> Table {
+    let loss: (_, SummaryNumber) = ("loss_p50", |summary| summary.loss_p50);
+    let numbers: Vec<_> = NUMBERS.into_iter().chain([loss]).collect();
+    let names = ["index", "scene", "seed", "state", "iterations"].into_iter();
+    let names = names.chain(numbers.iter().map(|(name, _)| *name));
+    let columns = names.map(|name| Column::new(name, "").decimals(3, "-"));
+    let row = |run: &MergedRun| {
+        let mut cells = vec![
+            run.index.into(),
+            run.scene[..].into(),
+            Cell::Count(run.seed),
+            run.state.name().into(),
+            run.iterations.into(),
+        ];
+        let of_run = |(_, of): &(_, SummaryNumber)| Cell::from(run.summary.as_ref().and_then(of));
+        cells.extend(numbers.iter().map(of_run));
+        cells
+    };
+    Table::new(columns.collect(), results.runs.iter().map(row))
 }

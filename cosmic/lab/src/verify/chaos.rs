@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::probe::{Probe, distance, median};
-use crate::report::sheet::{Cell, Column, Row, Standing, Table};
+use crate::table::{Cell, Column, Row, Standing, Table};
 use cosmic::case::Case;
 use cosmic::codesign::Quantiles;
 use cosmic::gradient::together;
@@ -127,7 +127,7 @@ impl Chaos {
     pub fn table(&self) -> Table {
         let Quantiles { p10, p50, p90 } = self.spread;
         let cells = vec![
-            Cell::Count(self.steps),
+            self.steps.into(),
             Cell::Number(self.unmoved),
             Cell::Number(p10),
             Cell::Number(p50),

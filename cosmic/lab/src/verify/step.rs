@@ -1,6 +1,7 @@
 //! A case's time step beside the one that its springs bear.
 
-use crate::report::sheet::{Cell, Column, Row, Section, Standing, Table};
+use crate::report::sheet::Section;
+use crate::table::{Cell, Column, Row, Standing, Table};
 use cosmic::case::Case;
 use cosmic::scene::{Integrator, Named, PhysicsSettings};
 use cosmic::simulator::stability::{Vibration, stable_step};
@@ -29,7 +30,7 @@ pub fn stable_steps(case: &Case) -> Section {
         };
         let cells = vec![
             integrator.name().into(),
-            Cell::Count(substeps),
+            substeps.into(),
             Cell::Number(physics.dt),
             Cell::if_finite(bound),
             Cell::if_finite(exact),

@@ -3,7 +3,8 @@
 use super::reference::{FINER, RESOLVED};
 use super::{Accuracy, Method, Precision, Reference, Run};
 use crate::report::chart::{COLOURS, Line, LogChart};
-use crate::report::sheet::{Cell, Column, Figure, Row, Section, Standing, Table};
+use crate::report::sheet::{Figure, Section};
+use crate::table::{Cell, Column, Row, Standing, Table};
 use cosmic::scene::Named;
 
 /// Which of the times the plot shows: the second, before chaos has its say.

@@ -1,6 +1,6 @@
 use super::reference::FINER;
 use super::{Accuracy, Group, Method, Precision, Run, errors, order};
-use crate::report::sheet::{Cell, Standing};
+use crate::table::{Cell, Standing};
 use cosmic::case::Case;
 use cosmic::scene::{Integrator, Scene};
 

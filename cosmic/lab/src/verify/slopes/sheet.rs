@@ -2,7 +2,8 @@
 
 use super::{DIRECTIONS, Gradients, MOST_MEMORY, Slopes, Way, best};
 use crate::report::chart::{COLOURS, Line, LogChart};
-use crate::report::sheet::{Cell, Column, Figure, Row, Section, Standing, Table};
+use crate::report::sheet::{Figure, Section};
+use crate::table::{Cell, Column, Row, Standing, Table};
 
 impl Way {
     /// How it is called in tables.
@@ -92,7 +93,7 @@ impl Gradients {
             Row {
                 cells: vec![
                     Cell::Text(slopes.way.name()),
-                    Cell::Count(slopes.steps),
+                    slopes.steps.into(),
                     number(slopes.error),
                     number(slopes.angle),
                     number(slopes.time),
@@ -171,7 +172,7 @@ impl Gradients {
         let row =
             |(((steps, moved), rounding), tape): (((&usize, &f64), &f64), Option<&f64>)| Row {
                 cells: vec![
-                    Cell::Count(*steps),
+                    (*steps).into(),
                     Cell::Number(*moved),
                     Cell::Number(*rounding),
                     Cell::Number(self.tolerance(*steps)),

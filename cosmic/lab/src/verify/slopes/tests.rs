@@ -1,5 +1,5 @@
 use super::{Gradients, Way, angle, error};
-use crate::report::sheet::{Cell, Standing};
+use crate::table::{Cell, Standing};
 use cosmic::case::Case;
 use cosmic::scene::Scene;
 
@@ -54,7 +54,7 @@ fn a_wrong_gradient_fails() {
         rows.filter(|row| row.cells.contains(&status)).count()
     };
     assert_eq!(failed(0, "failed: wrong".into()), 1);
-    assert_eq!(failed(2, Cell::Count(1)), 1);
+    assert_eq!(failed(2, 1.into()), 1);
 }
 
 #[test]

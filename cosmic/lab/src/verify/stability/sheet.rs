@@ -1,7 +1,8 @@
 //! What was found of stability, as a section of a sheet.
 
 use super::{Found, Outcome, Stability};
-use crate::report::sheet::{Cell, Column, Row, Section, Standing, Table};
+use crate::report::sheet::Section;
+use crate::table::{Cell, Column, Row, Standing, Table};
 use cosmic::simulator::Grade;
 
 impl Stability {
@@ -82,7 +83,7 @@ impl Stability {
                 Column::new("most", "ratio"),
             ],
             rows: vec![plain(vec![
-                Cell::Count(bound.lattices),
+                bound.lattices.into(),
                 Cell::Number(bound.least),
                 Cell::Number(bound.median),
                 Cell::Number(bound.most),
@@ -126,7 +127,7 @@ fn row(found: &Found) -> Row {
         Outcome::Grew => ("grew".to_owned(), Cell::Missing),
         Outcome::Diverged(d) => (
             format!("diverged: node {}, {}", d.node, d.term),
-            Cell::Count(d.step),
+            d.step.into(),
         ),
     };
     let said = match found.grade {
@@ -139,7 +140,7 @@ fn row(found: &Found) -> Row {
     let cells = vec![
         found.group.into(),
         Cell::Text(found.what.clone()),
-        Cell::Count(found.nodes),
+        found.nodes.into(),
         Cell::Number(found.dt),
         Cell::if_finite(found.bound),
         Cell::if_finite(found.limit),

@@ -1,0 +1,259 @@
+//! Sheets: the tables and figures of a check as one page, JSON, CSV and SVG files, and as text.
+
+use super::html;
+use crate::table::{Standing, Table, aligned, escape, prose};
+use cosmic::error::{Error, Result};
+use cosmic::record::files::{Format, make_folder, write_atomic, write_json};
+use serde_json::{Value, json};
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+/// What a sheet's JSON file says it is.
+pub const FORMAT: Format = Format {
+    name: "cosmic-verification",
+    version: 1,
+};
+
+/// A picture, in a file `name.svg` of its own as well.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Its file's name.
+    pub name: String,
+    /// What it shows.
+    pub caption: String,
+    /// The picture.
+    pub svg: String,
+}
+
+/// One subject of a sheet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    /// Its heading.
+    pub title: String,
+    /// What is to be known before its tables are read, a sentence or two each.
+    pub notes: Vec<String>,
+    /// Its tables, each in a file `name.csv` as well.
+    pub tables: Vec<Table>,
+    /// Its pictures.
+    pub figures: Vec<Figure>,
+    /// How many checks were made.
+    pub checks: usize,
+    /// Those that failed, each in a few words.
+    pub failures: Vec<String>,
+}
+
+impl Section {
+    fn to_json(&self) -> Value {
+        let table = |table: &Table| table.with_standings().to_json();
+        json!({
+            "title": self.title,
+            "notes": self.notes,
+            "checks": self.checks,
+            "failures": self.failures,
+            "tables": self.tables.iter().map(table).collect::<Vec<_>>(),
+        })
+    }
+
+    fn to_text(&self) -> String {
+        let mut text = format!("\n{}\n", self.title.to_uppercase());
+        text.extend(self.notes.iter().map(|note| format!("- {note}\n")));
+        for table in &self.tables {
+            text += &format!("\n{}\n{}", table.title, marked(table));
+        }
+        let failed = self.failures.len();
+        text += &format!("\n{} checks, {failed} failed\n", self.checks);
+        text.extend(self.failures.iter().map(|failure| format!("! {failure}\n")));
+        text
+    }
+
+    fn to_html(&self) -> String {
+        let (checks, failed) = (self.checks, self.failures.len());
+        let mut html = format!(
+            "<h2>{}</h2>\n<p><b>{checks} checks, {failed} failed.</b></p>\n",
+            escape(&self.title)
+        );
+        let failed = |failure: &String| format!("<p>Failed: {}</p>\n", prose(failure));
+        html.extend(self.failures.iter().map(failed));
+        let note = |note: &String| format!("<p>{}</p>\n", prose(note));
+        html.extend(self.notes.iter().map(note));
+        for Figure { svg, caption, .. } in &self.figures {
+            html += &format!("{svg}<p class=\"muted\">{}</p>\n", prose(caption));
+        }
+        for table in &self.tables {
+            let (title, rows) = (prose(&table.title), table.to_html());
+            html += &format!("<p><b>{title}</b></p>\n<div class=\"wide\">{rows}</div>\n");
+        }
+        html
+    }
+}
+
+/// A table for a terminal: a row of the scene's own settings begins with `*`, a failed one with `!`.
+fn marked(table: &Table) -> String {
+    let mark = |standing| match standing {
+        Standing::Plain => ' ',
+        Standing::Default => '*',
+        Standing::Failed => '!',
+    };
+    let rows = table.rows.iter().map(|row| mark(row.standing));
+    let mut lines = table.shown();
+    for (line, mark) in lines.iter_mut().zip([' '].into_iter().chain(rows)) {
+        line[0] = format!("{mark} {}", line[0]);
+    }
+    aligned(&lines)
+}
+
+/// All that a verification found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sheet {
+    /// Its heading.
+    pub title: String,
+    /// What it was made of and on, in a sentence.
+    pub subject: String,
+    /// One for each subject.
+    pub sections: Vec<Section>,
+}
+
+impl Sheet {
+    /// An error where a check failed.
+    ///
+    /// # Errors
+    /// [`Error::CheckFailed`].
+    pub fn judge(&self) -> Result<()> {
+        let failures = self.sections.iter().flat_map(|section| &section.failures);
+        let failures: Vec<&str> = failures.map(String::as_str).collect();
+        if failures.is_empty() {
+            return Ok(());
+        }
+        Err(Error::CheckFailed {
+            what: failures.join("; "),
+            failed: failures.len(),
+            total: self.sections.iter().map(|section| section.checks).sum(),
+        })
+    }
+
+    /// Everything but the pictures.
+    pub fn to_json(&self) -> Value {
+        json!({
+            "title": self.title,
+            "subject": self.subject,
+            "sections": self.sections.iter().map(Section::to_json).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Notes and tables for a terminal. A row of the scene's own settings begins with `*`, a failed
+    /// one with `!`.
+    pub fn to_text(&self) -> String {
+        let sections: String = self.sections.iter().map(Section::to_text).collect();
+        format!("{}: {}\n{sections}", self.title, self.subject)
+    }
+
+    /// One page that fetches nothing.
+    fn to_html(&self) -> String {
+        let (title, subject) = (escape(&self.title), escape(&self.subject));
+        let sections: String = self.sections.iter().map(Section::to_html).collect();
+        let body = format!(
+            "{STYLE}<h1>{title}</h1>\n<p class=\"muted\">{subject}</p>\n{sections}<p \
+             class=\"muted\">Blue rows: the scene as it stands. Red rows failed. Hover over a \
+             column's heading for what it is.</p>\n"
+        );
+        html::page(&self.title, &body)
+    }
+
+    /// Writes `verify.html`, `verify.json`, a CSV file for every table and an SVG file for every
+    /// figure straight into a folder, and says which files these are. A table that several sections
+    /// have is one file.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>> {
+        make_folder(folder)?;
+        let mut texts = vec![("verify.html".to_owned(), self.to_html())];
+        for section in &self.sections {
+            let csv = |table: &Table| table.with_standings().to_csv();
+            let tables = section.tables.iter();
+            texts.extend(tables.map(|t| (format!("{}.csv", t.name), csv(t))));
+            let figures = section.figures.iter();
+            texts.extend(figures.map(|f| (format!("{}.svg", f.name), f.svg.clone())));
+        }
+        let mut seen = HashSet::new();
+        texts.retain(|text| seen.insert(text.clone()));
+        let json = folder.join("verify.json");
+        write_json(&json, FORMAT, &self.to_json())?;
+        let mut written = vec![json];
+        for (name, text) in texts {
+            let path = folder.join(name);
+            write_atomic(&path, |file| file.write_all(text.as_bytes()))?;
+            written.push(path);
+        }
+        Ok(written)
+    }
+}
+
+/// Wide tables scroll; rows stand out.
+const STYLE: &str = "<style>.wide { overflow-x: auto; } .wide td, .wide th { padding-right: 18px; }\n\
+    tr.default td { background: #eaf3fb; font-weight: 600; }\n\
+    tr.failed td { background: #fdecea; color: #a3260b; }</style>\n";
+
+#[cfg(test)]
+mod tests {
+    use super::{Section, Sheet};
+    use crate::table::{Column, Row, Standing, Table};
+
+    fn sheet() -> Sheet {
+        let row = |name: &str, standing| Row {
+            cells: vec![name.into()],
+            standing,
+        };
+        let rows = vec![
+            row("one, <two>", Standing::Default),
+            row("none", Standing::Failed),
+        ];
+        let table = Table {
+            name: "errors".to_owned(),
+            title: "Errors".to_owned(),
+            columns: vec![Column::new("method", "what was done")],
+            rows,
+        };
+        Sheet {
+            title: "T".to_owned(),
+            subject: "s".to_owned(),
+            sections: vec![Section {
+                title: "A & B".to_owned(),
+                notes: vec!["Read `this`.".to_owned()],
+                tables: vec![table],
+                figures: Vec::new(),
+                checks: 2,
+                failures: vec!["none".to_owned()],
+            }],
+        }
+    }
+
+    #[test]
+    fn a_failed_row_is_seen_on_the_page_and_in_text() {
+        let page = sheet().to_html();
+        assert!(page.contains("<tr class=\"failed\">") && page.contains("one, &lt;two&gt;"));
+        assert!(page.contains("Read <code>this</code>.") && !page.contains('`'));
+        let text = sheet().to_text();
+        let line = |word: &str| text.lines().find(|line| line.contains(word)).unwrap();
+        assert!(line("none").starts_with("! ") && line("<two>").starts_with("* "));
+    }
+
+    #[test]
+    fn a_table_that_sections_share_is_written_once() {
+        let mut sheet = sheet();
+        sheet.sections.push(sheet.sections[0].clone());
+        let folder = tempfile::tempdir().unwrap();
+        let written = sheet.write(folder.path()).unwrap();
+        let names = ["verify.json", "verify.html", "errors.csv"];
+        assert_eq!(written, names.map(|name| folder.path().join(name)));
+    }
+
+    #[test]
+    fn a_failure_is_an_error_with_its_count() {
+        let error = sheet().judge().unwrap_err();
+        assert_eq!(error.to_string(), "1 of 2 checks failed: none");
+        let mut sheet = sheet();
+        sheet.sections[0].failures.clear();
+        sheet.judge().unwrap();
+    }
+}

@@ -1,0 +1,257 @@
+//! A table and its five writers.
+
+use super::words::{escape, prose, quoted};
+use super::{Cell, Column};
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+
+/// How a row stands out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Standing {
+    /// It does not.
+    #[default]
+    Plain,
+    /// What the scene itself asks for.
+    Default,
+    /// It failed.
+    Failed,
+}
+
+impl Standing {
+    /// Its name in files and in style sheets.
+    fn name(self) -> &'static str {
+        match self {
+            Standing::Plain => "plain",
+            Standing::Default => "default",
+            Standing::Failed => "failed",
+        }
+    }
+}
+
+/// A row of a [`Table`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// One for each column.
+    pub cells: Vec<Cell>,
+    /// How it stands out.
+    pub standing: Standing,
+}
+
+impl From<Vec<Cell>> for Row {
+    fn from(cells: Vec<Cell>) -> Self {
+        let standing = Standing::Plain;
+        Self { cells, standing }
+    }
+}
+
+/// Rows under named columns.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// The name of its file; nothing where it has none.
+    pub name: String,
+    /// Its heading; nothing where it has none.
+    pub title: String,
+    /// Its columns.
+    pub columns: Vec<Column>,
+    /// Its rows.
+    pub rows: Vec<Row>,
+}
+
+impl Table {
+    /// A table without a name or a heading, all of whose rows are plain.
+    pub fn new(columns: Vec<Column>, rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
+        Self {
+            columns,
+            rows: rows.into_iter().map(Row::from).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// The table with one more column, how each row stands out.
+    pub(crate) fn with_standings(&self) -> Self {
+        let mut table = self.clone();
+        table.columns.push(Column::new(
+            "standing",
+            "how the row stands out: plain, default (what the scene itself asks for) or failed",
+        ));
+        for row in &mut table.rows {
+            row.cells.push(row.standing.name().into());
+        }
+        table
+    }
+
+    /// CSV: a line of names, then a line a row; numbers to the last bit.
+    pub fn to_csv(&self) -> String {
+        let head = self.columns.iter().map(|column| quoted(&column.name));
+        let rows = self.rows.iter().map(|row| self.written(row, Column::csv));
+        let lines = std::iter::once(head.collect()).chain(rows);
+        lines.map(|line: Vec<_>| line.join(",") + "\n").collect()
+    }
+
+    /// JSON: for each column's name what it is, and the rows as objects by these names.
+    pub fn to_json(&self) -> Value {
+        let row = |row: &Row| {
+            let cells = self.columns.iter().zip(&row.cells);
+            let pairs = cells.map(|(column, cell)| (column.name.clone(), cell.to_json()));
+            Value::Object(pairs.collect())
+        };
+        let says = |column: &Column| (column.name.clone(), json!(column.says));
+        json!({
+            "name": self.name,
+            "title": self.title,
+            "columns": self.columns.iter().map(says).collect::<Map<_, _>>(),
+            "rows": self.rows.iter().map(row).collect::<Vec<_>>(),
+        })
+    }
+
+    /// A table of HTML. Its headings say what the columns are where the mouse rests.
+    pub fn to_html(&self) -> String {
+        let mut html = String::from("<table>");
+        let named = self.columns.iter().any(|column| !column.name.is_empty());
+        if named {
+            let head = |column: &Column| {
+                let says = escape(&column.says.replace('`', ""));
+                format!("<th title=\"{says}\">{}</th>", escape(&column.heading()))
+            };
+            let heads: String = self.columns.iter().map(head).collect();
+            html += &format!("<thead><tr>{heads}</tr></thead>");
+        }
+        html += "<tbody>\n";
+        for row in &self.rows {
+            html += &match row.standing {
+                Standing::Plain => "<tr>".to_owned(),
+                standing => format!("<tr class=\"{}\">", standing.name()),
+            };
+            for (column, cell) in self.columns.iter().zip(&row.cells) {
+                let text = matches!(cell, Cell::Text(_));
+                html += if text {
+                    "<td>"
+                } else {
+                    "<td class=\"number\">"
+                };
+                html += &(prose(&column.shown(cell)) + "</td>");
+            }
+            html += "</tr>\n";
+        }
+        html + "</tbody></table>\n"
+    }
+
+    /// Markdown: the first column to the left, the others to the right.
+    pub fn to_markdown(&self) -> String {
+        let rule = |k: usize| if k == 0 { "---" } else { "--:" }.to_owned();
+        let mut lines = self.shown();
+        lines.insert(1, (0..self.columns.len()).map(rule).collect());
+        let line = |cells: &Vec<String>| format!("| {} |\n", cells.join(" | "));
+        lines.iter().map(line).collect()
+    }
+
+    /// Text for a terminal, [`aligned`].
+    pub fn to_text(&self) -> String {
+        aligned(&self.shown())
+    }
+
+    /// The headings, and then the rows as people read them.
+    pub(crate) fn shown(&self) -> Vec<Vec<String>> {
+        let head = self.columns.iter().map(Column::heading).collect();
+        let rows = self.rows.iter().map(|row| self.written(row, Column::shown));
+        std::iter::once(head).chain(rows).collect()
+    }
+
+    fn written(&self, row: &Row, write: fn(&Column, &Cell) -> String) -> Vec<String> {
+        let cells = self.columns.iter().zip(&row.cells);
+        cells.map(|(column, cell)| write(column, cell)).collect()
+    }
+}
+
+/// Lines of as many cells each in columns: the first to the left, the others to the right.
+pub fn aligned(lines: &[Vec<String>]) -> String {
+    let width = |k: usize| lines.iter().map(|cells| cells[k].chars().count()).max();
+    let columns = lines.first().map_or(0, Vec::len);
+    let widths: Vec<usize> = (0..columns).map(|k| width(k).unwrap_or(0)).collect();
+    let mut text = String::new();
+    for cells in lines {
+        let mut line = format!("{:w$}", cells[0], w = widths[0]);
+        for (cell, w) in cells.iter().zip(&widths).skip(1) {
+            // Writing to a string cannot fail.
+            let _ = write!(line, "  {cell:>w$}");
+        }
+        text += line.trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cell, Column, Row, Standing, Table};
+
+    fn table() -> Table {
+        let row = |cells: [Cell; 3], standing| Row {
+            cells: cells.to_vec(),
+            standing,
+        };
+        Table {
+            name: "errors".to_owned(),
+            title: "Errors".to_owned(),
+            columns: vec![
+                Column::new("method", "what was done"),
+                Column::new("steps", "how many"),
+                Column::new("error", "of `x`, m"),
+            ],
+            rows: vec![
+                row(
+                    ["one, <two>".into(), 3.into(), Cell::Number(0.1 + 0.2)],
+                    Standing::Default,
+                ),
+                row(
+                    ["none".into(), Cell::Missing, Cell::Number(f64::NAN)],
+                    Standing::Failed,
+                ),
+            ],
+        }
+    }
+
+    #[test]
+    fn csv_keeps_every_digit_and_quotes() {
+        assert_eq!(
+            table().with_standings().to_csv(),
+            "method,steps,error,standing\n\
+             \"one, <two>\",3,3.0000000000000004e-1,default\n\
+             none,,NaN,failed\n"
+        );
+    }
+
+    #[test]
+    fn json_names_the_numbers() {
+        let json = table().with_standings().to_json();
+        let rows = &json["rows"];
+        assert_eq!(rows[0]["error"], 0.1 + 0.2);
+        assert_eq!(rows[0]["standing"], "default");
+        assert!(rows[1]["error"].is_null() && rows[1]["steps"].is_null());
+        let columns = json["columns"].as_object().unwrap().keys();
+        assert!(columns.eq(rows[0].as_object().unwrap().keys()));
+    }
+
+    #[test]
+    fn a_page_has_safe_cells_and_rows_that_stand_out() {
+        let page = table().to_html();
+        assert!(page.contains("<tr class=\"failed\">") && page.contains("one, &lt;two&gt;"));
+        assert!(page.contains("title=\"of x, m\"") && page.contains("number\">0.3</td>"));
+    }
+
+    #[test]
+    fn markdown_has_a_rule_under_its_head_and_as_many_decimals_as_the_column() {
+        let columns = vec![
+            Column::new("a", ""),
+            Column::new("b", "").unit("m").decimals(2, "–"),
+        ];
+        let rows = [Some(-1.0), None].map(|x| vec!["x".into(), x.into()]);
+        let table = Table::new(columns, rows);
+        assert_eq!(
+            table.to_markdown(),
+            "| a | b, m |\n| --- | --: |\n| x | \u{2212}1.00 |\n| x | – |\n"
+        );
+        assert_eq!(table.to_csv(), "a,b\nx,-1\nx,\n");
+        assert_eq!(table.to_text(), "a   b, m\nx  \u{2212}1.00\nx      –\n");
+    }
+}

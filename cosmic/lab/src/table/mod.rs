@@ -1,0 +1,12 @@
+//! Tables of typed columns, written as Markdown, HTML, CSV, JSON and aligned text.
+//!
+//! A [`Table`] holds numbers and words. Its [`Column`]s say what they are, in which unit, and to how
+//! many digits people read them. CSV and JSON keep every bit.
+
+mod column;
+mod grid;
+mod words;
+
+pub use column::{Cell, Column};
+pub use grid::{Row, Standing, Table, aligned};
+pub use words::{decimals, escape, prose};

@@ -1,0 +1,84 @@
+//! Numbers and texts as people read them, and as HTML, SVG and CSV need them.
+
+/// A number to so many decimals with a true minus sign. One that rounds to zero has no sign.
+pub fn decimals(x: f64, places: usize) -> String {
+    let text = format!("{x:.places$}");
+    let is_zero = text.chars().all(|c| "-0.".contains(c));
+    text.replace('-', if is_zero { "" } else { "\u{2212}" })
+}
+
+/// A number to three digits.
+pub(super) fn three_digits(x: f64) -> String {
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    if !x.is_finite() {
+        return "failed".to_owned();
+    }
+    if !(0.01..1e4).contains(&x.abs()) {
+        return format!("{x:.1e}");
+    }
+    let digits = 2 - x.abs().log10().floor() as i32;
+    let text = format!("{x:.*}", digits.max(0) as usize);
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// Text that is safe between and inside the tags of HTML and SVG.
+pub fn escape(text: &str) -> String {
+    let pairs = [
+        ('&', "&amp;"),
+        ('<', "&lt;"),
+        ('>', "&gt;"),
+        ('"', "&quot;"),
+    ];
+    pairs
+        .iter()
+        .fold(text.to_owned(), |text, (c, safe)| text.replace(*c, safe))
+}
+
+/// Text as HTML; what stands between two backticks is code.
+pub fn prose(text: &str) -> String {
+    let mut html = String::new();
+    let mut rest = text;
+    while let Some((before, (code, after))) = rest
+        .split_once('`')
+        .and_then(|(before, after)| Some((before, after.split_once('`')?)))
+    {
+        html += &format!("{}<code>{}</code>", escape(before), escape(code));
+        rest = after;
+    }
+    html + &escape(rest)
+}
+
+/// Text as a cell of CSV, in quotes where it would end the cell.
+pub(super) fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{decimals, prose};
+
+    #[test]
+    fn numbers_have_a_minus_unless_they_are_shown_as_zero() {
+        assert_eq!(decimals(-1.006, 2), "\u{2212}1.01");
+        assert_eq!(
+            (decimals(-0.001, 2), decimals(3.0, 0)),
+            ("0.00".into(), "3".into())
+        );
+    }
+
+    #[test]
+    fn code_of_a_text_is_code_on_a_page() {
+        assert_eq!(prose("`a < b`: c"), "<code>a &lt; b</code>: c");
+        assert_eq!(prose("no `pair & none"), "no `pair &amp; none");
+    }
+}
