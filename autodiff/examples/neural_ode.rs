@@ -3,7 +3,7 @@
 //!
 //! `cargo run -p autodiff --example neural_ode`
 
-use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
 
 /// A minute, at the rate that the network gives for a population.
 #[derive(Clone)]
@@ -14,7 +14,6 @@ impl Kernel<2, 1> for Minute {
         [x + R::lit(1.0 / 60.0) * rate]
     }
 }
-impl Adjoint<2, 1> for Minute {}
 impl Model for Minute {
     fn record<R: Real>(&self, program: &mut Program<R>) {
         let (w1, b1) = (program.matrix(8, 1), program.parameter(8));

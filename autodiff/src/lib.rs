@@ -50,7 +50,7 @@
 //! [control](Program::control).
 //!
 //! ```
-//! use autodiff::{Adjoint, Function, Kernel, Model, Program, Real, Rollout, gradient};
+//! use autodiff::{Function, Kernel, Model, Program, Real, Rollout, gradient};
 //!
 //! /// A step of a thrown ball, with air drag: `[x, y, vx, vy]` at its end from those before.
 //! struct Ball;
@@ -64,7 +64,6 @@
 //!         [x + dt * vx, y + dt * vy, vx, vy]
 //!     }
 //! }
-//! impl Adjoint<4, 4> for Ball {} // the derivative follows from `eval`
 //!
 //! #[derive(Clone)]
 //! struct Flight {
@@ -258,7 +257,7 @@ pub mod drivers;
 pub mod interop;
 pub mod diagnose;
 
-pub use arrays::{Adjoint, Array, Graph, Kernel, Matrix, Partials, Program};
+pub use arrays::{Array, Graph, Kernel, Matrix, Program};
 pub use diagnose::{DoubleDouble, check, trace};
 #[cfg(feature = "rayon")]
 pub use drivers::parallel;

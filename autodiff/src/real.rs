@@ -35,8 +35,8 @@
 //!
 //! The zero of the "any function" row stops an infinity only where it comes first. In
 //! `0 * sqrt(x)` at 0 it does going back, in `sqrt(x * x)` going forward; the other mode meets
-//! zero times infinity and says NaN rather than invent a number. A kernel without an
-//! [`Adjoint`](crate::Adjoint) of its own goes back by forward mode, and meets what that meets. Nor does
+//! zero times infinity and says NaN rather than invent a number. A kernel without an emitted
+//! [`vjp`](crate::Kernel::vjp) goes back by forward mode, and meets what that meets. Nor does
 //! the row hold inside of the matrix products of a [`Program`](crate::Program): a zero cotangent times an
 //! infinite number is NaN there.
 

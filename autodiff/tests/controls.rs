@@ -1,7 +1,7 @@
 //! Controls: parameters with values of their own in every step.
 
 use autodiff::{
-    Adjoint, Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient,
+    Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient,
     gradient_of,
 };
 
@@ -19,7 +19,6 @@ impl Kernel<5, 2> for Pushed {
         [x + R::lit(0.05) * v, v]
     }
 }
-impl Adjoint<5, 2> for Pushed {}
 
 #[derive(Clone, Copy)]
 struct Masses;

@@ -4,8 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use autodiff::{
-    Adjoint, DoubleDouble, Dual, Function, Graph, Kernel, Model, Program, Real, Rollout, gradient,
-    hessian,
+    DoubleDouble, Dual, Function, Graph, Kernel, Model, Program, Real, Rollout, gradient, hessian,
 };
 use num_traits::FromPrimitive;
 
@@ -235,7 +234,6 @@ impl Kernel<2, 1> for Spring {
         [(length - rest) * stretch / length]
     }
 }
-impl Adjoint<2, 1> for Spring {}
 
 #[derive(Clone, Copy)]
 struct Advance;
@@ -245,7 +243,6 @@ impl Kernel<4, 2> for Advance {
         [x + R::lit(0.05) * v, v]
     }
 }
-impl Adjoint<4, 2> for Advance {}
 
 impl Model for Chain {
     fn record<R: Real>(&self, p: &mut Program<R>) {

@@ -1,9 +1,7 @@
 //! Graphs without some of their edges, and edges in the plane.
 
 use crate::steps::{Step, Turn, assert_same};
-use autodiff::{
-    Adjoint, Function, Graph, Kernel, Model, Program, Real, Rollout, value_and_gradient,
-};
+use autodiff::{Function, Graph, Kernel, Model, Program, Real, Rollout, value_and_gradient};
 
 const NODES: usize = 40;
 
@@ -30,7 +28,6 @@ impl Kernel<2, 1> for Spring {
         [k * d / (d * d + R::lit(1e-3)).sqrt()]
     }
 }
-impl Adjoint<2, 1> for Spring {}
 
 #[derive(Clone, Copy)]
 struct Move;
@@ -40,7 +37,6 @@ impl Kernel<3, 2> for Move {
         [x + R::lit(0.05) * v, v]
     }
 }
-impl Adjoint<3, 2> for Move {}
 
 impl Model for Chain {
     fn record<R: Real>(&self, p: &mut Program<R>) {
@@ -170,7 +166,6 @@ impl Kernel<3, 3> for Strut {
         [pull * dx, pull * dy, length]
     }
 }
-impl Adjoint<3, 3> for Strut {}
 
 impl Model for Plane {
     fn record<R: Real>(&self, p: &mut Program<R>) {

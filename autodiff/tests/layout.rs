@@ -2,7 +2,7 @@
 
 use std::panic::catch_unwind;
 
-use autodiff::{Adjoint, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
+use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
 /// Lanes that are set out are written whole: what is declared next begins behind them.
 #[derive(Clone)]
@@ -26,7 +26,6 @@ impl Kernel<1, 1> for Halve {
         [R::lit(0.5) * x]
     }
 }
-impl Adjoint<1, 1> for Halve {}
 
 #[test]
 fn what_is_declared_behind_a_spread_layer_keeps_its_numbers() {

@@ -1,6 +1,6 @@
 //! A small function at many points, with its Jacobian at each.
 
-use autodiff::{Kernel, Partials, Real, VectorFunction, batch};
+use autodiff::{Kernel, Real, VectorFunction, batch};
 
 /// Two results of three inputs.
 struct Couple;
@@ -11,8 +11,6 @@ impl Kernel<3, 2> for Couple {
         [x * y.sin() + z, (x - z).exp() * y]
     }
 }
-
-impl Partials<3, 2> for Couple {}
 
 impl VectorFunction for Couple {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::panic::{UnwindSafe, catch_unwind};
 
-use autodiff::{Adjoint, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
+use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
 
 /// Numbers of a state.
 const STATE: usize = 8;
@@ -26,8 +26,6 @@ impl Kernel<1, 3> for Widen {
     }
 }
 
-impl Adjoint<1, 3> for Widen {}
-
 struct Join;
 
 impl Kernel<3, 1> for Join {
@@ -35,8 +33,6 @@ impl Kernel<3, 1> for Join {
         [x + R::lit(0.1) * sine - R::lit(0.05) * square]
     }
 }
-
-impl Adjoint<3, 1> for Join {}
 
 /// A step of so many numbers.
 #[derive(Clone)]

@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use autodiff::{Adjoint, Array, Dual, Graph, Kernel, Program, Real, Tape, Var, gradient_of};
+use autodiff::{Array, Dual, Graph, Kernel, Program, Real, Tape, Var, gradient_of};
 
 fn panic_message<T>(action: impl FnOnce() -> T) -> String {
     let caught = catch_unwind(AssertUnwindSafe(action));
@@ -207,8 +207,6 @@ impl Kernel<1, 1> for Twice {
         [x + x]
     }
 }
-
-impl Adjoint<1, 1> for Twice {}
 
 #[test]
 fn arrays_of_another_program_are_refused() {

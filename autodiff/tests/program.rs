@@ -2,7 +2,7 @@
 
 use crate::steps::{STEPS, Step, Turn, assert_same};
 use autodiff::{
-    Adjoint, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient_of,
+    Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient_of,
 };
 
 // As few as do where Miri interprets them.
@@ -59,7 +59,6 @@ impl Kernel<2, 1> for Pull {
         [k * d * R::lit(0.1)]
     }
 }
-impl Adjoint<2, 1> for Pull {}
 
 /// Adds.
 #[derive(Clone, Copy)]
@@ -70,7 +69,6 @@ impl Kernel<2, 1> for Plus {
         [x + f]
     }
 }
-impl Adjoint<2, 1> for Plus {}
 
 /// Edges of so many directions, each a group of its own.
 #[derive(Clone)]
@@ -359,7 +357,6 @@ impl Kernel<1, 0> for Nothing {
         []
     }
 }
-impl Adjoint<1, 0> for Nothing {}
 
 impl Model for Nothing {
     fn record<R: Real>(&self, p: &mut Program<R>) {

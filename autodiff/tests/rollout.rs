@@ -5,7 +5,7 @@ use std::panic::catch_unwind;
 use crate::net::{Loss, NODES, Net};
 use approx::assert_relative_eq;
 use autodiff::{
-    Adjoint, CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var,
+    CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var,
     gradient_of, value_and_gradient,
 };
 
@@ -186,7 +186,6 @@ impl Kernel<1, 1> for Times {
         [x * R::lit(self.0)]
     }
 }
-impl Adjoint<1, 1> for Times {}
 
 impl Model for Times {
     fn record<R: Real>(&self, program: &mut Program<R>) {

@@ -6,7 +6,7 @@ use autodiff::implicit::{Residual, root};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::trace::{NonFinite, Traced, first_non_finite};
 use autodiff::{
-    Adjoint, Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, value_and_gradient,
+    Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, value_and_gradient,
 };
 
 fn origin(function: &impl Function, x: &[f64]) -> Option<NonFinite> {
@@ -211,7 +211,6 @@ impl Kernel<1, 1> for Fall {
         [x.sqrt() - R::lit(0.5)]
     }
 }
-impl Adjoint<1, 1> for Fall {}
 
 impl Model for Falling {
     fn record<R: Real>(&self, p: &mut Program<R>) {

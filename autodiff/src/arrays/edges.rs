@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::array::Array;
 use super::dense::Aligned;
 use super::graph::Graph;
-use super::kernel::Adjoint;
+use super::kernel::Kernel;
 use super::operation::Operation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
@@ -209,7 +209,7 @@ impl<'a, R: Real, const C: usize, const I: usize> Sources<'a, R, C, I> {
 impl<R, K, const C: usize, const I: usize, const O: usize> Operation<R> for EdgeMap<R, K, C, I, O>
 where
     R: Real,
-    K: Adjoint<I, O>,
+    K: Kernel<I, O>,
 {
     fn outputs(&self) -> Vec<Array> {
         self.sums.to_vec()
@@ -243,7 +243,7 @@ impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
     for ForwardEdges<'_, R, K, C, I, O>
 where
     R: Real,
-    K: Adjoint<I, O>,
+    K: Kernel<I, O>,
 {
     type Output = ();
     #[inline(always)]
@@ -287,7 +287,7 @@ impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
     for ReverseEdges<'_, '_, R, K, C, I, O>
 where
     R: Real,
-    K: Adjoint<I, O>,
+    K: Kernel<I, O>,
 {
     type Output = ();
     #[inline(always)]
@@ -370,7 +370,7 @@ fn collect<R: Real, L: Lane<R>, const N: usize>(
 mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    use crate::arrays::{Adjoint, Graph, Kernel, Program};
+    use crate::arrays::{Graph, Kernel, Program};
     use crate::real::Real;
     use crate::simd::{Level, at_most, lanes};
 
@@ -384,7 +384,6 @@ mod tests {
             stretch
         }
     }
-    impl Adjoint<1, 1> for Stretch {}
 
     #[test]
     fn lanes_that_are_not_those_of_the_plan_are_refused() {

@@ -1,4 +1,4 @@
-//! Small pure functions that are mapped over arrays, and their local adjoints.
+//! Small pure functions that are mapped over arrays, with their local derivatives.
 
 use num_traits::Zero;
 
@@ -7,9 +7,15 @@ use crate::real::Real;
 
 /// A pure function of `I` numbers with `O` results: a spring, a contact, a reaction.
 ///
-/// It is mapped over whole arrays by [`Program::map`](crate::Program::map), in SIMD lanes, so it
-/// selects and never branches. Its constants are fields of the implementing type, which must own
-/// them, because programs keep the kernel.
+/// [`Program::map`](crate::Program::map) maps it over whole arrays in SIMD lanes, so it selects and
+/// never branches. Its constants are fields of the implementing type. The type must own them, because
+/// programs keep the kernel.
+///
+/// `eval` is all that a kernel has to supply. The derivatives then come from dual numbers, at a cost
+/// that grows with the number of inputs: about seven evaluations of the kernel for eight inputs,
+/// seventy for fifty. Straight-line code [emitted](crate::emit) from a recording of `eval` costs two to
+/// four evaluations for any number of inputs; a kernel overrides `vjp`, `vjp_with_results` or `partials`
+/// with a line that calls it.
 ///
 /// **Mark `eval`, and every function of yours that it calls, `#[inline(always)]`.** The instruction set
 /// of the lanes is chosen at run time, for the loop around the kernel: a function that is not inlined
@@ -18,43 +24,28 @@ use crate::real::Real;
 pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     /// The results at `x`; mark it `#[inline(always)]`.
     fn eval<R: Real>(&self, x: [R; I]) -> [R; O];
-}
 
-/// The reverse derivative of a [`Kernel`]. `impl Adjoint<I, O> for K {}` is enough: it then runs
-/// the kernel on dual numbers, at a cost that grows with the number of inputs: some seven evaluations
-/// of the kernel for eight inputs, seventy for fifty. Straight-line code [emitted](crate::emit) from a
-/// recording may override it, and costs two to four evaluations for any number of inputs.
-pub trait Adjoint<const I: usize, const O: usize>: Kernel<I, O> {
-    /// The cotangents of `x`, given those of the results.
+    /// The cotangents of `x`, given those of the results (a VJP).
     #[inline(always)]
     fn vjp<R: Real>(&self, x: [R; I], y_bar: [R; O]) -> [R; I] {
-        // Loops, not closures, which might be compiled without the caller's instruction set.
-        let mut seeded = [Dual::<R, I>::zero(); I];
-        for i in 0..I {
-            seeded[i] = Dual::variable(x[i], i);
-        }
-        let y = self.eval(seeded);
+        let (_, by_x) = self.partials(x);
         let mut x_bar = [R::zero(); I];
+        // Loops, not closures, which might be compiled without the caller's instruction set.
         for o in 0..O {
             for i in 0..I {
-                x_bar[i] = R::chain_add(y[o].tangent[i], y_bar[o], x_bar[i]);
+                x_bar[i] = R::chain_add(by_x[o][i], y_bar[o], x_bar[i]);
             }
         }
         x_bar
     }
 
-    /// The same, given also the results `y`, so that code that needs them need not compute them
-    /// again. The reverse sweep of [`Program::map`](crate::Program::map) calls this one.
+    /// The cotangents of `x`, given those of the results and the results `y` themselves, which need
+    /// not be computed again. The reverse sweep of [`Program::map`](crate::Program::map) calls this one.
     #[inline(always)]
     fn vjp_with_results<R: Real>(&self, x: [R; I], _y: [R; O], y_bar: [R; O]) -> [R; I] {
         self.vjp(x, y_bar)
     }
-}
 
-/// All partials of a [`Kernel`] at once. `impl Partials<I, O> for K {}` is enough: it then runs
-/// the kernel on dual numbers. Straight-line code [emitted](crate::emit::partials) from a recording
-/// may override it.
-pub trait Partials<const I: usize, const O: usize>: Kernel<I, O> {
     /// The results, and the Jacobian: one row per result, one column per input.
     #[inline(always)]
     fn partials<R: Real>(&self, x: [R; I]) -> ([R; O], [[R; I]; O]) {

@@ -2,7 +2,7 @@
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use super::array::Array;
-use super::kernel::Adjoint;
+use super::kernel::Kernel;
 use super::operation::Operation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
@@ -44,7 +44,7 @@ impl<K, const I: usize, const O: usize> Map<K, I, O> {
     }
 }
 
-impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Operation<R> for Map<K, I, O> {
+impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Operation<R> for Map<K, I, O> {
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
@@ -116,7 +116,7 @@ struct ForwardLanes<'a, K, R, const I: usize> {
 
 impl<R: Real, K, const I: usize, const O: usize> Lanes<R, O> for ForwardLanes<'_, K, R, I>
 where
-    K: Adjoint<I, O>,
+    K: Kernel<I, O>,
 {
     #[inline(always)]
     unsafe fn lane<L: Lane<R>>(&mut self, (i, n): (usize, usize)) {
@@ -132,7 +132,7 @@ where
     }
 }
 
-impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
+impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
     for ForwardMap<'_, K, R, I, O>
 {
     type Output = ();
@@ -178,7 +178,7 @@ struct ReverseLanes<'a, K, R, const I: usize, const O: usize> {
 
 impl<R: Real, K, const I: usize, const O: usize> Lanes<R, O> for ReverseLanes<'_, K, R, I, O>
 where
-    K: Adjoint<I, O>,
+    K: Kernel<I, O>,
 {
     #[inline(always)]
     unsafe fn lane<L: Lane<R>>(&mut self, (i, n): (usize, usize)) {
@@ -199,7 +199,7 @@ where
     }
 }
 
-impl<R: Real, K: Adjoint<I, O>, const I: usize, const O: usize> Vectorized<R>
+impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
     for ReverseMap<'_, '_, K, R, I, O>
 {
     type Output = ();

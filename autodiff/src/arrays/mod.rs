@@ -33,6 +33,6 @@ mod watch;
 pub use array::{Array, Matrix};
 pub(crate) use dense::Aligned;
 pub use graph::Graph;
-pub use kernel::{Adjoint, Kernel, Partials};
+pub use kernel::Kernel;
 pub use program::Program;
 pub(crate) use watch::Watch;

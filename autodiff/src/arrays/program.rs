@@ -122,7 +122,7 @@ impl<R: Real> Program<R> {
     /// takes them as one parameter of `steps * len` numbers, one step after the other.
     ///
     /// ```
-    /// use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
     ///
     /// /// A mass of 1 that a force pushes, in steps of 0.1 s.
     /// #[derive(Clone, Copy)]
@@ -135,7 +135,6 @@ impl<R: Real> Program<R> {
     ///         [x + R::lit(0.1) * v, v]
     ///     }
     /// }
-    /// impl Adjoint<3, 2> for Push {}
     ///
     /// impl Model for Push {
     ///     fn record<R: Real>(&self, program: &mut Program<R>) {

@@ -5,7 +5,7 @@ use super::dense::DenseLayer;
 use super::edges::EdgeMap;
 use super::gather::Gather;
 use super::graph::Graph;
-use super::kernel::Adjoint;
+use super::kernel::Kernel;
 use super::map::Map;
 use super::program::Program;
 use crate::real::Real;
@@ -25,7 +25,7 @@ impl<R: Real> Program<R> {
     /// A number that all elements share is an array of one, repeated by [`gather`](Program::gather):
     ///
     /// ```
-    /// # use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout};
+    /// # use autodiff::{Kernel, Model, Program, Real, Rollout};
     /// # #[derive(Clone)]
     /// # struct Decay;
     /// impl Kernel<2, 1> for Decay {
@@ -34,7 +34,6 @@ impl<R: Real> Program<R> {
     ///         [x - rate * x]
     ///     }
     /// }
-    /// # impl Adjoint<2, 1> for Decay {}
     /// impl Model for Decay {
     ///     fn record<R: Real>(&self, program: &mut Program<R>) {
     ///         let (rate, x) = (program.parameter(1), program.state(3));
@@ -51,7 +50,7 @@ impl<R: Real> Program<R> {
     /// results.
     pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
     where
-        K: Adjoint<I, O>,
+        K: Kernel<I, O>,
     {
         self.assert_known(&x);
         let len = x.first().expect("map: a kernel without inputs").len();
@@ -144,7 +143,7 @@ impl<R: Real> Program<R> {
     /// outputs are arrays over the nodes.
     ///
     /// ```
-    /// use autodiff::{Adjoint, Graph, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
     ///
     /// /// What a warmer head gives its tail in a step.
     /// #[derive(Clone, Copy)]
@@ -156,7 +155,6 @@ impl<R: Real> Program<R> {
     ///         [conductivity * difference]
     ///     }
     /// }
-    /// impl Adjoint<2, 1> for Conduction {}
     ///
     /// #[derive(Clone, Copy)]
     /// struct Sum;
@@ -167,7 +165,6 @@ impl<R: Real> Program<R> {
     ///         [a + b]
     ///     }
     /// }
-    /// impl Adjoint<2, 1> for Sum {}
     ///
     /// /// Temperatures of bodies in a row.
     /// #[derive(Clone)]
@@ -206,7 +203,7 @@ impl<R: Real> Program<R> {
         (ends, per_edge): ([Array; C], &[Array]),
     ) -> [Array; O]
     where
-        K: Adjoint<I, O>,
+        K: Kernel<I, O>,
     {
         self.assert_known(&ends);
         self.assert_known(per_edge);

@@ -21,7 +21,7 @@ impl<M: Model> Rollout<M> {
     /// order, and differ from the sum of those of `run` by rounding.
     ///
     /// ```
-    /// use autodiff::{Adjoint, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+    /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
     ///
     /// /// Each step takes a share of `x`.
     /// #[derive(Clone, Copy)]
@@ -33,7 +33,6 @@ impl<M: Model> Rollout<M> {
     ///         [x - share * x]
     ///     }
     /// }
-    /// impl Adjoint<2, 1> for Decay {}
     ///
     /// impl Model for Decay {
     ///     fn record<R: Real>(&self, program: &mut Program<R>) {
@@ -64,7 +63,7 @@ impl<M: Model> Rollout<M> {
     /// [`run`](Rollout::run).
     ///
     /// ```
-    /// use autodiff::{Adjoint, Given, Kernel, Model, Program, Real, Rollout};
+    /// use autodiff::{Given, Kernel, Model, Program, Real, Rollout};
     ///
     /// /// A mass on a spring, in steps of 0.1 s.
     /// #[derive(Clone, Copy)]
@@ -77,7 +76,6 @@ impl<M: Model> Rollout<M> {
     ///         [x + R::lit(0.1) * v, v]
     ///     }
     /// }
-    /// impl Adjoint<3, 2> for Spring {}
     ///
     /// impl Model for Spring {
     ///     fn record<R: Real>(&self, program: &mut Program<R>) {

@@ -11,7 +11,7 @@ use std::ops::Range;
 /// What the forward run of a rollout keeps for the reverse sweep. The gradient has the same bits.
 ///
 /// ```
-/// use autodiff::{Adjoint, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient_of};
+/// use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient_of};
 ///
 /// /// Cooling by radiation.
 /// #[derive(Clone, Copy)]
@@ -23,7 +23,6 @@ use std::ops::Range;
 ///         [heat - R::lit(0.01) * heat.powi(4)]
 ///     }
 /// }
-/// impl Adjoint<1, 1> for Cooling {}
 ///
 /// impl Model for Cooling {
 ///     fn record<R: Real>(&self, program: &mut Program<R>) {

@@ -9,7 +9,7 @@ use crate::real::{Mask, Real};
 /// need not be symmetric.
 ///
 /// ```
-/// use autodiff::{Adjoint, CotangentBound, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
+/// use autodiff::{CotangentBound, Kernel, Model, Program, Real, Rollout, Var, gradient_of};
 ///
 /// /// Each step doubles `x`.
 /// #[derive(Clone, Copy)]
@@ -21,7 +21,6 @@ use crate::real::{Mask, Real};
 ///         [x + x]
 ///     }
 /// }
-/// impl Adjoint<1, 1> for Doubling {}
 ///
 /// impl Model for Doubling {
 ///     fn record<R: Real>(&self, program: &mut Program<R>) {

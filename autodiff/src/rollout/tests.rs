@@ -9,8 +9,8 @@ use num_traits::Zero;
 use super::batched::Batched;
 use crate::simd::{Level, at_most, lanes, level};
 use crate::{
-    Adjoint, CotangentBound, Dual, Function, Fused, Given, Kernel, Memory, Model, Program, Real,
-    Rollout, Tape, Var, gradient_of,
+    CotangentBound, Dual, Function, Fused, Given, Kernel, Memory, Model, Program, Real, Rollout,
+    Tape, Var, gradient_of,
 };
 
 /// Starts near one another, and the parameters of all of them.
@@ -380,7 +380,6 @@ impl Kernel<1, 1> for Still {
         x
     }
 }
-impl Adjoint<1, 1> for Still {}
 
 impl Model for Still {
     fn record<R: Real>(&self, program: &mut Program<R>) {

@@ -1,6 +1,6 @@
 //! A step of drawn operations, as a program and written out.
 
-use autodiff::{Adjoint, Array, Graph, Kernel, Matrix, Model, Program, Real};
+use autodiff::{Array, Graph, Kernel, Matrix, Model, Program, Real};
 
 use crate::steps::{Step, Turn};
 
@@ -13,7 +13,6 @@ impl Kernel<3, 2> for Cross {
         [(x * y + z).sin(), R::lit(0.5) * (y - z)]
     }
 }
-impl Adjoint<3, 2> for Cross {}
 
 /// The pull of an edge, never a large one.
 #[derive(Clone, Copy)]
@@ -24,7 +23,6 @@ impl Kernel<2, 1> for Tug {
         [(k * d).sin() * R::lit(0.1)]
     }
 }
-impl Adjoint<2, 1> for Tug {}
 
 /// One operation, or a part that is declared among them. Arrays are known by their numbers:
 /// parameters first.

@@ -5,8 +5,8 @@ use std::path::Path;
 use autodiff::Elementary;
 use autodiff::emit::{adjoint, adjoint_with_results, partials};
 use autodiff::{
-    Adjoint, Element, Function, Kernel, Mask, Memory, Model, Partials, Program, Real, Rollout,
-    batch, value_and_gradient,
+    Element, Function, Kernel, Mask, Memory, Model, Program, Real, Rollout, batch,
+    value_and_gradient,
 };
 
 mod guarded;
@@ -19,7 +19,7 @@ const HEADER: &str = "\
 //! Derivatives of the kernels, emitted from recordings of them: not to be edited. After a change:
 //! `EMIT=1 cargo test -p autodiff --test all emitted::`.
 
-use autodiff::{Adjoint, Mask, Partials, Real};
+use autodiff::{Mask, Real};
 
 use super::guarded::{Guarded, Held};
 use super::{Bent, Every};
@@ -37,6 +37,16 @@ impl Kernel<2, 3> for Bent {
         let bent = (R::lit(self.stiffness) * x * y).tanh();
         [bent, y, x.abs().sqrt() / (R::one() + bent * bent)]
     }
+
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 3], y_bar: [R; 3]) -> [R; 2] {
+        self.emitted_vjp_with_results(x, y, y_bar)
+    }
+
+    #[inline(always)]
+    fn partials<R: Real>(&self, x: [R; 2]) -> ([R; 3], [[R; 2]; 3]) {
+        self.emitted_partials(x)
+    }
 }
 
 /// A kernel with derivatives by dual numbers.
@@ -49,9 +59,6 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Plain<K> 
         self.0.eval(x)
     }
 }
-
-impl<K: Kernel<I, O>, const I: usize, const O: usize> Adjoint<I, O> for Plain<K> {}
-impl<K: Kernel<I, O>, const I: usize, const O: usize> Partials<I, O> for Plain<K> {}
 
 /// Every operation that a number has.
 #[derive(Clone, Copy)]
@@ -89,6 +96,11 @@ impl Kernel<3, RESULTS> for Every {
             x.elementary(Elementary::Asinh)
                 - y.elementary(Elementary::Sinh) * z.elementary(Elementary::Cbrt),
         ]
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 3], y_bar: [R; RESULTS]) -> [R; 3] {
+        self.emitted_vjp(x, y_bar)
     }
 }
 
@@ -247,7 +259,7 @@ const STATE: usize = 11;
 #[derive(Clone)]
 struct Steps<K>(K);
 
-impl<K: Adjoint<2, 3> + Clone + Sync> Model for Steps<K> {
+impl<K: Kernel<2, 3> + Clone + Sync> Model for Steps<K> {
     fn record<R: Real>(&self, program: &mut Program<R>) {
         let pull = program.parameter(STATE);
         let x = program.state(STATE);
@@ -259,14 +271,14 @@ impl<K: Adjoint<2, 3> + Clone + Sync> Model for Steps<K> {
 
 struct Sum<K>(Rollout<Steps<K>>);
 
-impl<K: Adjoint<2, 3> + Clone + Sync> Function for Sum<K> {
+impl<K: Kernel<2, 3> + Clone + Sync> Function for Sum<K> {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let (start, pull) = x.split_at(STATE);
         R::sum(&self.0.run(start, &[pull]))
     }
 }
 
-fn summed<K: Adjoint<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> (Sum<K>, Vec<f64>) {
+fn summed<K: Kernel<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> (Sum<K>, Vec<f64>) {
     let rollout = Rollout {
         memory,
         ..Rollout::new(Steps(kernel), 9)
@@ -275,7 +287,7 @@ fn summed<K: Adjoint<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> (Sum<K>
     (Sum(rollout), x)
 }
 
-fn gradient<K: Adjoint<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> Vec<f64> {
+fn gradient<K: Kernel<2, 3> + Clone + Sync>(kernel: K, memory: Memory) -> Vec<f64> {
     let (sum, x) = summed(kernel, memory);
     value_and_gradient(&sum, &x).1
 }

@@ -1,14 +1,14 @@
 //! Derivatives of the kernels, emitted from recordings of them: not to be edited. After a change:
 //! `EMIT=1 cargo test -p autodiff --test all emitted::`.
 
-use autodiff::{Adjoint, Mask, Partials, Real};
+use autodiff::{Mask, Real};
 
 use super::guarded::{Guarded, Held};
 use super::{Bent, Every};
 
-impl Adjoint<2, 3> for Bent {
+impl Bent {
     #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 3], y_bar: [R; 3]) -> [R; 2] {
+    pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 3], y_bar: [R; 3]) -> [R; 2] {
         let [x0, x1] = x;
         let [r0, _, r2] = y;
         let [y0, y1, y2] = y_bar;
@@ -52,9 +52,9 @@ impl Adjoint<2, 3> for Bent {
     }
 }
 
-impl Partials<2, 3> for Bent {
+impl Bent {
     #[inline(always)]
-    fn partials<R: Real>(&self, x: [R; 2]) -> ([R; 3], [[R; 2]; 3]) {
+    pub(crate) fn emitted_partials<R: Real>(&self, x: [R; 2]) -> ([R; 3], [[R; 2]; 3]) {
         let [x0, x1] = x;
         let t2 = R::lit(0.0);
         let t3 = R::lit(self.stiffness);
@@ -100,9 +100,9 @@ impl Partials<2, 3> for Bent {
     }
 }
 
-impl Adjoint<3, 15> for Every {
+impl Every {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 3], y_bar: [R; 15]) -> [R; 3] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 3], y_bar: [R; 15]) -> [R; 3] {
         let [x0, x1, x2] = x;
         let [y0, y1, y2, y3, y4, y5, y6, y7, y8, y9, y10, y11, y12, y13, y14] = y_bar;
         let t18 = R::lit(0.0);
@@ -368,9 +368,9 @@ impl Adjoint<3, 15> for Every {
     }
 }
 
-impl Adjoint<2, 3> for Held {
+impl Held {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 3]) -> [R; 2] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 3]) -> [R; 2] {
         let [x0, x1] = x;
         let [y0, y1, y2] = y_bar;
         let t5 = R::lit(0.0);
@@ -406,9 +406,9 @@ impl Adjoint<2, 3> for Held {
     }
 }
 
-impl Partials<2, 3> for Held {
+impl Held {
     #[inline(always)]
-    fn partials<R: Real>(&self, x: [R; 2]) -> ([R; 3], [[R; 2]; 3]) {
+    pub(crate) fn emitted_partials<R: Real>(&self, x: [R; 2]) -> ([R; 3], [[R; 2]; 3]) {
         let [x0, x1] = x;
         let t2 = R::lit(0.0);
         let t3 = x0 * x1;
@@ -445,9 +445,9 @@ impl Partials<2, 3> for Held {
     }
 }
 
-impl Adjoint<2, 12> for Guarded {
+impl Guarded {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 12]) -> [R; 2] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 12]) -> [R; 2] {
         let [x0, x1] = x;
         let [y0, y1, y2, y3, y4, y5, y6, y7, y8, y9, y10, y11] = y_bar;
         let t14 = R::lit(0.0);

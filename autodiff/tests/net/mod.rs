@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use autodiff::{Adjoint, Function, Graph, Kernel, Model, Program, Real, Rollout};
+use autodiff::{Function, Graph, Kernel, Model, Program, Real, Rollout};
 
 /// Springs between neighbours of a 4 x 3 grid, driven by a small network that senses the nodes.
 #[derive(Clone)]
@@ -58,7 +58,6 @@ impl Kernel<3, 1> for Spring {
         [k * (length - R::lit(0.1) * (R::one() + u)) * d / length]
     }
 }
-impl Adjoint<3, 1> for Spring {}
 
 #[derive(Clone, Copy)]
 struct Move;
@@ -69,7 +68,6 @@ impl Kernel<4, 2> for Move {
         [x + R::lit(0.01) * v, v]
     }
 }
-impl Adjoint<4, 2> for Move {}
 
 impl Model for Net {
     fn record<R: Real>(&self, p: &mut Program<R>) {

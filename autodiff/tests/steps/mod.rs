@@ -1,6 +1,6 @@
 //! Steps as programs, against the same steps written out.
 
-use autodiff::{Adjoint, Dual, Function, Kernel, Model, Real, Rollout, gradient};
+use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, gradient};
 
 // As few as do where Miri interprets them.
 pub(crate) const STEPS: usize = if cfg!(miri) { 2 } else { 5 };
@@ -106,4 +106,3 @@ impl Kernel<2, 1> for Turn {
         [x * R::lit(0.9) + y.sin() * R::lit(0.3)]
     }
 }
-impl Adjoint<2, 1> for Turn {}

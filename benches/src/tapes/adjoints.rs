@@ -1,13 +1,13 @@
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
 //! a kernel: `EMIT=1 cargo test -p benches --lib adjoints_are_fresh`.
 
-use autodiff::{Adjoint, Real};
+use autodiff::Real;
 
 use super::kernels::{Flight, Spring};
 
-impl Adjoint<4, 2> for Spring {
+impl Spring {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 2]) -> [R; 4] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 2]) -> [R; 4] {
         let [x0, x1, x2, x3] = x;
         let [y0, y1] = y_bar;
         let t7 = R::lit(1e-12);
@@ -43,9 +43,9 @@ impl Adjoint<4, 2> for Spring {
     }
 }
 
-impl Adjoint<7, 4> for Flight {
+impl Flight {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
         let [_, x1, x2, x3, x4, x5, x6] = x;
         let [y0, y1, y2, y3] = y_bar;
         let t11 = R::lit(0.0);

@@ -9,7 +9,7 @@ const HEADER: &str = "\
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
 //! a kernel: `EMIT=1 cargo test -p benches --lib adjoints_are_fresh`.
 
-use autodiff::{Adjoint, Real};
+use autodiff::Real;
 
 use super::kernels::{Flight, Spring};
 ";

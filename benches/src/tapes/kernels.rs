@@ -15,6 +15,11 @@ impl Kernel<4, 2> for Spring {
         let per_length = stiffness * (length - rest_length) * R::lit(DT) / length;
         [per_length * dx, per_length * dy]
     }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 2]) -> [R; 4] {
+        self.emitted_vjp(x, y_bar)
+    }
 }
 
 /// A node's next `[x, y, vx, vy]`, from these, its impulse and its inverse mass.
@@ -31,6 +36,11 @@ impl Kernel<7, 4> for Flight {
         let moving = R::select(touches, time.clamp(zero, dt), dt);
         let after = |v: R| R::select(touches, zero, v);
         [moving.fma(vx, x), moving.fma(vy, y), after(vx), after(vy)]
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+        self.emitted_vjp(x, y_bar)
     }
 }
 

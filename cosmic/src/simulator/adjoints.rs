@@ -1,15 +1,15 @@
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
 //! a kernel: `EMIT=1 cargo test -p cosmic-codesign --lib adjoints_are_fresh`.
 
-use autodiff::{Adjoint, Real};
+use autodiff::Real;
 
 use super::kernels::{
     Bend, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, Stiffening, Total,
 };
 
-impl Adjoint<6, 2> for Spring {
+impl Spring {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
         let [x0, x1, x2, x3, x4, x5] = x;
         let [y0, y1] = y_bar;
         let t9 = R::lit(1e-12);
@@ -51,9 +51,9 @@ impl Adjoint<6, 2> for Spring {
     }
 }
 
-impl Adjoint<7, 4> for Flight {
+impl Flight {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
         let [_, _, _, _, x4, x5, x6] = x;
         let [y0, y1, y2, y3] = y_bar;
         let t15 = R::lit(self.decay);
@@ -70,9 +70,9 @@ impl Adjoint<7, 4> for Flight {
     }
 }
 
-impl Adjoint<7, 4> for Sticking {
+impl Sticking {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
         let [_, x1, x2, x3, x4, x5, x6] = x;
         let [y0, y1, y2, y3] = y_bar;
         let t11 = R::lit(0.0);
@@ -133,9 +133,9 @@ impl Adjoint<7, 4> for Sticking {
     }
 }
 
-impl Adjoint<7, 4> for Sliding {
+impl Sliding {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
         let [_, x1, x2, x3, x4, x5, x6] = x;
         let [y0, y1, y2, y3] = y_bar;
         let t11 = R::lit(0.0);
@@ -237,9 +237,9 @@ impl Adjoint<7, 4> for Sliding {
     }
 }
 
-impl Adjoint<4, 4> for FreeDrift {
+impl FreeDrift {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
         let [_, _, _, _] = x;
         let [y0, y1, y2, y3] = y_bar;
         let t9 = R::lit(self.0.dt);
@@ -249,9 +249,9 @@ impl Adjoint<4, 4> for FreeDrift {
     }
 }
 
-impl Adjoint<4, 4> for StickingDrift {
+impl StickingDrift {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
         let [_, x1, x2, x3] = x;
         let [y0, y1, y2, y3] = y_bar;
         let t8 = R::lit(0.0);
@@ -299,9 +299,9 @@ impl Adjoint<4, 4> for StickingDrift {
     }
 }
 
-impl Adjoint<4, 4> for SlidingDrift {
+impl SlidingDrift {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
         let [_, x1, x2, x3] = x;
         let [y0, y1, y2, y3] = y_bar;
         let t8 = R::lit(0.0);
@@ -390,9 +390,9 @@ impl Adjoint<4, 4> for SlidingDrift {
     }
 }
 
-impl Adjoint<6, 2> for Stiffening {
+impl Stiffening {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
         let [x0, x1, x2, x3, x4, x5] = x;
         let [y0, y1] = y_bar;
         let t9 = R::lit(1e-12);
@@ -443,9 +443,9 @@ impl Adjoint<6, 2> for Stiffening {
     }
 }
 
-impl Adjoint<7, 6> for Bend {
+impl Bend {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 6]) -> [R; 7] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 6]) -> [R; 7] {
         let [x0, x1, x2, x3, x4, x5, x6] = x;
         let [y0, y1, y2, y3, y4, y5] = y_bar;
         let t14 = x2 - x0;
@@ -537,9 +537,9 @@ impl Adjoint<7, 6> for Bend {
     }
 }
 
-impl Adjoint<5, 1> for Total {
+impl Total {
     #[inline(always)]
-    fn vjp<R: Real>(&self, x: [R; 5], y_bar: [R; 1]) -> [R; 5] {
+    pub(crate) fn emitted_vjp<R: Real>(&self, x: [R; 5], y_bar: [R; 1]) -> [R; 5] {
         let [_, _, _, _, _] = x;
         let [y0] = y_bar;
         [y0, y0, y0, y0, y0]

@@ -27,6 +27,11 @@ impl Kernel<6, 2> for Spring {
         let per_length = stiffness * (length - target) * R::lit(self.dt) / length;
         [per_length * dx, per_length * dy]
     }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+        self.emitted_vjp(x, y_bar)
+    }
 }
 
 /// A spring that grows stiffer as it is stretched or compressed: `k (e + c e^3)` for a change of
@@ -47,6 +52,11 @@ impl Kernel<6, 2> for Stiffening {
         let growth = (R::lit(self.cubic) * change).fma(change, R::one());
         let per_length = stiffness * change * growth * R::lit(self.spring.dt) / length;
         [per_length * dx, per_length * dy]
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+        self.emitted_vjp(x, y_bar)
     }
 }
 
@@ -76,6 +86,11 @@ impl Kernel<7, 6> for Bend {
         let [fx, fy, lx, ly] = [first * ay, -(first * ax), last * by, -(last * bx)];
         [fx, fy, -(fx + lx), -(fy + ly), lx, ly]
     }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 6]) -> [R; 7] {
+        self.emitted_vjp(x, y_bar)
+    }
 }
 
 /// A sum of five.
@@ -86,6 +101,11 @@ impl Kernel<5, 1> for Total {
     #[inline(always)]
     fn eval<R: Real>(&self, [a, b, c, d, e]: [R; 5]) -> [R; 1] {
         [a + b + (c + d) + e]
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 5], y_bar: [R; 1]) -> [R; 5] {
+        self.emitted_vjp(x, y_bar)
     }
 }
 
@@ -169,6 +189,11 @@ impl Kernel<7, 4> for Flight {
         let dt = R::lit(self.drift.dt);
         [dt.fma(vx, x), dt.fma(vy, y), vx, vy]
     }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+        self.emitted_vjp(x, y_bar)
+    }
 }
 
 /// A step of a node that stops where it touches the ground (infinite friction).
@@ -182,6 +207,11 @@ impl Kernel<7, 4> for Sticking {
     fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
         let v = self.0.velocity([vx, vy], [jx, jy], inverse_mass);
         self.0.drift.stick([x, y], v)
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+        self.emitted_vjp(x, y_bar)
     }
 }
 
@@ -199,6 +229,11 @@ impl Kernel<7, 4> for Sliding {
         let v = self.flight.velocity([vx, vy], [jx, jy], inverse_mass);
         self.flight.drift.slide(self.friction, [x, y], v)
     }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+        self.emitted_vjp(x, y_bar)
+    }
 }
 
 /// A drift that nothing pushes where there is no ground: from `[x, y, vx, vy]` to the new ones.
@@ -211,6 +246,11 @@ impl Kernel<4, 4> for FreeDrift {
         let dt = R::lit(self.0.dt);
         [dt.fma(vx, x), dt.fma(vy, y), vx, vy]
     }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+        self.emitted_vjp(x, y_bar)
+    }
 }
 
 /// A drift that nothing pushes, as [`Sticking`]: from `[x, y, vx, vy]` to the new ones.
@@ -221,6 +261,11 @@ impl Kernel<4, 4> for StickingDrift {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
         self.0.stick([x, y], [vx, vy])
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+        self.emitted_vjp(x, y_bar)
     }
 }
 
@@ -237,12 +282,17 @@ impl Kernel<4, 4> for SlidingDrift {
     fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
         self.drift.slide(self.friction, [x, y], [vx, vy])
     }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+        self.emitted_vjp(x, y_bar)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use autodiff::check::{Claim, Options, Verdict, check_directions};
-    use autodiff::{Adjoint, Dual, Function, Kernel, Real, gradient};
+    use autodiff::{Dual, Function, Kernel, Real, gradient};
 
     use super::{
         Bend, Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift,
@@ -252,7 +302,7 @@ mod tests {
     const DT: f64 = 0.002;
 
     /// The kernel's adjoint, its duals and differences of it, along a fixed cotangent.
-    fn verdict<K: Adjoint<I, O>, const I: usize, const O: usize>(
+    fn verdict<K: Kernel<I, O>, const I: usize, const O: usize>(
         kernel: &K,
         x: [f64; I],
         wrong_by: f64,
@@ -292,7 +342,7 @@ mod tests {
         report.verdict
     }
 
-    fn is_right<K: Adjoint<I, O>, const I: usize, const O: usize>(kernel: &K, x: [f64; I]) {
+    fn is_right<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K, x: [f64; I]) {
         assert_eq!(verdict(kernel, x, 0.0), Verdict::Smooth);
         assert_eq!(verdict(kernel, x, 0.01), Verdict::Wrong);
     }

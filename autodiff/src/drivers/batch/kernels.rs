@@ -1,6 +1,6 @@
 //! A kernel at many points at once: its values, or its Jacobians.
 
-use crate::arrays::{Kernel, Partials};
+use crate::arrays::Kernel;
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, WIDEST};
 
@@ -45,7 +45,7 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 /// they are: column compression without a colouring.
 ///
 /// ```
-/// use autodiff::{Kernel, Partials, Real, batch};
+/// use autodiff::{Kernel, Real, batch};
 ///
 /// struct Area;
 /// impl Kernel<2, 1> for Area {
@@ -54,14 +54,13 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 ///         [width * height]
 ///     }
 /// }
-/// impl Partials<2, 1> for Area {}
 ///
 /// let sheets = [[1.0, 2.0], [3.0, 4.0]];
 /// let mut rows = Vec::new();
 /// batch::jacobians(&Area, sheets.len(), |i| sheets[i], |_, area| rows.push(area.row(0)));
 /// assert_eq!(rows, [[2.0, 1.0], [4.0, 3.0]]);
 /// ```
-pub fn jacobians<R: Real, K: Partials<I, O>, const I: usize, const O: usize>(
+pub fn jacobians<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
     count: usize,
     input: impl Fn(usize) -> [R; I],
@@ -177,7 +176,7 @@ struct Jacobians<'a, K, F, G, const I: usize, const O: usize> {
 impl<R, K, F, G, const I: usize, const O: usize> Vectorized<R> for Jacobians<'_, K, F, G, I, O>
 where
     R: Real,
-    K: Partials<I, O>,
+    K: Kernel<I, O>,
     F: Fn(usize) -> [R; I],
     G: FnMut(usize, LocalJacobian<'_, R, I, O>),
 {

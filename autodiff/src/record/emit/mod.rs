@@ -42,7 +42,8 @@ use graph::{GRAPH, Graph, Node, place};
 use print::{Formula, Printer};
 use symbol::Symbol;
 
-/// An `impl Adjoint` for the kernel type `name`, as Rust source.
+/// A method `emitted_vjp` of the kernel type `name`, as Rust source. [`Kernel::vjp`] of that type has to
+/// call it: `self.emitted_vjp(x, y_bar)`.
 ///
 /// `fields` are the kernel's constants as the printed code is to read them (`self.dt`), and `build`
 /// makes a kernel whose fields have the given values, in that order.
@@ -61,7 +62,7 @@ use symbol::Symbol;
 /// }
 /// // Check this in beside the kernel, and test that it stays the same.
 /// let source = emit::adjoint("Decay", &["self.dt"], |fields| Decay { dt: fields[0] });
-/// assert!(source.starts_with("impl Adjoint<2, 1> for Decay"));
+/// assert!(source.contains("fn emitted_vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 1]) -> [R; 2]"));
 /// assert!(source.contains("R::lit(self.dt)"));
 /// ```
 ///
@@ -82,22 +83,20 @@ pub fn adjoint<K, const I: usize, const O: usize>(
 where
     K: Kernel<I, O>,
 {
-    let body = body(name, fields, |values, named| {
+    let signature = format!("vjp<R: Real>(&self, x: [R; {I}], y_bar: [R; {O}]) -> [R; {I}]");
+    method(name, &signature, fields, |values, named| {
         let formula = Formula {
             results: Vec::new(),
             ..pulled_back(&build(values))
         };
         let (text, lists) = print(&formula, named);
         text + &lists[0]
-    });
-    format!(
-        "impl Adjoint<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
-         fn vjp<R: Real>(&self, x: [R; {I}], y_bar: [R; {O}]) -> [R; {I}] {{\n{body}    }}\n}}\n"
-    )
+    })
 }
 
-/// An `impl Adjoint` that is given the kernel's results, as Rust source: what they contain, a
-/// hyperbolic tangent for example, is not computed again. The arguments are those of [`adjoint`].
+/// A method `emitted_vjp_with_results` of the kernel type `name`, as Rust source, for
+/// [`Kernel::vjp_with_results`] to call. What the results contain, a hyperbolic tangent for example, is
+/// not computed again. The arguments are those of [`adjoint`].
 ///
 /// ```
 /// use autodiff::{Kernel, Real, emit};
@@ -110,7 +109,7 @@ where
 ///     }
 /// }
 /// let source = emit::adjoint_with_results("Squash", &[], |_| Squash);
-/// assert!(source.starts_with("impl Adjoint<1, 1> for Squash"));
+/// assert!(source.contains("fn emitted_vjp_with_results"));
 /// assert!(!source.contains("tanh"));
 /// ```
 ///
@@ -124,20 +123,18 @@ pub fn adjoint_with_results<K, const I: usize, const O: usize>(
 where
     K: Kernel<I, O>,
 {
-    let body = body(name, fields, |values, named| {
+    let signature = format!(
+        "vjp_with_results<R: Real>(&self, x: [R; {I}], y: [R; {O}], y_bar: [R; {O}]) -> [R; {I}]"
+    );
+    method(name, &signature, fields, |values, named| {
         let (text, lists) = print(&pulled_back(&build(values)), named);
         text + &lists[0]
-    });
-    format!(
-        "impl Adjoint<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
-         fn vjp_with_results<R: Real>(&self, x: [R; {I}], y: [R; {O}], y_bar: [R; {O}]) \
-         -> [R; {I}] {{\n{body}    }}\n}}\n"
-    )
+    })
 }
 
-/// An `impl Partials` for the kernel type `name`, as Rust source: a pullback for every result,
-/// and what they share with each other and with the values is computed once. The arguments are
-/// those of [`adjoint`].
+/// A method `emitted_partials` of the kernel type `name`, as Rust source, for [`Kernel::partials`] to
+/// call: a pullback for every result, in which nothing is computed twice. The arguments are those of
+/// [`adjoint`].
 ///
 /// ```
 /// use autodiff::{Kernel, Real, emit};
@@ -150,7 +147,7 @@ where
 ///     }
 /// }
 /// let source = emit::partials("Area", &[], |_| Area);
-/// assert!(source.starts_with("impl Partials<2, 1> for Area"));
+/// assert!(source.contains("fn emitted_partials"));
 /// assert!(source.contains("[[x1, x0]]"));
 /// ```
 ///
@@ -164,7 +161,8 @@ pub fn partials<K, const I: usize, const O: usize>(
 where
     K: Kernel<I, O>,
 {
-    let body = body(name, fields, |values, named| {
+    let signature = format!("partials<R: Real>(&self, x: [R; {I}]) -> ([R; {O}], [[R; {I}]; {O}])");
+    method(name, &signature, fields, |values, named| {
         let mut tape = Tape::new();
         let y = record(&build(values), &mut tape, &inputs::<I>(0));
         let mut rows = vec![places(&y.map(Var::value))];
@@ -176,19 +174,20 @@ where
         };
         let (text, lists) = print(&formula, named);
         format!("{text}({}, [{}])", lists[0], lists[1..].join(", "))
-    });
-    format!(
-        "impl Partials<{I}, {O}> for {name} {{\n    #[inline(always)]\n    \
-         fn partials<R: Real>(&self, x: [R; {I}]) -> ([R; {O}], [[R; {I}]; {O}]) {{\n{body}    \
-         }}\n}}\n"
-    )
+    })
 }
 
-/// The indented lines that `print` makes of values for the fields, and of their names and values.
+/// A method of the kernel type `name` with the statements that `print` makes of values for the fields,
+/// and of their names and values.
 ///
 /// # Panics
-/// If that depends on the values.
-fn body(name: &str, fields: &[&str], print: impl Fn(&[f64], &[(&str, f64)]) -> String) -> String {
+/// If the statements depend on the values.
+fn method(
+    name: &str,
+    signature: &str,
+    fields: &[&str],
+    print: impl Fn(&[f64], &[(&str, f64)]) -> String,
+) -> String {
     // Numbers that no kernel has among its literals, and other ones for a second run.
     let stand_ins = |seed: f64| (1..=fields.len()).map(move |k| (seed + k as f64).sqrt().fract());
     let [text, again] = [std::f64::consts::E, std::f64::consts::PI].map(|seed| {
@@ -201,9 +200,11 @@ fn body(name: &str, fields: &[&str], print: impl Fn(&[f64], &[(&str, f64)]) -> S
         text, again,
         "a literal of the kernel {name} is computed from a field: give it a field of its own"
     );
-    text.lines()
-        .map(|line| format!("        {line}\n"))
-        .collect()
+    let body: String = text.lines().map(|l| format!("        {l}\n")).collect();
+    format!(
+        "impl {name} {{\n    #[inline(always)]\n    \
+         pub(crate) fn emitted_{signature} {{\n{body}    }}\n}}\n"
+    )
 }
 
 /// `N` inputs of the formula, from the one numbered `first` on.

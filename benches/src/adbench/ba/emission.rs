@@ -1,7 +1,7 @@
 //! Writes `partials.rs`, and tests that it is up to date.
 
 use autodiff::emit::partials;
-use autodiff::{Kernel, Partials, Real};
+use autodiff::{Kernel, Real};
 
 use super::{INPUTS, Reprojection, WeightError};
 use crate::emitted::assert_fresh;
@@ -10,7 +10,7 @@ const HEADER: &str = "\
 //! Partials of the kernels, emitted from recordings of them: not to be edited. After a change of
 //! a kernel: `EMIT=1 cargo test -p benches --lib are_fresh`.
 
-use autodiff::{Partials, Real};
+use autodiff::Real;
 
 use super::{Reprojection, WeightError};
 ";
@@ -33,8 +33,6 @@ impl Kernel<INPUTS, 2> for Plain {
         Reprojection.eval(x)
     }
 }
-
-impl Partials<INPUTS, 2> for Plain {}
 
 #[test]
 fn emitted_partials_are_those_of_duals_also_without_rotation() {

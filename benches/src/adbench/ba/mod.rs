@@ -92,6 +92,11 @@ impl Kernel<INPUTS, 2> for Reprojection {
         let scale = focal * (R::one() + squared * (k1 + squared * k2));
         [weight * (scale * p0 + u0), weight * (scale * p1 + v0)]
     }
+
+    #[inline(always)]
+    fn partials<R: Real>(&self, x: [R; INPUTS]) -> ([R; 2], [[R; INPUTS]; 2]) {
+        self.emitted_partials(x)
+    }
 }
 
 /// `1 - w^2`.
@@ -101,6 +106,11 @@ impl Kernel<1, 1> for WeightError {
     #[inline(always)]
     fn eval<R: Real>(&self, [weight]: [R; 1]) -> [R; 1] {
         [R::one() - weight * weight]
+    }
+
+    #[inline(always)]
+    fn partials<R: Real>(&self, x: [R; 1]) -> ([R; 1], [[R; 1]; 1]) {
+        self.emitted_partials(x)
     }
 }
 

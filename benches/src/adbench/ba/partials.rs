@@ -1,13 +1,13 @@
 //! Partials of the kernels, emitted from recordings of them: not to be edited. After a change of
 //! a kernel: `EMIT=1 cargo test -p benches --lib are_fresh`.
 
-use autodiff::{Partials, Real};
+use autodiff::Real;
 
 use super::{Reprojection, WeightError};
 
-impl Partials<15, 2> for Reprojection {
+impl Reprojection {
     #[inline(always)]
-    fn partials<R: Real>(&self, x: [R; 15]) -> ([R; 2], [[R; 15]; 2]) {
+    pub(crate) fn emitted_partials<R: Real>(&self, x: [R; 15]) -> ([R; 2], [[R; 15]; 2]) {
         let [x0, x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11, x12, x13, x14] = x;
         let t15 = R::lit(0.0);
         let t16 = x11 - x3;
@@ -325,9 +325,9 @@ impl Partials<15, 2> for Reprojection {
     }
 }
 
-impl Partials<1, 1> for WeightError {
+impl WeightError {
     #[inline(always)]
-    fn partials<R: Real>(&self, x: [R; 1]) -> ([R; 1], [[R; 1]; 1]) {
+    pub(crate) fn emitted_partials<R: Real>(&self, x: [R; 1]) -> ([R; 1], [[R; 1]; 1]) {
         let [x0] = x;
         let t2 = R::lit(1.0);
         let t4 = x0 + x0;

@@ -1,13 +1,13 @@
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
 //! a kernel: `EMIT=1 cargo test -p benches --lib are_fresh`.
 
-use autodiff::{Adjoint, Real};
+use autodiff::Real;
 
 use super::{Add, Cell, Change, Gate, Hidden, Prediction, Product};
 
-impl Adjoint<3, 1> for Gate {
+impl Gate {
     #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
+    pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
         let [x0, x1, _] = x;
         let [r0] = y;
         let [y0] = y_bar;
@@ -28,9 +28,9 @@ impl Adjoint<3, 1> for Gate {
     }
 }
 
-impl Adjoint<3, 1> for Change {
+impl Change {
     #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
+    pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
         let [x0, x1, _] = x;
         let [r0] = y;
         let [y0] = y_bar;
@@ -50,9 +50,9 @@ impl Adjoint<3, 1> for Change {
     }
 }
 
-impl Adjoint<4, 2> for Cell {
+impl Cell {
     #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 2], y_bar: [R; 2]) -> [R; 4] {
+    pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 2], y_bar: [R; 2]) -> [R; 4] {
         let [x0, x1, x2, x3] = x;
         let [_, r1] = y;
         let [y0, y1] = y_bar;
@@ -78,9 +78,9 @@ impl Adjoint<4, 2> for Cell {
     }
 }
 
-impl Adjoint<2, 1> for Hidden {
+impl Hidden {
     #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 1], y_bar: [R; 1]) -> [R; 2] {
+    pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 1], y_bar: [R; 1]) -> [R; 2] {
         let [x0, x1] = x;
         let [_] = y;
         let [y0] = y_bar;
@@ -93,9 +93,9 @@ impl Adjoint<2, 1> for Hidden {
     }
 }
 
-impl Adjoint<2, 1> for Product {
+impl Product {
     #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 1], y_bar: [R; 1]) -> [R; 2] {
+    pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 1], y_bar: [R; 1]) -> [R; 2] {
         let [x0, x1] = x;
         let [_] = y;
         let [y0] = y_bar;
@@ -105,9 +105,9 @@ impl Adjoint<2, 1> for Product {
     }
 }
 
-impl Adjoint<4, 2> for Prediction {
+impl Prediction {
     #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 2], y_bar: [R; 2]) -> [R; 4] {
+    pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 2], y_bar: [R; 2]) -> [R; 4] {
         let [x0, x1, x2, x3] = x;
         let [r0, _] = y;
         let [y0, y1] = y_bar;
@@ -121,9 +121,9 @@ impl Adjoint<4, 2> for Prediction {
     }
 }
 
-impl Adjoint<4, 1> for Add {
+impl Add {
     #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 1], y_bar: [R; 1]) -> [R; 4] {
+    pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 1], y_bar: [R; 1]) -> [R; 4] {
         let [_, _, x2, x3] = x;
         let [_] = y;
         let [y0] = y_bar;

@@ -63,6 +63,11 @@ impl Kernel<3, 1> for Gate {
     fn eval<R: Real>(&self, [x, weight, bias]: [R; 3]) -> [R; 1] {
         [(R::lit(0.5) * x.fma(weight, bias)).tanh()]
     }
+
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
+        self.emitted_vjp_with_results(x, y, y_bar)
+    }
 }
 
 /// `1 / (1 + exp(-z))`, given `tanh(z / 2)`.
@@ -76,6 +81,11 @@ impl Kernel<3, 1> for Change {
     fn eval<R: Real>(&self, [x, weight, bias]: [R; 3]) -> [R; 1] {
         [x.fma(weight, bias).tanh()]
     }
+
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
+        self.emitted_vjp_with_results(x, y, y_bar)
+    }
 }
 
 impl Kernel<4, 2> for Cell {
@@ -84,6 +94,11 @@ impl Kernel<4, 2> for Cell {
         let new = cell.fma(opened(forget), opened(input) * change);
         [new, new.tanh()]
     }
+
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 2], y_bar: [R; 2]) -> [R; 4] {
+        self.emitted_vjp_with_results(x, y, y_bar)
+    }
 }
 
 impl Kernel<2, 1> for Hidden {
@@ -91,12 +106,22 @@ impl Kernel<2, 1> for Hidden {
     fn eval<R: Real>(&self, [output, squashed]: [R; 2]) -> [R; 1] {
         [opened(output) * squashed]
     }
+
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 1], y_bar: [R; 1]) -> [R; 2] {
+        self.emitted_vjp_with_results(x, y, y_bar)
+    }
 }
 
 impl Kernel<2, 1> for Product {
     #[inline(always)]
     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
         [a * b]
+    }
+
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 1], y_bar: [R; 1]) -> [R; 2] {
+        self.emitted_vjp_with_results(x, y, y_bar)
     }
 }
 
@@ -106,12 +131,22 @@ impl Kernel<4, 2> for Prediction {
         let y = x.fma(weight, bias);
         [y.exp(), y * next]
     }
+
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 2], y_bar: [R; 2]) -> [R; 4] {
+        self.emitted_vjp_with_results(x, y, y_bar)
+    }
 }
 
 impl Kernel<4, 1> for Add {
     #[inline(always)]
     fn eval<R: Real>(&self, [loss, matched, normaliser, ones]: [R; 4]) -> [R; 1] {
         [loss + matched - ones * normaliser.ln()]
+    }
+
+    #[inline(always)]
+    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 1], y_bar: [R; 1]) -> [R; 4] {
+        self.emitted_vjp_with_results(x, y, y_bar)
     }
 }
 
