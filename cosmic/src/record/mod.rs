@@ -11,10 +11,12 @@ pub mod trajectory_file;
 pub mod history;
 pub mod snapshot;
 pub mod summary;
+mod agreement;
 pub mod run;
 pub mod multistart;
 mod carry_out;
 
+pub use agreement::check_one_run;
 pub use carry_out::{allow_unstable, optimise, optimise_with, resume, resume_with};
 pub use design_file::DesignFile;
 pub use multistart::MOST_RUNS;

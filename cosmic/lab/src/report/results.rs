@@ -7,7 +7,7 @@ use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::{Ground, Lattice};
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
-use cosmic::record::{DesignFile, Summary, TrajectoryFile, run, trajectory_file};
+use cosmic::record::{DesignFile, Summary, TrajectoryFile, check_one_run, run, trajectory_file};
 use cosmic::scene::Scene;
 
 /// What a finished run left behind, read and found to fit together.
@@ -45,10 +45,12 @@ impl Results {
         let path = folder.join(run::DESIGN);
         let design = DesignFile::read(&path)?;
         design.robot(&scene, &path.display().to_string())?;
+        let trajectory = read_trajectory(folder, (&scene, &lattice))?;
+        check_one_run(folder, &scene, &design, &summary, &trajectory)?;
         Ok(Self {
             history: read_history(folder, &summary)?,
             designs: read_designs(&folder.join(history::DESIGNS), &lattice)?,
-            trajectory: read_trajectory(folder, (&scene, &lattice))?,
+            trajectory,
             folder: folder.to_owned(),
             scene,
             lattice,

@@ -1,0 +1,154 @@
+//! Whether a design, a summary and a trajectory are of one run.
+//!
+//! No file names its run; what a run is told by is in their numbers. A summary has the volumes of
+//! its design and the displacement of its trajectory, and a trajectory begins as its design moves.
+
+use super::design_file::{DESIGN, DesignFile};
+use super::summary::{SUMMARY, Summary};
+use super::trajectory_file::{TRAJECTORY, TrajectoryFile};
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use crate::simulator::Span;
+use std::path::Path;
+
+/// The largest difference of two numbers that were computed from the same ones in another order.
+const ROUNDING: f64 = 1e-9;
+
+/// How far two rollouts of one robot may be apart at the second state that is kept, as a share of
+/// the lattice's spacing. Another platform or version rounds differently; in so few steps that
+/// does not grow to this size. Robots of two seeds are apart by more.
+const APART: f64 = 1e-6;
+
+/// Checks that the files of a finished run belong together.
+///
+/// # Errors
+/// Those of [`DesignFile::robot`]; [`Error::Usage`] with the first number that differs.
+pub fn check_one_run(
+    folder: &Path,
+    scene: &Scene,
+    design: &DesignFile,
+    summary: &Summary,
+    trajectory: &TrajectoryFile,
+) -> Result<()> {
+    let file = |name: &str| folder.join(name).display().to_string();
+    let differs = |name: &str, what: &str| {
+        let file = file(name);
+        Error::Usage(format!(
+            "{file}: {what}: the files in this folder are not all of one run"
+        ))
+    };
+    let case = design.case(scene, &file(DESIGN))?;
+    let mixture = case.own_mixture();
+    let volume =
+        |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
+    for (key, found, expected) in [
+        ("V", summary.volume, volume(|m| m[1] + m[2])),
+        ("V_act", summary.actuator_volume, volume(|m| m[2])),
+    ] {
+        if (found - expected).abs() > ROUNDING {
+            let what = format!("expected `{key}` of {expected}, as in {DESIGN}, found {found}");
+            return Err(differs(SUMMARY, &what));
+        }
+    }
+    let (Some(first), Some(last)) = (trajectory.states.first(), trajectory.states.last()) else {
+        return Ok(());
+    };
+    let moved = [0, 1].map(|k| last.x[0][k] - first.x[0][k]);
+    let size = 1.0 + moved[0].abs().max(moved[1].abs());
+    if (0..2).any(|k| (summary.displacement[k] - moved[k]).abs() > ROUNDING * size) {
+        let what = format!(
+            "expected a `displacement` of {moved:?} m, as in {TRAJECTORY}, found {:?} m",
+            summary.displacement
+        );
+        return Err(differs(SUMMARY, &what));
+    }
+    let ([0, step, ..], [_, second, ..]) = (&trajectory.steps[..], &trajectory.states[..]) else {
+        return Ok(());
+    };
+    let span = Span::from_start(vec![*step]);
+    let robot = (&case.controller, first);
+    let rollout = case.task().rollout(&mixture, robot, &span);
+    let pairs = rollout.at(*step).x.iter().zip(&second.x);
+    let distance = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+    if distance.fold(0.0, f64::max) > APART * scene.lattice.spacing {
+        let what = format!("after {step} steps the robot of {DESIGN} is elsewhere");
+        return Err(differs(TRAJECTORY, &what));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::check_one_run;
+    use crate::codesign::Record;
+    use crate::record::files::read_json;
+    use crate::record::trajectory_file::{FORMAT, TRAJECTORY};
+    use crate::record::{DesignFile, Observer, Run, RunPlan, Search, Summary, optimise};
+    use crate::scene::Scene;
+    use std::num::NonZeroUsize;
+    use std::ops::ControlFlow;
+
+    struct Silent;
+
+    impl Observer for Silent {
+        fn begin(&mut self, _: &Run) {}
+
+        fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
+            ControlFlow::Continue(())
+        }
+    }
+
+    #[test]
+    fn files_of_two_seeds_are_told_apart() {
+        let text = "[lattice]\ncolumns = 3\nrows = 2\n[physics]\nsteps = 64\n[schedule]\n\
+                    iterations = 6\nattraction_from = 2\nsnap_at = 4\nhorizon = [32, 32]\n[loss]\n\
+                    window = 16";
+        let scene = Scene::parse("tiny", text).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b] = [1, 2].map(|seed| {
+            let run = folder.path().join(seed.to_string());
+            let plan = RunPlan {
+                name: "tiny".to_owned(),
+                scene: scene.clone(),
+                seed,
+                starts: NonZeroUsize::MIN,
+                iterations: None,
+                search: Search::Full,
+            };
+            let summary: Summary = optimise(&run, &plan, &mut Silent).unwrap();
+            let design = DesignFile::read(&run.join("design.json")).unwrap();
+            (
+                design,
+                summary,
+                read_json(&run.join(TRAJECTORY), FORMAT).unwrap(),
+            )
+        });
+        let check = |design, summary, trajectory| {
+            let found = check_one_run(folder.path(), &scene, design, summary, trajectory);
+            found.err().map(|error| error.to_string())
+        };
+        assert_eq!(check(&a.0, &a.1, &a.2), None);
+        assert_eq!(check(&b.0, &b.1, &b.2), None);
+        let says = |found: Option<String>, words: &str| {
+            let text = found.expect("files of two runs");
+            assert!(
+                text.contains(words) && text.contains("not all of one run"),
+                "{text}"
+            );
+        };
+        assert!(check(&a.0, &a.1, &b.2).is_some() && check(&b.0, &a.1, &a.2).is_some());
+        // Of the other seed's design and with the same volumes: only its motion differs.
+        let mut design = a.0.clone();
+        design.controller = b.0.controller.clone();
+        says(
+            check(&design, &a.1, &a.2),
+            "trajectory.json: after 16 steps",
+        );
+        let mut summary = a.1.clone();
+        summary.actuator_volume += 0.1;
+        says(check(&a.0, &summary, &a.2), "`V_act`");
+        let mut summary = a.1.clone();
+        summary.displacement[0] += 0.1;
+        says(check(&a.0, &summary, &a.2), "`displacement`");
+    }
+}
