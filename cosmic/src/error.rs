@@ -219,15 +219,15 @@ impl Error {
 /// # Errors
 /// [`Error::Misfit`].
 pub fn fits(file: &str, what: &str, found: usize, expected: usize) -> Result<()> {
-    match found == expected {
-        true => Ok(()),
-        false => Err(Error::Misfit {
+    if found != expected {
+        return Err(Error::Misfit {
             file: file.to_owned(),
             what: what.to_owned(),
             expected,
             found,
-        }),
+        });
     }
+    Ok(())
 }
 
 /// Refuses a count of 0 of `what`; `file` is named.
@@ -259,38 +259,40 @@ fn and_others(others: usize) -> String {
 /// A path as a word of a command line, quoted where a shell would take it for more than that.
 pub fn in_shell(path: &Path) -> String {
     let text = path.display().to_string();
-    let text = match text.starts_with('-') {
-        true => format!("./{text}"),
-        false => text,
+    let text = if text.starts_with('-') {
+        format!("./{text}")
+    } else {
+        text
     };
     let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
-    match !text.is_empty() && text.chars().all(plain) {
-        true => text,
-        false => format!("'{}'", text.replace('\'', r"'\''")),
+    if !text.is_empty() && text.chars().all(plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
     }
 }
 
 /// How to go on with a run that is not finished.
 pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
-    match own_loss {
-        true => format!(
+    if own_loss {
+        format!(
             "go on by record::resume_with, with its own loss, in {}",
             run.display()
-        ),
-        false => format!("go on with: cosmic resume {}", in_shell(run)),
+        )
+    } else {
+        format!("go on with: cosmic resume {}", in_shell(run))
     }
 }
 
 /// The end of what is said of a run's unstable time step, after which other step to set.
 fn or_go_on(run: &Path, own_loss: bool) -> String {
-    match own_loss {
-        true => {
-            ", and begin anew, if need be with physics.unstable_step = \"warn\" in its scene".into()
-        }
-        false => format!(
+    if own_loss {
+        ", and begin anew, if need be with physics.unstable_step = \"warn\" in its scene".into()
+    } else {
+        format!(
             ", and begin anew, or go on all the same with: cosmic resume {} --allow-unstable",
             in_shell(run)
-        ),
+        )
     }
 }
 

@@ -45,7 +45,7 @@ proptest! {
             w.iter_mut().zip(&mut weights).for_each(|(w, x)| *w = x);
         }
         let materials: Vec<Material> = materials.iter().map(|m| Material::ALL[*m]).collect();
-        let design = DesignFile::new(&lattice, (&z, &materials), &controller);
+        let design = DesignFile::new(&lattice, &z, &materials, &controller);
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("design.json");
         design.write(&file).unwrap();

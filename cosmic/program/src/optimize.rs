@@ -81,10 +81,10 @@ impl Arguments {
             &options.output,
             |observer| match robot {
                 None => optimise(&folder, &plan, observer),
-                Some(robot) => {
+                Some((z, controller)) => {
                     let codesign = CoDesign::new(&plan.scene)?;
-                    let progress = codesign.begin_with(plan.seed, robot)?;
-                    optimise_with(&folder, &plan, (codesign, progress), observer)
+                    let progress = codesign.begin_with(plan.seed, z, controller)?;
+                    optimise_with(&folder, &plan, codesign, progress, observer)
                 }
             },
         )

@@ -33,7 +33,7 @@ fn small_scene() -> Scene {
 
 fn design(case: &Case) -> DesignFile {
     let materials = vec![Material::Void; case.z.len()];
-    DesignFile::new(&case.lattice, (&case.z, &materials), &case.controller)
+    DesignFile::new(&case.lattice, &case.z, &materials, &case.controller)
 }
 
 /// Changes a JSON file.

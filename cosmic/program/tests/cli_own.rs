@@ -131,12 +131,11 @@ fn an_interrupted_run_goes_on_to_the_same_bytes() {
     let controller = design.robot(&plan.scene, "a").unwrap();
     for stop in [1, 3] {
         let run = format!("stopped-{stop}");
-        let robot = (design.z.clone(), controller.clone());
         let observer = &mut StopsAfter(stop);
         let codesign = CoDesign::new(&plan.scene).unwrap();
-        let progress = codesign.begin_with(plan.seed, robot).unwrap();
-        let with = (codesign, progress);
-        let stopped = optimise_with(&bench.path(&run), &plan, with, observer);
+        let progress = codesign.begin_with(plan.seed, design.z.clone(), controller.clone());
+        let progress = progress.unwrap();
+        let stopped = optimise_with(&bench.path(&run), &plan, codesign, progress, observer);
         assert_eq!(stopped.unwrap_err().exit_code(), 75);
         assert_eq!(bench.cosmic(&["resume", &run]).code, 0);
         assert_eq!(bench.results(&run), bench.results("whole"));
@@ -180,8 +179,8 @@ fn a_run_says_what_of_its_scene_was_not_in_force() {
     let plan = plan(&bench);
     let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
     let progress = codesign.begin(0).unwrap();
-    let with = (codesign, progress);
-    optimise_with(&bench.path("own"), &plan, with, &mut StopsAfter(usize::MAX)).unwrap();
+    let observer = &mut StopsAfter(usize::MAX);
+    optimise_with(&bench.path("own"), &plan, codesign, progress, observer).unwrap();
     let own = departures(&bench, "own");
     assert!(has(&a, "loss.kind") && !has(&own, "loss.kind") && has(&own, "loss"));
 }
@@ -219,9 +218,15 @@ fn a_snapshot_that_enters_where_no_run_does_is_refused() {
     let design = DesignFile::read(&bench.path("a/design.json")).unwrap();
     let controller = design.robot(&plan.scene, "a").unwrap();
     let codesign = CoDesign::new(&plan.scene).unwrap();
-    let progress = codesign.begin_with(0, (design.z, controller)).unwrap();
-    let with = (codesign, progress);
-    optimise_with(&bench.path("b"), &plan, with, &mut StopsAfter(2)).unwrap_err();
+    let progress = codesign.begin_with(0, design.z, controller).unwrap();
+    optimise_with(
+        &bench.path("b"),
+        &plan,
+        codesign,
+        progress,
+        &mut StopsAfter(2),
+    )
+    .unwrap_err();
     let path = bench.path("b/snapshot.json");
     let text = fs::read_to_string(&path).unwrap();
     assert!(text.contains("\"entered\":19,"));
@@ -249,7 +254,7 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
     let begin = |run: &str, observer: &mut dyn Observer| {
         let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
         let progress = codesign.begin(plan.seed).unwrap();
-        optimise_with(&bench.path(run), &plan, (codesign, progress), observer)
+        optimise_with(&bench.path(run), &plan, codesign, progress, observer)
     };
     let whole = begin("whole", &mut StopsAfter(usize::MAX)).unwrap();
     let height = -whole.loss_p50.unwrap();
@@ -290,7 +295,7 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
         let codesign = CoDesign::new(&Scene::read(Path::new(&bench.scene)).unwrap()).unwrap();
         let progress = codesign.begin(0).unwrap();
         let observer = &mut StopsAfter(3);
-        optimise_with(&bench.path(run), plan, (codesign, progress), observer)
+        optimise_with(&bench.path(run), plan, codesign, progress, observer)
     };
     assert_eq!(begin(plan, "c").unwrap_err().exit_code(), 75);
     let own = CoDesign::with_loss(&plan.scene, Lift).unwrap();
@@ -304,14 +309,13 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
     assert!(said.contains("scene and seed"), "{said}");
     let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
     let of_the_scene = CoDesign::new(&plan.scene).unwrap().begin(0).unwrap();
-    let with = (codesign, of_the_scene);
-    let said = optimise_with(&bench.path("d"), plan, with, &mut StopsAfter(3)).unwrap_err();
+    let observer = &mut StopsAfter(3);
+    let said = optimise_with(&bench.path("d"), plan, codesign, of_the_scene, observer).unwrap_err();
     assert!(said.to_string().contains("of one loss"), "{said}");
     let mut codesign = CoDesign::new(&plan.scene).unwrap();
     let mut progress = codesign.begin(0).unwrap();
     codesign.iterate(&mut progress);
-    let with = (codesign, progress);
-    let said = optimise_with(&bench.path("d"), plan, with, &mut StopsAfter(3)).unwrap_err();
+    let said = optimise_with(&bench.path("d"), plan, codesign, progress, observer).unwrap_err();
     assert!(
         said.to_string().contains("iterations behind it: 1"),
         "{said}"

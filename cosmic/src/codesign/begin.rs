@@ -143,7 +143,8 @@ impl CoDesign {
     pub fn begin_with(
         &self,
         seed: u64,
-        (z, controller): (Vec<[f64; 3]>, Controller<f64>),
+        z: Vec<[f64; 3]>,
+        controller: Controller<f64>,
     ) -> Result<Progress> {
         let materials: Vec<_> = z.iter().map(dominant).collect();
         let materials = (one_hot(&materials) == z).then_some(materials);
@@ -180,7 +181,7 @@ impl CoDesign {
         let progress = Progress {
             entered: Some(entered),
             iteration: entered,
-            ..self.progress(seed, (z, materials), controller)
+            ..self.progress(seed, z, materials, controller)
         };
         progress.fits(&first, "the robot to begin with")?;
         self.step_check(&progress).accept(&self.scene.physics)?;
@@ -194,14 +195,15 @@ impl CoDesign {
         let is_layout = scene.start.kind == StartKind::Layout;
         let materials = is_layout.then(|| z.iter().map(dominant).collect());
         let controller = Controller::xavier(&scene.controller, lattice, seed);
-        Ok(self.progress(seed, (z, materials), controller))
+        Ok(self.progress(seed, z, materials, controller))
     }
 
     /// The state of a robot before any iteration.
     fn progress(
         &self,
         seed: u64,
-        (z, materials): (Vec<[f64; 3]>, Option<Vec<Material>>),
+        z: Vec<[f64; 3]>,
+        materials: Option<Vec<Material>>,
         controller: Controller<f64>,
     ) -> Progress {
         let mixture = self.task.mixture(Projection::Performance, &z);
@@ -305,10 +307,10 @@ fn check_loss(loss: &impl Loss, scene: &Scene) -> Result<()> {
             )));
         }
     }
-    match loss.nodes() {
-        0 => Err(Error::Usage("the loss looks at no node".into())),
-        _ => Ok(()),
+    if loss.nodes() == 0 {
+        return Err(Error::Usage("the loss looks at no node".into()));
     }
+    Ok(())
 }
 
 fn mma_parameters(scene: &Scene) -> MmaParameters {
@@ -416,7 +418,10 @@ mod tests {
         let codesign = CoDesign::new(&tiny()).unwrap();
         let progress = codesign.begin(1).unwrap();
         let robot = || (progress.z.clone(), progress.controller.clone());
-        let said = |robot| codesign.begin_with(1, robot).err().map(|e| e.to_string());
+        let said = |(z, controller)| {
+            let refused = codesign.begin_with(1, z, controller).err();
+            refused.map(|error| error.to_string())
+        };
         assert_eq!(said(robot()), None);
         let (z, mut controller) = robot();
         controller.w2[3] = f64::NAN;

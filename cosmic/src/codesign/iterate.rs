@@ -43,12 +43,12 @@ impl CoDesign {
         match now.phase() {
             Phase::CoDesign | Phase::Attraction => match now.pass() {
                 Pass::Design => self.design_pass(progress, &now, &mut record),
-                Pass::Controller => self.controller_pass(progress, (&now, None), &mut record),
+                Pass::Controller => self.controller_pass(progress, &now, None, &mut record),
             },
             Phase::Snap => self.snap(progress, &now),
             Phase::FineTuning => {
                 let reached = self.polish(progress, &now);
-                self.controller_pass(progress, (&now, reached), &mut record);
+                self.controller_pass(progress, &now, reached, &mut record);
             }
         }
         if now.phase() == Phase::Attraction {

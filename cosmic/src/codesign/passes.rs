@@ -54,9 +54,10 @@ impl CoDesign {
         record.merit_horizon = first.and_then(|slope| self.merit_horizon(slope));
 
         let is_augmented = self.scene.binarisation.method == BinarisationMethod::Augmented;
-        let (rows, terms) = match is_augmented {
-            true => self.augmented(&inputs, progress, now),
-            false => self.constrained(&inputs, progress, now),
+        let (rows, terms) = if is_augmented {
+            self.augmented(&inputs, progress, now)
+        } else {
+            self.constrained(&inputs, progress, now)
         };
         let share = self.scene.schedule.stability_share;
         let before = progress.z.clone();
@@ -69,9 +70,9 @@ impl CoDesign {
             for (g, term) in slope.gradient.iter_mut().zip(&terms) {
                 *g += term;
             }
-            match self.update_design(k, &mut progress.mma[k], &before, (&slope.gradient, &rows)) {
+            match self.update_design(k, &mut progress.mma[k], &before, &slope.gradient, &rows) {
                 Some(update) => {
-                    blend(&mut progress.z, &before, (&update.point, shares[k]));
+                    blend(&mut progress.z, &before, &update.point, shares[k]);
                     record.mma[k] = Some(MmaDiagnostics::from(update));
                 }
                 None => record.skipped += 1,
@@ -94,7 +95,8 @@ impl CoDesign {
     pub(super) fn controller_pass(
         &self,
         progress: &mut Progress,
-        (now, known): (&Schedule, Option<Reached>),
+        now: &Schedule,
+        known: Option<Reached>,
         record: &mut Record,
     ) {
         let inputs = self.inputs(progress);
@@ -109,9 +111,10 @@ impl CoDesign {
         };
         let trust = progress.settled.as_ref().map_or(1.0, |s| s.trust);
         let rate = trust * now.learning_rate();
-        let sought = match rate == 0.0 {
-            true => Sought::Nothing(&mixture),
-            false => Sought::Controller(&mixture),
+        let sought = if rate == 0.0 {
+            Sought::Nothing(&mixture)
+        } else {
+            Sought::Controller(&mixture)
         };
         let ([mut slope], evaluated) = rayon::join(
             || self.slopes([sought], at),
@@ -188,7 +191,8 @@ impl CoDesign {
         k: usize,
         memory: &mut MmaState,
         z: &[[f64; 3]],
-        (gradient, rows): (&[f64], &Constraints),
+        gradient: &[f64],
+        rows: &Constraints,
     ) -> Option<Update> {
         let at = Linearisation {
             point: z.as_flattened(),
@@ -267,7 +271,7 @@ impl CoDesign {
 }
 
 /// Moves design vectors by a share of the way that an optimiser went from a point.
-fn blend(z: &mut [[f64; 3]], from: &[[f64; 3]], (to, share): (&[f64], f64)) {
+fn blend(z: &mut [[f64; 3]], from: &[[f64; 3]], to: &[f64], share: f64) {
     let places = z.as_flattened_mut().iter_mut().zip(from.as_flattened());
     for ((z, from), to) in places.zip(to) {
         *z += share * (to - from);

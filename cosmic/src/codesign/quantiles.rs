@@ -29,9 +29,10 @@ impl Quantiles {
             let at = q * (sorted.len() - 1) as f64;
             let (below, share) = (sorted[at.floor() as usize], at.fract());
             let above = sorted[at.ceil() as usize];
-            match below.is_finite() {
-                true => below + share * (above - below),
-                false => fallen,
+            if below.is_finite() {
+                below + share * (above - below)
+            } else {
+                fallen
             }
         };
         Self {

@@ -115,9 +115,10 @@ impl CoDesign {
         dyn AnyLoss: LossOf<R>,
     {
         let steps = task.physics.steps;
-        let observed = match self.loss.is_far() {
-            true => vec![steps],
-            false => self.loss.observed(steps),
+        let observed = if self.loss.is_far() {
+            vec![steps]
+        } else {
+            self.loss.observed(steps)
         };
         let span = Span::from_start(observed);
         let watched = Span {
@@ -160,9 +161,10 @@ impl CoDesign {
         loss: impl FnOnce() -> f64,
     ) -> Reached {
         let moved = self.between(start, last);
-        let merit = match self.loss.is_far() {
-            true => moved[0],
-            false => -loss(),
+        let merit = if self.loss.is_far() {
+            moved[0]
+        } else {
+            -loss()
         };
         Reached { moved, merit }
     }
@@ -181,9 +183,8 @@ impl CoDesign {
 
 /// The place of the first of the greatest; NaN, of what diverged, is less than any number.
 pub(super) fn first_best(merits: impl IntoIterator<Item = f64>) -> usize {
-    let better = |best: (usize, f64), (k, merit)| match merit > best.1 {
-        true => (k, merit),
-        false => best,
+    let better = |best: (usize, f64), (k, merit)| {
+        if merit > best.1 { (k, merit) } else { best }
     };
     let merits = merits.into_iter().enumerate();
     merits.fold((0, f64::NEG_INFINITY), better).0

@@ -133,9 +133,10 @@ impl Schedule<'_> {
         let over = [schedule.snap_at + 1, schedule.iterations];
         let ends = [adam.fine_rate, adam.fine_rate * adam.fine_decay];
         // No rollout shows what the last update does: where controllers settle, its rate is zero.
-        let left = match self.settles() {
-            true => (schedule.iterations - self.iteration) as f64 / self.settling() as f64,
-            false => 1.0,
+        let left = if self.settles() {
+            (schedule.iterations - self.iteration) as f64 / self.settling() as f64
+        } else {
+            1.0
         };
         left * ramp(self.iteration, ends, over)
     }

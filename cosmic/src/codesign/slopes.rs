@@ -72,9 +72,9 @@ impl CoDesign {
         let horizon = at.horizon;
         self.means(at, |task, inputs| {
             let found = match self.scene.gradient.precision {
-                GradientPrecision::F64 => self.differentiated(task, inputs, (&sought, horizon)),
+                GradientPrecision::F64 => self.differentiated(task, inputs, &sought, horizon),
                 GradientPrecision::F32 => self
-                    .differentiated::<f32, N>(task, &inputs.lift(), (&sought, horizon))
+                    .differentiated::<f32, N>(task, &inputs.lift(), &sought, horizon)
                     .map(|(loss, gradient, last)| {
                         let gradient = gradient.into_iter().map(f64::from).collect();
                         (f64::from(loss), gradient, last.map(f64::from))
@@ -96,7 +96,8 @@ impl CoDesign {
         &self,
         task: &Task,
         inputs: &Inputs<R>,
-        (sought, horizon): (&[Sought; N], &Horizon),
+        sought: &[Sought; N],
+        horizon: &Horizon,
     ) -> [(R, Vec<R>, State<R>); N]
     where
         dyn AnyLoss: LossOf<Var<R>>,
@@ -104,7 +105,7 @@ impl CoDesign {
         let mut last: [State<R>; N] = std::array::from_fn(|_| inputs.start.clone());
         let found = inputs.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
             let mixtures: [_; N] = std::array::from_fn(|k| sought[k].mixture(task, &copies[k].z));
-            let losses = self.losses_of(task, &mixtures, (&copies[0], horizon));
+            let losses = self.losses_of(task, &mixtures, &copies[0], horizon);
             std::array::from_fn(|k| {
                 let (loss, trajectory) = &losses[k];
                 last[k] = trajectory.at(trajectory.last_step()).map(Var::value);
@@ -123,7 +124,8 @@ impl CoDesign {
         &self,
         task: &Task,
         mixtures: &[Vec<[R; 3]>; N],
-        (inputs, horizon): (&Inputs<R>, &Horizon),
+        inputs: &Inputs<R>,
+        horizon: &Horizon,
     ) -> Vec<(R, Trajectory<R>)>
     where
         dyn AnyLoss: LossOf<R>,
@@ -180,12 +182,12 @@ mod tests {
         };
         let value = |inputs: &Inputs<f64>| {
             let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
-            codesign.losses_of(&codesign.task, &[mixture], (inputs, &horizon))[0].0
+            codesign.losses_of(&codesign.task, &[mixture], inputs, &horizon)[0].0
         };
         for blocks in [DESIGN, CONTROLLER] {
             let (_, gradient) = inputs.differentiate(blocks, |inputs| {
                 let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
-                codesign.losses_of(&codesign.task, &[mixture], (inputs, &horizon))[0].0
+                codesign.losses_of(&codesign.task, &[mixture], inputs, &horizon)[0].0
             });
             let numbers = inputs.get(blocks);
             let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();

@@ -25,7 +25,7 @@ pub fn optimise(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> R
         return Run::create(folder, plan)?.finish(observer);
     }
     let lock = multistart::create(folder, plan)?;
-    multistart::search((folder, lock), plan, observer)
+    multistart::search(lock, plan, observer)
 }
 
 /// Carries out a plan of one start by an optimisation of one's own: with another
@@ -38,7 +38,8 @@ pub fn optimise(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> R
 pub fn optimise_with(
     folder: &Path,
     plan: &RunPlan,
-    (codesign, progress): (CoDesign, Progress),
+    codesign: CoDesign,
+    progress: Progress,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     if plan.starts.get() > 1 {
@@ -60,7 +61,7 @@ pub fn optimise_with(
             progress.iteration
         )));
     }
-    Run::begin(folder, plan, (codesign, progress))?.finish(observer)
+    Run::begin(folder, plan, codesign, progress)?.finish(observer)
 }
 
 /// As [`resume`], for a run with a loss of one's own: by an optimisation with the same.
@@ -82,9 +83,7 @@ pub fn resume_with(
             folder.display()
         )));
     }
-    let seconds = snapshot.seconds;
-    let (plan, progress) = snapshot.unpack(&folder.join(SNAPSHOT), &codesign)?;
-    Run::at_work((folder, lock), (plan, seconds), codesign, progress)?.finish(observer)
+    Run::open_with(lock, snapshot, codesign)?.finish(observer)
 }
 
 /// Goes on with the run of a folder. Nothing is done for one that is finished.
@@ -97,9 +96,9 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary> {
         return Summary::read(folder);
     };
     if snapshot.progress.is_none() {
-        return multistart::search((folder, lock), &snapshot.plan, observer);
+        return multistart::search(lock, &snapshot.plan, observer);
     }
-    Run::open(folder, lock, snapshot)?.finish(observer)
+    Run::open(lock, snapshot)?.finish(observer)
 }
 
 /// Has a folder's run, and all its starts, go on as if the scene had said

@@ -47,7 +47,8 @@ impl DesignFile {
     /// A robot as a file.
     pub fn new(
         lattice: &Lattice,
-        (z, materials): (&[[f64; 3]], &[Material]),
+        z: &[[f64; 3]],
+        materials: &[Material],
         controller: &Controller<f64>,
     ) -> Self {
         Self {

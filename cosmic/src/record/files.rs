@@ -191,12 +191,13 @@ pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> 
 /// # Errors
 /// [`Error::Malformed`].
 pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format) -> Result<T> {
-    parse_stamped((path, 0), bytes, format)
+    parse_stamped(path, 0, bytes, format)
 }
 
 /// The same of bytes that stand in the file after so many lines.
 pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
-    (path, lines): (&Path, usize),
+    path: &Path,
+    lines: usize,
     bytes: &[u8],
     format: Format,
 ) -> Result<T> {

@@ -139,12 +139,13 @@ impl Snapshot<'_> {
         let progress = self.progress.map_or(first.clone(), Cow::into_owned);
         if progress.own_loss != first.own_loss {
             let file = file.display();
-            return Err(Error::Usage(match progress.own_loss {
-                true => format!(
+            return Err(Error::Usage(if progress.own_loss {
+                format!(
                     "{file}: the run is for a loss of its own, which no file holds: the program \
                      that began it goes on with it, by record::resume_with"
-                ),
-                false => format!("{file}: the run is for its scene's objective, and no other loss"),
+                )
+            } else {
+                format!("{file}: the run is for its scene's objective, and no other loss")
             }));
         }
         let file = &file.display().to_string();

@@ -163,9 +163,10 @@ impl Summary {
             entered: progress.entered,
             iterations: progress.iteration - progress.before_first(),
             delivered_iteration: delivery.iteration,
-            stop_reason: match all {
-                true => StopReason::Finished,
-                false => StopReason::IterationLimit,
+            stop_reason: if all {
+                StopReason::Finished
+            } else {
+                StopReason::IterationLimit
             },
             departures: departures(plan, progress),
             cosmic_version: env!("CARGO_PKG_VERSION").to_string(),
@@ -189,13 +190,13 @@ impl Summary {
 /// [`Error::NoResult`] where a run is in the folder, and not finished.
 pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     let path = folder.join(name);
-    match path.exists() || !folder.join(SNAPSHOT).exists() {
-        true => Ok(path),
-        false => Err(Error::NoResult {
-            why: unfinished(folder),
-            path,
-        }),
+    if path.exists() || !folder.join(SNAPSHOT).exists() {
+        return Ok(path);
     }
+    Err(Error::NoResult {
+        why: unfinished(folder),
+        path,
+    })
 }
 
 /// Why a run has no result, and what there is to do.

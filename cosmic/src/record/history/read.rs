@@ -40,6 +40,6 @@ fn first_lines<T: DeserializeOwned>(path: &Path, format: Format, most: usize) ->
     let lines = bytes.strip_suffix(b"\n").unwrap_or(&bytes);
     let lines = lines.split(|&byte| byte == b'\n');
     let lines = lines.enumerate().take_while(|_| !bytes.is_empty());
-    let read = |(index, line): (usize, &[u8])| parse_stamped((path, index), line, format);
+    let read = |(index, line): (usize, &[u8])| parse_stamped(path, index, line, format);
     lines.take(most).map(read).collect()
 }

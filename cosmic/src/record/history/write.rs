@@ -26,10 +26,7 @@ impl History {
     /// # Errors
     /// [`Error::Read`] where a file is missing, [`Error::Misfit`] where rows are, all of it left as
     /// it was; [`Error::Write`] where it cannot be opened.
-    pub(in crate::record) fn open(
-        folder: &Path,
-        (entered, iteration): (usize, usize),
-    ) -> Result<Self> {
+    pub(in crate::record) fn open(folder: &Path, entered: usize, iteration: usize) -> Result<Self> {
         let rows = iteration.saturating_sub(entered);
         let begins = rows == 0;
         let open = |name| Appended::open(folder.join(name), begins);
@@ -128,7 +125,7 @@ mod tests {
     fn rows_read_back_and_the_table_has_a_cell_under_every_name() {
         let folder = tempfile::tempdir().unwrap();
         let records = records();
-        let mut history = History::open(folder.path(), (0, 0)).unwrap();
+        let mut history = History::open(folder.path(), 0, 0).unwrap();
         records
             .iter()
             .for_each(|record| history.append(record, 0.25, &[]).unwrap());
@@ -149,7 +146,7 @@ mod tests {
     fn designs_are_kept_after_the_first_and_every_tenth_iteration() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(DESIGNS);
-        let mut history = History::open(folder.path(), (0, 0)).unwrap();
+        let mut history = History::open(folder.path(), 0, 0).unwrap();
         let z = |iteration: usize| [[1.0 / iteration as f64, 0.0, 1.0]];
         (1..=21).for_each(|k| history.append_design(k, &z(k)).unwrap());
         let text = fs::read_to_string(&file).unwrap();
@@ -165,7 +162,7 @@ mod tests {
         for name in [LINES, TABLE] {
             fs::write(folder.path().join(name), "\n".repeat(10)).unwrap();
         }
-        drop(History::open(folder.path(), (0, 9)).unwrap());
+        drop(History::open(folder.path(), 0, 9).unwrap());
         assert_eq!(fs::read_to_string(&file).unwrap().lines().count(), 1);
     }
 
@@ -175,7 +172,7 @@ mod tests {
         let read =
             || [LINES, TABLE, DESIGNS].map(|name| fs::read(folder.path().join(name)).unwrap());
         let records = records();
-        let mut history = History::open(folder.path(), (0, 0)).unwrap();
+        let mut history = History::open(folder.path(), 0, 0).unwrap();
         records[..2]
             .iter()
             .for_each(|record| history.append(record, 1.0, &[]).unwrap());
@@ -183,12 +180,10 @@ mod tests {
         history.append(&records[2], 2.0, &[]).unwrap();
         drop(history);
         assert_eq!(
-            History::open(folder.path(), (0, 9))
-                .unwrap_err()
-                .exit_code(),
+            History::open(folder.path(), 0, 9).unwrap_err().exit_code(),
             2
         );
-        drop(History::open(folder.path(), (0, 2)).unwrap());
+        drop(History::open(folder.path(), 0, 2).unwrap());
         assert_eq!(read(), before);
     }
 }

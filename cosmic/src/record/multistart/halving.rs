@@ -74,7 +74,7 @@ pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) 
             break;
         }
         let standings = side_by_side(&left, observer, |seed, observer| {
-            pause(folder, (seed, iteration), plan, observer)?;
+            pause(folder, plan, seed, iteration, observer)?;
             let rows = rows(&folder_of(folder, seed), iteration)?;
             let displacement = median(&rows, settings.window, |row| row.displacement_horizon);
             let merit = match plan.scene.objective.task {

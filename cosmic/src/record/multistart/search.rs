@@ -41,20 +41,21 @@ pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Lock> {
 
 fn refuse_many(plan: &RunPlan) -> Result<()> {
     let starts = plan.starts;
-    match starts.get() > MOST_RUNS {
-        true => Err(Error::Usage(format!(
-            "{starts} starts, where at most {MOST_RUNS} are allowed"
-        ))),
-        false => Ok(()),
+    if starts.get() > MOST_RUNS {
+        return Err(Error::Usage(format!(
+            "expected at most {MOST_RUNS} starts, found {starts}"
+        )));
     }
+    Ok(())
 }
 
 /// Does what is left of several starts, and copies the best one's files.
 pub(in crate::record) fn search(
-    (folder, lock): (&Path, Lock),
+    lock: Lock,
     plan: &RunPlan,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
+    let folder = lock.folder();
     refuse_many(plan)?;
     sweep(folder)?;
     keep_scene(folder, &plan.scene)?;
@@ -62,7 +63,7 @@ pub(in crate::record) fn search(
         Search::Full => Halving::default(),
         Search::Halving => climb(folder, plan, observer)?,
     };
-    let mut ended = finish_left(folder, (plan, &dropped), observer)?.into_iter();
+    let mut ended = finish_left(folder, plan, &dropped, observer)?.into_iter();
     let mut starts = Vec::new();
     let mut best: Option<Summary> = None;
     let mut diverged = None;
@@ -112,7 +113,8 @@ pub(in crate::record) fn search(
 /// Does what is left of the starts that were not dropped, in the order of their seeds.
 fn finish_left(
     folder: &Path,
-    (plan, dropped): (&RunPlan, &Halving),
+    plan: &RunPlan,
+    dropped: &Halving,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Result<Summary>>> {
     let is_left = |seed: &u64| dropped.dropped_at(*seed).is_none();
@@ -253,7 +255,7 @@ mod tests {
         let stray = folder_of(&run, 4).join("stray");
         fs::create_dir_all(folder_of(&run, 4)).unwrap();
         fs::write(&stray, "").unwrap();
-        let work = || search((&run, lock), &plan(), &mut { NEVER });
+        let work = || search(lock, &plan(), &mut { NEVER });
         let says = on_threads(3, work).unwrap_err().to_string();
         let place = Path::new("starts").join("4").display().to_string();
         assert!(

@@ -53,10 +53,10 @@ impl Observer for OfOne<'_, '_> {
     }
 
     fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
-        match self.failed.load(Ordering::Acquire) {
-            true => ControlFlow::Break(()),
-            false => self.observer().iteration(run, record),
+        if self.failed.load(Ordering::Acquire) {
+            return ControlFlow::Break(());
         }
+        self.observer().iteration(run, record)
     }
 
     fn end(&mut self, run: &Run) {
@@ -81,7 +81,7 @@ pub(super) fn one(
         let Some((lock, snapshot)) = take_up(&own)? else {
             return Summary::read(&own);
         };
-        Run::open(&own, lock, snapshot)
+        Run::open(lock, snapshot)
     } else {
         Run::create(&own, &alone(plan, seed))
     };
@@ -92,8 +92,9 @@ pub(super) fn one(
 /// Takes one seed's run as far as an iteration, where it is not yet.
 pub(super) fn pause(
     folder: &Path,
-    (seed, iteration): (u64, usize),
     plan: &RunPlan,
+    seed: u64,
+    iteration: usize,
     observer: &mut dyn Observer,
 ) -> Result<()> {
     let own = folder_of(folder, seed);
@@ -105,7 +106,7 @@ pub(super) fn pause(
         if done >= iteration {
             return Ok(());
         }
-        Run::open(&own, lock, snapshot)
+        Run::open(lock, snapshot)
     } else {
         Run::create(&own, &alone(plan, seed))
     };

@@ -12,7 +12,7 @@ use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
 use crate::simulator::Grade;
 use std::borrow::Cow;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// The most iterations from one snapshot to the next.
@@ -45,7 +45,6 @@ pub trait Observer: Send {
 
 /// A run that is not finished, alone at work in its folder.
 pub struct Run {
-    folder: PathBuf,
     plan: RunPlan,
     codesign: CoDesign,
     progress: Progress,
@@ -65,13 +64,14 @@ impl Run {
     pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Self> {
         let codesign = CoDesign::new(&plan.scene)?;
         let progress = codesign.begin(plan.seed)?;
-        Self::begin(folder, plan, (codesign, progress))
+        Self::begin(folder, plan, codesign, progress)
     }
 
     pub(in crate::record) fn begin(
         folder: &Path,
         plan: &RunPlan,
-        (codesign, progress): (CoDesign, Progress),
+        codesign: CoDesign,
+        progress: Progress,
     ) -> Result<Self> {
         let lock = begin(folder)?;
         // The snapshot first: it alone lets a killed run be resumed.
@@ -81,31 +81,41 @@ impl Run {
             progress: Some(Cow::Borrowed(&progress)),
         };
         snapshot.write(folder)?;
-        Self::at_work((folder, lock), (plan.clone(), 0.0), codesign, progress)
+        Self::at_work(lock, plan.clone(), 0.0, codesign, progress)
     }
 
     /// Goes on from a snapshot.
-    pub(in crate::record) fn open(folder: &Path, lock: Lock, snapshot: Snapshot) -> Result<Self> {
-        let seconds = snapshot.seconds;
+    pub(in crate::record) fn open(lock: Lock, snapshot: Snapshot) -> Result<Self> {
         let codesign = CoDesign::new(&snapshot.plan.scene)?;
-        let (plan, progress) = snapshot.unpack(&folder.join(SNAPSHOT), &codesign)?;
-        Self::at_work((folder, lock), (plan, seconds), codesign, progress)
+        Self::open_with(lock, snapshot, codesign)
     }
 
-    pub(in crate::record) fn at_work(
-        (folder, lock): (&Path, Lock),
-        (plan, before): (RunPlan, f64),
+    /// Goes on from a snapshot by an optimisation of its scene.
+    pub(in crate::record) fn open_with(
+        lock: Lock,
+        snapshot: Snapshot,
+        codesign: CoDesign,
+    ) -> Result<Self> {
+        let seconds = snapshot.seconds;
+        let (plan, progress) = snapshot.unpack(&lock.folder().join(SNAPSHOT), &codesign)?;
+        Self::at_work(lock, plan, seconds, codesign, progress)
+    }
+
+    fn at_work(
+        lock: Lock,
+        plan: RunPlan,
+        before: f64,
         codesign: CoDesign,
         progress: Progress,
     ) -> Result<Self> {
-        let history = History::open(folder, (progress.before_first(), progress.iteration))?;
+        let folder = lock.folder();
+        let history = History::open(folder, progress.before_first(), progress.iteration)?;
         sweep(folder)?;
         keep_scene(folder, &plan.scene)?;
         if progress.entered == Some(progress.iteration) {
             keep_start(folder, &codesign, &progress)?;
         }
         Ok(Self {
-            folder: folder.to_owned(),
             plan,
             codesign,
             progress,
@@ -181,7 +191,7 @@ impl Run {
             judged?;
             if interrupted {
                 return Err(Error::Interrupted {
-                    run: self.folder.clone(),
+                    run: self.lock.folder().to_owned(),
                     iteration: record.iteration,
                     own_loss: self.progress.own_loss,
                 });
@@ -199,7 +209,7 @@ impl Run {
             own_loss,
             ..
         } = self.progress;
-        let stands = (&*self.folder, iteration, own_loss);
+        let stands = (self.lock.folder(), iteration, own_loss);
         check.accept_in(stands, &self.plan.scene.physics)?;
         if iteration == self.progress.before_first()
             && let Some(text) = check.of_other_designs()
@@ -207,9 +217,10 @@ impl Run {
             observer.warning(self, &text);
         }
         if check.grade() > self.warned {
-            let when = match iteration == self.progress.before_first() {
-                true => String::new(),
-                false => format!("after iteration {iteration}: "),
+            let when = if iteration == self.progress.before_first() {
+                String::new()
+            } else {
+                format!("after iteration {iteration}: ")
             };
             observer.warning(self, &format!("{when}{check}"));
             self.warned = check.grade();
@@ -228,10 +239,8 @@ impl Run {
             return;
         }
         // Where a slope is no number, the update is skipped.
-        self.flat = match slopes.all(|slope| slope == 0.0 || !slope.is_finite()) {
-            true => self.flat + 1,
-            false => 0,
-        };
+        let is_flat = slopes.all(|slope| slope == 0.0 || !slope.is_finite());
+        self.flat = if is_flat { self.flat + 1 } else { 0 };
         if self.flat == FLAT {
             let text = format!(
                 "after iteration {}: all gradients of the last {FLAT} iterations were zero or not \
@@ -250,24 +259,24 @@ impl Run {
             seconds: self.seconds(),
             progress: Some(Cow::Borrowed(&self.progress)),
         };
-        snapshot.write(&self.folder)
+        snapshot.write(self.lock.folder())
     }
 
     fn deliver(&self) -> Result<Summary> {
         let delivery = self.codesign.deliver(&self.progress);
-        let lattice = &self.codesign.task().lattice;
-        let robot = (&delivery.z[..], &delivery.materials[..]);
-        let design = DesignFile::new(lattice, robot, &delivery.controller);
-        design.write(&self.folder.join(DESIGN))?;
+        let folder = self.lock.folder();
+        let design = DesignFile::new(
+            &self.codesign.task().lattice,
+            &delivery.z,
+            &delivery.materials,
+            &delivery.controller,
+        );
+        design.write(&folder.join(DESIGN))?;
         self.refuse_divergence(&design, &delivery)?;
         let moves = TrajectoryFile::new(&delivery.trajectory, self.plan.scene.physics.dt);
-        write_json(
-            &self.folder.join(TRAJECTORY),
-            trajectory_file::FORMAT,
-            &moves,
-        )?;
+        write_json(&folder.join(TRAJECTORY), trajectory_file::FORMAT, &moves)?;
         let summary = Summary::new(&self.plan, &self.progress, &delivery, self.seconds());
-        write_json(&self.folder.join(SUMMARY), summary::FORMAT, &summary)?;
+        write_json(&folder.join(SUMMARY), summary::FORMAT, &summary)?;
         Ok(summary)
     }
 
@@ -278,7 +287,7 @@ impl Run {
         };
         let case = design.case(&self.plan.scene, DESIGN)?;
         let text = case.diverged_json(divergence) + "\n";
-        write_atomic(&self.folder.join(DIVERGED), |file| {
+        write_atomic(&self.lock.folder().join(DIVERGED), |file| {
             file.write_all(text.as_bytes())
         })?;
         Err(Error::from(divergence))
@@ -288,7 +297,7 @@ impl Run {
 /// Writes the robot that a run begins with, as it stands before the first iteration.
 fn keep_start(folder: &Path, codesign: &CoDesign, progress: &Progress) -> Result<()> {
     let materials = codesign.materials(progress);
-    let robot = (&progress.z[..], &materials[..]);
-    let design = DesignFile::new(&codesign.task().lattice, robot, &progress.controller);
+    let lattice = &codesign.task().lattice;
+    let design = DesignFile::new(lattice, &progress.z, &materials, &progress.controller);
     design.write(&folder.join(START))
 }

@@ -16,7 +16,7 @@ pub const SCENE: &str = "scene.toml";
 /// ends in any way: the file that is left behind locks nothing.
 #[derive(Debug)]
 pub(in crate::record) struct Lock {
-    path: PathBuf,
+    folder: PathBuf,
     _file: File,
 }
 
@@ -36,15 +36,23 @@ impl Lock {
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => Err(Error::Taken(folder.to_owned())),
             // Not every file system has locks: without one, two processes are the user's affair.
-            Ok(()) | Err(TryLockError::Error(_)) => Ok(Self { path, _file: file }),
+            Ok(()) | Err(TryLockError::Error(_)) => Ok(Self {
+                folder: folder.to_owned(),
+                _file: file,
+            }),
         }
+    }
+
+    /// The folder that is locked.
+    pub(in crate::record) fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// Gives up a folder whose run is finished, and takes the file away. From no other folder: who
     /// has opened the file by then, and who makes a new one, would both have a lock.
     pub(in crate::record) fn finish(self) {
         // One that stays does no harm.
-        let _ = fs::remove_file(self.path);
+        let _ = fs::remove_file(self.folder.join(LOCK));
     }
 }
 
@@ -75,13 +83,11 @@ pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot
     Snapshot::read(folder)?;
     let lock = Lock::take(folder)?;
     // Whoever had it until just now may have gone on, or finished.
-    match is_finished() {
-        true => {
-            lock.finish();
-            Ok(None)
-        }
-        false => Ok(Some((lock, Snapshot::read(folder)?))),
+    if is_finished() {
+        lock.finish();
+        return Ok(None);
     }
+    Ok(Some((lock, Snapshot::read(folder)?)))
 }
 
 /// Writes the scene for those who read the folder. It is not read to go on: one that says
@@ -91,14 +97,14 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
     if !path.exists() {
         return write_atomic(&path, |file| file.write_all(scene.to_toml().as_bytes()));
     }
-    match Scene::read(&path)? == *scene {
-        true => Ok(()),
-        false => Err(Error::Usage(format!(
+    if Scene::read(&path)? != *scene {
+        return Err(Error::Usage(format!(
             "{}: not the scene that the run began with, which is in its snapshot; remove the \
              file to get it back",
             path.display()
-        ))),
+        )));
     }
+    Ok(())
 }
 
 /// A run never mixes its files with others.
@@ -108,9 +114,10 @@ fn refuse_used(folder: &Path) -> Result<()> {
         Ok(true) => Err(Error::Usage(format!(
             "{}: the folder is not empty{}, or name another",
             folder.display(),
-            match folder.join(SNAPSHOT).exists() || folder.join(SUMMARY).exists() {
-                true => "; go on with the run in it by `cosmic resume`",
-                false => ", and no run is in it: empty it",
+            if folder.join(SNAPSHOT).exists() || folder.join(SUMMARY).exists() {
+                "; go on with the run in it by `cosmic resume`"
+            } else {
+                ", and no run is in it: empty it"
             }
         ))),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
