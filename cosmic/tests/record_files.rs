@@ -157,7 +157,7 @@ fn a_process_killed_while_writing_leaves_the_old_file_whole() {
     write_atomic(&file, |out| out.write_all(b"old")).unwrap();
     let this_test = [
         "--exact",
-        "a_process_killed_while_writing_leaves_the_old_file_whole",
+        "record_files::a_process_killed_while_writing_leaves_the_old_file_whole",
     ];
     let mut victim = process::Command::new(env::current_exe().unwrap());
     let output = victim

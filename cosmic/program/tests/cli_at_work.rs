@@ -1,11 +1,8 @@
 //! Two processes and one run's folder: one works, the other is refused and does no harm.
 #![cfg(unix)]
 
-mod background;
-mod common;
-
-use background::start;
-use common::Bench;
+use crate::background::start;
+use crate::common::Bench;
 use std::fs;
 use std::process::Output;
 

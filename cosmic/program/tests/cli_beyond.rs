@@ -1,8 +1,6 @@
 //! Options beyond the paper from the command line: robust designs, other tasks, richer physics.
 
-mod common;
-
-use common::{Bench, scene};
+use crate::common::{Bench, scene};
 use serde_json::Value;
 use std::fs;
 

@@ -6,8 +6,7 @@ use serde_json::{Value, json};
 use std::fs;
 use tempfile::TempDir;
 
-mod program;
-use program::{Told, cosmic_in};
+use crate::program::{Told, cosmic_in};
 
 /// A folder with `case.json`, a small robot in steps that are far too long.
 fn folder() -> TempDir {

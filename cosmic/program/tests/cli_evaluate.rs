@@ -9,8 +9,9 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-mod program;
-use program::{Told, cosmic_in};
+use crate::program::{Told, command, cosmic_in};
+use std::io::Write;
+use std::process::Stdio;
 
 /// A folder with a small robot in it: `scene.toml`, `design.json` and the same as `case.json`.
 fn folder() -> TempDir {
@@ -415,6 +416,19 @@ fn missing_and_unwritable_files_exit_with_4() {
     assert!(missing("design.json").contains("cannot read scene.toml"));
 }
 
+/// `cosmic` with those arguments, and something piped into it.
+#[cfg(unix)]
+fn piped(arguments: &[&str], bytes: &[u8]) -> std::process::Output {
+    let mut command = command(arguments);
+    command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    child.stdin.take().unwrap().write_all(bytes).unwrap();
+    child.wait_with_output().unwrap()
+}
+
 /// A pipe is read once and has its own contents, whatever it is called.
 #[cfg(unix)]
 #[test]
@@ -422,18 +436,11 @@ fn scenes_and_cases_come_through_pipes() {
     let folder = folder();
     for name in ["scene.toml", "case.json"] {
         let bytes = fs::read(folder.path().join(name)).unwrap();
-        let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_cosmic"));
-        let piped = command.args(["evaluate", "/dev/stdin"]).write_stdin(bytes);
-        let piped = piped.output().unwrap();
+        let piped = piped(&["evaluate", "/dev/stdin"], &bytes);
         let printed = evaluate(&folder, &[name]);
         assert_eq!(String::from_utf8(piped.stdout).unwrap(), printed.out);
     }
-    let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_cosmic"));
-    let wrong = command.args(["gradcheck", "/dev/stdin"]);
-    let wrong = wrong
-        .write_stdin("[physics]\nsteps = -1\n")
-        .output()
-        .unwrap();
+    let wrong = piped(&["gradcheck", "/dev/stdin"], b"[physics]\nsteps = -1\n");
     assert_eq!(wrong.status.code(), Some(2), "{wrong:?}");
 }
 

@@ -5,8 +5,7 @@ use cosmic::scene::{Scene, VoidEdges};
 use serde_json::Value;
 use std::fs;
 
-mod program;
-use program::cosmic_in;
+use crate::program::cosmic_in;
 
 #[test]
 fn a_rollout_is_stated_with_its_stable_step() {

@@ -1,11 +1,9 @@
 //! `docs/files.md` has every key and every column of the files that users read and write.
 
-mod program;
-
+use crate::program::cosmic_in;
 use cosmic::case::Case;
 use cosmic::projection::Projection;
 use cosmic::scene::{Scene, reference};
-use program::cosmic_in;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;

@@ -2,8 +2,7 @@
 
 use std::fs;
 
-mod program;
-use program::cosmic_in;
+use crate::program::cosmic_in;
 
 const SMALL: &str = "[lattice]\ncolumns = 3\nrows = 2\n[controller]\nhidden = 4\n";
 

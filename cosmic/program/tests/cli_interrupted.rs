@@ -1,11 +1,9 @@
 //! Runs that are stopped, killed or damaged, and `cosmic resume`.
 #![cfg(unix)]
 
-mod background;
-mod common;
-
-use background::start;
-use common::{Bench, Said, scene};
+use crate::background::start;
+use crate::common::{Bench, scene};
+use crate::program::Told;
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Output};
@@ -65,7 +63,7 @@ fn caught(bench: &Bench, run: &str, wanted: usize, name: &str) -> Output {
     panic!("{run} was always finished before it could be stopped");
 }
 
-fn resume(bench: &Bench, run: &str) -> Said {
+fn resume(bench: &Bench, run: &str) -> Told {
     bench.cosmic(&["resume", run, "--threads", "2"])
 }
 

@@ -1,8 +1,6 @@
 //! `cosmic optimize` as a user meets it: the run's folder, what it says, exit codes.
 
-mod common;
-
-use common::Bench;
+use crate::common::Bench;
 use cosmic::record::{DesignFile, Summary, TrajectoryFile};
 use serde_json::Value;
 use std::fs;

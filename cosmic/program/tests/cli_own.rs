@@ -1,9 +1,7 @@
 //! Runs with a beginning or a loss of their own: `cosmic optimize --from`, and a user's program.
 
-mod common;
-
+use crate::common::{Bench, scene};
 use autodiff::Real;
-use common::{Bench, scene};
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
 use cosmic::record::{

@@ -1,8 +1,6 @@
 //! `cosmic optimize` where it is refused, where its time step is unstable, and where numbers are lost.
 
-mod common;
-
-use common::{Bench, scene};
+use crate::common::{Bench, scene};
 use serde_json::Value;
 use std::fs;
 

@@ -1,10 +1,12 @@
 //! `cosmic report` and `cosmic compare` as a user meets them: files, page, messages, exit codes.
 
-use assert_cmd::Command;
+use crate::program::cosmic;
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
-use std::time::Duration;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// A run of seconds: small, slow to walk, with every phase.
@@ -24,18 +26,6 @@ horizon_over = [2, 5]
 [loss]
 window = 64
 ";
-
-/// Standard output, standard error and exit code of `cosmic` with those arguments.
-fn cosmic(arguments: &[&str]) -> (String, String, i32) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_cosmic"));
-    let output = command.args(arguments).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (
-        text(output.stdout),
-        text(output.stderr),
-        output.status.code().unwrap(),
-    )
-}
 
 /// A finished run in `run` of a new folder.
 fn finished() -> TempDir {
@@ -314,7 +304,8 @@ fn browser() -> Option<&'static str> {
 /// The document that a browser makes of a file, scripts run for a second of its own time.
 fn document(browser: &str, file: &str) -> String {
     let profile = TempDir::new().unwrap();
-    let output = Command::new(browser)
+    let page = profile.path().join("page.html");
+    let mut child = Command::new(browser)
         .args([
             "--headless",
             "--no-sandbox",
@@ -333,10 +324,19 @@ fn document(browser: &str, file: &str) -> String {
         ])
         .arg(format!("--user-data-dir={}", profile.path().display()))
         .arg(format!("file://{file}"))
-        .timeout(Duration::from_secs(120))
-        .output()
+        .stdout(fs::File::create(&page).unwrap())
+        .stderr(Stdio::null())
+        .spawn()
         .unwrap();
-    String::from_utf8(output.stdout).unwrap()
+    let began = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if began.elapsed() > Duration::from_secs(120) {
+            child.kill().unwrap();
+            panic!("{browser} hangs");
+        }
+        thread::sleep(Duration::from_millis(20));
+    }
+    fs::read_to_string(page).unwrap()
 }
 
 #[test]

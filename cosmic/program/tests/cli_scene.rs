@@ -1,20 +1,9 @@
 //! `cosmic scene` and `cosmic completions` as a user meets them: output, messages, exit codes.
 
-use assert_cmd::Command;
+use crate::program::{command, cosmic};
 use cosmic::scene::{BUILTIN, Scene};
 use std::fs;
-
-/// Standard output, standard error and exit code of `cosmic` with those arguments.
-fn cosmic(arguments: &[&str]) -> (String, String, i32) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_cosmic"));
-    let output = command.args(arguments).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (
-        text(output.stdout),
-        text(output.stderr),
-        output.status.code().unwrap(),
-    )
-}
+use std::process::Command;
 
 /// As [`cosmic`], for `scene check` of a file with that text.
 fn check(text: impl AsRef<[u8]>) -> (String, String, i32) {
@@ -116,8 +105,7 @@ fn bad_usage_exits_with_2_and_help_with_0() {
     #[cfg(target_os = "linux")]
     {
         let full = fs::File::create("/dev/full").unwrap();
-        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_cosmic"));
-        let told = command.arg("--version").stdout(full).output().unwrap();
+        let told = command(&["--version"]).stdout(full).output().unwrap();
         let error = String::from_utf8(told.stderr).unwrap();
         assert_eq!(told.status.code(), Some(4), "{error}");
         assert!(error.starts_with("error: cannot write standard output"));

@@ -1,8 +1,6 @@
 //! `cosmic optimize --search halving`: weak starts are dropped on the way.
 
-mod common;
-
-use common::{Bench, scene};
+use crate::common::{Bench, scene};
 use serde_json::Value;
 use std::fs;
 

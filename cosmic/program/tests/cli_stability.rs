@@ -1,6 +1,6 @@
 //! `cosmic verify --stability` as a user meets it.
 
-use assert_cmd::Command;
+use crate::program::cosmic_in;
 use serde_json::Value;
 use std::fs;
 
@@ -9,13 +9,10 @@ fn the_sweep_is_written_and_judged() {
     let folder = tempfile::tempdir().unwrap();
     let text = "[lattice]\ncolumns = 2\nrows = 2\n[controller]\nhidden = 2\n";
     fs::write(folder.path().join("tiny.toml"), text).unwrap();
-    let said = Command::new(env!("CARGO_BIN_EXE_cosmic"))
-        .args(["verify", "tiny.toml", "--stability", "--out", "v"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let out = String::from_utf8(said.stdout).unwrap();
-    assert_eq!(said.status.code(), Some(0), "{out}");
+    let verify = ["verify", "tiny.toml", "--stability", "--out", "v"];
+    let told = cosmic_in(folder.path(), &verify);
+    let out = told.out;
+    assert_eq!(told.code, 0, "{out}");
     for word in [
         "Robots at the extremes",
         "random lattices",

@@ -1,9 +1,7 @@
 //! `cosmic study` as a user meets it, in little: interrupted, resumed, with more seeds.
 #![cfg(unix)]
 
-mod program;
-
-use program::{Told, cosmic_in};
+use crate::program::{Told, cosmic_in};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

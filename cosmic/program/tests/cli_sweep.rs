@@ -1,11 +1,8 @@
 //! `cosmic sweep` as a user meets it: a frozen plan, runs shared by processes, merged results.
 #![cfg(unix)]
 
-mod background;
-mod common;
-
-use background::start;
-use common::{Bench, scene};
+use crate::background::start;
+use crate::common::{Bench, scene};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;

@@ -3,8 +3,7 @@
 use serde_json::Value;
 use std::fs;
 
-mod program;
-use program::cosmic_in;
+use crate::program::cosmic_in;
 
 const SMALL: &str = "[lattice]\ncolumns = 2\nrows = 2\n\
                      [physics]\nsteps = 64\nintegrator = \"leapfrog\"\nsubsteps = 2\n\

@@ -1,6 +1,6 @@
 //! Small runs of the program, for the tests of `optimize` and `resume`.
 
-use assert_cmd::Command;
+use crate::program::{Told, cosmic_in};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,14 +11,6 @@ pub(crate) struct Bench {
     folder: TempDir,
     /// The scene's file.
     pub(crate) scene: String,
-}
-
-/// What a command said, and its exit code.
-#[derive(Debug)]
-pub(crate) struct Said {
-    pub(crate) out: String,
-    pub(crate) error: String,
-    pub(crate) code: i32,
 }
 
 /// 24 iterations, of which the 19th is the snap, on rollouts of 64 steps.
@@ -52,34 +44,24 @@ impl Bench {
     }
 
     /// The program in the folder.
-    pub(crate) fn cosmic(&self, arguments: &[&str]) -> Said {
+    pub(crate) fn cosmic(&self, arguments: &[&str]) -> Told {
         self.cosmic_in("", arguments)
     }
 
     /// The program in a folder below.
-    pub(crate) fn cosmic_in(&self, below: &str, arguments: &[&str]) -> Said {
-        let output = Command::new(env!("CARGO_BIN_EXE_cosmic"))
-            .args(arguments)
-            .current_dir(self.path(below))
-            .output()
-            .unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-        Said {
-            out: text(output.stdout),
-            error: text(output.stderr),
-            code: output.status.code().unwrap(),
-        }
+    pub(crate) fn cosmic_in(&self, below: &str, arguments: &[&str]) -> Told {
+        cosmic_in(&self.path(below), arguments)
     }
 
     /// `cosmic optimize` of the scene into a folder of the bench.
-    pub(crate) fn optimize(&self, out: &str, more: &[&str]) -> Said {
+    pub(crate) fn optimize(&self, out: &str, more: &[&str]) -> Told {
         let mut arguments = vec!["optimize", &self.scene, "--out", out];
         arguments.extend(more);
         self.cosmic(&arguments)
     }
 
     /// A run that must go well.
-    pub(crate) fn run(&self, out: &str, more: &[&str]) -> Said {
+    pub(crate) fn run(&self, out: &str, more: &[&str]) -> Told {
         let said = self.optimize(out, more);
         assert_eq!(said.code, 0, "{said:?}");
         said

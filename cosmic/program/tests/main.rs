@@ -1,0 +1,27 @@
+//! The tests of the program as a user meets it, as one binary, a module a command or a topic.
+//!
+//! `cargo test -p cosmic-program --test all cli_report::` runs one module.
+
+#[cfg(unix)]
+mod background;
+mod common;
+mod program;
+
+mod cli_at_work;
+mod cli_beyond;
+mod cli_diverged;
+mod cli_evaluate;
+mod cli_explain;
+mod cli_files;
+mod cli_gradcheck;
+mod cli_interrupted;
+mod cli_optimize;
+mod cli_own;
+mod cli_refused;
+mod cli_report;
+mod cli_scene;
+mod cli_search;
+mod cli_stability;
+mod cli_study;
+mod cli_sweep;
+mod cli_verify;

@@ -1,0 +1,11 @@
+//! The tests of the model as one binary, a module a topic.
+//!
+//! `cargo test -p cosmic-codesign --test all scene_reader::` runs one module.
+
+mod property_design;
+#[cfg(feature = "files")]
+mod property_files;
+#[cfg(feature = "files")]
+mod record_files;
+mod scene_builtin;
+mod scene_reader;
