@@ -140,9 +140,10 @@ fn starts_together_are_as_each_alone() {
                 let models: Vec<_> = x.chunks(points[0].len()).map(parts).collect();
                 let each = [0, 1, 2, 3].map(|k| models.iter().map(|m| m[k]).collect::<Vec<_>>());
                 let [starts, stiffness, forces, winds] = each.each_ref().map(Vec::as_slice);
-                let controls = match own {
-                    true => [Given::Each(forces), Given::Each(winds)],
-                    false => [Given::Shared(forces[0]), Given::Shared(winds[0])],
+                let controls = if own {
+                    [Given::Each(forces), Given::Each(winds)]
+                } else {
+                    [Given::Shared(forces[0]), Given::Shared(winds[0])]
                 };
                 let given = [&[Given::Each(stiffness)][..], &controls].concat();
                 let seen = Squares::default().rollout().run_batch_with(starts, &given);

@@ -79,9 +79,12 @@ fn edges_that_are_left_out_are_as_edges_that_give_zero() {
     let (full, marked) = (Graph::new(NODES, &edges()), marked());
     let less = full.without(&marked);
     let stiffness = |graph: &Graph| {
-        let of_edge = |(e, &left_out): (usize, &bool)| match left_out {
-            true => 0.0,
-            false => 1.0 + (e as f64).sin(),
+        let of_edge = |(e, &left_out): (usize, &bool)| {
+            if left_out {
+                0.0
+            } else {
+                1.0 + (e as f64).sin()
+            }
         };
         graph.to_slots(&marked.iter().enumerate().map(of_edge).collect::<Vec<f64>>())
     };
@@ -94,9 +97,10 @@ fn edges_that_are_left_out_are_as_edges_that_give_zero() {
     assert_eq!(gradient[..2 * NODES], gradient_less[..2 * NODES]);
     for (edge, &slot) in full.slot_of_edge().iter().enumerate() {
         let place = 2 * NODES + slot;
-        match marked[edge] {
-            true => assert!(gradient[place] != 0.0 && gradient_less[place] == 0.0),
-            false => assert_eq!(gradient[place], gradient_less[place], "edge {edge}"),
+        if marked[edge] {
+            assert!(gradient[place] != 0.0 && gradient_less[place] == 0.0)
+        } else {
+            assert_eq!(gradient[place], gradient_less[place], "edge {edge}")
         }
     }
 }

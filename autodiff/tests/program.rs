@@ -238,9 +238,10 @@ impl Model for Between {
         let [next_x] = p.map(Turn, [x, seen]);
         let [between] = p.map(Plus, [seen, next_x]);
         let shift: Vec<_> = (0..Self::LEN).map(|i| i.checked_sub(1)).collect();
-        let next_y = match self.gathered {
-            true => p.gather(between, &shift),
-            false => p.map(Turn, [seen, between])[0],
+        let next_y = if self.gathered {
+            p.gather(between, &shift)
+        } else {
+            p.map(Turn, [seen, between])[0]
         };
         p.advance(x, next_x);
         p.advance(y, next_y);
@@ -427,9 +428,10 @@ fn arrays_may_be_empty() {
                     let bias = [Var::lit(0.4); NODES];
                     let parameters: [&[Var<f64>]; 4] = [&[], &bias, &[], &[]];
                     let starts: Vec<&[Var<f64>]> = x.chunks(NODES).collect();
-                    let seen = match together {
-                        true => rollout.run_batch(&starts, &parameters),
-                        false => (starts.iter().map(|s| rollout.run(s, &parameters))).collect(),
+                    let seen = if together {
+                        rollout.run_batch(&starts, &parameters)
+                    } else {
+                        (starts.iter().map(|s| rollout.run(s, &parameters))).collect()
                     };
                     Var::sum(&seen.concat())
                 },

@@ -46,9 +46,10 @@ impl Moves {
                     .count()
             };
             let (same, rising) = (along(0), along(1));
-            let (moves, len) = match same > rising {
-                true => (&mut spreads, same),
-                false => (&mut runs, rising),
+            let (moves, len) = if same > rising {
+                (&mut spreads, same)
+            } else {
+                (&mut runs, rising)
             };
             let [from, place, numbers] = [from, to, len].map(|n| n * starts);
             moves.push(Run {

@@ -91,9 +91,10 @@ trait Lanes<R, const O: usize> {
             }
             // With `N = 1` none are left, but the compiler cannot tell.
             if L::N > 1 && i < len {
-                match TWICE && len > L::N {
-                    true => self.lane::<L>((len - L::N, L::N)),
-                    false => self.lane::<L>((i, len - i)),
+                if TWICE && len > L::N {
+                    self.lane::<L>((len - L::N, L::N))
+                } else {
+                    self.lane::<L>((i, len - i))
                 }
             }
         }

@@ -55,9 +55,10 @@ impl Reach {
     pub(super) fn new(arrays: impl IntoIterator<Item = (Array, usize)>) -> Self {
         let mut reach = Self::default();
         for (array, len) in arrays {
-            let end = match array.parameter {
-                true => &mut reach.parameters,
-                false => &mut reach.row,
+            let end = if array.parameter {
+                &mut reach.parameters
+            } else {
+                &mut reach.row
             };
             *end = (array.start + len).max(*end);
         }

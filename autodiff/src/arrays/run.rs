@@ -194,9 +194,10 @@ impl<R: Real> Program<R> {
         }
         for (from, to) in &self.layout.moves {
             let to = self.layout.stride + to.start;
-            match from.parameter {
-                true => row[to..][..from.len].copy_from_slice(&parameters[from.range()]),
-                false => row.copy_within(from.range(), to),
+            if from.parameter {
+                row[to..][..from.len].copy_from_slice(&parameters[from.range()])
+            } else {
+                row.copy_within(from.range(), to)
             }
         }
     }
@@ -261,9 +262,12 @@ impl<R: Real> Program<R> {
                 .iter()
                 .fold(of_starts[0], |sum, &bar| sum + bar)
         };
-        let of_starts = |own, bars: &[R]| match own {
-            true => bars.to_vec(),
-            false => bars.chunks_exact(self.starts).map(sum).collect(),
+        let of_starts = |own, bars: &[R]| {
+            if own {
+                bars.to_vec()
+            } else {
+                bars.chunks_exact(self.starts).map(sum).collect()
+            }
         };
         let bar = |(declared, &own): (&Parameter, &bool)| match declared {
             Parameter::Array(a) => of_starts(own, &bars[a.range()]),

@@ -230,9 +230,12 @@ impl<M: Model> Batched<M> {
         run: impl FnOnce(&[&[R]]) -> T,
     ) -> T {
         let parameters = self.by_parameter(inputs).into_iter().zip(&self.own);
-        let parameter = |(given, &own): (&'a [&'a [R]], &bool)| match own {
-            true => Cow::Owned(group.own(given)),
-            false => Cow::Borrowed(given[0]),
+        let parameter = |(given, &own): (&'a [&'a [R]], &bool)| {
+            if own {
+                Cow::Owned(group.own(given))
+            } else {
+                Cow::Borrowed(given[0])
+            }
         };
         let start = Cow::Owned(group.own(&inputs[..self.starts]));
         let inputs: Vec<Cow<[R]>> = std::iter::once(start)
@@ -278,9 +281,12 @@ impl<M: Model> Fused for Batched<M> {
         let mut start_bars = Vec::new();
         let mut parameter_bars: Vec<Vec<Vec<R>>> = vec![Vec::new(); self.own.len()];
         for (group, recorded) in saved {
-            let seed = |lane: usize| match lane < group.starts.len() {
-                true => &y_bar[(group.starts.start + lane) * len..][..len],
-                false => &[],
+            let seed = |lane: usize| {
+                if lane < group.starts.len() {
+                    &y_bar[(group.starts.start + lane) * len..][..len]
+                } else {
+                    &[]
+                }
             };
             let seeds = group.interleaved(seed);
             let x_bars = self

@@ -178,9 +178,10 @@ impl<R: Real> Recorded<R> {
 
     /// During the first run forward: the row that begins with the state after `step` steps.
     fn row_after(&self, step: usize) -> &[R] {
-        match self.keeps_all() {
-            true => &self.rows[step * self.sweep.program.stride()..],
-            false => &self.row,
+        if self.keeps_all() {
+            &self.rows[step * self.sweep.program.stride()..]
+        } else {
+            &self.row
         }
     }
 

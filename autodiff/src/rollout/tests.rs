@@ -111,9 +111,10 @@ impl<R: Real> Several<R> {
                     own: self.own.iter().map(&mut take).collect(),
                     parameters: self.parameters.iter().map(&mut take).collect(),
                 };
-                let seen = match together {
-                    true => variables.together(),
-                    false => variables.alone(),
+                let seen = if together {
+                    variables.together()
+                } else {
+                    variables.alone()
                 };
                 let weighted = choice(seen.concat()).into_iter().enumerate();
                 let weighted = weighted.map(|(i, s)| s * s * Var::lit(1.0 + 0.1 * (i % 7) as f64));
@@ -158,9 +159,10 @@ fn starts_fill_registers() {
             let members: Vec<usize> = groups.iter().flat_map(|g| g.starts.clone()).collect();
             assert!(members.into_iter().eq(0..starts), "each once, in order");
             let (full, left) = (starts / lanes, starts % lanes);
-            let rest = match left > 1 && 4 * left > 3 * lanes {
-                true => vec![lanes],
-                false => [vec![2; left / 2], vec![1; left % 2]].concat(),
+            let rest = if left > 1 && 4 * left > 3 * lanes {
+                vec![lanes]
+            } else {
+                [vec![2; left / 2], vec![1; left % 2]].concat()
             };
             let expected = [vec![lanes; full], rest].concat();
             let found: Vec<usize> = groups.iter().map(|group| group.lanes).collect();
@@ -334,9 +336,12 @@ fn a_state_that_is_not_below_its_bound_is_told() {
                 for (k, largest) in largest.iter().enumerate() {
                     let told = |seen: &[R]| seen.iter().all(|&x| x.into().is_nan());
                     let sane = |seen: &[R]| seen == plain[k];
-                    let expected = |seen: &[R]| match *largest < bound {
-                        true => sane(seen),
-                        false => told(seen),
+                    let expected = |seen: &[R]| {
+                        if *largest < bound {
+                            sane(seen)
+                        } else {
+                            told(seen)
+                        }
                     };
                     assert!(expected(&together[k]) && expected(&alone[k]), "{k}");
                 }

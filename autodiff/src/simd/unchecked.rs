@@ -36,9 +36,10 @@ pub(crate) trait Unchecked<S>: Lane<S> {
         debug_assert!(n <= Self::N && at + n <= from.len());
         // SAFETY: the caller's promise.
         unsafe {
-            match n == Self::N {
-                true => Self::load_at(from, at),
-                false => Self::load_part(from.get_unchecked(at..at + n)),
+            if n == Self::N {
+                Self::load_at(from, at)
+            } else {
+                Self::load_part(from.get_unchecked(at..at + n))
             }
         }
     }
@@ -52,9 +53,10 @@ pub(crate) trait Unchecked<S>: Lane<S> {
         debug_assert!(n <= Self::N && at + n <= to.len());
         // SAFETY: the caller's promise.
         unsafe {
-            match n == Self::N {
-                true => self.store_at(to, at),
-                false => self.store_part(to.get_unchecked_mut(at..at + n)),
+            if n == Self::N {
+                self.store_at(to, at)
+            } else {
+                self.store_part(to.get_unchecked_mut(at..at + n))
             }
         }
     }

@@ -360,9 +360,10 @@ impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
 #[inline(always)]
 fn before_tanh<R: Real, L: Lane<R>>(tanh: bool, y: &[R], bar: &[R]) -> L {
     let (y, bar) = (L::load(y), L::load(bar));
-    match tanh {
-        true => L::chain((-y).fma(y, L::one()), bar),
-        false => bar,
+    if tanh {
+        L::chain((-y).fma(y, L::one()), bar)
+    } else {
+        bar
     }
 }
 

@@ -273,9 +273,10 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
                 let checked = self.check(&half);
                 // The half's contribution to the error: that of its slope times its length. A claim
                 // of infinity or NaN is the worst, whatever the differences say.
-                let error = match checked.gradient.is_finite() {
-                    true => checked.absolute_error() * length,
-                    false => f64::INFINITY,
+                let error = if checked.gradient.is_finite() {
+                    checked.absolute_error() * length
+                } else {
+                    f64::INFINITY
                 };
                 (error, half)
             };
