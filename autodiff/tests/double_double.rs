@@ -251,7 +251,7 @@ impl Model for Chain {
         let (x, v) = (p.state(MASSES), p.state(MASSES));
         let clock = p.input(1);
         let push = p.dense_tanh(weights, &[x, clock], bias);
-        let [f] = p.map_edges(&self.0, Spring, ([x], &[rest]));
+        let [f] = p.map_edges(&self.0, Spring, [x], &[rest]);
         let [x_next, v_next] = p.map(Advance, [x, v, f, push]);
         p.advance(x, x_next);
         p.advance(v, v_next);

@@ -42,7 +42,7 @@ impl Model for Chain {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let k = p.parameter(self.0.slots());
         let (x, v) = (p.state(NODES), p.state(NODES));
-        let [f] = p.map_edges(&self.0, Spring, ([x], &[k]));
+        let [f] = p.map_edges(&self.0, Spring, [x], &[k]);
         let [x_next, v_next] = p.map(Move, [x, v, f]);
         p.advance(x, x_next);
         p.advance(v, v_next);
@@ -175,7 +175,7 @@ impl Model for Plane {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let k = p.parameter(self.graph.slots());
         let (x, y) = (p.state(self.graph.nodes()), p.state(self.graph.nodes()));
-        let [pull_x, pull_y, lengths] = p.map_edges(&self.graph, Strut, ([x, y], &[k]));
+        let [pull_x, pull_y, lengths] = p.map_edges(&self.graph, Strut, [x, y], &[k]);
         let [x_next] = p.map(Turn, [x, pull_x]);
         let [pulled] = p.map(Turn, [y, pull_y]);
         let [y_next] = p.map(Turn, [pulled, lengths]);

@@ -11,7 +11,7 @@ struct SetOutBefore;
 impl Model for SetOutBefore {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let (matrix, bias) = (p.matrix(1, 0), p.parameter(1));
-        p.dense_tanh_spread((matrix, bias), &[], &[true, false]);
+        p.dense_tanh_spread(matrix, &[], bias, &[true, false]);
         let x = p.state(1);
         let [next] = p.map(Halve, [x]);
         p.advance(x, next);
@@ -44,7 +44,7 @@ impl Model for Gapped {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let (matrix, bias) = (p.matrix(1, 3), p.parameter(1));
         let x = p.state(3);
-        let set_out = p.dense_tanh_spread((matrix, bias), &[x], &[false, true, false]);
+        let set_out = p.dense_tanh_spread(matrix, &[x], bias, &[false, true, false]);
         p.advance(x, set_out);
     }
 }
@@ -99,7 +99,7 @@ impl Model for Chain {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let graph = Graph::new(5, &[[0, 1], [1, 2], [2, 3], [3, 4]]);
         let x = p.state(5);
-        let [next] = p.map_edges(&graph, Halve, ([x], &[]));
+        let [next] = p.map_edges(&graph, Halve, [x], &[]);
         p.advance(x, next);
     }
 }

@@ -216,7 +216,7 @@ fn arrays_of_another_program_are_refused() {
         |program, array| _ = program.gather(array, &[Some(0)]),
         |program, array| {
             let graph = Graph::new(2, &[[0, 1]]);
-            _ = program.map_edges(&graph, Twice, ([array], &[]));
+            _ = program.map_edges(&graph, Twice, [array], &[]);
         },
         |program, array| {
             let (matrix, bias) = (program.matrix(1, 2), program.parameter(1));

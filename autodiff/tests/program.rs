@@ -92,7 +92,7 @@ impl Model for Directions {
     fn record<R: Real>(&self, p: &mut Program<R>) {
         let k = p.parameter(self.graph.slots());
         let x = p.state(NODES);
-        let [f] = p.map_edges(&self.graph, Pull, ([x], &[k]));
+        let [f] = p.map_edges(&self.graph, Pull, [x], &[k]);
         let [next] = p.map(Plus, [x, f]);
         p.advance(x, next);
     }
@@ -385,7 +385,7 @@ impl Model for Hollow {
         let input = p.input(0);
         let from_none = p.dense(flat, &[nothing, input], bias);
         let to_none = p.dense(narrow, &[x], none);
-        let zeros = p.dense_tanh_spread((narrow, none), &[x], &[false; NODES]);
+        let zeros = p.dense_tanh_spread(narrow, &[x], none, &[false; NODES]);
         let picked = p.gather(x, &[]);
         let [sum] = p.map(Plus, [picked, to_none]);
         let [next] = p.map(Turn, [x, from_none]);

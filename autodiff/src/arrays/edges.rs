@@ -137,7 +137,8 @@ impl<R: Real, K, const C: usize, const I: usize, const O: usize> EdgeMap<R, K, C
     pub(super) fn new(
         kernel: K,
         graph: &Graph,
-        (ends, per_edge): ([Array; C], &[Array]),
+        ends: [Array; C],
+        per_edge: &[Array],
         sums: [Array; O],
     ) -> Self {
         assert!(O > 0, "map_edges: a kernel without results");
@@ -270,9 +271,9 @@ where
         }
         let Array { start, len, .. } = map.sums[0];
         let sums = &mut row[start..start + O * len];
-        collect::<R, L, O>(&map.plan, results, len, |o, (node, n), sum| {
+        collect::<R, L, O>(&map.plan, results, len, |o, node, n, sum| {
             // SAFETY: the sums lie one after the other, and the nodes are theirs.
-            unsafe { sum.store_n(sums, (o * len + node, n)) };
+            unsafe { sum.store_n(sums, o * len + node, n) };
         });
     }
 }
@@ -307,8 +308,8 @@ where
             for &lane in &map.plan.edges {
                 let mut y_bar = [L::zero(); O];
                 for o in 0..O {
-                    let head: L = load(y_bars[o], (lane.head, L::N));
-                    let tail_less_head = load::<R, L>(y_bars[o], (lane.tail, L::N)) - head;
+                    let head: L = load(y_bars[o], lane.head, L::N);
+                    let tail_less_head = load::<R, L>(y_bars[o], lane.tail, L::N) - head;
                     y_bar[o] = L::select(L::mask(lane.bits), tail_less_head, L::zero());
                 }
                 let x_bar = map.kernel.vjp(sources.load::<L>(lane), y_bar);
@@ -316,16 +317,16 @@ where
                     x_bar[c].store_at(ends_bar, c * room + lane.scratch);
                 }
                 for k in C..I {
-                    add(x_bars[k], (lane.slot, L::N), x_bar[k]);
+                    add(x_bars[k], lane.slot, L::N, x_bar[k]);
                 }
             }
         }
         let ends = &map.inputs[..C];
         if map.active[..C].contains(&true) {
-            collect::<R, L, C>(&map.plan, ends_bar, ends[0].len, |c, (node, n), sum| {
-                let (part, at) = (bars.part_mut(ends[c]), (ends[c].start + node, n));
+            collect::<R, L, C>(&map.plan, ends_bar, ends[0].len, |c, node, n, sum| {
+                let (part, at) = (bars.part_mut(ends[c]), ends[c].start + node);
                 // SAFETY: the nodes lie within the reach that was checked.
-                unsafe { (L::load_n(part, at) - sum).store_n(part, at) };
+                unsafe { (L::load_n(part, at, n) - sum).store_n(part, at, n) };
             });
         }
     }
@@ -333,13 +334,13 @@ where
 
 /// Sums values over the edges of each node, plus where the node is the tail and minus where it is the
 /// head. `values` holds `N` arrays over the slots; for each of them and each register of nodes, calls
-/// `take(array, (first_node, count), sums)`.
+/// `take(array, first_node, count, sums)`.
 #[inline(always)]
 fn collect<R: Real, L: Lane<R>, const N: usize>(
     plan: &EdgePlan,
     values: &[R],
     nodes: usize,
-    mut take: impl FnMut(usize, (usize, usize), L),
+    mut take: impl FnMut(usize, usize, usize, L),
 ) {
     assert!(
         N * plan.room <= values.len(),
@@ -361,7 +362,7 @@ fn collect<R: Real, L: Lane<R>, const N: usize>(
             }
         }
         for n in 0..N {
-            take(n, (node, L::N.min(nodes - node)), sums[n]);
+            take(n, node, L::N.min(nodes - node), sums[n]);
         }
     }
 }
@@ -389,7 +390,7 @@ mod tests {
     fn lanes_that_are_not_those_of_the_plan_are_refused() {
         let mut program = Program::<f64>::default();
         let x = program.state(3);
-        let [next] = program.map_edges(&Graph::new(3, &[[0, 1]]), Stretch, ([x], &[]));
+        let [next] = program.map_edges(&Graph::new(3, &[[0, 1]]), Stretch, [x], &[]);
         program.advance(x, next);
         let mut program = program.finish();
         let (mut row, planned) = (vec![0.0; program.row_len()], lanes::<f64>());

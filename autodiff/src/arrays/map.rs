@@ -69,11 +69,11 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Operation<R> for 
 
 /// Work on arrays of one length, register by register.
 trait Lanes<R, const O: usize> {
-    /// The work on the entries from place `at` on, `n` of them, given `(at, n)`.
+    /// The work on `n` entries from place `at` on.
     ///
     /// # Safety
     /// All arrays have these entries, and `n` is no more than `N`.
-    unsafe fn lane<L: Lane<R>>(&mut self, at_n: (usize, usize));
+    unsafe fn lane<L: Lane<R>>(&mut self, at: usize, n: usize);
 
     /// The work on all entries. Where some may be worked on `TWICE`, the last register overlaps with
     /// the one before it: what is then read of it need not wait for a store of a part.
@@ -86,15 +86,15 @@ trait Lanes<R, const O: usize> {
         // SAFETY: the lanes end within the arrays.
         unsafe {
             while i + L::N <= len {
-                self.lane::<L>((i, L::N));
+                self.lane::<L>(i, L::N);
                 i += L::N;
             }
             // With `N = 1` none are left, but the compiler cannot tell.
             if L::N > 1 && i < len {
                 if TWICE && len > L::N {
-                    self.lane::<L>((len - L::N, L::N))
+                    self.lane::<L>(len - L::N, L::N)
                 } else {
-                    self.lane::<L>((i, len - i))
+                    self.lane::<L>(i, len - i)
                 }
             }
         }
@@ -120,15 +120,15 @@ where
     K: Kernel<I, O>,
 {
     #[inline(always)]
-    unsafe fn lane<L: Lane<R>>(&mut self, (i, n): (usize, usize)) {
+    unsafe fn lane<L: Lane<R>>(&mut self, i: usize, n: usize) {
         let mut x = [L::zero(); I];
         for k in 0..I {
             // SAFETY: the caller's promise, here and below.
-            x[k] = unsafe { L::load_n(self.x[k], (i, n)) };
+            x[k] = unsafe { L::load_n(self.x[k], i, n) };
         }
         let y = self.kernel.eval(x);
         for k in 0..O {
-            unsafe { y[k].store_n(self.y, (k * self.len + i, n)) };
+            unsafe { y[k].store_n(self.y, k * self.len + i, n) };
         }
     }
 }
@@ -182,20 +182,20 @@ where
     K: Kernel<I, O>,
 {
     #[inline(always)]
-    unsafe fn lane<L: Lane<R>>(&mut self, (i, n): (usize, usize)) {
+    unsafe fn lane<L: Lane<R>>(&mut self, i: usize, n: usize) {
         let (mut x, mut y, mut y_bar) = ([L::zero(); I], [L::zero(); O], [L::zero(); O]);
         for k in 0..I {
             // SAFETY: the caller's promise, here and below; no two slices of bars live at a time.
-            x[k] = unsafe { L::load_n(self.x[k], (i, n)) };
+            x[k] = unsafe { L::load_n(self.x[k], i, n) };
         }
         for k in 0..O {
             let place = k * self.len + i;
-            y[k] = unsafe { L::load_n(self.y, (place, n)) };
-            y_bar[k] = unsafe { load(self.y_bar, (place, n)) };
+            y[k] = unsafe { L::load_n(self.y, place, n) };
+            y_bar[k] = unsafe { load(self.y_bar, place, n) };
         }
         let x_bar = self.kernel.vjp_with_results(x, y, y_bar);
         for k in 0..I {
-            unsafe { add(self.x_bar[k], (i, n), x_bar[k]) };
+            unsafe { add(self.x_bar[k], i, n, x_bar[k]) };
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Recording what a step does with its arrays.
 
 use super::array::{Array, Matrix, Parameter, repeated};
-use super::dense::DenseLayer;
+use super::dense::{DenseLayer, Layer};
 use super::edges::EdgeMap;
 use super::gather::Gather;
 use super::graph::Graph;
@@ -70,7 +70,7 @@ impl<R: Real> Program<R> {
     /// Unless the matrix has as many columns as the arrays have numbers together and as many rows
     /// as the bias, or if one of them is of another program.
     pub fn dense(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
-        self.dense_layer((matrix, bias), x, &vec![true; matrix.rows], false)
+        self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], false)
     }
 
     /// `tanh(matrix * (x_0, x_1, ...) + bias)`.
@@ -78,7 +78,7 @@ impl<R: Real> Program<R> {
     /// # Panics
     /// As [`dense`](Program::dense).
     pub fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
-        self.dense_layer((matrix, bias), x, &vec![true; matrix.rows], true)
+        self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], true)
     }
 
     /// `tanh(matrix * (x_0, x_1, ...) + bias)` among zeros: an array as long as `places`, with the
@@ -88,17 +88,19 @@ impl<R: Real> Program<R> {
     /// As [`dense`](Program::dense), and unless as many places are true as the matrix has rows.
     pub fn dense_tanh_spread(
         &mut self,
-        (matrix, bias): (Matrix, Array),
+        matrix: Matrix,
         x: &[Array],
+        bias: Array,
         places: &[bool],
     ) -> Array {
-        self.dense_layer((matrix, bias), x, places, true)
+        self.dense_layer(matrix, x, bias, places, true)
     }
 
     fn dense_layer(
         &mut self,
-        (matrix, bias): (Matrix, Array),
+        matrix: Matrix,
         x: &[Array],
+        bias: Array,
         places: &[bool],
         tanh: bool,
     ) -> Array {
@@ -129,7 +131,15 @@ impl<R: Real> Program<R> {
             Parameter::Matrix(m) => m.len(),
         };
         let numbers = self.parameters.iter().map(entries).sum();
-        let layer = DenseLayer::new((matrix, bias, numbers), x, (output, &places), tanh);
+        let layer = Layer {
+            matrix,
+            x,
+            bias,
+            output,
+            places: &places,
+            tanh,
+        };
+        let layer = DenseLayer::new(layer, numbers);
         self.operations.push(Box::new(layer));
         output
     }
@@ -174,7 +184,7 @@ impl<R: Real> Program<R> {
     ///     fn record<R: Real>(&self, program: &mut Program<R>) {
     ///         let conductivity = program.parameter(self.0.slots());
     ///         let t = program.state(self.0.nodes());
-    ///         let [gain] = program.map_edges(&self.0, Conduction, ([t], &[conductivity]));
+    ///         let [gain] = program.map_edges(&self.0, Conduction, [t], &[conductivity]);
     ///         let [next] = program.map(Sum, [t, gain]);
     ///         program.advance(t, next);
     ///     }
@@ -200,7 +210,8 @@ impl<R: Real> Program<R> {
         &mut self,
         graph: &Graph,
         kernel: K,
-        (ends, per_edge): ([Array; C], &[Array]),
+        ends: [Array; C],
+        per_edge: &[Array],
     ) -> [Array; O]
     where
         K: Kernel<I, O>,
@@ -217,7 +228,7 @@ impl<R: Real> Program<R> {
         let interleaved = graph.side_by_side(self.starts);
         self.margin = self.margin.max(interleaved.lead());
         let outputs = self.outputs(graph.nodes());
-        let map = EdgeMap::new(kernel, &interleaved, (ends, per_edge), outputs);
+        let map = EdgeMap::new(kernel, &interleaved, ends, per_edge, outputs);
         self.operations.push(Box::new(map));
         outputs
     }

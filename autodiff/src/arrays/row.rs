@@ -144,9 +144,9 @@ impl<R: Real> Places<R> {
 /// `from` points to `at + n` numbers, which nothing writes meanwhile, and `n` is no more than `N`.
 #[allow(unsafe_code)] // See `Places`.
 #[inline(always)]
-pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, (at, n): (usize, usize)) -> L {
+pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, at: usize, n: usize) -> L {
     // SAFETY: the caller's promise.
-    unsafe { L::load_n(from_raw_parts(from.add(at), n), (0, n)) }
+    unsafe { L::load_n(from_raw_parts(from.add(at), n), 0, n) }
 }
 
 /// Adds a lane to the `n` numbers from place `at` on, unless the pointer is null.
@@ -156,11 +156,11 @@ pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, (at, n): (usize, usize)
 /// more than `N`.
 #[allow(unsafe_code)] // See `Places`.
 #[inline(always)]
-pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, (at, n): (usize, usize), lane: L) {
+pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, at: usize, n: usize, lane: L) {
     if !to.is_null() {
         // SAFETY: the caller's promise.
         let to = unsafe { from_raw_parts_mut(to.add(at), n) };
-        unsafe { (L::load_n(to, (0, n)) + lane).store_n(to, (0, n)) };
+        unsafe { (L::load_n(to, 0, n) + lane).store_n(to, 0, n) };
     }
 }
 

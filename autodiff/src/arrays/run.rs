@@ -66,7 +66,8 @@ impl<R: Real> Program<R> {
     pub(crate) fn load(
         &mut self,
         values: &mut [R],
-        (parameters, own): (&[&[R]], &[bool]),
+        parameters: &[&[R]],
+        own: &[bool],
         steps: usize,
     ) {
         let [given, declared] = [parameters.len(), self.parameters.len()];
@@ -152,7 +153,7 @@ impl<R: Real> Program<R> {
     }
 
     /// Writes the inputs of a step, given those of all steps, and its controls into its row.
-    pub(crate) fn set_inputs(&self, row: &mut [R], (all, step): (&[f64], usize)) {
+    pub(crate) fn set_inputs(&self, row: &mut [R], all: &[f64], step: usize) {
         let mut given = all[step * self.inputs_len..][..self.inputs_len].iter();
         for part in &self.inputs {
             let places = row[part.range()].chunks_exact_mut(self.starts);
@@ -219,7 +220,8 @@ impl<R: Real> Program<R> {
     /// the step before, to be prefetched: the processor does not foresee rows read backwards.
     pub(crate) fn reverse_step(
         &mut self,
-        (parameters, row): (&[R], &[R]),
+        parameters: &[R],
+        row: &[R],
         [parameter_bars, row_bars]: &mut [Aligned<R>; 2],
         state_bar: &mut Vec<R>,
         soon: *const R,

@@ -42,8 +42,8 @@ impl<R: Real> Lu<R> {
                 // Compared as quotients: products across rows could leave the range of floats.
                 let [here, there] = [k, i].map(|i| rows[i][k].detach().abs() / row_scales[i]);
                 let mask = here.lt(there);
-                exchange(&mut rows, (k, i), mask);
-                swap(&mut row_scales, (k, i), mask);
+                exchange(&mut rows, k, i, mask);
+                swap(&mut row_scales, k, i, mask);
                 exchanges.push((k, i, mask));
             }
             // NaN is not a pivot either.
@@ -65,7 +65,7 @@ impl<R: Real> Lu<R> {
     /// Solves `A x = b` in place.
     pub(crate) fn solve(&self, b: &mut [R]) {
         for &(k, i, mask) in &self.exchanges {
-            swap(b, (k, i), mask);
+            swap(b, k, i, mask);
         }
         let n = b.len();
         for i in 0..n {
@@ -94,19 +94,19 @@ impl<R: Real> Lu<R> {
             }
         }
         for &(k, i, mask) in self.exchanges.iter().rev() {
-            swap(b, (k, i), mask);
+            swap(b, k, i, mask);
         }
     }
 }
 
-fn exchange<R: Real>(rows: &mut [Vec<R>], (k, i): (usize, usize), mask: R::Mask) {
+fn exchange<R: Real>(rows: &mut [Vec<R>], k: usize, i: usize, mask: R::Mask) {
     let (above, below) = rows.split_at_mut(i);
     for (a, b) in above[k].iter_mut().zip(&mut below[0]) {
         (*a, *b) = (R::select(mask, *b, *a), R::select(mask, *a, *b));
     }
 }
 
-fn swap<R: Real>(b: &mut [R], (k, i): (usize, usize), mask: R::Mask) {
+fn swap<R: Real>(b: &mut [R], k: usize, i: usize, mask: R::Mask) {
     (b[k], b[i]) = (R::select(mask, b[i], b[k]), R::select(mask, b[k], b[i]));
 }
 

@@ -291,7 +291,7 @@ impl<M: Model> Fused for Batched<M> {
             let seeds = group.interleaved(seed);
             let x_bars = self
                 .rollout
-                .reversed((group.lanes, recorded), &seeds, &wanted);
+                .reversed(group.lanes, recorded, &seeds, &wanted);
             let (start_bar, bars) = x_bars.split_first().expect("a rollout has a start");
             start_bars.extend(group.parted(start_bar));
             for ((bars, bar), &own) in parameter_bars.iter_mut().zip(bars).zip(&self.own) {

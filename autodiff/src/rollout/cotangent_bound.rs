@@ -47,7 +47,7 @@ pub struct CotangentBound {
 
 impl CotangentBound {
     /// Scales the cotangent of each start back where it exceeds the bound, after `step` steps.
-    pub(super) fn clip<R: Real>(self, (step, starts): (usize, usize), state_bar: &mut [R]) {
+    pub(super) fn clip<R: Real>(self, step: usize, starts: usize, state_bar: &mut [R]) {
         if !step.is_multiple_of(self.every) || state_bar.is_empty() {
             return;
         }

@@ -30,7 +30,7 @@ impl<M: Model> Rollout<M> {
 
     /// Where the returned numbers lie in a state of `len` numbers, in which those of `starts` starts are
     /// interleaved.
-    fn places(&self, (starts, len): (usize, usize)) -> Vec<usize> {
+    fn places(&self, starts: usize, len: usize) -> Vec<usize> {
         let Some(entries) = &self.entries else {
             return (0..len).collect();
         };
@@ -48,7 +48,7 @@ impl<M: Model> Rollout<M> {
         let _running = Running::start();
         let mut sweep = Sweep::new(self, starts, inputs);
         let mut row = sweep.row(inputs[0]);
-        let places = self.places((starts.count, sweep.state_len()));
+        let places = self.places(starts.count, sweep.state_len());
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
@@ -59,7 +59,7 @@ impl<M: Model> Rollout<M> {
                 sweep.step_in_place(step, &mut row);
             }
         }
-        sweep.apply_state_bound((self.steps, &row), &mut seen);
+        sweep.apply_state_bound(self.steps, &row, &mut seen);
         seen
     }
 
@@ -71,7 +71,7 @@ impl<M: Model> Rollout<M> {
     ) -> (Vec<R>, Recorded<R>) {
         let _running = Running::start();
         let mut recorded = Recorded::new(self, starts, inputs);
-        let places = self.places((starts.count, recorded.state_len()));
+        let places = self.places(starts.count, recorded.state_len());
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
@@ -89,13 +89,14 @@ impl<M: Model> Rollout<M> {
     /// The cotangents of the (interleaved) starts, then of each parameter.
     pub(super) fn reversed<R: Real>(
         &self,
-        (starts, saved): (usize, &mut Recorded<R>),
+        starts: usize,
+        saved: &mut Recorded<R>,
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
         let _running = Running::start();
         let state_len = saved.state_len();
-        let places = self.places((starts, state_len));
+        let places = self.places(starts, state_len);
         let mut seeds = self
             .observed
             .iter()
@@ -110,7 +111,7 @@ impl<M: Model> Rollout<M> {
                 }
             }
             if let Some(bound) = self.cotangent_bound {
-                bound.clip((step, starts), state_bar);
+                bound.clip(step, starts, state_bar);
             }
         });
         std::iter::once(state_bar).chain(parameter_bars).collect()
@@ -134,6 +135,6 @@ impl<M: Model> Fused for Rollout<M> {
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
-        self.reversed((1, saved), y_bar, &wanted[1..])
+        self.reversed(1, saved, y_bar, &wanted[1..])
     }
 }

@@ -50,7 +50,7 @@ impl<R: Real> Sweep<R> {
             start.len() / starts.count,
             program.state_len() / starts.count
         );
-        program.load(&mut parameters, (given, starts.own), rollout.steps);
+        program.load(&mut parameters, given, starts.own, rollout.steps);
         Self {
             program,
             parameters,
@@ -80,7 +80,7 @@ impl<R: Real> Sweep<R> {
     /// Does a step; the new state stands where the next row begins. Meanwhile prefetches the row `soon`.
     fn step(&mut self, step: usize, row: &mut [R], soon: Option<*const R>) {
         begin_step(step);
-        self.program.set_inputs(row, (&self.inputs, step));
+        self.program.set_inputs(row, &self.inputs, step);
         self.program.step(&self.parameters, row, soon);
         // The old state, not the new one: its loads would wait for the stores just made.
         if let (Some(watch), true) = (&mut self.watch, step > 0) {
@@ -90,7 +90,7 @@ impl<R: Real> Sweep<R> {
 
     /// Makes NaN of what was observed of a start if one of its states was not below the bound. `row` has
     /// the last state, after `steps` steps, which is still to be checked.
-    pub(super) fn apply_state_bound(&self, (steps, row): (usize, &[R]), seen: &mut [R]) {
+    pub(super) fn apply_state_bound(&self, steps: usize, row: &[R], seen: &mut [R]) {
         let Some(mut watch) = self.watch else {
             return;
         };
@@ -166,8 +166,8 @@ impl<R: Real> Recorded<R> {
 
     /// As of [`Sweep`], after the first run forward; steps that are run again are not checked again.
     pub(super) fn apply_state_bound(&mut self, seen: &mut [R]) {
-        let last = (self.steps, self.row_after(self.steps));
-        self.sweep.apply_state_bound(last, seen);
+        let last = self.row_after(self.steps);
+        self.sweep.apply_state_bound(self.steps, last, seen);
         self.sweep.watch = None;
     }
 
@@ -257,7 +257,7 @@ impl<R: Real> Recorded<R> {
                     self.step_to_row(step, step - first);
                 }
             }
-            self.reverse_rows(first..end, (&mut bars, state_bar), &mut at);
+            self.reverse_rows(first..end, &mut bars, state_bar, &mut at);
             end = first;
             while stack
                 .last()
@@ -280,7 +280,8 @@ impl<R: Real> Recorded<R> {
     fn reverse_rows(
         &mut self,
         steps: Range<usize>,
-        (bars, state_bar): (&mut [Aligned<R>; 2], &mut Vec<R>),
+        bars: &mut [Aligned<R>; 2],
+        state_bar: &mut Vec<R>,
         at: &mut impl FnMut(usize, &mut Vec<R>),
     ) {
         let Sweep {
@@ -293,7 +294,7 @@ impl<R: Real> Recorded<R> {
             let place = (step - steps.start) * stride;
             let soon = self.rows[place.saturating_sub(stride)..].as_ptr();
             let row = &self.rows[place..][..len];
-            program.reverse_step((parameters, row), bars, state_bar, soon);
+            program.reverse_step(parameters, row, bars, state_bar, soon);
             program.note_controls(&bars[1], step);
             at(step, state_bar);
         }

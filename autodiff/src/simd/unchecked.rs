@@ -32,7 +32,7 @@ pub(crate) trait Unchecked<S>: Lane<S> {
     /// The slice holds at least `at + n` scalars, and `n` is no more than `N`.
     #[allow(unsafe_code)] // As above.
     #[inline(always)]
-    unsafe fn load_n(from: &[S], (at, n): (usize, usize)) -> Self {
+    unsafe fn load_n(from: &[S], at: usize, n: usize) -> Self {
         debug_assert!(n <= Self::N && at + n <= from.len());
         // SAFETY: the caller's promise.
         unsafe {
@@ -49,7 +49,7 @@ pub(crate) trait Unchecked<S>: Lane<S> {
     /// As of [`load_n`](Lane::load_n).
     #[allow(unsafe_code)] // As above.
     #[inline(always)]
-    unsafe fn store_n(self, to: &mut [S], (at, n): (usize, usize)) {
+    unsafe fn store_n(self, to: &mut [S], at: usize, n: usize) {
         debug_assert!(n <= Self::N && at + n <= to.len());
         // SAFETY: the caller's promise.
         unsafe {

@@ -120,8 +120,8 @@ impl Model for Drawn {
                     arrays.push(layer.record(p, matrices.next().unwrap(), &arrays));
                 }
                 &Operation::Tug { end, per_edge } => {
-                    let ends = ([arrays[end]], &[arrays[per_edge]][..]);
-                    arrays.extend(p.map_edges(&self.graph, Tug, ends));
+                    let (ends, per_edge) = ([arrays[end]], [arrays[per_edge]]);
+                    arrays.extend(p.map_edges(&self.graph, Tug, ends, &per_edge));
                 }
             }
         }
@@ -138,7 +138,7 @@ impl Layer {
         match (self.tanh, self.places.contains(&false)) {
             (false, _) => p.dense(matrix, &seen, bias),
             (true, false) => p.dense_tanh(matrix, &seen, bias),
-            (true, true) => p.dense_tanh_spread((matrix, bias), &seen, &self.places),
+            (true, true) => p.dense_tanh_spread(matrix, &seen, bias, &self.places),
         }
     }
 

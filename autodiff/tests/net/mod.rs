@@ -82,8 +82,8 @@ impl Model for Net {
         let h = p.dense_tanh(w1, &[x, clock], b1);
         let edge_of_slot = self.graph.edge_of_slot();
         let places: Vec<bool> = edge_of_slot.iter().map(Option::is_some).collect();
-        let u = p.dense_tanh_spread((w2, b2), &[h], &places);
-        let [f] = p.map_edges(&self.graph, Spring, ([x], &[k, u]));
+        let u = p.dense_tanh_spread(w2, &[h], b2, &places);
+        let [f] = p.map_edges(&self.graph, Spring, [x], &[k, u]);
         // Round the corner and back: entries alone and in runs, and places that nothing goes to.
         let turned = p.gather(f, &Self::turn(1));
         let f = p.gather(turned, &Self::turn(NODES));

@@ -52,7 +52,7 @@ impl Model for Step {
         let [stiffness, rest_length] = [(); 2].map(|()| p.parameter(self.0.slots()));
         let inverse_mass = p.parameter(NODES);
         let [x, y, vx, vy] = [(); 4].map(|()| p.state(NODES));
-        let [jx, jy] = p.map_edges(&self.0, Spring, ([x, y], &[stiffness, rest_length]));
+        let [jx, jy] = p.map_edges(&self.0, Spring, [x, y], &[stiffness, rest_length]);
         let next = p.map(Flight, [x, y, vx, vy, jx, jy, inverse_mass]);
         for (state, next) in [x, y, vx, vy].into_iter().zip(next) {
             p.advance(state, next);

@@ -89,8 +89,8 @@ impl Mechanics {
     ) -> [Array; 2] {
         let (spring, cubic) = (self.spring, self.stiffening);
         let springs = match cubic > 0.0 {
-            false => p.map_edges(graph, spring, (place, edge)),
-            true => p.map_edges(graph, Stiffening { spring, cubic }, (place, edge)),
+            false => p.map_edges(graph, spring, place, edge),
+            true => p.map_edges(graph, Stiffening { spring, cubic }, place, edge),
         };
         match self.bending.as_ref().zip(bending) {
             None => springs,

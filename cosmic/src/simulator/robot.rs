@@ -141,7 +141,7 @@ impl Robot {
             places[slot] = true;
         }
         let hidden = p.dense_tanh(w1, &sensed, b1);
-        p.dense_tanh_spread((w2, b2), &[hidden], &places)
+        p.dense_tanh_spread(w2, &[hidden], b2, &places)
     }
 }
 

@@ -14,6 +14,17 @@ use super::product::{Product, Weights};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
+/// A layer as it is declared.
+pub(in crate::arrays) struct Layer<'a> {
+    pub(in crate::arrays) matrix: Matrix,
+    pub(in crate::arrays) x: &'a [Array],
+    pub(in crate::arrays) bias: Array,
+    pub(in crate::arrays) output: Array,
+    /// For every place of the output, whether it is a row; the others are zero.
+    pub(in crate::arrays) places: &'a [bool],
+    pub(in crate::arrays) tanh: bool,
+}
+
 pub(in crate::arrays) struct DenseLayer<R> {
     matrix: Matrix,
     /// The inputs, adjacent ones joined. A single stretch is read in place.
@@ -87,12 +98,15 @@ impl<R: Real> Spread<R> {
 
 impl<R: Real> DenseLayer<R> {
     /// `numbers` counts the entries of all matrices of the program, which share the caches.
-    pub(in crate::arrays) fn new(
-        (matrix, bias, numbers): (Matrix, Array, usize),
-        x: &[Array],
-        (output, places): (Array, &[bool]),
-        tanh: bool,
-    ) -> Self {
+    pub(in crate::arrays) fn new(layer: Layer, numbers: usize) -> Self {
+        let Layer {
+            matrix,
+            x,
+            bias,
+            output,
+            places,
+            tanh,
+        } = layer;
         let (columns, starts) = (matrix.columns, output.starts);
         Self {
             inputs: joined(x),
@@ -102,8 +116,8 @@ impl<R: Real> DenseLayer<R> {
             bias,
             output,
             tanh,
-            weights: Weights::zero((starts, numbers), matrix.rows, columns),
-            transposed: Weights::zero((starts, numbers), columns, matrix.rows),
+            weights: Weights::zero(matrix.rows, columns, starts, numbers),
+            transposed: Weights::zero(columns, matrix.rows, starts, numbers),
             weights_bar: Panels::zero(matrix.rows, columns),
             batch: Pending::new(starts, matrix.rows, columns),
             packed: Vec::with_capacity(columns * starts),

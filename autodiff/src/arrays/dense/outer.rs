@@ -66,10 +66,19 @@ impl<R: Real> Pending<R> {
             self.x[self.len * columns..][..columns].copy_from_slice(x);
         } else {
             let to = &mut self.x[self.len * columns..][..columns * starts];
-            R::vectorize(Deinterleave(x, (starts, columns), to));
+            R::vectorize(Deinterleave {
+                interleaved: x,
+                starts,
+                stride: columns,
+                to,
+            });
             let to = &mut self.y_bar[self.len * stride..][..stride * starts];
-            let interleaved = &self.interleaved[..self.rows * starts];
-            R::vectorize(Deinterleave(interleaved, (starts, stride), to));
+            R::vectorize(Deinterleave {
+                interleaved: &self.interleaved[..self.rows * starts],
+                starts,
+                stride,
+                to,
+            });
         }
         self.len += starts;
         self.len == BATCH
@@ -80,15 +89,25 @@ impl<R: Real> Pending<R> {
     }
 }
 
-/// Copies the interleaved numbers of several starts to one array per start: `(from, (starts, stride),
-/// to)`, with the distance from one start's array to the next.
-struct Deinterleave<'a, R>(&'a [R], (usize, usize), &'a mut [R]);
+/// Copies the interleaved numbers of several starts to one array per start.
+struct Deinterleave<'a, R> {
+    interleaved: &'a [R],
+    starts: usize,
+    /// The distance from one start's array to the next.
+    stride: usize,
+    to: &'a mut [R],
+}
 
 impl<R: Real> Vectorized<R> for Deinterleave<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let Self(interleaved, (starts, stride), to) = self;
+        let Self {
+            interleaved,
+            starts,
+            stride,
+            to,
+        } = self;
         let numbers = interleaved.len() / starts;
         if starts != L::N {
             for (start, to) in to.chunks_exact_mut(stride.max(1)).enumerate() {
@@ -232,7 +251,12 @@ mod tests {
                     let side_by_side: Vec<f64> =
                         (0u8..).map(f64::from).take(starts * numbers).collect();
                     let mut to = vec![-1.0; starts * apart];
-                    f64::vectorize(Deinterleave(&side_by_side, (starts, apart), &mut to));
+                    f64::vectorize(Deinterleave {
+                        interleaved: &side_by_side,
+                        starts,
+                        stride: apart,
+                        to: &mut to,
+                    });
                     for (start, own) in to.chunks_exact(apart).enumerate() {
                         let expected = side_by_side[start..].iter().step_by(starts);
                         assert!(

@@ -29,13 +29,13 @@ impl<R: Real> Output<'_, R> {
                 _ => sums[h][0].zip(sums[h][K - 1]),
             };
         }
-        self.add((at, at), even);
+        self.add(at, at, even);
         if K > 1 {
             // Past the last rows nothing may be left of a second register.
             for h in 0..H {
                 at[h] += L::N;
             }
-            self.add((at, at), odd);
+            self.add(at, at, odd);
         }
     }
 
@@ -44,7 +44,8 @@ impl<R: Real> Output<'_, R> {
     #[inline(always)]
     pub(super) fn add_starts<L: Lane<R>, const N: usize>(
         &mut self,
-        (first, rows): (usize, usize),
+        first: usize,
+        rows: usize,
         sums: [L; N],
     ) {
         let (mut from, mut to) = ([0; N], [self.y.len(); N]);
@@ -55,7 +56,7 @@ impl<R: Real> Output<'_, R> {
                 to[n] = self.places.get(row).copied().unwrap_or(row) * L::N;
             }
         }
-        self.add((from, to), sums);
+        self.add(from, to, sums);
     }
 
     /// Adds registers to the bias from places `from` on, or to `y`, and writes them to `y` from places
@@ -63,7 +64,8 @@ impl<R: Real> Output<'_, R> {
     #[inline(always)]
     fn add<L: Lane<R>, const N: usize>(
         &mut self,
-        (from, to): ([usize; N], [usize; N]),
+        from: [usize; N],
+        to: [usize; N],
         mut sums: [L; N],
     ) {
         for n in 0..N {

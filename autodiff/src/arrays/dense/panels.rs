@@ -105,7 +105,7 @@ impl ChunkPlaces {
 impl<R: Real> Panels<R> {
     /// Zeros, in adjacent chunks.
     pub(super) fn zero(rows: usize, columns: usize) -> Self {
-        Self::new((rows, columns), SHARES)
+        Self::new(rows, columns, SHARES)
     }
 
     /// Zeros, for a matrix whose products alternate with those of others; `numbers` counts the entries of
@@ -118,10 +118,10 @@ impl<R: Real> Panels<R> {
         } else {
             SHARES
         };
-        Self::new((rows, columns), share)
+        Self::new(rows, columns, share)
     }
 
-    fn new((rows, columns): (usize, usize), share: usize) -> Self {
+    fn new(rows: usize, columns: usize, share: usize) -> Self {
         let (mut panels, mut places, mut end) = (Vec::new(), ChunkPlaces::new(share), 0);
         let lanes_of_rows = rows.div_ceil(lanes::<R>());
         for first in (0..lanes_of_rows).step_by(PANEL) {
@@ -193,18 +193,18 @@ impl<R: Real> Panels<R> {
         }
         for &panel in &self.panels {
             match (panel.lanes, K) {
-                (1, _) => self.part::<L, 1, 1, K>((panel, 0), x, output),
-                (2, _) => self.part::<L, 2, 2, K>((panel, 0), x, output),
-                (3, 1) => self.part::<L, 3, 3, K>((panel, 0), x, output),
-                (_, 1) => self.part::<L, PANEL, PANEL, K>((panel, 0), x, output),
+                (1, _) => self.part::<L, 1, 1, K>(panel, 0, x, output),
+                (2, _) => self.part::<L, 2, 2, K>(panel, 0, x, output),
+                (3, 1) => self.part::<L, 3, 3, K>(panel, 0, x, output),
+                (_, 1) => self.part::<L, PANEL, PANEL, K>(panel, 0, x, output),
                 // With two vectors the registers hold the sums of half as many rows.
                 (3, _) => {
-                    self.part::<L, 3, 2, K>((panel, 0), x, output);
-                    self.part::<L, 3, 1, K>((panel, 2), x, output);
+                    self.part::<L, 3, 2, K>(panel, 0, x, output);
+                    self.part::<L, 3, 1, K>(panel, 2, x, output);
                 }
                 (_, _) => {
-                    self.part::<L, PANEL, 2, K>((panel, 0), x, output);
-                    self.part::<L, PANEL, 2, K>((panel, 2), x, output);
+                    self.part::<L, PANEL, 2, K>(panel, 0, x, output);
+                    self.part::<L, PANEL, 2, K>(panel, 2, x, output);
                 }
             }
         }
@@ -236,7 +236,8 @@ impl<R: Real> Panels<R> {
     #[inline(always)]
     fn part<L: Lane<R>, const W: usize, const H: usize, const K: usize>(
         &self,
-        (panel, from): (Panel, usize),
+        panel: Panel,
+        from: usize,
         x: &[R],
         output: &mut Output<R>,
     ) {
@@ -244,10 +245,10 @@ impl<R: Real> Panels<R> {
         let chunks = x[..self.columns * K].chunks_exact(const { columns_of_chunk(W) * K });
         let (mut places, rest) = (panel.places, chunks.remainder());
         for x in chunks {
-            self.add_chunk::<L, W, H, K>((places.next(), from), x, &mut sums);
+            self.add_chunk::<L, W, H, K>(places.next(), from, x, &mut sums);
         }
         if !rest.is_empty() {
-            self.add_chunk::<L, W, H, K>((places.next(), from), rest, &mut sums);
+            self.add_chunk::<L, W, H, K>(places.next(), from, rest, &mut sums);
         }
         let mut all = [[L::zero(); K]; H];
         for h in 0..H {
@@ -262,7 +263,8 @@ impl<R: Real> Panels<R> {
     #[inline(always)]
     fn add_chunk<L: Lane<R>, const W: usize, const H: usize, const K: usize>(
         &self,
-        (place, from): (usize, usize),
+        place: usize,
+        from: usize,
         x: &[R],
         sums: &mut [[[L; K]; H]; PHASES],
     ) {
@@ -316,7 +318,7 @@ mod tests {
 
     /// `0.5 + A x` of interleaved vectors, with numbers of a few digits, so that every sum is exact.
     fn product(share: usize, (rows, columns): (usize, usize), vectors: usize) -> Vec<f64> {
-        let mut panels = Panels::<f64>::new((rows, columns), share);
+        let mut panels = Panels::<f64>::new(rows, columns, share);
         let mut seen = 0;
         panels.each(|first, column, entries| {
             for (row, entry) in (first..).zip(&mut *entries) {

@@ -16,7 +16,7 @@ pub(super) enum Weights<R> {
 impl<R: Real> Weights<R> {
     /// Zeros, for this many starts. `numbers` counts the entries of all matrices whose products
     /// alternate, this one's included.
-    pub(super) fn zero((starts, numbers): (usize, usize), rows: usize, columns: usize) -> Self {
+    pub(super) fn zero(rows: usize, columns: usize, starts: usize, numbers: usize) -> Self {
         match starts {
             1 => Self::One(Panels::taking_turns(numbers, rows, columns)),
             _ if starts == lanes::<R>() => Self::Lane(Tiles::zero(rows, columns)),

@@ -46,7 +46,7 @@ impl<R: Real> Tiles<R> {
     #[inline(always)]
     pub(super) fn times<L: Lane<R>>(&self, x: &[R], output: &mut Output<R>) {
         for first in (0..self.rows).step_by(TILE) {
-            let phase = |phase| self.phase::<L>(x, (first, phase));
+            let phase = |phase| self.phase::<L>(x, first, phase);
             let (mut sums, more) = (phase(0), phase(1));
             for row in 0..TILE {
                 sums[row] += more[row];
@@ -57,7 +57,7 @@ impl<R: Real> Tiles<R> {
             }
             let (groups, _) = sums.as_chunks::<ABREAST>();
             for (k, sums) in groups.iter().enumerate() {
-                output.add_starts((first + k * ABREAST, self.rows), *sums);
+                output.add_starts(first + k * ABREAST, self.rows, *sums);
             }
         }
     }
@@ -65,7 +65,7 @@ impl<R: Real> Tiles<R> {
     /// The sums of one phase over a tile. One phase at a time, because then the registers hold the sums of
     /// more rows, and each load of `x` serves more multiplications.
     #[inline(always)]
-    fn phase<L: Lane<R>>(&self, x: &[R], (first, phase): (usize, usize)) -> [L; TILE] {
+    fn phase<L: Lane<R>>(&self, x: &[R], first: usize, phase: usize) -> [L; TILE] {
         let columns = self.columns;
         let before = (0..phase).map(|p| columns.saturating_sub(p).div_ceil(PHASES));
         let place = first * columns + before.sum::<usize>() * TILE;

@@ -225,7 +225,7 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
         let value = |h| self.moved(direction, h);
         let size = largest(self.claim.x);
         let (here, noise) = (value(0.0), self.options.noise);
-        let sweep = slopes::sweep((here, value), self.steps(), (noise, size));
+        let sweep = slopes::sweep(here, value, self.steps(), noise, size);
         let unseen = noise * here.abs() / size.max(1.0);
         let judge = slopes::Judge {
             claimed,
@@ -237,7 +237,7 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
         if claimed.is_nan() || forward.is_some_and(|forward| !judge.same(forward)) {
             verdict = Verdict::Wrong;
         }
-        let control = judge.control(&sweep, (verdict, unsure));
+        let control = judge.control(&sweep, verdict, unsure);
         let Slopes {
             step,
             left,

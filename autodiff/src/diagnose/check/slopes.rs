@@ -55,9 +55,11 @@ struct Plateau {
 /// its value at the point. Values, and arguments of magnitudes up to `size`, have a relative error of
 /// `noise`.
 pub(super) fn sweep(
-    (here, value): (f64, impl Fn(f64) -> f64),
+    here: f64,
+    value: impl Fn(f64) -> f64,
     steps: impl Iterator<Item = f64>,
-    (noise, size): (f64, f64),
+    noise: f64,
+    size: f64,
 ) -> Vec<Slopes> {
     let slopes = |step: f64| {
         let (behind, ahead) = (value(-step), value(step));
@@ -209,7 +211,8 @@ impl Judge {
     pub(super) fn control(
         &self,
         sweep: &[Slopes],
-        (verdict, unsure): (Verdict, f64),
+        verdict: Verdict,
+        unsure: f64,
     ) -> Option<Verdict> {
         let unsure = unsure + self.tolerance * self.scale(self.claimed);
         // They may be off once when they agree and once when they do not.
