@@ -5,6 +5,7 @@ use std::num::FpCategory;
 use num_traits::{Float, NumCast, One, ToPrimitive, Zero};
 
 use super::element::Element;
+use super::functions::functions;
 use super::number::decided;
 use crate::elementary::Elementary;
 use crate::math::rounding;
@@ -40,6 +41,8 @@ impl<R: Real> Element<R> {
 }
 
 impl<R: Real> Float for Element<R> {
+    functions! {}
+
     fn nan() -> Self {
         Self::lit(f64::NAN)
     }
@@ -90,24 +93,6 @@ impl<R: Real> Float for Element<R> {
             FpCategory::Zero
         }
     }
-    fn floor(self) -> Self {
-        Self(rounding::floor(self.0))
-    }
-    fn ceil(self) -> Self {
-        Self(-rounding::floor(-self.0))
-    }
-    fn round(self) -> Self {
-        Self(rounding::round(self.0))
-    }
-    fn trunc(self) -> Self {
-        Self(rounding::truncated(self.0))
-    }
-    fn fract(self) -> Self {
-        self - self.trunc()
-    }
-    fn abs(self) -> Self {
-        Self(self.0.abs())
-    }
     /// 0 at 0, unlike `f64::signum`.
     fn signum(self) -> Self {
         Self(self.0.signum())
@@ -117,39 +102,6 @@ impl<R: Real> Float for Element<R> {
     }
     fn is_sign_negative(self) -> bool {
         decided::<R>(rounding::sign_bit(self.0))
-    }
-    fn mul_add(self, factor: Self, term: Self) -> Self {
-        Self(self.0.fma(factor.0, term.0))
-    }
-    fn recip(self) -> Self {
-        Self(self.0.recip())
-    }
-    fn powi(self, exponent: i32) -> Self {
-        Self(self.0.powi(exponent))
-    }
-    fn powf(self, exponent: Self) -> Self {
-        Self(self.0.powf(exponent.0))
-    }
-    fn sqrt(self) -> Self {
-        Self(self.0.sqrt())
-    }
-    fn exp(self) -> Self {
-        Self(self.0.exp())
-    }
-    fn exp2(self) -> Self {
-        Self(R::lit(2.0).powf(self.0))
-    }
-    fn ln(self) -> Self {
-        Self(self.0.ln())
-    }
-    fn log(self, base: Self) -> Self {
-        self.ln() / base.ln()
-    }
-    fn log2(self) -> Self {
-        Self(self.0.elementary(Elementary::Log2))
-    }
-    fn log10(self) -> Self {
-        Self(self.0.elementary(Elementary::Log10))
     }
     fn to_degrees(self) -> Self {
         self * Self(R::lit(180.0) / rounding::pi())
@@ -169,59 +121,8 @@ impl<R: Real> Float for Element<R> {
     fn abs_sub(self, other: Self) -> Self {
         Self(R::select(self.0.le(other.0), R::zero(), self.0 - other.0))
     }
-    fn cbrt(self) -> Self {
-        Self(self.0.elementary(Elementary::Cbrt))
-    }
-    fn hypot(self, other: Self) -> Self {
-        Self(self.0.hypot(other.0))
-    }
-    fn sin(self) -> Self {
-        Self(self.0.sin())
-    }
-    fn cos(self) -> Self {
-        Self(self.0.cos())
-    }
-    fn tan(self) -> Self {
-        Self(self.0.tan())
-    }
-    fn asin(self) -> Self {
-        Self(self.0.elementary(Elementary::Asin))
-    }
-    fn acos(self) -> Self {
-        Self(self.0.elementary(Elementary::Acos))
-    }
-    fn atan(self) -> Self {
-        self.atan2(Self::one())
-    }
     fn atan2(self, x: Self) -> Self {
         Self(self.0.atan2(x.0))
-    }
-    fn sin_cos(self) -> (Self, Self) {
-        (self.sin(), self.cos())
-    }
-    fn exp_m1(self) -> Self {
-        Self(self.0.elementary(Elementary::ExpM1))
-    }
-    fn ln_1p(self) -> Self {
-        Self(self.0.elementary(Elementary::Ln1p))
-    }
-    fn sinh(self) -> Self {
-        Self(self.0.elementary(Elementary::Sinh))
-    }
-    fn cosh(self) -> Self {
-        Self(self.0.elementary(Elementary::Cosh))
-    }
-    fn tanh(self) -> Self {
-        Self(self.0.tanh())
-    }
-    fn asinh(self) -> Self {
-        Self(self.0.elementary(Elementary::Asinh))
-    }
-    fn acosh(self) -> Self {
-        Self(self.0.elementary(Elementary::Acosh))
-    }
-    fn atanh(self) -> Self {
-        Self(self.0.elementary(Elementary::Atanh))
     }
     /// # Panics
     /// Always: a primitive number has no derivative.

@@ -38,6 +38,7 @@
 //!   a bound.
 
 mod element;
+mod functions;
 mod number;
 mod constants;
 mod float;

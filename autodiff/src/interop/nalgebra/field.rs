@@ -2,10 +2,11 @@
 
 use ::nalgebra::{ComplexField, Field, RealField, SimdValue};
 use approx::{AbsDiffEq, RelativeEq, UlpsEq};
-use num_traits::{One, Zero};
+use num_traits::{FloatConst, One, Zero};
 use simba::scalar::SubsetOf;
 
 use super::super::element::Element;
+use super::super::functions::functions;
 use super::super::number::decided;
 use crate::elementary::Elementary;
 use crate::math::rounding;
@@ -120,6 +121,8 @@ impl<R: Real> UlpsEq for Element<R> {
 impl<R: Real> ComplexField for Element<R> {
     type RealField = Self;
 
+    functions! {}
+
     fn from_real(real: Self) -> Self {
         real
     }
@@ -159,74 +162,8 @@ impl<R: Real> ComplexField for Element<R> {
             (self, Self::one())
         }
     }
-    fn floor(self) -> Self {
-        Self(rounding::floor(self.0))
-    }
-    fn ceil(self) -> Self {
-        Self(-rounding::floor(-self.0))
-    }
-    fn round(self) -> Self {
-        Self(rounding::round(self.0))
-    }
-    fn trunc(self) -> Self {
-        Self(rounding::truncated(self.0))
-    }
-    fn fract(self) -> Self {
-        self - self.trunc()
-    }
-    fn mul_add(self, a: Self, b: Self) -> Self {
-        Self(self.0.fma(a.0, b.0))
-    }
-    fn abs(self) -> Self {
-        self.modulus()
-    }
-    fn hypot(self, other: Self) -> Self {
-        Self(self.0.hypot(other.0))
-    }
-    fn recip(self) -> Self {
-        Self(self.0.recip())
-    }
     fn conjugate(self) -> Self {
         self
-    }
-    fn sin(self) -> Self {
-        Self(self.0.sin())
-    }
-    fn cos(self) -> Self {
-        Self(self.0.cos())
-    }
-    fn sin_cos(self) -> (Self, Self) {
-        (self.sin(), self.cos())
-    }
-    fn tan(self) -> Self {
-        Self(self.0.tan())
-    }
-    fn asin(self) -> Self {
-        Self(self.0.elementary(Elementary::Asin))
-    }
-    fn acos(self) -> Self {
-        Self(self.0.elementary(Elementary::Acos))
-    }
-    fn atan(self) -> Self {
-        Self(self.0.atan2(R::one()))
-    }
-    fn sinh(self) -> Self {
-        Self(self.0.elementary(Elementary::Sinh))
-    }
-    fn cosh(self) -> Self {
-        Self(self.0.elementary(Elementary::Cosh))
-    }
-    fn tanh(self) -> Self {
-        Self(self.0.tanh())
-    }
-    fn asinh(self) -> Self {
-        Self(self.0.elementary(Elementary::Asinh))
-    }
-    fn acosh(self) -> Self {
-        Self(self.0.elementary(Elementary::Acosh))
-    }
-    fn atanh(self) -> Self {
-        Self(self.0.elementary(Elementary::Atanh))
     }
     fn sinc(self) -> Self {
         let x = self.0;
@@ -237,44 +174,8 @@ impl<R: Real> ComplexField for Element<R> {
         let sinh = x.elementary(Elementary::Sinh);
         Self(cardinal(sinh, x, cardinal_series(x * x)))
     }
-    fn log(self, base: Self) -> Self {
-        self.ln() / base.ln()
-    }
-    fn log2(self) -> Self {
-        Self(self.0.elementary(Elementary::Log2))
-    }
-    fn log10(self) -> Self {
-        Self(self.0.elementary(Elementary::Log10))
-    }
-    fn ln(self) -> Self {
-        Self(self.0.ln())
-    }
-    fn ln_1p(self) -> Self {
-        Self(self.0.elementary(Elementary::Ln1p))
-    }
-    fn sqrt(self) -> Self {
-        Self(self.0.sqrt())
-    }
-    fn exp(self) -> Self {
-        Self(self.0.exp())
-    }
-    fn exp2(self) -> Self {
-        Self(R::lit(2.0).powf(self.0))
-    }
-    fn exp_m1(self) -> Self {
-        Self(self.0.elementary(Elementary::ExpM1))
-    }
-    fn powi(self, exponent: i32) -> Self {
-        Self(self.0.powi(exponent))
-    }
-    fn powf(self, exponent: Self) -> Self {
-        Self(self.0.powf(exponent.0))
-    }
     fn powc(self, exponent: Self) -> Self {
         self.powf(exponent)
-    }
-    fn cbrt(self) -> Self {
-        Self(self.0.elementary(Elementary::Cbrt))
     }
     fn is_finite(&self) -> bool {
         decided::<R>(self.0.finite())
@@ -283,6 +184,17 @@ impl<R: Real> ComplexField for Element<R> {
     fn try_sqrt(self) -> Option<Self> {
         (self > Self::zero()).then(|| self.sqrt())
     }
+}
+
+/// Constants under the names that nalgebra has for them.
+macro_rules! constants {
+    ($($name:ident $constant:ident),*) => {
+        $(
+            fn $name() -> Self {
+                <Self as FloatConst>::$constant()
+            }
+        )*
+    };
 }
 
 impl<R: Real> RealField for Element<R> {
@@ -313,50 +225,10 @@ impl<R: Real> RealField for Element<R> {
     fn max_value() -> Option<Self> {
         Some(<Self as num_traits::Float>::max_value())
     }
-    fn pi() -> Self {
-        Self(rounding::pi())
-    }
-    fn two_pi() -> Self {
-        Self::pi() * Self::lit(2.0)
-    }
-    fn frac_pi_2() -> Self {
-        Self::pi() / Self::lit(2.0)
-    }
-    fn frac_pi_3() -> Self {
-        Self::pi() / Self::lit(3.0)
-    }
-    fn frac_pi_4() -> Self {
-        Self::pi() / Self::lit(4.0)
-    }
-    fn frac_pi_6() -> Self {
-        Self::pi() / Self::lit(6.0)
-    }
-    fn frac_pi_8() -> Self {
-        Self::pi() / Self::lit(8.0)
-    }
-    fn frac_1_pi() -> Self {
-        Self::pi().recip()
-    }
-    fn frac_2_pi() -> Self {
-        Self::lit(2.0) / Self::pi()
-    }
-    fn frac_2_sqrt_pi() -> Self {
-        Self::lit(2.0) / Self::pi().sqrt()
-    }
-    fn e() -> Self {
-        Self::one().exp()
-    }
-    fn log2_e() -> Self {
-        Self::ln_2().recip()
-    }
-    fn log10_e() -> Self {
-        Self::ln_10().recip()
-    }
-    fn ln_2() -> Self {
-        Self::lit(2.0).ln()
-    }
-    fn ln_10() -> Self {
-        Self::lit(10.0).ln()
+    constants! {
+        pi PI, two_pi TAU, frac_pi_2 FRAC_PI_2, frac_pi_3 FRAC_PI_3, frac_pi_4 FRAC_PI_4,
+        frac_pi_6 FRAC_PI_6, frac_pi_8 FRAC_PI_8, frac_1_pi FRAC_1_PI, frac_2_pi FRAC_2_PI,
+        frac_2_sqrt_pi FRAC_2_SQRT_PI, e E, log2_e LOG2_E, log10_e LOG10_E, ln_2 LN_2, ln_10 LN_10
     }
 }
 

@@ -1,0 +1,67 @@
+//! The functions that num-traits' `Float` and nalgebra's `ComplexField` have in common.
+
+/// The methods of both traits, with one body each.
+macro_rules! functions {
+    () => {
+        $crate::interop::functions::functions! {
+            methods [abs recip sqrt exp ln sin cos tan tanh]
+            table [
+                asin Asin, acos Acos, sinh Sinh, cosh Cosh, asinh Asinh, acosh Acosh, atanh Atanh,
+                exp_m1 ExpM1, ln_1p Ln1p, log2 Log2, log10 Log10, cbrt Cbrt
+            ]
+        }
+        fn floor(self) -> Self {
+            Self(rounding::floor(self.0))
+        }
+        fn ceil(self) -> Self {
+            Self(-rounding::floor(-self.0))
+        }
+        fn round(self) -> Self {
+            Self(rounding::round(self.0))
+        }
+        fn trunc(self) -> Self {
+            Self(rounding::truncated(self.0))
+        }
+        fn fract(self) -> Self {
+            self - self.trunc()
+        }
+        fn mul_add(self, factor: Self, term: Self) -> Self {
+            Self(self.0.fma(factor.0, term.0))
+        }
+        fn powi(self, exponent: i32) -> Self {
+            Self(self.0.powi(exponent))
+        }
+        fn powf(self, exponent: Self) -> Self {
+            Self(self.0.powf(exponent.0))
+        }
+        fn exp2(self) -> Self {
+            Self(R::lit(2.0).powf(self.0))
+        }
+        fn log(self, base: Self) -> Self {
+            self.ln() / base.ln()
+        }
+        fn hypot(self, other: Self) -> Self {
+            Self(self.0.hypot(other.0))
+        }
+        fn atan(self) -> Self {
+            Self(self.0.atan2(R::one()))
+        }
+        fn sin_cos(self) -> (Self, Self) {
+            (self.sin(), self.cos())
+        }
+    };
+    (methods [$($method:ident)*] table [$($function:ident $entry:ident),*]) => {
+        $(
+            fn $method(self) -> Self {
+                Self(self.0.$method())
+            }
+        )*
+        $(
+            fn $function(self) -> Self {
+                Self(self.0.elementary(Elementary::$entry))
+            }
+        )*
+    };
+}
+
+pub(super) use functions;
