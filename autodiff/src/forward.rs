@@ -5,10 +5,9 @@ use std::iter::Sum;
 use num_traits::{FromPrimitive, One, Zero};
 
 use crate::dual::Dual;
-use crate::elementary::Elementary;
 use crate::operators::operators;
 use crate::real::{Fused, Real};
-use crate::rule;
+use crate::rule::{self, by_rule};
 
 impl<R: Real, const N: usize> Dual<R, N> {
     /// A value that does not move in any direction.
@@ -57,22 +56,12 @@ impl<R: Real, const N: usize> Dual<R, N> {
 impl<R: Real, const N: usize> Real for Dual<R, N> {
     type Mask = R::Mask;
 
-    #[inline(always)]
-    fn lit(value: f64) -> Self {
-        Self::constant(R::lit(value))
+    by_rule! {
+        #[inline(always)]
+        |x, _, rule| x.apply(rule),
+        |x, y, _, rule| x.apply2(y, rule),
     }
-    #[inline(always)]
-    fn lt(self, other: Self) -> R::Mask {
-        self.value.lt(other.value)
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> R::Mask {
-        self.value.le(other.value)
-    }
-    #[inline(always)]
-    fn finite(self) -> R::Mask {
-        self.value.finite()
-    }
+
     #[inline(always)]
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         let mut tangent = if_true.tangent;
@@ -95,68 +84,8 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
         Dual { value, tangent }
     }
     #[inline(always)]
-    fn recip(self) -> Self {
-        self.apply(rule::recip(self.value))
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.apply(rule::sqrt(self.value))
-    }
-    #[inline(always)]
-    fn rsqrt(self) -> Self {
-        self.apply(rule::rsqrt(self.value))
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        self.apply(rule::exp(self.value))
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        self.apply(rule::ln(self.value))
-    }
-    #[inline(always)]
-    fn sin(self) -> Self {
-        self.apply(rule::sin(self.value))
-    }
-    #[inline(always)]
-    fn cos(self) -> Self {
-        self.apply(rule::cos(self.value))
-    }
-    #[inline(always)]
-    fn tan(self) -> Self {
-        self.apply(rule::tan(self.value))
-    }
-    #[inline(always)]
-    fn tanh(self) -> Self {
-        self.apply(rule::tanh(self.value))
-    }
-    #[inline(always)]
-    fn atan2(self, x: Self) -> Self {
-        self.apply2(x, rule::atan2(self.value, x.value))
-    }
-    #[inline(always)]
-    fn powi(self, exponent: i32) -> Self {
-        self.apply(rule::powi(self.value, exponent))
-    }
-    #[inline(always)]
-    fn powf(self, exponent: Self) -> Self {
-        self.apply2(exponent, rule::powf(self.value, exponent.value))
-    }
-    #[inline(always)]
-    fn elementary(self, function: Elementary) -> Self {
-        self.apply(function.rule(self.value))
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        self.apply(rule::abs(self.value))
-    }
-    #[inline(always)]
     fn signum(self) -> Self {
         Self::constant(self.value.signum().detach())
-    }
-    #[inline(always)]
-    fn hypot(self, other: Self) -> Self {
-        self.apply2(other, rule::hypot(self.value, other.value))
     }
     #[inline(always)]
     fn detach(self) -> Self {

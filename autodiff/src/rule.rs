@@ -172,3 +172,74 @@ pub(crate) fn uniform<M: Mask>(mask: M) -> Option<bool> {
 fn unsigned_zero<R: Real>(x: R) -> R {
     x + R::zero()
 }
+
+/// The methods of [`Real`] that follow from the rules, for a number over `R` with a field `value`. The
+/// two expressions make a result of one or two operands, given the operation's name and its rule's
+/// result: `by_rule! { #[inline] |x, _, rule| x.apply(rule), |x, y, _, rule| x.apply2(y, rule) }`.
+macro_rules! by_rule {
+    (
+        #[$attribute:meta]
+        |$x:ident, $name:pat_param, $rule:ident| $of_one:expr,
+        |$y:ident, $z:ident, $name_of_two:pat_param, $rule_of_two:ident| $of_two:expr $(,)?
+    ) => {
+        $crate::rule::by_rule! {
+            @methods #[$attribute]
+            |$x, $name, $rule| $of_one,
+            |$y, $z, $name_of_two, $rule_of_two| $of_two,
+            [recip sqrt rsqrt exp ln sin cos tan tanh abs] [atan2 powf hypot]
+        }
+        #[$attribute]
+        fn powi(self, exponent: i32) -> Self {
+            let ($x, $name) = (self, "powi");
+            let $rule = $crate::rule::powi(self.value, exponent);
+            $of_one
+        }
+        #[$attribute]
+        fn elementary(self, function: $crate::elementary::Elementary) -> Self {
+            let ($x, $name) = (self, function.name());
+            let $rule = function.rule(self.value);
+            $of_one
+        }
+        #[$attribute]
+        fn lit(value: f64) -> Self {
+            Self::constant(R::lit(value))
+        }
+        #[$attribute]
+        fn lt(self, other: Self) -> R::Mask {
+            self.value.lt(other.value)
+        }
+        #[$attribute]
+        fn le(self, other: Self) -> R::Mask {
+            self.value.le(other.value)
+        }
+        #[$attribute]
+        fn finite(self) -> R::Mask {
+            self.value.finite()
+        }
+    };
+    (
+        @methods #[$attribute:meta]
+        |$x:ident, $name:pat_param, $rule:ident| $of_one:expr,
+        |$y:ident, $z:ident, $name_of_two:pat_param, $rule_of_two:ident| $of_two:expr,
+        [$($method:ident)*] [$($method_of_two:ident)*]
+    ) => {
+        $(
+            #[$attribute]
+            fn $method(self) -> Self {
+                let ($x, $name) = (self, stringify!($method));
+                let $rule = $crate::rule::$method(self.value);
+                $of_one
+            }
+        )*
+        $(
+            #[$attribute]
+            fn $method_of_two(self, other: Self) -> Self {
+                let ($y, $z, $name_of_two) = (self, other, stringify!($method_of_two));
+                let $rule_of_two = $crate::rule::$method_of_two(self.value, other.value);
+                $of_two
+            }
+        )*
+    };
+}
+
+pub(crate) use by_rule;

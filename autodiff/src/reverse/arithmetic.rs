@@ -7,30 +7,19 @@ use num_traits::{FromPrimitive, One, Zero};
 use super::current::{self, CONSTANT};
 use super::fused;
 use super::var::Var;
-use crate::elementary::Elementary;
 use crate::operators::operators;
 use crate::real::{Fused, Real};
-use crate::rule;
+use crate::rule::{self, by_rule};
 
 impl<R: Real> Real for Var<R> {
     type Mask = R::Mask;
 
-    #[inline]
-    fn lit(value: f64) -> Self {
-        Self::constant(R::lit(value))
+    by_rule! {
+        #[inline]
+        |x, _, rule| x.apply(rule),
+        |x, y, _, rule| x.apply2(y, rule),
     }
-    #[inline]
-    fn lt(self, other: Self) -> R::Mask {
-        self.value.lt(other.value)
-    }
-    #[inline]
-    fn le(self, other: Self) -> R::Mask {
-        self.value.le(other.value)
-    }
-    #[inline]
-    fn finite(self) -> R::Mask {
-        self.value.finite()
-    }
+
     /// Records nothing, unless lanes disagree.
     #[inline]
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
@@ -76,68 +65,8 @@ impl<R: Real> Real for Var<R> {
         product.apply2(term, (value, [one, one]))
     }
     #[inline]
-    fn recip(self) -> Self {
-        self.apply(rule::recip(self.value))
-    }
-    #[inline]
-    fn sqrt(self) -> Self {
-        self.apply(rule::sqrt(self.value))
-    }
-    #[inline]
-    fn rsqrt(self) -> Self {
-        self.apply(rule::rsqrt(self.value))
-    }
-    #[inline]
-    fn exp(self) -> Self {
-        self.apply(rule::exp(self.value))
-    }
-    #[inline]
-    fn ln(self) -> Self {
-        self.apply(rule::ln(self.value))
-    }
-    #[inline]
-    fn sin(self) -> Self {
-        self.apply(rule::sin(self.value))
-    }
-    #[inline]
-    fn cos(self) -> Self {
-        self.apply(rule::cos(self.value))
-    }
-    #[inline]
-    fn tan(self) -> Self {
-        self.apply(rule::tan(self.value))
-    }
-    #[inline]
-    fn tanh(self) -> Self {
-        self.apply(rule::tanh(self.value))
-    }
-    #[inline]
-    fn atan2(self, x: Self) -> Self {
-        self.apply2(x, rule::atan2(self.value, x.value))
-    }
-    #[inline]
-    fn powi(self, exponent: i32) -> Self {
-        self.apply(rule::powi(self.value, exponent))
-    }
-    #[inline]
-    fn powf(self, exponent: Self) -> Self {
-        self.apply2(exponent, rule::powf(self.value, exponent.value))
-    }
-    #[inline]
-    fn elementary(self, function: Elementary) -> Self {
-        self.apply(function.rule(self.value))
-    }
-    #[inline]
-    fn abs(self) -> Self {
-        self.apply(rule::abs(self.value))
-    }
-    #[inline]
     fn signum(self) -> Self {
         Self::constant(self.value.signum().detach())
-    }
-    #[inline]
-    fn hypot(self, other: Self) -> Self {
-        self.apply2(other, rule::hypot(self.value, other.value))
     }
     #[inline]
     fn detach(self) -> Self {

@@ -5,10 +5,9 @@ use std::panic::Location;
 use num_traits::{One, Zero};
 
 use super::origin::{CLEAN, Origin, count, note};
-use crate::elementary::Elementary;
 use crate::operators::operators;
 use crate::real::{Fused, Mask, Real};
-use crate::rule;
+use crate::rule::{self, by_rule};
 
 /// A number that knows which operation made its value, or a partial on the way to it, infinite or NaN.
 /// Only the value is public; [`first_non_finite`](super::first_non_finite) reads the origin.
@@ -122,18 +121,12 @@ fn listed<R: Real>(numbers: impl Iterator<Item = R>) -> String {
 impl<R: Real> Real for Traced<R> {
     type Mask = R::Mask;
 
-    fn lit(value: f64) -> Self {
-        Self::constant(R::lit(value))
+    by_rule! {
+        #[track_caller]
+        |x, operation, rule| x.apply(operation, rule),
+        |x, y, operation, rule| x.apply2(operation, y, rule),
     }
-    fn lt(self, other: Self) -> R::Mask {
-        self.value.lt(other.value)
-    }
-    fn le(self, other: Self) -> R::Mask {
-        self.value.le(other.value)
-    }
-    fn finite(self) -> R::Mask {
-        self.value.finite()
-    }
+
     /// Blames nothing itself, and drops the origin of the operand that is not chosen.
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         match rule::uniform(mask) {
@@ -151,66 +144,6 @@ impl<R: Real> Real for Traced<R> {
         let value = self.value.fma(factor.value, term.value);
         let operands = [(self, factor.value), (factor, self.value), (term, R::one())];
         Self::judged("multiply-add", value, &operands)
-    }
-    #[track_caller]
-    fn recip(self) -> Self {
-        self.apply("recip", rule::recip(self.value))
-    }
-    #[track_caller]
-    fn sqrt(self) -> Self {
-        self.apply("sqrt", rule::sqrt(self.value))
-    }
-    #[track_caller]
-    fn rsqrt(self) -> Self {
-        self.apply("rsqrt", rule::rsqrt(self.value))
-    }
-    #[track_caller]
-    fn exp(self) -> Self {
-        self.apply("exp", rule::exp(self.value))
-    }
-    #[track_caller]
-    fn ln(self) -> Self {
-        self.apply("ln", rule::ln(self.value))
-    }
-    #[track_caller]
-    fn sin(self) -> Self {
-        self.apply("sin", rule::sin(self.value))
-    }
-    #[track_caller]
-    fn cos(self) -> Self {
-        self.apply("cos", rule::cos(self.value))
-    }
-    #[track_caller]
-    fn tan(self) -> Self {
-        self.apply("tan", rule::tan(self.value))
-    }
-    #[track_caller]
-    fn tanh(self) -> Self {
-        self.apply("tanh", rule::tanh(self.value))
-    }
-    #[track_caller]
-    fn atan2(self, x: Self) -> Self {
-        self.apply2("atan2", x, rule::atan2(self.value, x.value))
-    }
-    #[track_caller]
-    fn powi(self, exponent: i32) -> Self {
-        self.apply("powi", rule::powi(self.value, exponent))
-    }
-    #[track_caller]
-    fn powf(self, exponent: Self) -> Self {
-        self.apply2("powf", exponent, rule::powf(self.value, exponent.value))
-    }
-    #[track_caller]
-    fn elementary(self, function: Elementary) -> Self {
-        self.apply(function.name(), function.rule(self.value))
-    }
-    #[track_caller]
-    fn abs(self) -> Self {
-        self.apply("abs", rule::abs(self.value))
-    }
-    #[track_caller]
-    fn hypot(self, other: Self) -> Self {
-        self.apply2("hypot", other, rule::hypot(self.value, other.value))
     }
     fn signum(self) -> Self {
         Self {
