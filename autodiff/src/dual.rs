@@ -1,4 +1,4 @@
-//! The pair of forward mode; its arithmetic is in [`forward`](crate::forward).
+//! The pair of forward mode; its arithmetic is in `forward`.
 
 use std::cmp::Ordering;
 use std::fmt;

@@ -2,7 +2,7 @@
 
 use std::num::FpCategory;
 
-use num_traits::{Float, NumCast, One, ToPrimitive, Zero};
+use num_traits::{Float, NumCast, ToPrimitive, Zero};
 
 use super::element::Element;
 use super::functions::functions;

@@ -18,4 +18,3 @@ pub use checkpoints::Memory;
 pub use cotangent_bound::CotangentBound;
 pub(crate) use progress::step;
 pub use settings::{Given, Model, Rollout};
-pub use sweep::Recorded;
