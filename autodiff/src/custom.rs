@@ -37,7 +37,7 @@ use crate::real::{Fused, Real};
 /// A scalar function of a vector with its partials given. It must own its data, or share them by an
 /// `Arc`, because the tape keeps it.
 ///
-/// Good for what should not be differentiated through, such as an iterative solver, whose partials
+/// Use it for code that should not be differentiated through, such as an iterative solver, whose partials
 /// follow from the equation it solves, and for special functions: the error function is a series over
 /// `R` with the partial `2 / sqrt(pi) exp(-x^2)`. `examples/custom_rule.rs` has one. The value has to be
 /// computed with the operations of `R`: a foreign function of floats could not serve every mode.

@@ -78,8 +78,8 @@ impl Mask for bool {
 
 /// A real number as generic code sees it. See the [module](self) for the conventions at kinks.
 ///
-/// The inverse tangent is `x.atan2(R::one())`; what else has no method is an [`Elementary`] function,
-/// such as `x.elementary(Elementary::Sinh)`.
+/// The inverse tangent is `x.atan2(R::one())`; other functions without a method are in [`Elementary`]:
+/// `x.elementary(Elementary::Sinh)`.
 ///
 /// Constants enter through [`lit`](Real::lit); they carry no derivative and are not recorded.
 /// Comparisons look at the primal alone.
@@ -138,7 +138,8 @@ pub trait Real:
     }
     /// Square root.
     fn sqrt(self) -> Self;
-    /// `1 / sqrt(self)`, computed as that: the same bits at every instruction set.
+    /// `1 / sqrt(self)`, by a root and a division, not by a processor's estimate: the same bits at every
+    /// instruction set.
     #[inline(always)]
     fn rsqrt(self) -> Self {
         self.sqrt().recip()
@@ -225,7 +226,7 @@ pub trait Real:
     /// ```
     fn straight_through(self, soft: Self) -> Self;
     /// `partial * cotangent`, where an exactly zero cotangent (or tangent) gives zero even if the
-    /// partial is infinite: what every chain rule of this crate multiplies with.
+    /// partial is infinite. Every chain rule of this crate multiplies with it.
     fn chain(partial: Self, cotangent: Self) -> Self;
     /// `term + chain(partial, cotangent)`; one rounding where the instruction set in use has it.
     #[inline(always)]
@@ -286,17 +287,17 @@ pub trait Fused: Send + 'static {
     /// The outputs alone.
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R>;
 
-    /// The outputs with their tangents; by default those of `eval` on duals. A function whose
-    /// derivative is not that of its `eval` overrides this.
+    /// The outputs with their tangents; by default, `eval` on duals. Override it where the function's
+    /// derivative is not the derivative of `eval`'s code.
     fn forward<R: Real, const N: usize>(&self, inputs: &[&[Dual<R, N>]]) -> Vec<Dual<R, N>> {
         self.eval(inputs)
     }
 
-    /// The outputs, and what the reverse sweep will need.
+    /// The outputs, and the numbers that [`reverse`](Fused::reverse) will need.
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>);
 
-    /// The cotangents of the inputs, given those of the outputs, `y_bar`: one vector per input slice,
-    /// in their order. Where `wanted` is false the slice is constant and its vector may be left empty.
+    /// The cotangents of the inputs, given the outputs' cotangents `y_bar`: one vector per input slice, in
+    /// their order. Where `wanted` is false the slice is constant and its vector may be left empty.
     fn reverse<R: Real>(
         &self,
         saved: &mut Self::Saved<R>,

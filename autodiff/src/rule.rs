@@ -157,7 +157,7 @@ pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     (value, [by_x, by_y])
 }
 
-/// Whether the mask is the same in all lanes, and which.
+/// The mask's value if it is the same in all lanes.
 #[inline(always)]
 pub(crate) fn uniform<M: Mask>(mask: M) -> Option<bool> {
     match (mask.any(), mask.all()) {

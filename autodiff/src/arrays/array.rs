@@ -10,7 +10,7 @@ pub struct Array {
     pub(super) parameter: bool,
     /// Where it begins there.
     pub(super) start: usize,
-    /// How many numbers it takes there, those of all starts together.
+    /// How many numbers it takes there, over all starts.
     pub(super) len: usize,
     pub(super) starts: usize,
 }

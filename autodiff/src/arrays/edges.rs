@@ -12,7 +12,7 @@ use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized, WIDEST, lanes};
 
-/// The kernel's inputs are `C` differences, head minus tail, then what is given per edge; its `O`
+/// The kernel's inputs are `C` differences, head minus tail, then the arrays given per edge. Its `O`
 /// results are added at the tail and subtracted at the head.
 ///
 /// Registers reach past a group's edges, and past the nodes: what they read there is masked.
@@ -60,17 +60,18 @@ struct LaneOfEdges {
 /// The edges of one group at a register of adjacent nodes.
 #[derive(Clone, Copy)]
 struct LaneOfEnds {
-    /// Where scratch has the edges of which the nodes are tails, and a bit for each that there is.
+    /// The place in scratch of the edges whose tails these nodes are, and a bit for each edge that exists.
     as_tail: usize,
     tails: u16,
-    /// Likewise those of which they are heads.
+    /// The same for the edges whose heads these nodes are.
     as_head: usize,
     heads: u16,
 }
 
 impl EdgePlan {
     fn new(graph: &Graph, lanes: usize) -> Self {
-        // Room before the first slots, which are also read shifted by an offset, as those of heads.
+        // Scratch is also read shifted down by an offset, for the edges that end at a node: it begins with
+        // room for that.
         let lead = graph.lead().next_multiple_of(WIDEST);
         let mut edges = Vec::new();
         let mut at_nodes = vec![Vec::new(); graph.nodes().div_ceil(lanes)];
@@ -262,6 +263,7 @@ where
         unsafe {
             let values = StepValues { parameters, row };
             let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, values);
+            // First the kernel, edge by edge, into scratch; the sums at the nodes follow below.
             for &lane in &map.plan.edges {
                 let y = map.kernel.eval(sources.load::<L>(lane));
                 for o in 0..O {
@@ -306,6 +308,8 @@ where
         unsafe {
             let sources = Sources::<R, C, I>::new(&map.inputs, &map.plan, *values);
             for &lane in &map.plan.edges {
+                // A result was added at the tail and subtracted at the head. Its cotangent is the
+                // difference of theirs; ghosts have none.
                 let mut y_bar = [L::zero(); O];
                 for o in 0..O {
                     let head: L = load(y_bars[o], lane.head, L::N);
@@ -322,6 +326,7 @@ where
             }
         }
         let ends = &map.inputs[..C];
+        // Head minus tail: the cotangent of a difference is subtracted at the tail and added at the head.
         if map.active[..C].contains(&true) {
             collect::<R, L, C>(&map.plan, ends_bar, ends[0].len, |c, node, n, sum| {
                 let (part, at) = (bars.part_mut(ends[c]), ends[c].start + node);
@@ -348,6 +353,7 @@ fn collect<R: Real, L: Lane<R>, const N: usize>(
     );
     for (k, at_node) in plan.at_nodes.iter().enumerate() {
         let node = k * L::N;
+        // Gathered node by node, not scattered edge by edge: each sum is stored once, and in a fixed order.
         let mut sums = [L::zero(); N];
         for lane in &plan.ends[at_node.clone()] {
             let [tails, heads] = [lane.tails, lane.heads].map(L::mask);

@@ -45,6 +45,7 @@ impl Moves {
                     .take_while(|(k, i)| **i == Some(from + k * by))
                     .count()
             };
+            // Either one entry repeated, or a stretch of neighbours: the longer of the two.
             let (same, rising) = (along(0), along(1));
             let (moves, len) = if same > rising {
                 (&mut spreads, same)
@@ -144,7 +145,7 @@ impl<R: Real> Vectorized<R> for ForwardGather<'_, R> {
     }
 }
 
-/// Adds the cotangents of the output to those of the input.
+/// Adds the output's cotangents to the input's.
 struct ReverseGather<'a, R> {
     moves: &'a Moves,
     from: &'a [R],
@@ -179,7 +180,7 @@ impl<R: Real> Vectorized<R> for ReverseGather<'_, R> {
                 self.to[from] += (sums[0] + sums[1]) + (sums[2] + sums[3]);
                 continue;
             }
-            // In the same order as above: each start has the bits that it has alone.
+            // The order of the loop above, so that each start has the bits that it has alone.
             for i in (0..starts).step_by(L::N) {
                 let mut sums = [L::splat(R::zero()); SUMS];
                 for (k, bars) in bars.chunks_exact(starts).enumerate() {

@@ -100,6 +100,7 @@ impl Graph {
         let mut slots = 0;
         let mut groups = Vec::new();
         for &offset in &offsets {
+            // Whole registers, so that no register has slots of two groups.
             let len = (nodes - offset).next_multiple_of(WIDEST);
             let [is_tail, is_head] = [(); 2].map(|()| Bits::none(nodes));
             groups.push(OffsetGroup {
@@ -111,6 +112,7 @@ impl Graph {
             });
             slots += len;
         }
+        // An edge's slot is its group's first slot plus its tail.
         let place = |[i, j]: &[usize; 2]| {
             let known = groups.iter_mut().find(|group| group.offset == j - i);
             let group = known.expect("every offset has its group");
@@ -156,7 +158,7 @@ impl Graph {
     }
 
     /// `count` copies of this graph, interleaved: node `i` of copy `k` is `i * count + k`, and slots
-    /// likewise. Edges keep the numbering of the first copy.
+    /// in the same way. Edges keep the numbering of the first copy.
     pub(super) fn side_by_side(&self, count: usize) -> Self {
         if count == 1 {
             return self.clone();

@@ -76,7 +76,7 @@ trait Lanes<R, const O: usize> {
     unsafe fn lane<L: Lane<R>>(&mut self, at: usize, n: usize);
 
     /// The work on all entries. Where some may be worked on `TWICE`, the last register overlaps with
-    /// the one before it: what is then read of it need not wait for a store of a part.
+    /// the one before it: a later load of the whole register then need not wait for a masked store.
     ///
     /// # Safety
     /// All arrays have this length.
@@ -147,7 +147,7 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
         map.reach.check(parameters, row);
         let Array { start, len, .. } = map.outputs[0];
         let (row, after) = row.split_at_mut(start);
-        // SAFETY: the reach was checked, and what an operation reads lies before its outputs.
+        // SAFETY: the reach was checked, and an operation's inputs lie before its outputs.
         unsafe {
             let mut lanes = ForwardLanes {
                 kernel: &map.kernel,

@@ -8,7 +8,7 @@ use crate::real::Real;
 pub(super) trait Operation<R: Real>: Send {
     fn outputs(&self) -> Vec<Array>;
     fn forward(&mut self, parameters: &[R], row: &mut [R]);
-    /// Adds to the bars of the inputs what follows from those of the outputs.
+    /// Pulls the outputs' cotangents back: adds to the inputs' bars.
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>);
     /// Tells which arrays (by id) and which parameters carry derivatives; the rest may be skipped.
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);

@@ -6,12 +6,12 @@ use super::row::Layout;
 use crate::real::Real;
 use crate::simd::lanes;
 
-/// An array with values of its own in every step, and their cotangents.
+/// An array with other values in every step, and their cotangents.
 pub(super) struct Control<R> {
     pub(super) array: Array,
     /// `array.len` numbers for each step, one step after the other.
     pub(super) values: Vec<R>,
-    /// Likewise; `None` where they are not asked for.
+    /// Their cotangents in the same order; `None` where they are not asked for.
     pub(super) bars: Option<Vec<R>>,
 }
 

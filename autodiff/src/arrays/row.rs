@@ -7,7 +7,7 @@ use super::array::Array;
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked};
 
-/// The values of a step: those of the parameters, which no step changes, and its row.
+/// The values of a step: the parameters, which no step changes, and its row.
 #[derive(Clone, Copy)]
 pub(super) struct StepValues<'a, R> {
     pub(super) parameters: &'a [R],
@@ -188,8 +188,8 @@ impl Layout {
         let at = next.first().map_or(row, |a| a.start);
         let in_place =
             |(state, next): (&Array, &Array)| !next.parameter && next.start == at + state.start;
-        // Were there inputs among the parts of the state, those of the next step would overwrite what
-        // lies among the parts of the new one.
+        // Rows must not overlap where inputs lie among the parts of the state: the next step's inputs would
+        // overwrite what lies among the parts of the new state.
         let contiguous = end == states.iter().map(|a| a.len).sum();
         let overlaps =
             contiguous && at >= end && at + end >= row && states.iter().zip(next).all(in_place);

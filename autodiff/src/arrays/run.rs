@@ -51,7 +51,7 @@ impl<R: Real> Program<R> {
         self.layout.stride
     }
 
-    /// The number of scalars in a state, those of all starts together.
+    /// The number of scalars in a state, over all starts.
     pub(crate) fn state_len(&self) -> usize {
         self.states.iter().map(|a| a.len).sum()
     }
@@ -111,7 +111,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Marks what carries derivatives, given which parameters do; the state always does.
+    /// Marks the arrays that carry derivatives, given which parameters do; the state always does.
     pub(crate) fn set_active(&mut self, parameters: &[bool]) {
         let mut active = vec![false; self.arrays.len()];
         for (declared, &wanted) in self.parameters.iter().zip(parameters) {
@@ -152,7 +152,7 @@ impl<R: Real> Program<R> {
         }
     }
 
-    /// Writes the inputs of a step, given those of all steps, and its controls into its row.
+    /// Writes the inputs of one step, from `all` steps' inputs, and its controls into its row.
     pub(crate) fn set_inputs(&self, row: &mut [R], all: &[f64], step: usize) {
         let mut given = all[step * self.inputs_len..][..self.inputs_len].iter();
         for part in &self.inputs {
@@ -230,6 +230,7 @@ impl<R: Real> Program<R> {
             parameters: &mut parameter_bars[..],
             row: &mut row_bars[..],
         };
+        // Only up to the next row: past that, the new state's cotangents are set below.
         let Layout { stride, state, .. } = &self.layout;
         bars.row[..self.ends[1].min(*stride)].fill(R::zero());
         if self.layout.moves.is_empty() {

@@ -73,8 +73,8 @@ impl<R: Real> Vectorized<R> for Look<'_, R> {
 }
 
 impl<R: Real> Look<'_, R> {
-    /// Whether the sum of all squares in each lane is below that of the bound: then so is every square,
-    /// rounded or not. Cheaper than to compare each number.
+    /// Whether the sum of all squares in each lane is below the bound's square. Then every square is, rounded
+    /// or not. Cheaper than to compare each number.
     #[inline(always)]
     fn is_small<L: Lane<R>>(&self, square: L) -> bool {
         let mut sums = [L::zero(); 2];

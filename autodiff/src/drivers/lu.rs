@@ -7,7 +7,7 @@ use crate::real::{Mask, Real};
 /// largest entry of their row, and count as zero relative to the largest such share in their column, so
 /// that the units of neither equations nor unknowns decide whether a matrix is singular.
 ///
-/// Rows are exchanged by `select`: each lane has its own pivots, and those of duals are their primals'.
+/// Rows are exchanged by `select`: each lane has its own pivots. Duals are compared by their primals.
 pub(crate) struct Lu<R: Real> {
     /// `U`, and below its diagonal `L` without its diagonal of ones.
     rows: Vec<Vec<R>>,
@@ -38,6 +38,7 @@ impl<R: Real> Lu<R> {
         let negligible: Vec<R> = (0..n).map(negligible).collect();
         let mut exchanges = Vec::with_capacity(n * n / 2);
         for k in 0..n {
+            // The largest pivot sinks into row `k`, one comparison at a time: lanes may choose other rows.
             for i in k + 1..n {
                 // Compared as quotients: products across rows could leave the range of floats.
                 let [here, there] = [k, i].map(|i| rows[i][k].detach().abs() / row_scales[i]);

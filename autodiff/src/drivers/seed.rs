@@ -22,7 +22,7 @@ pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
     pairs.map(dual).collect()
 }
 
-/// `x`, of which the [`CHUNK`] arguments from place `first` on move, each along a direction of its own.
+/// `x` as duals: the [`CHUNK`] arguments from place `first` on move, each along another direction.
 pub(crate) fn seeded<R: Real>(x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
     let seed = |(i, &value)| {
         if (first..first + CHUNK).contains(&i) {

@@ -21,7 +21,7 @@ pub(crate) trait Primitive:
     const SIN_TERMS: usize;
     /// `ln 2` as a sum of floats, largest first.
     const LN_2: [f64; 2];
-    /// `pi / 2` likewise.
+    /// `pi / 2` as a sum of floats, largest first.
     const PI_2: [f64; 3];
     /// Adding and taking off this number rounds to an integer, ties to even.
     const ROUNDING: f64;
@@ -160,7 +160,7 @@ pub(crate) fn sin_cos<P: Primitive>(x: P) -> (P, P) {
     quadrant(n, sin, cos)
 }
 
-/// Sine and cosine of `n pi/2 + r` from those of `r`.
+/// Sine and cosine of `n pi/2 + r`, given the sine and cosine of `r`.
 #[inline(always)]
 fn quadrant<P: Primitive>(n: P, sin: P, cos: P) -> (P, P) {
     let (zero, half) = (P::constant(0.0), P::constant(0.5));

@@ -7,8 +7,8 @@ pub(crate) fn pi<R: Real>() -> R {
     R::zero().atan2(-R::one())
 }
 
-/// Machine epsilon, the distance from 1 to the next number of the type, or nearly that: what rounding
-/// leaves of `3 (4/3 - 1) - 1`.
+/// Machine epsilon, or nearly: the distance from 1 to the next number of the type. It is the rounding
+/// error of `3 (4/3 - 1) - 1`, which is zero in exact arithmetic.
 pub(crate) fn epsilon<R: Real>() -> R {
     let third = R::lit(4.0) / R::lit(3.0) - R::one();
     (R::lit(3.0) * third - R::one()).abs().detach()

@@ -138,12 +138,14 @@ impl<R: Real> Arena<R> {
         for i in (inputs..entries.len()).rev() {
             let Entry { partials, parents } = entries[i];
             let before = i - 1;
+            // Marks are above every index: one comparison tells the rare entries apart.
             if parents[0] >= FUSED {
                 bars[i] = bar;
                 long.sweep(parents, i, bars);
                 bar = bars[before];
                 continue;
             }
+            // A zero cotangent gives nothing, whatever the partials are.
             let mut bar_before = bars[before];
             if !bar.is_zero() {
                 let mut give = |parent: u32, partial| {

@@ -25,7 +25,7 @@ pub(super) const CONSTANT: u32 = 0;
 const COUNT_BITS: u32 = 24;
 const TYPES: usize = 1 << (u32::BITS - COUNT_BITS);
 
-/// The name of a number type within generations, from 1 on: the same for all tapes of the type.
+/// The name of a number type within generations, from 1 on. All tapes of the type share it.
 pub(super) fn name_of<R: Real>() -> u32 {
     static NAMED: Mutex<Vec<TypeId>> = Mutex::new(Vec::new());
     let number = TypeId::of::<R>();

@@ -14,7 +14,7 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
     let values: SmallVec<[&[R]; 4]> = values.iter().map(Vec::as_slice).collect();
     let generation = inputs.iter().copied().flatten().fold(CONSTANT, Var::common);
     if generation == CONSTANT {
-        // Not `eval`: what is constant here may carry a derivative of its own.
+        // Not `eval`: constants of this tape may carry a derivative of an inner mode.
         let outputs = R::fused(function, &values);
         return outputs.into_iter().map(Var::constant).collect();
     }
@@ -33,7 +33,7 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
         parents: inputs.iter().copied().flatten().map(|x| x.index).collect(),
     };
     let zero = R::zero();
-    // SAFETY: `push_fused` moves what is ready; it runs no foreign code.
+    // SAFETY: `push_fused` moves a finished entry and runs no foreign code.
     #[allow(unsafe_code)]
     let first = unsafe { current::with(generation, |arena| arena.push_fused(entry, zero)) };
     let variable = |(i, value)| Var {

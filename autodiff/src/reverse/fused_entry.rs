@@ -17,7 +17,7 @@ pub(super) struct FusedEntry<R> {
     pub(super) parents: Vec<u32>,
 }
 
-/// A [`Fused`] function and what it saved, with the types erased.
+/// A [`Fused`] function and the numbers it saved, with the types erased.
 pub(super) trait Call<R>: Send {
     fn reverse(&mut self, y_bar: &[R], wanted: &[bool]) -> Vec<Vec<R>>;
 }

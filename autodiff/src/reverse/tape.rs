@@ -74,7 +74,7 @@ impl<R: Real> Tape<R> {
         result
     }
 
-    /// The cotangents of the inputs, given those of the outputs: `sum_i cotangents_i d outputs_i
+    /// The cotangents of the inputs, given the cotangents of the outputs: `sum_i cotangents_i d outputs_i
     /// / d inputs` (a VJP). May be called any number of times after one recording.
     ///
     /// # Panics

@@ -101,7 +101,7 @@ impl<R: Real> Var<R> {
         (self.index, self.generation) == (other.index, other.generation)
     }
 
-    /// The number moved by a constant: another value at the same entry, nothing recorded.
+    /// The number plus a constant: another value at the same entry. Nothing is recorded.
     #[inline(always)]
     pub(super) fn moved_to(self, value: R) -> Self {
         Var { value, ..self }
@@ -133,7 +133,7 @@ impl<R: Real> Var<R> {
         }
     }
 
-    /// A value with many terms `(partial, index)`; those of constants, with index `NONE`, are left out.
+    /// A value with many terms `(partial, index)`. Terms of constants, with index `NONE`, are left out.
     #[inline(always)]
     pub(super) fn push_linear(
         value: R,

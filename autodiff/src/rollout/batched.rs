@@ -12,13 +12,12 @@ use crate::real::{Fused, Real};
 use crate::simd::lanes;
 
 impl<M: Model> Rollout<M> {
-    /// What [`run`](Rollout::run) returns from each of several starts, to the bit, in less time: as
-    /// many starts as a register has lanes run together, and each weight that is read serves them
-    /// all.
+    /// A batch: runs from several starts. Each result has the bits that [`run`](Rollout::run) gives, in less
+    /// time, because as many starts as a register has lanes run together and share each weight read.
     ///
     /// On the tape this too is one fused entry. The cotangents of starts have the same bits as from
-    /// `run`; those of the parameters, which all starts share, are sums over steps and starts in another
-    /// order, and differ from the sum of those of `run` by rounding.
+    /// `run`. The cotangents of parameters, which all starts share, are summed over steps and starts in
+    /// another order, and so differ by rounding from a sum over calls of `run`.
     ///
     /// ```
     /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
@@ -185,8 +184,8 @@ impl StartGroup {
 }
 
 impl<M: Model> Batched<M> {
-    /// Whole registers of starts; what is left, together if that is more than three quarters of a
-    /// register, where it begins to pay, else in pairs.
+    /// Whole registers of starts. The rest runs as one more register if it fills more than three quarters of
+    /// it, from where that pays, and in pairs otherwise.
     pub(super) fn groups<R: Real>(&self) -> Vec<StartGroup> {
         let (mut groups, mut first) = (Vec::new(), 0);
         let widest = lanes::<R>();

@@ -28,8 +28,7 @@ impl<M: Model> Rollout<M> {
         R::fused(self.clone(), &inputs)
     }
 
-    /// Where the returned numbers lie in a state of `len` numbers, in which those of `starts` starts are
-    /// interleaved.
+    /// The places of the returned numbers in a state of `len` numbers, which interleaves `starts` starts.
     fn places(&self, starts: usize, len: usize) -> Vec<usize> {
         let Some(entries) = &self.entries else {
             return (0..len).collect();
@@ -63,7 +62,7 @@ impl<M: Model> Rollout<M> {
         seen
     }
 
-    /// The same, and what the reverse sweep needs.
+    /// [`forward`](Self::forward), and the record for the reverse sweep.
     pub(super) fn recorded<R: Real>(
         &self,
         starts: Starts,

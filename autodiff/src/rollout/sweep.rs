@@ -88,8 +88,8 @@ impl<R: Real> Sweep<R> {
         }
     }
 
-    /// Makes NaN of what was observed of a start if one of its states was not below the bound. `row` has
-    /// the last state, after `steps` steps, which is still to be checked.
+    /// Replaces a start's observations by NaN if one of its states was not below the bound. `row` holds the
+    /// last state, after `steps` steps, which is still to be checked.
     pub(super) fn apply_state_bound(&self, steps: usize, row: &[R], seen: &mut [R]) {
         let Some(mut watch) = self.watch else {
             return;
@@ -131,7 +131,7 @@ pub struct Recorded<R: Real> {
 }
 
 impl<R: Real> Recorded<R> {
-    /// As of [`Sweep::new`].
+    /// Arguments as for [`Sweep::new`].
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
         let sweep = Sweep::new(rollout, starts, inputs);
         let (stride, row) = (sweep.program.stride(), sweep.row(inputs[0]));
@@ -164,7 +164,8 @@ impl<R: Real> Recorded<R> {
         self.sweep.state_len()
     }
 
-    /// As of [`Sweep`], after the first run forward; steps that are run again are not checked again.
+    /// [`Sweep::apply_state_bound`] after the first run forward. Steps that the reverse sweep runs again
+    /// are not checked again.
     pub(super) fn apply_state_bound(&mut self, seen: &mut [R]) {
         let last = self.row_after(self.steps);
         self.sweep.apply_state_bound(self.steps, last, seen);
@@ -190,7 +191,7 @@ impl<R: Real> Recorded<R> {
         self.sweep.state(self.row_after(step))
     }
 
-    /// A step of the first run forward. Keeps its row, or a checkpoint before it if the schedule has one there.
+    /// A step of the first run forward. Keeps its row, or the checkpoint that the schedule has before it.
     pub(super) fn step(&mut self, step: usize) {
         if self.keeps_all() {
             return self.step_to_row(step, step);
@@ -239,6 +240,7 @@ impl<R: Real> Recorded<R> {
         let mut stack = self.checkpoints.clone();
         let mut end = self.steps;
         at(end, state_bar);
+        // Each turn either sets a checkpoint in the last stretch of steps, or reverses the last leaf of it.
         while end > 0 {
             let top = stack.last().expect("the start is below all");
             let first = self.schedule.leaf_start(top.step..end);
@@ -259,6 +261,7 @@ impl<R: Real> Recorded<R> {
             }
             self.reverse_rows(first..end, &mut bars, state_bar, &mut at);
             end = first;
+            // Checkpoints of steps that are done serve nothing any more.
             while stack
                 .last()
                 .is_some_and(|checkpoint| checkpoint.step >= end)
@@ -301,11 +304,11 @@ impl<R: Real> Recorded<R> {
     }
 }
 
-/// At least `len` numbers with any values: those of the thread's last sweep, if they are enough.
+/// At least `len` numbers with any values: the buffer of the thread's last sweep, if it is long enough.
 fn spare_rows<R: Real>(len: usize) -> Aligned<R> {
     match pool::take::<Aligned<R>>() {
         Some(rows) if rows.len() >= len => *rows,
-        // Some more for longer sweeps to come; pages that are not touched take no memory.
+        // A quarter more, for longer sweeps to come: pages that are never touched take no memory.
         _ => Aligned::zeros(len + len / 4),
     }
 }

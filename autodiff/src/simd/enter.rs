@@ -1,5 +1,5 @@
 //! The only entry into code compiled for wider registers.
-// `cargo bench -p benches --bench tapes` shows what it is for.
+// `cargo bench -p benches --bench tapes` measures what it saves.
 #![allow(unsafe_code)]
 
 use super::level::{Level, level};

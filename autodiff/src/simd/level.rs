@@ -36,7 +36,7 @@ pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
 
 #[inline]
 fn found() -> Level {
-    // Unoptimised, every inlined intermediate has a stack slot of its own: with wide registers some
+    // Without optimisation, every inlined intermediate has its own stack slot: with wide registers,
     // megabytes for a kernel.
     if cfg!(unoptimised) {
         return Level::Baseline;

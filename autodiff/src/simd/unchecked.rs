@@ -46,7 +46,7 @@ pub(crate) trait Unchecked<S>: Lane<S> {
     /// Writes the first `n` lanes from place `at` on, without a check.
     ///
     /// # Safety
-    /// As of [`load_n`](Lane::load_n).
+    /// See [`load_n`](Unchecked::load_n).
     #[allow(unsafe_code)] // As above.
     #[inline(always)]
     unsafe fn store_n(self, to: &mut [S], at: usize, n: usize) {

@@ -145,7 +145,7 @@ impl<R: Real> DenseLayer<R> {
             product.output.y = bars.get_mut(input);
             return product.run();
         }
-        // Not added to the bars one by one: an input may occur twice.
+        // First all of the product, then added input by input: an input may occur twice.
         self.packed.clear();
         self.packed
             .resize(self.inputs.iter().map(|input| input.len).sum(), R::zero());
@@ -333,7 +333,7 @@ impl<R: Real> Vectorized<R> for Gaps<'_, R> {
     }
 }
 
-/// The cotangent of `W x + bias`, row by row, from that of the output.
+/// The cotangent of `W x + bias`, row by row, from the output's cotangent.
 struct BeforeTanh<'a, R> {
     y: &'a [R],
     bar: &'a [R],
@@ -358,7 +358,7 @@ impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
                     before_tanh::<R, L>(self.tanh, y, bar).store_up_to(to);
                 }
             }
-            // Every register is written whole; the next overwrites what lies past its rows.
+            // Every register is written whole. The next one overwrites the numbers past its rows.
             Some(lanes) => {
                 for (lane, (y, bar)) in lanes.iter().zip(both) {
                     let rows = before_tanh::<R, L>(self.tanh, y, bar).compress(lane.bits);

@@ -14,7 +14,7 @@ const BATCH: usize = 16;
 /// Inputs and output cotangents of the last steps, one start after the other.
 pub(super) struct Pending<R> {
     x: Vec<R>,
-    /// Padded to whole registers. With one start, those of the current step lie behind the last.
+    /// Padded to whole registers. With one start, the current step's cotangents lie behind the last ones.
     y_bar: Aligned<R>,
     /// With several starts, the interleaved cotangents of the current step.
     interleaved: Aligned<R>,
@@ -168,7 +168,7 @@ impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
                 first: panel.first_row,
             };
             let entries = self.to.panel_mut::<L>(panel);
-            // With the widest registers there are twice as many: 32 of AVX-512, 16 of AVX2.
+            // `W` by `C` sums and the loads beside them fill the registers: AVX-512 has 32, AVX2 16.
             match (panel.lanes, const { size_of::<L>() == 64 }) {
                 (1, _) => part.add::<L, 1, 8>(entries),
                 (2, false) => part.add::<L, 2, 4>(entries),

@@ -60,7 +60,7 @@ impl<R: Real> Output<'_, R> {
     }
 
     /// Adds registers to the bias from places `from` on, or to `y`, and writes them to `y` from places
-    /// `to` on; what lies past the end of either is dropped.
+    /// `to` on. Numbers past the end of either are dropped.
     #[inline(always)]
     fn add<L: Lane<R>, const N: usize>(
         &mut self,
@@ -68,6 +68,7 @@ impl<R: Real> Output<'_, R> {
         to: [usize; N],
         mut sums: [L; N],
     ) {
+        // The bias comes in when the row's sum is complete, and `tanh` while it is still in a register.
         for n in 0..N {
             let before = match self.bias {
                 Some(bias) => L::load_up_to(&bias[from[n].min(bias.len())..]),

@@ -89,12 +89,14 @@ impl ChunkPlaces {
 
     #[inline(always)]
     fn next(&mut self) -> usize {
+        // Bresenham's rule: every chunk adds to the credit, and a near one is due when it is full.
         self.credit += self.share;
         if self.credit < SHARES {
             self.far += PAGE;
             return self.far - PAGE;
         }
         self.credit -= SHARES;
+        // The last place of a page is for far chunks: skip it.
         let place = self.near;
         let turns = self.share < SHARES && place % PAGE == PAGE - 2;
         self.near += 1 + usize::from(turns);
@@ -108,8 +110,8 @@ impl<R: Real> Panels<R> {
         Self::new(rows, columns, SHARES)
     }
 
-    /// Zeros, for a matrix whose products alternate with those of others; `numbers` counts the entries of
-    /// them all.
+    /// Zeros, for a matrix whose products alternate with other matrices' products. `numbers` counts the
+    /// entries of all of them.
     pub(super) fn taking_turns(numbers: usize, rows: usize, columns: usize) -> Self {
         let bytes = numbers * size_of::<R>();
         let parted = PARTED.contains(&bytes);
@@ -241,6 +243,7 @@ impl<R: Real> Panels<R> {
         x: &[R],
         output: &mut Output<R>,
     ) {
+        // All sums stay in registers from the first column to the last.
         let mut sums = [[[L::zero(); K]; H]; PHASES];
         let chunks = x[..self.columns * K].chunks_exact(const { columns_of_chunk(W) * K });
         let (mut places, rest) = (panel.places, chunks.remainder());
@@ -272,9 +275,11 @@ impl<R: Real> Panels<R> {
         for group in 0..const { columns_of_chunk(W) / PHASES } {
             for phase in 0..PHASES {
                 let column = group * PHASES + phase;
+                // The last chunk may have fewer columns.
                 if column * K >= x.len() {
                     return;
                 }
+                // One number of `x` in all lanes, times a column of weights.
                 let mut of_vectors = [L::zero(); K];
                 for k in 0..K {
                     of_vectors[k] = L::splat(x[column * K + k]);

@@ -24,7 +24,7 @@ impl<R: Real> Weights<R> {
         }
     }
 
-    /// As of [`Panels::each`].
+    /// See [`Panels::each`].
     pub(super) fn each(&mut self, f: impl FnMut(usize, usize, &mut [R])) {
         match self {
             Self::One(panels) | Self::Two(panels) => panels.each(f),

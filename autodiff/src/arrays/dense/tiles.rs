@@ -30,7 +30,7 @@ impl<R: Real> Tiles<R> {
         }
     }
 
-    /// As of [`Panels`](super::panels::Panels::each).
+    /// See [`Panels::each`](super::panels::Panels::each).
     pub(super) fn each(&mut self, mut f: impl FnMut(usize, usize, &mut [R])) {
         let tiles = self.entries.chunks_exact_mut(TILE * self.columns.max(1));
         for (first, tile) in (0..self.rows).step_by(TILE).zip(tiles) {
@@ -46,6 +46,7 @@ impl<R: Real> Tiles<R> {
     #[inline(always)]
     pub(super) fn times<L: Lane<R>>(&self, x: &[R], output: &mut Output<R>) {
         for first in (0..self.rows).step_by(TILE) {
+            // Two phases at a time, in the order (0 + 1) + (2 + 3), which panels have too.
             let phase = |phase| self.phase::<L>(x, first, phase);
             let (mut sums, more) = (phase(0), phase(1));
             for row in 0..TILE {

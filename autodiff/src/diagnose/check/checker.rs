@@ -271,7 +271,7 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
                 let length = dot(&half, &half).sqrt();
                 let half = normalised(half);
                 let checked = self.check(&half);
-                // The half's contribution to the error: that of its slope times its length. A claim
+                // The half's contribution to the error: its slope's error times its length. A claim
                 // of infinity or NaN is the worst, whatever the differences say.
                 let error = if checked.gradient.is_finite() {
                     checked.absolute_error() * length

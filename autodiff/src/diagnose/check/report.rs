@@ -49,7 +49,7 @@ pub struct Direction {
     pub taylor: Option<f64>,
     /// `|gradient - central|`, relative to the slope and the typical slope.
     pub error: f64,
-    /// By how much `central` may be off, relative to the same: an estimate from the neighbouring steps,
+    /// The possible error of `central`, on the scale of `error`: an estimate from the neighbouring steps,
     /// infinite where the differences do not settle.
     pub unsure: f64,
     /// The verdict.
@@ -81,7 +81,7 @@ pub struct Component {
     pub verdict: Verdict,
 }
 
-/// Its name, or else its index, and what was found.
+/// Its name, or else its index, and the finding.
 impl fmt::Display for Component {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.name {

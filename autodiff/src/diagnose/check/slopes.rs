@@ -42,7 +42,7 @@ struct Plateau {
     /// Which step of the sweep; steps shrink from one level to the next.
     level: usize,
     slope: f64,
-    /// How much the slope differs from those of the neighbouring steps, plus its noise. At larger steps
+    /// How much the slope differs from the neighbouring steps' slopes, plus its noise. At larger steps
     /// truncation dominates, at smaller ones noise, so this estimates both. (The differences to the
     /// neighbours would not do: steps below the value's resolution all give the same slope, zero.)
     spread: f64,
@@ -156,8 +156,7 @@ impl Judge {
     /// Values that bend by this many times their observed noise do so for another reason: noise of up to
     /// 1 bends them by up to 4, and is observed as 1/8 at least, in the median.
     const BENT: f64 = 32.0;
-    /// A gap stays if the next level has more than this part of it; that of a smooth function shrinks to
-    /// 0.32.
+    /// A gap stays if the next level has more than this part of it. A smooth function's gap shrinks to 0.32.
     const STAYS: f64 = 0.5;
 
     /// What errors of a slope are measured against: finite, because infinite errors are no share of
@@ -167,7 +166,7 @@ impl Judge {
         scale.clamp(f64::MIN_POSITIVE, f64::MAX)
     }
 
-    /// Whether the claimed slope equals that of another exact derivative, up to the tolerance.
+    /// Whether the claimed slope equals another exact derivative, up to the tolerance.
     pub(super) fn same(&self, derivative: f64) -> bool {
         self.claimed == derivative
             || (self.claimed - derivative).abs()

@@ -17,7 +17,7 @@ const LN_2: [f64; 3] = [
     2.3190468138462996e-17,
     5.707708438416212e-34,
 ];
-/// `pi / 2` likewise.
+/// `pi / 2` as a sum of floats.
 const PI_2: [f64; 4] = [
     std::f64::consts::FRAC_PI_2,
     6.123233995736766e-17,

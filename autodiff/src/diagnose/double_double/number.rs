@@ -26,7 +26,7 @@ impl DoubleDouble {
         Self::normal(high, low)
     }
 
-    /// The number rounded to f64, and what is left.
+    /// The number rounded to f64, and the rest.
     #[inline]
     pub fn parts(self) -> [f64; 2] {
         [self.high, self.low]

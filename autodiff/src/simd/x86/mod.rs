@@ -37,12 +37,13 @@ fn first_bits(n: usize) -> u16 {
 #[inline(always)]
 fn first_i64(n: usize) -> __m256i {
     const ONES: [i64; 8] = [-1, -1, -1, -1, 0, 0, 0, 0];
+    // A window that slides over the ones: with `n` of them in it.
     let window: &[i64; 4] = ONES[4 - n..8 - n].try_into().expect("the length was taken");
     // SAFETY: the reference covers the register.
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }
 
-/// A mask of the first `n` of eight lanes, likewise.
+/// A mask of the first `n` of eight lanes: all bits set there, none elsewhere.
 #[inline(always)]
 fn first_i32(n: usize) -> __m256i {
     const ONES: [i32; 16] = [-1, -1, -1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0, 0, 0];
@@ -80,11 +81,12 @@ const fn ranks_and_set_bits() -> [[[u8; 8]; 256]; 2] {
 /// Each of four bits twice, so that lanes of 64 bits are moved as pairs of 32.
 #[inline(always)]
 fn twice_each(bits: u16) -> u16 {
+    // Spread the bits to every other place; times 3 makes a pair of each.
     let apart = (bits | bits << 2) & 0b11_0011;
     ((apart | apart << 1) & 0b101_0101) * 3
 }
 
-/// Lane `k` is that of `a` at `places[k]`, or zero where bit `k` is not set.
+/// Lane `k` is lane `places[k]` of `a`, or zero where bit `k` is not set.
 ///
 /// # Safety
 /// The processor has AVX2.
