@@ -178,6 +178,42 @@ fn quadrant<P: Primitive>(n: P, sin: P, cos: P) -> (P, P) {
     (s, c)
 }
 
+/// The operations of a float: with the name of its multiply-add in `libm`, and the bias and the place of
+/// its exponent.
+macro_rules! operations {
+    ($float:ident, $fma:ident, $bias:literal, $exponent:literal) => {
+        #[inline(always)]
+        fn constant(value: f64) -> Self {
+            value as $float
+        }
+        #[inline(always)]
+        fn mul_add(self, a: Self, b: Self) -> Self {
+            #[cfg(all(windows, target_env = "gnu"))]
+            return libm::$fma(self, a, b);
+            #[cfg(not(all(windows, target_env = "gnu")))]
+            self.mul_add(a, b)
+        }
+        #[inline(always)]
+        fn exp2_integer(self) -> Self {
+            // The integer stands in the last bits of the shifted number; they become the exponent.
+            let shifted = self + Self::constant(Self::ROUNDING);
+            Self::from_bits(shifted.to_bits().wrapping_add($bias) << $exponent)
+        }
+        #[inline(always)]
+        fn where_less(self, bound: Self, if_less: Self, otherwise: Self) -> Self {
+            if self < bound { if_less } else { otherwise }
+        }
+        #[inline(always)]
+        fn magnitude(self) -> Self {
+            self.abs()
+        }
+        #[inline(always)]
+        fn with_sign_of(self, other: Self) -> Self {
+            self.copysign(other)
+        }
+    };
+}
+
 impl Primitive for f64 {
     const EXP_TERMS: usize = 13;
     const SIN_TERMS: usize = 8;
@@ -191,34 +227,7 @@ impl Primitive for f64 {
     const EXP_RANGE: [f64; 2] = [-745.2, 709.782712893384];
     const TANH_ONE: f64 = 20.0;
 
-    #[inline(always)]
-    fn constant(value: f64) -> Self {
-        value
-    }
-    #[inline(always)]
-    fn mul_add(self, a: Self, b: Self) -> Self {
-        #[cfg(all(windows, target_env = "gnu"))]
-        return libm::fma(self, a, b);
-        #[cfg(not(all(windows, target_env = "gnu")))]
-        self.mul_add(a, b)
-    }
-    #[inline(always)]
-    fn exp2_integer(self) -> Self {
-        // The integer stands in the last bits of the shifted number; they become the exponent.
-        Self::from_bits((self + Self::ROUNDING).to_bits().wrapping_add(1023) << 52)
-    }
-    #[inline(always)]
-    fn where_less(self, bound: Self, if_less: Self, otherwise: Self) -> Self {
-        if self < bound { if_less } else { otherwise }
-    }
-    #[inline(always)]
-    fn magnitude(self) -> Self {
-        self.abs()
-    }
-    #[inline(always)]
-    fn with_sign_of(self, other: Self) -> Self {
-        self.copysign(other)
-    }
+    operations!(f64, fma, 1023, 52);
 }
 
 impl Primitive for f32 {
@@ -235,31 +244,5 @@ impl Primitive for f32 {
     const EXP_RANGE: [f64; 2] = [-104.0, 88.722839];
     const TANH_ONE: f64 = 10.0;
 
-    #[inline(always)]
-    fn constant(value: f64) -> Self {
-        value as f32
-    }
-    #[inline(always)]
-    fn mul_add(self, a: Self, b: Self) -> Self {
-        #[cfg(all(windows, target_env = "gnu"))]
-        return libm::fmaf(self, a, b);
-        #[cfg(not(all(windows, target_env = "gnu")))]
-        self.mul_add(a, b)
-    }
-    #[inline(always)]
-    fn exp2_integer(self) -> Self {
-        Self::from_bits((self + Self::ROUNDING as f32).to_bits().wrapping_add(127) << 23)
-    }
-    #[inline(always)]
-    fn where_less(self, bound: Self, if_less: Self, otherwise: Self) -> Self {
-        if self < bound { if_less } else { otherwise }
-    }
-    #[inline(always)]
-    fn magnitude(self) -> Self {
-        self.abs()
-    }
-    #[inline(always)]
-    fn with_sign_of(self, other: Self) -> Self {
-        self.copysign(other)
-    }
+    operations!(f32, fmaf, 127, 23);
 }
