@@ -186,6 +186,14 @@ impl Error {
         }
     }
 
+    /// The message without its [remedy](Self::remedy).
+    pub fn without_remedy(&self) -> String {
+        let text = self.to_string();
+        let remedy = self.remedy().unwrap_or_default();
+        let message = text.strip_suffix(&remedy).unwrap_or(&text);
+        message.trim_end_matches("; ").to_owned()
+    }
+
     /// Its text as a part of another's: without the heading "error: " that reports on files have.
     pub fn within(&self) -> String {
         let text = self.to_string();

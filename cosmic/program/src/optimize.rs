@@ -143,8 +143,6 @@ fn pointed(mut error: Error, scene: &str) -> Error {
     let Some(remedy) = error.remedy() else {
         return error;
     };
-    let text = error.to_string();
-    let message = text.strip_suffix(&remedy).unwrap_or(&text);
-    let message = message.trim_end_matches("; ");
-    fault(scene, &[""; 0], "physics.dt", message, &remedy).unwrap_or(error)
+    let message = error.without_remedy();
+    fault(scene, &[""; 0], "physics.dt", &message, &remedy).unwrap_or(error)
 }

@@ -1,12 +1,16 @@
 //! `cosmic scene`.
 
 use crate::arguments::Output;
-use crate::output::{print, print_json};
+use crate::output::{note, print, print_json};
 use clap::{Args, Subcommand};
-use cosmic::error::Result;
-use cosmic::scene::{BUILTIN, Scene};
+use cosmic::codesign::Review;
+use cosmic::error::{Error, Result};
+use cosmic::scene::{BUILTIN, Finding, Scene, fault};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// The seed of the start that a scene is checked with: that of `optimize`.
+const SEED: u64 = 0;
 
 /// List, show and check scenes
 #[derive(Debug, Args)]
@@ -32,7 +36,8 @@ enum Action {
         #[arg(long)]
         json: bool,
     },
-    /// Check a scene file: exit 2 with line, column and what is allowed where it is wrong
+    /// Check a scene file: exit 2 with line, column and what is allowed where it is wrong, or
+    /// where `optimize` would refuse to begin; warn of settings that are hardly meant
     Check {
         /// A TOML file
         #[arg(value_name = "FILE")]
@@ -53,19 +58,44 @@ impl Arguments {
         match &self.action {
             Action::List { json } => list(*json),
             Action::Show { scene, json } => show(&Scene::load(scene)?, *json),
-            Action::Check { file, output } => {
-                let scene = Scene::read(file)?;
-                if output.json {
-                    print_json(&json!({ "ok": true, "departures": scene.departures() }))
-                } else if output.quiet {
-                    Ok(())
-                } else {
-                    print(&format!("{}: ok\n", file.display()))
-                }
-            }
+            Action::Check { file, output } => check(file, output),
             Action::Default { json } => show(&Scene::default(), *json),
         }
     }
+}
+
+fn check(file: &Path, output: &Output) -> Result<()> {
+    let scene = Scene::read(file)?;
+    let review = Review::new(&scene, SEED)?;
+    if output.json {
+        print_json(&json!({
+            "ok": review.refusals.is_empty(),
+            "departures": scene.departures(),
+            "refusals": review.refusals,
+            "warnings": review.warnings,
+        }))?;
+    }
+    if !output.quiet {
+        for warning in &review.warnings {
+            note(&format!("warning: {warning}"));
+        }
+    }
+    if let Some(refusal) = review.refusals.first() {
+        return Err(refused(file, refusal));
+    }
+    if output.json || output.quiet {
+        return Ok(());
+    }
+    print(&format!("{}: ok\n", file.display()))
+}
+
+/// The error for a refusal, shown where the file sets one of its keys.
+fn refused(file: &Path, refusal: &Finding) -> Error {
+    let name = file.display().to_string();
+    let mut keys = refusal.settings.iter().map(|setting| setting.key);
+    let shown = |key| fault(&name, &[""; 0], key, &refusal.says, &refusal.remedy);
+    let unset = || Error::Usage(format!("{name}: {refusal}"));
+    keys.find_map(shown).unwrap_or_else(unset)
 }
 
 fn list(as_json: bool) -> Result<()> {

@@ -73,6 +73,45 @@ fn check_says_ok_or_where_it_is_wrong() {
 }
 
 #[test]
+fn check_refuses_what_optimize_refuses() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("my.toml");
+    fs::write(&file, "[physics]\ndt = 0.05\n").unwrap();
+    let file = file.to_str().unwrap();
+    let (out, error, code) = cosmic(&["scene", "check", file]);
+    assert_eq!((&*out, code), ("", 2), "{error}");
+    let run = folder.path().join("run");
+    let (_, refused, code) = cosmic(&["optimize", file, "--out", run.to_str().unwrap()]);
+    assert_eq!(code, 2, "{refused}");
+    assert_eq!(refused.replace(" or say --allow-unstable", ""), error);
+    assert!(error.contains("my.toml:2:6"), "{error}");
+    let (out, _, code) = cosmic(&["scene", "check", file, "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!((&json["ok"], code), (&false.into(), 2));
+    assert_eq!(json["refusals"][0]["settings"][0]["key"], "physics.dt");
+    assert_eq!(json["refusals"][0]["settings"][0]["value"], "0.05");
+    // Where no key of it is in the file, the settings are named.
+    let (_, error, code) = check("[materials]\nstiffness = [1e-7, 1e6, 30]\n");
+    let settings = "(physics.dt = 0.002, physics.substeps = 1); set physics.dt to";
+    assert!(code == 2 && error.contains(settings), "{error}");
+}
+
+#[test]
+fn check_warns_of_nonsense_that_runs() {
+    let nonsense = "[materials]\nstiffness = [1000, 400, 30]\n[physics]\ngravity = -4.8\n";
+    let (out, error, code) = check(nonsense);
+    assert!(out.ends_with("my.toml: ok\n") && code == 0, "{out}{error}");
+    let expected = [
+        "warning: void is at least as stiff as skeleton (materials.stiffness = [1000.0, 400.0, 30.0])",
+        "warning: gravity points up (physics.gravity = -4.8)",
+    ];
+    for warning in expected {
+        assert!(error.lines().any(|line| line == warning), "{error}");
+    }
+    assert_eq!(check("").1, "");
+}
+
+#[test]
 fn missing_scenes_exit_with_4_and_a_hint() {
     let (_, error, code) = cosmic(&["scene", "show", "stabilty"]);
     assert!(

@@ -190,12 +190,19 @@ impl CoDesign {
 
     /// The state before the first iteration, whatever its time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
-        let (scene, lattice) = (&self.scene, &self.task.lattice);
-        let z = start_vectors(&scene.start, lattice, scene.projection.beta, seed)?;
+        let (z, materials) = self.first_design(seed)?;
+        let controller = Controller::xavier(&self.scene.controller, &self.task.lattice, seed);
+        Ok(self.progress(seed, z, materials, controller))
+    }
+
+    /// The design vectors at the start, and the layout if the start is one.
+    fn first_design(&self, seed: u64) -> Result<(Vec<[f64; 3]>, Option<Vec<Material>>)> {
+        let scene = &self.scene;
+        let beta = scene.projection.beta;
+        let z = start_vectors(&scene.start, &self.task.lattice, beta, seed)?;
         let is_layout = scene.start.kind == StartKind::Layout;
         let materials = is_layout.then(|| z.iter().map(dominant).collect());
-        let controller = Controller::xavier(&scene.controller, lattice, seed);
-        Ok(self.progress(seed, z, materials, controller))
+        Ok((z, materials))
     }
 
     /// The state of a robot before any iteration.
@@ -250,18 +257,30 @@ impl CoDesign {
         let mixture = self.mixture(progress);
         match &self.checked {
             Some((checked, check)) if *checked == mixture => *check,
-            _ => {
-                let faster = self.scene.robust.faster();
-                self.task.step_check(&mixture, &self.start.x, faster)
-            }
+            _ => self.step_check_of(&mixture),
         }
+    }
+
+    /// The time step against the vibrations of the design that a seed starts from.
+    pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
+        let (z, materials) = self.first_design(seed)?;
+        Ok(self.step_check_of(&self.mixture_of(&z, materials.as_deref())))
+    }
+
+    fn step_check_of(&self, mixture: &[[f64; 3]]) -> StepCheck {
+        let faster = self.scene.robust.faster();
+        self.task.step_check(mixture, &self.start.x, faster)
     }
 
     /// The mixture that is simulated: of the performance projection, or of the layout (D7).
     pub(super) fn mixture(&self, progress: &Progress) -> Vec<[f64; 3]> {
-        match &progress.materials {
+        self.mixture_of(&progress.z, progress.materials.as_deref())
+    }
+
+    fn mixture_of(&self, z: &[[f64; 3]], materials: Option<&[Material]>) -> Vec<[f64; 3]> {
+        match materials {
             Some(materials) => projection::one_hot(materials),
-            None => self.task.mixture(Projection::Performance, &progress.z),
+            None => self.task.mixture(Projection::Performance, z),
         }
     }
 

@@ -12,6 +12,7 @@ mod check;
 mod departures;
 mod design;
 mod diagnostic;
+mod doubts;
 mod field;
 mod keys;
 mod layout;
@@ -25,6 +26,7 @@ mod write;
 pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin, fault};
 pub use departures::Departure;
+pub use doubts::{Finding, SettingValue};
 
 pub use design::{
     BinarisationMethod, BinarisationSettings, Layout, ProjectionSettings, StartKind, StartSettings,

@@ -1,0 +1,114 @@
+//! What there is to say of a scene before anyone optimises it.
+
+use serde::Serialize;
+
+use super::begin::CoDesign;
+use crate::error::Result;
+use crate::scene::{Finding, Scene};
+
+/// Findings about a scene.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Review {
+    /// Why an optimisation would not begin.
+    pub refusals: Vec<Finding>,
+    /// What an optimisation would warn of at its start, and settings that are hardly meant.
+    pub warnings: Vec<Finding>,
+}
+
+impl Review {
+    /// Looks at a scene as [`CoDesign::begin`] does for a seed, without drawing a controller.
+    ///
+    /// # Errors
+    /// Those of [`CoDesign::new`], and where the scene's start is drawn for another lattice.
+    pub fn new(scene: &Scene, seed: u64) -> Result<Self> {
+        const STEP: [&str; 2] = ["physics.dt", "physics.substeps"];
+        let check = CoDesign::new(scene)?.step_check_at_start(seed)?;
+        let (mut refusals, mut warnings) = (Vec::new(), scene.doubts());
+        match check.accept(&scene.physics) {
+            Err(error) => {
+                let remedy = error.remedy().unwrap_or_default();
+                refusals.push(Finding::new(scene, &STEP, error.without_remedy(), remedy));
+            }
+            Ok(()) => {
+                let step = [check.of_other_designs(), Some(check.to_string())];
+                let step = step.into_iter().flatten().filter(|says| !says.is_empty());
+                warnings.extend(step.map(|says| Finding::new(scene, &STEP, says, String::new())));
+            }
+        }
+        Ok(Review { refusals, warnings })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Review;
+    use crate::codesign::CoDesign;
+    use crate::scene::{BUILTIN, Scene};
+
+    fn review(settings: &[&str]) -> (Scene, Review) {
+        let scene = Scene::default().set(settings).unwrap();
+        let review = Review::new(&scene, 0).unwrap();
+        (scene, review)
+    }
+
+    #[test]
+    fn built_in_scenes_are_neither_refused_nor_doubted() {
+        for builtin in BUILTIN {
+            let scene = Scene::load(builtin.name).unwrap();
+            assert_eq!(Review::new(&scene, 0).unwrap().refusals, []);
+            assert_eq!(scene.doubts(), []);
+        }
+    }
+
+    #[test]
+    fn a_step_is_refused_when_an_optimisation_refuses_it() {
+        for dt in ["physics.dt=0.002", "physics.dt=0.05"] {
+            let (scene, review) = review(&[dt]);
+            let begun = CoDesign::new(&scene).unwrap().begin(0);
+            let refused = begun.err().map(|error| error.to_string());
+            let says = |finding: &super::Finding| format!("{}; {}", finding.says, finding.remedy);
+            assert_eq!(review.refusals.first().map(says), refused);
+            assert_eq!(refused.is_some(), dt.ends_with("0.05"));
+        }
+        let (_, refused) = review(&["physics.dt=0.05"]);
+        let setting = &refused.refusals[0].settings[0];
+        assert_eq!((setting.key, &*setting.value), ("physics.dt", "0.05"));
+        let (_, warned) = review(&["physics.dt=0.05", "physics.unstable_step=warn"]);
+        assert_eq!(warned.refusals, []);
+        assert!(
+            warned.warnings[0].says.contains("is unstable"),
+            "{warned:?}"
+        );
+    }
+
+    #[test]
+    fn nonsense_that_runs_is_warned_of_with_its_values() {
+        for (setting, warning) in [
+            (
+                "materials.stiffness=[1000, 400, 30]",
+                "void is at least as stiff as skeleton (materials.stiffness = [1000.0, 400.0, 30.0])",
+            ),
+            ("materials.density=[1, 0.03, 0.1]", "void is heavier"),
+            ("materials.max_strain=[0, 0, 0]", "actuators do not move"),
+            ("volume.actuator=[0, 0]", "no edge may be an actuator"),
+            (
+                "physics.gravity=-4.8",
+                "gravity points up (physics.gravity = -4.8)",
+            ),
+            ("physics.contact=none", "the robot falls for good"),
+            ("lattice.drop=-0.1", "below the ground"),
+            ("controller.omega=0", "the clock stands still"),
+            ("controller.omega=2000", "half a period"),
+            ("selection.perturbation=0", "the same start"),
+        ] {
+            let (scene, _) = review(&[setting]);
+            let doubts = scene.doubts();
+            assert!(
+                doubts[0].to_string().contains(warning),
+                "{setting}: {doubts:?}"
+            );
+        }
+        let (ice, _) = review(&["physics.contact=coulomb", "physics.friction=0"]);
+        assert_eq!(ice.doubts()[0].settings[0].key, "physics.friction");
+    }
+}

@@ -1,0 +1,146 @@
+//! Settings that can be simulated, and that hardly anyone means.
+
+use super::{Contact, Scene, StartKind};
+use serde::Serialize;
+use std::f64::consts::PI;
+use std::fmt;
+
+/// A remark about a scene's settings.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// The settings that it is about, the one to change first.
+    pub settings: Vec<SettingValue>,
+    /// What is wrong with them.
+    pub says: String,
+    /// What would mend it; may be empty.
+    pub remedy: String,
+}
+
+/// A setting of a scene.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct SettingValue {
+    /// `section.key`.
+    pub key: &'static str,
+    /// The value as a scene file has it.
+    pub value: String,
+}
+
+impl Finding {
+    /// A finding about settings of a scene.
+    ///
+    /// # Panics
+    /// If the scene has no such key.
+    pub(crate) fn new(scene: &Scene, keys: &[&'static str], says: String, remedy: String) -> Self {
+        let mut scene = scene.clone();
+        let setting = |&key: &&'static str| {
+            let (section, name) = key.split_once('.').expect("a section and a key");
+            let field = scene.field(section, name).expect("a key of a scene");
+            let value = field.slot.to_string();
+            SettingValue { key, value }
+        };
+        let settings = keys.iter().map(setting).collect();
+        Finding {
+            settings,
+            says,
+            remedy,
+        }
+    }
+}
+
+/// Remark, settings with their values, and remedy.
+impl fmt::Display for Finding {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let settings = self.settings.iter();
+        let settings: Vec<_> = settings
+            .map(|s| format!("{} = {}", s.key, s.value))
+            .collect();
+        write!(out, "{}", self.says)?;
+        if !settings.is_empty() {
+            write!(out, " ({})", settings.join(", "))?;
+        }
+        if !self.remedy.is_empty() {
+            write!(out, "; {}", self.remedy)?;
+        }
+        Ok(())
+    }
+}
+
+/// Something that a scene hardly means.
+struct Doubt {
+    holds: fn(&Scene) -> bool,
+    keys: &'static [&'static str],
+    says: &'static str,
+}
+
+const DOUBTS: [Doubt; 12] = [
+    Doubt {
+        holds: |s| s.materials.stiffness[0] >= s.materials.stiffness[1],
+        keys: &["materials.stiffness"],
+        says: "void is at least as stiff as skeleton",
+    },
+    Doubt {
+        holds: |s| s.materials.stiffness[0] >= s.materials.stiffness[2],
+        keys: &["materials.stiffness"],
+        says: "void is at least as stiff as an actuator",
+    },
+    Doubt {
+        holds: |s| s.materials.density[0] > s.materials.density[1].min(s.materials.density[2]),
+        keys: &["materials.density"],
+        says: "void is heavier than a solid material",
+    },
+    Doubt {
+        holds: |s| s.materials.max_strain[2] == 0.0,
+        keys: &["materials.max_strain"],
+        says: "actuators do not move: their largest strain is 0",
+    },
+    Doubt {
+        holds: |s| s.volume.actuator[1] == 0.0 && s.start.kind != StartKind::Layout,
+        keys: &["volume.actuator"],
+        says: "no edge may be an actuator",
+    },
+    Doubt {
+        holds: |s| s.physics.gravity < 0.0,
+        keys: &["physics.gravity"],
+        says: "gravity points up",
+    },
+    Doubt {
+        holds: |s| s.physics.contact == Contact::None && s.physics.gravity > 0.0,
+        keys: &["physics.contact", "physics.gravity"],
+        says: "the robot falls for good: there is no ground",
+    },
+    Doubt {
+        holds: |s| s.physics.contact == Contact::Coulomb && s.physics.friction == 0.0,
+        keys: &["physics.friction", "physics.contact"],
+        says: "nothing holds the robot's feet: the ground has no friction",
+    },
+    Doubt {
+        holds: |s| s.physics.contact != Contact::None && s.lattice.drop < 0.0,
+        keys: &["lattice.drop"],
+        says: "the lowest nodes start below the ground",
+    },
+    Doubt {
+        holds: |s| s.controller.omega == 0.0,
+        keys: &["controller.omega"],
+        says: "the clock stands still",
+    },
+    Doubt {
+        holds: |s| s.controller.omega * s.physics.dt >= PI,
+        keys: &["controller.omega", "physics.dt"],
+        says: "the clock turns by half a period or more in a time step",
+    },
+    Doubt {
+        holds: |s| s.selection.perturbation == 0.0,
+        keys: &["selection.perturbation"],
+        says: "perturbed starts are all the same start, and medians over them say nothing",
+    },
+];
+
+impl Scene {
+    /// What runs and is hardly meant, such as void that is stiffer than skeleton.
+    pub fn doubts(&self) -> Vec<Finding> {
+        let in_doubt = DOUBTS.iter().filter(|doubt| (doubt.holds)(self));
+        in_doubt
+            .map(|doubt| Finding::new(self, doubt.keys, doubt.says.into(), String::new()))
+            .collect()
+    }
+}
