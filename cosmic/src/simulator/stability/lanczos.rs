@@ -1,0 +1,72 @@
+//! The largest eigenvalue of a large symmetric matrix of which products with vectors are known.
+//!
+//! C. Lanczos, "An iteration method for the solution of the eigenvalue problem of linear
+//! differential and integral operators", Journal of Research of the National Bureau of Standards
+//! 45 (1950) 255-282: in a basis of the vectors `v, A v, A^2 v, ...`, made orthogonal, the matrix
+//! is tridiagonal, and its outer eigenvalues are soon those of `A`.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+/// The residual at which an eigenvalue is taken, as a share of it. Eigenvalues that are farther
+/// apart than that are told from one another.
+const ACCURACY: f64 = 1e-12;
+
+/// The largest eigenvalue and its vector, from a start that has a part of all eigenvectors; `None`
+/// where a product is not finite. The value errs upwards: it includes the residual, which bounds
+/// its distance from an eigenvalue.
+pub(super) fn largest_eigenpair(
+    start: &DVector<f64>,
+    product: impl Fn(&DVector<f64>) -> DVector<f64>,
+) -> Option<(f64, DVector<f64>)> {
+    let mut basis = vec![start.normalize()];
+    let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
+    // The tridiagonal matrix is solved for after this many vectors, then ever more rarely.
+    let mut next_solve = 8;
+    loop {
+        let size = basis.len();
+        let mut rest = product(&basis[size - 1]);
+        diagonal.push(basis[size - 1].dot(&rest));
+        // Twice: what rounding leaves after once would grow into copies of vectors found before.
+        for _ in 0..2 {
+            for known in &basis {
+                rest.axpy(-known.dot(&rest), known, 1.0);
+            }
+        }
+        let length = rest.norm();
+        if !length.is_finite() {
+            return None;
+        }
+        let scale = diagonal
+            .iter()
+            .chain(&beside)
+            .fold(0.0, |most: f64, x| most.max(x.abs()));
+        let complete = size == start.len() || length <= f64::EPSILON * scale;
+        if complete || size == next_solve {
+            next_solve = size + size / 4 + 8;
+            let projected = SymmetricEigen::new(tridiagonal(&diagonal, &beside));
+            let (k, largest) = projected.eigenvalues.argmax();
+            let shares = projected.eigenvectors.column(k);
+            let residual = length * shares[size - 1].abs();
+            if complete || residual <= ACCURACY * largest {
+                let mut vector = DVector::zeros(start.len());
+                for (known, &share) in basis.iter().zip(shares.iter()) {
+                    vector.axpy(share, known, 1.0);
+                }
+                return Some((largest + residual, vector));
+            }
+        }
+        beside.push(length);
+        basis.push(rest / length);
+    }
+}
+
+/// The symmetric matrix with this diagonal and these entries beside it.
+fn tridiagonal(diagonal: &[f64], beside: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_fn(diagonal.len(), diagonal.len(), |row, column| {
+        match row.abs_diff(column) {
+            0 => diagonal[row],
+            1 => beside[row.min(column)],
+            _ => 0.0,
+        }
+    })
+}
