@@ -115,7 +115,8 @@ pub fn number(object: &Value, key: &str) -> f64 {
         .unwrap_or_else(|| panic!("no number `{key}` in {object}"))
 }
 
-/// Stability cases of one kind, told by a key that only this kind has, from whatever files.
+/// Stability cases of one kind, told by a key that only this kind has, from whatever files; the
+/// project's own where the folder has none of that kind.
 ///
 /// # Panics
 /// Where there is none: a test that reads no case shows nothing.
@@ -128,25 +129,20 @@ pub fn stability_cases(kind: &str) -> Vec<StabilityCase> {
 /// # Panics
 /// As [`stability_cases`].
 pub fn stability_lists(list: &str, kind: &str) -> Vec<StabilityCase> {
-    let folder = stability_folder();
-    let files = references(&folder).into_iter();
-    let cases: Vec<StabilityCase> = files
-        .flat_map(|file| {
-            let cases = file.json[list].as_array().cloned().unwrap_or_default();
-            let of_kind = cases.into_iter().filter(|case| case.get(kind).is_some());
-            let with_file = |case| StabilityCase {
-                file: file.json.clone(),
-                case,
-            };
-            of_kind.map(with_file).collect::<Vec<_>>()
-        })
-        .collect();
-    assert!(
-        !cases.is_empty(),
-        "no case with `{kind}` in {}",
-        folder.display()
-    );
-    cases
+    let of_kind = |file: Reference| {
+        let cases = file.json[list].as_array().cloned().unwrap_or_default();
+        let of_kind = cases.into_iter().filter(|case| case.get(kind).is_some());
+        let with_file = |case| StabilityCase {
+            file: file.json.clone(),
+            case,
+        };
+        of_kind.map(with_file).collect::<Vec<_>>()
+    };
+    let folders = [stability_folder(), own_reference_folder().join("stability")];
+    let mut found =
+        (folders.iter()).map(|folder| references(folder).into_iter().flat_map(of_kind).collect());
+    let cases: Option<Vec<_>> = found.find(|cases: &Vec<_>| !cases.is_empty());
+    cases.unwrap_or_else(|| panic!("no case with `{kind}` in {}", folders[0].display()))
 }
 
 /// All numbers of a JSON value, nested lists from first to last.

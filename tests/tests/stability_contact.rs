@@ -6,23 +6,23 @@ use cosmic::lattice::{Ground, State};
 use cosmic::scene::{Contact, PhysicsSettings};
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{Bare, StabilityCase, number, stability_cases, stability_lists};
-use serde_json::Value;
+use serde_json::{Value, json};
 
-/// Far enough below for nothing to get there, near enough for heights to be rounded finely.
-const FAR_BELOW: f64 = -8.0;
-
-/// The world of a case: what it does not state is flat ground far below.
+/// The world of a case: without a height of the ground there is none, and what else it does not
+/// state is flat, frictionless and undamped.
 fn world(case: &Value) -> PhysicsSettings {
     let or = |key: &str, otherwise: f64| case[key].as_f64().unwrap_or(otherwise);
     PhysicsSettings {
         dt: number(case, "dt"),
         gravity: number(case, "gravity"),
         damping: or("gamma", 0.0),
-        ground_height: or("ground_height", FAR_BELOW),
+        ground_height: or("ground_height", 0.0),
         incline_deg: or("alpha_deg", 0.0),
-        contact: match case["contact"].as_str() {
-            Some("coulomb") => Contact::Coulomb,
-            _ => Contact::Infinite,
+        contact: match (case["ground_height"].as_f64(), case["contact"].as_str()) {
+            (None, _) => Contact::None,
+            (_, Some("coulomb")) => Contact::Coulomb,
+            (_, Some("infinite") | None) => Contact::Infinite,
+            (_, Some(other)) => panic!("no contact is called {other:?}: {case}"),
         },
         friction: or("mu", 0.0),
         ..PhysicsSettings::default()
@@ -46,35 +46,60 @@ fn relative(got: f64, expected: f64) -> f64 {
     (got - expected).abs() / expected.abs()
 }
 
+fn check_flight(case: &StabilityCase) {
+    let bare = Bare::free_node(world(&case.case));
+    let start = alone(
+        [0.0, case.number("y0")],
+        [case.number("vx"), case.number("vy")],
+    );
+    let end = bare.run_to_end(&start, case.number("steps") as usize);
+    let tolerance = case.of_file("tolerance_rel");
+    let [x, y, vx, vy] = node(&end);
+    let v = case.numbers("v");
+    let pairs = [
+        (x, case.number("x")),
+        (y, case.number("y")),
+        (vx, v[0]),
+        (vy, v[1]),
+    ];
+    for (got, expected) in pairs {
+        // A velocity that damping took away is compared in the size of what it was.
+        let error = (got - expected).abs() / expected.abs().max(1e-3);
+        assert!(error <= tolerance, "{got} for {expected}: {}", case.case);
+    }
+    // The error against the parabola: first order in dt, and of that sign. Numbers as large as the
+    // way flown are rounded.
+    let continuous = case.numbers("continuous");
+    let size = continuous.iter().fold(y.abs(), |most, c| most.max(c.abs()));
+    for (k, got) in [x, y].into_iter().enumerate() {
+        let expected = case.numbers("error")[k];
+        assert!((got - continuous[k] - expected).abs() <= tolerance * size);
+    }
+}
+
 #[test]
 fn free_flight() {
-    for case in stability_cases("terminal_velocity_discrete") {
-        let bare = Bare::free_node(world(&case.case));
-        let start = alone(
-            [0.0, case.number("y0")],
-            [case.number("vx"), case.number("vy")],
-        );
-        let end = bare.run_to_end(&start, case.number("steps") as usize);
-        let tolerance = case.of_file("tolerance_rel");
-        let [x, y, vx, vy] = node(&end);
-        let v = case.numbers("v");
-        let pairs = [
-            (x, case.number("x")),
-            (y, case.number("y")),
-            (vx, v[0]),
-            (vy, v[1]),
-        ];
-        for (got, expected) in pairs {
-            // A velocity that damping took away is compared in the size of what it was.
-            let error = (got - expected).abs() / expected.abs().max(1e-3);
-            assert!(error <= tolerance, "{got} for {expected}: {}", case.case);
-        }
-        // The error against the parabola: first order in dt, and of that sign.
-        let continuous = case.numbers("continuous");
-        for (k, got) in [x, y].into_iter().enumerate() {
-            let expected = case.numbers("error")[k];
-            assert!((got - continuous[k] - expected).abs() <= tolerance * y.abs());
-        }
+    let cases = stability_cases("terminal_velocity_discrete");
+    cases.iter().for_each(check_flight);
+}
+
+/// A free flight has no ground, however deep it falls.
+#[test]
+fn a_flight_may_fall_to_any_depth() {
+    for (vy, steps) in [(0.0, 100), (-3.0, 1_000), (-500.0, 2_000)] {
+        let (vx, gravity, dt) = (2.0, 9.81, 0.01);
+        let (n, time) = (f64::from(steps), dt * f64::from(steps));
+        let parabola = time * vy - 0.5 * gravity * time * time;
+        let below = -0.5 * gravity * dt * time;
+        check_flight(&StabilityCase {
+            file: json!({ "tolerance_rel": 1e-12 }),
+            case: json!({
+                "y0": 0.0, "vx": vx, "vy": vy, "gravity": gravity, "gamma": 0.0, "dt": dt,
+                "steps": steps, "x": vx * time, "y": parabola + below,
+                "v": [vx, vy - gravity * dt * n],
+                "continuous": [vx * time, parabola], "error": [0.0, below],
+            }),
+        });
     }
 }
 
@@ -84,9 +109,7 @@ fn terminal_velocity() {
     let damped: Vec<_> = cases.filter(|case| case.number("gamma") > 0.0).collect();
     assert!(!damped.is_empty(), "no case of a damped flight");
     for case in damped {
-        let mut physics = world(&case.case);
-        // It falls for hundreds of metres; its height is not looked at.
-        physics.ground_height = -1e4;
+        let physics = world(&case.case);
         // After 40 decay times exp(-40) = 4e-18 is left of the start.
         let steps = (40.0 / (physics.damping * physics.dt)).ceil() as usize;
         let end = Bare::free_node(physics).run_to_end(&alone([0.0; 2], [0.0; 2]), steps);

@@ -2,6 +2,8 @@
 
 mod problems;
 
+use std::path::Path;
+
 use cosmic::optimiser::{Linearisation, Mma, MmaParameters, MmaState, Update};
 use cosmic_tests::{Reference, own_reference_folder, reference_folder, references};
 use problems::Problem;
@@ -59,7 +61,8 @@ struct Iteration {
     lam_exact: Option<Vec<f64>>,
 }
 
-/// Every case: those in the folder `mma` of the reference cases, else the project's own.
+/// Every case that can be computed: those in the folder `mma` of the reference cases, else the
+/// project's own. The output names the others.
 fn cases() -> Vec<Case> {
     let given = reference_folder().join("mma");
     let folder = if given.is_dir() {
@@ -67,31 +70,51 @@ fn cases() -> Vec<Case> {
     } else {
         own_reference_folder().join("mma")
     };
-    references(&folder).into_iter().map(case).collect()
+    let (cases, others) = read_cases(&folder);
+    others.iter().for_each(|why| eprintln!("left out: {why}"));
+    assert!(!cases.is_empty(), "no case can be computed: {others:?}");
+    cases
 }
 
-fn case(reference: Reference) -> Case {
-    serde_json::from_str(&reference.text)
-        .unwrap_or_else(|error| panic!("{}: {error}", reference.name()))
+/// The cases of a folder that can be computed, and why the others cannot.
+fn read_cases(folder: &Path) -> (Vec<Case>, Vec<String>) {
+    let (mut cases, mut others) = (Vec::new(), Vec::new());
+    for reference in references(folder) {
+        match case(&reference) {
+            Ok(case) => cases.push(case),
+            Err(why) => others.push(format!("{}: {why}", reference.name())),
+        }
+    }
+    (cases, others)
 }
 
-/// The one value of a list whose entries are all alike.
-fn uniform(what: &str, list: &[f64]) -> f64 {
-    assert!(
-        list.iter().all(|&entry| entry == list[0]),
-        "{what} differs between constraints: {list:?}"
-    );
-    list[0]
+fn case(reference: &Reference) -> Result<Case, String> {
+    let case: Case = serde_json::from_str(&reference.text).map_err(|error| error.to_string())?;
+    case.problem()?;
+    case.method()?;
+    Ok(case)
+}
+
+/// The one value of a list whose entries are all alike; of an empty one, `otherwise`.
+fn uniform(what: &str, list: &[f64], otherwise: f64) -> Result<f64, String> {
+    let first = list.first().copied().unwrap_or(otherwise);
+    let alike = list.iter().all(|&entry| entry == first);
+    alike
+        .then_some(first)
+        .ok_or_else(|| format!("`{what}` differs between constraints: {list:?}"))
 }
 
 impl Case {
-    fn problem(&self) -> Box<dyn Problem> {
+    fn problem(&self) -> Result<Box<dyn Problem>, String> {
         problems::problem(&self.statement, self.data.clone())
     }
 
-    fn method(&self) -> Mma {
+    fn method(&self) -> Result<Mma, String> {
         let p = &self.parameters;
-        assert_eq!(uniform("a", &p.a), 0.0, "{}: a z", self.name);
+        if uniform("a", &p.a, 0.0)? != 0.0 {
+            return Err(format!("`a` is {:?}, where only zeros are known", p.a));
+        }
+        let usual = MmaParameters::default();
         let parameters = MmaParameters {
             move_limit: p.move_limit,
             asyinit: p.asyinit,
@@ -101,10 +124,16 @@ impl Case {
             asymax: p.asymax,
             albefa: p.albefa,
             raa0: p.raa0,
-            c: uniform("c", &p.c),
-            d: uniform("d", &p.d),
+            c: uniform("c", &p.c, usual.c)?,
+            d: uniform("d", &p.d, usual.d)?,
         };
-        Mma::new(parameters, &self.xmin, &self.xmax).expect("usable settings")
+        Mma::new(parameters, &self.xmin, &self.xmax).map_err(|error| error.to_string())
+    }
+
+    /// Problem and method of a case that was read.
+    fn computable(&self) -> (Box<dyn Problem>, Mma) {
+        let parts = self.problem().and_then(|p| Ok((p, self.method()?)));
+        parts.expect("a case is read where it can be computed")
     }
 
     /// The iterations whose vectors are kept.
@@ -168,11 +197,48 @@ fn kept(vector: &Option<Vec<f64>>) -> &[f64] {
         .expect("the vectors of an iteration are kept together")
 }
 
+/// One case that cannot be computed is named, and keeps no other from being.
+#[test]
+fn cases_that_cannot_be_computed_are_told_apart() {
+    let own = own_reference_folder().join("mma");
+    let (cases, others) = read_cases(&own);
+    assert_eq!(others, Vec::<String>::new());
+    let json = references(&own).remove(0).json;
+    let folder = std::env::temp_dir().join(format!("cosmic-mma-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder for temporary files");
+    let changes: [(&str, fn(&mut Value)); 4] = [
+        ("as_it_is", |_| ()),
+        ("no_parameters", |case| case["parameters"] = Value::Null),
+        ("other_problem", |case| case["statement"] = "min 0".into()),
+        ("uneven", |case| {
+            case["parameters"]["c"] = vec![1.0, 2.0].into()
+        }),
+    ];
+    for (name, change) in changes {
+        let mut case = json.clone();
+        change(&mut case);
+        let path = folder.join(format!("{name}.json"));
+        std::fs::write(path, case.to_string()).expect("the folder can be written");
+    }
+    let (read, others) = read_cases(&folder);
+    std::fs::remove_dir_all(&folder).expect("the folder is this test's own");
+    assert_eq!((read.len(), &read[0].name), (1, &cases[0].name));
+    let expected = [
+        ("no_parameters.json", "invalid type: null"),
+        ("other_problem.json", "\"min 0\""),
+        ("uneven.json", "`c` differs between constraints"),
+    ];
+    assert_eq!(others.len(), expected.len());
+    for (said, (file, why)) in others.iter().zip(expected) {
+        assert!(said.contains(file) && said.contains(why), "{said}");
+    }
+}
+
 /// The functions are those of the file; without this a wrong problem could pass as a wrong method.
 #[test]
 fn problems_have_the_recorded_values() {
     for case in cases() {
-        let problem = case.problem();
+        let (problem, _) = case.computable();
         for (k, iteration) in case.kept() {
             let (values, _) = problem.linearise(kept(&iteration.x));
             let recorded = std::iter::once(&iteration.f0).chain(&iteration.f);
@@ -189,7 +255,7 @@ fn problems_have_the_recorded_values() {
 #[test]
 fn each_update_is_the_recorded_one() {
     for case in cases() {
-        let (problem, mut mma) = (case.problem(), case.method());
+        let (problem, mut mma) = case.computable();
         for (k, iteration) in case.kept() {
             let mut state = case.state(k);
             let update = update(&mut mma, &mut state, &*problem, kept(&iteration.x));
@@ -226,7 +292,7 @@ fn compare_duals(name: &str, update: &Update, iteration: &Iteration) {
 #[test]
 fn whole_runs_end_where_the_recorded_ones_do() {
     for case in cases() {
-        let (problem, mut mma) = (case.problem(), case.method());
+        let (problem, mut mma) = case.computable();
         let mut x = case.start.clone();
         let mut state = mma.init(&x);
         for _ in 0..case.iterations {

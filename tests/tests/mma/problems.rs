@@ -40,14 +40,14 @@ const KINDS: [(&str, Build); 7] = [
 
 /// The problem that a file states.
 ///
-/// # Panics
+/// # Errors
 /// If no kind has such a statement, or the data do not fit it.
-pub(crate) fn problem(statement: &str, data: Value) -> Box<dyn Problem> {
+pub(crate) fn problem(statement: &str, data: Value) -> Result<Box<dyn Problem>, String> {
     let kind = KINDS.iter().find(|(start, _)| statement.starts_with(start));
-    let (_, build) = kind.unwrap_or_else(|| {
-        panic!("no problem is known whose statement begins like {statement:?}: add it to KINDS")
-    });
-    build(data).unwrap_or_else(|error| panic!("the data of {statement:?} do not fit: {error}"))
+    let (_, build) = kind.ok_or_else(|| {
+        format!("no problem is known whose statement begins like {statement:?}: add it to KINDS")
+    })?;
+    build(data).map_err(|error| format!("the data of {statement:?} do not fit: {error}"))
 }
 
 fn build<F>(data: Value) -> Result<Box<dyn Problem>, serde_json::Error>
