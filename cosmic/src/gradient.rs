@@ -326,18 +326,6 @@ impl Task {
         StepCheck::new(&vibration, (any_design, faster), &self.physics)
     }
 
-    /// The same as [`rollout`](Task::rollout), with every operation on the tape.
-    pub fn rollout_in_full<R: Real>(
-        &self,
-        mixture: &[[R; 3]],
-        (controller, start): (&Controller<R>, &State<R>),
-        span: &Span,
-    ) -> Trajectory<R> {
-        let body = self.body(mixture);
-        self.simulator
-            .rollout_in_full((&body, controller), start, span)
-    }
-
     /// Where the rollout of a mixture's robot diverges, if it does.
     pub fn divergence(
         &self,

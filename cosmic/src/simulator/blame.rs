@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::Simulator;
+use super::rollout::Simulator;
 use crate::controller::{Controller, Moment, observation};
 use crate::lattice::State;
 use crate::projection::Body;
@@ -54,8 +54,9 @@ impl Simulator {
     pub(super) fn blame(
         &self,
         (body, controller): (&Body<f64>, &Controller<f64>),
-        (node, step): (usize, usize),
         before: &State<f64>,
+        step: usize,
+        node: usize,
     ) -> Term {
         let moment = Moment {
             time: step as f64 * self.dt,
@@ -73,7 +74,7 @@ impl Simulator {
         let speed = |[x, y]: [f64; 2]| x.hypot(y).abs() / body.mass[node];
         let spring = |&edge: &usize| {
             let nodes = self.lattice.edges[edge];
-            let impulse = self.spring_impulse(body, (edge, activation[edge]), &before.x);
+            let impulse = self.spring_impulse(body, edge, activation[edge], &before.x);
             (Term::Spring { edge, nodes }, speed(impulse))
         };
         let mechanics = &self.robot.mechanics;
@@ -82,9 +83,8 @@ impl Simulator {
             let place = nodes.iter().position(|&other| other == node)?;
             Some((Term::Bending { nodes }, speed(impulses[place])))
         });
-        let flight = &mechanics.flight;
-        let gravity = flight.gravity;
-        let decayed = before.v[node].map(|v| v * flight.decay);
+        let gravity = mechanics.flight.gravity;
+        let decayed = before.v[node].map(|v| v * mechanics.flight.decay);
         let mut terms: Vec<(Term, f64)> = edges.iter().map(spring).chain(bending).collect();
         terms.push((Term::Gravity, gravity[0].hypot(gravity[1])));
         terms.push((Term::Motion, decayed[0].hypot(decayed[1])));
@@ -107,7 +107,8 @@ impl Simulator {
     fn spring_impulse(
         &self,
         body: &Body<f64>,
-        (edge, activation): (usize, f64),
+        edge: usize,
+        activation: f64,
         x: &[[f64; 2]],
     ) -> [f64; 2] {
         let [[xi, yi], [xj, yj]] = self.lattice.edges[edge].map(|node| x[node]);

@@ -7,18 +7,13 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use super::blame::Term;
-use super::{Simulator, Span, Trajectory, slices};
+use super::rollout::{Simulator, Span};
+use super::trajectory::{ABSURD, Trajectory, WATCHED};
 use crate::controller::Controller;
 use crate::error::Error;
 use crate::lattice::State;
 use crate::projection::Body;
 
-/// Distance from the origin (m) and speed (m/s), each by components, from which on a state is
-/// absurd.
-const ABSURD: f64 = 1e6;
-/// Half of that, from which on a watched state is caught: it is looked at in the ground's frame,
-/// which may be turned against the world's.
-pub(super) const WATCHED: f64 = 0.5 * ABSURD;
 /// States that the search holds at a time.
 const BLOCK: usize = 64;
 /// States before the absurd one that are kept to look at.
@@ -67,22 +62,6 @@ impl From<&Divergence> for Error {
             velocity: *velocity,
             term: term.to_string(),
         }
-    }
-}
-
-impl State<f64> {
-    /// The first node that is not finite, farther than 1e6 m from the origin or faster than
-    /// 1e6 m/s.
-    pub fn absurd_node(&self) -> Option<usize> {
-        // A NaN is not below anything.
-        let sane = |point: &[f64; 2]| point.iter().all(|c| c.abs() < ABSURD);
-        let mut nodes = self.x.iter().zip(&self.v);
-        nodes.position(|(x, v)| !(sane(x) && sane(v)))
-    }
-
-    /// Whether there is an [absurd node](State::absurd_node).
-    pub fn is_absurd(&self) -> bool {
-        self.absurd_node().is_some()
     }
 }
 
@@ -136,8 +115,7 @@ impl Simulator {
         steps: Range<usize>,
     ) -> Option<Divergence> {
         let size = 4 * self.robot.graph.nodes();
-        let (model, parameters) = self.planned(robot, start);
-        let parameters = slices(&parameters);
+        let planned = self.planned(robot, start);
         // Flat arrays in the ground's frame: the next block goes on from the same bits.
         let mut flat = self.flatten(start);
         let mut last = VecDeque::from([(steps.start, start.clone())]);
@@ -146,7 +124,7 @@ impl Simulator {
                 first,
                 ..Span::from_start((1..=BLOCK.min(steps.end - first)).collect())
             };
-            let seen = self.plan(model.clone(), &span).run(&flat, &parameters);
+            let seen = planned.run(&flat, self, &span);
             for (k, raw) in seen.chunks_exact(size).enumerate() {
                 let state = self.unflatten(raw);
                 let absurd = state.absurd_node();
@@ -180,7 +158,7 @@ impl Simulator {
             node,
             position: after.x[node],
             velocity: after.v[node],
-            term: self.blame(robot, (node, step), before),
+            term: self.blame(robot, before, step, node),
             last: Trajectory { steps, states },
         }
     }

@@ -9,10 +9,9 @@
 use std::fmt;
 use std::ops::Range;
 
-use autodiff::{Real, Tape, Var};
+use autodiff::{Tape, Var};
 
-use super::robot::Robot;
-use super::{Simulator, Span, slices};
+use super::rollout::{Planned, Simulator, Span};
 use crate::controller::Controller;
 use crate::lattice::State;
 use crate::projection::Body;
@@ -60,17 +59,15 @@ impl Simulator {
         start: &State<f64>,
         steps: usize,
     ) -> Option<Overflow> {
-        let (model, parameters) = self.planned(robot, start);
         let sweep = Sweep {
             simulator: self,
-            model,
-            parameters,
+            planned: self.planned(robot, start),
         };
         let start = self.flatten(start);
         let mut bar = vec![0.0; start.len()];
         // The first of the state's numbers is the payload's place along the ground.
         bar[0] = 1.0;
-        sweep.back(&start, (0..steps, BLOCK), &mut bar)
+        sweep.back(&start, 0..steps, BLOCK, &mut bar)
     }
 }
 
@@ -78,8 +75,7 @@ impl Simulator {
 /// frame: each part of the rollout goes on from the same bits.
 struct Sweep<'a> {
     simulator: &'a Simulator,
-    model: Robot,
-    parameters: Vec<Vec<f64>>,
+    planned: Planned<f64>,
 }
 
 impl Sweep<'_> {
@@ -88,18 +84,19 @@ impl Sweep<'_> {
     fn back(
         &self,
         state: &[f64],
-        (steps, part): (Range<usize>, usize),
+        steps: Range<usize>,
+        part: usize,
         bar: &mut Vec<f64>,
     ) -> Option<Overflow> {
         let firsts: Vec<usize> = steps.clone().step_by(part).collect();
         let done = firsts.iter().map(|first| first - steps.start).collect();
-        let states = self.run(state, (steps.start, done), &self.parameters);
+        let states = self.run(state, steps.start, done);
         for (&first, state) in firsts.iter().zip(states.chunks_exact(state.len())).rev() {
             let of_part = first..steps.end.min(first + part);
             let before = self.pullback(state, of_part.clone(), bar);
             match self.lost_node(&before) {
                 None => *bar = before,
-                Some(_) if part > 1 => return self.back(state, (of_part, 1), bar),
+                Some(_) if part > 1 => return self.back(state, of_part, 1, bar),
                 Some(node) => {
                     let largest = bar.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
                     return Some(Overflow {
@@ -114,28 +111,27 @@ impl Sweep<'_> {
     }
 
     /// The states, one after the other, after so many steps each from a state before step `first`.
-    fn run<R: Real>(
-        &self,
-        state: &[R],
-        (first, done): (usize, Vec<usize>),
-        parameters: &[Vec<R>],
-    ) -> Vec<R> {
+    fn run(&self, state: &[f64], first: usize, done: Vec<usize>) -> Vec<f64> {
         let span = Span {
             first,
             ..Span::from_start(done)
         };
-        let rollout = self.simulator.plan(self.model.clone(), &span);
-        rollout.run(state, &slices(parameters))
+        self.planned.run(state, self.simulator, &span)
     }
 
     /// The cotangent of the state before some steps, from that of the state after them.
     fn pullback(&self, state: &[f64], steps: Range<usize>, bar: &[f64]) -> Vec<f64> {
+        let span = Span {
+            first: steps.start,
+            ..Span::from_start(vec![steps.len()])
+        };
         let constant = |numbers: &Vec<f64>| numbers.iter().map(|&x| Var::constant(x)).collect();
-        let parameters: Vec<Vec<Var<f64>>> = self.parameters.iter().map(constant).collect();
+        let planned = Planned {
+            model: self.planned.model.clone(),
+            parameters: self.planned.parameters.iter().map(constant).collect(),
+        };
         let mut tape = Tape::new();
-        let last = tape.record(state, |state| {
-            self.run(state, (steps.start, vec![steps.len()]), &parameters)
-        });
+        let last = tape.record(state, |state| planned.run(state, self.simulator, &span));
         tape.pullback(&last, bar).to_vec()
     }
 
@@ -178,17 +174,15 @@ mod tests {
         let found = found.expect("no such robot has a finite gradient");
         assert!(found.largest > 1e290, "{found:?}");
 
-        let (model, parameters) = simulator.planned(robot, &start);
         let sweep = Sweep {
             simulator: &simulator,
-            model,
-            parameters,
+            planned: simulator.planned(robot, &start),
         };
         let start = simulator.flatten(&start);
         let mut seed = vec![0.0; start.len()];
         seed[0] = 1.0;
         let cotangent = |first: usize| {
-            let state = sweep.run(&start, (0, vec![first]), &sweep.parameters);
+            let state = sweep.run(&start, 0, vec![first]);
             sweep.pullback(&state, first..STEPS, &seed)
         };
         assert_eq!(sweep.lost_node(&cotangent(found.step + 1)), None);

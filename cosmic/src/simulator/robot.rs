@@ -10,29 +10,11 @@ use crate::lattice::Lattice;
 use crate::projection::Body;
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
-/// A term of a step that is left out where it makes no difference.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Spare {
-    /// The controller's sight of positions, where their scale is zero.
-    Positions,
-    /// The controller's sight of velocities, where their scale is zero.
-    Velocities,
-    /// Outputs of the controller for edges that do not strain.
-    Outputs,
-    /// Edges without any stiffness.
-    Edges,
-}
-
 /// The robot as a [`Model`]: what a rollout computes in every step is settled here, before it.
-/// In the order of declaration
 ///
-/// - parameters: stiffness, rest length and strain per edge (in the graph's slots), 1 / mass per
-///   node, and, where there are actuators, the folded controller: `w1` (of the
-///   [`sensed_columns`](Robot::sensed_columns)), `b1`, and the rows of `w2` and `b2` for the
-///   [`actuators`](Robot::actuators); where bars resist bending, the stiffness of
-///   its slots;
-/// - state: x, y, x velocity, y velocity of all nodes in the ground's frame;
-/// - inputs: `sin(omega t)`, `cos(omega t)`.
+/// - Parameters: see [`Parameters`].
+/// - State: x, y, x velocity, y velocity of all nodes in the ground's frame.
+/// - Inputs: `sin(omega t)`, `cos(omega t)`.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub(super) graph: Graph,
@@ -41,10 +23,6 @@ pub(super) struct Robot {
     hidden: usize,
     /// Whether the controller sees positions and velocities.
     senses: [bool; 2],
-    /// Whether edges that do not strain keep their outputs, and whether edges are kept that do not
-    /// pull.
-    keeps_outputs: bool,
-    keeps_edges: bool,
     pub(super) mechanics: Mechanics,
 }
 
@@ -65,8 +43,6 @@ impl Robot {
             actuated,
             hidden: controller.hidden,
             senses: controller.senses(),
-            keeps_outputs: false,
-            keeps_edges: false,
             mechanics: Mechanics::new(lattice, physics),
         }
     }
@@ -78,28 +54,16 @@ impl Robot {
     pub(super) fn for_bodies<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         let mut robot = self.clone();
         let slack = |edge: usize| bodies.iter().all(|body| body.stiffness[edge].is_zero());
-        let edges = self.graph.slot_of_edge().len();
-        let slack: Vec<bool> = (0..edges).map(|e| !self.keeps_edges && slack(e)).collect();
+        let slack: Vec<bool> = (0..self.graph.slot_of_edge().len()).map(slack).collect();
         if slack.contains(&true) {
             robot.graph = self.graph.without(&slack);
         }
         let edges = robot.graph.edge_of_slot();
-        let passive = |edge: usize| bodies.iter().all(|body| body.strain[edge].is_zero());
-        let strains = |edge| self.keeps_outputs || !passive(edge);
+        let strains = |edge: usize| bodies.iter().any(|body| !body.strain[edge].is_zero());
         robot
             .actuated
             .retain(|&slot| edges[slot].is_some_and(strains));
         robot
-    }
-
-    /// Computes a term in any case.
-    pub(super) fn keep(&mut self, spare: Spare) {
-        match spare {
-            Spare::Positions => self.senses[0] = true,
-            Spare::Velocities => self.senses[1] = true,
-            Spare::Outputs => self.keeps_outputs = true,
-            Spare::Edges => self.keeps_edges = true,
-        }
     }
 
     /// The edges with an output of the controller, in the order of the outputs: that of the
@@ -130,57 +94,111 @@ impl Robot {
         parts.into_iter().filter_map(stretch).collect()
     }
 
-    /// The activation of every edge, in slots; nothing that strains needs none.
-    fn activation<R: Real>(&self, p: &mut Program<R>, network: Network) -> Array {
-        let Network {
-            layers: [(w1, b1), (w2, b2)],
-            sensed,
-        } = network;
+    /// The activation of every edge, in slots.
+    fn activation<R: Real>(
+        &self,
+        p: &mut Program<R>,
+        network: &Network<Array, Matrix>,
+        sensed: &[Array],
+    ) -> Array {
         let mut places = vec![false; self.graph.slots()];
         for &slot in &self.actuated {
             places[slot] = true;
         }
-        let hidden = p.dense_tanh(w1, &sensed, b1);
-        p.dense_tanh_spread(w2, &[hidden], b2, &places)
+        let hidden = p.dense_tanh(network.w1, sensed, network.b1);
+        p.dense_tanh_spread(network.w2, &[hidden], network.b2, &places)
+    }
+
+    /// Declares the parameters, in the order of [`Parameters::in_order`].
+    fn declare<R: Real>(&self, p: &mut Program<R>) -> Parameters<Array, Matrix> {
+        let (slots, nodes) = (self.graph.slots(), self.graph.nodes());
+        let (hidden, outputs) = (self.hidden, self.actuated.len());
+        let inputs = self.sensed_columns().into_iter().map(|c| c.len()).sum();
+        // Fields are evaluated in the order in which they are written.
+        Parameters {
+            stiffness: p.parameter(slots),
+            rest_length: p.parameter(slots),
+            strain: p.parameter(slots),
+            inverse_mass: p.parameter(nodes),
+            network: (outputs > 0).then(|| Network {
+                w1: p.matrix(hidden, inputs),
+                b1: p.parameter(hidden),
+                w2: p.matrix(outputs, hidden),
+                b2: p.parameter(outputs),
+            }),
+            bending: self.bending().map(|bending| p.parameter(bending.slots())),
+        }
     }
 }
 
-/// The controller in a program.
-struct Network {
-    layers: [(Matrix, Array); 2],
-    sensed: Vec<Array>,
+/// What a robot's steps are given and do not change: arrays and matrices of a program, or the
+/// numbers in them.
+pub(super) struct Parameters<A, M = A> {
+    /// Stiffness of the edge in every slot of the graph, N/m.
+    pub(super) stiffness: A,
+    /// Rest length of the edge in every slot, m.
+    pub(super) rest_length: A,
+    /// Strain at full activation of the edge in every slot.
+    pub(super) strain: A,
+    /// 1 / mass of every node, 1/kg.
+    pub(super) inverse_mass: A,
+    /// The controller, where there are actuators.
+    pub(super) network: Option<Network<A, M>>,
+    /// Angular stiffness of the pair of edges in every slot, N m, where bars resist bending.
+    pub(super) bending: Option<A>,
+}
+
+/// The folded controller: of its first layer the [sensed columns](Robot::sensed_columns), of its
+/// second the rows of the [actuators](Robot::actuators).
+pub(super) struct Network<A, M = A> {
+    pub(super) w1: M,
+    pub(super) b1: A,
+    pub(super) w2: M,
+    pub(super) b2: A,
+}
+
+impl<T> Parameters<T> {
+    /// All of them, in the order in which [`Robot::declare`] declares them.
+    pub(super) fn in_order(self) -> Vec<T> {
+        let each = [
+            self.stiffness,
+            self.rest_length,
+            self.strain,
+            self.inverse_mass,
+        ];
+        let network = self.network.map(|n| [n.w1, n.b1, n.w2, n.b2]);
+        let rest = network.into_iter().flatten().chain(self.bending);
+        each.into_iter().chain(rest).collect()
+    }
 }
 
 impl Model for Robot {
     fn record<R: Real>(&self, p: &mut Program<R>) {
-        let (nodes, slots) = (self.graph.nodes(), self.graph.slots());
-        let [stiffness, rest_length, strain] = [(); 3].map(|()| p.parameter(slots));
-        let inverse_mass = p.parameter(nodes);
-        let inputs = self.sensed_columns().into_iter().map(|c| c.len()).sum();
-        let outputs = self.actuated.len();
-        let layers = (outputs > 0).then(|| {
-            [(self.hidden, inputs), (outputs, self.hidden)]
-                .map(|(rows, columns)| (p.matrix(rows, columns), p.parameter(rows)))
-        });
-        let bending = self.bending().map(|b| p.parameter(b.slots()));
-        let [x, y, vx, vy] = [(); 4].map(|()| p.state(nodes));
+        let given = self.declare(p);
+        let [x, y, vx, vy] = [(); 4].map(|()| p.state(self.graph.nodes()));
         let clock = p.input(2);
 
-        // 1. The controller looks at the state.
-        let seen = [(x, 0), (y, 0), (vx, 1), (vy, 1)].into_iter();
-        let seen = seen.filter(|&(_, kind)| self.senses[kind]);
-        let sensed = seen.map(|(array, _)| array).chain([clock]).collect();
-        let activation = match layers {
-            Some(layers) => self.activation(p, Network { layers, sensed }),
-            None => strain,
+        // 1. The controller looks at the state; without actuators it is not asked, and any array
+        //    of the right length stands for its activation.
+        let [positions, velocities] = self.senses;
+        let seen = [
+            (x, positions),
+            (y, positions),
+            (vx, velocities),
+            (vy, velocities),
+        ];
+        let seen = seen.into_iter().filter(|(_, is_seen)| *is_seen);
+        let sensed: Vec<Array> = seen.map(|(array, _)| array).chain([clock]).collect();
+        let activation = match &given.network {
+            Some(network) => self.activation(p, network, &sensed),
+            None => given.strain,
         };
 
         // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
-        let edge = [activation, stiffness, rest_length, strain];
+        let edge = [activation, given.stiffness, given.rest_length, given.strain];
         let state = [x, y, vx, vy];
-        let world = (&mut *p, &self.graph);
-        let given = (&edge, inverse_mass, bending);
-        let next = self.mechanics.record(world, state, given);
+        let pulled = (&edge, given.inverse_mass, given.bending);
+        let next = (self.mechanics).record((&mut *p, &self.graph), state, pulled);
         for (state, next) in state.into_iter().zip(next) {
             p.advance(state, next);
         }

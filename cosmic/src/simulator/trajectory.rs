@@ -2,6 +2,13 @@
 
 use crate::lattice::State;
 
+/// Distance from the origin (m) and speed (m/s), each by components, from which on a state is
+/// absurd.
+pub(super) const ABSURD: f64 = 1e6;
+/// Half of that, from which on a watched state is caught: it is looked at in the ground's frame,
+/// which may be turned against the world's.
+pub(super) const WATCHED: f64 = 0.5 * ABSURD;
+
 /// States of a rollout in the world's frame, by the number of steps done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory<R> {
@@ -32,5 +39,21 @@ impl<R> Trajectory<R> {
                 self.steps
             ),
         }
+    }
+}
+
+impl State<f64> {
+    /// The first node that is not finite, farther than 1e6 m from the origin or faster than
+    /// 1e6 m/s.
+    pub fn absurd_node(&self) -> Option<usize> {
+        // A NaN is not below anything.
+        let sane = |point: &[f64; 2]| point.iter().all(|c| c.abs() < ABSURD);
+        let mut nodes = self.x.iter().zip(&self.v);
+        nodes.position(|(x, v)| !(sane(x) && sane(v)))
+    }
+
+    /// Whether there is an [absurd node](State::absurd_node).
+    pub fn is_absurd(&self) -> bool {
+        self.absurd_node().is_some()
     }
 }

@@ -6,13 +6,13 @@
 
 use super::clock::timed;
 use super::speed::Subject;
-use super::voids::{Voids, saving_of_eight};
+use super::voids::{Voids, keep_all, saving_of_eight};
 use cosmic::case::Case;
 use cosmic::gradient::{CONTROLLER, DESIGN};
 use cosmic::lattice::Ground;
 use cosmic::projection::Body;
-use cosmic::scene::{Contact, LossSettings, PhysicsSettings, VoidEdges};
-use cosmic::simulator::{Simulator, Span, Spare};
+use cosmic::scene::{Contact, ControllerSettings, LossSettings, PhysicsSettings, VoidEdges};
+use cosmic::simulator::{Simulator, Span};
 
 /// Steps of a measured rollout.
 const STEPS: usize = 1024;
@@ -20,6 +20,8 @@ const STEPS: usize = 1024;
 const ROUNDS: usize = 15;
 /// The section's radius of gyration (m) with which bending is put back.
 const SOME_BENDING: f64 = 0.01;
+/// A scale with which the controller sees something, and too little of it to act on.
+const LEAST_SCALE: f64 = 1e-150;
 
 /// A term of a rollout.
 #[derive(Clone, Debug, PartialEq)]
@@ -323,6 +325,11 @@ impl<'a> Facts<'a> {
     fn variants(&self, voids: Option<&Voids>) -> Vec<Variant<'a>> {
         let physics = &self.case.physics;
         let as_planned = || self.simulator(|_| ());
+        let sensing = |scale: fn(&mut ControllerSettings) -> &mut f64| {
+            let mut settings = self.case.observation.clone();
+            *scale(&mut settings) = LEAST_SCALE;
+            Simulator::new(&self.case.lattice, &self.physics(|_| ()), &settings)
+        };
         let variant = |term, simulator, body| Variant {
             term,
             case: self.case,
@@ -330,18 +337,20 @@ impl<'a> Facts<'a> {
             body,
         };
         let mut variants = vec![variant("", as_planned(), self.body.clone())];
+        let [outputs, edges] = self.outputs;
+        if outputs > 0 && outputs < edges {
+            let mut body = self.body.clone();
+            keep_all(&mut body.strain);
+            variants.push(variant(IDLE, as_planned(), body));
+        }
         let mut add = |term, simulator| {
             variants.push(variant(term, simulator, self.body.clone()));
         };
-        let spares = [
-            (POSITIONS, Spare::Positions, self.senses[0]),
-            (VELOCITIES, Spare::Velocities, self.senses[1]),
-            (IDLE, Spare::Outputs, self.outputs[0] == self.outputs[1]),
-        ];
-        for (term, spare, needed) in spares {
-            if !needed && self.outputs[0] > 0 {
-                add(term, as_planned().keeping(spare));
-            }
+        if outputs > 0 && !self.senses[0] {
+            add(POSITIONS, sensing(|s| &mut s.offset_scale));
+        }
+        if outputs > 0 && !self.senses[1] {
+            add(VELOCITIES, sensing(|s| &mut s.velocity_scale));
         }
         let other = |is: bool, on: f64| if is { 0.0 } else { on };
         let (bends, stiffens) = (physics.bending_radius > 0.0, physics.stiffening > 0.0);
@@ -381,10 +390,14 @@ impl<'a> Facts<'a> {
 
     fn simulator(&self, change: impl FnOnce(&mut PhysicsSettings)) -> Simulator {
         let case = self.case;
-        let mut physics = case.physics.clone();
+        Simulator::new(&case.lattice, &self.physics(change), &case.observation)
+    }
+
+    fn physics(&self, change: impl FnOnce(&mut PhysicsSettings)) -> PhysicsSettings {
+        let mut physics = self.case.physics.clone();
         physics.steps = STEPS;
         change(&mut physics);
-        Simulator::new(&case.lattice, &physics, &case.observation)
+        physics
     }
 }
 

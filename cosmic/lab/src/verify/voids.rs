@@ -2,16 +2,27 @@
 
 use super::clock::timed;
 use super::probe::Probe;
+use autodiff::Graph;
 use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::lattice::State;
 use cosmic::projection::Body;
 use cosmic::scene::{PhysicsSettings, VoidEdges};
-use cosmic::simulator::{Simulator, Span, Spare};
+use cosmic::simulator::{Simulator, Span};
 
 /// Starts that run together, and how far they are moved apart, m.
 const EIGHT: usize = 8;
 const MOVED: f64 = 1e-9;
+
+/// A stiffness or a strain that is smaller than any rounding, and not zero: steps compute its edge.
+const LEAST: f64 = 1e-150;
+
+/// Replaces zeros by numbers that change nothing, so that steps leave none of their edges out.
+pub(super) fn keep_all(numbers: &mut [f64]) {
+    for number in numbers.iter_mut().filter(|number| **number == 0.0) {
+        *number = LEAST;
+    }
+}
 
 /// The void edges of a one-hot layout.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,7 +64,6 @@ impl Voids {
         let materials = case.frozen.as_ref()?;
         let is_void = |edge: usize| materials[edge] == Material::Void;
         let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| body(case, choice));
-        let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
         let mut pull = vec![0.0; case.lattice.nodes()];
         let mut is_held = vec![false; case.lattice.nodes()];
         for (edge, nodes) in case.lattice.edges.iter().enumerate() {
@@ -77,13 +87,8 @@ impl Voids {
             edges: (0..materials.len()).filter(|&edge| is_void(edge)).count(),
             dropped: case.physics.void_edges == VoidEdges::Drop
                 || case.materials.stiffness[Material::Void as usize] == 0.0,
-            registers: [
-                simulator.edge_registers(&Body {
-                    stiffness: vec![1.0; kept.stiffness.len()],
-                    ..kept.clone()
-                }),
-                simulator.edge_registers(&dropped),
-            ],
+            registers: [false, true]
+                .map(|drops| edge_registers(case, |edge| drops && dropped.stiffness[edge] == 0.0)),
             force: pull.iter().copied().fold(0.0, f64::max),
             body: bound(true),
             detached: bound(false),
@@ -95,7 +100,7 @@ impl Voids {
     /// other way round.
     pub(super) fn turned_over(&self, case: &Case, simulator: Simulator) -> (Simulator, Body<f64>) {
         match self.dropped {
-            true => (simulator.keeping(Spare::Edges), body(case, VoidEdges::Keep)),
+            true => (simulator, body_with_all_edges(case)),
             false => (simulator, body(case, VoidEdges::Drop)),
         }
     }
@@ -111,19 +116,16 @@ pub(super) fn saving_of_eight(
     let starts = Probe::new(case).moved_starts(EIGHT, MOVED);
     let starts: Vec<&State<f64>> = starts.iter().collect();
     let span = Span::from_start(vec![steps]);
-    let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| body(case, choice));
-    let mut ways = [
-        (simulator.keeping(Spare::Edges), kept, f64::INFINITY),
-        (simulator.clone(), dropped, f64::INFINITY),
-    ];
+    let bodies = [body_with_all_edges(case), body(case, VoidEdges::Drop)];
+    let mut ways = bodies.map(|body| (body, f64::INFINITY));
     for _ in 0..rounds {
-        for (simulator, body, least) in &mut ways {
+        for (body, least) in &mut ways {
             let robots = (std::slice::from_ref(&*body), &case.controller);
             let time = timed(|| simulator.rollout_many(robots, &starts, &span));
             *least = least.min(time.as_secs_f64() * 1e6 / (steps * EIGHT) as f64);
         }
     }
-    let [(.., kept), (.., dropped)] = ways;
+    let [(_, kept), (_, dropped)] = ways;
     (kept - dropped).max(0.0)
 }
 
@@ -139,6 +141,23 @@ fn body(case: &Case, void_edges: VoidEdges) -> Body<f64> {
         &case.materials,
         &physics,
     )
+}
+
+/// The body of a case whose steps compute every edge, be its stiffness zero.
+fn body_with_all_edges(case: &Case) -> Body<f64> {
+    let mut body = body(case, VoidEdges::Keep);
+    keep_all(&mut body.stiffness);
+    body
+}
+
+/// Registers full of edges that a step goes through on this machine, in f64, without some edges;
+/// registers that are left empty are not counted.
+fn edge_registers(case: &Case, is_left_out: impl Fn(usize) -> bool) -> usize {
+    let ascending = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
+    let edges: Vec<[usize; 2]> = case.lattice.edges.iter().map(ascending).collect();
+    let left_out: Vec<bool> = (0..edges.len()).map(is_left_out).collect();
+    let graph = Graph::new(case.lattice.nodes(), &edges);
+    graph.without(&left_out).lanes::<f64>()
 }
 
 /// How far a whole rollout carries a node from rest for every unit of a constant acceleration, s2.

@@ -1,6 +1,6 @@
 //! The frequencies that any design of a lattice may have.
 
-use super::stiffer;
+use super::vibration::stiffer;
 use crate::design::Material;
 use crate::lattice::Lattice;
 use crate::scene::{MaterialSettings, PhysicsSettings};
@@ -11,8 +11,8 @@ const PARTS: usize = 16;
 /// A bound on the angular frequencies, 1/s, of every design of a lattice at rest, of layouts and
 /// mixtures.
 ///
-/// A node has half of its edges' mass: `mu_i` of [`Vibration::edge_bound`](super::Vibration::edge_bound) is at most the largest
-/// `2 k / (density l)` of its edges, and at most their stiffness over the mass that is no edge's. A
+/// A node has half of its edges' mass: `mu_i` of [`Vibration::edge_bound`](super::Vibration::edge_bound) is at
+/// most the largest `2 k / (density l)` of its edges, and at most their stiffness over the mass that is no edge's. A
 /// bar's `c` is at most `2 r^2` times the stiffness of an edge at the node that it pulls on, which
 /// bounds `nu_i` by `12 (r / l)^2 mu_i` with the shortest edge's `l`.
 pub fn bound_of_any_design(

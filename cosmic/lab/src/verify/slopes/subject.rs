@@ -9,7 +9,7 @@ use cosmic::gradient::{Horizon, Inputs, Task};
 use cosmic::objective::Displacement;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::HorizonMode;
-use cosmic::simulator::Span;
+use cosmic::simulator::{Simulator, Span};
 
 /// Directions along which slopes are compared.
 pub(super) const DIRECTIONS: usize = 8;
@@ -111,9 +111,16 @@ impl<'a> Subject<'a> {
     pub(super) fn full_tape<R: Real>(&self, steps: usize) -> Vec<R> {
         self.reverse(|inputs| {
             let mixture = self.case.mixture(self.case.projection, &inputs.z);
-            let robot = (&inputs.controller, &inputs.start);
+            let robot = (&self.task.body(&mixture), &inputs.controller);
             let span = Span::from_start(vec![steps]);
-            let seen = self.task.rollout_in_full(&mixture, robot, &span);
+            let Case {
+                lattice,
+                physics,
+                observation,
+                ..
+            } = self.case;
+            let simulator = Simulator::new(lattice, physics, observation);
+            let seen = simulator.rollout_in_full(robot, &inputs.start, &span);
             -self.task.ground().vector_to_ground(seen.states[0].x[0])[0]
         })
     }

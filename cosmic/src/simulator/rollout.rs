@@ -1,0 +1,335 @@
+//! Rollouts: a lattice in its surroundings, and the bodies and controllers that it steps.
+
+use std::sync::Arc;
+
+use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
+
+use super::robot::{Network, Parameters, Robot};
+use super::trajectory::{Trajectory, WATCHED};
+use crate::controller::{Controller, Folded, clock, observation_length};
+use crate::lattice::{Ground, Lattice, State};
+use crate::projection::Body;
+use crate::scene::{ControllerSettings, PhysicsSettings};
+
+/// Which steps are done, and what is looked at.
+#[derive(Clone, Debug)]
+pub struct Span {
+    /// The number of steps that were done before the start's state: the clock's time is
+    /// `(first + n) dt`.
+    pub first: usize,
+    /// Numbers of steps done from the start on at which the state is wanted, ascending; the last
+    /// ends the rollout.
+    pub observed: Vec<usize>,
+    /// How many nodes are looked at, from the first on, at least one; the states observed hold no
+    /// others.
+    pub nodes: usize,
+    /// Whether a state after the start, observed or not, that is absurd or close to it makes NaN of
+    /// all that is observed; [`Simulator::guarded`] relies on it.
+    pub watched: bool,
+    /// Holds the cotangent back in the reverse sweep; `None` gives the exact gradient.
+    pub cotangent_bound: Option<CotangentBound>,
+}
+
+impl Span {
+    /// All nodes from the start on, unwatched, with exact gradients.
+    pub fn from_start(observed: Vec<usize>) -> Self {
+        Self {
+            first: 0,
+            observed,
+            nodes: usize::MAX,
+            watched: false,
+            cotangent_bound: None,
+        }
+    }
+
+    /// How many steps are done.
+    pub(super) fn steps(&self) -> usize {
+        self.observed.last().copied().unwrap_or(0)
+    }
+}
+
+/// A lattice in its surroundings, ready to run bodies and controllers.
+#[derive(Clone, Debug)]
+pub struct Simulator {
+    pub(super) lattice: Lattice,
+    pub(super) robot: Robot,
+    /// Length of a step, s.
+    pub(super) dt: f64,
+    pub(super) ground: Ground,
+    pub(super) controller: ControllerSettings,
+    /// Rest lengths in the slots of the robot's graph.
+    rest_length: Vec<f64>,
+    /// Sine and cosine of the clock's phase, step by step.
+    clock: Arc<[f64]>,
+}
+
+impl Simulator {
+    /// Plans rollouts of at most `physics.steps` steps.
+    pub fn new(
+        lattice: &Lattice,
+        physics: &PhysicsSettings,
+        controller: &ControllerSettings,
+    ) -> Self {
+        let robot = Robot::new(lattice, physics, controller);
+        // A product, not a sum: the phase reaches 164 rad.
+        let time = |step: usize| step as f64 * physics.dt;
+        let clock = (0..physics.steps)
+            .flat_map(|step| clock(controller, time(step)))
+            .collect();
+        Self {
+            lattice: lattice.clone(),
+            dt: physics.dt,
+            rest_length: robot.graph.to_slots(&lattice.rest_length),
+            robot,
+            ground: Ground::from(physics),
+            controller: controller.clone(),
+            clock,
+        }
+    }
+
+    /// The same world with another coefficient of friction; without an effect where nodes stick.
+    #[must_use]
+    pub fn with_friction(&self, friction: f64) -> Self {
+        let mut other = self.clone();
+        other.robot.mechanics.friction = friction;
+        other
+    }
+
+    /// The same world with the goal behind where it was ahead.
+    #[must_use]
+    pub fn turned_back(&self) -> Self {
+        Self {
+            controller: self.controller.turned_back(),
+            ..self.clone()
+        }
+    }
+
+    /// Steps a robot from a state in the world's frame.
+    ///
+    /// # Panics
+    /// If body, controller or state are of another lattice, or the span goes past the planned
+    /// steps or looks at no node.
+    pub fn rollout<R: Real>(
+        &self,
+        robot: (&Body<R>, &Controller<R>),
+        start: &State<R>,
+        span: &Span,
+    ) -> Trajectory<R> {
+        let Planned { model, parameters } = self.planned(robot, start);
+        let rollout = self.plan(model, span);
+        let seen = rollout.run(&self.flatten(start), &slices(&parameters));
+        self.trajectory(&seen, span)
+    }
+
+    /// Steps robots of one controller from several starts, all of one body or each of its own: the
+    /// bits of as many [rollouts](Simulator::rollout) in less time, as they run in SIMD lanes and
+    /// read the controller's weights once.
+    ///
+    /// # Panics
+    /// As [`rollout`](Simulator::rollout), and if there are several bodies, but not one for each
+    /// start.
+    pub fn rollout_many<R: Real>(
+        &self,
+        (bodies, controller): (&[Body<R>], &Controller<R>),
+        starts: &[&State<R>],
+        span: &Span,
+    ) -> Vec<Trajectory<R>> {
+        if let ([body], &[start]) = (bodies, starts) {
+            return vec![self.rollout((body, controller), start, span)];
+        }
+        self.check(bodies, controller, starts);
+        let model = self.robot.for_bodies(bodies);
+        let parameters = self.parameters(&model, bodies, controller).in_order();
+        let starts: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
+        let parameters: Vec<Vec<&[R]>> = parameters.iter().map(|p| slices(p)).collect();
+        let given = parameters.iter().map(|of_bodies| match of_bodies[..] {
+            [shared] => Given::Shared(shared),
+            _ => Given::Each(of_bodies),
+        });
+        let given: Vec<Given<R>> = given.collect();
+        let seen = self
+            .plan(model, span)
+            .run_batch_with(&slices(&starts), &given);
+        seen.iter().map(|s| self.trajectory(s, span)).collect()
+    }
+
+    /// The same states, but on a tape every operation of every step is an entry: what a rollout
+    /// costs without a driver. Cotangents are not bounded.
+    ///
+    /// # Panics
+    /// As [`rollout`](Simulator::rollout).
+    pub fn rollout_in_full<R: Real>(
+        &self,
+        robot: (&Body<R>, &Controller<R>),
+        start: &State<R>,
+        span: &Span,
+    ) -> Trajectory<R> {
+        let Planned { model, parameters } = self.planned(robot, start);
+        let start = self.flatten(start);
+        let inputs = [vec![&start[..]], slices(&parameters)].concat();
+        self.trajectory(&self.plan(model, span).eval(&inputs), span)
+    }
+
+    /// Panics unless all is of this lattice: arrays of a larger one would be long enough to be
+    /// misread.
+    fn check<R: Real>(&self, bodies: &[Body<R>], controller: &Controller<R>, starts: &[&State<R>]) {
+        let (nodes, edges) = (self.lattice.nodes(), self.lattice.edges.len());
+        let inputs = observation_length(&self.controller, nodes);
+        let fits = |what: &str, found: usize, expected: usize| {
+            assert_eq!(found, expected, "{what} of a robot of {nodes} nodes");
+        };
+        for body in bodies {
+            fits("stiffness", body.stiffness.len(), edges);
+            fits("strain", body.strain.len(), edges);
+            fits("masses", body.mass.len(), nodes);
+        }
+        for start in starts {
+            fits("initial positions", start.x.len(), nodes);
+            fits("initial velocities", start.v.len(), nodes);
+        }
+        let Controller {
+            hidden,
+            inputs: seen,
+            w1,
+            b1,
+            w2,
+            b2,
+        } = controller;
+        fits("what the controller sees", *seen, inputs);
+        fits("first weights", w1.len(), hidden * inputs);
+        fits("first biases", b1.len(), *hidden);
+        fits("second weights", w2.len(), edges * hidden);
+        fits("second biases", b2.len(), edges);
+    }
+
+    /// The rollout of a robot.
+    pub(super) fn plan(&self, model: Robot, span: &Span) -> Rollout<Robot> {
+        assert!(span.nodes > 0, "a span that looks at no node");
+        let steps = span.steps();
+        // The whole clock is shared; a later part of it is copied.
+        let clock = match span.first {
+            0 => Arc::clone(&self.clock),
+            first => self.clock[2 * first..2 * (first + steps)].into(),
+        };
+        let nodes = self.robot.graph.nodes();
+        let entries = (0..4).flat_map(|k| (0..span.nodes).map(move |node| k * nodes + node));
+        Rollout {
+            model,
+            steps,
+            inputs: clock,
+            observed: span.observed.clone(),
+            entries: (span.nodes < nodes).then(|| entries.collect()),
+            state_bound: span.watched.then_some(WATCHED),
+            cotangent_bound: span.cotangent_bound,
+            memory: Memory::All,
+        }
+    }
+
+    /// The robot of a body, without what that body has no use for.
+    pub(super) fn planned<R: Real>(
+        &self,
+        (body, controller): (&Body<R>, &Controller<R>),
+        start: &State<R>,
+    ) -> Planned<R> {
+        let bodies = std::slice::from_ref(body);
+        self.check(bodies, controller, &[start]);
+        let model = self.robot.for_bodies(bodies);
+        let parameters = self.parameters(&model, bodies, controller).in_order();
+        Planned {
+            model,
+            parameters: parameters.into_iter().flatten().collect(),
+        }
+    }
+
+    /// The parameters of a robot: each a list of every body's, or of the one that all share.
+    fn parameters<R: Real>(
+        &self,
+        robot: &Robot,
+        bodies: &[Body<R>],
+        controller: &Controller<R>,
+    ) -> Parameters<Vec<Vec<R>>> {
+        let each = |of: &dyn Fn(&Body<R>) -> Vec<R>| bodies.iter().map(of).collect();
+        let rest_length = self.rest_length.iter().map(|&l| R::lit(l)).collect();
+        Parameters {
+            stiffness: each(&|body| robot.graph.to_slots(&body.stiffness)),
+            rest_length: vec![rest_length],
+            strain: each(&|body| robot.graph.to_slots(&body.strain)),
+            inverse_mass: each(&|body| body.mass.iter().map(|m| m.recip()).collect()),
+            network: self.network(robot, controller),
+            bending: (robot.bending())
+                .map(|bending| each(&|body| bending.stiffness(&body.stiffness))),
+        }
+    }
+
+    /// The observed states, from flat arrays of them.
+    fn trajectory<R: Real>(&self, seen: &[R], span: &Span) -> Trajectory<R> {
+        let states = seen.chunks_exact(4 * self.robot.graph.nodes().min(span.nodes));
+        Trajectory {
+            steps: span.observed.clone(),
+            states: states.map(|s| self.unflatten(s)).collect(),
+        }
+    }
+
+    /// The part of the folded controller that senses something and has an effect; all bodies share
+    /// it.
+    fn network<R: Real>(
+        &self,
+        robot: &Robot,
+        controller: &Controller<R>,
+    ) -> Option<Network<Vec<Vec<R>>>> {
+        let actuators = robot.actuators();
+        if actuators.is_empty() {
+            return None;
+        }
+        let folded = Folded::new(controller, &self.controller, &self.ground);
+        let sensed = robot.sensed_columns();
+        let rows = folded.w1.chunks_exact(folded.inputs);
+        let w1: Vec<&[R]> = rows
+            .flat_map(|row| sensed.iter().map(|columns| &row[columns.clone()]))
+            .collect();
+        let row = |&edge: &usize| &folded.w2[edge * folded.hidden..][..folded.hidden];
+        let w2: Vec<&[R]> = actuators.iter().map(row).collect();
+        Some(Network {
+            w1: vec![w1.concat()],
+            b1: vec![folded.b1],
+            w2: vec![w2.concat()],
+            b2: vec![actuators.iter().map(|&edge| folded.b2[edge]).collect()],
+        })
+    }
+
+    /// A state of the world's frame as the robot's arrays.
+    pub(super) fn flatten<R: Real>(&self, state: &State<R>) -> Vec<R> {
+        let State { x, v } = state.to_ground(&self.ground);
+        let column = |points: &[[R; 2]], k: usize| points.iter().map(|p| p[k]).collect::<Vec<R>>();
+        [column(&x, 0), column(&x, 1), column(&v, 0), column(&v, 1)].concat()
+    }
+
+    /// The state, in the world's frame, of arrays of all nodes or of the first ones.
+    pub(super) fn unflatten<R: Real>(&self, state: &[R]) -> State<R> {
+        let nodes = state.len() / 4;
+        let points = |from: usize| (from..from + nodes).map(|i| [state[i], state[i + nodes]]);
+        State {
+            x: points(0).collect(),
+            v: points(2 * nodes).collect(),
+        }
+        .to_world(&self.ground)
+    }
+}
+
+/// A robot made ready for rollouts, and the numbers that every step of it is given.
+pub(super) struct Planned<R> {
+    pub(super) model: Robot,
+    pub(super) parameters: Vec<Vec<R>>,
+}
+
+impl<R: Real> Planned<R> {
+    /// The observed states from a flat one, one after the other.
+    pub(super) fn run(&self, start: &[R], simulator: &Simulator, span: &Span) -> Vec<R> {
+        let rollout = simulator.plan(self.model.clone(), span);
+        rollout.run(start, &slices(&self.parameters))
+    }
+}
+
+fn slices<R>(of: &[Vec<R>]) -> Vec<&[R]> {
+    of.iter().map(Vec::as_slice).collect()
+}

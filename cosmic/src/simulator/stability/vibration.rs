@@ -1,0 +1,327 @@
+//! The frequencies of a body about a state, and bounds on them.
+//!
+//! The frequencies of a lattice at rest are the roots of the eigenvalues of `M^-1 K`, where an edge
+//! of direction `n`, length `l` and target length `l0` adds
+//! `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull across a stretched
+//! edge, is negative for a compressed one. Two edges in line that resist bending with `c` (N m) add
+//! `c g g^T`, where `g . u` is the angle between them by displacements `u` of their three nodes.
+//!
+//! A stiffening spring, `k (e + c e^3)`, is taken as stiff as it is where its length is off by the
+//! stroke of its own actuator; what else pulls it longer makes it stiffer than that.
+
+use nalgebra::DVector;
+
+use super::lanczos::largest_eigenpair;
+use crate::lattice::Lattice;
+use crate::projection::Body;
+use crate::scene::PhysicsSettings;
+use crate::simulator::bending::Bending;
+use crate::simulator::kernels::SOFTENING;
+
+/// A symmetric 2x2 matrix: `xx`, `xy`, `yy`.
+type Symmetric = [f64; 3];
+
+/// A robot linearised about a state in which it pulls on its nodes as the springs there do.
+#[derive(Clone, Debug)]
+pub struct Vibration<'a> {
+    lattice: &'a Lattice,
+    body: &'a Body<f64>,
+    /// Per edge, the stiffness along it (`k n n^T`).
+    along: Vec<Symmetric>,
+    /// Per edge, the stiffness across it (`k (1 - l0 / l) (I - n n^T)`), of either sign.
+    across: Vec<Symmetric>,
+    /// The bars that resist bending.
+    bars: Vec<Bar>,
+}
+
+/// Two edges in line, the angle between which is `g . u`.
+#[derive(Clone, Copy, Debug)]
+struct Bar {
+    nodes: [usize; 3],
+    /// `g` of each node, times the root of the angular stiffness.
+    by: [[f64; 2]; 3],
+}
+
+impl Bar {
+    fn new((nodes, stiffness): ([usize; 3], f64), positions: &[[f64; 2]]) -> Self {
+        let [before, middle, after] = nodes.map(|node| positions[node]);
+        let to = |a: [f64; 2], b: [f64; 2]| {
+            let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+            (dx, dy, (dx * dx + dy * dy + SOFTENING).sqrt())
+        };
+        let ((.., a), (.., b), (dx, dy, length)) =
+            (to(before, middle), to(middle, after), to(before, after));
+        let root = stiffness.sqrt();
+        let by = |turn: f64| [-root * turn * dy / length, root * turn * dx / length];
+        Self {
+            nodes,
+            by: [by(1.0 / a), by(-(1.0 / a + 1.0 / b)), by(1.0 / b)],
+        }
+    }
+}
+
+impl<'a> Vibration<'a> {
+    /// A body whose nodes are at these positions (m, either frame), its actuators idle. Of the
+    /// physics the laws of springs and bars count.
+    pub fn new(
+        lattice: &'a Lattice,
+        body: &'a Body<f64>,
+        physics: &PhysicsSettings,
+        positions: &[[f64; 2]],
+    ) -> Self {
+        let edge = |(e, &[i, j]): (usize, &[usize; 2])| {
+            let [dx, dy] = [0, 1].map(|k| positions[j][k] - positions[i][k]);
+            // As the spring is softened: coincident nodes have a direction of length zero.
+            let length = (dx * dx + dy * dy + SOFTENING).sqrt();
+            let rest = lattice.rest_length[e];
+            let stiffer = stiffer(physics, body.strain[e] * rest);
+            let (nx, ny, k) = (dx / length, dy / length, stiffer * body.stiffness[e]);
+            let pull = k * (1.0 - rest / length);
+            let along = [k * nx * nx, k * nx * ny, k * ny * ny];
+            let across = [
+                pull * (1.0 - nx * nx),
+                -pull * nx * ny,
+                pull * (1.0 - ny * ny),
+            ];
+            (along, across)
+        };
+        let (along, across) = lattice.edges.iter().enumerate().map(edge).unzip();
+        let bending = Bending::new(lattice, physics.bending_radius);
+        let springs = bending.map_or(Vec::new(), |bending| bending.springs(&body.stiffness));
+        Self {
+            lattice,
+            body,
+            along,
+            across,
+            bars: (springs
+                .into_iter()
+                .map(|spring| Bar::new(spring, positions)))
+            .collect(),
+        }
+    }
+
+    /// A bound on the largest angular frequency, 1/s, from the nodes that an edge joins:
+    /// `omega^2 <= max over edges (mu_i + mu_j)`, where `mu_i` is the largest frequency squared
+    /// of node `i` alone among fixed neighbours, compressed edges counted without their push. Bars
+    /// add at most the largest `nu_i`, where `nu_i` comes of `c |g_i| (|g_i| + |g_j| + |g_k|)`
+    /// across each bar at node `i`.
+    pub fn edge_bound(&self) -> f64 {
+        let of_edges = self.over_edges(&self.node_frequencies());
+        of_edges.hypot(self.of_bars().0)
+    }
+
+    /// Where the [bound](Vibration::edge_bound) comes from: of the two nodes of its edge the one
+    /// that would swing faster alone.
+    pub fn bounding_node(&self) -> usize {
+        let mu = self.node_frequencies();
+        let (of_bars, node) = self.of_bars();
+        if of_bars > self.over_edges(&mu) {
+            return node;
+        }
+        let sum = |&[i, j]: &[usize; 2]| mu[i] + mu[j];
+        let ends = self.joined().max_by(|a, b| sum(a).total_cmp(&sum(b)));
+        ends.map_or(0, |&[i, j]| if mu[j] > mu[i] { j } else { i })
+    }
+
+    /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`, and the part of bars.
+    pub fn node_bound(&self) -> f64 {
+        let mu = self.node_frequencies();
+        let of_edges = (2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt();
+        of_edges.hypot(self.of_bars().0)
+    }
+
+    /// The largest angular frequency, 1/s.
+    pub fn largest_frequency(&self) -> f64 {
+        self.fastest().0
+    }
+
+    /// The [largest angular frequency](Vibration::largest_frequency), 1/s, and the node that
+    /// moves most in that vibration. Infinite where stiffness over mass overflows.
+    pub fn fastest(&self) -> (f64, usize) {
+        let root: Vec<f64> = self.body.mass.iter().map(|m| m.sqrt().recip()).collect();
+        let size = 2 * root.len();
+        // Any start does that is not orthogonal to the vector sought; two irrational turns a
+        // node are in no symmetric lattice's favour.
+        let entry = |k: usize, _| match ((k / 2) as f64, k % 2) {
+            (node, 0) => (1.1 + 2.3 * node).sin(),
+            (node, _) => (0.7 + 3.1 * node).cos(),
+        };
+        let start = DVector::from_fn(size, entry);
+        match largest_eigenpair(&start, |v| self.product(v, &root)) {
+            None => (f64::INFINITY, 0),
+            Some((square, vector)) => {
+                let swing = |i: usize| root[i] * vector[2 * i].hypot(vector[2 * i + 1]);
+                let node = (0..root.len()).max_by(|&a, &b| swing(a).total_cmp(&swing(b)));
+                (square.max(0.0).sqrt(), node.unwrap_or(0))
+            }
+        }
+    }
+
+    /// `M^-1/2 K M^-1/2 v`, two entries a node.
+    fn product(&self, v: &DVector<f64>, root: &[f64]) -> DVector<f64> {
+        let mut product = DVector::zeros(v.len());
+        let at = |node: usize, k: usize| root[node] * v[2 * node + k];
+        let parts = self.along.iter().zip(&self.across);
+        for (&[i, j], (along, across)) in self.lattice.edges.iter().zip(parts) {
+            let [xx, xy, yy] = [0, 1, 2].map(|k| along[k] + across[k]);
+            let [dx, dy] = [0, 1].map(|k| at(j, k) - at(i, k));
+            let pull = [xx * dx + xy * dy, xy * dx + yy * dy];
+            for k in 0..2 {
+                product[2 * i + k] -= root[i] * pull[k];
+                product[2 * j + k] += root[j] * pull[k];
+            }
+        }
+        for Bar { nodes, by } in &self.bars {
+            let ends = nodes.iter().zip(by);
+            let turned = |(&i, g): (&usize, &[f64; 2])| g[0] * at(i, 0) + g[1] * at(i, 1);
+            let angle: f64 = ends.clone().map(turned).sum();
+            for (&i, g) in ends {
+                for k in 0..2 {
+                    product[2 * i + k] += root[i] * g[k] * angle;
+                }
+            }
+        }
+        product
+    }
+
+    /// The largest frequency that bars alone have at most, 1/s, and the node that it comes from.
+    fn of_bars(&self) -> (f64, usize) {
+        let mut sums = vec![[0.0; 3]; self.lattice.nodes()];
+        for Bar { nodes, by } in &self.bars {
+            let lengths = by.map(|[x, y]| x.hypot(y));
+            let all: f64 = lengths.iter().sum();
+            for ((&i, &[x, y]), length) in nodes.iter().zip(by).zip(lengths) {
+                if length > 0.0 {
+                    let share = all / length;
+                    for (sum, product) in sums[i].iter_mut().zip([x * x, x * y, y * y]) {
+                        *sum += share * product;
+                    }
+                }
+            }
+        }
+        let nodes = sums.into_iter().zip(&self.body.mass).enumerate();
+        let alone = nodes.map(|(i, (sum, mass))| (largest_eigenvalue(sum) / mass, i));
+        let (square, node) = alone.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0));
+        (square.sqrt(), node)
+    }
+
+    /// Per node the largest eigenvalue of its own edges' stiffness over its mass, compressed edges
+    /// counted along themselves alone.
+    fn node_frequencies(&self) -> Vec<f64> {
+        let mut sums = vec![[0.0; 3]; self.lattice.nodes()];
+        let parts = self.along.iter().zip(&self.across);
+        for (&[i, j], (along, across)) in self.lattice.edges.iter().zip(parts) {
+            let stretched = across[0] + across[2] > 0.0;
+            for k in 0..3 {
+                let part = along[k] + if stretched { across[k] } else { 0.0 };
+                sums[i][k] += part;
+                sums[j][k] += part;
+            }
+        }
+        let nodes = sums.iter().zip(&self.body.mass);
+        nodes
+            .map(|(sum, mass)| largest_eigenvalue(*sum) / mass)
+            .collect()
+    }
+
+    /// The root of the largest `mu_i + mu_j` over the edges that have any stiffness, 1/s.
+    fn over_edges(&self, mu: &[f64]) -> f64 {
+        let sums = self.joined().map(|&[i, j]| mu[i] + mu[j]);
+        sums.fold(0.0, f64::max).sqrt()
+    }
+
+    /// The edges that join their nodes: those with any stiffness.
+    fn joined(&self) -> impl Iterator<Item = &'a [usize; 2]> {
+        let edges = self.lattice.edges.iter().zip(&self.body.stiffness);
+        edges.filter(|(_, k)| **k != 0.0).map(|(nodes, _)| nodes)
+    }
+}
+
+/// How much stiffer springs are than at ease where their length is off by so much.
+pub(super) fn stiffer(physics: &PhysicsSettings, off: f64) -> f64 {
+    1.0 + 3.0 * physics.stiffening * off * off
+}
+
+fn largest_eigenvalue([xx, xy, yy]: Symmetric) -> f64 {
+    0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::Vibration;
+    use crate::design::Material;
+    use crate::lattice::{Ground, Lattice};
+    use crate::projection::{Body, one_hot};
+    use crate::scene::{LatticeSettings, MaterialSettings, PhysicsSettings};
+
+    /// The largest frequency, 1/s, from all eigenvalues of the dense matrix.
+    fn of_dense_matrix(vibration: &Vibration) -> f64 {
+        let root: Vec<f64> = vibration
+            .body
+            .mass
+            .iter()
+            .map(|m| m.sqrt().recip())
+            .collect();
+        let size = 2 * root.len();
+        let unit =
+            |column: usize| DVector::from_fn(size, |row, _| f64::from(u8::from(row == column)));
+        let columns: Vec<_> = (0..size)
+            .map(|k| vibration.product(&unit(k), &root))
+            .collect();
+        let matrix = DMatrix::from_columns(&columns);
+        matrix.symmetric_eigenvalues().max().max(0.0).sqrt()
+    }
+
+    /// Layouts of a lattice of 4 x 3 nodes, some of which have two nearly equal frequencies.
+    #[test]
+    fn the_largest_frequency_is_found_among_close_ones() {
+        let physics = PhysicsSettings::default();
+        let settings = LatticeSettings {
+            columns: 4,
+            rows: 3,
+            ..LatticeSettings::default()
+        };
+        let lattice = Lattice::new(&settings, &Ground::from(&physics));
+        let mut worst: f64 = 0.0;
+        for layout in 0..2000_usize {
+            let material = |e: usize| Material::ALL[(layout * (e * e + 7 * e + 3) / 5 + e) % 3];
+            let materials: Vec<_> = (0..lattice.edges.len()).map(material).collect();
+            let mixture = one_hot(&materials);
+            let body = Body::new(&mixture, &lattice, &MaterialSettings::default(), &physics);
+            let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);
+            let expected = of_dense_matrix(&vibration);
+            let off = vibration.largest_frequency() / expected - 1.0;
+            worst = if off.abs() > worst.abs() { off } else { worst };
+        }
+        assert!(worst.abs() < 1e-9, "off by {worst:e} of itself");
+    }
+
+    /// Two springs that share no node, one stiffer than the other by a few parts in 1e8.
+    #[test]
+    fn the_largest_of_two_nearly_equal_frequencies_is_found() {
+        let lattice = Lattice {
+            positions: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 5.0], [0.0, 6.0]],
+            edges: vec![[0, 1], [2, 3]],
+            rest_length: vec![1.0; 2],
+            columns: 4,
+            rows: 1,
+        };
+        for excess in [1e-6, 1e-7, 3e-8, 1e-8, 1e-9, 0.0] {
+            let body = Body {
+                stiffness: vec![50.0, 50.0 * (1.0 + excess)],
+                strain: vec![0.0; 2],
+                mass: vec![0.01; 4],
+            };
+            let physics = PhysicsSettings::default();
+            let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);
+            let off = vibration.largest_frequency() / (1e4 * (1.0 + excess)).sqrt() - 1.0;
+            // The softening of a length of 1 m is 5e-13 of it.
+            assert!(
+                off.abs() < 1e-11,
+                "off by {off:e} with an excess of {excess:e}"
+            );
+        }
+    }
+}
