@@ -12,7 +12,7 @@ use autodiff::Real;
 use benches::handwritten::{Buffer, Handwritten};
 use benches::machine::machine;
 use cosmic::case::Case;
-use cosmic::gradient::{CONTROLLER, DESIGN};
+use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::scene::Scene;
 use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 

@@ -9,7 +9,7 @@ use std::time::Duration;
 use autodiff::Real;
 use autodiff::simd::{Lane, Vectorized};
 use cosmic::case::Case;
-use cosmic::gradient::{CONTROLLER, DESIGN};
+use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::scene::Scene;
 use cosmic_lab::verify::{Subject, TwoMatvecs};
 use criterion::measurement::WallTime;

@@ -2,8 +2,9 @@
 
 use autodiff::Real;
 use cosmic::codesign::CoDesign;
-use cosmic::gradient::{CONTROLLER, Horizon, Inputs};
+use cosmic::inputs::{CONTROLLER, Inputs};
 use cosmic::scene::{HorizonMode, Scene};
+use cosmic::task::Horizon;
 use cosmic::{objective::Loss, projection::Projection, simulator::Trajectory};
 
 /// The mean square of the difference in height of two nodes.

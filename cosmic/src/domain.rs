@@ -5,11 +5,11 @@ use std::borrow::Cow;
 
 use rand::rngs::ChaCha8Rng;
 
-use crate::gradient::Task;
 use crate::lattice::State;
 use crate::projection::Variation;
 use crate::random::symmetric;
 use crate::scene::RobustSettings;
+use crate::task::Task;
 
 /// A task with the numbers of one robot and its surroundings, and where that robot starts.
 #[derive(Clone, Debug)]
@@ -56,10 +56,10 @@ pub fn perturbed(start: &State<f64>, distance: f64, stream: &mut ChaCha8Rng) -> 
 #[cfg(test)]
 mod tests {
     use super::draw;
-    use crate::gradient::Task;
     use crate::lattice::{Ground, Lattice};
     use crate::random::{Purpose, stream};
     use crate::scene::{RobustSettings, Scene};
+    use crate::task::Task;
 
     #[test]
     fn without_ranges_the_domain_is_the_nominal_one() {

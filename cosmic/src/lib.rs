@@ -6,9 +6,9 @@
 //! - [`scene`] has every number of an experiment, in one small struct for each of the others.
 //! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
 //!   materials and a body), [`controller`].
-//! - What it does and is worth: [`simulator`], [`objective`], and [`gradient`], which joins all of
-//!   these in a `Task`; [`domain`] draws other robots and surroundings; [`case`] is one rollout
-//!   with all its numbers in a file.
+//! - What it does and is worth: [`simulator`], [`objective`]; [`inputs`], by which losses are
+//!   differentiated, and [`task`], which joins all of these; [`domain`] draws other robots and
+//!   surroundings; [`case`] is one rollout with all its numbers in a file.
 //! - How it is found: [`optimiser`], which knows no robot, and [`codesign`], the paper's algorithm 1.
 //! - On disk: [`record`], the folder of a run. It and [`parallel`] are behind the feature `files`,
 //!   which is on by default; without it the model needs no file system and no threads, and builds
@@ -29,7 +29,8 @@ pub mod projection;
 pub mod controller;
 pub mod simulator;
 pub mod objective;
-pub mod gradient;
+pub mod inputs;
+pub mod task;
 pub mod domain;
 pub mod optimiser;
 pub mod case;

@@ -2,12 +2,13 @@
 
 use autodiff::Real;
 use cosmic::case::Case;
-use cosmic::gradient::{CONTROLLER, Horizon, Inputs};
+use cosmic::inputs::{ALL, CONTROLLER, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Body;
 use cosmic::scene::{Contact, ControllerSettings, HorizonMode, LossSettings, Scene};
 use cosmic::simulator::{Simulator, Span, Trajectory};
+use cosmic::task::Horizon;
 
 const STEPS: usize = 256;
 
@@ -92,7 +93,7 @@ fn nodes_that_a_loss_does_not_look_at_change_no_bit() {
     };
     let [payload, all] = [true, false].map(|alone| {
         let loss = Far(far.clone(), alone);
-        case.inputs().differentiate([true; 7], |inputs| {
+        case.inputs().differentiate(ALL, |inputs| {
             let mixture = case.mixture(case.projection, &inputs.z);
             let robot = (&inputs.controller, &inputs.start);
             case.task().loss(&mixture, robot, (&loss, &horizon)).0

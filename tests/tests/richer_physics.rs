@@ -3,12 +3,13 @@
 use autodiff::check::{Claim, Options, Verdict, check_directions};
 use autodiff::{Dual, Real};
 use cosmic::codesign::CoDesign;
-use cosmic::gradient::{ALL, Horizon, Inputs};
+use cosmic::inputs::{ALL, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::Displacement;
 use cosmic::projection::Projection;
 use cosmic::scene::{HorizonMode, Scene};
 use cosmic::simulator::Span;
+use cosmic::task::Horizon;
 
 /// A small robot in a world with these keys in its `[physics]`.
 fn scene(physics: &str) -> Scene {

@@ -4,11 +4,12 @@
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real};
 use cosmic::case::Case;
-use cosmic::gradient::{DESIGN, Horizon, Task};
+use cosmic::inputs::DESIGN;
 use cosmic::lattice::Ground;
 use cosmic::objective::Displacement;
 use cosmic::projection::Projection;
 use cosmic::scene::{Contact, HorizonMode, LossKind, LossSettings, Scene};
+use cosmic::task::{Horizon, Task};
 use cosmic_lab::verify::check_gradients;
 
 /// Long enough to fall, hit the ground and push off; short enough for differences.

@@ -3,13 +3,14 @@
 use autodiff::{CotangentBound, Dual, Real};
 use cosmic::case::Case;
 use cosmic::design::Material::{self, Void};
-use cosmic::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
+use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::Displacement;
 use cosmic::projection::{Body, Variation};
 use cosmic::scene::{Contact, HorizonMode, PhysicsSettings, Scene, VoidEdges};
 use cosmic::simulator::stability::Vibration;
 use cosmic::simulator::{Simulator, Span};
+use cosmic::task::{Horizon, Task};
 use cosmic_lab::verify::Voids;
 
 const STEPS: usize = 256;

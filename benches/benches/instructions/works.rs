@@ -9,7 +9,7 @@ use benches::tapes::rivals::{self, Gradient};
 use benches::tapes::step::Lattice;
 use benches::tapes::{inputs, kernels};
 use cosmic::case::Case;
-use cosmic::gradient::{CONTROLLER, DESIGN};
+use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::scene::Scene;
 use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 

@@ -17,10 +17,11 @@ use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Real, Var};
 use cosmic::case::Case;
 use cosmic::controller::Folded;
-use cosmic::gradient::{CONTROLLER, DESIGN, Inputs, Task};
+use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Body;
 use cosmic::scene::{Contact, Integrator, LossSettings};
+use cosmic::task::Task;
 
 pub use buffer::Buffer;
 use plan::{Plan, start};
@@ -181,7 +182,7 @@ impl<R: Real, const OUTPUTS: usize, const WANTED: u8> Vectorized<R>
 mod tests {
     use autodiff::Real;
     use cosmic::case::Case;
-    use cosmic::gradient::{CONTROLLER, DESIGN};
+    use cosmic::inputs::{CONTROLLER, DESIGN};
     use cosmic::scene::Scene;
     use cosmic_lab::verify::Subject;
 

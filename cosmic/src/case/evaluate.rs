@@ -7,12 +7,13 @@ use autodiff::Real;
 use super::{Case, DesignGradient, Gradient, Results};
 use crate::controller::{Moment, Weights, observation};
 use crate::error::Result;
-use crate::gradient::{ALL, DESIGN, Horizon, Inputs, Task};
+use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::{Ground, State};
 use crate::objective::{Displacement, measures};
 use crate::projection::{Body, Projection, holds, mixture_held, one_hot};
 use crate::scene::HorizonMode;
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
+use crate::task::{Horizon, Task};
 
 impl Case {
     /// The case as a task.

@@ -7,13 +7,13 @@ use super::schedule::Schedule;
 use crate::controller::Controller;
 use crate::design::{Material, dominant, one_hot, start_vectors};
 use crate::error::{Error, Result};
-use crate::gradient::{Horizon, Task};
 use crate::lattice::{Ground, Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, Objective, measures};
 use crate::optimiser::{Adam, Mma, MmaParameters, OptimiserError};
 use crate::projection::{self, Projection};
 use crate::scene::{Scene, StartKind};
 use crate::simulator::StepCheck;
+use crate::task::{Horizon, Task};
 
 /// A scene, ready to be optimised.
 pub struct CoDesign {

@@ -11,11 +11,11 @@ use super::reach::{Reached, first_best};
 use crate::controller::Controller;
 use crate::design::Material;
 use crate::domain::{Domain, draw, perturbed};
-use crate::gradient::together;
 use crate::lattice::State;
 use crate::random::{Purpose, stream};
 use crate::scene::SelectionKind;
 use crate::simulator::{Divergence, Guarded, Span, Trajectory};
+use crate::task::together;
 
 /// Steps from one state of a delivery's trajectory to the next.
 const KEEP_EVERY: usize = 16;

@@ -7,8 +7,9 @@ use super::progress::Progress;
 use super::schedule::Schedule;
 use super::slope::{At, Slope};
 use crate::domain::{Domain, draw};
-use crate::gradient::{Inputs, Task};
+use crate::inputs::Inputs;
 use crate::random::{Purpose, stream_of};
+use crate::task::Task;
 
 impl CoDesign {
     /// The domains of an iteration's gradients; none where the robot is designed as it is. They
@@ -49,8 +50,8 @@ mod tests {
     use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::tiny;
     use crate::codesign::{CoDesign, Progress};
-    use crate::gradient::Task;
     use crate::simulator::stability::Vibration;
+    use crate::task::Task;
 
     /// The largest frequency of a task's robot, 1/s.
     fn frequency(codesign: &CoDesign, progress: &Progress, task: &Task) -> f64 {

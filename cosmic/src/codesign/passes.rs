@@ -9,7 +9,7 @@ use super::schedule::{Phase, Schedule};
 use super::slope::{At, Slope};
 use super::slopes::Sought;
 use crate::design::clamp;
-use crate::gradient::{CONTROLLER, DESIGN, Inputs};
+use crate::inputs::{CONTROLLER, DESIGN, Inputs};
 use crate::objective::{Measures, measures};
 use crate::optimiser::{Linearisation, MmaState, Update};
 use crate::projection::Projection;

@@ -8,12 +8,12 @@ use super::progress::Progress;
 use crate::controller::Controller;
 use crate::design::Material;
 use crate::domain::Domain;
-use crate::gradient::{Task, together};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection;
 use crate::scene::GradientPrecision;
 use crate::simulator::{Span, Trajectory};
+use crate::task::{Task, together};
 
 /// What came of a full rollout; NaN where some state on the way is absurd.
 #[derive(Clone, Copy, Debug, PartialEq)]

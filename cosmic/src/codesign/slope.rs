@@ -1,8 +1,9 @@
 //! A gradient of the loss, and how several become one: averaged over passes and over domains.
 
 use crate::domain::Domain;
-use crate::gradient::{Horizon, Inputs};
+use crate::inputs::Inputs;
 use crate::optimiser::bound_norm;
+use crate::task::Horizon;
 
 /// A gradient of the loss, the loss, and where the payload was after the horizon.
 #[derive(Clone, Debug, PartialEq)]

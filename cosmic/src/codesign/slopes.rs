@@ -4,12 +4,13 @@ use autodiff::{Real, Var};
 
 use super::begin::CoDesign;
 use super::slope::{At, Slope};
-use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, NOTHING, Task, together};
+use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
 use crate::scene::GradientPrecision;
 use crate::simulator::Trajectory;
+use crate::task::{Horizon, Task, together};
 
 /// What a gradient is taken by.
 #[derive(Clone, Copy)]
@@ -25,7 +26,7 @@ pub(super) enum Sought<'a> {
 }
 
 impl Sought<'_> {
-    pub(super) fn blocks(&self) -> [bool; 7] {
+    pub(super) fn blocks(&self) -> &'static [Block] {
         match self {
             Self::Design(_) | Self::Shares => DESIGN,
             Self::Controller(_) => CONTROLLER,
@@ -153,9 +154,10 @@ mod tests {
     use crate::codesign::CoDesign;
     use crate::codesign::schedule::Schedule;
     use crate::codesign::tests::tiny;
-    use crate::gradient::{CONTROLLER, DESIGN, Horizon, Inputs};
+    use crate::inputs::{CONTROLLER, DESIGN, Inputs};
     use crate::projection::Projection;
     use crate::scene::{GradientPrecision, HorizonMode, Scene};
+    use crate::task::Horizon;
 
     fn horizon(mode: HorizonMode) -> Horizon {
         Horizon {

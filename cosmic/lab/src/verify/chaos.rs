@@ -6,7 +6,7 @@ use super::probe::{Probe, distance, median};
 use crate::table::{Cell, Column, Row, Standing, Table};
 use cosmic::case::Case;
 use cosmic::codesign::Quantiles;
-use cosmic::gradient::together;
+use cosmic::task::together;
 
 /// Starts that are compared with the unmoved one.
 const STARTS: usize = 16;

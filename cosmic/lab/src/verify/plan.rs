@@ -8,7 +8,7 @@ use super::clock::timed;
 use super::speed::Subject;
 use super::voids::{Voids, keep_all, saving_of_eight};
 use cosmic::case::Case;
-use cosmic::gradient::{CONTROLLER, DESIGN};
+use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::lattice::Ground;
 use cosmic::projection::Body;
 use cosmic::scene::{Contact, ControllerSettings, LossSettings, PhysicsSettings, VoidEdges};
@@ -117,10 +117,10 @@ impl Plan {
     /// What the gradients that an update does not ask for would cost.
     fn add_gradients(&mut self, case: &Case, loss: &LossSettings) {
         let subject = Subject::new(case, loss);
-        let both = [0, 1, 2, 3, 4, 5, 6].map(|k: usize| DESIGN[k] || CONTROLLER[k]);
+        let both = [DESIGN, CONTROLLER].concat();
         let mut least = [f64::INFINITY; 3];
         for _ in 0..ROUNDS {
-            for (least, blocks) in least.iter_mut().zip([DESIGN, CONTROLLER, both]) {
+            for (least, blocks) in least.iter_mut().zip([DESIGN, CONTROLLER, &both]) {
                 *least = least.min(timed(|| subject.gradient::<f64>(blocks)).as_secs_f64());
             }
         }

@@ -4,10 +4,10 @@ use autodiff::{DoubleDouble, Real};
 
 use cosmic::case::Case;
 use cosmic::domain::perturbed;
-use cosmic::gradient::Task;
 use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
 use cosmic::simulator::{Span, Trajectory};
+use cosmic::task::Task;
 
 /// The robot of a case in its world.
 pub(super) struct Probe<'a> {

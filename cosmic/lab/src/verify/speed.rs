@@ -9,12 +9,13 @@ use super::probe::Probe;
 use cosmic::case::Case;
 use cosmic::controller::Controller;
 use cosmic::design::{VolumeBounds, one_hot, snap};
-use cosmic::gradient::{CONTROLLER, DESIGN, Horizon, Inputs, Task};
+use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Projection;
 use cosmic::scene::{GradientSettings, HorizonMode, LossSettings, Scene, VolumeSettings};
 use cosmic::simulator::Span;
+use cosmic::task::{Horizon, Task};
 
 /// Steps of a measured rollout, where the case has as many.
 pub const MEASURED_STEPS: usize = 4096;
@@ -221,7 +222,7 @@ impl<'a> Subject<'a> {
 
     /// The loss and its gradient by some blocks of the inputs, such as
     /// [`DESIGN`] or [`CONTROLLER`]. The design vectors of a frozen layout are its mixture.
-    pub fn gradient<R: Real>(&self, blocks: [bool; 7]) -> (R, Vec<R>) {
+    pub fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
         self.gradient_over(blocks, &self.horizon)
     }
 
@@ -263,7 +264,7 @@ impl<'a> Subject<'a> {
     }
 
     /// The mean loss of eight rollouts from other starts, and its gradient.
-    pub fn mean_gradient(&self, blocks: [bool; 7]) -> (f64, Vec<f64>) {
+    pub fn mean_gradient(&self, blocks: &[Block]) -> (f64, Vec<f64>) {
         self.inputs.differentiate(blocks, |inputs| {
             self.mean_loss(&self.mixture(inputs), &inputs.controller)
         })
@@ -287,7 +288,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    fn gradient_over<R: Real>(&self, blocks: [bool; 7], horizon: &Horizon) -> (R, Vec<R>) {
+    fn gradient_over<R: Real>(&self, blocks: &[Block], horizon: &Horizon) -> (R, Vec<R>) {
         self.inputs.lift().differentiate(blocks, |inputs| {
             let (mixture, robot) = (self.mixture(inputs), (&inputs.controller, &inputs.start));
             self.task.loss(&mixture, robot, (&self.loss, horizon)).0
@@ -392,7 +393,7 @@ mod tests {
 
     use super::{Subject, measure};
     use cosmic::case::Case;
-    use cosmic::gradient::DESIGN;
+    use cosmic::inputs::DESIGN;
     use cosmic::scene::Scene;
 
     #[test]

@@ -6,11 +6,12 @@ use autodiff::check::{Claim, Options, Report, Verdict, check_directions};
 use autodiff::{Dual, Real};
 
 use cosmic::case::Case;
-use cosmic::gradient::{ALL, BLOCKS, Horizon, Inputs, Task};
+use cosmic::inputs::{ALL, Block, Inputs};
 use cosmic::lattice::Ground;
 use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Projection;
 use cosmic::scene::{Contact, HorizonMode, Integrator};
+use cosmic::task::{Horizon, Task};
 
 /// How far above the ground a robot's lowest node is lifted where standing there is a kink, m.
 const LIFT: f64 = 1e-3;
@@ -18,7 +19,7 @@ const LIFT: f64 = 1e-3;
 /// What was found for one group of parameters.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// Its name, one of [`BLOCKS`].
+    /// The name of its block of the inputs.
     pub name: &'static str,
     /// How many numbers.
     pub numbers: usize,
@@ -68,7 +69,7 @@ pub struct NegativeControl {
 pub struct GradientCheck {
     /// Steps of the rollout.
     pub steps: usize,
-    /// One per block of [`BLOCKS`].
+    /// One per block of the inputs.
     pub groups: Vec<Group>,
     /// `None` where no group has a smooth gradient to make wrong, other than zero and what drowns
     /// in the displacement's rounding.
@@ -142,16 +143,16 @@ pub fn check_gradients_of(
     };
     let leaps = case.physics.integrator == Integrator::Leapfrog;
     let floats = case.physics.gravity == 0.0;
-    let is_kink = |name| match name {
-        "x0" => stands,
-        "v0" => leaps || floats,
+    let is_kink = |block| match block {
+        Block::X0 => stands,
+        Block::V0 => leaps || floats,
         _ => false,
     };
-    let group = |(block, name)| match above.as_ref().filter(|_| is_kink(name)) {
+    let group = |&block: &Block| match above.as_ref().filter(|_| is_kink(block)) {
         Some(above) => above.group(block, options, rounding).of_lifted(),
         None => here.group(block, options, rounding),
     };
-    let groups: Vec<Group> = BLOCKS.into_iter().enumerate().map(group).collect();
+    let groups: Vec<Group> = ALL.iter().map(group).collect();
     GradientCheck {
         steps: case.physics.steps,
         control: groups.iter().find_map(Group::control),
@@ -208,8 +209,8 @@ struct Subject<'a, L> {
     softer: Case,
     task: Task,
     inputs: Inputs<f64>,
-    /// The gradient that is checked, block by block.
-    gradient: Vec<Vec<f64>>,
+    /// The gradient that is checked, in the place of what it is taken by.
+    gradient: Inputs<f64>,
 }
 
 impl<'a, L: Loss> Subject<'a, L> {
@@ -222,31 +223,27 @@ impl<'a, L: Loss> Subject<'a, L> {
             softer,
             task: case.task(),
             inputs: case.inputs(),
-            gradient: Vec::new(),
+            gradient: case.inputs(),
         };
         let loss = |inputs: &Inputs<_>| subject.loss(inputs);
         let (_, gradient) = subject.inputs.differentiate(ALL, loss);
-        let mut by_block = case.inputs();
-        by_block.set(ALL, &gradient);
-        subject.gradient = by_block.blocks().map(<[f64]>::to_vec).to_vec();
+        subject.gradient.set(ALL, &gradient);
         subject
     }
 
     /// See [`GradientCheck::rounding`].
     fn rounding(&self) -> f64 {
-        let places = (BLOCKS.iter()).position(|name| *name == "x0");
-        let places = places.expect("a block of the inputs");
         let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let steps = self.case.physics.steps as f64;
         f64::EPSILON
             * steps
-            * length(&self.gradient[places])
-            * largest(self.inputs.blocks()[places])
+            * length(self.gradient.block(Block::X0))
+            * largest(self.inputs.block(Block::X0))
     }
 
     /// Checks the gradient by a block, where the motion magnifies rounding by so much.
-    fn group(&self, block: usize, options: &Options, rounding: f64) -> Group {
-        let gradient = &self.gradient[block];
+    fn group(&self, block: Block, options: &Options, rounding: f64) -> Group {
+        let gradient = self.gradient.block(block);
         let (report, norm) = (self.check(block, gradient, options), length(gradient));
         let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
         // With a norm below the rounding, a change of the parameters by their unit moves the robot
@@ -256,7 +253,7 @@ impl<'a, L: Loss> Subject<'a, L> {
             false => report.verdict,
         };
         Group {
-            name: BLOCKS[block],
+            name: block.name(),
             numbers: gradient.len(),
             norm,
             report,
@@ -265,12 +262,11 @@ impl<'a, L: Loss> Subject<'a, L> {
         }
     }
 
-    fn check(&self, block: usize, gradient: &[f64], options: &Options) -> Report {
-        let chosen: [bool; 7] = std::array::from_fn(|k| k == block);
-        let x = self.inputs.blocks()[block];
+    fn check(&self, block: Block, gradient: &[f64], options: &Options) -> Report {
+        let x = self.inputs.block(block);
         let value = |x: &[f64]| {
             let mut inputs = self.inputs.clone();
-            inputs.set(chosen, x);
+            inputs.set(&[block], x);
             self.moved_loss(&inputs)
         };
         let forward = |direction: &[f64]| {
@@ -280,7 +276,7 @@ impl<'a, L: Loss> Subject<'a, L> {
             };
             let moving: Vec<Dual<f64, 1>> = x.iter().zip(direction).map(dual).collect();
             let mut inputs = self.inputs.lift();
-            inputs.set(chosen, &moving);
+            inputs.set(&[block], &moving);
             self.loss(&inputs).tangent[0]
         };
         let claim = Claim {

@@ -5,11 +5,12 @@ use autodiff::{Dual, Real, Var};
 use rand::RngExt;
 
 use cosmic::case::Case;
-use cosmic::gradient::{Horizon, Inputs, Task};
+use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::Displacement;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::HorizonMode;
 use cosmic::simulator::{Simulator, Span};
+use cosmic::task::{Horizon, Task};
 
 /// Directions along which slopes are compared.
 pub(super) const DIRECTIONS: usize = 8;
@@ -19,18 +20,20 @@ pub(super) struct Subject<'a> {
     case: &'a Case,
     task: Task,
     inputs: Inputs<f64>,
-    blocks: [bool; 7],
+    blocks: Vec<Block>,
     /// Random, of length one.
     pub(super) directions: [Vec<f64>; DIRECTIONS],
 }
 
 impl<'a> Subject<'a> {
     pub(super) fn new(case: &'a Case) -> Self {
-        let mut blocks = [true, true, true, true, true, false, false];
-        blocks[0] = case.frozen.is_none();
+        let blocks = match case.frozen {
+            None => [DESIGN, CONTROLLER].concat(),
+            Some(_) => CONTROLLER.to_vec(),
+        };
         let inputs = case.inputs();
         let mut stream = stream(1, Purpose::Verification);
-        let count = inputs.get(blocks).len();
+        let count = inputs.get(&blocks).len();
         let directions = [(); DIRECTIONS].map(|()| {
             let raw: Vec<f64> = (0..count)
                 .map(|_| 2.0 * stream.random::<f64>() - 1.0)
@@ -65,12 +68,12 @@ impl<'a> Subject<'a> {
 
     /// Slopes along all directions by central differences of this half-width, per step count.
     pub(super) fn differences(&self, h: f64, steps: &[usize]) -> Vec<[f64; DIRECTIONS]> {
-        let numbers = self.inputs.get(self.blocks);
+        let numbers = self.inputs.get(&self.blocks);
         let moved = |direction: &[f64], h: f64| {
             let pairs = numbers.iter().zip(direction);
             let moved: Vec<f64> = pairs.map(|(x, d)| x + h * d).collect();
             let mut inputs = self.inputs.clone();
-            inputs.set(self.blocks, &moved);
+            inputs.set(&self.blocks, &moved);
             self.losses(&inputs, steps)
         };
         let by_direction = self.directions.each_ref().map(|direction| {
@@ -90,14 +93,14 @@ impl<'a> Subject<'a> {
         first: usize,
         steps: &[usize],
     ) -> Vec<[R; N]> {
-        let numbers = self.inputs.get(self.blocks);
+        let numbers = self.inputs.get(&self.blocks);
         let dual = |(i, &x): (usize, &f64)| Dual {
             value: R::lit(x),
             tangent: std::array::from_fn(|k| R::lit(self.directions[first + k][i])),
         };
         let moving: Vec<Dual<R, N>> = numbers.iter().enumerate().map(dual).collect();
         let mut inputs = self.inputs.lift();
-        inputs.set(self.blocks, &moving);
+        inputs.set(&self.blocks, &moving);
         let losses = self.losses(&inputs, steps);
         losses.iter().map(|loss| loss.tangent).collect()
     }
@@ -144,7 +147,7 @@ impl<'a> Subject<'a> {
     }
 
     fn reverse<R: Real>(&self, loss: impl FnOnce(&Inputs<Var<R>>) -> Var<R>) -> Vec<R> {
-        self.inputs.lift().differentiate(self.blocks, loss).1
+        self.inputs.lift().differentiate(&self.blocks, loss).1
     }
 
     /// A gradient's slopes along the directions.
