@@ -63,7 +63,10 @@ pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u
         .unwrap_or(json);
     let mut json = serde_json::Deserializer::from_slice(json);
     // Of nothing at all it says column 0, where columns count from 1.
-    let place = |error: &serde_json::Error| (lines + error.line(), error.column().max(1));
+    let place = |error: &serde_json::Error| Position {
+        line: lines + error.line(),
+        column: error.column().max(1),
+    };
     let value = serde_path_to_error::deserialize(&mut json).map_err(|error| {
         let keys = error.path().to_string();
         let error = error.into_inner();
@@ -86,8 +89,26 @@ pub fn placed(file: &str, text: &str, error: Error) -> Error {
     }
 }
 
-/// Line and column, from 1, at which the value of such keys begins in a JSON text, if it has one.
-fn place(text: &str, keys: &str) -> Option<(usize, usize)> {
+/// A place in a text, line and column both from 1, the column in characters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Position {
+    pub(crate) line: usize,
+    pub(crate) column: usize,
+}
+
+impl Position {
+    /// The place right after this much of a text.
+    pub(crate) fn after(before: &str) -> Self {
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        Position {
+            line: 1 + before.matches('\n').count(),
+            column: 1 + line.chars().count(),
+        }
+    }
+}
+
+/// Where the value of such keys begins in a JSON text, if it has one.
+fn place(text: &str, keys: &str) -> Option<Position> {
     let text = text.strip_prefix(MARK).unwrap_or(text);
     let mut value: &RawValue = serde_json::from_str(text).ok()?;
     for key in keys.split(['.', '[']) {
@@ -99,8 +120,7 @@ fn place(text: &str, keys: &str) -> Option<(usize, usize)> {
         };
     }
     let before = &text[..value.get().as_ptr().addr() - text.as_ptr().addr()];
-    let line = before.rsplit('\n').next().unwrap_or_default();
-    Some((1 + before.matches('\n').count(), 1 + line.chars().count()))
+    Some(Position::after(before))
 }
 
 /// The parts of a value, as they are written.
@@ -147,8 +167,9 @@ fn in_words(expected: &str) -> &str {
     }
 }
 
-/// A file that reads but is not what it should be, from `line` and `column` on.
-pub(crate) fn malformed(file: &str, (line, column): (usize, usize), message: &str) -> Error {
+/// A file that reads but is not what it should be, from this place on.
+pub(crate) fn malformed(file: &str, place: Position, message: &str) -> Error {
+    let Position { line, column } = place;
     Error::Malformed {
         file: file.to_owned(),
         line,

@@ -1,7 +1,7 @@
 //! Files that are whole or not there: each is written beside its place and renamed into it.
 
 use crate::error::{Error, Result};
-use crate::reading::{from_json, malformed, read_whole};
+use crate::reading::{Position, from_json, malformed, read_whole};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
@@ -207,7 +207,11 @@ pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
         let found = format!("{:?} version {}", stamp.format, stamp.version);
         let needed = format!("{:?} version {}", format.name, format.version);
         let message = format!("the format is {found}, not {needed}");
-        return Err(malformed(file, (lines + 1, 1), &message));
+        let place = Position {
+            line: lines + 1,
+            column: 1,
+        };
+        return Err(malformed(file, place, &message));
     }
     from_json(file, lines, bytes)
 }

@@ -1,14 +1,14 @@
 //! The built-in scenes, and finding a scene by name or file.
 
 use super::Scene;
-use super::diagnostic::{Source, not_text};
+use super::diagnostic::{SceneText, not_text};
 use super::read::{options, pointed, suggest};
 use crate::error::{Error, Result};
 use crate::reading::{read_at_most, too_long};
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// A scene that ships inside the program.
+/// A scene that ships with the crate.
 #[derive(Debug, Clone, Copy)]
 pub struct Builtin {
     /// The name it is asked for by.
@@ -29,44 +29,27 @@ impl Builtin {
     }
 }
 
+/// Scenes of the folder `scenes` by their names.
+macro_rules! builtin {
+    ($($name:literal),+ $(,)?) => {
+        [$(Builtin {
+            name: $name,
+            text: include_str!(concat!("../../../scenes/", $name, ".toml")),
+        }),+]
+    };
+}
+
 /// Every built-in scene, the default first.
-pub const BUILTIN: [Builtin; 9] = [
-    Builtin {
-        name: "stability",
-        text: include_str!("../../../scenes/stability.toml"),
-    },
-    Builtin {
-        name: "baseline_tall",
-        text: include_str!("../../../scenes/baseline_tall.toml"),
-    },
-    Builtin {
-        name: "baseline_short",
-        text: include_str!("../../../scenes/baseline_short.toml"),
-    },
-    Builtin {
-        name: "three_legged",
-        text: include_str!("../../../scenes/three_legged.toml"),
-    },
-    Builtin {
-        name: "uniform",
-        text: include_str!("../../../scenes/uniform.toml"),
-    },
-    Builtin {
-        name: "incline",
-        text: include_str!("../../../scenes/incline.toml"),
-    },
-    Builtin {
-        name: "five_by_five",
-        text: include_str!("../../../scenes/five_by_five.toml"),
-    },
-    Builtin {
-        name: "coulomb",
-        text: include_str!("../../../scenes/coulomb.toml"),
-    },
-    Builtin {
-        name: "tilted",
-        text: include_str!("../../../scenes/tilted.toml"),
-    },
+pub const BUILTIN: [Builtin; 9] = builtin![
+    "stability",
+    "baseline_tall",
+    "baseline_short",
+    "three_legged",
+    "uniform",
+    "incline",
+    "five_by_five",
+    "coulomb",
+    "tilted",
 ];
 
 /// The largest scene file read; a complete scene has some ten thousand bytes.
@@ -142,7 +125,7 @@ pub fn fault(
         None if path.is_file() => Scene::text(path).ok(),
         None => None,
     };
-    let file = text.as_deref().map(|text| Source::file(name, text));
+    let file = text.as_deref().map(|text| SceneText::file(name, text));
     let sources: Vec<_> = file.into_iter().chain(options(settings)).collect();
     pointed(&sources, key, message, remedy)
 }

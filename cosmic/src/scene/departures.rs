@@ -15,131 +15,135 @@ pub struct Departure {
     pub says: String,
 }
 
-/// An option: whether a scene has it in force, its name, and what it does.
-type Known = (fn(&Scene) -> bool, &'static str, &'static str);
+/// An option that departs from the paper.
+struct KnownDeparture {
+    in_force: fn(&Scene) -> bool,
+    option: &'static str,
+    says: &'static str,
+}
 
 /// In the order in which summaries have them.
-const KNOWN: [Known; 24] = [
-    (
-        |s| s.loss.kind == LossKind::Mean,
-        "loss.kind",
-        "the loss is the payload's mean position over the horizon's end, not its last",
-    ),
-    (
-        |s| s.gradient.cotangent_bound.is_some(),
-        "gradient.cotangent_bound",
-        "the state's cotangent is bounded in the reverse sweep: gradients are not exact",
-    ),
-    (
-        |s| s.gradient.design_memory > 0.0 && s.designs(),
-        "gradient.design_memory",
-        "the design moves by a running mean of its gradients, not by the last ones alone",
-    ),
-    (
-        |s| s.gradient.precision == GradientPrecision::F32,
-        "gradient.precision",
-        "rollouts on the way are in f32, which has seven digits",
-    ),
-    (
-        |s| s.schedule.snap_trials > 0 && s.designs(),
-        "schedule.snap_trials",
-        "the snap tries other materials for edges of little confidence, in full rollouts",
-    ),
-    (
-        |s| s.schedule.polish_trials > 0 && s.designs(),
-        "schedule.polish_trials",
-        "after the snap other materials are tried for single edges, in full rollouts",
-    ),
-    (
-        |s| s.schedule.settle > 0.0,
-        "schedule.settle",
-        "the end of the fine-tuning goes on from its best controller and takes back updates that lose distance",
-    ),
-    (
-        |s| s.selection.kind == SelectionKind::Median,
-        "selection.kind",
-        "the controller with the best perturbed median is delivered, not the last",
-    ),
-    (
-        |s| s.start.kind == StartKind::ThreeLegged && s.start.layout != Layout::Tall,
-        "start.layout",
-        "the start follows another layout than the tall one of the paper's baseline",
-    ),
-    (
-        |s| s.controller.goal_relative,
-        "controller.goal_relative",
-        "the goal is given relative to the robot, not absolute",
-    ),
-    (
-        |s| s.start.tilt > 0.0,
-        "start.tilt",
-        "the start thins out towards a side that is drawn from the seed",
-    ),
-    (
-        |s| s.physics.integrator != Integrator::SymplecticEuler,
-        "physics.integrator",
-        "steps are integrated by leapfrog",
-    ),
-    (
-        |s| s.physics.substeps != 1,
-        "physics.substeps",
-        "the mechanics take shorter steps than the controller",
-    ),
-    (
-        |s| s.physics.stiffening > 0.0,
-        "physics.stiffening",
-        "springs grow stiffer as they are stretched or compressed",
-    ),
-    (
-        |s| s.physics.bending_radius > 0.0,
-        "physics.bending_radius",
-        "bars in line resist bending at the node between them",
-    ),
-    (
-        |s| s.physics.void_edges == VoidEdges::Drop,
-        "physics.void_edges",
-        "void edges of a one-hot layout do not pull",
-    ),
-    (
-        |s| s.objective.task != TaskKind::Far,
-        "objective.task",
-        "the robot is designed for another task than to get far",
-    ),
-    (
-        |s| s.robust.samples > 0,
-        "robust.samples",
-        "gradients are means over robots and surroundings drawn around the nominal ones",
-    ),
-    (
-        |s| s.controller.two_goals,
-        "controller.two_goals",
-        "the controller is trained for a goal behind as well",
-    ),
-    (
-        |s| s.materials.penalisation != 1,
-        "materials.penalisation",
-        "the stiffness of mixtures is penalised, as SIMP does",
-    ),
-    (
-        |s| s.binarisation.method == BinarisationMethod::Constraints,
-        "binarisation.method",
-        "the binarisation measures are strict constraints, not augmented terms",
-    ),
-    (
-        |s| s.schedule.stability_share == 0.0,
-        "schedule.stability_share",
-        "the stability projection moves nothing",
-    ),
-    (
-        |s| s.schedule.stability_share == 1.0,
-        "schedule.stability_share",
-        "the performance projection moves nothing",
-    ),
-    (
-        |s| s.physics.contact == Contact::None,
-        "physics.contact",
-        "there is no ground",
-    ),
+const KNOWN: [KnownDeparture; 24] = [
+    KnownDeparture {
+        in_force: |s| s.loss.kind == LossKind::Mean,
+        option: "loss.kind",
+        says: "the loss is the payload's mean position over the horizon's end, not its last",
+    },
+    KnownDeparture {
+        in_force: |s| s.gradient.cotangent_bound.is_some(),
+        option: "gradient.cotangent_bound",
+        says: "the state's cotangent is bounded in the reverse sweep: gradients are not exact",
+    },
+    KnownDeparture {
+        in_force: |s| s.gradient.design_memory > 0.0 && s.designs(),
+        option: "gradient.design_memory",
+        says: "the design moves by a running mean of its gradients, not by the last ones alone",
+    },
+    KnownDeparture {
+        in_force: |s| s.gradient.precision == GradientPrecision::F32,
+        option: "gradient.precision",
+        says: "rollouts on the way are in f32, which has seven digits",
+    },
+    KnownDeparture {
+        in_force: |s| s.schedule.snap_trials > 0 && s.designs(),
+        option: "schedule.snap_trials",
+        says: "the snap tries other materials for edges of little confidence, in full rollouts",
+    },
+    KnownDeparture {
+        in_force: |s| s.schedule.polish_trials > 0 && s.designs(),
+        option: "schedule.polish_trials",
+        says: "after the snap other materials are tried for single edges, in full rollouts",
+    },
+    KnownDeparture {
+        in_force: |s| s.schedule.settle > 0.0,
+        option: "schedule.settle",
+        says: "the end of the fine-tuning goes on from its best controller and takes back updates that lose distance",
+    },
+    KnownDeparture {
+        in_force: |s| s.selection.kind == SelectionKind::Median,
+        option: "selection.kind",
+        says: "the controller with the best perturbed median is delivered, not the last",
+    },
+    KnownDeparture {
+        in_force: |s| s.start.kind == StartKind::ThreeLegged && s.start.layout != Layout::Tall,
+        option: "start.layout",
+        says: "the start follows another layout than the tall one of the paper's baseline",
+    },
+    KnownDeparture {
+        in_force: |s| s.controller.goal_relative,
+        option: "controller.goal_relative",
+        says: "the goal is given relative to the robot, not absolute",
+    },
+    KnownDeparture {
+        in_force: |s| s.start.tilt > 0.0,
+        option: "start.tilt",
+        says: "the start thins out towards a side that is drawn from the seed",
+    },
+    KnownDeparture {
+        in_force: |s| s.physics.integrator != Integrator::SymplecticEuler,
+        option: "physics.integrator",
+        says: "steps are integrated by leapfrog",
+    },
+    KnownDeparture {
+        in_force: |s| s.physics.substeps != 1,
+        option: "physics.substeps",
+        says: "the mechanics take shorter steps than the controller",
+    },
+    KnownDeparture {
+        in_force: |s| s.physics.stiffening > 0.0,
+        option: "physics.stiffening",
+        says: "springs grow stiffer as they are stretched or compressed",
+    },
+    KnownDeparture {
+        in_force: |s| s.physics.bending_radius > 0.0,
+        option: "physics.bending_radius",
+        says: "bars in line resist bending at the node between them",
+    },
+    KnownDeparture {
+        in_force: |s| s.physics.void_edges == VoidEdges::Drop,
+        option: "physics.void_edges",
+        says: "void edges of a one-hot layout do not pull",
+    },
+    KnownDeparture {
+        in_force: |s| s.objective.task != TaskKind::Far,
+        option: "objective.task",
+        says: "the robot is designed for another task than to get far",
+    },
+    KnownDeparture {
+        in_force: |s| s.robust.samples > 0,
+        option: "robust.samples",
+        says: "gradients are means over robots and surroundings drawn around the nominal ones",
+    },
+    KnownDeparture {
+        in_force: |s| s.controller.two_goals,
+        option: "controller.two_goals",
+        says: "the controller is trained for a goal behind as well",
+    },
+    KnownDeparture {
+        in_force: |s| s.materials.penalisation != 1,
+        option: "materials.penalisation",
+        says: "the stiffness of mixtures is penalised, as SIMP does",
+    },
+    KnownDeparture {
+        in_force: |s| s.binarisation.method == BinarisationMethod::Constraints,
+        option: "binarisation.method",
+        says: "the binarisation measures are strict constraints, not augmented terms",
+    },
+    KnownDeparture {
+        in_force: |s| s.schedule.stability_share == 0.0,
+        option: "schedule.stability_share",
+        says: "the stability projection moves nothing",
+    },
+    KnownDeparture {
+        in_force: |s| s.schedule.stability_share == 1.0,
+        option: "schedule.stability_share",
+        says: "the performance projection moves nothing",
+    },
+    KnownDeparture {
+        in_force: |s| s.physics.contact == Contact::None,
+        option: "physics.contact",
+        says: "there is no ground",
+    },
 ];
 
 impl Scene {
@@ -147,11 +151,11 @@ impl Scene {
     /// paper's. Numbers are the scene's, be they the paper's or not: sizes, widths, rates, weights,
     /// and how the passes of a cycle take turns.
     pub fn departures(&self) -> Vec<Departure> {
-        let in_force = KNOWN.into_iter().filter(|(differs, ..)| differs(self));
+        let in_force = KNOWN.iter().filter(|known| (known.in_force)(self));
         in_force
-            .map(|(_, option, says)| Departure {
-                option: option.to_string(),
-                says: says.to_string(),
+            .map(|known| Departure {
+                option: known.option.to_string(),
+                says: known.says.to_string(),
             })
             .collect()
     }

@@ -1,6 +1,7 @@
 //! Faults in a scene's text, shown with line, column and caret.
 
 use crate::error::Error;
+use crate::reading::Position;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -12,16 +13,16 @@ const SHOWN: usize = 10;
 const OPTION: &str = "--set ";
 
 /// A text that sets keys of a scene.
-pub(super) struct Source<'t> {
+pub(super) struct SceneText<'t> {
     /// The file's name; `None` for the command line, `--set KEY=VALUE`.
     pub(super) file: Option<&'t str>,
     /// TOML.
     pub(super) text: Cow<'t, str>,
 }
 
-impl<'t> Source<'t> {
+impl<'t> SceneText<'t> {
     pub(super) fn file(name: &'t str, text: &'t str) -> Self {
-        Source {
+        SceneText {
             file: Some(name),
             text: text.into(),
         }
@@ -41,7 +42,7 @@ impl<'t> Source<'t> {
             }
             _ => setting.into(),
         };
-        Source { file: None, text }
+        SceneText { file: None, text }
     }
 }
 
@@ -58,7 +59,7 @@ pub(super) struct Fault {
 }
 
 /// The error for one or more faults.
-pub(super) fn malformed(sources: &[Source], mut faults: Vec<Fault>) -> Error {
+pub(super) fn malformed(sources: &[SceneText], mut faults: Vec<Fault>) -> Error {
     faults.sort_by_key(|fault| (fault.source, fault.span.start));
     let shown = faults.iter().take(SHOWN);
     let mut report: Vec<_> = shown
@@ -69,7 +70,8 @@ pub(super) fn malformed(sources: &[Source], mut faults: Vec<Fault>) -> Error {
     }
     let first = faults.swap_remove(0);
     let source = &sources[first.source];
-    let (line, column) = position(&source.text, first.span.start);
+    let before = source.text.get(..first.span.start);
+    let Position { line, column } = Position::after(before.unwrap_or(&source.text));
     Error::Malformed {
         file: source.file.unwrap_or(OPTION.trim()).to_string(),
         line,
@@ -80,7 +82,7 @@ pub(super) fn malformed(sources: &[Source], mut faults: Vec<Fault>) -> Error {
 }
 
 /// One fault over its source line. An option is shown as it was given, in place of file and line.
-fn show(source: &Source, fault: &Fault) -> String {
+fn show(source: &SceneText, fault: &Fault) -> String {
     let given = source.file.map_or(OPTION, |_| "");
     let text = format!("{given}{}", source.text);
     let span = fault.span.start + given.len()..fault.span.end + given.len();
@@ -95,18 +97,10 @@ fn show(source: &Source, fault: &Fault) -> String {
     Renderer::plain().render(&report)
 }
 
-/// Line and column of a byte, both from 1, the column in characters.
-fn position(source: &str, byte: usize) -> (usize, usize) {
-    let before = source.get(..byte).unwrap_or(source);
-    let line = before.rsplit('\n').next().unwrap_or(before);
-    (before.matches('\n').count() + 1, line.chars().count() + 1)
-}
-
 /// The error for a file that is not text, at the first byte that is none.
 pub(super) fn not_text(file: &str, bytes: &[u8]) -> Error {
-    let text = String::from_utf8_lossy(bytes);
     let valid = bytes.utf8_chunks().next().map_or("", |chunk| chunk.valid());
-    let (line, column) = position(&text, valid.len());
+    let Position { line, column } = Position::after(valid);
     let byte = bytes.get(valid.len()).copied().unwrap_or_default();
     let message = format!("the byte 0x{byte:02x} is not UTF-8 text");
     let place = format!("{file}:{line}:{column}");

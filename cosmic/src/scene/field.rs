@@ -200,53 +200,53 @@ impl fmt::Display for Slot<'_> {
 }
 
 /// A type that a setting can have.
-pub(super) trait Value {
+pub(super) trait SettingType {
     fn slot(&mut self) -> Slot<'_>;
 }
 
-impl Value for f64 {
+impl SettingType for f64 {
     fn slot(&mut self) -> Slot<'_> {
         Slot::Number(self)
     }
 }
 
-impl Value for Option<f64> {
+impl SettingType for Option<f64> {
     fn slot(&mut self) -> Slot<'_> {
         Slot::Bound(self)
     }
 }
 
-impl<const N: usize> Value for [f64; N] {
+impl<const N: usize> SettingType for [f64; N] {
     fn slot(&mut self) -> Slot<'_> {
         Slot::Numbers(self)
     }
 }
 
-impl Value for usize {
+impl SettingType for usize {
     fn slot(&mut self) -> Slot<'_> {
         Slot::Count(self)
     }
 }
 
-impl<const N: usize> Value for [usize; N] {
+impl<const N: usize> SettingType for [usize; N] {
     fn slot(&mut self) -> Slot<'_> {
         Slot::Counts(self)
     }
 }
 
-impl Value for bool {
+impl SettingType for bool {
     fn slot(&mut self) -> Slot<'_> {
         Slot::Flag(self)
     }
 }
 
-impl<T: Named> Value for T {
+impl<T: Named> SettingType for T {
     fn slot(&mut self) -> Slot<'_> {
         Slot::Choice(self)
     }
 }
 
-impl Value for Vec<Pass> {
+impl SettingType for Vec<Pass> {
     fn slot(&mut self) -> Slot<'_> {
         Slot::Cycle(self)
     }

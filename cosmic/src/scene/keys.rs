@@ -36,15 +36,15 @@ impl Scene {
 }
 
 /// A section's name and its keys.
-pub(super) struct Section {
+pub(super) struct SectionKeys {
     pub(super) name: &'static str,
     pub(super) keys: Vec<&'static str>,
 }
 
 /// Every section of a scene.
-pub(super) fn sections() -> Vec<Section> {
+pub(super) fn sections() -> Vec<SectionKeys> {
     let mut scene = Scene::default();
-    let section = |(name, settings): (&'static str, &mut dyn Settings)| Section {
+    let section = |(name, settings): (&'static str, &mut dyn Settings)| SectionKeys {
         name,
         keys: settings.fields().iter().map(|field| field.key).collect(),
     };

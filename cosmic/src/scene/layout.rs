@@ -4,7 +4,7 @@
 use super::design::Layout;
 
 /// Nodes along each side of the lattice that the layouts belong to.
-pub const LAYOUT_SIDE: usize = 6;
+pub(crate) const LAYOUT_SIDE: usize = 6;
 
 /// One digit an edge (0 void, 1 skeleton, 2 actuator), one group a row of nodes, bottom row first.
 const TALL: [&str; LAYOUT_SIDE] = [

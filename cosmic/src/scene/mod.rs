@@ -35,7 +35,7 @@ pub use design::{
 pub use field::Named;
 pub(crate) use keys::allowed_instead;
 pub use keys::reference;
-pub use layout::LAYOUT_SIDE;
+pub(crate) use layout::LAYOUT_SIDE;
 pub use optimisation::{
     AdamSettings, GradientPrecision, GradientSettings, HorizonMode, LossKind, LossSettings,
     MmaSettings, ScheduleSettings, SelectionKind, SelectionSettings,

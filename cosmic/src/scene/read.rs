@@ -1,6 +1,6 @@
 //! Reading a scene: TOML over the defaults, every value checked, every fault pointed at.
 
-use super::diagnostic::{Fault, Source, malformed};
+use super::diagnostic::{Fault, SceneText, malformed};
 use super::field::{Field, Limits, Slot};
 use super::keys::sections;
 use super::pass::cycle;
@@ -27,7 +27,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`].
     pub fn with(&self, file: &str, text: &str) -> Result<Scene> {
-        self.overridden(&[Source::file(file, text)])
+        self.overridden(&[SceneText::file(file, text)])
     }
 
     /// The scene with single settings in place of its own, each a key and a TOML value such as
@@ -40,7 +40,7 @@ impl Scene {
         self.overridden(&options(settings))
     }
 
-    fn overridden(&self, sources: &[Source]) -> Result<Scene> {
+    fn overridden(&self, sources: &[SceneText]) -> Result<Scene> {
         let mut reader = Reader {
             sources,
             source: 0,
@@ -64,9 +64,9 @@ impl Scene {
 }
 
 /// Settings of the command line as sources.
-pub(super) fn options(settings: &[impl AsRef<str>]) -> Vec<Source<'_>> {
+pub(super) fn options(settings: &[impl AsRef<str>]) -> Vec<SceneText<'_>> {
     let settings = settings.iter();
-    settings.map(|s| Source::option(s.as_ref())).collect()
+    settings.map(|s| SceneText::option(s.as_ref())).collect()
 }
 
 /// Where a text sets a key, such as `physics.dt`, if it does.
@@ -79,7 +79,12 @@ fn place(text: &str, key: &str) -> Option<Range<usize>> {
 
 /// The error for a setting that turned out wrong after reading, shown where the last of the sources
 /// sets it; `None` where none does.
-pub(super) fn pointed(sources: &[Source], key: &str, message: &str, remedy: &str) -> Option<Error> {
+pub(super) fn pointed(
+    sources: &[SceneText],
+    key: &str,
+    message: &str,
+    remedy: &str,
+) -> Option<Error> {
     let mut places = sources.iter().enumerate().rev();
     let (source, span) =
         places.find_map(|(source, given)| Some((source, place(&given.text, key)?)))?;
@@ -94,18 +99,18 @@ pub(super) fn pointed(sources: &[Source], key: &str, message: &str, remedy: &str
 
 /// Reads sources one after the other into a scene.
 struct Reader<'s, 't> {
-    sources: &'s [Source<'t>],
+    sources: &'s [SceneText<'t>],
     /// The one that is being read.
     source: usize,
     scene: Scene,
     faults: Vec<Fault>,
     /// Where `section.key` was set last.
-    places: HashMap<String, Place>,
+    places: HashMap<String, KeyPlace>,
 }
 
 /// A value's bytes in one of the sources.
 #[derive(Clone, Default)]
-struct Place {
+struct KeyPlace {
     source: usize,
     span: Range<usize>,
 }
@@ -121,7 +126,7 @@ impl Reader<'_, '_> {
     }
 
     fn document(&mut self) {
-        let Source { file, text } = &self.sources[self.source];
+        let SceneText { file, text } = &self.sources[self.source];
         if file.is_none() && !text.contains('=') {
             let message = format!("`{text}` has no value");
             let allowed = "write SECTION.KEY=VALUE, as physics.gravity=9.81";
@@ -162,18 +167,15 @@ impl Reader<'_, '_> {
             match self.scene.field(name, key.get_ref()) {
                 Some(mut field) => {
                     let path = format!("{name}.{}", field.key);
-                    let (source, span) = (self.source, value.span());
                     if let Err(misfit) = fill(&mut field, value) {
-                        let text = &self.sources[source].text;
+                        let allowed = format!("allowed: {}", field.allowed());
+                        let text = &self.sources[self.source].text;
                         let written = text.get(misfit.span.clone()).unwrap_or_default();
-                        self.faults.push(Fault {
-                            source,
-                            message: misfit.says(&path, abridged(written)),
-                            allowed: format!("allowed: {}", field.allowed()),
-                            span: misfit.span,
-                        });
+                        let message = format!("`{path}` {} {}", misfit.says, abridged(written));
+                        self.fault(misfit.span, message, allowed);
                     }
-                    self.places.insert(path, Place { source, span });
+                    let (source, span) = (self.source, value.span());
+                    self.places.insert(path, KeyPlace { source, span });
                 }
                 None => self.unknown_key(name, key.get_ref(), key.span()),
             }
@@ -196,46 +198,23 @@ impl Reader<'_, '_> {
         for conflict in check::conflicts(&self.scene) {
             let mut keys = conflict.keys.iter();
             let place = keys.find_map(|key| self.places.get(*key));
-            let Place { source, span } = place.cloned().unwrap_or_default();
+            let KeyPlace { source, span } = place.cloned().unwrap_or_default();
             let [first, second] = conflict.keys;
-            let allowed = if first == second {
+            let hint = if first == second {
                 String::new()
             } else {
                 format!("see {first} and {second}")
             };
-            self.faults.push(Fault {
-                source,
-                span,
-                message: conflict.says,
-                allowed,
-            });
+            self.source = source;
+            self.fault(span, conflict.says, hint);
         }
     }
 }
 
-/// A value that does not go into its field: where it is, and why.
+/// A value that does not go into its field: where it is, and why, to be said before the value.
 struct Misfit {
     span: Range<usize>,
-    why: Why,
-}
-
-enum Why {
-    Kind(&'static str),
-    Length(usize),
-    Range,
-    Word,
-}
-
-impl Misfit {
-    /// What is wrong with the value of the key `path`.
-    fn says(&self, path: &str, written: String) -> String {
-        match self.why {
-            Why::Kind(kind) => format!("`{path}` is {kind}: {written}"),
-            Why::Length(length) => format!("`{path}` has {length} entries: {written}"),
-            Why::Range => format!("`{path}` is out of range: {written}"),
-            Why::Word => format!("`{path}` cannot be {written}"),
-        }
-    }
+    says: String,
 }
 
 type Filled<T> = std::result::Result<T, Misfit>;
@@ -269,12 +248,12 @@ fn fill(field: &mut Field, value: &Spanned<DeValue>) -> Filled<()> {
         }
         Slot::Choice(choice) => {
             if !choice.choose(word(value)?) {
-                return Err(misfit(value, Why::Word));
+                return Err(misfit(value, "cannot be"));
             }
         }
         Slot::Cycle(passes) => {
             let read = cycle(word(value)?).filter(|passes| limits.contain(passes.len() as f64));
-            **passes = read.ok_or_else(|| misfit(value, Why::Word))?;
+            **passes = read.ok_or_else(|| misfit(value, "cannot be"))?;
         }
     }
     Ok(())
@@ -295,7 +274,7 @@ fn number(value: &Spanned<DeValue>, limits: &Limits) -> Filled<f64> {
         _ => return Err(wrong_kind(value)),
     };
     x.filter(|x| limits.contain(*x))
-        .ok_or_else(|| misfit(value, Why::Range))
+        .ok_or_else(|| misfit(value, "is out of range:"))
 }
 
 /// A whole number.
@@ -305,7 +284,7 @@ fn count(value: &Spanned<DeValue>, limits: &Limits) -> Filled<usize> {
     };
     let n = usize::from_str_radix(n.as_str(), n.radix()).ok();
     n.filter(|n| limits.contain(*n as f64))
-        .ok_or_else(|| misfit(value, Why::Range))
+        .ok_or_else(|| misfit(value, "is out of range:"))
 }
 
 /// An array's entries, `length` of them.
@@ -316,18 +295,20 @@ fn entries<'v, 't>(
     let array = value.get_ref().as_array();
     let array = array.ok_or_else(|| wrong_kind(value))?;
     if array.len() != length {
-        return Err(misfit(value, Why::Length(array.len())));
+        return Err(misfit(value, &format!("has {} entries:", array.len())));
     }
     Ok(array.iter())
 }
 
-fn misfit(value: &Spanned<DeValue>, why: Why) -> Misfit {
-    let span = value.span();
-    Misfit { span, why }
+fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
+    Misfit {
+        span: value.span(),
+        says: says.to_owned(),
+    }
 }
 
 fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
-    misfit(value, Why::Kind(kind(value)))
+    misfit(value, &format!("is {}:", kind(value)))
 }
 
 /// What a TOML value is, with its article.

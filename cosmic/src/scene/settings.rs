@@ -57,7 +57,7 @@ macro_rules! settings {
                     unit: concat!("", $($unit)?),
                     source: $source,
                     limits: [$($limits,)? super::field::Limits::NONE][0],
-                    slot: super::field::Value::slot(&mut self.$key),
+                    slot: super::field::SettingType::slot(&mut self.$key),
                 },)+]
             }
         }

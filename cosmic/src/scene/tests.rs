@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 /// `section.key` of every setting, in the order of the file.
 fn paths() -> Vec<String> {
-    let of = |section: keys::Section| {
+    let of = |section: keys::SectionKeys| {
         let paths = section
             .keys
             .iter()
