@@ -1,8 +1,7 @@
 //! Settings that are each in range and yet do not fit one another.
 
-use super::field::Named;
 use super::layout::LAYOUT_SIDE;
-use super::{Layout, LossKind, Scene, StartKind, TaskKind};
+use super::{Layout, LossKind, Named, Scene, StartKind, TaskKind};
 
 /// Settings at odds.
 pub(super) struct Conflict {

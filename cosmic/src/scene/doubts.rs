@@ -9,7 +9,7 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
     /// The settings that it is about, the one to change first.
-    pub settings: Vec<SettingValue>,
+    pub settings: Vec<Setting>,
     /// What is wrong with them.
     pub says: String,
     /// What would mend it; may be empty.
@@ -18,7 +18,7 @@ pub struct Finding {
 
 /// A setting of a scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct SettingValue {
+pub struct Setting {
     /// `section.key`.
     pub key: &'static str,
     /// The value as a scene file has it.
@@ -35,8 +35,8 @@ impl Finding {
         let setting = |&key: &&'static str| {
             let (section, name) = key.split_once('.').expect("a section and a key");
             let field = scene.field(section, name).expect("a key of a scene");
-            let value = field.slot.to_string();
-            SettingValue { key, value }
+            let value = field.value.toml();
+            Setting { key, value }
         };
         let settings = keys.iter().map(setting).collect();
         Finding {

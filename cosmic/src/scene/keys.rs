@@ -74,7 +74,7 @@ pub fn reference() -> String {
         text += "| --- | --- | --- | --- | --- | --- |\n";
         for field in settings.fields() {
             let (key, unit, source, doc) = (field.key, field.unit, field.source, field.doc);
-            let (default, allowed) = (&field.slot, field.allowed());
+            let (default, allowed) = (field.value.toml(), field.allowed());
             text += &format!("| `{key}` | `{default}` | {unit} | {allowed} | {source} | {doc} |\n");
         }
         text += "\n";

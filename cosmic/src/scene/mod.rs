@@ -21,18 +21,18 @@ mod pass;
 mod read;
 mod robot;
 mod settings;
+mod value;
 mod write;
 
 pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin, fault};
 pub use departures::Departure;
-pub use doubts::{Finding, SettingValue};
+pub use doubts::{Finding, Setting};
 
 pub use design::{
     BinarisationMethod, BinarisationSettings, Layout, ProjectionSettings, StartKind, StartSettings,
     VolumeSettings,
 };
-pub use field::Named;
 pub(crate) use keys::allowed_instead;
 pub use keys::reference;
 pub(crate) use layout::LAYOUT_SIDE;
@@ -45,6 +45,7 @@ pub use robot::{
     Contact, ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,
     UnstableStep, VoidEdges,
 };
+pub use value::Named;
 
 use serde::Serialize;
 

@@ -1,9 +1,8 @@
 //! Reading a scene: TOML over the defaults, every value checked, every fault pointed at.
 
 use super::diagnostic::{Fault, SceneText, malformed};
-use super::field::{Field, Limits, Slot};
 use super::keys::sections;
-use super::pass::cycle;
+use super::value::kind;
 use super::{Scene, check};
 use crate::error::{Error, Result};
 use std::collections::HashMap;
@@ -41,17 +40,7 @@ impl Scene {
     }
 
     fn overridden(&self, sources: &[SceneText]) -> Result<Scene> {
-        let mut reader = Reader {
-            sources,
-            source: 0,
-            scene: self.clone(),
-            faults: Vec::new(),
-            places: HashMap::new(),
-        };
-        for source in 0..sources.len() {
-            reader.source = source;
-            reader.document();
-        }
+        let mut reader = Reader::over(self.clone(), sources);
         if reader.faults.is_empty() && !sources.is_empty() {
             reader.conflicts();
         }
@@ -69,14 +58,6 @@ pub(super) fn options(settings: &[impl AsRef<str>]) -> Vec<SceneText<'_>> {
     settings.map(|s| SceneText::option(s.as_ref())).collect()
 }
 
-/// Where a text sets a key, such as `physics.dt`, if it does.
-fn place(text: &str, key: &str) -> Option<Range<usize>> {
-    let document = DeTable::parse(text).ok()?;
-    let (section, key) = key.split_once('.')?;
-    let table = document.get_ref().get(section)?.get_ref().as_table()?;
-    Some(table.get(key)?.span())
-}
-
 /// The error for a setting that turned out wrong after reading, shown where the last of the sources
 /// sets it; `None` where none does.
 pub(super) fn pointed(
@@ -85,9 +66,8 @@ pub(super) fn pointed(
     message: &str,
     remedy: &str,
 ) -> Option<Error> {
-    let mut places = sources.iter().enumerate().rev();
-    let (source, span) =
-        places.find_map(|(source, given)| Some((source, place(&given.text, key)?)))?;
+    let mut reader = Reader::over(Scene::default(), sources);
+    let KeyPlace { source, span } = reader.places.remove(key)?;
     let fault = Fault {
         source,
         span,
@@ -115,7 +95,23 @@ struct KeyPlace {
     span: Range<usize>,
 }
 
-impl Reader<'_, '_> {
+impl<'s, 't> Reader<'s, 't> {
+    /// A scene with the settings of all sources.
+    fn over(scene: Scene, sources: &'s [SceneText<'t>]) -> Self {
+        let mut reader = Reader {
+            sources,
+            source: 0,
+            scene,
+            faults: Vec::new(),
+            places: HashMap::new(),
+        };
+        for source in 0..sources.len() {
+            reader.source = source;
+            reader.document();
+        }
+        reader
+    }
+
     fn fault(&mut self, span: Range<usize>, message: String, allowed: String) {
         self.faults.push(Fault {
             source: self.source,
@@ -165,9 +161,9 @@ impl Reader<'_, '_> {
         };
         for (key, value) in table {
             match self.scene.field(name, key.get_ref()) {
-                Some(mut field) => {
+                Some(field) => {
                     let path = format!("{name}.{}", field.key);
-                    if let Err(misfit) = fill(&mut field, value) {
+                    if let Err(misfit) = field.value.read(value, &field.limits) {
                         let allowed = format!("allowed: {}", field.allowed());
                         let text = &self.sources[self.source].text;
                         let written = text.get(misfit.span.clone()).unwrap_or_default();
@@ -208,119 +204,6 @@ impl Reader<'_, '_> {
             self.source = source;
             self.fault(span, conflict.says, hint);
         }
-    }
-}
-
-/// A value that does not go into its field: where it is, and why, to be said before the value.
-struct Misfit {
-    span: Range<usize>,
-    says: String,
-}
-
-type Filled<T> = std::result::Result<T, Misfit>;
-
-/// Puts a value where it belongs.
-fn fill(field: &mut Field, value: &Spanned<DeValue>) -> Filled<()> {
-    let limits = &field.limits;
-    match &mut field.slot {
-        Slot::Number(x) => **x = number(value, limits)?,
-        Slot::Bound(x) => {
-            let is_off = value.get_ref().as_str() == Some("off");
-            **x = if is_off {
-                None
-            } else {
-                Some(number(value, limits)?)
-            }
-        }
-        Slot::Numbers(xs) => {
-            for (entry, x) in entries(value, xs.len())?.zip(xs.iter_mut()) {
-                *x = number(entry, limits)?;
-            }
-        }
-        Slot::Count(n) => **n = count(value, limits)?,
-        Slot::Counts(ns) => {
-            for (entry, n) in entries(value, ns.len())?.zip(ns.iter_mut()) {
-                *n = count(entry, limits)?;
-            }
-        }
-        Slot::Flag(flag) => {
-            **flag = value.get_ref().as_bool().ok_or_else(|| wrong_kind(value))?;
-        }
-        Slot::Choice(choice) => {
-            if !choice.choose(word(value)?) {
-                return Err(misfit(value, "cannot be"));
-            }
-        }
-        Slot::Cycle(passes) => {
-            let read = cycle(word(value)?).filter(|passes| limits.contain(passes.len() as f64));
-            **passes = read.ok_or_else(|| misfit(value, "cannot be"))?;
-        }
-    }
-    Ok(())
-}
-
-fn word<'v>(value: &'v Spanned<DeValue>) -> Filled<&'v str> {
-    value.get_ref().as_str().ok_or_else(|| wrong_kind(value))
-}
-
-/// A number, written with or without a point. What overflows is infinite, and out of range.
-fn number(value: &Spanned<DeValue>, limits: &Limits) -> Filled<f64> {
-    let x = match value.get_ref() {
-        DeValue::Float(x) => x.as_str().parse().ok(),
-        DeValue::Integer(n) if n.radix() == 10 => n.as_str().parse().ok(),
-        DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix())
-            .ok()
-            .map(|n| n as f64),
-        _ => return Err(wrong_kind(value)),
-    };
-    x.filter(|x| limits.contain(*x))
-        .ok_or_else(|| misfit(value, "is out of range:"))
-}
-
-/// A whole number.
-fn count(value: &Spanned<DeValue>, limits: &Limits) -> Filled<usize> {
-    let DeValue::Integer(n) = value.get_ref() else {
-        return Err(wrong_kind(value));
-    };
-    let n = usize::from_str_radix(n.as_str(), n.radix()).ok();
-    n.filter(|n| limits.contain(*n as f64))
-        .ok_or_else(|| misfit(value, "is out of range:"))
-}
-
-/// An array's entries, `length` of them.
-fn entries<'v, 't>(
-    value: &'v Spanned<DeValue<'t>>,
-    length: usize,
-) -> Filled<impl Iterator<Item = &'v Spanned<DeValue<'t>>>> {
-    let array = value.get_ref().as_array();
-    let array = array.ok_or_else(|| wrong_kind(value))?;
-    if array.len() != length {
-        return Err(misfit(value, &format!("has {} entries:", array.len())));
-    }
-    Ok(array.iter())
-}
-
-fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
-    Misfit {
-        span: value.span(),
-        says: says.to_owned(),
-    }
-}
-
-fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
-    misfit(value, &format!("is {}:", kind(value)))
-}
-
-/// What a TOML value is, with its article.
-fn kind(value: &Spanned<DeValue>) -> &'static str {
-    match value.get_ref() {
-        DeValue::String(_) => "a text",
-        DeValue::Integer(_) => "a whole number",
-        DeValue::Float(_) => "a number with a point or exponent",
-        DeValue::Boolean(_) => "a truth value",
-        DeValue::Datetime(_) => "a date",
-        DeValue::Array(_) => "an array",
-        DeValue::Table(_) => "a section",
     }
 }
 

@@ -57,7 +57,7 @@ macro_rules! settings {
                     unit: concat!("", $($unit)?),
                     source: $source,
                     limits: [$($limits,)? super::field::Limits::NONE][0],
-                    slot: super::field::SettingType::slot(&mut self.$key),
+                    value: &mut self.$key,
                 },)+]
             }
         }
@@ -74,7 +74,7 @@ macro_rules! settings {
             $($(#[$doc])+ #[serde(rename = $name)] $Member,)+
         }
 
-        impl super::field::Named for $Choice {
+        impl super::value::Named for $Choice {
             const ALL: &'static [(&'static str, Self)] = &[$(($name, Self::$Member),)+];
         }
     };

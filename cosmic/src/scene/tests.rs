@@ -1,7 +1,7 @@
 //! What must hold between the structs, the declarations and the text.
 
 use super::check::conflicts;
-use super::field::{Limits, Slot, within};
+use super::field::{Limits, within};
 use super::*;
 use proptest::prelude::*;
 
@@ -59,24 +59,34 @@ fn every_key_stands_on_a_line_of_its_own_below_a_comment() {
 
 #[test]
 fn choices_have_the_same_names_in_toml_and_in_json() {
-    for section in keys::sections() {
-        for key in section.keys {
-            let mut scene = Scene::default();
-            let Some(Slot::Choice(choice)) = scene.field(section.name, key).map(|f| f.slot) else {
-                continue;
-            };
-            for name in choice.names() {
-                let mut scene = Scene::default();
-                let Some(Slot::Choice(choice)) = scene.field(section.name, key).map(|f| f.slot)
-                else {
-                    unreachable!()
-                };
-                assert!(choice.choose(name));
-                let json = serde_json::to_value(&scene).unwrap();
-                assert_eq!(json[section.name][key], name);
-            }
+    let mut choices = 0;
+    for path in paths() {
+        let (section, key) = path.split_once('.').unwrap();
+        let allowed = Scene::default().field(section, key).unwrap().allowed();
+        if !allowed.starts_with('"') {
+            continue;
+        }
+        choices += 1;
+        for name in allowed.split(" or ") {
+            let scene = with(&path, name).unwrap();
+            let json = serde_json::to_value(&scene).unwrap();
+            assert_eq!(json[section][key].to_string(), name);
         }
     }
+    assert_ne!(choices, 0);
+}
+
+/// The default scene with a value at a key, whether or not it fits the others; `None` where the key
+/// takes no such value.
+fn with(path: &str, value: &str) -> Option<Scene> {
+    let mut scene = Scene::default();
+    let (section, key) = path.split_once('.').unwrap();
+    let field = scene.field(section, key).unwrap();
+    let text = format!("{key} = {value}");
+    let document = toml::de::DeTable::parse(&text).unwrap();
+    let value = document.get_ref().get(key).unwrap();
+    field.value.read(value, &field.limits).ok()?;
+    Some(scene)
 }
 
 /// Minus the loss of another task is no task.
@@ -127,21 +137,12 @@ fn the_layouts_fill_the_lattice_within_the_volume_bounds() {
     }
 }
 
-/// A scene whose setting number `row` holds `x` wherever a number fits.
-fn with_number(row: usize, x: f64) -> Scene {
-    let mut scene = Scene::default();
-    let path = &paths()[row];
-    let (section, key) = path.split_once('.').unwrap();
-    let field = scene.field(section, key).unwrap();
-    if field.limits.contain(x) {
-        match field.slot {
-            Slot::Number(number) => *number = x,
-            Slot::Bound(bound) => *bound = Some(x),
-            Slot::Numbers(numbers) => numbers.fill(x),
-            _ => {}
-        }
+/// The numbers in a JSON value.
+fn numbers(json: &serde_json::Value) -> Vec<f64> {
+    match json {
+        serde_json::Value::Array(entries) => entries.iter().flat_map(numbers).collect(),
+        number => number.as_f64().into_iter().collect(),
     }
-    scene
 }
 
 proptest! {
@@ -150,7 +151,18 @@ proptest! {
         row in 0..paths().len(),
         x in prop_oneof![-1.0..1.0, 0.0..1e-6, 0.0..1e6],
     ) {
-        let scene = with_number(row, x);
+        let path = &paths()[row];
+        let (section, key) = path.split_once('.').unwrap();
+        let lists = [1, 2, 3].map(|entries| format!("{:?}", vec![x; entries]));
+        let number = format!("{x:?}");
+        let read = lists.iter().chain([&number]).find_map(|value| with(path, value));
+        let Some(scene) = read else {
+            // A name, a count, or a number out of range.
+            return Ok(());
+        };
+        let json = serde_json::to_value(&scene).unwrap();
+        let same = |n: &f64| n.to_bits() == f64::to_bits(x);
+        prop_assert!(numbers(&json[section][key]).iter().all(same));
         prop_assume!(conflicts(&scene).is_empty());
         prop_assert_eq!(Scene::parse("scene", &scene.to_toml()).unwrap(), scene);
     }

@@ -25,7 +25,7 @@ impl Scene {
                 let comma = if field.unit.is_empty() { "" } else { ", " };
                 let (unit, source, allowed) = (field.unit, field.source, field.allowed());
                 text += &format!("# {doc}{comma}{unit} ({source}). Allowed: {allowed}.\n");
-                text += &format!("{} = {}\n", field.key, field.slot);
+                text += &format!("{} = {}\n", field.key, field.value.toml());
             }
             text
         });

@@ -1,0 +1,218 @@
+//! The types that a setting can have: what may stand in a file, how it is read and written.
+
+use super::field::Limits;
+use super::pass::{Pass, cycle};
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::DeValue;
+
+/// A value of a scene, whatever its type.
+pub(super) trait SettingValue {
+    /// What may stand in a file, as a phrase.
+    fn allowed(&self, limits: &Limits) -> String;
+    /// The value as TOML. Numbers read back to the same bits.
+    fn toml(&self) -> String;
+    /// Takes the value of a file.
+    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()>;
+}
+
+/// A value that does not fit: where it is, and why, to be said before the value.
+pub(super) struct Misfit {
+    pub(super) span: Range<usize>,
+    pub(super) says: String,
+}
+
+type Filled<T> = Result<T, Misfit>;
+
+fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
+    Misfit {
+        span: value.span(),
+        says: says.to_owned(),
+    }
+}
+
+fn out_of_range(value: &Spanned<DeValue>) -> Misfit {
+    misfit(value, "is out of range:")
+}
+
+fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
+    misfit(value, &format!("is {}:", kind(value)))
+}
+
+/// What a TOML value is, with its article.
+pub(super) fn kind(value: &Spanned<DeValue>) -> &'static str {
+    match value.get_ref() {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) => "a whole number",
+        DeValue::Float(_) => "a number with a point or exponent",
+        DeValue::Boolean(_) => "a truth value",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a section",
+    }
+}
+
+impl SettingValue for f64 {
+    fn allowed(&self, limits: &Limits) -> String {
+        format!("a {} {limits}", Self::NOUN)
+    }
+
+    fn toml(&self) -> String {
+        // The fewest digits that read back to the same bits.
+        format!("{self:?}")
+    }
+
+    /// Written with or without a point. A number that overflows is infinite, and out of range.
+    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
+        let x = match value.get_ref() {
+            DeValue::Float(x) => x.as_str().parse().ok(),
+            DeValue::Integer(n) if n.radix() == 10 => n.as_str().parse().ok(),
+            DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix())
+                .ok()
+                .map(|n| n as f64),
+            _ => return Err(wrong_kind(value)),
+        };
+        let x = x.filter(|x| limits.contain(*x));
+        *self = x.ok_or_else(|| out_of_range(value))?;
+        Ok(())
+    }
+}
+
+impl SettingValue for usize {
+    fn allowed(&self, limits: &Limits) -> String {
+        format!("a {} {limits}", Self::NOUN)
+    }
+
+    fn toml(&self) -> String {
+        self.to_string()
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
+        let DeValue::Integer(n) = value.get_ref() else {
+            return Err(wrong_kind(value));
+        };
+        let n = usize::from_str_radix(n.as_str(), n.radix()).ok();
+        let n = n.filter(|n| limits.contain(*n as f64));
+        *self = n.ok_or_else(|| out_of_range(value))?;
+        Ok(())
+    }
+}
+
+/// What an array may hold.
+trait Number: SettingValue {
+    const NOUN: &'static str;
+}
+
+impl Number for f64 {
+    const NOUN: &'static str = "number";
+}
+
+impl Number for usize {
+    const NOUN: &'static str = "whole number";
+}
+
+impl<T: Number, const N: usize> SettingValue for [T; N] {
+    fn allowed(&self, limits: &Limits) -> String {
+        format!("{N} {}s, each {limits}", T::NOUN)
+    }
+
+    fn toml(&self) -> String {
+        format!("[{}]", self.each_ref().map(T::toml).join(", "))
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
+        let entries = value.get_ref().as_array();
+        let entries = entries.ok_or_else(|| wrong_kind(value))?;
+        if entries.len() != N {
+            return Err(misfit(value, &format!("has {} entries:", entries.len())));
+        }
+        let mut pairs = self.iter_mut().zip(entries.iter());
+        pairs.try_for_each(|(x, entry)| x.read(entry, limits))
+    }
+}
+
+/// A bound, which may be off.
+impl SettingValue for Option<f64> {
+    fn allowed(&self, limits: &Limits) -> String {
+        format!("a number {limits}, or \"off\"")
+    }
+
+    fn toml(&self) -> String {
+        self.map_or("\"off\"".to_owned(), |x| x.toml())
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
+        *self = None;
+        if value.get_ref().as_str() == Some("off") {
+            return Ok(());
+        }
+        self.insert(0.0).read(value, limits)
+    }
+}
+
+impl SettingValue for bool {
+    fn allowed(&self, _: &Limits) -> String {
+        "true or false".to_owned()
+    }
+
+    fn toml(&self) -> String {
+        self.to_string()
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
+        let read = value.get_ref().as_bool();
+        *self = read.ok_or_else(|| wrong_kind(value))?;
+        Ok(())
+    }
+}
+
+/// An enumeration whose members have names in scene files.
+pub trait Named: Copy + PartialEq + 'static {
+    /// Every member with its name.
+    const ALL: &'static [(&'static str, Self)];
+
+    /// The member's name.
+    fn name(self) -> &'static str {
+        let entry = Self::ALL.iter().find(|(_, member)| *member == self);
+        entry.map_or("", |(name, _)| name)
+    }
+}
+
+impl<T: Named> SettingValue for T {
+    fn allowed(&self, _: &Limits) -> String {
+        let names = T::ALL.iter().map(|(name, _)| format!("{name:?}"));
+        names.collect::<Vec<_>>().join(" or ")
+    }
+
+    fn toml(&self) -> String {
+        format!("{:?}", self.name())
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
+        let word = word(value)?;
+        let entry = T::ALL.iter().find(|(name, _)| *name == word);
+        *self = entry.ok_or_else(|| misfit(value, "cannot be"))?.1;
+        Ok(())
+    }
+}
+
+impl SettingValue for Vec<Pass> {
+    fn allowed(&self, limits: &Limits) -> String {
+        format!("letters d and c in quotes, their number {limits}")
+    }
+
+    fn toml(&self) -> String {
+        let letters: String = self.iter().map(|pass| pass.letter()).collect();
+        format!("{letters:?}")
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
+        let read = cycle(word(value)?).filter(|passes| limits.contain(passes.len() as f64));
+        *self = read.ok_or_else(|| misfit(value, "cannot be"))?;
+        Ok(())
+    }
+}
+
+fn word<'v>(value: &'v Spanned<DeValue>) -> Filled<&'v str> {
+    value.get_ref().as_str().ok_or_else(|| wrong_kind(value))
+}
