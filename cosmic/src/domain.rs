@@ -56,7 +56,8 @@ pub fn perturbed(start: &State<f64>, distance: f64, stream: &mut ChaCha8Rng) -> 
 #[cfg(test)]
 mod tests {
     use super::draw;
-    use crate::lattice::{Ground, Lattice};
+    use crate::ground::Ground;
+    use crate::lattice::Lattice;
     use crate::random::{Purpose, stream};
     use crate::scene::{RobustSettings, Scene};
     use crate::task::Task;

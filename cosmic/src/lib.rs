@@ -4,7 +4,7 @@
 //! The order of the modules is the architecture: each uses only those above it.
 //!
 //! - [`scene`] has every number of an experiment, in one small struct for each of the others.
-//! - The robot: [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
+//! - The robot: [`ground`] and [`lattice`], [`design`] (what an optimiser moves), [`projection`] (from there to
 //!   materials and a body), [`controller`].
 //! - What it does and is worth: [`simulator`], [`objective`]; [`inputs`], by which losses are
 //!   differentiated, and [`task`], which joins all of these; [`domain`] draws other robots and
@@ -23,6 +23,7 @@ pub mod parallel;
 pub mod random;
 pub mod reading;
 pub mod scene;
+pub mod ground;
 pub mod lattice;
 pub mod design;
 pub mod projection;

@@ -220,7 +220,8 @@ fn mean_property<R: Real>(mixture: &[R; 3], property: &[f64; 3]) -> R {
 mod tests {
     use super::{Body, Projection, mixture, one_hot};
     use crate::design::Material::{Actuator, Skeleton, Void};
-    use crate::lattice::{Ground, Lattice};
+    use crate::ground::Ground;
+    use crate::lattice::Lattice;
     use crate::scene::{ProjectionSettings, Scene};
 
     #[test]

@@ -3,7 +3,8 @@
 use autodiff::{CotangentBound, Real};
 
 use crate::controller::Controller;
-use crate::lattice::{Ground, Lattice, State};
+use crate::ground::Ground;
+use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, Loss};
 use crate::projection::{Body, Projection, Variation, holds, mixture_held};
 use crate::scene::{

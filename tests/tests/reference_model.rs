@@ -3,7 +3,8 @@
 
 use cosmic::case::Case;
 use cosmic::controller::{Folded, Moment, clock, observation};
-use cosmic::lattice::{Ground, State, edges};
+use cosmic::ground::Ground;
+use cosmic::lattice::{State, edges};
 use cosmic::objective::{Displacement, Loss, measures, violations};
 use cosmic::projection::{Body, Projection, mixture};
 use cosmic::scene::{LossKind, LossSettings};

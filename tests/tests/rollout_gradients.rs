@@ -4,8 +4,8 @@
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real};
 use cosmic::case::Case;
+use cosmic::ground::Ground;
 use cosmic::inputs::DESIGN;
-use cosmic::lattice::Ground;
 use cosmic::objective::Displacement;
 use cosmic::projection::Projection;
 use cosmic::scene::{Contact, HorizonMode, LossKind, LossSettings, Scene};

@@ -2,7 +2,8 @@
 //! derivative of where a bounce ends.
 
 use autodiff::{Dual, Real, gradient_of};
-use cosmic::lattice::{Ground, State};
+use cosmic::ground::Ground;
+use cosmic::lattice::State;
 use cosmic::scene::{Contact, PhysicsSettings};
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{Bare, StabilityCase, number, stability_cases, stability_lists};

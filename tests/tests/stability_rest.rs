@@ -1,7 +1,8 @@
 //! Dropped lattices come to rest on the ground, or slide, over a hundred thousand steps.
 
 use cosmic::design::Material;
-use cosmic::lattice::{Ground, Lattice, State};
+use cosmic::ground::Ground;
+use cosmic::lattice::{Lattice, State};
 use cosmic::projection::{Body, one_hot};
 use cosmic::scene::{Contact, MaterialSettings, PhysicsSettings};
 use cosmic::simulator::Trajectory;

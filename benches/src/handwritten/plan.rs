@@ -6,7 +6,8 @@ use autodiff::Real;
 use autodiff::simd::Lane;
 use cosmic::case::Case;
 use cosmic::controller::{Folded, clock};
-use cosmic::lattice::{Ground, State};
+use cosmic::ground::Ground;
+use cosmic::lattice::State;
 use cosmic::projection::Body;
 
 use super::buffer::Buffer;

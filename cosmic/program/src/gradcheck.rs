@@ -5,7 +5,7 @@ use crate::source::Source;
 use autodiff::check::Options;
 use clap::Args;
 use cosmic::error::{Error, Result};
-use cosmic::lattice::Ground;
+use cosmic::ground::Ground;
 use cosmic::objective::{Displacement, Objective};
 use cosmic_lab::verify::check_gradients_of;
 

@@ -4,7 +4,7 @@ use autodiff::Real;
 
 use super::Controller;
 use super::sensing::{observation_length, phases};
-use crate::lattice::Ground;
+use crate::ground::Ground;
 use crate::scene::ControllerSettings;
 
 /// A controller whose first layer takes the raw state in the ground's frame.
@@ -139,7 +139,8 @@ impl<R: Real> Fold<'_, R> {
 mod tests {
     use super::Folded;
     use crate::controller::{Controller, Moment, clock, observation};
-    use crate::lattice::{Ground, Lattice, State};
+    use crate::ground::Ground;
+    use crate::lattice::{Lattice, State};
     use crate::random::{Purpose, stream, symmetric};
     use crate::scene::{ControllerSettings, LatticeSettings};
 

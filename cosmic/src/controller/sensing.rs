@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use autodiff::Real;
 
-use crate::lattice::{Ground, State};
+use crate::ground::Ground;
+use crate::lattice::State;
 use crate::scene::ControllerSettings;
 
 /// The moment at which a controller observes.

@@ -102,7 +102,8 @@ fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
 mod tests {
     use super::{filled, layout_materials, start_vectors};
     use crate::design::{Material, dominant};
-    use crate::lattice::{Ground, Lattice};
+    use crate::ground::Ground;
+    use crate::lattice::Lattice;
     use crate::scene::{LatticeSettings, Layout, PhysicsSettings, StartKind, StartSettings};
 
     fn lattice(columns: usize, rows: usize) -> Lattice {

@@ -44,7 +44,8 @@ fn midpoints(lattice: &Lattice) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::{midpoints, tilted};
-    use crate::lattice::{Ground, Lattice};
+    use crate::ground::Ground;
+    use crate::lattice::Lattice;
     use crate::scene::{LatticeSettings, PhysicsSettings};
 
     fn lattice() -> Lattice {

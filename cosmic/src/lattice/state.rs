@@ -3,7 +3,7 @@
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
-use super::Ground;
+use crate::ground::Ground;
 
 /// Positions (m) and velocities (m/s) of the nodes, and nothing else.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

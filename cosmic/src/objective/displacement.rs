@@ -3,7 +3,7 @@
 use autodiff::Real;
 
 use super::Loss;
-use crate::lattice::Ground;
+use crate::ground::Ground;
 use crate::scene::{LossKind, LossSettings};
 use crate::simulator::Trajectory;
 
@@ -60,7 +60,8 @@ impl Loss for Displacement {
 #[cfg(test)]
 mod tests {
     use super::Displacement;
-    use crate::lattice::{Ground, State};
+    use crate::ground::Ground;
+    use crate::lattice::State;
     use crate::objective::Loss;
     use crate::scene::{LossKind, LossSettings};
     use crate::simulator::Trajectory;

@@ -213,7 +213,8 @@ fn pairs(lattice: &Lattice) -> Vec<Pair> {
 #[cfg(test)]
 mod tests {
     use super::{Bending, Pair, pairs};
-    use crate::lattice::{Ground, Lattice};
+    use crate::ground::Ground;
+    use crate::lattice::Lattice;
     use crate::scene::{LatticeSettings, PhysicsSettings};
 
     fn lattice(columns: usize, rows: usize, incline_deg: f64) -> Lattice {

@@ -6,7 +6,8 @@ use super::bending::{Bar, Bending};
 use super::kernels::{
     Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, Stiffening,
 };
-use crate::lattice::{Ground, Lattice};
+use crate::ground::Ground;
+use crate::lattice::Lattice;
 use crate::scene::{Contact, Integrator, PhysicsSettings};
 
 /// Springs and flight of a mechanical step of length `h = dt / substeps`.

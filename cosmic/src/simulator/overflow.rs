@@ -147,7 +147,8 @@ impl Sweep<'_> {
 mod tests {
     use super::Sweep;
     use crate::controller::Controller;
-    use crate::lattice::{Ground, Lattice, State};
+    use crate::ground::Ground;
+    use crate::lattice::{Lattice, State};
     use crate::projection::Body;
     use crate::scene::Scene;
     use crate::simulator::Simulator;

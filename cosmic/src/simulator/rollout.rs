@@ -7,7 +7,8 @@ use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
 use super::robot::{Network, Parameters, Robot};
 use super::trajectory::{Trajectory, WATCHED};
 use crate::controller::{Controller, Folded, clock, observation_length};
-use crate::lattice::{Ground, Lattice, State};
+use crate::ground::Ground;
+use crate::lattice::{Lattice, State};
 use crate::projection::Body;
 use crate::scene::{ControllerSettings, PhysicsSettings};
 

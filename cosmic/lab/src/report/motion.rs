@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use super::results::Results;
 use cosmic::design::Material;
-use cosmic::lattice::{Ground, State};
+use cosmic::ground::Ground;
+use cosmic::lattice::State;
 
 /// Colour of passive edges.
 pub(super) const SKELETON: [u8; 3] = [0x26, 0x2b, 0x33];

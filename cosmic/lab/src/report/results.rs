@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result, fits};
-use cosmic::lattice::{Ground, Lattice};
+use cosmic::ground::Ground;
+use cosmic::lattice::Lattice;
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
 use cosmic::record::{DesignFile, Summary, TrajectoryFile, check_one_run, run, trajectory_file};

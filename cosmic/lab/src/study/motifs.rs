@@ -3,7 +3,8 @@
 use super::rows::Collected;
 use cosmic::design::Material;
 use cosmic::error::Result;
-use cosmic::lattice::{Ground, Lattice};
+use cosmic::ground::Ground;
+use cosmic::lattice::Lattice;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::{DesignFile, run};
 use cosmic::scene::Scene;
@@ -156,7 +157,8 @@ fn add(
 mod tests {
     use super::{MOTIFS, is_between_braces};
     use cosmic::design::Material::{self, Actuator, Skeleton, Void};
-    use cosmic::lattice::{Ground, Lattice};
+    use cosmic::ground::Ground;
+    use cosmic::lattice::Lattice;
     use cosmic::scene::{LatticeSettings, PhysicsSettings};
 
     fn lattice() -> Lattice {

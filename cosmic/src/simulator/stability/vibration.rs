@@ -252,7 +252,8 @@ mod tests {
 
     use super::Vibration;
     use crate::design::Material;
-    use crate::lattice::{Ground, Lattice};
+    use crate::ground::Ground;
+    use crate::lattice::Lattice;
     use crate::projection::{Body, one_hot};
     use crate::scene::{LatticeSettings, MaterialSettings, PhysicsSettings};
 

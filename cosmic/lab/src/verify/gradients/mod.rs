@@ -6,8 +6,8 @@ use autodiff::check::{Claim, Options, Report, Verdict, check_directions};
 use autodiff::{Dual, Real};
 
 use cosmic::case::Case;
+use cosmic::ground::Ground;
 use cosmic::inputs::{ALL, Block, Inputs};
-use cosmic::lattice::Ground;
 use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Projection;
 use cosmic::scene::{Contact, HorizonMode, Integrator};

@@ -5,7 +5,8 @@ use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::verify::probe::median;
-use cosmic::lattice::{Ground, Lattice};
+use cosmic::ground::Ground;
+use cosmic::lattice::Lattice;
 use cosmic::projection::Body;
 use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::scene::{PhysicsSettings, Scene};

@@ -1,0 +1,338 @@
+//! Reading a case, and checking its shapes.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use super::raw::{FORMAT, RawCase, RawScene, VERSION};
+use crate::controller::{Controller, observation_length};
+use crate::design::Material;
+use crate::error::{Error, Result, fits, some};
+use crate::lattice::{Lattice, State};
+use crate::objective::AugmentedLagrangian;
+use crate::projection::Projection;
+use crate::reading::{from_json, placed, read_whole};
+use crate::scene::{
+    ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
+    UnstableStep, allowed_instead,
+};
+
+/// The longest rollout that a case may ask for, substeps counted: the clock is kept for every step
+/// of it, and a slip of the pen should end neither in a lack of memory nor never.
+const LONGEST: usize = 10_000_000;
+
+/// A case, its shapes checked against one another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// How the lattice was laid out; the numbers that count are those of `lattice`.
+    pub layout: LatticeSettings,
+    /// Initial positions, edges and rest lengths of the file.
+    pub lattice: Lattice,
+    /// Time step, number of steps, forces, masses and ground.
+    pub physics: PhysicsSettings,
+    /// Library of materials.
+    pub materials: MaterialSettings,
+    /// Sharpness of the projections, and `delta`.
+    pub sharpness: ProjectionSettings,
+    /// What the controller observes.
+    pub observation: ControllerSettings,
+    /// Initial positions and velocities.
+    pub start: State<f64>,
+    /// Design vectors, one per edge.
+    pub z: Vec<[f64; 3]>,
+    /// The layout, where it is frozen: the mixture is then exactly one-hot (D7), whatever `z` is.
+    pub frozen: Option<Vec<Material>>,
+    /// The controller.
+    pub controller: Controller<f64>,
+    /// The projection that gives the rollout its materials, and the measures.
+    pub projection: Projection,
+    /// Multipliers and penalties of the augmented objective.
+    pub lagrangian: AugmentedLagrangian,
+    /// Thresholds of the four measures.
+    pub thresholds: [f64; 4],
+    /// Steps that the file's own results hold, ascending; empty where it has none.
+    pub listed_steps: Vec<usize>,
+}
+
+impl Case {
+    /// Reads a case from a file.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, or as [`parse`](Case::parse).
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = read_whole(path)?;
+        // What is no text is no JSON either, and the parser says where.
+        Self::parse(
+            &path.display().to_string(),
+            &String::from_utf8_lossy(&bytes),
+        )
+    }
+
+    /// Reads a case from text; `file` names it in messages.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`], with the place, where the text is no case: a key unknown, missing or
+    /// of the wrong type, sizes that do not fit one another, or numbers without a meaning, such as
+    /// a negative mass.
+    pub fn parse(file: &str, text: &str) -> Result<Self> {
+        let raw: RawCase = from_json(file, 0, text.as_bytes())?;
+        let case = Shapes { file }.case(&raw);
+        case.map_err(|error| placed(file, text, error))
+    }
+
+    /// The steps whose states are recorded: those asked for, else those that the file lists, else
+    /// 0, 1, 2, 3 and the last; ascending, each once.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where a step is asked for that the rollout does not reach.
+    pub fn recorded_steps(&self, asked: &[usize]) -> Result<Vec<usize>> {
+        let last = self.physics.steps;
+        let mut steps = match (asked, &self.listed_steps[..]) {
+            ([], []) => [0, 1, 2, 3, last].map(|step| step.min(last)).to_vec(),
+            ([], listed) => listed.to_vec(),
+            (asked, _) => asked.to_vec(),
+        };
+        steps.sort_unstable();
+        steps.dedup();
+        match steps.last() {
+            Some(&step) if step > last => Err(Error::Usage(format!(
+                "step {step} is asked for, and the rollout has {last} steps"
+            ))),
+            _ => Ok(steps),
+        }
+    }
+}
+
+/// Checks shapes, and says which file they are of.
+struct Shapes<'a> {
+    file: &'a str,
+}
+
+impl Shapes<'_> {
+    fn case(&self, raw: &RawCase) -> Result<Case> {
+        self.format(raw)?;
+        self.meaning(&raw.scene)?;
+        self.length(raw.steps, raw.scene.substeps)?;
+        let scene = &raw.scene;
+        let lattice = self.lattice(raw)?;
+        let (nodes, edges) = (lattice.nodes(), lattice.edges.len());
+        self.fits("rows of `v0`", raw.v0.len(), nodes)?;
+        self.fits("rows of `z`", raw.z.len(), edges)?;
+        if let Some(materials) = &raw.materials {
+            self.fits("length of `materials`", materials.len(), edges)?;
+        }
+        let observation = self.observation(scene, raw.controller.b1.len())?;
+        let inputs = observation_length(&observation, nodes);
+        Ok(Case {
+            layout: layout(scene),
+            physics: physics(scene, raw.steps),
+            materials: self.materials(scene)?,
+            sharpness: ProjectionSettings {
+                beta: scene.beta,
+                beta_stability: scene.beta_stab,
+                beta_straight_through: scene.beta_ste,
+                delta: scene.delta,
+                hold_materials: scene.hold_materials,
+            },
+            start: State {
+                x: lattice.positions.clone(),
+                v: self.rows("v0", &raw.v0)?,
+            },
+            z: self.rows("z", &raw.z)?,
+            frozen: raw.materials.clone(),
+            controller: raw.controller.controller(inputs, edges, self.file)?,
+            projection: raw.projection,
+            lagrangian: AugmentedLagrangian {
+                multiplier: self.array("al.lambda", &raw.al.lambda)?,
+                penalty: self.array("al.tau", &raw.al.tau)?,
+            },
+            thresholds: self.array("al.thresholds", &raw.al.thresholds)?,
+            listed_steps: self.listed_steps(raw)?,
+            lattice,
+            observation,
+        })
+    }
+
+    /// A case need not say what it is; one that does must be of this format.
+    fn format(&self, raw: &RawCase) -> Result<()> {
+        let format = raw.format.as_deref().unwrap_or(FORMAT);
+        let version = raw.version.unwrap_or(VERSION);
+        if (format, version) == (FORMAT, VERSION) {
+            return Ok(());
+        }
+        Err(Error::Usage(format!(
+            "{}: `format` is {format:?} version {version}, not {FORMAT:?} version {VERSION}",
+            self.file
+        )))
+    }
+
+    /// What has no physical meaning is refused, within the bounds of scenes; all else is the case's
+    /// affair.
+    fn meaning(&self, scene: &RawScene) -> Result<()> {
+        let settings = [
+            ("substeps", "physics.substeps", scene.substeps as f64),
+            ("m_eps", "physics.node_mass", scene.m_eps),
+            ("payload_mass", "physics.payload_mass", scene.payload_mass),
+            ("stiffening", "physics.stiffening", scene.stiffening),
+            (
+                "bending_radius",
+                "physics.bending_radius",
+                scene.bending_radius,
+            ),
+            (
+                "penalisation",
+                "materials.penalisation",
+                scene.penalisation as f64,
+            ),
+            (
+                "hold_materials",
+                "projection.hold_materials",
+                scene.hold_materials,
+            ),
+        ];
+        for (key, setting, value) in settings {
+            if let Some(allowed) = allowed_instead(setting, value) {
+                return Err(Error::Usage(format!(
+                    "{}: `scene.{key}` is {value}, where {allowed} belongs",
+                    self.file
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// The steps whose states the case's own results have.
+    fn listed_steps(&self, raw: &RawCase) -> Result<Vec<usize>> {
+        let listed = raw.results.iter().flat_map(|r| r.trajectory.keys());
+        let (file, last) = (self.file, raw.steps);
+        match listed.clone().find(|step| **step > last) {
+            Some(step) => Err(Error::Usage(format!(
+                "{file}: `results.trajectory` has step {step}, and the rollout {last} steps"
+            ))),
+            None => Ok(listed.copied().collect()),
+        }
+    }
+
+    fn length(&self, steps: usize, substeps: usize) -> Result<()> {
+        let (what, length) = match steps > LONGEST {
+            true => ("`steps`", steps),
+            false => ("`steps` times `scene.substeps`", steps * substeps),
+        };
+        if length <= LONGEST {
+            return Ok(());
+        }
+        Err(Error::Usage(format!(
+            "{}: {what} is {length}, where at most {LONGEST} belong",
+            self.file
+        )))
+    }
+
+    fn observation(&self, scene: &RawScene, hidden: usize) -> Result<ControllerSettings> {
+        Ok(ControllerSettings {
+            hidden,
+            clocks: scene.n_cpg,
+            omega: scene.omega,
+            goal: self.array("scene.goal", &scene.goal)?,
+            goal_scale: scene.goal_scale,
+            goal_relative: scene.goal_relative,
+            offset_scale: scene.offset_scale,
+            velocity_scale: scene.velocity_scale,
+            ..ControllerSettings::default()
+        })
+    }
+
+    fn materials(&self, scene: &RawScene) -> Result<MaterialSettings> {
+        let library = &scene.library;
+        Ok(MaterialSettings {
+            penalisation: scene.penalisation,
+            stiffness: self.array("scene.library.k", &library.k)?,
+            density: self.array("scene.library.rho", &library.rho)?,
+            max_strain: self.array("scene.library.a_max", &library.a_max)?,
+        })
+    }
+
+    fn lattice(&self, raw: &RawCase) -> Result<Lattice> {
+        let RawScene { columns, rows, .. } = raw.scene;
+        let nodes = columns.saturating_mul(rows);
+        some(self.file, "nodes of `scene` (columns x rows)", nodes)?;
+        self.fits("rows of `x0`", raw.x0.len(), nodes)?;
+        let edges = self.rows("edges", &raw.edges)?;
+        self.fits("length of `l0`", raw.l0.len(), edges.len())?;
+        self.edges(&edges, nodes)?;
+        Ok(Lattice {
+            positions: self.rows("x0", &raw.x0)?,
+            edges,
+            rest_length: raw.l0.clone(),
+            columns,
+            rows,
+        })
+    }
+
+    /// At least one edge; each joins two nodes that exist, in either direction, and no two join
+    /// the same ones.
+    fn edges(&self, edges: &[[usize; 2]], nodes: usize) -> Result<()> {
+        some(self.file, "number of `edges`", edges.len())?;
+        let mut seen = HashSet::new();
+        for (e, &[i, j]) in edges.iter().enumerate() {
+            let belongs = if i == j || i.max(j) >= nodes {
+                format!("two different nodes below {nodes} belong")
+            } else if !seen.insert([i.min(j), i.max(j)]) {
+                "an edge belongs that no earlier one is".to_owned()
+            } else {
+                continue;
+            };
+            return Err(Error::Usage(format!(
+                "{}: `edges[{e}]` is [{i}, {j}], where {belongs}",
+                self.file
+            )));
+        }
+        Ok(())
+    }
+
+    /// Rows of `N` numbers each.
+    fn rows<T: Copy, const N: usize>(&self, name: &str, rows: &[Vec<T>]) -> Result<Vec<[T; N]>> {
+        let row = |(i, row): (usize, &Vec<T>)| self.array(&format!("{name}[{i}]"), row);
+        rows.iter().enumerate().map(row).collect()
+    }
+
+    /// `N` numbers.
+    fn array<T: Copy, const N: usize>(&self, name: &str, numbers: &[T]) -> Result<[T; N]> {
+        self.fits(&format!("length of `{name}`"), numbers.len(), N)?;
+        Ok(std::array::from_fn(|k| numbers[k]))
+    }
+
+    fn fits(&self, what: &str, found: usize, expected: usize) -> Result<()> {
+        fits(self.file, what, found, expected)
+    }
+}
+
+fn layout(scene: &RawScene) -> LatticeSettings {
+    LatticeSettings {
+        columns: scene.columns,
+        rows: scene.rows,
+        spacing: scene.spacing,
+        origin_x: scene.origin_x,
+        drop: scene.drop,
+    }
+}
+
+fn physics(scene: &RawScene, steps: usize) -> PhysicsSettings {
+    PhysicsSettings {
+        dt: scene.dt,
+        steps,
+        integrator: scene.integrator,
+        substeps: scene.substeps,
+        gravity: scene.gravity,
+        damping: scene.gamma,
+        node_mass: scene.m_eps,
+        payload_mass: scene.payload_mass,
+        ground_height: scene.ground_height,
+        incline_deg: scene.alpha_deg,
+        contact: scene.contact,
+        friction: scene.mu,
+        stiffening: scene.stiffening,
+        bending_radius: scene.bending_radius,
+        void_edges: scene.void_edges,
+        // A case is evaluated, and that never refuses.
+        unstable_step: UnstableStep::Warn,
+    }
+}

@@ -1,0 +1,132 @@
+//! The controller: a network of one hidden layer.
+
+use autodiff::Real;
+use autodiff::fused::dense;
+use serde::{Deserialize, Serialize};
+
+use super::sensing::observation_length;
+use crate::lattice::Lattice;
+use crate::random::{self, Purpose};
+use crate::scene::ControllerSettings;
+
+/// A network of one hidden layer: `tanh(W2 tanh(W1 I + b1) + b2)`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Controller<R> {
+    /// Hidden units.
+    pub hidden: usize,
+    /// Length of an observation.
+    pub inputs: usize,
+    /// Weights of the first layer, `hidden x inputs`, row by row.
+    pub w1: Vec<R>,
+    /// Biases of the first layer.
+    pub b1: Vec<R>,
+    /// Weights of the second layer, `edges x hidden`, row by row.
+    pub w2: Vec<R>,
+    /// Biases of the second layer, one per edge.
+    pub b2: Vec<R>,
+}
+
+impl<R: Real> Controller<R> {
+    /// How many weights and biases it has.
+    pub fn weights(&self) -> usize {
+        self.w1.len() + self.b1.len() + self.w2.len() + self.b2.len()
+    }
+
+    /// How many activations it gives.
+    pub fn edges(&self) -> usize {
+        self.b2.len()
+    }
+
+    /// The activation of every edge, in `[-1, 1]`, from an [observation](fn@observation).
+    pub fn activation(&self, observation: &[R]) -> Vec<R> {
+        let hidden = layer(&self.w1, &self.b1, observation);
+        layer(&self.w2, &self.b2, &hidden)
+    }
+}
+
+impl Controller<f64> {
+    /// Uniform weights drawn from a seed, up to `gain sqrt(6 / (inputs + outputs))` of each layer
+    /// in magnitude, biases zero: X. Glorot and Y. Bengio, "Understanding the difficulty of
+    /// training deep feedforward neural networks", AISTATS 2010, equation 16, which has no gain.
+    pub fn xavier(settings: &ControllerSettings, lattice: &Lattice, seed: u64) -> Self {
+        let (hidden, edges) = (settings.hidden, lattice.edges.len());
+        let inputs = observation_length(settings, lattice.nodes());
+        let mut stream = random::stream(seed, Purpose::Weights);
+        let mut weights = |outputs: usize, inputs: usize, gain: f64| -> Vec<f64> {
+            let limit = gain * (6.0 / (inputs + outputs) as f64).sqrt();
+            let draw = |_| random::symmetric(&mut stream, limit);
+            (0..outputs * inputs).map(draw).collect()
+        };
+        Self {
+            hidden,
+            inputs,
+            w1: weights(hidden, inputs, settings.gain[0]),
+            b1: vec![0.0; hidden],
+            w2: weights(edges, hidden, settings.gain[1]),
+            b2: vec![0.0; edges],
+        }
+    }
+}
+
+impl<R: Copy> Controller<R> {
+    /// Every weight replaced by a function of it.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Controller<S> {
+        let map = |weights: &[R]| weights.iter().map(|&w| f(w)).collect();
+        Controller {
+            hidden: self.hidden,
+            inputs: self.inputs,
+            w1: map(&self.w1),
+            b1: map(&self.b1),
+            w2: map(&self.w2),
+            b2: map(&self.b2),
+        }
+    }
+}
+
+/// `tanh(W input + b)`, `W` row by row.
+fn layer<R: Real>(weights: &[R], biases: &[R], input: &[R]) -> Vec<R> {
+    dense(weights, input, biases)
+        .into_iter()
+        .map(R::tanh)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Controller;
+    use crate::ground::Ground;
+    use crate::lattice::Lattice;
+    use crate::scene::Scene;
+
+    fn controller(seed: u64) -> Controller<f64> {
+        let mut scene = Scene::default();
+        scene.controller.gain = [2.0, 1.0];
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        Controller::xavier(&scene.controller, &lattice, seed)
+    }
+
+    #[test]
+    fn shapes_are_those_of_the_paper() {
+        let c = controller(0);
+        assert_eq!((c.inputs, c.hidden, c.edges()), (156, 32, 110));
+        let lengths = [&c.w1, &c.b1, &c.w2, &c.b2].map(Vec::len);
+        assert_eq!(lengths, [32 * 156, 32, 110 * 32, 110]);
+    }
+
+    #[test]
+    fn weights_fill_the_glorot_range_and_biases_are_zero() {
+        let c = controller(0);
+        let largest = |w: &[f64]| w.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let (first, second) = (2.0 * (6.0f64 / 188.0).sqrt(), (6.0f64 / 142.0).sqrt());
+        // Of thousands of draws the largest is within a per cent of the limit.
+        assert!(largest(&c.w1) <= first && largest(&c.w1) > 0.99 * first);
+        assert!(largest(&c.w2) <= second && largest(&c.w2) > 0.99 * second);
+        assert!(c.b1.iter().chain(&c.b2).all(|&b| b == 0.0));
+    }
+
+    #[test]
+    fn a_seed_names_its_weights() {
+        assert_eq!(controller(3), controller(3));
+        assert_ne!(controller(3).w1, controller(4).w1);
+    }
+}

@@ -1,0 +1,171 @@
+//! Nodes on a square grid, and the edges between them.
+
+use super::State;
+use crate::ground::Ground;
+use crate::scene::LatticeSettings;
+
+/// Nodes and edges of a robot. Node 0 is at the bottom left and carries the payload.
+///
+/// All of it is constant: no derivative flows through the rest lengths or the masses that come
+/// from them, not even where the initial positions are variables.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lattice {
+    /// Initial positions in the world's frame, one per node, in metres.
+    pub positions: Vec<[f64; 2]>,
+    /// Nodes `[i, j]` that an edge joins.
+    pub edges: Vec<[usize; 2]>,
+    /// Rest length per edge, in metres.
+    pub rest_length: Vec<f64>,
+    /// Nodes in a row.
+    pub columns: usize,
+    /// How many rows.
+    pub rows: usize,
+}
+
+impl Lattice {
+    /// The lattice on a ground, turned with it (D1); each rest length is the plain initial distance
+    /// of the two nodes.
+    pub fn new(settings: &LatticeSettings, ground: &Ground) -> Self {
+        let LatticeSettings { columns, rows, .. } = *settings;
+        let places = ground_positions(settings).into_iter();
+        let positions: Vec<[f64; 2]> = places.map(|place| ground.point_to_world(place)).collect();
+        let edges = edges(columns, rows);
+        let rest_length = edges
+            .iter()
+            .map(|&[i, j]| distance(positions[i], positions[j]))
+            .collect();
+        Self {
+            positions,
+            edges,
+            rest_length,
+            columns,
+            rows,
+        }
+    }
+
+    /// How many nodes.
+    pub fn nodes(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// The state in which the robot starts: its initial positions, everything at rest.
+    pub fn state_at_rest(&self) -> State<f64> {
+        State {
+            x: self.positions.clone(),
+            v: vec![[0.0; 2]; self.nodes()],
+        }
+    }
+
+    /// Heights of the edges' midpoints above the lowest row, in rows: 0 for an
+    /// edge along the lowest row, `rows - 1` for one along the topmost.
+    pub fn midpoint_rows(&self) -> Vec<f64> {
+        let row = |node: usize| (node / self.columns) as f64;
+        self.edges
+            .iter()
+            .map(|&[i, j]| 0.5 * (row(i) + row(j)))
+            .collect()
+    }
+}
+
+/// Positions in the ground's frame: along the ground, and the height above it. These are the
+/// numbers of D1 themselves, so that with `drop = 0` the lowest row is exactly on the ground.
+pub fn ground_positions(settings: &LatticeSettings) -> Vec<[f64; 2]> {
+    let place = |node: usize| {
+        let (row, column) = (node / settings.columns, node % settings.columns);
+        [
+            settings.origin_x + column as f64 * settings.spacing,
+            settings.drop + row as f64 * settings.spacing,
+        ]
+    };
+    (0..settings.columns * settings.rows).map(place).collect()
+}
+
+/// Every horizontal, vertical and diagonal of every cell as `[i, j]`, `i < j`: nodes ascending;
+/// for each, the edges to its right, upper, upper-right and upper-left neighbour where they exist.
+pub fn edges(columns: usize, rows: usize) -> Vec<[usize; 2]> {
+    let mut edges = Vec::new();
+    for node in 0..columns * rows {
+        let (row, column) = (node / columns, node % columns);
+        let right = column + 1 < columns;
+        let up = row + 1 < rows;
+        let above = node + columns;
+        let neighbours = [
+            (right, node + 1),
+            (up, above),
+            (up && right, above + 1),
+            (up && column > 0, above.wrapping_sub(1)),
+        ];
+        let exist = neighbours.iter().filter(|(exists, _)| *exists);
+        edges.extend(exist.map(|&(_, neighbour)| [node, neighbour]));
+    }
+    edges
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (b[0] - a[0]).hypot(b[1] - a[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Lattice, edges};
+    use crate::ground::Ground;
+    use crate::scene::LatticeSettings;
+
+    fn lattice(columns: usize, rows: usize, incline_deg: f64) -> Lattice {
+        let settings = LatticeSettings {
+            columns,
+            rows,
+            ..LatticeSettings::default()
+        };
+        let ground = Ground {
+            height: 0.1,
+            incline_deg,
+        };
+        Lattice::new(&settings, &ground)
+    }
+
+    #[test]
+    fn edge_counts_are_those_of_the_paper() {
+        for (columns, rows, count) in [(6, 6, 110), (5, 5, 72), (2, 2, 6), (4, 1, 3), (1, 3, 2)] {
+            assert_eq!(edges(columns, rows).len(), count);
+        }
+    }
+
+    #[test]
+    fn edges_come_in_the_stated_order() {
+        let expected = [
+            [0, 1],
+            [0, 3],
+            [0, 4],
+            [1, 2],
+            [1, 4],
+            [1, 5],
+            [1, 3],
+            [2, 5],
+            [2, 4],
+            [3, 4],
+            [4, 5],
+        ];
+        assert_eq!(edges(3, 2), expected);
+    }
+
+    #[test]
+    fn the_lattice_turns_with_the_ground() {
+        let flat = lattice(4, 3, 0.0);
+        let turned = lattice(4, 3, -20.0);
+        for (a, b) in flat.rest_length.iter().zip(&turned.rest_length) {
+            // Coordinates below 1 carry roundings of 1e-16.
+            assert!((a - b).abs() < 1e-15);
+        }
+        let [x, y] = turned.positions[0];
+        let (sin, cos) = (-20f64).to_radians().sin_cos();
+        assert!((x - 0.1 * cos).abs() < 1e-15 && (y - (0.1 + 0.1 * sin)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn midpoints_run_from_the_lowest_row_to_the_topmost() {
+        let rows = lattice(3, 4, 0.0).midpoint_rows();
+        assert_eq!(rows.first(), Some(&0.0));
+        assert_eq!(rows.last(), Some(&3.0));
+    }
+}

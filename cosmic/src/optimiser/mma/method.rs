@@ -1,0 +1,249 @@
+//! The method: its state, and an update of it.
+
+use serde::{Deserialize, Serialize};
+
+use super::MmaParameters;
+use super::dual::{self, Solution};
+use super::subproblem::{Elastic, Reach, Subproblem};
+use crate::optimiser::error::{OptimiserError, check, check_finite};
+
+/// What the method remembers between updates.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MmaState {
+    /// Updates made so far.
+    pub updates: u64,
+    /// The point that the last update started from.
+    pub previous: Vec<f64>,
+    /// The point that the update before it started from.
+    pub before_previous: Vec<f64>,
+    /// The lower asymptotes of the last update.
+    pub low: Vec<f64>,
+    /// The upper asymptotes of the last update.
+    pub upp: Vec<f64>,
+    /// The multipliers of the last update: where the search for the next ones begins. Empty
+    /// before the first.
+    pub multipliers: Vec<f64>,
+}
+
+/// Values and first derivatives at a point: what an update needs to know of the problem.
+#[derive(Debug, Clone, Copy)]
+pub struct Linearisation<'a> {
+    /// The variables.
+    pub point: &'a [f64],
+    /// The objective's derivative by each variable.
+    pub objective_gradient: &'a [f64],
+    /// The constraints `f_i`, wanted at most 0.
+    pub constraints: &'a [f64],
+    /// For each constraint, its derivative by each variable.
+    pub jacobian: &'a [Vec<f64>],
+}
+
+/// The result of an update, and how the subproblem was solved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Update {
+    /// The new point, within the bounds.
+    pub point: Vec<f64>,
+    /// The constraints' multipliers. Not unique where constraints are degenerate; `point` is.
+    pub multipliers: Vec<f64>,
+    /// The elastic variable of each constraint: how much of it the subproblem could not meet.
+    pub elastic: Vec<f64>,
+    /// Newton steps of the dual's maximisation.
+    pub newton_steps: usize,
+    /// Evaluations of the dual, line searches included.
+    pub evaluations: usize,
+    /// Largest violation of the subproblem's optimality conditions, in units of the constraints.
+    pub residual: f64,
+}
+
+/// The method for one set of bounds, with its working memory.
+#[derive(Debug, Clone)]
+pub struct Mma {
+    parameters: MmaParameters,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    /// The variables whose bounds differ. The others never move and are left out.
+    moving: Vec<usize>,
+    subproblem: Subproblem,
+}
+
+impl Mma {
+    /// The method for variables with these bounds. Variables whose bounds coincide stay fixed.
+    ///
+    /// # Errors
+    /// Bounds that differ in number, are not finite or cross; a parameter outside its range.
+    pub fn new(
+        parameters: MmaParameters,
+        lower: &[f64],
+        upper: &[f64],
+    ) -> Result<Self, OptimiserError> {
+        parameters.check()?;
+        check_finite("lower bounds", lower)?;
+        check("upper bounds", upper, lower.len())?;
+        if let Some(index) = (0..lower.len()).find(|&j| lower[j] > upper[j]) {
+            let (lower, upper) = (lower[index], upper[index]);
+            return Err(OptimiserError::Bounds {
+                index,
+                lower,
+                upper,
+            });
+        }
+        Ok(Mma {
+            parameters,
+            moving: (0..lower.len()).filter(|&j| lower[j] < upper[j]).collect(),
+            lower: lower.to_vec(),
+            upper: upper.to_vec(),
+            subproblem: Subproblem::default(),
+        })
+    }
+
+    /// The state before the first update from `start`.
+    #[must_use]
+    pub fn init(&self, start: &[f64]) -> MmaState {
+        MmaState {
+            updates: 0,
+            previous: start.to_vec(),
+            before_previous: start.to_vec(),
+            low: start.to_vec(),
+            upp: start.to_vec(),
+            multipliers: Vec::new(),
+        }
+    }
+
+    /// Moves on from a point, given values and derivatives there.
+    ///
+    /// # Errors
+    /// Slices of the wrong length, entries that are not finite, a point outside the bounds, or
+    /// derivatives so large that the subproblem overflows. The state is then unchanged.
+    pub fn update(
+        &mut self,
+        state: &mut MmaState,
+        at: &Linearisation<'_>,
+    ) -> Result<Update, OptimiserError> {
+        self.check_input(state, at)?;
+        let (low, upp) = self.asymptotes(state, at.point);
+        self.build(at, &low, &upp);
+        let elastic = Elastic {
+            linear: self.parameters.c,
+            quadratic: self.parameters.d,
+        };
+        let solution = dual::maximise(&mut self.subproblem, elastic, &state.multipliers)
+            .ok_or(OptimiserError::Overflow)?;
+        state.updates += 1;
+        state.before_previous = std::mem::replace(&mut state.previous, at.point.to_vec());
+        (state.low, state.upp) = (low, upp);
+        state.multipliers.clone_from(&solution.multipliers);
+        Ok(self.finish(at.point, elastic, solution))
+    }
+
+    fn check_input(&self, state: &MmaState, at: &Linearisation<'_>) -> Result<(), OptimiserError> {
+        let count = self.lower.len();
+        for (what, slice) in [
+            ("point", at.point),
+            ("objective gradient", at.objective_gradient),
+            ("state: previous point", &state.previous),
+            ("state: point before the previous", &state.before_previous),
+            ("state: lower asymptotes", &state.low),
+            ("state: upper asymptotes", &state.upp),
+        ] {
+            check(what, slice, count)?;
+        }
+        check_finite("state: multipliers", &state.multipliers)?;
+        check_finite("constraints", at.constraints)?;
+        if at.jacobian.len() != at.constraints.len() {
+            return Err(OptimiserError::Length {
+                what: "rows of the jacobian",
+                expected: at.constraints.len(),
+                found: at.jacobian.len(),
+            });
+        }
+        for row in at.jacobian {
+            check("row of the jacobian", row, count)?;
+        }
+        for (index, &value) in at.point.iter().enumerate() {
+            let (lower, upper) = (self.lower[index], self.upper[index]);
+            if value < lower || value > upper {
+                return Err(OptimiserError::OutsideBounds {
+                    index,
+                    value,
+                    lower,
+                    upper,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The asymptotes for a point: at a set distance in the first two updates, then by the sign of
+    /// the last two moves (1987, section 4).
+    fn asymptotes(&self, state: &MmaState, point: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let p = &self.parameters;
+        let (mut low, mut upp) = (point.to_vec(), point.to_vec());
+        for &j in &self.moving {
+            let (x, range) = (point[j], self.upper[j] - self.lower[j]);
+            if state.updates < 2 {
+                low[j] = x - p.asyinit * range;
+                upp[j] = x + p.asyinit * range;
+                continue;
+            }
+            let previous = state.previous[j];
+            let trend = (x - previous) * (previous - state.before_previous[j]);
+            let factor = if trend > 0.0 {
+                p.asyincr
+            } else if trend < 0.0 {
+                p.asydecr
+            } else {
+                1.0
+            };
+            let (nearest, farthest) = (p.asymin * range, p.asymax * range);
+            low[j] = (x - factor * (previous - state.low[j])).clamp(x - farthest, x - nearest);
+            upp[j] = (x + factor * (state.upp[j] - previous)).clamp(x + nearest, x + farthest);
+        }
+        (low, upp)
+    }
+
+    fn build(&mut self, at: &Linearisation<'_>, low: &[f64], upp: &[f64]) {
+        let Mma {
+            parameters,
+            moving,
+            lower,
+            upper,
+            subproblem,
+        } = self;
+        subproblem.reset(moving.iter().map(|&j| {
+            let (x, range) = (at.point[j], upper[j] - lower[j]);
+            let (to_low, to_upp) = (x - low[j], upp[j] - x);
+            let stretch = 1.0 - parameters.albefa;
+            let reach = parameters.move_limit * range;
+            Reach {
+                to_upp,
+                to_low,
+                least: (lower[j] - x).max(-stretch * to_low).max(-reach),
+                most: (upper[j] - x).min(stretch * to_upp).min(reach),
+                floor: parameters.raa0 / range,
+            }
+        }));
+        subproblem.set_objective(moving.iter().map(|&j| at.objective_gradient[j]));
+        for (&value, row) in at.constraints.iter().zip(at.jacobian) {
+            subproblem.add_constraint(value, moving.iter().map(|&j| row[j]));
+        }
+    }
+
+    fn finish(&self, point: &[f64], elastic: Elastic, solution: Solution) -> Update {
+        let mut point = point.to_vec();
+        for (&j, step) in self.moving.iter().zip(self.subproblem.steps()) {
+            // The clamp takes back the last rounding only.
+            point[j] = (point[j] + step).clamp(self.lower[j], self.upper[j]);
+        }
+        Update {
+            point,
+            elastic: (solution.multipliers.iter())
+                .map(|&multiplier| elastic.extension(multiplier))
+                .collect(),
+            multipliers: solution.multipliers,
+            newton_steps: solution.newton_steps,
+            evaluations: solution.evaluations,
+            residual: solution.residual,
+        }
+    }
+}
