@@ -2,7 +2,7 @@
 
 /// Implements `+ - * /`, negation and the assigning operators for a number type:
 ///
-/// ```ignore
+/// ```text
 /// operators! {
 ///     #[inline] impl[R: Real] Number<R>:
 ///     a + b => Number(a.0 + b.0),

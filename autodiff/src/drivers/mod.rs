@@ -6,7 +6,7 @@
 //! all that is wanted, [`gradient_of`] and [`value_and_gradient_of`] take a closure.
 //!
 //! All drivers are generic over the number type of `x`, so they nest. A number of an outer derivative
-//! enters an inner closure as a [`Var::constant`]: constant to the inner derivative, not to the outer
+//! enters an inner closure as a [`Var::constant`](crate::Var::constant): constant to the inner derivative, not to the outer
 //! one.
 //!
 //! ```

@@ -1,6 +1,6 @@
 //! Numbers of this crate in other people's generic code.
 //!
-//! [`Element`] wraps any [`Real`] and implements num-traits' `Float`, `Num`, `NumAssign`, `Signed`
+//! [`Element`] wraps any [`Real`](crate::Real) and implements num-traits' `Float`, `Num`, `NumAssign`, `Signed`
 //! and `FromPrimitive`, and with the feature `nalgebra` that crate's `RealField`. A wrapper rather
 //! than an implementation for each type: so code that is generic over `R: Real` can call what asks
 //! for a `Float`, and every driver can run it.
@@ -32,7 +32,7 @@
 //!   primal. Constants convert to elements by `T::from`.
 //! - Rounding functions are constants between their steps: `floor(x)` has derivative 0, `x % m`
 //!   that of `x - q m` for the whole quotient `q`.
-//! - `mul_add` rounds twice for scalars, as [`Real::fma`] does.
+//! - `mul_add` rounds twice for scalars, as [`Real::fma`](crate::Real::fma) does.
 //! - `max`, `min` and `clamp` have the conventions of the table in [`real`](crate::real). Unlike those
 //!   of floats they pass on a NaN of `self`, `Element(f64::NAN).max(Element(1.0))`; they ignore one in
 //!   a bound.

@@ -1,4 +1,4 @@
-//! Rollouts: stepping a [`Program`] many times, and the reverse sweep through all of it.
+//! Rollouts: stepping a [`Program`](crate::Program) many times, and the reverse sweep through all of it.
 //!
 //! The forward run keeps the row of every step: its state and the outputs of its operations. The
 //! reverse sweep goes back one step at a time and recomputes what happens inside operations. Memory:

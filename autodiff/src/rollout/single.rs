@@ -11,7 +11,7 @@ impl<M: Model> Rollout<M> {
     ///
     /// `start` is the initial state, its parts one after the other in the order of the model's
     /// declarations; `parameters` are one slice each, in that order too: an array, a matrix row by row, a
-    /// [control](Program::control) step by step.
+    /// [control](crate::Program::control) step by step.
     ///
     /// On the tape the whole rollout is one fused entry.
     ///
@@ -19,8 +19,8 @@ impl<M: Model> Rollout<M> {
     /// - If lengths differ from the model's declarations, or the inputs are too few for all steps;
     /// - if an observed step or an entry is out of range, or the observed steps do not ascend;
     /// - if a bound is below 0 or NaN, or checked every 0 steps;
-    /// - on a tape, if the [`Memory`] is too little for a step;
-    /// - if the model leaves a part of its state unadvanced, or records what [`Program`] refuses.
+    /// - on a tape, if the [`Memory`](crate::Memory) is too little for a step;
+    /// - if the model leaves a part of its state unadvanced, or records what [`Program`](crate::Program) refuses.
     pub fn run<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
         let inputs: Vec<&[R]> = std::iter::once(start)
             .chain(parameters.iter().copied())

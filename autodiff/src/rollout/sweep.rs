@@ -145,7 +145,7 @@ impl<R: Real> Recorded<R> {
                 "the rows of {leaf} steps exceed any memory: give the rollout a budget, Memory::States"
             );
         };
-        let mut rows = spare_rows(kept);
+        let mut rows = pooled_rows(kept);
         sweep.program.set_state(&mut rows, inputs[0]);
         Self {
             checkpoints: vec![Checkpoint {
@@ -305,7 +305,7 @@ impl<R: Real> Recorded<R> {
 }
 
 /// At least `len` numbers with any values: the buffer of the thread's last sweep, if it is long enough.
-fn spare_rows<R: Real>(len: usize) -> Aligned<R> {
+fn pooled_rows<R: Real>(len: usize) -> Aligned<R> {
     match pool::take::<Aligned<R>>() {
         Some(rows) if rows.len() >= len => *rows,
         // A quarter more, for longer sweeps to come: pages that are never touched take no memory.

@@ -1,4 +1,4 @@
-//! Double-double: a [`Real`] of some 31 digits, to measure rounding errors against.
+//! Double-double: a [`Real`](crate::Real) of some 31 digits, to measure rounding errors against.
 //!
 //! A program written over `R: Real` runs on [`DoubleDouble`] unchanged. The difference of its results in f64 and
 //! here is its rounding error, whatever the program is. Inside

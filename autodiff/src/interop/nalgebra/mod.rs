@@ -1,6 +1,6 @@
 //! Differentiation through nalgebra (feature `nalgebra`).
 //!
-//! [`Element`] makes any [`Real`] an element of `SVector`, `DMatrix` and the rest, factorisations
+//! [`Element`] makes any [`Real`](crate::Real) an element of `SVector`, `DMatrix` and the rest, factorisations
 //! included: it implements `RealField`.
 //!
 //! ```
@@ -28,7 +28,7 @@
 //!
 //! # What to know
 //!
-//! - What holds for an [`Element`] anywhere: see [`element`](crate::element).
+//! - What holds for an [`Element`] anywhere: see [`interop`](crate::interop).
 //! - Decisions of an algorithm (pivots, convergence) look at primals.
 //! - Iterative factorisations (SVD, eigenvalues) are differentiated through their iterations, and
 //!   stop when the primal has converged; degenerate singular values have no derivative.
