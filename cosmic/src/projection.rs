@@ -143,9 +143,12 @@ impl<R: Real> Body<R> {
         let edges = mixture.iter().zip(&lattice.rest_length);
         let edge_masses: Vec<R> = edges.map(edge_mass).collect();
         let drops = physics.void_edges == VoidEdges::Drop && is_layout(mixture);
-        let stiffness = |m: &[R; 3]| match drops && is_whole(m[Material::Void as usize]) {
-            true => R::zero(),
-            false => mean_property(&penalised(m, materials), &materials.stiffness),
+        let stiffness = |m: &[R; 3]| {
+            if drops && is_whole(m[Material::Void as usize]) {
+                R::zero()
+            } else {
+                mean_property(&penalised(m, materials), &materials.stiffness)
+            }
         };
         Self {
             stiffness: mixture.iter().map(stiffness).collect(),

@@ -164,7 +164,7 @@ impl Task {
         let body = self.body(mixture);
         let vibration = Vibration::new(&self.lattice, &body, &self.physics, positions);
         let any_design = bound_of_any_design(&self.lattice, &self.materials, &self.physics);
-        StepCheck::new(&vibration, (any_design, faster), &self.physics)
+        StepCheck::new(&vibration, any_design, faster, &self.physics)
     }
 
     /// Where the rollout of a mixture's robot diverges, if it does.

@@ -4,7 +4,7 @@ use cosmic::case::Case;
 use cosmic::design::{Material, one_hot};
 use cosmic::error::Error;
 use cosmic::scene::{Contact, Integrator, Scene, VoidEdges};
-use cosmic::simulator::{Divergence, Guarded, Span, Term};
+use cosmic::simulator::{Cause, Divergence, Guarded, Span};
 
 /// A robot of 2x2 nodes far from any trouble.
 fn case(change: impl FnOnce(&mut Scene)) -> Case {
@@ -67,7 +67,7 @@ fn a_state_that_is_absurd_for_a_moment_is_found() {
     let results = case.evaluate(false, &[300]).expect("300 is the last");
     assert!(!results.trajectory[&300].is_absurd());
     let found = results.divergence.expect("steps 1 and 2 are absurd");
-    assert_eq!((found.step, found.node, found.term), (0, 3, Term::Motion));
+    assert_eq!((found.step, found.node, found.term), (0, 3, Cause::Motion));
     assert!(found.velocity[1] < -1e6 && found.position[1] > 0.0);
     assert_eq!(found, diverges(&case));
 }
@@ -99,7 +99,7 @@ fn the_last_states_are_those_of_the_rollout() {
     case.start.v[2] = [1e4, 1e4];
     let found = diverges(&case);
     // From 0.1 m on by 10 km a step.
-    assert_eq!((found.step, found.node, found.term), (99, 2, Term::Motion));
+    assert_eq!((found.step, found.node, found.term), (99, 2, Cause::Motion));
     let mixture = case.own_mixture();
     let robot = (&case.controller, &case.start);
     let span = Span::from_start(found.last.steps.clone());
@@ -171,7 +171,7 @@ fn the_term_to_blame_is_named() {
     let mut broken = case(|_| {});
     broken.controller.b2[4] = f64::NAN;
     let found = diverges(&broken);
-    assert_eq!(found.term, Term::Controller { edge: 4 });
+    assert_eq!(found.term, Cause::Controller { edge: 4 });
     assert!(broken.lattice.edges[4].contains(&found.node) && found.step == 0);
     let said = Error::from(&found).to_string();
     assert!(
@@ -180,12 +180,12 @@ fn the_term_to_blame_is_named() {
     );
 
     let fall = case(|scene| scene.physics.gravity = -1e12);
-    assert_eq!(diverges(&fall).term, Term::Gravity);
+    assert_eq!(diverges(&fall).term, Cause::Gravity);
 
     let mut stiff = case(|scene| scene.materials.stiffness = [1e12; 3]);
     stiff.start.x[1] = stiff.start.x[0];
     let found = diverges(&stiff);
-    assert!(matches!(found.term, Term::Spring { .. }), "{found:?}");
+    assert!(matches!(found.term, Cause::Spring { .. }), "{found:?}");
 }
 
 /// Of the forces that a scene asks for beside Hooke's, the one that acts.
@@ -199,7 +199,7 @@ fn richer_physics_are_blamed_for_what_they_do() {
     });
     stiffening.start.x[1][0] += 0.05;
     let found = diverges(&stiffening);
-    assert!(matches!(found.term, Term::Spring { .. }), "{found:?}");
+    assert!(matches!(found.term, Cause::Spring { .. }), "{found:?}");
 
     let mut bent = case(|scene| {
         soft(scene);
@@ -208,7 +208,7 @@ fn richer_physics_are_blamed_for_what_they_do() {
     });
     bent.start.x[1][1] += 0.05;
     let found = diverges(&bent);
-    let Term::Bending { nodes } = found.term else {
+    let Cause::Bending { nodes } = found.term else {
         panic!("{found:?}")
     };
     assert!(nodes.contains(&found.node));

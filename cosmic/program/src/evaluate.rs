@@ -3,7 +3,7 @@
 use crate::output::{note, print, see_again};
 use crate::source::Source;
 use clap::Args;
-use cosmic::case::{Case, Results};
+use cosmic::case::{Case, CaseResults};
 use cosmic::error::{Error, Result};
 use cosmic::record::files::write_atomic;
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ impl Arguments {
     }
 
     /// Says what is wrong with results that are no numbers, or of a robot that flew apart.
-    fn judge(&self, case: &Case, results: &Results) -> Result<()> {
+    fn judge(&self, case: &Case, results: &CaseResults) -> Result<()> {
         let names = results.not_finite();
         let Some(divergence) = &results.divergence else {
             if names.is_empty() {

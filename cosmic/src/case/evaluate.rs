@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use autodiff::Real;
 
-use super::{Case, DesignGradient, Gradient, Results};
+use super::{Case, CaseResults, DesignGradient, Gradient};
 use crate::controller::{Moment, Weights, observation};
 use crate::error::Result;
 use crate::ground::Ground;
@@ -99,7 +99,7 @@ impl Case {
     ///
     /// # Errors
     /// Where a step is to be recorded that the rollout does not reach.
-    pub fn evaluate(&self, gradient: bool, record: &[usize]) -> Result<Results> {
+    pub fn evaluate(&self, gradient: bool, record: &[usize]) -> Result<CaseResults> {
         let task = self.task();
         let recorded = self.recorded_steps(record)?;
         let mixture = self.own_mixture();
@@ -112,13 +112,13 @@ impl Case {
         let performance_terms = (self.projection == Projection::Stability)
             .then(|| self.augmentation(Projection::Performance, gradient));
         let grad_l_disp = gradient.then(|| self.gradient(&task));
-        let design_gradient = |terms: &Terms| {
+        let design_gradient = |terms: &Penalties| {
             let total = grad_l_disp.as_ref()?.z.iter().zip(&terms.gradient);
             Some(DesignGradient {
                 z: total.map(|(a, b)| [0, 1, 2].map(|k| a[k] + b[k])).collect(),
             })
         };
-        Ok(Results {
+        Ok(CaseResults {
             u0: self.first_activation(&ground),
             node_mass: body.mass,
             displacement: -along(&ground, &self.start) - l_disp,
@@ -185,17 +185,17 @@ impl Case {
         }
     }
 
-    fn augmentation(&self, projection: Projection, gradient: bool) -> Terms {
+    fn augmentation(&self, projection: Projection, gradient: bool) -> Penalties {
         if !gradient {
             let value = self.penalties(projection, &self.z);
-            return Terms {
+            return Penalties {
                 value,
                 gradient: Vec::new(),
             };
         }
         let terms = |inputs: &Inputs<_>| self.penalties(projection, &inputs.z);
         let (value, gradient) = self.inputs().differentiate(DESIGN, terms);
-        Terms {
+        Penalties {
             value,
             gradient: gradient.as_chunks().0.to_vec(),
         }
@@ -209,7 +209,7 @@ impl Case {
 }
 
 /// What the augmented Lagrangian adds, and its derivative by the design vectors where asked for.
-struct Terms {
+struct Penalties {
     value: f64,
     gradient: Vec<[f64; 3]>,
 }

@@ -11,4 +11,4 @@ mod evaluate;
 mod of_scene;
 
 pub use read::Case;
-pub use results::{DesignGradient, Gradient, Results};
+pub use results::{CaseResults, DesignGradient, Gradient};

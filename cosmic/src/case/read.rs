@@ -213,9 +213,10 @@ impl Shapes<'_> {
     }
 
     fn length(&self, steps: usize, substeps: usize) -> Result<()> {
-        let (what, length) = match steps > LONGEST {
-            true => ("`steps`", steps),
-            false => ("`steps` times `scene.substeps`", steps * substeps),
+        let (what, length) = if steps > LONGEST {
+            ("`steps`", steps)
+        } else {
+            ("`steps` times `scene.substeps`", steps * substeps)
         };
         if length <= LONGEST {
             return Ok(());

@@ -12,7 +12,7 @@ use crate::simulator::Divergence;
 /// What a case's rollout gives. Gradients are there where they were asked for, the last two
 /// entries in stability cases alone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Results {
+pub struct CaseResults {
     /// Mixture per edge.
     pub z_projected: Vec<[f64; 3]>,
     /// Mass per node, kg.
@@ -75,13 +75,13 @@ pub struct DesignGradient {
     pub z: Vec<[f64; 3]>,
 }
 
-impl Results {
+impl CaseResults {
     /// `{"results": {...}}` in JSON that reads back to the same bits. A number that is not finite
-    /// becomes `null`; [`not_finite`](Results::not_finite) names it.
+    /// becomes `null`; [`not_finite`](CaseResults::not_finite) names it.
     pub fn to_json(&self) -> String {
         #[derive(Serialize)]
         struct File<'a> {
-            results: &'a Results,
+            results: &'a CaseResults,
         }
         let file = File { results: self };
         serde_json::to_string(&file).expect("plain numbers and string keys serialise")
@@ -118,15 +118,15 @@ mod tests {
 
     use serde_json::Value;
 
-    use super::{DesignGradient, Results};
+    use super::{CaseResults, DesignGradient};
     use crate::lattice::State;
 
-    fn results() -> Results {
+    fn results() -> CaseResults {
         let state = |x: f64| State {
             x: vec![[x, 0.1]],
             v: vec![[-0.0, 1e-300]],
         };
-        Results {
+        CaseResults {
             z_projected: vec![[0.1 + 0.2, 1.0 / 3.0, 5e-324]],
             node_mass: vec![1e-4],
             u0: vec![-1.0],

@@ -32,11 +32,11 @@ struct File<'a> {
     projection: Projection,
     al: RawLagrangian,
     #[serde(skip_serializing_if = "Option::is_none")]
-    results: Option<Results<'a>>,
+    results: Option<LastStates<'a>>,
 }
 
 #[derive(Serialize)]
-struct Results<'a> {
+struct LastStates<'a> {
     trajectory: BTreeMap<usize, &'a State<f64>>,
 }
 
@@ -64,7 +64,7 @@ impl Case {
         json(&File {
             note: Some(note),
             steps: step + 1,
-            results: Some(Results { trajectory }),
+            results: Some(LastStates { trajectory }),
             ..self.file()
         })
     }

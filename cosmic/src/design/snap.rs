@@ -110,9 +110,10 @@ impl Counts {
             let [least, most] = bounds.map(|share| share * edges as f64);
             let inside =
                 [(least - slack).ceil(), (most + slack).floor()].map(|n| n.max(0.0) as usize);
-            match inside[0] <= inside[1] {
-                true => inside,
-                false => [(0.5 * (least + most) - 0.5).ceil().max(0.0) as usize; 2],
+            if inside[0] <= inside[1] {
+                inside
+            } else {
+                [(0.5 * (least + most) - 0.5).ceil().max(0.0) as usize; 2]
             }
         };
         Self {

@@ -31,9 +31,10 @@ pub fn start_vectors(
             materials.into_iter().map(in_layout).collect()
         }
     };
-    let void = match settings.tilt > 0.0 {
-        true => tilted(&void, lattice, settings.tilt, seed),
-        false => void,
+    let void = if settings.tilt > 0.0 {
+        tilted(&void, lattice, settings.tilt, seed)
+    } else {
+        void
     };
     let rest = |void: f64| 0.5 * (1.0 - void);
     let mixture: Vec<[f64; 3]> = void.iter().map(|&m| [m, rest(m), rest(m)]).collect();
@@ -81,9 +82,10 @@ pub fn filled(lattice: &Lattice) -> Vec<Material> {
         // first, without which it could not be lifted.
         let due = |n: usize| (n * actuators).div_ceil(verticals);
         seen += 1;
-        match due(seen) > due(seen - 1) {
-            true => Material::Actuator,
-            false => Material::Skeleton,
+        if due(seen) > due(seen - 1) {
+            Material::Actuator
+        } else {
+            Material::Skeleton
         }
     };
     lattice.edges.iter().map(&mut material).collect()

@@ -102,10 +102,11 @@ pub fn bound_norm(vector: &mut [f64], bound: f64) -> f64 {
     let sum: f64 = vector.iter().map(|value| (value / scale).powi(2)).sum();
     let norm = scale * sum.sqrt();
     if norm > bound && scale.is_finite() {
-        // A norm that overflows is that of finite entries still.
-        let [scale, norm] = match norm.is_finite() {
-            true => [1.0, norm],
-            false => [scale, sum.sqrt()],
+        // The norm of finite entries may overflow: then the scaled entries are divided by theirs.
+        let [scale, norm] = if norm.is_finite() {
+            [1.0, norm]
+        } else {
+            [scale, sum.sqrt()]
         };
         for value in vector {
             *value = *value / scale * (bound / norm);

@@ -104,7 +104,8 @@ pub(super) fn check(
 pub(super) fn check_setting(
     name: &'static str,
     value: f64,
-    (holds, allowed): (bool, &'static str),
+    holds: bool,
+    allowed: &'static str,
 ) -> Result<(), OptimiserError> {
     if holds {
         return Ok(());

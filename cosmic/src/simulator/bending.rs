@@ -28,8 +28,20 @@ struct Pair {
     edges: [usize; 2],
 }
 
-/// The three nodes of a pair, and the impulses on them, N s.
-pub(super) type Bar = ([usize; 3], [[f64; 2]; 3]);
+/// What a pair of edges does to its nodes over a step.
+pub(super) struct BentPair {
+    pub(super) nodes: [usize; 3],
+    /// The impulse on each of them, N s.
+    pub(super) impulses: [[f64; 2]; 3],
+}
+
+/// The angular spring of a pair of edges.
+pub(super) struct AngularSpring {
+    /// The node before the middle, the middle one, and the one after.
+    pub(super) nodes: [usize; 3],
+    /// Angular stiffness, N m.
+    pub(super) stiffness: f64,
+}
 
 /// The pairs of a lattice, in groups of one shape: in a group the outer nodes are as many places
 /// before and after the middle one for every pair, so that whole rows of nodes are moved at once.
@@ -48,9 +60,10 @@ pub(super) struct Bending {
 impl Bending {
     /// The pairs of a lattice; `None` where bars bend freely or nothing is in line.
     pub(super) fn new(lattice: &Lattice, radius: f64) -> Option<Self> {
-        let pairs = match radius > 0.0 {
-            true => pairs(lattice),
-            false => Vec::new(),
+        let pairs = if radius > 0.0 {
+            pairs(lattice)
+        } else {
+            Vec::new()
         };
         let shape = |pair: &Pair| {
             let [before, middle, after] = pair.nodes.map(|node| node as isize);
@@ -95,7 +108,8 @@ impl Bending {
     pub(super) fn record<R: Real>(
         &self,
         p: &mut Program<R>,
-        (stiffness, dt): (Array, f64),
+        stiffness: Array,
+        dt: f64,
         [x, y]: [Array; 2],
         impulse: [Array; 2],
     ) -> [Array; 2] {
@@ -108,32 +122,37 @@ impl Bending {
         let mut sums = impulse;
         for role in 0..3 {
             for k in 0..2 {
-                sums[k] = self.add(p, sums[k], (role, pulls[2 * role + k]));
+                sums[k] = self.add(p, sums[k], role, pulls[2 * role + k]);
             }
         }
         sums
     }
 
     /// The impulses of all pairs over a step, from the edges' stiffness and the nodes' places.
-    pub(super) fn impulses(&self, (edges, dt): (&[f64], f64), x: &[[f64; 2]]) -> Vec<Bar> {
-        let pair = |(nodes, stiffness): ([usize; 3], f64)| {
+    pub(super) fn impulses(&self, edges: &[f64], dt: f64, x: &[[f64; 2]]) -> Vec<BentPair> {
+        let pair = |AngularSpring { nodes, stiffness }| {
             let [[ax, ay], [bx, by], [cx, cy]] = nodes.map(|node| x[node]);
             let pulls = Bend { dt }.eval([ax, ay, bx, by, cx, cy, stiffness]);
             let of_node = |role: usize| [pulls[2 * role], pulls[2 * role + 1]];
-            (nodes, [0, 1, 2].map(of_node))
+            BentPair {
+                nodes,
+                impulses: [0, 1, 2].map(of_node),
+            }
         };
         self.springs(edges).into_iter().map(pair).collect()
     }
 
-    /// The nodes of all pairs, before, middle and after, and their angular stiffness, N m, from the
-    /// edges' stiffness.
-    pub(super) fn springs(&self, edges: &[f64]) -> Vec<([usize; 3], f64)> {
+    /// The angular springs of all pairs, from the edges' stiffness.
+    pub(super) fn springs(&self, edges: &[f64]) -> Vec<AngularSpring> {
         let stiffness = self.stiffness(edges);
         let pair = |slot: usize| {
             self.slots[slot]?;
             let (group, middle) = (self.groups[slot / self.nodes], slot % self.nodes);
             let node = |role: usize| self.place(middle, offset(group, role));
-            Some(([node(0)?, middle, node(2)?], stiffness[slot]))
+            Some(AngularSpring {
+                nodes: [node(0)?, middle, node(2)?],
+                stiffness: stiffness[slot],
+            })
         };
         (0..self.slots()).filter_map(pair).collect()
     }
@@ -147,7 +166,7 @@ impl Bending {
     }
 
     /// A sum per node, and what the pairs add in which the node has this role.
-    fn add<R: Real>(&self, p: &mut Program<R>, sum: Array, (role, pull): (usize, Array)) -> Array {
+    fn add<R: Real>(&self, p: &mut Program<R>, sum: Array, role: usize, pull: Array) -> Array {
         let places: Vec<usize> = (0..self.groups.len()).collect();
         places.chunks(AT_ONCE).fold(sum, |sum, chunk| {
             let part = |k: usize| {
@@ -193,16 +212,12 @@ fn pairs(lattice: &Lattice) -> Vec<Pair> {
                 let ((before, a), (after, b)) = (away(first, node), away(second, node));
                 let dot = a[0] * b[0] + a[1] * b[1];
                 if -dot > IN_LINE * a[0].hypot(a[1]) * b[0].hypot(b[1]) {
-                    pairs.push(match before < after {
-                        true => Pair {
-                            nodes: [before, node, after],
-                            edges: [first, second],
-                        },
-                        false => Pair {
-                            nodes: [after, node, before],
-                            edges: [second, first],
-                        },
-                    });
+                    let (mut nodes, mut edges) = ([before, node, after], [first, second]);
+                    if before > after {
+                        nodes.reverse();
+                        edges.reverse();
+                    }
+                    pairs.push(Pair { nodes, edges });
                 }
             }
         }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::bending::BentPair;
 use super::rollout::Simulator;
 use crate::controller::{Controller, Moment, observation};
 use crate::lattice::State;
@@ -9,7 +10,7 @@ use crate::projection::Body;
 
 /// A term of the step, by what it did to one node.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Term {
+pub enum Cause {
     /// The controller gives an edge of the node an activation that is no number.
     Controller {
         /// The edge.
@@ -34,16 +35,16 @@ pub enum Term {
 }
 
 /// As part of a sentence.
-impl fmt::Display for Term {
+impl fmt::Display for Cause {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Term::Controller { edge } => write!(out, "the controller's output for edge {edge}"),
-            Term::Spring { edge, nodes } => write!(out, "the spring of edge {edge} {nodes:?}"),
-            Term::Bending { nodes } => {
+            Cause::Controller { edge } => write!(out, "the controller's output for edge {edge}"),
+            Cause::Spring { edge, nodes } => write!(out, "the spring of edge {edge} {nodes:?}"),
+            Cause::Bending { nodes } => {
                 write!(out, "the bending of the bar over nodes {nodes:?}")
             }
-            Term::Gravity => out.write_str("gravity"),
-            Term::Motion => out.write_str("the node's own velocity"),
+            Cause::Gravity => out.write_str("gravity"),
+            Cause::Motion => out.write_str("the node's own velocity"),
         }
     }
 }
@@ -57,7 +58,7 @@ impl Simulator {
         before: &State<f64>,
         step: usize,
         node: usize,
-    ) -> Term {
+    ) -> Cause {
         let moment = Moment {
             time: step as f64 * self.dt,
             state: before,
@@ -68,29 +69,29 @@ impl Simulator {
         // What does not strain hears nothing of its activation.
         let is_misled = |&&e: &&usize| activation[e].is_nan() && body.strain[e] != 0.0;
         if let Some(&edge) = edges.iter().find(is_misled) {
-            return Term::Controller { edge };
+            return Cause::Controller { edge };
         }
         // Of either sign: a NaN with its sign bit set would rank below every number.
         let speed = |[x, y]: [f64; 2]| x.hypot(y).abs() / body.mass[node];
         let spring = |&edge: &usize| {
             let nodes = self.lattice.edges[edge];
             let impulse = self.spring_impulse(body, edge, activation[edge], &before.x);
-            (Term::Spring { edge, nodes }, speed(impulse))
+            (Cause::Spring { edge, nodes }, speed(impulse))
         };
         let mechanics = &self.robot.mechanics;
         let bars = mechanics.bending_impulses(&body.stiffness, &before.x);
-        let bending = bars.into_iter().filter_map(|(nodes, impulses)| {
+        let bending = bars.into_iter().filter_map(|BentPair { nodes, impulses }| {
             let place = nodes.iter().position(|&other| other == node)?;
-            Some((Term::Bending { nodes }, speed(impulses[place])))
+            Some((Cause::Bending { nodes }, speed(impulses[place])))
         });
         let gravity = mechanics.flight.gravity;
         let decayed = before.v[node].map(|v| v * mechanics.flight.decay);
-        let mut terms: Vec<(Term, f64)> = edges.iter().map(spring).chain(bending).collect();
-        terms.push((Term::Gravity, gravity[0].hypot(gravity[1])));
-        terms.push((Term::Motion, decayed[0].hypot(decayed[1])));
+        let mut terms: Vec<(Cause, f64)> = edges.iter().map(spring).chain(bending).collect();
+        terms.push((Cause::Gravity, gravity[0].hypot(gravity[1])));
+        terms.push((Cause::Motion, decayed[0].hypot(decayed[1])));
         // NaN ranks above every number, and of equals the last wins: motion that is no number.
         let most = terms.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        most.map_or(Term::Motion, |most| most.0)
+        most.map_or(Cause::Motion, |most| most.0)
     }
 
     /// The edges of a node that pull on it: without stiffness there is no pull, be the nodes where

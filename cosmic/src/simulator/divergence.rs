@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::blame::Term;
+use super::blame::Cause;
 use super::rollout::{Simulator, Span};
 use super::trajectory::{ABSURD, Trajectory, WATCHED};
 use crate::controller::Controller;
@@ -31,7 +31,7 @@ pub struct Divergence {
     /// Its velocity, m/s.
     pub velocity: [f64; 2],
     /// What in that step made it so.
-    pub term: Term,
+    pub term: Cause,
     /// The last states up to the absurd one.
     pub last: Trajectory<f64>,
 }

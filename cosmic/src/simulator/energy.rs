@@ -1,6 +1,6 @@
 //! The energy that springs and masses hold, for those who watch that it is kept.
 
-use super::bending::Bending;
+use super::bending::{AngularSpring, Bending};
 use super::kernels::SOFTENING;
 use crate::lattice::{Lattice, State};
 use crate::projection::Body;
@@ -12,8 +12,8 @@ pub struct Store<'a> {
     body: &'a Body<f64>,
     /// The cubic coefficient of the springs, 1/m^2.
     stiffening: f64,
-    /// The nodes of bars that resist bending, and their angular stiffness, N m.
-    bars: Vec<([usize; 3], f64)>,
+    /// The bars that resist bending.
+    bars: Vec<AngularSpring>,
 }
 
 impl<'a> Store<'a> {
@@ -41,15 +41,13 @@ impl<'a> Store<'a> {
             // The integral of k (e + c e^3).
             0.5 * k * square * (1.0 + 0.5 * self.stiffening * square)
         });
-        let bars = self
-            .bars
-            .iter()
-            .map(|&([before, middle, after], stiffness)| {
-                let ([ax, ay], _) = towards(&state.x, [before, middle]);
-                let ([bx, by], _) = towards(&state.x, [middle, after]);
-                // 1 - cos(a), without taking numbers near 1 from each other.
-                0.5 * stiffness * ((ax - bx) * (ax - bx) + (ay - by) * (ay - by))
-            });
+        let bars = self.bars.iter().map(|&AngularSpring { nodes, stiffness }| {
+            let [before, middle, after] = nodes;
+            let ([ax, ay], _) = towards(&state.x, [before, middle]);
+            let ([bx, by], _) = towards(&state.x, [middle, after]);
+            // 1 - cos(a), without taking numbers near 1 from each other.
+            0.5 * stiffness * ((ax - bx) * (ax - bx) + (ay - by) * (ay - by))
+        });
         kinetic + springs.sum::<f64>() + bars.sum::<f64>()
     }
 }

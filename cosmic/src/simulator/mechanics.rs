@@ -2,7 +2,7 @@
 
 use autodiff::{Array, Graph, Kernel, Program, Real};
 
-use super::bending::{Bar, Bending};
+use super::bending::{Bending, BentPair};
 use super::kernels::{
     Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, Stiffening,
 };
@@ -64,9 +64,12 @@ impl Mechanics {
     /// the stiffness against bending where there is any.
     pub(super) fn record<R: Real>(
         &self,
-        (p, graph): (&mut Program<R>, &Graph),
+        p: &mut Program<R>,
+        graph: &Graph,
         state: [Array; 4],
-        (edge, inverse_mass, bending): (&[Array; 4], Array, Option<Array>),
+        edge: &[Array; 4],
+        inverse_mass: Array,
+        bending: Option<Array>,
     ) -> [Array; 4] {
         let mut state = state;
         for _ in 0..self.substeps {
@@ -74,7 +77,7 @@ impl Mechanics {
                 state = self.drift(p, drift, state);
             }
             let [x, y, ..] = state;
-            let [jx, jy] = self.pull(p, graph, ([x, y], edge, bending));
+            let [jx, jy] = self.pull(p, graph, [x, y], edge, bending);
             let [x, y, vx, vy] = state;
             state = self.fly(p, [x, y, vx, vy, jx, jy, inverse_mass]);
         }
@@ -86,33 +89,37 @@ impl Mechanics {
         &self,
         p: &mut Program<R>,
         graph: &Graph,
-        (place, edge, bending): ([Array; 2], &[Array; 4], Option<Array>),
+        place: [Array; 2],
+        edge: &[Array; 4],
+        bending: Option<Array>,
     ) -> [Array; 2] {
         let (spring, cubic) = (self.spring, self.stiffening);
-        let springs = match cubic > 0.0 {
-            false => p.map_edges(graph, spring, place, edge),
-            true => p.map_edges(graph, Stiffening { spring, cubic }, place, edge),
+        let springs = if cubic > 0.0 {
+            p.map_edges(graph, Stiffening { spring, cubic }, place, edge)
+        } else {
+            p.map_edges(graph, spring, place, edge)
         };
         match self.bending.as_ref().zip(bending) {
             None => springs,
-            Some((bending, stiffness)) => bending.record(p, (stiffness, spring.dt), place, springs),
+            Some((bending, stiffness)) => bending.record(p, stiffness, spring.dt, place, springs),
         }
     }
 
     /// The impulse of one spring on its tail, N s, from what [`Spring`] takes.
     pub(super) fn spring_impulse(&self, given: [f64; 6]) -> [f64; 2] {
         let (spring, cubic) = (self.spring, self.stiffening);
-        match cubic > 0.0 {
-            false => spring.eval(given),
-            true => Stiffening { spring, cubic }.eval(given),
+        if cubic > 0.0 {
+            Stiffening { spring, cubic }.eval(given)
+        } else {
+            spring.eval(given)
         }
     }
 
     /// The impulses of bent bars on their nodes, N s, from the edges' stiffness and the nodes'
     /// places; none where bars bend freely.
-    pub(super) fn bending_impulses(&self, stiffness: &[f64], x: &[[f64; 2]]) -> Vec<Bar> {
+    pub(super) fn bending_impulses(&self, stiffness: &[f64], x: &[[f64; 2]]) -> Vec<BentPair> {
         let bending = self.bending.as_ref();
-        bending.map_or(Vec::new(), |b| b.impulses((stiffness, self.spring.dt), x))
+        bending.map_or(Vec::new(), |b| b.impulses(stiffness, self.spring.dt, x))
     }
 
     fn drift<R: Real>(&self, p: &mut Program<R>, drift: Drift, node: [Array; 4]) -> [Array; 4] {

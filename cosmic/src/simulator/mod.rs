@@ -21,7 +21,7 @@ mod blame;
 mod divergence;
 mod overflow;
 
-pub use blame::Term;
+pub use blame::Cause;
 pub use divergence::{Divergence, Guarded};
 pub use energy::{Store, length};
 pub use overflow::Overflow;

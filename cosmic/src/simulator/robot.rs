@@ -197,8 +197,9 @@ impl Model for Robot {
         // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
         let edge = [activation, given.stiffness, given.rest_length, given.strain];
         let state = [x, y, vx, vy];
-        let pulled = (&edge, given.inverse_mass, given.bending);
-        let next = (self.mechanics).record((&mut *p, &self.graph), state, pulled);
+        let (inverse_mass, bending) = (given.inverse_mass, given.bending);
+        let mechanics = &self.mechanics;
+        let next = mechanics.record(p, &self.graph, state, &edge, inverse_mass, bending);
         for (state, next) in state.into_iter().zip(next) {
             p.advance(state, next);
         }

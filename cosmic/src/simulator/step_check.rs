@@ -25,7 +25,7 @@ pub struct StepLimit {
 }
 
 impl StepLimit {
-    fn new((frequency, node): (f64, usize), physics: &PhysicsSettings) -> Self {
+    fn new(frequency: f64, node: usize, physics: &PhysicsSettings) -> Self {
         let dt = stable_step(physics, frequency);
         Self {
             frequency,
@@ -64,8 +64,7 @@ pub struct StepCheck {
     /// From the largest frequency itself; looked for only where `dt` is beyond the bound.
     pub exact: Option<StepLimit>,
     /// The time step below which no vibration of any design of the lattice grows, of drawn robots
-    /// too where a run draws any, s; `None` where
-    /// nothing vibrates, and in files of older versions.
+    /// too where a run draws any, s; `None` where nothing vibrates, and in files of older versions.
     #[serde(default)]
     pub any_design: Option<f64>,
 }
@@ -76,17 +75,21 @@ impl StepCheck {
     /// by a factor.
     pub fn new(
         vibration: &Vibration,
-        (bound_of_any, faster): (f64, f64),
+        bound_of_any: f64,
+        faster: f64,
         physics: &PhysicsSettings,
     ) -> Self {
         let any_design = stable_step(physics, faster * bound_of_any);
-        let bound = (faster * vibration.edge_bound(), vibration.bounding_node());
-        let bound = StepLimit::new(bound, physics);
+        let frequency = faster * vibration.edge_bound();
+        let bound = StepLimit::new(frequency, vibration.bounding_node(), physics);
         let beyond = bound.share(physics.dt) >= 1.0;
         Self {
             dt: physics.dt,
             bound,
-            exact: beyond.then(|| StepLimit::new(vibration.fastest(), physics)),
+            exact: beyond.then(|| {
+                let (frequency, node) = vibration.fastest();
+                StepLimit::new(frequency, node, physics)
+            }),
             substeps: physics.substeps,
             any_design: any_design.is_finite().then_some(any_design),
         }
@@ -126,14 +129,16 @@ impl StepCheck {
         }
     }
 
-    /// As [`accept`](Self::accept), for a run after so many iterations, which may be for a loss of
-    /// its own.
+    /// As [`accept`](Self::accept), for the run in a folder after so many iterations; `own_loss` if
+    /// its caller supplied the loss.
     ///
     /// # Errors
     /// [`Error::UnstableRun`].
     pub fn accept_in(
         &self,
-        (run, iteration, own_loss): (&Path, usize, bool),
+        run: &Path,
+        iteration: usize,
+        own_loss: bool,
         physics: &PhysicsSettings,
     ) -> Result<()> {
         self.accept(physics).map_err(|_| Error::UnstableRun {
@@ -176,9 +181,10 @@ impl StepCheck {
         // The limit is in proportion to their number.
         let substeps = (self.dt / safe * self.substeps as f64).floor() + 1.0;
         let less = format!("set physics.dt to {dt} or less");
-        match substeps <= SUBSTEPS {
-            true => format!("{less}, or physics.substeps to {substeps} or more"),
-            false => less,
+        if substeps <= SUBSTEPS {
+            format!("{less}, or physics.substeps to {substeps} or more")
+        } else {
+            less
         }
     }
 }

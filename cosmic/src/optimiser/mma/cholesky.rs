@@ -1,4 +1,7 @@
 //! Small symmetric systems.
+//!
+//! Not nalgebra's: its Cholesky factors refuse singular matrices, which flat directions of the dual
+//! make, and sum in another order, which changes the bits of a run from three constraints on.
 
 /// Solves `matrix x = right` in place by Cholesky's factors; the matrix is symmetric, positive
 /// semidefinite up to rounding, row-major. A pivot lost to rounding is lifted to it.

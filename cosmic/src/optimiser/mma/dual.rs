@@ -47,7 +47,7 @@ pub(super) fn maximise(
     elastic: Elastic,
     guess: &[f64],
 ) -> Option<Solution> {
-    let mut search = Search::new(model, elastic);
+    let mut search = Ascent::new(model, elastic);
     if guess.len() == search.multipliers.len() {
         for i in 0..guess.len() {
             search.multipliers[i] = guess[i].clamp(0.0, search.ceilings[i]);
@@ -93,7 +93,7 @@ struct Limit {
     hit: Option<usize>,
 }
 
-struct Search<'a> {
+struct Ascent<'a> {
     model: &'a mut Subproblem,
     elastic: Elastic,
     /// Upper bounds that no solution reaches; 0 where the constraint cannot be active.
@@ -110,7 +110,7 @@ struct Search<'a> {
     evaluations: usize,
 }
 
-impl<'a> Search<'a> {
+impl<'a> Ascent<'a> {
     fn new(model: &'a mut Subproblem, elastic: Elastic) -> Self {
         let count = model.constraint_count();
         let ceiling = |peak: f64| {
@@ -118,7 +118,7 @@ impl<'a> Search<'a> {
             let bound = elastic.linear + elastic.quadratic * 1.1 * peak;
             if peak > 0.0 { bound } else { 0.0 }
         };
-        Search {
+        Ascent {
             ceilings: (0..count).map(|i| ceiling(model.peak(i))).collect(),
             noise: vec![0.0; count],
             multipliers: vec![0.0; count],

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::MmaParameters;
 use super::dual::{self, Solution};
-use super::subproblem::{Elastic, Reach, Subproblem};
+use super::subproblem::{Elastic, Room, Subproblem};
 use crate::optimiser::error::{OptimiserError, check, check_finite};
 
 /// What the method remembers between updates.
@@ -215,7 +215,7 @@ impl Mma {
             let (to_low, to_upp) = (x - low[j], upp[j] - x);
             let stretch = 1.0 - parameters.albefa;
             let reach = parameters.move_limit * range;
-            Reach {
+            Room {
                 to_upp,
                 to_low,
                 least: (lower[j] - x).max(-stretch * to_low).max(-reach),

@@ -54,7 +54,6 @@ impl Default for MmaParameters {
 impl MmaParameters {
     /// Refuses values for which the method is not defined.
     pub(super) fn check(&self) -> Result<(), OptimiserError> {
-        let positive = |value: f64| (value > 0.0 && value.is_finite(), "positive and finite");
         for (name, value) in [
             ("move_limit", self.move_limit),
             ("asyinit", self.asyinit),
@@ -62,7 +61,8 @@ impl MmaParameters {
             ("raa0", self.raa0),
             ("d", self.d),
         ] {
-            check_setting(name, value, positive(value))?;
+            let holds = value > 0.0 && value.is_finite();
+            check_setting(name, value, holds, "positive and finite")?;
         }
         let (incr, decr, far) = (self.asyincr, self.asydecr, self.asymax);
         let ranges = [
@@ -98,7 +98,7 @@ impl MmaParameters {
             ),
         ];
         for (name, value, holds, allowed) in ranges {
-            check_setting(name, value, (holds, allowed))?;
+            check_setting(name, value, holds, allowed)?;
         }
         Ok(())
     }

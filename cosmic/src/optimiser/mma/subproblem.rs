@@ -33,7 +33,7 @@ impl Elastic {
 
 /// Where one variable may go in this update.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reach {
+pub(super) struct Room {
     /// Distance to the upper asymptote.
     pub(super) to_upp: f64,
     /// Distance to the lower asymptote.
@@ -46,9 +46,9 @@ pub(super) struct Reach {
     pub(super) floor: f64,
 }
 
-/// The two shares of a step `s`, towards each asymptote, that [`Slopes`] weigh.
-fn shares(reach: &Reach, step: f64) -> (f64, f64) {
-    let Reach { to_upp, to_low, .. } = *reach;
+/// The two shares of a step `s`, towards each asymptote, that [`ModelWeights`] weigh.
+fn shares(reach: &Room, step: f64) -> (f64, f64) {
+    let Room { to_upp, to_low, .. } = *reach;
     (
         to_upp * step / (to_upp - step),
         -to_low * step / (to_low + step),
@@ -57,7 +57,7 @@ fn shares(reach: &Reach, step: f64) -> (f64, f64) {
 
 /// The weights of one function's model, an entry per variable.
 #[derive(Debug, Clone, Default)]
-struct Slopes {
+struct ModelWeights {
     rise: Vec<f64>,
     fall: Vec<f64>,
 }
@@ -65,9 +65,9 @@ struct Slopes {
 /// The models of all functions, and the minimiser for the multipliers evaluated last.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Subproblem {
-    reach: Vec<Reach>,
-    objective: Slopes,
-    constraints: Vec<Slopes>,
+    reach: Vec<Room>,
+    objective: ModelWeights,
+    constraints: Vec<ModelWeights>,
     /// Constraint values at the point.
     values: Vec<f64>,
     /// Sum over the box of the largest change of each term, with the value's own size.
@@ -75,7 +75,7 @@ pub(super) struct Subproblem {
     /// What the model can reach at most within the box.
     peaks: Vec<f64>,
     /// The Lagrangian's weights.
-    lagrangian: Slopes,
+    lagrangian: ModelWeights,
     /// The minimising steps and their shares.
     steps: Vec<f64>,
     up: Vec<f64>,
@@ -86,7 +86,7 @@ pub(super) struct Subproblem {
 
 impl Subproblem {
     /// Starts anew with these variables and no function.
-    pub(super) fn reset(&mut self, reach: impl Iterator<Item = Reach>) {
+    pub(super) fn reset(&mut self, reach: impl Iterator<Item = Room>) {
         self.reach.clear();
         self.reach.extend(reach);
         self.values.clear();
@@ -106,7 +106,7 @@ impl Subproblem {
     pub(super) fn add_constraint(&mut self, value: f64, gradient: impl Iterator<Item = f64>) {
         let index = self.values.len();
         if self.constraints.len() == index {
-            self.constraints.push(Slopes::default());
+            self.constraints.push(ModelWeights::default());
             self.scaled.push(Vec::new());
         }
         let slopes = &mut self.constraints[index];
@@ -178,7 +178,7 @@ impl Subproblem {
             (self.up[j], self.down[j]) = slope_weights(reach, self.steps[j], weights);
         }
         for &i in among {
-            let Slopes { rise, fall } = &self.constraints[i];
+            let ModelWeights { rise, fall } = &self.constraints[i];
             let scaled = &mut self.scaled[i];
             scaled.clear();
             scaled.extend((0..rise.len()).map(|j| rise[j] * self.up[j] - fall[j] * self.down[j]));
@@ -192,8 +192,8 @@ impl Subproblem {
     }
 }
 
-impl Slopes {
-    fn set(&mut self, reach: &[Reach], gradient: impl Iterator<Item = f64>) {
+impl ModelWeights {
+    fn set(&mut self, reach: &[Room], gradient: impl Iterator<Item = f64>) {
         self.rise.clear();
         self.fall.clear();
         for (slope, reach) in gradient.zip(reach) {
@@ -217,8 +217,8 @@ impl Slopes {
 ///
 /// The derivative vanishes where `sqrt(rise) a (b + s) = sqrt(fall) b (a - s)`; solved for `s` with
 /// the difference of the roots as a quotient, so that a balanced variable stays exactly.
-fn minimiser(reach: &Reach, rise: f64, fall: f64) -> f64 {
-    let Reach { to_upp, to_low, .. } = *reach;
+fn minimiser(reach: &Room, rise: f64, fall: f64) -> f64 {
+    let Room { to_upp, to_low, .. } = *reach;
     let (root_rise, root_fall) = (rise.sqrt(), fall.sqrt());
     let scale = (root_rise + root_fall) * (to_upp * root_rise + to_low * root_fall);
     let step = to_upp * to_low * (fall - rise) / scale;
@@ -234,7 +234,7 @@ fn minimiser(reach: &Reach, rise: f64, fall: f64) -> f64 {
 
 /// What `rise` and `-fall` are multiplied with in a model's slope by the step, divided by the root
 /// of the Lagrangian's curvature there; 0 for a variable at its box, which does not respond.
-fn slope_weights(reach: &Reach, step: f64, (rise, fall): (f64, f64)) -> (f64, f64) {
+fn slope_weights(reach: &Room, step: f64, (rise, fall): (f64, f64)) -> (f64, f64) {
     if step <= reach.least || reach.most <= step {
         return (0.0, 0.0);
     }

@@ -209,8 +209,8 @@ impl Run {
             own_loss,
             ..
         } = self.progress;
-        let stands = (self.lock.folder(), iteration, own_loss);
-        check.accept_in(stands, &self.plan.scene.physics)?;
+        let physics = &self.plan.scene.physics;
+        check.accept_in(self.lock.folder(), iteration, own_loss, physics)?;
         if iteration == self.progress.before_first()
             && let Some(text) = check.of_other_designs()
         {

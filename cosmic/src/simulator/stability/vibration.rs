@@ -15,7 +15,7 @@ use super::lanczos::largest_eigenpair;
 use crate::lattice::Lattice;
 use crate::projection::Body;
 use crate::scene::PhysicsSettings;
-use crate::simulator::bending::Bending;
+use crate::simulator::bending::{AngularSpring, Bending};
 use crate::simulator::kernels::SOFTENING;
 
 /// A symmetric 2x2 matrix: `xx`, `xy`, `yy`.
@@ -31,19 +31,20 @@ pub struct Vibration<'a> {
     /// Per edge, the stiffness across it (`k (1 - l0 / l) (I - n n^T)`), of either sign.
     across: Vec<Symmetric>,
     /// The bars that resist bending.
-    bars: Vec<Bar>,
+    bars: Vec<BentBar>,
 }
 
 /// Two edges in line, the angle between which is `g . u`.
 #[derive(Clone, Copy, Debug)]
-struct Bar {
+struct BentBar {
     nodes: [usize; 3],
     /// `g` of each node, times the root of the angular stiffness.
     by: [[f64; 2]; 3],
 }
 
-impl Bar {
-    fn new((nodes, stiffness): ([usize; 3], f64), positions: &[[f64; 2]]) -> Self {
+impl BentBar {
+    fn new(spring: &AngularSpring, positions: &[[f64; 2]]) -> Self {
+        let &AngularSpring { nodes, stiffness } = spring;
         let [before, middle, after] = nodes.map(|node| positions[node]);
         let to = |a: [f64; 2], b: [f64; 2]| {
             let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
@@ -93,10 +94,7 @@ impl<'a> Vibration<'a> {
             body,
             along,
             across,
-            bars: (springs
-                .into_iter()
-                .map(|spring| Bar::new(spring, positions)))
-            .collect(),
+            bars: springs.iter().map(|s| BentBar::new(s, positions)).collect(),
         }
     }
 
@@ -171,7 +169,7 @@ impl<'a> Vibration<'a> {
                 product[2 * j + k] += root[j] * pull[k];
             }
         }
-        for Bar { nodes, by } in &self.bars {
+        for BentBar { nodes, by } in &self.bars {
             let ends = nodes.iter().zip(by);
             let turned = |(&i, g): (&usize, &[f64; 2])| g[0] * at(i, 0) + g[1] * at(i, 1);
             let angle: f64 = ends.clone().map(turned).sum();
@@ -187,7 +185,7 @@ impl<'a> Vibration<'a> {
     /// The largest frequency that bars alone have at most, 1/s, and the node that it comes from.
     fn of_bars(&self) -> (f64, usize) {
         let mut sums = vec![[0.0; 3]; self.lattice.nodes()];
-        for Bar { nodes, by } in &self.bars {
+        for BentBar { nodes, by } in &self.bars {
             let lengths = by.map(|[x, y]| x.hypot(y));
             let all: f64 = lengths.iter().sum();
             for ((&i, &[x, y]), length) in nodes.iter().zip(by).zip(lengths) {
