@@ -29,8 +29,8 @@
 //!   of zero is an ordinary entry of the tape, and an infinite cotangent of it makes NaN: see
 //!   [the conventions](crate::real).
 
-mod graph;
 mod known;
+mod graph;
 mod print;
 mod symbol;
 
