@@ -22,7 +22,7 @@ pub enum Error {
         report: String,
     },
     /// Two things that belong together and differ in size, such as a design and its lattice.
-    #[error("{file}: {what}: {found}, where {expected} belong")]
+    #[error("{file}: expected {expected} {what}, found {found}")]
     Misfit {
         /// The file's name as the user gave it.
         file: String,
@@ -245,7 +245,7 @@ pub fn fits(file: &str, what: &str, found: usize, expected: usize) -> Result<()>
 pub(crate) fn some(file: &str, what: &str, found: usize) -> Result<()> {
     match found {
         0 => Err(Error::Usage(format!(
-            "{file}: {what}: 0, where at least 1 belongs"
+            "{file}: expected one or more {what}, found 0"
         ))),
         _ => Ok(()),
     }
@@ -327,7 +327,7 @@ mod tests {
             expected: 110,
             found: 72,
         });
-        assert!(code == 2 && text == "design.json: edges: 72, where 110 belong");
+        assert!(code == 2 && text == "design.json: expected 110 edges, found 72");
     }
 
     #[test]

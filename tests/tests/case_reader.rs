@@ -104,28 +104,34 @@ fn sizes_that_do_not_fit_are_named_with_both() {
     for key in lengths {
         let text = message(|json| pop(&mut json[key]));
         assert!(
-            text.contains(&format!("`{key}`")) && text.contains("belong"),
+            text.contains(&format!("`{key}`")) && text.contains("expected"),
             "{text}"
         );
     }
     for key in ["w1", "b1", "w2", "b2"] {
         let text = message(|json| pop(&mut json["controller"][key]));
         assert!(
-            text.contains("`controller.") && text.contains("belong"),
+            text.contains("`controller.") && text.contains("expected"),
             "{text}"
         );
     }
     let text = message(|json| pop(&mut json["z"][1]));
-    let says = "error: length of `z[1]`: 2, where 3 belong\n --> case.json:1:";
+    let says = "error: expected 3 entries in `z[1]`, found 2\n --> case.json:1:";
     assert!(text.starts_with(says), "{text}");
     let text = message(|json| pop(&mut json["controller"]["w1"][1]));
-    assert!(text.contains("length of `controller.w1[1]`"), "{text}");
+    assert!(text.contains("entries in `controller.w1[1]`"), "{text}");
 }
 
 #[test]
 fn an_edge_joins_two_nodes_that_exist() {
-    assert!(message(|json| json["edges"][2] = json!([1, 1])).contains("`edges[2]` is [1, 1]"));
-    assert!(message(|json| json["edges"][2] = json!([0, 999])).contains("`edges[2]` is [0, 999]"));
+    for edge in [[1, 1], [0, 999]] {
+        let text = message(|json| json["edges"][2] = json!(edge));
+        let found = format!(", found {edge:?}");
+        assert!(
+            text.contains("`edges[2]`: expected two different nodes") && text.contains(&found),
+            "{text}"
+        );
+    }
 }
 
 #[test]
@@ -193,7 +199,7 @@ fn a_case_may_say_what_it_is() {
 fn an_edge_stands_once() {
     let text = message(|json| json["edges"][2] = json!([1, 0]));
     assert!(
-        text.contains("`edges[2]` is [1, 0]") && text.contains("no earlier one"),
+        text.contains("`edges[2]`: expected an edge that no earlier one is, found [1, 0]"),
         "{text}"
     );
 }
@@ -202,7 +208,7 @@ fn an_edge_stands_once() {
 fn a_rollout_has_an_end() {
     let text = message(|json| json["steps"] = json!(1_000_000_000_000_u64));
     assert!(
-        text.contains("`steps` is 1000000000000, where at most 10000000 belong"),
+        text.contains("`steps`: expected at most 10000000, found 1000000000000"),
         "{text}"
     );
 }

@@ -146,7 +146,11 @@ fn edges_run_in_either_direction() {
     });
     let told = evaluate(&folder, &["case.json"]);
     assert_eq!(told.code, 2);
-    assert!(told.error.contains("`edges[5]` is ["), "{}", told.error);
+    assert!(
+        told.error.contains("`edges[5]`: expected an edge"),
+        "{}",
+        told.error
+    );
     assert!(
         told.error.contains("that no earlier one is"),
         "{}",
@@ -212,7 +216,7 @@ fn wrong_cases_are_refused() {
     refuses("case.json", &["missing field `al`"], |json| {
         json.as_object_mut().unwrap().remove("al");
     });
-    refuses("case.json", &["rows of `z`: 1, where 11 belong"], |json| {
+    refuses("case.json", &["expected 11 rows of `z`, found 1"], |json| {
         json["z"] = json!([[0, 0, 0]])
     });
     refuses(
@@ -224,7 +228,7 @@ fn wrong_cases_are_refused() {
     );
     refuses(
         "case.json",
-        &["number of `edges`: 0, where at least 1 belongs"],
+        &["expected one or more `edges`, found 0"],
         |json| {
             for key in ["edges", "l0", "z"] {
                 json[key] = json!([]);
@@ -248,10 +252,10 @@ fn cases_without_a_meaning_are_refused() {
         ("m_eps", json!(-1), "a number from 1e-9 to 1000"),
         ("payload_mass", json!(-1), "a number from 0 to 1000"),
     ] {
-        let says = format!("`scene.{key}` is {value}, where {allowed} belongs");
+        let says = format!("`scene.{key}`: expected {allowed}, found {value}");
         refuses("case.json", &[&says], |json| json["scene"][key] = value);
     }
-    let long = "`steps` times `scene.substeps` is 64000000, where at most 10000000 belong";
+    let long = "`steps` times `scene.substeps`: expected at most 10000000, found 64000000";
     refuses("case.json", &[long], |json| {
         (json["steps"], json["scene"]["substeps"]) = (json!(1_000_000), json!(64));
     });
@@ -261,17 +265,17 @@ fn cases_without_a_meaning_are_refused() {
 fn arrays_of_another_length_are_named() {
     refuses(
         "case.json",
-        &["length of `scene.goal`: 3, where 2 belong"],
+        &["expected 2 entries in `scene.goal`, found 3"],
         |json| json["scene"]["goal"] = json!([1, 2, 3]),
     );
     for key in ["k", "rho", "a_max"] {
-        let says = format!("length of `scene.library.{key}`: 4, where 3 belong");
+        let says = format!("expected 3 entries in `scene.library.{key}`, found 4");
         refuses("case.json", &[&says], |json| {
             json["scene"]["library"][key] = json!([1, 2, 3, 4])
         });
     }
     for key in ["lambda", "tau", "thresholds"] {
-        let says = format!("length of `al.{key}`: 3, where 4 belong");
+        let says = format!("expected 4 entries in `al.{key}`, found 3");
         refuses("case.json", &[&says], |json| {
             json["al"][key] = json!([1, 2, 3])
         });
@@ -293,19 +297,19 @@ fn wrong_designs_are_refused() {
     refuses(design, &["version 9"], |json| json["version"] = json!(9));
     refuses(
         design,
-        &["`edges[1]` is [0, 2], where the scene's lattice has [0, 3]"],
+        &["`edges[1]`: expected [0, 3], as in the scene's lattice, found [0, 2]"],
         |json| {
             json["edges"][1] = json!([0, 2]);
         },
     );
     refuses(
         design,
-        &["length of `materials`: 1, where 11 belong"],
+        &["expected 11 entries in `materials`, found 1"],
         |json| json["materials"] = json!([0]),
     );
     refuses(
         design,
-        &["length of `controller.b1`: 1, where 4 belong"],
+        &["expected 4 entries in `controller.b1`, found 1"],
         |json| {
             json["controller"]["b1"] = json!([0.0]);
         },
@@ -321,7 +325,7 @@ fn a_design_for_another_lattice_is_refused() {
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     let told = evaluate(&folder, &["design.json"]);
     assert_eq!(told.code, 2);
-    let says = "error: number of `edges`: 11, where 16 belong\n --> design.json:";
+    let says = "error: expected 16 `edges`, found 11\n --> design.json:";
     assert!(told.error.starts_with(says), "{}", told.error);
 }
 

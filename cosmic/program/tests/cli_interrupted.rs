@@ -271,7 +271,7 @@ fn a_damaged_snapshot_is_refused_where_it_is_damaged() {
     let larger = whole.replacen("columns = 3", "columns = 4", 1);
     let error = refusal(&larger);
     assert!(
-        error.contains("a/snapshot.json: length of `z`: 20, where 29 belong"),
+        error.contains("a/snapshot.json: expected 29 entries in `z`, found 20"),
         "{error}"
     );
     let wrong = whole.replacen("columns = 3", "columns = 1", 1);
@@ -295,7 +295,7 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
     assert_eq!(said.code, 2);
     assert!(
         said.error
-            .contains("history.jsonl: lines up to the snapshot: 22, where 24 belong"),
+            .contains("history.jsonl: expected 24 lines up to the snapshot, found 22"),
         "{said:?}"
     );
     fs::write(bench.path("a/history.jsonl"), history).unwrap();

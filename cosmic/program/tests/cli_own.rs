@@ -350,7 +350,7 @@ fn what_cannot_be_begun_with_is_refused() {
     // Of another lattice, with the place in the file.
     refused(
         &["stability", "--from", "a"],
-        &["a/design.json", "number of `edges`", "110", "20"],
+        &["a/design.json", "`edges`", "110", "20"],
     );
     refused(&[tiny, "--from", "a", "--starts", "2"], &["--starts"]);
     let write = |name: &str, text: &str| {

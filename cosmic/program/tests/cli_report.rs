@@ -171,7 +171,7 @@ fn files_of_another_run_do_not_fit() {
     fs::write(&scene, text.replace("columns = 3", "columns = 4")).unwrap();
     let (_, says, code) = cosmic(&["report", &run]);
     assert!(
-        code == 2 && says.contains("design.json") && says.contains("20, where 29"),
+        code == 2 && says.contains("design.json") && says.contains("expected 29 `edges`, found 20"),
         "{says}"
     );
     fs::write(&scene, text).unwrap();

@@ -188,7 +188,7 @@ fn a_start_whose_history_lacks_rows_is_refused() {
     fs::write(&history, "").unwrap();
     let said = bench.cosmic(&["resume", "a"]);
     assert_eq!(said.code, 2, "{said:?}");
-    let says = "starts/0/history.jsonl: lines up to the rung: 0, where 8 belong";
+    let says = "starts/0/history.jsonl: expected 8 lines up to the rung, found 0";
     assert!(said.error.contains(says), "{said:?}");
     fs::remove_file(&history).unwrap();
     assert_eq!(bench.cosmic(&["resume", "a"]).code, 4);

@@ -118,7 +118,7 @@ impl Shapes<'_> {
         self.fits("rows of `v0`", raw.v0.len(), nodes)?;
         self.fits("rows of `z`", raw.z.len(), edges)?;
         if let Some(materials) = &raw.materials {
-            self.fits("length of `materials`", materials.len(), edges)?;
+            self.fits("entries in `materials`", materials.len(), edges)?;
         }
         let observation = self.observation(scene, raw.controller.b1.len())?;
         let inputs = observation_length(&observation, nodes);
@@ -192,7 +192,7 @@ impl Shapes<'_> {
         for (key, setting, value) in settings {
             if let Some(allowed) = allowed_instead(setting, value) {
                 return Err(Error::Usage(format!(
-                    "{}: `scene.{key}` is {value}, where {allowed} belongs",
+                    "{}: `scene.{key}`: expected {allowed}, found {value}",
                     self.file
                 )));
             }
@@ -222,7 +222,7 @@ impl Shapes<'_> {
             return Ok(());
         }
         Err(Error::Usage(format!(
-            "{}: {what} is {length}, where at most {LONGEST} belong",
+            "{}: {what}: expected at most {LONGEST}, found {length}",
             self.file
         )))
     }
@@ -257,7 +257,7 @@ impl Shapes<'_> {
         some(self.file, "nodes of `scene` (columns x rows)", nodes)?;
         self.fits("rows of `x0`", raw.x0.len(), nodes)?;
         let edges = self.rows("edges", &raw.edges)?;
-        self.fits("length of `l0`", raw.l0.len(), edges.len())?;
+        self.fits("entries in `l0`", raw.l0.len(), edges.len())?;
         self.edges(&edges, nodes)?;
         Ok(Lattice {
             positions: self.rows("x0", &raw.x0)?,
@@ -271,18 +271,18 @@ impl Shapes<'_> {
     /// At least one edge; each joins two nodes that exist, in either direction, and no two join
     /// the same ones.
     fn edges(&self, edges: &[[usize; 2]], nodes: usize) -> Result<()> {
-        some(self.file, "number of `edges`", edges.len())?;
+        some(self.file, "`edges`", edges.len())?;
         let mut seen = HashSet::new();
         for (e, &[i, j]) in edges.iter().enumerate() {
-            let belongs = if i == j || i.max(j) >= nodes {
-                format!("two different nodes below {nodes} belong")
+            let expected = if i == j || i.max(j) >= nodes {
+                format!("two different nodes below {nodes}")
             } else if !seen.insert([i.min(j), i.max(j)]) {
-                "an edge belongs that no earlier one is".to_owned()
+                "an edge that no earlier one is".to_owned()
             } else {
                 continue;
             };
             return Err(Error::Usage(format!(
-                "{}: `edges[{e}]` is [{i}, {j}], where {belongs}",
+                "{}: `edges[{e}]`: expected {expected}, found [{i}, {j}]",
                 self.file
             )));
         }
@@ -297,7 +297,7 @@ impl Shapes<'_> {
 
     /// `N` numbers.
     fn array<T: Copy, const N: usize>(&self, name: &str, numbers: &[T]) -> Result<[T; N]> {
-        self.fits(&format!("length of `{name}`"), numbers.len(), N)?;
+        self.fits(&format!("entries in `{name}`"), numbers.len(), N)?;
         Ok(std::array::from_fn(|k| numbers[k]))
     }
 

@@ -162,7 +162,7 @@ impl CoDesign {
             .position(|z| z.iter().any(|z| !(0.0..=1.0).contains(z)))
         {
             return Err(Error::Usage(format!(
-                "the design to begin with: `z[{edge}]` is {:?}, where numbers from 0 to 1 are allowed",
+                "the design to begin with: `z[{edge}]`: expected numbers from 0 to 1, found {:?}",
                 z[edge]
             )));
         }
@@ -322,8 +322,8 @@ fn check_loss(loss: &impl Loss, scene: &Scene) -> Result<()> {
         let observed = loss.observed(steps);
         if !observed.is_sorted() || observed.last() != Some(&steps) {
             return Err(Error::Usage(format!(
-                "of a rollout of {steps} steps the loss observes the steps {observed:?}, where \
-                 they must ascend and end with {steps}"
+                "in a rollout of {steps} steps the loss observes {observed:?}: expected steps that \
+                 ascend and end with {steps}"
             )));
         }
     }
@@ -451,6 +451,6 @@ mod tests {
         assert!(said((z, controller)).unwrap().contains("`z[2]`"));
         let (mut z, controller) = robot();
         z.pop();
-        assert!(said((z, controller)).unwrap().contains("length of `z`"));
+        assert!(said((z, controller)).unwrap().contains("entries in `z`"));
     }
 }

@@ -93,7 +93,7 @@ impl Progress {
         pairs
             .into_iter()
             .try_for_each(|((what, found), (_, expected))| {
-                fits(file, &format!("length of `{what}`"), found, expected)
+                fits(file, &format!("entries in `{what}`"), found, expected)
             })
     }
 

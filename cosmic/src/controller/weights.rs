@@ -27,11 +27,11 @@ impl Weights {
     pub fn controller(&self, inputs: usize, edges: usize, file: &str) -> Result<Controller<f64>> {
         let hidden = self.b1.len();
         let fits = |what: &str, found, expected| fits(file, what, found, expected);
-        some(file, "length of `controller.b1`", hidden)?;
+        some(file, "entries in `controller.b1`", hidden)?;
         fits("rows of `controller.w1`", self.w1.len(), hidden)?;
         for (i, row) in self.w1.iter().enumerate() {
             fits(
-                &format!("length of `controller.w1[{i}]`"),
+                &format!("entries in `controller.w1[{i}]`"),
                 row.len(),
                 inputs,
             )?;
@@ -39,12 +39,12 @@ impl Weights {
         fits("rows of `controller.w2`", self.w2.len(), edges)?;
         for (i, row) in self.w2.iter().enumerate() {
             fits(
-                &format!("length of `controller.w2[{i}]`"),
+                &format!("entries in `controller.w2[{i}]`"),
                 row.len(),
                 hidden,
             )?;
         }
-        fits("length of `controller.b2`", self.b2.len(), edges)?;
+        fits("entries in `controller.b2`", self.b2.len(), edges)?;
         Ok(Controller {
             hidden,
             inputs,
@@ -103,9 +103,9 @@ mod tests {
         let text = message(&short, 1);
         assert_eq!(
             text,
-            "a.json: length of `controller.w1[1]`: 2, where 3 belong"
+            "a.json: expected 3 entries in `controller.w1[1]`, found 2"
         );
         let text = message(&weights(), 4);
-        assert_eq!(text, "a.json: rows of `controller.w2`: 1, where 4 belong");
+        assert_eq!(text, "a.json: expected 4 rows of `controller.w2`, found 1");
     }
 }

@@ -101,15 +101,15 @@ impl DesignFile {
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
         let edges = lattice.edges.len();
         let fits = |what: &str, found, expected| fits(file, what, found, expected);
-        fits("number of `edges`", self.edges.len(), edges)?;
+        fits("`edges`", self.edges.len(), edges)?;
         if let Some(e) = (0..edges).find(|&e| self.edges[e] != lattice.edges[e]) {
             return Err(Error::Usage(format!(
-                "{file}: `edges[{e}]` is {:?}, where the scene's lattice has {:?}",
-                self.edges[e], lattice.edges[e]
+                "{file}: `edges[{e}]`: expected {:?}, as in the scene's lattice, found {:?}",
+                lattice.edges[e], self.edges[e]
             )));
         }
         fits("rows of `z`", self.z.len(), edges)?;
-        fits("length of `materials`", self.materials.len(), edges)?;
+        fits("entries in `materials`", self.materials.len(), edges)?;
         let decided: Vec<_> = self.z.iter().map(dominant).collect();
         let differs = |e: &usize| self.materials[*e] != decided[*e];
         if let Some(e) = (0..edges)
@@ -121,7 +121,11 @@ impl DesignFile {
             )));
         }
         let hidden = self.controller.b1.len();
-        fits("length of `controller.b1`", hidden, scene.controller.hidden)?;
+        fits(
+            "entries in `controller.b1`",
+            hidden,
+            scene.controller.hidden,
+        )?;
         let inputs = observation_length(&scene.controller, lattice.nodes());
         self.controller.controller(inputs, edges, file)
     }

@@ -155,8 +155,8 @@ impl Snapshot<'_> {
             && ((entered != 0 && entered != snap_at) || entered > iteration)
         {
             return Err(Error::Usage(format!(
-                "{file}: `progress.entered` is {entered}, where after iteration {iteration} 0 or the \
-                 snap's ({snap_at}) would be"
+                "{file}: `progress.entered`: expected 0 or the iteration of the snap ({snap_at}) and at \
+                 most {iteration}, found {entered}"
             )));
         }
         Ok((plan, progress))

@@ -90,7 +90,7 @@ fn read_trajectory(folder: &Path, (scene, lattice): (&Scene, &Lattice)) -> Resul
     let name = &path.display().to_string();
     let fits = |what: &str, found, expected| fits(name, what, found, expected);
     fits(
-        "number of `states`",
+        "`states`",
         file.states.len(),
         file.steps.len().max(1),
     )?;
@@ -116,7 +116,7 @@ fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
         None => Ok(rows),
         Some(row) => Err(Error::Misfit {
             file: path.display().to_string(),
-            what: format!("length of `z` of iteration {}", row.iteration),
+            what: format!("entries in `z` of iteration {}", row.iteration),
             expected: lattice.edges.len(),
             found: row.z.len(),
         }),
