@@ -2,7 +2,8 @@
 //! that comes back satisfy the optimality conditions of the model as the papers write it?
 
 use autodiff::{Real, VectorFunction, jacobian};
-use cosmic::optimiser::{Linearisation, Mma, MmaParameters, MmaState, OptimiserError, Update};
+use cosmic::optimiser::{Linearisation, Mma, MmaState, OptimiserError, Update};
+use cosmic::scene::MmaSettings;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
@@ -12,7 +13,7 @@ const PROBLEMS: u64 = 20_000;
 /// Values and gradients at a point, and all else that an update depends on.
 #[derive(Debug)]
 struct Situation {
-    parameters: MmaParameters,
+    parameters: MmaSettings,
     lower: Vec<f64>,
     upper: Vec<f64>,
     point: Vec<f64>,
@@ -99,12 +100,12 @@ fn situation(seed: u64) -> Situation {
         constraints.push(value);
     }
     Situation {
-        parameters: MmaParameters {
+        parameters: MmaSettings {
             move_limit: [0.02, 0.5, 1.0][random.random_range(0..3)],
             asyinit: [0.05, 0.5][random.random_range(0..2)],
             c: [0.0, 1.0, 1000.0][random.random_range(0..3)],
             d: [0.1, 1.0][random.random_range(0..2)],
-            ..MmaParameters::default()
+            ..MmaSettings::default()
         },
         objective_gradient: (0..variables).map(|_| slope(random)).collect(),
         lower,
@@ -318,7 +319,7 @@ fn wrong_solutions_are_found() {
 /// Applies a change to a good situation and returns the error, with the state it left.
 fn refusal(change: impl FnOnce(&mut Situation, &mut MmaState)) -> OptimiserError {
     let mut situation = Situation {
-        parameters: MmaParameters::default(),
+        parameters: MmaSettings::default(),
         lower: vec![0.0; 2],
         upper: vec![1.0; 2],
         point: vec![0.5; 2],
@@ -372,8 +373,8 @@ fn bad_input_is_refused_with_its_place() {
 
 #[test]
 fn unusable_settings_are_refused() {
-    let refused = |change: fn(&mut MmaParameters)| {
-        let mut parameters = MmaParameters::default();
+    let refused = |change: fn(&mut MmaSettings)| {
+        let mut parameters = MmaSettings::default();
         change(&mut parameters);
         let refused = Mma::new(parameters, &[0.0], &[1.0]);
         refused.expect_err("unusable").to_string()
@@ -386,7 +387,7 @@ fn unusable_settings_are_refused() {
         refused(|p| p.albefa = 1.0),
         "albefa is 1, but must be above 0 and below 1"
     );
-    let crossed = Mma::new(MmaParameters::default(), &[1.0], &[0.5]).expect_err("crossed");
+    let crossed = Mma::new(MmaSettings::default(), &[1.0], &[0.5]).expect_err("crossed");
     let message = "variable 0: the lower bound 1 lies above the upper bound 0.5";
     assert_eq!(crossed.to_string(), message);
 }

@@ -3,7 +3,8 @@
 
 use autodiff::{Function, Real, VectorFunction, gradient, jacobian};
 use cosmic::objective::AugmentedLagrangian;
-use cosmic::optimiser::{Adam, AdamState, Linearisation, Mma, MmaParameters, MmaState};
+use cosmic::optimiser::{Adam, AdamState, Linearisation, Mma, MmaState};
+use cosmic::scene::MmaSettings;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -91,12 +92,12 @@ struct Moving;
 
 impl Moving {
     fn method<P: Problem>() -> Mma {
-        let parameters = MmaParameters {
+        let parameters = MmaSettings {
             move_limit: 0.2,
             // Where a gradient vanishes, the models keep the slope's sign but not the function's
             // curvature: the method hunts about the minimum at the asymptotes' least distance.
             asymin: 1e-5,
-            ..MmaParameters::default()
+            ..MmaSettings::default()
         };
         Mma::new(parameters, &[P::BOX.0; 2], &[P::BOX.1; 2]).expect("usable settings")
     }

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::ground::Ground;
 use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, Objective, measures};
-use crate::optimiser::{Adam, Mma, MmaParameters, OptimiserError};
+use crate::optimiser::{Adam, Mma, OptimiserError};
 use crate::projection::{self, Projection};
 use crate::scene::{Scene, StartKind};
 use crate::simulator::StepCheck;
@@ -21,7 +21,7 @@ pub struct CoDesign {
     pub(super) scene: Scene,
     pub(super) task: Task,
     pub(super) loss: Box<dyn AnyLoss>,
-    /// Whether it is another than the scene's.
+    /// True if the caller supplied the loss in place of the scene's objective.
     pub(super) own_loss: bool,
     pub(super) start: State<f64>,
     /// The design's optimiser, for each projection.
@@ -32,7 +32,7 @@ pub struct CoDesign {
 }
 
 impl CoDesign {
-    /// Plans the optimisation of a scene.
+    /// Prepares the optimisation of a scene.
     ///
     /// # Errors
     /// Those of [`Scene::check`], and where the scene's optimiser settings do not fit one another.
@@ -44,10 +44,10 @@ impl CoDesign {
         })
     }
 
-    /// Plans the optimisation of a scene for a loss of one's own in place of the scene's objective.
+    /// Prepares the optimisation of a scene for the caller's loss in place of the scene's objective.
     ///
-    /// Robots are then ranked by minus that loss, unless it [says](Loss::is_far) otherwise. In a
-    /// scene with two goals the second is served by the opposite: by what has a large loss.
+    /// Robots are ranked by minus the loss, or by their displacement if [`Loss::is_far`] is true. In
+    /// a scene with two goals, the robot maximises the loss for the second goal.
     ///
     /// ```
     /// use autodiff::Real;
@@ -87,18 +87,17 @@ impl CoDesign {
     /// ```
     ///
     /// # Errors
-    /// As [`new`](Self::new); [`Error::Usage`] where of some length that the schedule comes to the
-    /// loss does not observe steps in ascending order up to the last, and for one that looks at no
-    /// node.
+    /// As [`new`](Self::new); [`Error::Usage`] if the loss looks at no node, or if, for any horizon
+    /// of the schedule, its observed steps do not ascend to the last step.
     pub fn with_loss(scene: &Scene, loss: impl Loss + 'static) -> Result<Self> {
-        // What a run writes has to be read again.
+        // A run writes its scene and reads it again: the scene has to be valid as a file.
         scene.check()?;
         check_loss(&loss, scene)?;
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
         let variables = 3 * lattice.edges.len();
         let mma = || {
             let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
-            Mma::new(mma_parameters(scene), &lower, &upper).map_err(unusable)
+            Mma::new(scene.mma.clone(), &lower, &upper).map_err(unusable)
         };
         Ok(Self {
             loss: Box::new(loss),
@@ -124,23 +123,22 @@ impl CoDesign {
     /// The state before the first iteration.
     ///
     /// # Errors
-    /// Where the scene's start is drawn for another lattice, and [`Error::UnstableStep`] where the
-    /// start vibrates too fast for the time step and the scene does not let that pass.
+    /// If the scene's start is a layout for another lattice; [`Error::UnstableStep`] if the time
+    /// step is unstable for the start and the scene does not allow that.
     pub fn begin(&self, seed: u64) -> Result<Progress> {
         let progress = self.first(seed)?;
         self.step_check(&progress).accept(&self.scene.physics)?;
         Ok(progress)
     }
 
-    /// The state before the first iteration of a robot that is there already, in place of the
-    /// scene's start. One whose design vectors are one-hot is decided: it enters after the snap,
-    /// and the fine-tuning is what is left to do. Of a robot that the snap is still to decide the
-    /// whole schedule is done.
+    /// The state before the first iteration of a given robot, in place of the scene's start. A robot
+    /// with one-hot design vectors enters after the snap: only the fine-tuning is left. Any other
+    /// robot goes through the whole schedule.
     ///
     /// # Errors
     /// [`Error::Misfit`] for a robot of another lattice or another number of hidden units,
-    /// [`Error::Usage`] for design vectors beyond 0 and 1, weights that are no numbers, and a robot
-    /// that is not decided where the scene has no snap; otherwise as [`begin`](Self::begin).
+    /// [`Error::Usage`] for design vectors outside 0 to 1, weights that are not finite, and a robot
+    /// that is not one-hot in a scene without a snap; otherwise as [`begin`](Self::begin).
     pub fn begin_with(
         &self,
         seed: u64,
@@ -168,7 +166,7 @@ impl CoDesign {
         }
         if !is_finite(&controller) {
             return Err(Error::Usage(
-                "the controller to begin with has weights that are no numbers".into(),
+                "the controller to begin with has weights that are not finite".into(),
             ));
         }
         let entered = if materials.is_some() { snap_at } else { 0 };
@@ -189,7 +187,7 @@ impl CoDesign {
         Ok(progress)
     }
 
-    /// The state before the first iteration, whatever its time step.
+    /// The state before the first iteration, without the check of the time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
         let (z, materials) = self.first_design(seed)?;
         let controller = Controller::xavier(&self.scene.controller, &self.task.lattice, seed);
@@ -242,18 +240,18 @@ impl CoDesign {
         &self.scene
     }
 
-    /// What is simulated.
+    /// The simulated task.
     pub fn task(&self) -> &Task {
         &self.task
     }
 
-    /// Whether robots are ranked by how far they get, as by
-    /// [`Loss::is_far`](crate::objective::Loss::is_far).
+    /// True if robots are ranked by their displacement, as [`Loss::is_far`] says.
     pub fn is_far(&self) -> bool {
         self.loss.is_far()
     }
 
-    /// The time step against the vibrations of the design as it stands, and of robots drawn around it.
+    /// Compares the time step with the vibrations of the present design and of the robots that
+    /// domain randomisation draws around it.
     pub fn step_check(&self, progress: &Progress) -> StepCheck {
         let mixture = self.mixture(progress);
         match &self.checked {
@@ -273,7 +271,8 @@ impl CoDesign {
         self.task.step_check(mixture, &self.start.x, faster)
     }
 
-    /// The mixture that is simulated: of the performance projection, or of the layout (D7).
+    /// The simulated mixture: that of the layout if there is one, else the performance projection
+    /// (D7).
     pub(super) fn mixture(&self, progress: &Progress) -> Vec<[f64; 3]> {
         self.mixture_of(&progress.z, progress.materials.as_deref())
     }
@@ -285,7 +284,7 @@ impl CoDesign {
         }
     }
 
-    /// The layout, and before there is one the material nearest to each edge's mixture.
+    /// The layout, or before the snap the dominant material of each edge.
     pub(crate) fn materials(&self, progress: &Progress) -> Vec<Material> {
         match &progress.materials {
             Some(materials) => materials.clone(),
@@ -312,7 +311,7 @@ fn is_finite(c: &Controller<f64>) -> bool {
     weights.all(|weight| weight.is_finite())
 }
 
-/// Whether a loss looks at what a rollout has.
+/// Refuses a loss that looks at steps that a rollout does not have.
 fn check_loss(loss: &impl Loss, scene: &Scene) -> Result<()> {
     let horizon = |iteration| Schedule { scene, iteration }.horizon();
     let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();
@@ -333,23 +332,6 @@ fn check_loss(loss: &impl Loss, scene: &Scene) -> Result<()> {
     Ok(())
 }
 
-fn mma_parameters(scene: &Scene) -> MmaParameters {
-    let mma = &scene.mma;
-    MmaParameters {
-        move_limit: mma.move_limit,
-        asyinit: mma.asyinit,
-        asyincr: mma.asyincr,
-        asydecr: mma.asydecr,
-        asymin: mma.asymin,
-        asymax: mma.asymax,
-        albefa: mma.albefa,
-        raa0: mma.raa0,
-        c: mma.c,
-        d: mma.d,
-    }
-}
-
-/// The settings of an optimiser were refused.
 fn unusable(error: OptimiserError) -> Error {
     Error::Usage(format!("the scene's [mma] settings: {error}"))
 }
@@ -445,7 +427,7 @@ mod tests {
         assert_eq!(said(robot()), None);
         let (z, mut controller) = robot();
         controller.w2[3] = f64::NAN;
-        assert!(said((z, controller)).unwrap().contains("no numbers"));
+        assert!(said((z, controller)).unwrap().contains("not finite"));
         let (mut z, controller) = robot();
         z[2][1] = f64::NAN;
         assert!(said((z, controller)).unwrap().contains("`z[2]`"));

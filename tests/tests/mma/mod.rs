@@ -4,7 +4,8 @@ mod problems;
 
 use std::path::Path;
 
-use cosmic::optimiser::{Linearisation, Mma, MmaParameters, MmaState, Update};
+use cosmic::optimiser::{Linearisation, Mma, MmaState, Update};
+use cosmic::scene::MmaSettings;
 use cosmic_tests::{Reference, own_reference_folder, reference_folder, references};
 use problems::Problem;
 use serde::Deserialize;
@@ -114,8 +115,8 @@ impl Case {
         if uniform("a", &p.a, 0.0)? != 0.0 {
             return Err(format!("`a` is {:?}, where only zeros are known", p.a));
         }
-        let usual = MmaParameters::default();
-        let parameters = MmaParameters {
+        let usual = MmaSettings::default();
+        let parameters = MmaSettings {
             move_limit: p.move_limit,
             asyinit: p.asyinit,
             asyincr: p.asyincr,
@@ -126,6 +127,7 @@ impl Case {
             raa0: p.raa0,
             c: uniform("c", &p.c, usual.c)?,
             d: uniform("d", &p.d, usual.d)?,
+            ..usual
         };
         Mma::new(parameters, &self.xmin, &self.xmax).map_err(|error| error.to_string())
     }

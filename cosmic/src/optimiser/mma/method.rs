@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::MmaParameters;
 use super::dual::{self, Solution};
+use super::settings::check_settings;
 use super::subproblem::{Elastic, Room, Subproblem};
 use crate::optimiser::error::{OptimiserError, check, check_finite};
+use crate::scene::MmaSettings;
 
 /// What the method remembers between updates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,7 +60,7 @@ pub struct Update {
 /// The method for one set of bounds, with its working memory.
 #[derive(Debug, Clone)]
 pub struct Mma {
-    parameters: MmaParameters,
+    settings: MmaSettings,
     lower: Vec<f64>,
     upper: Vec<f64>,
     /// The variables whose bounds differ. The others never move and are left out.
@@ -73,11 +74,11 @@ impl Mma {
     /// # Errors
     /// Bounds that differ in number, are not finite or cross; a parameter outside its range.
     pub fn new(
-        parameters: MmaParameters,
+        settings: MmaSettings,
         lower: &[f64],
         upper: &[f64],
     ) -> Result<Self, OptimiserError> {
-        parameters.check()?;
+        check_settings(&settings)?;
         check_finite("lower bounds", lower)?;
         check("upper bounds", upper, lower.len())?;
         if let Some(index) = (0..lower.len()).find(|&j| lower[j] > upper[j]) {
@@ -89,7 +90,7 @@ impl Mma {
             });
         }
         Ok(Mma {
-            parameters,
+            settings,
             moving: (0..lower.len()).filter(|&j| lower[j] < upper[j]).collect(),
             lower: lower.to_vec(),
             upper: upper.to_vec(),
@@ -124,8 +125,8 @@ impl Mma {
         let (low, upp) = self.asymptotes(state, at.point);
         self.build(at, &low, &upp);
         let elastic = Elastic {
-            linear: self.parameters.c,
-            quadratic: self.parameters.d,
+            linear: self.settings.c,
+            quadratic: self.settings.d,
         };
         let solution = dual::maximise(&mut self.subproblem, elastic, &state.multipliers)
             .ok_or(OptimiserError::Overflow)?;
@@ -177,7 +178,7 @@ impl Mma {
     /// The asymptotes for a point: at a set distance in the first two updates, then by the sign of
     /// the last two moves (1987, section 4).
     fn asymptotes(&self, state: &MmaState, point: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let p = &self.parameters;
+        let p = &self.settings;
         let (mut low, mut upp) = (point.to_vec(), point.to_vec());
         for &j in &self.moving {
             let (x, range) = (point[j], self.upper[j] - self.lower[j]);
@@ -204,7 +205,7 @@ impl Mma {
 
     fn build(&mut self, at: &Linearisation<'_>, low: &[f64], upp: &[f64]) {
         let Mma {
-            parameters,
+            settings,
             moving,
             lower,
             upper,
@@ -213,14 +214,14 @@ impl Mma {
         subproblem.reset(moving.iter().map(|&j| {
             let (x, range) = (at.point[j], upper[j] - lower[j]);
             let (to_low, to_upp) = (x - low[j], upp[j] - x);
-            let stretch = 1.0 - parameters.albefa;
-            let reach = parameters.move_limit * range;
+            let stretch = 1.0 - settings.albefa;
+            let reach = settings.move_limit * range;
             Room {
                 to_upp,
                 to_low,
                 least: (lower[j] - x).max(-stretch * to_low).max(-reach),
                 most: (upper[j] - x).min(stretch * to_upp).min(reach),
-                floor: parameters.raa0 / range,
+                floor: settings.raa0 / range,
             }
         }));
         subproblem.set_objective(moving.iter().map(|&j| at.objective_gradient[j]));

@@ -17,8 +17,7 @@ mod bracket;
 mod cholesky;
 mod subproblem;
 mod dual;
-mod parameters;
+mod settings;
 mod method;
 
 pub use method::{Linearisation, Mma, MmaState, Update};
-pub use parameters::MmaParameters;
