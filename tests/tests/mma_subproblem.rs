@@ -24,7 +24,8 @@ struct Situation {
 
 impl Situation {
     fn update(&self) -> (Update, MmaState) {
-        let mut mma = Mma::new(self.parameters, &self.lower, &self.upper).expect("usable bounds");
+        let mut mma =
+            Mma::new(self.parameters.clone(), &self.lower, &self.upper).expect("usable bounds");
         let mut state = mma.init(&self.point);
         let update = mma.update(&mut state, &self.linearisation());
         (update.expect("finite input"), state)
@@ -327,7 +328,8 @@ fn refusal(change: impl FnOnce(&mut Situation, &mut MmaState)) -> OptimiserError
         constraints: vec![0.1],
         jacobian: vec![vec![1.0, 1.0]],
     };
-    let mut mma = Mma::new(situation.parameters, &[0.0; 2], &[1.0; 2]).expect("usable bounds");
+    let mut mma =
+        Mma::new(situation.parameters.clone(), &[0.0; 2], &[1.0; 2]).expect("usable bounds");
     let mut state = mma.init(&situation.point);
     change(&mut situation, &mut state);
     let before = format!("{state:?}");

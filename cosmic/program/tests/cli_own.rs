@@ -369,7 +369,7 @@ fn what_cannot_be_begun_with_is_refused() {
     write("other.json", &other.to_string());
     refused(
         &[tiny, "--from", "other.json"],
-        &["`materials[7]`", "decided"],
+        &["`materials[7]`", "as in `z`"],
     );
     let text = scene(24, 64, "");
     let layout = "[start]\nkind = \"layout\"\nlayout = \"filled\"\n";

@@ -260,7 +260,7 @@ impl CoDesign {
         }
     }
 
-    /// The time step against the vibrations of the design that a seed starts from.
+    /// Compares the time step with the vibrations of the design that a seed starts from.
     pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
         let (z, materials) = self.first_design(seed)?;
         Ok(self.step_check_of(&self.mixture_of(&z, materials.as_deref())))
@@ -277,6 +277,7 @@ impl CoDesign {
         self.mixture_of(&progress.z, progress.materials.as_deref())
     }
 
+    /// The mixture of a layout, or without one of design vectors.
     fn mixture_of(&self, z: &[[f64; 3]], materials: Option<&[Material]>) -> Vec<[f64; 3]> {
         match materials {
             Some(materials) => projection::one_hot(materials),

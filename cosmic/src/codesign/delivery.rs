@@ -1,4 +1,4 @@
-//! The result: which iterate is delivered, and how far it gets.
+//! The result: the choice of the delivered controller, and its measured displacement.
 
 use std::borrow::Cow;
 
@@ -20,47 +20,47 @@ use crate::task::together;
 /// Steps from one state of a delivery's trajectory to the next.
 const KEEP_EVERY: usize = 16;
 
-/// What an optimisation delivers: the robot as it stands, and how far that robot gets.
+/// The result of an optimisation: a robot and its measured displacement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Delivery {
     /// Design vectors; one-hot after the snap.
     pub z: Vec<[f64; 3]>,
-    /// The material of every edge; before the snap the dominant one.
+    /// The material of every edge; before the snap its dominant material.
     pub materials: Vec<Material>,
     /// The controller.
     pub controller: Controller<f64>,
-    /// The iteration after which the controller stood.
+    /// The iteration that produced the controller.
     pub iteration: usize,
     /// Displacement of the payload in one unperturbed rollout, x and y of the world, m.
     pub displacement: [f64; 2],
-    /// The same along the ground, m.
+    /// The displacement along the ground in that rollout, m.
     pub along: f64,
-    /// Displacements along the ground from the perturbed starts by which it was chosen; for another
-    /// task than to get far, minus its losses.
+    /// Displacements along the ground from the perturbed starts that the choice was made by, m; for
+    /// a task other than distance, minus the losses.
     pub selection: Quantiles,
-    /// The same from other perturbed starts: the figures to quote.
+    /// Displacements along the ground from other perturbed starts, m: the figures to quote.
     pub spread: Quantiles,
-    /// Those of the last iterate, from the same starts.
+    /// Displacements of the last iterate from the starts of `spread`, m.
     pub last: Quantiles,
-    /// For another task than to get far: minus its losses from the starts of `spread`.
+    /// For a task other than distance: minus the losses from the starts of `spread`.
     pub merit: Option<Quantiles>,
     /// Share of solid material and share of actuators.
     pub volumes: [f64; 2],
     /// Every 16th state of the unperturbed rollout, and the last.
     pub trajectory: Trajectory<f64>,
-    /// Where that rollout diverges, if it does.
+    /// The first absurd state of the unperturbed rollout, if there is one.
     pub divergence: Option<Divergence>,
 }
 
 impl CoDesign {
-    /// Picks the controller to deliver and measures it in full rollouts.
+    /// Chooses the controller to deliver and measures it in full rollouts.
     ///
-    /// Before the snap the robot is the soft one that the mixtures stand for.
+    /// Before the snap the robot has the soft mixtures of its edges.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
         let mixture = self.mixture(progress);
         let entrants = self.entrants(progress);
         let selections = self.selections(progress, &entrants);
-        // Of equals the last iterate.
+        // The last iterate comes first: it wins a tie.
         let best = first_best(selections.iter().map(|s| s.p50));
         let Entrant {
             iteration,
@@ -97,8 +97,8 @@ impl CoDesign {
         }
     }
 
-    /// How far a robot gets in full rollouts from the perturbed starts by which a seed's result is
-    /// judged.
+    /// Displacements of a robot in full rollouts from the perturbed starts that judge the result of
+    /// a seed, m.
     pub fn judge(
         &self,
         mixture: &[[f64; 3]],
@@ -109,8 +109,7 @@ impl CoDesign {
         self.spreads(mixture, &[controller], &starts)[0].displacement
     }
 
-    /// The controllers that may be delivered, each once and with the iteration after which it
-    /// stood; the last iterate first.
+    /// The controllers to choose from, each once, the last iterate first.
     fn entrants<'a>(&self, progress: &'a Progress) -> Vec<Entrant<'a>> {
         let candidates = progress.candidates.iter();
         let (same, others): (Vec<_>, Vec<_>) =
@@ -126,18 +125,18 @@ impl CoDesign {
         entrants
     }
 
-    /// Rolls every candidate out from the perturbed starts by which controllers are chosen.
+    /// Rolls every candidate out in the domains that controllers are chosen by.
     pub(super) fn judge_candidates(&self, progress: &mut Progress) {
         let entrants: Vec<_> = progress.candidates.iter().map(Entrant::from).collect();
         let spreads = self.selections(progress, &entrants);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
-            // A file has no number for a rollout that diverged.
+            // JSON has no minus infinity, the quantile of diverged rollouts.
             candidate.spread = Some(spread).filter(|s| s.p10.is_finite());
         }
     }
 
-    /// The merits of controllers over the domains by which they are chosen; known ones are not
-    /// computed again.
+    /// The merits of controllers over the domains that controllers are chosen by; known merits are
+    /// not computed again.
     fn selections(&self, progress: &Progress, entrants: &[Entrant]) -> Vec<Quantiles> {
         let domains = self.selecting_domains(progress.seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());
@@ -147,7 +146,7 @@ impl CoDesign {
         entrants.iter().map_while(spread).collect()
     }
 
-    /// The unperturbed rollout, with enough states to show it.
+    /// The unperturbed rollout, with enough states for an animation.
     fn shown_rollout(&self, mixture: &[[f64; 3]], controller: &Controller<f64>) -> Guarded {
         let steps = self.scene.physics.steps;
         let mut kept: Vec<usize> = (0..steps).step_by(KEEP_EVERY).collect();
@@ -156,7 +155,7 @@ impl CoDesign {
         self.task.guarded(mixture, robot, &Span::from_start(kept))
     }
 
-    /// The domains by which a controller is chosen: scattered where the robot is to be robust.
+    /// The domains that controllers are chosen by: scattered where the robot is to be robust.
     fn selecting_domains(&self, seed: u64) -> Vec<Domain<'_>> {
         let (robust, selection) = (&self.scene.robust, &self.scene.selection);
         if robust.samples == 0 {
@@ -167,7 +166,8 @@ impl CoDesign {
         (0..selection.perturbed_rollouts).map(domain).collect()
     }
 
-    /// Starts with every coordinate moved by as much as the scene says, up or down.
+    /// The nominal task from starts with every coordinate moved up or down by the scene's
+    /// perturbation.
     fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let settings = &self.scene.selection;
         let mut stream = stream(seed, purpose);
@@ -178,7 +178,8 @@ impl CoDesign {
         (0..settings.perturbed_rollouts).map(domain).collect()
     }
 
-    /// The spreads of every controller over the same domains; in parallel, the order kept.
+    /// The quantiles of every controller over the same domains, computed in parallel, in the order
+    /// of the controllers.
     fn spreads(
         &self,
         mixture: &[[f64; 3]],
@@ -186,6 +187,7 @@ impl CoDesign {
         domains: &[Domain],
     ) -> Vec<Reaches> {
         let count = together(controllers.len() * domains.len());
+        // A group shares its task, so that its rollouts run side by side in lanes.
         let shared = |a: &Domain, b: &Domain| std::ptr::eq(&*a.task, &*b.task);
         let groups = domains.chunk_by(shared).flat_map(|same| same.chunks(count));
         let groups: Vec<_> = groups.collect();
@@ -207,12 +209,12 @@ impl CoDesign {
     }
 }
 
-/// A controller that may be delivered.
+/// A controller to choose from.
 struct Entrant<'a> {
-    /// The iteration after which it stood.
+    /// The iteration that produced it.
     iteration: usize,
     controller: &'a Controller<f64>,
-    /// Its merits over the domains by which controllers are chosen, where they are known.
+    /// Its merits over the domains that controllers are chosen by, if they are known.
     spread: Option<Quantiles>,
 }
 
@@ -226,7 +228,7 @@ impl<'a> From<&'a Candidate> for Entrant<'a> {
     }
 }
 
-/// What a controller does over several domains.
+/// Quantiles of one controller over several domains.
 struct Reaches {
     displacement: Quantiles,
     merit: Quantiles,

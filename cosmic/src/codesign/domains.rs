@@ -1,4 +1,4 @@
-//! Designing for more than the nominal robot: gradients as means over drawn ones.
+//! Domain randomisation of gradients: means over robots drawn around the nominal one.
 
 use rayon::prelude::*;
 
@@ -12,8 +12,8 @@ use crate::random::{Purpose, stream_of};
 use crate::task::Task;
 
 impl CoDesign {
-    /// The domains of an iteration's gradients; none where the robot is designed as it is. They
-    /// are drawn anew for every iteration, by its number: a resumed run draws the same.
+    /// The domains of an iteration's gradients; none if the scene asks for the nominal robot. Every
+    /// iteration has its own, by its number, so that a resumed run draws the same domains.
     pub(super) fn domains(&self, progress: &Progress, now: &Schedule) -> Vec<Domain<'_>> {
         let settings = &self.scene.robust;
         let number = now.iteration as u64;
@@ -22,7 +22,7 @@ impl CoDesign {
         (0..settings.samples).map(domain).collect()
     }
 
-    /// The means of gradients over domains; with none of them those of the nominal task.
+    /// The means of gradients over the domains, or without any the gradients of the nominal task.
     pub(super) fn means<const N: usize>(
         &self,
         at: At,

@@ -11,12 +11,12 @@ use crate::projection::Projection;
 use crate::scene::Pass;
 
 impl CoDesign {
-    /// Optimises from a seed, showing every iteration's record to `observe`. To stop on the way, to
-    /// save and to go on later, move a [`Progress`] by hand or have
-    /// [`record::optimise_with`](crate::record::optimise_with) do it in a folder.
+    /// Optimises from a seed and calls `observe` with the record of every iteration. To stop early,
+    /// to save and to resume, call [`iterate`](Self::iterate) on a [`Progress`], or use
+    /// `record::optimise_with`, which saves to a folder.
     ///
     /// # Errors
-    /// As [`begin`](Self::begin), the time step checked after every iteration.
+    /// As [`begin`](Self::begin); the time step is checked after every iteration.
     pub fn optimise(&mut self, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
         let mut progress = self.begin(seed)?;
         while !self.is_done(&progress) {
@@ -26,7 +26,7 @@ impl CoDesign {
         Ok(self.deliver(&progress))
     }
 
-    /// Whether all iterations are done.
+    /// True if all iterations are done.
     pub fn is_done(&self, progress: &Progress) -> bool {
         progress.iteration >= self.scene.schedule.iterations
     }
@@ -78,7 +78,7 @@ impl CoDesign {
         progress.lay_out(materials);
     }
 
-    /// What is known at the start of an iteration.
+    /// A record with the values known at the start of an iteration.
     fn blank_record(&self, progress: &Progress, now: &Schedule) -> Record {
         let measures = measures(&self.mixture(progress), self.scene.projection.delta);
         let thresholds = now.thresholds(&progress.first_measures);

@@ -15,20 +15,21 @@ use crate::optimiser::{Linearisation, MmaState, Update};
 use crate::projection::Projection;
 use crate::scene::BinarisationMethod;
 
-/// Iterations of the co-design from one full rollout to the next. The fine-tuning, whose
-/// controllers are candidates for delivery, has one every iteration.
+/// Iterations of the co-design from one full rollout to the next. In the fine-tuning every
+/// iteration has one: its controllers are candidates for delivery.
 const EVALUATE_EVERY: usize = 10;
 
-/// Constraints `f <= 0`: the four volume bounds, then the binarisation measures where they are
-/// constraints.
+/// Constraints `f <= 0`: the four volume bounds, then the binarisation measures if the scene makes
+/// them constraints.
 struct Constraints {
     values: Vec<f64>,
     jacobian: Vec<Vec<f64>>,
 }
 
 impl CoDesign {
-    /// Moves the design by the performance and the stability projection, each with its own
-    /// memory, and blends the two steps. Multipliers move once, on measures taken before (D10).
+    /// Updates the design by the performance and the stability projection, each with its own
+    /// optimiser state, and blends the two updates. The multipliers are updated once, by the
+    /// measures before the update (D10).
     pub(super) fn design_pass(
         &mut self,
         progress: &mut Progress,
@@ -89,9 +90,8 @@ impl CoDesign {
         progress.violations = record.violations;
     }
 
-    /// Moves the controller against its gradient; in the fine-tuning the controller that the
-    /// iteration begins with becomes a candidate for delivery. What the robot reaches in a full
-    /// rollout may be known.
+    /// Updates the controller. In the fine-tuning the controller before the update becomes a
+    /// candidate for delivery. `known` is the result of its full rollout, if there was one already.
     pub(super) fn controller_pass(
         &self,
         progress: &mut Progress,
@@ -147,7 +147,7 @@ impl CoDesign {
         }
     }
 
-    /// Keeps a controller among the best single rollouts, unless it is one of them already.
+    /// Adds the controller to the candidates, sorted by merit, unless it is among them already.
     pub(super) fn note_candidate(&self, progress: &mut Progress, merit: f64) {
         let is_same = |c: &Candidate| c.controller == progress.controller;
         if progress.candidates.iter().any(is_same) {
@@ -185,7 +185,7 @@ impl CoDesign {
         }
     }
 
-    /// One update of the design; `None` where its gradient is not finite.
+    /// One update of the design by projection `k`; `None` if the gradient is not finite.
     fn update_design(
         &mut self,
         k: usize,
@@ -209,7 +209,7 @@ impl CoDesign {
         measures(&mixture, self.scene.projection.delta)
     }
 
-    /// The volume bounds, and what the augmented objective adds to the loss's gradient.
+    /// The volume bounds, and the gradient of the augmented Lagrangian's terms.
     fn augmented(
         &self,
         inputs: &Inputs<f64>,
@@ -225,8 +225,8 @@ impl CoDesign {
         (self.volume_rows(&[solid, actuator], now), terms)
     }
 
-    /// The volume bounds and those on the four measures, all on the performance projection (D10)
-    /// and scaled alike. Nothing is added to the loss's gradient.
+    /// The bounds on the volumes and on the four measures, all of the performance projection (D10)
+    /// and with one scale. No terms are added to the gradient of the loss.
     fn constrained(
         &self,
         inputs: &Inputs<f64>,
@@ -249,7 +249,7 @@ impl CoDesign {
         (rows, Vec::new())
     }
 
-    /// The volume bounds and their derivatives by the design, on the performance projection.
+    /// The volume bounds and their derivatives by the design, for the performance projection.
     fn volume_rows(&self, volumes: &[(f64, Vec<f64>); 2], now: &Schedule) -> Constraints {
         let scale = self.scene.mma.volume_row_scale;
         let bounds = now.volume_bounds();
@@ -270,7 +270,7 @@ impl CoDesign {
     }
 }
 
-/// Moves design vectors by a share of the way that an optimiser went from a point.
+/// Adds a share of the update `from` -> `to` to the design vectors.
 fn blend(z: &mut [[f64; 3]], from: &[[f64; 3]], to: &[f64], share: f64) {
     let places = z.as_flattened_mut().iter_mut().zip(from.as_flattened());
     for ((z, from), to) in places.zip(to) {
@@ -302,7 +302,7 @@ mod tests {
         }
     }
 
-    /// What f32 does not reach is skipped, as what f64 does not reach is; the run goes on.
+    /// A gradient that overflows in f32 is skipped, as one in f64 is, and the run goes on.
     #[test]
     fn a_slope_beyond_f32_is_skipped() {
         let mut scene = tiny();
@@ -326,7 +326,7 @@ mod tests {
         records
     }
 
-    /// A projection without a share in the update: as if it were skipped, and the other as ever.
+    /// A projection without a share has no gradient; that of the other does not change.
     #[test]
     fn a_projection_without_a_share_is_left_out() {
         let mut scene = tiny();

@@ -1,9 +1,9 @@
-//! Other materials for single edges after the snap.
+//! Polishing: local search over the materials of single edges after the snap.
 //!
-//! Soft gaits are lost while edges are decided, and what noise has drawn an edge to is not what it
-//! does best. Once robots are one-hot, a rollout shows what another material is worth. There are
-//! twice as many of them as edges: a gradient by the shares of the materials says which to look at,
-//! and a short rollout which of these to look at more closely.
+//! Gaits of soft robots are lost in the snap, and noise has decided some edges. For a one-hot robot
+//! a rollout shows the worth of another material. There are two other materials for every edge, too
+//! many for full rollouts: the gradient by the shares of the materials selects some, a short rollout
+//! selects a quarter of these, and full rollouts choose the best.
 
 use super::begin::CoDesign;
 use super::progress::Progress;
@@ -14,13 +14,12 @@ use super::slopes::Sought;
 use crate::design::{Material, flipped};
 use crate::projection::holds;
 
-/// Of so many layouts in a short rollout one goes on to a full one.
+/// One of so many layouts goes on from the short rollouts to the full ones.
 const HEAT: usize = 4;
 
 impl CoDesign {
-    /// Tries other materials for the edges from which the gradient promises most, each alone and
-    /// with the controller as it is, and keeps the layout with the best full rollout. Returns what
-    /// the robot reached there that now stands, where it had one.
+    /// Tries other materials for single edges with the present controller and keeps the layout with
+    /// the best full rollout. Returns the result of that rollout, if there was any.
     pub(super) fn polish(&self, progress: &mut Progress, now: &Schedule) -> Option<Reached> {
         let (true, Some(materials)) = (now.polishes(), &progress.materials) else {
             return None;
@@ -29,14 +28,14 @@ impl CoDesign {
         let (best, reached) = self.farthest(materials.clone(), finalists, &progress.controller);
         if best != *materials {
             progress.lay_out(best);
-            // They are of another robot.
+            // The candidates are controllers of another robot.
             progress.candidates.clear();
         }
         reached
     }
 
-    /// The best of the layouts that the gradient promises most of, by rollouts over the shortest
-    /// horizon: a quarter of them.
+    /// The layouts with the largest predicted gain, and of these the best quarter by rollouts over
+    /// the shortest horizon.
     fn finalists(
         &self,
         progress: &Progress,
@@ -46,7 +45,7 @@ impl CoDesign {
         let schedule = &self.scene.schedule;
         let gradient = self.by_shares(progress, now);
         if !gradient.iter().all(|slope| slope.is_finite()) {
-            // It promises nothing.
+            // It predicts no gain.
             return Vec::new();
         }
         let holds = holds(&self.scene.projection, &self.task.lattice);
@@ -62,7 +61,7 @@ impl CoDesign {
         let reached = self.reached(&tried, &progress.controller, &short);
         let merits = reached.iter().map(|r| r.merit);
         let mut ranked: Vec<_> = merits.zip(tried).collect();
-        // Stable: of equals the first. What diverged (NaN) is worse than anything.
+        // A stable sort: the first of equals wins. A diverged rollout (NaN) comes last.
         let merit = |m: f64| if m.is_nan() { f64::NEG_INFINITY } else { m };
         ranked.sort_by(|a, b| merit(b.0).total_cmp(&merit(a.0)));
         ranked.truncate(ranked.len().div_ceil(HEAT));

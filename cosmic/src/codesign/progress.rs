@@ -1,4 +1,4 @@
-//! What an optimisation has reached, and what it tells of every iteration.
+//! The state of an optimisation, and the record of an iteration.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,20 +12,19 @@ use crate::optimiser::{AdamState, MmaState, Update};
 use crate::scene::Pass;
 use crate::simulator::StepCheck;
 
-/// The whole state of an optimisation: saved and read back, it goes on bit for bit.
+/// The whole state of an optimisation: saved and read back, it continues bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Seed of all that is drawn: first weights, a tilted start, perturbed starts, scattered
-    /// domains.
+    /// Seed of all random numbers: first weights, a tilted start, perturbed starts, domains.
     pub seed: u64,
-    /// The iteration after which a robot entered that was there already: 0, or for one that was
-    /// decided, the snap's. `None` for the scene's start.
+    /// The iteration after which a given robot entered: 0, or the iteration of the snap for a
+    /// one-hot robot. `None` for the scene's start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub entered: Option<usize>,
-    /// Whether robots are optimised for a loss of one's own, which no file holds.
+    /// True if the caller supplied the loss. No file can hold such a loss.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub own_loss: bool,
-    /// The iteration after which this is the state.
+    /// Number of the last iteration done.
     pub iteration: usize,
     /// Design vectors; one-hot from the snap on.
     pub z: Vec<[f64; 3]>,
@@ -33,19 +32,19 @@ pub struct Progress {
     pub materials: Option<Vec<Material>>,
     /// The controller.
     pub controller: Controller<f64>,
-    /// Memory of the design's optimiser, for each projection.
+    /// State of the design's optimiser for each projection.
     pub mma: [MmaState; 2],
-    /// Memory of the controller's optimiser.
+    /// State of the controller's optimiser.
     pub adam: AdamState,
     /// Multipliers and penalties.
     pub lagrangian: AugmentedLagrangian,
     /// The binarisation measures of the first design: the thresholds come down from them.
     pub first_measures: [f64; 4],
-    /// The violations by which the multipliers moved last.
+    /// The violations at the last update of the multipliers.
     pub violations: [f64; 4],
-    /// Edges that the snap gave another material than their largest entry's.
+    /// Edges whose material after the snap is not the dominant one before it.
     pub flips: usize,
-    /// Gradients that were not finite and therefore skipped.
+    /// Gradients skipped because they were not finite.
     pub skipped: usize,
     /// The fine-tuning's controllers with the longest single rollouts, best first.
     pub candidates: Vec<Candidate>,
@@ -53,28 +52,27 @@ pub struct Progress {
     /// design pass, and without a memory.
     #[serde(default)]
     pub design_mean: [Vec<f64>; 2],
-    /// What the end of the fine-tuning comes back to, once that has begun.
+    /// The controller to return to, from the start of settling on.
     #[serde(default)]
     pub settled: Option<Settled>,
 }
 
 impl Progress {
-    /// The iteration before the first.
+    /// The number of the iteration before the first one of this run.
     pub fn before_first(&self) -> usize {
         self.entered.unwrap_or(0)
     }
 
-    /// Gives every edge one material; the design vectors follow.
+    /// Gives every edge one material and makes the design vectors one-hot.
     pub(super) fn lay_out(&mut self, materials: Vec<Material>) {
         self.z = one_hot(&materials);
         self.materials = Some(materials);
     }
 
-    /// Checks that all lists have the lengths they have in another state of the same scene, as
-    /// in a saved one they may not.
+    /// Checks that all lists of a saved state have the lengths of another state of the same scene.
     ///
     /// # Errors
-    /// [`Error::Misfit`](crate::error::Error::Misfit) for the first that has not; `file` is named.
+    /// [`Error::Misfit`](crate::error::Error::Misfit) with `file` and the first length that differs.
     pub fn fits(&self, other: &Self, file: &str) -> Result<()> {
         let expected = controller_sizes(&other.controller);
         let mut pairs: Vec<_> = self.sizes().into_iter().zip(other.sizes()).collect();
@@ -97,7 +95,7 @@ impl Progress {
             })
     }
 
-    /// The lists whose lengths a scene sets.
+    /// Names and lengths of the lists that every state has.
     fn sizes(&self) -> Vec<(&'static str, usize)> {
         let mut sizes = vec![
             ("z", self.z.len()),
@@ -131,48 +129,48 @@ fn controller_sizes(controller: &Controller<f64>) -> [(&'static str, usize); 6] 
 /// A controller of the fine-tuning.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
-    /// The iteration after which it stood.
+    /// The iteration that produced it.
     pub iteration: usize,
-    /// How far a full rollout got with it, m along the ground; for another task than to get far,
-    /// minus its loss.
+    /// Displacement along the ground in a full rollout, m; for a task other than distance, minus
+    /// the loss.
     #[serde(rename = "along")]
     pub merit: f64,
     /// The controller.
     pub controller: Controller<f64>,
-    /// The same over the perturbed starts by which controllers are chosen, where these rollouts
-    /// were done and none diverged.
+    /// Quantiles of the merit over the domains that controllers are chosen by. `None` before these
+    /// rollouts, and if too many of them diverged.
     #[serde(default)]
     pub spread: Option<Quantiles>,
 }
 
-/// What the rest of the fine-tuning comes back to.
+/// The controller that settling returns to after a bad update.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settled {
     /// The last controller that lost nothing.
     pub controller: Controller<f64>,
-    /// What it is held against: at first the median of the best candidate, or its own rollout if
-    /// that is far behind, later the best single rollout; m along the ground, for another task than
-    /// to get far minus its loss.
+    /// The merit that later controllers are compared with: at first the median of the best
+    /// candidate, or its own rollout if that is far below, then the best single rollout. Unit as in
+    /// [`Candidate::merit`].
     pub merit: f64,
-    /// What is left of the learning rate: halved by every update that is taken back.
+    /// Factor on the learning rate, halved by every update that is taken back.
     pub trust: f64,
 }
 
-/// One iteration, for the history. Lengths in metres.
+/// The record of one iteration. Lengths in metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Counted from 1.
     pub iteration: usize,
-    /// What the iteration belongs to.
+    /// The phase of the iteration.
     pub phase: Phase,
-    /// What it updated; the snap updates neither.
+    /// What the iteration updated; `None` for the snap.
     pub pass: Option<Pass>,
-    /// Displacement along the ground of a full rollout at the iteration's start; not every
-    /// iteration of the co-design has one.
+    /// Displacement along the ground of a full rollout at the start of the iteration. Before the
+    /// snap only some iterations have one.
     pub displacement: Option<f64>,
     /// Displacement along the ground after the horizon, in the rollout of the gradient.
     pub displacement_horizon: Option<f64>,
-    /// For another task than to get far: minus the loss over the horizon that the gradient is of.
+    /// For a task other than distance: minus the loss over the horizon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub merit_horizon: Option<f64>,
     /// Steps that carried the gradient.
@@ -185,37 +183,37 @@ pub struct Record {
     pub actuator_volume: f64,
     /// `g_bin` and the three overlaps.
     pub measures: [f64; 4],
-    /// By how much they exceed their thresholds.
+    /// By how much the measures exceed their thresholds.
     pub violations: [f64; 4],
     /// Multipliers after the iteration.
     pub multipliers: [f64; 4],
     /// Penalties after the iteration.
     pub penalties: [f64; 4],
-    /// Norm of the displacement's gradient by the design, before any bound: performance and
-    /// stability projection; `None` where updates by it have no share.
+    /// Norm of the gradient of the loss by the design before any bound, for the performance and the
+    /// stability projection; `None` if the projection has no share in the update.
     pub design_gradient: [Option<f64>; 2],
-    /// Norm of the gradient by the controller, before any bound; `None` where the rate is zero,
-    /// and where settling takes the update back.
+    /// Norm of the gradient of the loss by the controller before any bound; `None` if the learning
+    /// rate is zero, and if settling took an update back.
     pub controller_gradient: Option<f64>,
-    /// How the subproblems of both design updates were solved.
+    /// The solutions of the subproblems of both design updates.
     pub mma: [Option<MmaDiagnostics>; 2],
     /// Gradients skipped in this iteration because they were not finite.
     pub skipped: usize,
-    /// The time step against the vibrations of the design after the iteration; rows of older
-    /// histories have none.
+    /// The time step compared with the vibrations of the design after the iteration; `None` in
+    /// histories of older versions.
     #[serde(default)]
     pub time_step: Option<StepCheck>,
 }
 
-/// How a subproblem of the design's optimiser was solved.
+/// The solution of a subproblem of the design's optimiser.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MmaDiagnostics {
     /// Newton steps of the dual.
     pub newton_steps: usize,
     /// Largest violation of the optimality conditions.
     pub residual: f64,
-    /// Elastic variables of the constraints, as they are scaled for MMA: what could not be met. The
-    /// four volume bounds come first, then the measures where those are constraints.
+    /// Elastic variables of the scaled constraints: by how much each is not met. The four volume
+    /// bounds come first, then the measures if they are constraints.
     pub elastic: Vec<f64>,
 }
 

@@ -7,15 +7,15 @@ use serde::{Deserialize, Serialize};
 pub struct Quantiles {
     /// 10 % quantile.
     pub p10: f64,
-    /// Median: the figure to quote.
+    /// Median.
     pub p50: f64,
     /// 90 % quantile.
     pub p90: f64,
 }
 
 impl Quantiles {
-    /// The quantiles of a sample, linear between its members. A rollout that diverged (NaN) is
-    /// below every other, and a quantile that leans on it is minus infinity.
+    /// The quantiles of a sample, with linear interpolation. A diverged rollout (NaN) is below every
+    /// other, and a quantile next to it is minus infinity.
     ///
     /// # Panics
     /// If the sample is empty.

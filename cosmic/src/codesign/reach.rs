@@ -1,4 +1,4 @@
-//! How far a robot gets in a full rollout, and how well it does its task.
+//! The displacement and the merit of robots in full rollouts.
 
 use autodiff::Real;
 use rayon::prelude::*;
@@ -15,13 +15,13 @@ use crate::scene::GradientPrecision;
 use crate::simulator::{Span, Trajectory};
 use crate::task::{Task, together};
 
-/// What came of a full rollout; NaN where some state on the way is absurd.
+/// The result of a full rollout; NaN if a state on the way is absurd.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
-    /// Displacement of the payload along the ground, and in the height above, m.
+    /// Displacement of the payload along and normal to the ground, m.
     pub moved: [f64; 2],
-    /// What designs are ranked by: the displacement along the ground, and for another task minus
-    /// its loss.
+    /// The number that robots are ranked by: the displacement along the ground, m, or for a task
+    /// other than distance minus the loss.
     pub merit: f64,
 }
 
@@ -37,15 +37,15 @@ impl Reached {
 }
 
 impl CoDesign {
-    /// A full rollout of the robot as it stands, by which an optimisation finds its way.
+    /// A full rollout of the present robot, in the precision of gradients.
     pub(super) fn evaluate(&self, progress: &Progress) -> Reached {
         let mixture = self.mixture(progress);
         self.try_many(&[&mixture], &progress.controller, &self.task)[0]
     }
 
-    /// Rollouts of robots from the start, by which an optimisation finds its way: in the precision
-    /// of its gradients. In f32 a start that is moved by a nanometre is the same start: medians
-    /// over such starts are not found in this way.
+    /// Full rollouts of robots from the unperturbed start in the precision of gradients. In f32 a
+    /// start that is moved by a nanometre is the unperturbed start: medians over perturbed starts
+    /// need [`reach_many`](Self::reach_many) in f64.
     pub(super) fn try_many(
         &self,
         mixtures: &[&[[f64; 3]]],
@@ -59,8 +59,8 @@ impl CoDesign {
         }
     }
 
-    /// The best of a layout and others by one full rollout each, the first of equals, and what it
-    /// reached there. The best of one needs no rollout.
+    /// The best of a layout and its alternatives by one full rollout each, with the result of that
+    /// rollout. The first of equals wins. A layout without alternatives needs no rollout.
     pub(super) fn farthest(
         &self,
         layout: Vec<Material>,
@@ -76,7 +76,8 @@ impl CoDesign {
         (layouts.swap_remove(best), Some(reached[best]))
     }
 
-    /// What several layouts reach with one controller; in parallel, the order kept.
+    /// Rollouts of several layouts with one controller, computed in parallel, in the order of the
+    /// layouts.
     pub(super) fn reached(
         &self,
         layouts: &[Vec<Material>],
@@ -102,8 +103,8 @@ impl CoDesign {
         self.reach_many::<f64>(&[mixture], controller, &domain.task, &[&domain.start])[0]
     }
 
-    /// The same from several starts, all of one robot or each of its own, in rollouts of a number
-    /// type.
+    /// Full rollouts from several starts, all of one mixture or each of its own, in the number type
+    /// `R`.
     pub(super) fn reach_many<R: Real + Into<f64>>(
         &self,
         mixtures: &[&[[f64; 3]]],
@@ -141,7 +142,7 @@ impl CoDesign {
                 let loss = || self.loss.loss_of(seen).into();
                 return self.reached_at(start, &last, loss);
             }
-            // What is said to be diverged is what the guard finds, whose bounds are wider.
+            // The watch in lanes stops earlier than the guard does. The guard decides.
             let robot = (controller, start);
             let guarded = task.guarded(mixtures[k % mixtures.len()], robot, &span);
             let last = match guarded.divergence {
@@ -169,8 +170,8 @@ impl CoDesign {
         Reached { moved, merit }
     }
 
-    /// From the payload's start to its place in another state, in the ground's frame; NaN where
-    /// that state is absurd.
+    /// Displacement of the payload between two states in the ground's frame, m; NaN if the last
+    /// state is absurd.
     pub(super) fn between(&self, start: &State<f64>, last: &State<f64>) -> [f64; 2] {
         if last.is_absurd() {
             return [f64::NAN; 2];
@@ -181,7 +182,8 @@ impl CoDesign {
     }
 }
 
-/// The place of the first of the greatest; NaN, of what diverged, is less than any number.
+/// The index of the first of the largest merits. A NaN, from a diverged rollout, is below any
+/// number.
 pub(super) fn first_best(merits: impl IntoIterator<Item = f64>) -> usize {
     let better = |best: (usize, f64), (k, merit)| {
         if merit > best.1 { (k, merit) } else { best }

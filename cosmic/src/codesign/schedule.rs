@@ -5,15 +5,15 @@ use serde::{Deserialize, Serialize};
 use crate::design::VolumeBounds;
 use crate::scene::{Pass, Scene, StartKind};
 
-/// What an iteration belongs to.
+/// A span of iterations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
     /// Structure, material and controller move together.
     CoDesign,
-    /// The same, and decided edges are drawn towards their material.
+    /// As `CoDesign`, and edges with a clear material are drawn towards it.
     Attraction,
-    /// The iteration in which every edge gets one material.
+    /// The one iteration that gives every edge a single material.
     Snap,
     /// The controller alone moves.
     FineTuning,
@@ -39,7 +39,7 @@ fn ramp(iteration: usize, ends: [f64; 2], over: [usize; 2]) -> f64 {
     (1.0 - share) * ends[0] + share * ends[1]
 }
 
-/// A scene's schedule at one iteration, the one that is now.
+/// The schedule of a scene at one iteration.
 pub(super) struct Schedule<'a> {
     pub(super) scene: &'a Scene,
     pub(super) iteration: usize,
@@ -59,7 +59,7 @@ impl Schedule<'_> {
         }
     }
 
-    /// What the co-design updates.
+    /// What an iteration of the co-design updates.
     pub(super) fn pass(&self) -> Pass {
         let cycle = &self.scene.schedule.cycle;
         cycle[(self.iteration - 1) % cycle.len()]
@@ -72,14 +72,14 @@ impl Schedule<'_> {
         ramp(self.iteration, ends, schedule.horizon_over).round() as usize
     }
 
-    /// The volume bounds, widened as far as they are by now.
+    /// The volume bounds, widened for this iteration.
     pub(super) fn volume_bounds(&self) -> VolumeBounds {
         let volume = &self.scene.volume;
         let slack = ramp(self.iteration, [0.0, volume.widening], volume.widening_over);
         VolumeBounds::widened(volume, slack)
     }
 
-    /// Thresholds of the binarisation measures, from the measures' own first values.
+    /// Thresholds of the binarisation measures, which come down from the first measures.
     pub(super) fn thresholds(&self, first: &[f64; 4]) -> [f64; 4] {
         let settings = &self.scene.binarisation;
         first.map(|g| {
@@ -91,7 +91,7 @@ impl Schedule<'_> {
         })
     }
 
-    /// Confidence above which an edge is drawn, and by how much.
+    /// The confidence above which an edge is drawn to its material, and the nudge.
     pub(super) fn attraction(&self) -> (f64, f64) {
         let (schedule, settings) = (&self.scene.schedule, &self.scene.binarisation);
         let over = [schedule.attraction_from, schedule.snap_at];
@@ -99,7 +99,7 @@ impl Schedule<'_> {
         (at(settings.confidence), at(settings.nudge))
     }
 
-    /// The iterations at the end of the fine-tuning that settle.
+    /// Number of iterations that settle, at the end of the fine-tuning.
     fn settling(&self) -> usize {
         let schedule = &self.scene.schedule;
         let tuned = schedule.iterations.saturating_sub(schedule.snap_at);
@@ -107,19 +107,19 @@ impl Schedule<'_> {
         (schedule.settle * tuned as f64 + 1e-9) as usize
     }
 
-    /// Whether this is one of them.
+    /// True if this iteration settles.
     pub(super) fn settles(&self) -> bool {
         self.iteration + self.settling() > self.scene.schedule.iterations
     }
 
-    /// Whether other materials are tried for edges before this iteration's update.
+    /// True if this iteration tries other materials before its update.
     pub(super) fn polishes(&self) -> bool {
         let (schedule, start) = (&self.scene.schedule, self.scene.start.kind);
         let is_due = || {
             let tuned = self.iteration - schedule.snap_at - 1;
             tuned.is_multiple_of(schedule.polish_every)
         };
-        // A layout that is given is not designed.
+        // A given layout is not changed.
         let designs = start != StartKind::Layout && self.phase() == Phase::FineTuning;
         schedule.polish_trials > 0 && designs && !self.settles() && is_due()
     }

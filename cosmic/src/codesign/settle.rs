@@ -1,8 +1,9 @@
-//! The end of the fine-tuning: from the best controller on, by updates that lose nothing.
+//! Settling, the end of the fine-tuning: it starts from the best controller and takes back every
+//! update that loses distance.
 //!
-//! Gaits are chaotic: the fine-tuning finds good controllers and loses them again, some of its
-//! updates halve the distance. That is how it gets away from poor ones; but what it happens to
-//! stand at in the end is no result. So its last part goes back to the best and stays there.
+//! Gaits are chaotic. The fine-tuning finds good controllers and loses them again; some updates
+//! halve the distance. That helps it to leave poor controllers, but its last iterate is then a
+//! matter of chance. So the last iterations return to the best controller and stay close to it.
 
 use super::begin::CoDesign;
 use super::progress::{Progress, Settled};
@@ -13,9 +14,9 @@ use super::schedule::Schedule;
 const LOSS: f64 = 0.05;
 
 impl CoDesign {
-    /// Goes back to the best candidate at the first iteration of the end, and later to the last
-    /// good controller where the rollout of the present one has fallen behind. Returns whether it
-    /// did: the gradient at hand is then of another controller.
+    /// Returns to the best candidate in the first iteration that settles, and later to the last good
+    /// controller if `merit`, that of the present controller, is too low. True if the controller
+    /// changed: the gradient of this iteration then belongs to another controller.
     pub(super) fn settle(&self, progress: &mut Progress, now: &Schedule, merit: f64) -> bool {
         if !now.settles() {
             return false;
@@ -26,14 +27,14 @@ impl CoDesign {
                     return false;
                 }
             }
-            // Losses are of either sign: a share of their size.
+            // A merit may be negative: the tolerance is a share of its size.
             Some(settled) if merit >= settled.merit - LOSS * settled.merit.abs() => {
                 settled.controller.clone_from(&progress.controller);
                 settled.merit = settled.merit.max(merit);
                 return false;
             }
-            // The median of the best candidate may be far above its own rollout: no update lost
-            // that, and there is none to take back.
+            // The median of the best candidate may be far above its own unperturbed rollout. No
+            // update has lost that distance, so there is none to take back.
             Some(settled) if progress.controller == settled.controller => {
                 settled.merit = merit;
                 return false;
@@ -43,17 +44,18 @@ impl CoDesign {
                 progress.controller.clone_from(&settled.controller);
             }
         }
+        // Adam's momentum points to the controller that was left.
         progress.adam.mean.fill(0.0);
         true
     }
 
-    /// Goes back to the candidate with the best median over perturbed starts, if there is any that
-    /// stands all of them.
+    /// Returns to the candidate with the best median over perturbed starts. False if every candidate
+    /// has a diverged rollout.
     fn begin_to_settle(&self, progress: &mut Progress) -> bool {
         self.judge_candidates(progress);
         let judged = progress.candidates.iter();
         let judged: Vec<_> = judged.filter_map(|c| Some((c.spread?.p50, c))).collect();
-        // Of equals the one with the best single rollout.
+        // Candidates are sorted by their single rollouts: of equal medians the better one wins.
         let best = first_best(judged.iter().map(|(merit, _)| *merit));
         let Some(&(merit, candidate)) = judged.get(best) else {
             return false;

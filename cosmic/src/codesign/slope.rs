@@ -5,7 +5,7 @@ use crate::inputs::Inputs;
 use crate::optimiser::bound_norm;
 use crate::task::Horizon;
 
-/// A gradient of the loss, the loss, and where the payload was after the horizon.
+/// A gradient of the loss, with the loss and the payload's displacement after the horizon.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Slope {
     pub(super) gradient: Vec<f64>,
@@ -14,14 +14,14 @@ pub(super) struct Slope {
 }
 
 impl Slope {
-    /// Scales the gradient back to a norm where one is set; returns its own.
+    /// Scales the gradient down to `norm`, if it is set and exceeded. Returns the norm before.
     pub(super) fn bound(&mut self, norm: Option<f64>) -> f64 {
         bound_norm(&mut self.gradient, norm.unwrap_or(f64::INFINITY))
     }
 
-    /// Moves the running mean of earlier gradients by a share `1 - memory` of the way to this one,
-    /// and becomes that mean. The first gradient is its own mean, and so is every one without a
-    /// memory; one that is not finite leaves the mean alone and stays what it is.
+    /// Replaces the gradient by its exponential running mean, `memory * mean + (1 - memory) *
+    /// gradient`. The first gradient is its own mean. With a memory of zero nothing changes, and a
+    /// gradient that is not finite changes neither itself nor the mean.
     pub(super) fn averaged(&mut self, mean: &mut Vec<f64>, memory: f64) {
         if memory == 0.0 || !self.gradient.iter().all(|g| g.is_finite()) {
             return;
@@ -35,7 +35,7 @@ impl Slope {
         }
     }
 
-    /// The mean over slopes in several domains.
+    /// The mean over domains.
     pub(super) fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
         let share = 1.0 / slopes.len() as f64;
         let mut mean = Self {
@@ -55,10 +55,10 @@ impl Slope {
     }
 }
 
-/// Where gradients are taken.
+/// The point at which gradients are taken.
 #[derive(Clone, Copy)]
 pub(super) struct At<'a> {
-    /// The means over these; of none of them the nominal task.
+    /// Gradients are means over these domains; without any, those of the nominal task.
     pub(super) domains: &'a [Domain<'a>],
     pub(super) inputs: &'a Inputs<f64>,
     pub(super) horizon: &'a Horizon,

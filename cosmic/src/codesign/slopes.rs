@@ -12,7 +12,7 @@ use crate::scene::GradientPrecision;
 use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
 
-/// What a gradient is taken by.
+/// The variables of a gradient.
 #[derive(Clone, Copy)]
 pub(super) enum Sought<'a> {
     /// The design, in a projection.
@@ -21,7 +21,7 @@ pub(super) enum Sought<'a> {
     Shares,
     /// The controller of a robot of this mixture.
     Controller(&'a [[f64; 3]]),
-    /// Nothing: the loss of that robot alone.
+    /// No variable: the loss of a robot of this mixture, without a gradient.
     Nothing(&'a [[f64; 3]]),
 }
 
@@ -47,9 +47,9 @@ impl Sought<'_> {
 }
 
 impl CoDesign {
-    /// The gradients by the design in the performance and in the stability projection, as far as
-    /// updates by them have a share in the design's: in rollouts side by side, unless other threads
-    /// would then have nothing to do.
+    /// The gradients by the design in the performance and the stability projection; `None` for a
+    /// projection without a share in the update. On one thread the two rollouts run side by side in
+    /// lanes, on more threads in parallel.
     pub(super) fn design_slopes(&self, at: At) -> [Option<Slope>; 2] {
         let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
         let alone = |k: usize| {
@@ -64,11 +64,10 @@ impl CoDesign {
         }
     }
 
-    /// Gradients of the loss, of rollouts in the scene's precision: over domains their
-    /// means, with none of them those of the nominal task. Where one is not finite, be it that f32
-    /// does not reach so far, the update that it is for is skipped.
+    /// Gradients of the loss in the scene's precision, as means over the domains or of the nominal
+    /// task. A gradient may overflow, in f32 sooner than in f64: the caller skips that update.
     ///
-    /// What is sought together is sought of designs: they share the controller.
+    /// Several gradients in one call are all by the design: their rollouts share the controller.
     pub(super) fn slopes<const N: usize>(&self, sought: [Sought; N], at: At) -> [Slope; N] {
         let horizon = at.horizon;
         self.means(at, |task, inputs| {
@@ -118,9 +117,8 @@ impl CoDesign {
         std::array::from_fn(|_| all.next().expect("as many states as gradients"))
     }
 
-    /// The losses and the rollouts that they are of. With a second goal behind, each
-    /// is the mean of the loss ahead and of minus the loss with that goal: the payload is to get as
-    /// far back.
+    /// The losses and their rollouts. With two goals a loss is the mean of the loss for the goal
+    /// ahead and of minus the loss for the goal behind: the payload is to get as far back.
     fn losses_of<R: Real, const N: usize>(
         &self,
         task: &Task,

@@ -1,4 +1,4 @@
-//! Carrying a plan out in a folder, and going on with the run of one.
+//! Beginning runs in folders, and continuing them.
 
 use super::multistart;
 use super::run::{Observer, Run, SCENE, keep_scene, take_up};
@@ -14,12 +14,12 @@ use std::path::{Path, PathBuf};
 /// Carries out a plan in a new or empty folder.
 ///
 /// # Errors
-/// [`Error::Usage`] for a folder that holds something or that another process works in, and for a
-/// plan that cannot be carried out; those of [`Scene::check`];
-/// [`Error::UnstableStep`] where the scene's start, or later the design, vibrates too fast for the
-/// time step and the scene does not let that pass;
-/// [`Error::Write`] where files cannot be written; [`Error::Interrupted`] where the observer
-/// asked for it; [`Error::Diverged`] where the delivered design does, its last states kept.
+/// [`Error::Usage`] for a folder that is not empty or that another process works in, and for a plan
+/// that cannot be carried out; those of [`Scene::check`](crate::scene::Scene::check);
+/// [`Error::UnstableStep`] if the time step is unstable for the start, [`Error::UnstableRun`] if it
+/// becomes so later, unless the scene allows that; [`Error::Write`]; [`Error::Interrupted`] if the
+/// observer asked for it; [`Error::Diverged`] if the delivered design diverges, with its last
+/// states in the folder.
 pub fn optimise(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Summary> {
     if plan.starts.get() == 1 {
         return Run::create(folder, plan)?.finish(observer);
@@ -28,13 +28,13 @@ pub fn optimise(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> R
     multistart::search(lock, plan, observer)
 }
 
-/// Carries out a plan of one start by an optimisation of one's own: with another
-/// [loss](CoDesign::with_loss) than the scene's, or from a [robot](CoDesign::begin_with) that is
-/// there already. That robot is kept as `start.json`.
+/// Carries out a plan of one start with the caller's optimisation: for a [loss](CoDesign::with_loss)
+/// other than the scene's, or from a given [robot](CoDesign::begin_with), which is saved as
+/// `start.json`.
 ///
 /// # Errors
-/// As [`optimise`], and [`Error::Usage`] where the optimisation is not of the plan's scene and
-/// seed.
+/// As [`optimise`], and [`Error::Usage`] if the optimisation has another scene or seed than the
+/// plan.
 pub fn optimise_with(
     folder: &Path,
     plan: &RunPlan,
@@ -64,11 +64,11 @@ pub fn optimise_with(
     Run::begin(folder, plan, codesign, progress)?.finish(observer)
 }
 
-/// As [`resume`], for a run with a loss of one's own: by an optimisation with the same.
+/// As [`resume`], for a run with the caller's loss: `codesign` has to have that loss.
 ///
 /// # Errors
-/// As [`resume`], and [`Error::Usage`] where the optimisation is not of the run's scene, or the
-/// folder is that of several starts.
+/// As [`resume`], and [`Error::Usage`] if the optimisation has another scene than the run, or if the
+/// folder holds several starts.
 pub fn resume_with(
     folder: &Path,
     codesign: CoDesign,
@@ -86,11 +86,11 @@ pub fn resume_with(
     Run::open_with(lock, snapshot, codesign)?.finish(observer)
 }
 
-/// Goes on with the run of a folder. Nothing is done for one that is finished.
+/// Continues the run in a folder. A finished run is only read.
 ///
 /// # Errors
-/// [`Error::Read`] where there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a
-/// snapshot that is no good, otherwise as [`optimise`].
+/// [`Error::Read`] if there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a damaged
+/// snapshot, otherwise as [`optimise`].
 pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary> {
     let Some((lock, snapshot)) = take_up(folder)? else {
         return Summary::read(folder);
@@ -101,12 +101,12 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary> {
     Run::open(lock, snapshot)?.finish(observer)
 }
 
-/// Has a folder's run, and all its starts, go on as if the scene had said
-/// `unstable_step = "warn"`. Nothing is done for one that is finished.
+/// Sets `unstable_step = "warn"` in the scene of a run and of all its starts. A finished run does
+/// not change.
 ///
 /// # Errors
-/// Those of reading and writing a snapshot, [`Error::Usage`] where `scene.toml` is not the scene
-/// that the run began with, or where another process is at work on the run.
+/// Those of reading and writing a snapshot; [`Error::Usage`] if `scene.toml` is not the scene that
+/// the run began with; [`Error::Taken`] if another process works on the run.
 pub fn allow_unstable(folder: &Path) -> Result<()> {
     let Some((_lock, mut snapshot)) = take_up(folder)? else {
         return Ok(());
@@ -121,7 +121,8 @@ pub fn allow_unstable(folder: &Path) -> Result<()> {
     if snapshot.plan.scene.physics.unstable_step != UnstableStep::Warn {
         let scene = folder.join(SCENE);
         keep_scene(folder, &snapshot.plan.scene)?;
-        // It comes back from the snapshot. In this order a crash leaves no two that differ.
+        // In this order a crash never leaves a scene that differs from the snapshot: the scene is
+        // gone until the new snapshot is written, and is written from a snapshot.
         fs::remove_file(&scene).map_err(|source| Error::Write {
             path: scene,
             source,

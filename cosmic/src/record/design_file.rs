@@ -1,6 +1,6 @@
-//! `design.json`: a robot, and the start for another run.
+//! `design.json`: a robot, and a start for other runs.
 //!
-//! It holds no time and no machine: the same robot has the same bytes.
+//! It holds no time and no name of a machine, so that equal robots have equal bytes.
 
 use super::files::{Format, parse_json, read_json, write_json};
 use crate::case::Case;
@@ -14,7 +14,7 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What a design file says it is.
+/// The format of a design file.
 pub const FORMAT: Format = Format {
     name: "cosmic-design",
     version: 1,
@@ -29,11 +29,11 @@ pub(super) const START: &str = "start.json";
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DesignFile {
-    /// Nodes `[i, j]` that each edge joins: by them a design is told from one for another lattice.
+    /// The nodes `[i, j]` of each edge. They tell a design from one for another lattice.
     pub edges: Vec<[usize; 2]>,
     /// Design vectors, one per edge.
     pub z: Vec<[f64; 3]>,
-    /// One material per edge: the layout, or where `z` is not decided yet the nearest one.
+    /// One material per edge: the layout, or the dominant materials if `z` is not one-hot.
     pub materials: Vec<Material>,
     /// The controller's weights.
     pub controller: Weights,
@@ -62,7 +62,7 @@ impl DesignFile {
         }
     }
 
-    /// Reads a design; whether it fits a lattice is for [`robot`](Self::robot) to say.
+    /// Reads a design. [`robot`](Self::robot) checks that it fits a lattice.
     ///
     /// # Errors
     /// Those of [`read_json`].
@@ -70,7 +70,7 @@ impl DesignFile {
         read_json(path, FORMAT)
     }
 
-    /// As [`read`](Self::read), of bytes at hand; `path` is named in messages.
+    /// As [`read`](Self::read), from bytes; messages name `path`.
     ///
     /// # Errors
     /// [`Error::Malformed`].
@@ -86,17 +86,17 @@ impl DesignFile {
         write_json(path, FORMAT, self)
     }
 
-    /// Whether the design vectors are those of the layout: after the snap, and nowhere else, the
-    /// layout's exact mixture holds (D7).
+    /// True if the design vectors are one-hot. Only then the mixture is exactly that of the layout
+    /// (D7).
     pub fn is_snapped(&self) -> bool {
         self.z == one_hot(&self.materials)
     }
 
-    /// The controller, once all is found to be of the scene's lattice; `file` is named where not.
+    /// Checks that the design fits the scene, and returns its controller. Messages name `file`.
     ///
     /// # Errors
     /// [`Error::Misfit`] for another number of edges, nodes or hidden units, [`Error::Usage`] for
-    /// as many edges between other nodes and for materials that are not those of a decided `z`.
+    /// edges between other nodes and for materials that contradict a one-hot `z`.
     pub fn robot(&self, scene: &Scene, file: &str) -> Result<Controller<f64>> {
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
         let edges = lattice.edges.len();
@@ -117,7 +117,8 @@ impl DesignFile {
             .filter(|_| self.z == one_hot(&decided))
         {
             return Err(Error::Usage(format!(
-                "{file}: `materials[{e}]` is not what `z`, which is decided, has there"
+                "{file}: `materials[{e}]`: expected {} as in `z`, found {}",
+                decided[e] as usize, self.materials[e] as usize
             )));
         }
         let hidden = self.controller.b1.len();

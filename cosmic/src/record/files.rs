@@ -1,4 +1,5 @@
-//! Files that are whole or not there: each is written beside its place and renamed into it.
+//! Atomic writes: a file is written beside its place and renamed into it, so that it is either whole
+//! or not there. JSON files begin with their format and version.
 
 use crate::error::{Error, Result};
 use crate::reading::{Position, from_json, malformed, read_whole};
@@ -10,7 +11,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
 
-/// What a JSON file is: its first two keys, `format` and `version`.
+/// The first two keys of a JSON file, `format` and `version`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Format {
     /// The kind of file, such as `cosmic-design`.
@@ -19,11 +20,11 @@ pub struct Format {
     pub version: u32,
 }
 
-/// Replaces a file by what `fill` writes, or leaves it as it was: a reader, or a run resumed after
-/// a crash, sees the old bytes or the new ones and no mixture.
+/// Replaces a file by the output of `fill`. A reader, and a run resumed after a crash, sees either
+/// the old bytes or the new ones.
 ///
 /// # Errors
-/// [`Error::Write`], for an error of `fill` as well.
+/// [`Error::Write`], also for an error of `fill`.
 pub fn write_atomic(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -35,7 +36,7 @@ pub fn write_atomic(
 }
 
 fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    // Where a link leads, not the link; and into a pipe or a device, not in its place.
+    // A link is followed, not replaced. A pipe or a device is written into, not replaced.
     let path = &match fs::metadata(path) {
         Ok(found) if found.is_file() || found.is_dir() => path.canonicalize()?,
         Ok(_) => {
@@ -43,7 +44,7 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
             fill(&mut file)?;
             return file.flush();
         }
-        // A new file, or one to which a link leads already.
+        // A new file, or a link to a file that does not exist yet.
         Err(_) => fs::read_link(path).map_or(path.to_owned(), |target| path.with_file_name(target)),
     };
     // `file.json` has the empty parent, which means the current folder.
@@ -54,7 +55,7 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     let mut file = BufWriter::new(temporary(folder)?);
     fill(&mut file)?;
     let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
-    // Who may read a file is its owner's choice.
+    // The new file keeps the permissions of the old one.
     #[cfg(unix)]
     if let Ok(replaced) = fs::metadata(path) {
         file.as_file().set_permissions(replaced.permissions())?;
@@ -65,21 +66,21 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     sync_folder(folder)
 }
 
-/// How the names of files begin that are not yet in their place.
+/// Prefix of the names of temporary files.
 const TEMPORARY: &str = ".cosmic-";
 
-/// The lock's place in the folder of a run that is not finished: a file without a word.
+/// The name of the lock, an empty file in the folder of a run that is not finished.
 pub(in crate::record) const LOCK: &str = ".cosmic-lock";
 
-/// Whether a name is that of a file not yet in its place.
+/// True for the name of a temporary file.
 fn is_temporary(name: &OsStr) -> bool {
     name != LOCK && name.to_string_lossy().starts_with(TEMPORARY)
 }
 
-/// Whether a folder holds anything but a lock and what a killed process was writing.
+/// True if a folder holds anything but a lock and temporary files of a killed process.
 ///
 /// # Errors
-/// The system's, where the folder cannot be listed.
+/// The system's error, if the folder cannot be listed.
 pub fn is_used(folder: &Path) -> io::Result<bool> {
     for entry in fs::read_dir(folder)? {
         let name = entry?.file_name();
@@ -90,8 +91,7 @@ pub fn is_used(folder: &Path) -> io::Result<bool> {
     Ok(false)
 }
 
-/// Removes what killed processes were writing into a folder; no other process may be writing
-/// there.
+/// Removes temporary files of killed processes from a folder. No other process may be writing there.
 ///
 /// # Errors
 /// [`Error::Write`].
@@ -111,7 +111,7 @@ pub fn sweep(folder: &Path) -> Result<()> {
     })
 }
 
-/// Makes a folder where there is none, and sees that files can be made in it.
+/// Creates a folder if there is none, and checks that files can be created in it.
 ///
 /// # Errors
 /// [`Error::Write`].
@@ -127,14 +127,13 @@ pub fn make_folder(folder: &Path) -> Result<()> {
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(TEMPORARY);
-    // Temporary files are private by default; what is renamed into place should be an ordinary
-    // file.
+    // Temporary files are private by default. A result should be an ordinary file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)
 }
 
-/// Makes a rename last: on Unix a folder is a file of names, with a sync of its own.
+/// Flushes a rename to the disk. On Unix that needs a sync of the folder.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(unix) {
         File::open(folder)?.sync_all()
@@ -176,17 +175,16 @@ struct Stamp {
     version: u32,
 }
 
-/// Reads what [`write_json`] wrote. `T` sees the keys `format` and `version` too, and must not
-/// refuse them.
+/// Reads a file of [`write_json`]. `T` gets the keys `format` and `version` too and must accept them.
 ///
 /// # Errors
-/// [`Error::Read`] for a file that is missing or unreadable; [`Error::Malformed`] for one that is
-/// not JSON, of another format or version, or lacks keys.
+/// [`Error::Read`] for a file that is missing or unreadable; [`Error::Malformed`] for a file that is
+/// not JSON, has another format or version, or lacks keys.
 pub fn read_json<T: DeserializeOwned>(path: &Path, format: Format) -> Result<T> {
     parse_json(path, &read_whole(path)?, format)
 }
 
-/// As [`read_json`], of bytes at hand; `path` is named in messages.
+/// As [`read_json`], from bytes; messages name `path`.
 ///
 /// # Errors
 /// [`Error::Malformed`].
@@ -194,7 +192,7 @@ pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format
     parse_stamped(path, 0, bytes, format)
 }
 
-/// The same of bytes that stand in the file after so many lines.
+/// As [`parse_json`], for bytes that follow after `lines` lines of the file.
 pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
     path: &Path,
     lines: usize,

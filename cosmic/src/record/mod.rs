@@ -1,9 +1,8 @@
-//! What a run leaves on disk, and running in a folder.
+//! Runs in folders: the files of a run, and optimising in a folder.
 //!
-//! [`optimise`] begins a run and [`resume`] goes on with one; [`optimise_with`] and
-//! [`resume_with`] have a loss or a beginning of one's own. A run's folder holds at any moment
-//! what going on needs: killed anywhere and resumed, a run ends with the bytes it would have
-//! ended with, wall times aside.
+//! [`optimise`] begins a run and [`resume`] continues one; [`optimise_with`] and [`resume_with`]
+//! take the caller's loss or robot. The folder holds at any moment all that resuming needs. A run
+//! that is killed at any point and resumed ends with the same bytes, except wall times.
 
 pub mod files;
 pub mod design_file;

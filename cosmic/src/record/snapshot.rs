@@ -1,4 +1,4 @@
-//! `snapshot.json`: what a run is to do and how far it is, complete enough to go on from.
+//! `snapshot.json`: the plan and the state of a run, all that resuming needs.
 
 use super::files::{Format, parse_json, read_json, write_json};
 use crate::codesign::{CoDesign, Progress};
@@ -9,19 +9,19 @@ use std::borrow::Cow;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// What a snapshot says it is.
+/// The format of a snapshot.
 pub const FORMAT: Format = Format {
     name: "cosmic-snapshot",
     version: 1,
 };
 
-/// The snapshot's place in a run's folder.
+/// The name of the snapshot in the folder of a run.
 pub const SNAPSHOT: &str = "snapshot.json";
 
-/// What a run is to do.
+/// The task of a run, or of several starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunPlan {
-    /// What the scene is called.
+    /// The name of the scene.
     pub name: String,
     /// The scene; in the file as TOML.
     #[serde(with = "toml")]
@@ -30,22 +30,21 @@ pub struct RunPlan {
     pub seed: u64,
     /// How many seeds are tried.
     pub starts: NonZeroUsize,
-    /// Stop after so many iterations, although the scene has more.
+    /// The run stops after so many iterations, if the scene has more.
     pub iterations: Option<NonZeroUsize>,
-    /// Which of several seeds go on to the end.
+    /// Whether all starts are carried out.
     #[serde(default, skip_serializing_if = "Search::is_full")]
     pub search: Search,
 }
 
-/// Which of several starts are carried out to the end.
+/// How several starts are searched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Search {
-    /// All of them.
+    /// All starts are carried out.
     #[default]
     Full,
-    /// Those left over when weak ones have been dropped on the way, as the scene's `[search]`
-    /// says.
+    /// Successive halving: weak starts are dropped on the way, as the scene's `[search]` says.
     Halving,
 }
 
@@ -61,7 +60,7 @@ impl RunPlan {
         self.last_after(0)
     }
 
-    /// The last iteration of a run that enters after one.
+    /// The last iteration of a run that enters after iteration `entered`.
     pub(super) fn last_after(&self, entered: usize) -> usize {
         let all = self.scene.schedule.iterations;
         let last = |limit: NonZeroUsize| entered.saturating_add(limit.get()).min(all);
@@ -111,7 +110,7 @@ pub(super) struct Snapshot<'a> {
     pub(super) plan: Cow<'a, RunPlan>,
     /// Wall time so far, interruptions left out, s.
     pub(super) seconds: f64,
-    /// Absent where several starts are tried: each of them has a snapshot of its own.
+    /// `None` for several starts: each of them has its own snapshot.
     pub(super) progress: Option<Cow<'a, Progress>>,
 }
 
@@ -121,11 +120,11 @@ impl Snapshot<'_> {
         write_json(&folder.join(SNAPSHOT), FORMAT, self)
     }
 
-    /// The plan, and the progress of an optimisation of its scene; `file` is named where that does
-    /// not fit.
+    /// The plan and the state, checked against an optimisation of the plan's scene. Messages name
+    /// `file`.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the optimisation has another scene or another loss; those of
+    /// [`Error::Usage`] if the optimisation has another scene or another loss; those of
     /// [`CoDesign::first`] and [`Progress::fits`].
     pub(super) fn unpack(self, file: &Path, codesign: &CoDesign) -> Result<(RunPlan, Progress)> {
         let plan = self.plan.into_owned();
@@ -171,11 +170,11 @@ impl Snapshot<'_> {
     }
 }
 
-/// What the run of a snapshot's bytes would do, once all is found to be as resuming needs it;
-/// `path` is named in messages. `accept` may refuse a plan before anything of its size is made.
+/// The plan in the bytes of a snapshot, after all checks of resuming. Messages name `path`. `accept`
+/// may refuse a plan before any memory of its size is allocated.
 ///
 /// # Errors
-/// Those of [`resume`](super::resume) that come of the snapshot alone, and `accept`'s.
+/// Those of [`resume`](super::resume) about the snapshot, and those of `accept`.
 pub fn check(
     path: &Path,
     bytes: &[u8],

@@ -1,4 +1,4 @@
-//! `summary.json`: what came of a run, written last.
+//! `summary.json`: the result of a run, written last.
 
 use super::RunPlan;
 use super::files::{Format, read_json};
@@ -9,43 +9,43 @@ use crate::scene::Departure;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// What a summary says it is.
+/// The format of a summary.
 pub const FORMAT: Format = Format {
     name: "cosmic-summary",
     version: 1,
 };
 
-/// The summary's place in a run's folder: where it is, the run is finished.
+/// The name of the summary in the folder of a run. A folder with a summary is that of a finished run.
 pub const SUMMARY: &str = "summary.json";
 
 /// Where the last states of a diverged result are kept.
 pub const DIVERGED: &str = "diverged.json";
 
-/// The result of a run. Displacements are the payload's, in metres; `None` where a rollout
+/// The result of a run. Displacements are those of the payload, in metres; `None` if a rollout
 /// diverged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
-    /// What the scene is called.
+    /// The name of the scene.
     pub scene: String,
     /// The seed.
     pub seed: u64,
     /// Of one unperturbed rollout of the delivered design, x and y of the world.
     pub displacement: [f64; 2],
-    /// The same along the ground.
+    /// Of that rollout, along the ground.
     pub displacement_along: f64,
-    /// Along the ground from perturbed starts: the 10 % quantile.
+    /// 10 % quantile along the ground over perturbed starts.
     pub displacement_p10: Option<f64>,
-    /// Their median: the figure to quote. Where it is `None`, `optimize` exits with 3.
+    /// Median over these starts: the figure to quote. If it is `None`, `optimize` exits with 3.
     pub displacement_p50: Option<f64>,
-    /// Their 90 % quantile.
+    /// 90 % quantile over these starts.
     pub displacement_p90: Option<f64>,
-    /// The median of the last iterate from the same starts.
+    /// Median of the last iterate over these starts.
     pub displacement_last_p50: Option<f64>,
-    /// The median over the other starts by which the delivered design was chosen; for another task
-    /// than to get far, of minus its loss.
+    /// Median over the other starts that the delivered design was chosen by; for a task other than
+    /// distance, the median of minus the loss.
     pub displacement_selection_p50: Option<f64>,
-    /// Where the scene's task is not to get far: the median loss of the delivered design over the
-    /// starts of `displacement_p50`.
+    /// For a task other than distance: the median loss of the delivered design over the starts of
+    /// `displacement_p50`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub loss_p50: Option<f64>,
     /// Share of solid edges.
@@ -54,27 +54,26 @@ pub struct Summary {
     /// Share of actuators.
     #[serde(rename = "V_act")]
     pub actuator_volume: f64,
-    /// Edges that the snap gave another material than their largest entry's.
+    /// Edges whose material after the snap is not the dominant one before it.
     pub flips: usize,
-    /// Gradients that were not finite and therefore skipped.
+    /// Gradients skipped because they were not finite.
     pub skipped_gradients: usize,
-    /// The iteration after which the robot entered, where the run began with one that was there
-    /// already.
+    /// The iteration after which a given robot entered; `None` for the scene's start.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub entered: Option<usize>,
     /// Iterations done.
     pub iterations: usize,
-    /// The iteration after which the delivered controller stood.
+    /// The iteration that produced the delivered controller.
     pub delivered_iteration: usize,
     /// Why the run ended.
     pub stop_reason: StopReason,
-    /// Named options in force that differ from the paper.
+    /// Options in force that differ from the paper.
     pub departures: Vec<Departure>,
     /// Version of the program.
     pub cosmic_version: String,
-    /// Wall time, interruptions left out, s; of several starts, the sum of theirs.
+    /// Wall time without interruptions, s; the sum over several starts.
     pub seconds: f64,
-    /// What came of every seed, where several were tried; the summary is that of the best.
+    /// The starts, if there are several; the summary is that of the best one.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub starts: Vec<Start>,
 }
@@ -85,7 +84,7 @@ pub struct Summary {
 pub enum StopReason {
     /// All iterations of the scene are done.
     Finished,
-    /// As many iterations as were asked for are done; the scene has more.
+    /// The limit of the plan is reached; the scene has more iterations.
     IterationLimit,
 }
 
@@ -94,11 +93,11 @@ pub enum StopReason {
 pub struct Start {
     /// Its seed, and the name of its folder.
     pub seed: u64,
-    /// The median by which the best start was chosen; `None` where it diverged.
+    /// The median that the best start was chosen by; `None` if it diverged.
     pub displacement_selection_p50: Option<f64>,
-    /// The median over other starts.
+    /// The median over other perturbed starts.
     pub displacement_p50: Option<f64>,
-    /// The iteration after which the search dropped it, where it did.
+    /// The iteration after which the search dropped it, or `None`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub dropped_at: Option<usize>,
 }
@@ -114,10 +113,10 @@ impl Start {
     }
 }
 
-/// A number of a summary; `None` where a rollout diverged.
+/// A number of a summary; `None` if a rollout diverged.
 pub type SummaryNumber = fn(&Summary) -> Option<f64>;
 
-/// The numbers of a summary as a table has them, each with the name of its column.
+/// The numbers of a summary in tables, each with the name of its column.
 pub const NUMBERS: [(&str, SummaryNumber); 13] = [
     ("displacement_p50", |s| s.displacement_p50),
     ("displacement_p10", |s| s.displacement_p10),
@@ -178,16 +177,16 @@ impl Summary {
     /// The summary of a finished run.
     ///
     /// # Errors
-    /// Those of [`read_json`]; [`Error::NoResult`] where a run is in the folder, and not finished.
+    /// Those of [`read_json`]; [`Error::NoResult`] for a run that is not finished.
     pub fn read(folder: &Path) -> Result<Self> {
         read_json(&result_of(folder, SUMMARY)?, FORMAT)
     }
 }
 
-/// Where a file lies that a run writes when it is finished.
+/// The path of a file that a run writes at its end.
 ///
 /// # Errors
-/// [`Error::NoResult`] where a run is in the folder, and not finished.
+/// [`Error::NoResult`] for a run that is not finished.
 pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     let path = folder.join(name);
     if path.exists() || !folder.join(SNAPSHOT).exists() {
@@ -199,7 +198,7 @@ pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     })
 }
 
-/// Why a run has no result, and what there is to do.
+/// Why a run has no result, and what to do.
 fn unfinished(folder: &Path) -> String {
     let diverged = folder.join(DIVERGED);
     if diverged.exists() {
@@ -211,8 +210,8 @@ fn unfinished(folder: &Path) -> String {
     format!("the run is not finished; {}", go_on(folder, own_loss))
 }
 
-/// What differs from the paper in a run: of the scene's departures those that were in force, and
-/// what no scene says.
+/// The options in force that differ from the paper: those of the scene that the run used, and those
+/// that no scene can express.
 fn departures(plan: &RunPlan, progress: &Progress) -> Vec<Departure> {
     let schedule = &plan.scene.schedule;
     let decided_before = progress

@@ -5,19 +5,19 @@ use crate::lattice::State;
 use crate::simulator::Trajectory;
 use serde::{Deserialize, Serialize};
 
-/// What a trajectory file says it is.
+/// The format of a trajectory file.
 pub const FORMAT: Format = Format {
     name: "cosmic-trajectory",
     version: 1,
 };
 
-/// The trajectory's place in a run's folder.
+/// The name of the trajectory in the folder of a run.
 pub const TRAJECTORY: &str = "trajectory.json";
 
 /// The contents of a trajectory file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryFile {
-    /// Time step, s: the state after `n` steps is that at `n dt`.
+    /// Time step, s: the time of the state after `n` steps is `n dt`.
     pub dt: f64,
     /// Numbers of steps done, ascending; 0 is the start.
     pub steps: Vec<usize>,

@@ -13,7 +13,7 @@ pub(super) struct Appended {
 }
 
 impl Appended {
-    /// Opens a file, and creates it only where a history begins: one that is gone stays gone.
+    /// Opens a file. Creates it only if a history begins: a lost file is an error.
     pub(super) fn open(path: PathBuf, create: bool) -> Result<Self> {
         let mut options = OpenOptions::new();
         let options = options.read(true).write(true).create(create);
@@ -33,7 +33,7 @@ impl Appended {
         }
     }
 
-    /// Where so many lines end, in bytes.
+    /// The length of the first `lines` lines in bytes.
     pub(super) fn end(&mut self, lines: usize) -> Result<u64> {
         let mut bytes = Vec::new();
         (self.file.seek(SeekFrom::Start(0)))
@@ -57,7 +57,7 @@ impl Appended {
         }
     }
 
-    /// Drops what comes after so many bytes.
+    /// Truncates the file and moves to its end.
     pub(super) fn cut(&mut self, length: u64) -> Result<()> {
         (self.file.set_len(length))
             .and_then(|()| self.file.seek(SeekFrom::Start(length)))
@@ -65,12 +65,12 @@ impl Appended {
         Ok(())
     }
 
-    /// One write a line: a killed process leaves no more than its last line unfinished.
+    /// Appends a line in one write: a killed process leaves at most its last line unfinished.
     pub(super) fn append(&mut self, line: &str) -> Result<()> {
         (self.file.write_all(line.as_bytes())).map_err(|source| self.unwritable(source))
     }
 
-    /// Makes the lines last.
+    /// Flushes the lines to the disk.
     pub(super) fn sync(&self) -> Result<()> {
         let synced = self.file.sync_data();
         synced.map_err(|source| self.unwritable(source))

@@ -16,8 +16,8 @@ pub fn read(folder: &Path) -> Result<Vec<Record>> {
     read_first(folder, usize::MAX)
 }
 
-/// So many of them, or all where they are fewer. What follows is not looked at: where a run was
-/// stopped it is cut off when the run goes on.
+/// The first `iterations` rows, or all if there are fewer. Later rows are not read: a stopped run may
+/// end with a part of a line, which resuming removes.
 ///
 /// # Errors
 /// As [`read_lines`].
@@ -29,8 +29,8 @@ pub(in crate::record) fn read_first(folder: &Path, iterations: usize) -> Result<
 /// The rows of a file of JSON lines, each with its format and version.
 ///
 /// # Errors
-/// [`Error::Read`](crate::Error::Read) where the file is missing,
-/// [`Error::Malformed`](crate::Error::Malformed) for a line that is none.
+/// [`Error::Read`](crate::Error::Read) for a missing file,
+/// [`Error::Malformed`](crate::Error::Malformed) for a line of another form.
 pub fn read_lines<T: DeserializeOwned>(path: &Path, format: Format) -> Result<Vec<T>> {
     first_lines(path, format, usize::MAX)
 }

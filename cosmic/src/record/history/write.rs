@@ -1,4 +1,4 @@
-//! Writing a history: a row an iteration, appended as it ends.
+//! Writing a history: every iteration appends one row.
 
 use super::appended::Appended;
 use super::rows::{
@@ -9,7 +9,7 @@ use crate::codesign::Record;
 use crate::error::Result;
 use std::path::Path;
 
-/// The files, open for more rows by whoever has the folder.
+/// The files of a history, open for more rows. The lock on the folder is held elsewhere.
 #[derive(Debug)]
 pub(in crate::record) struct History {
     lines: Appended,
@@ -20,12 +20,12 @@ pub(in crate::record) struct History {
 }
 
 impl History {
-    /// Opens the history of a run that entered after an iteration, and cuts it back to the rows of
-    /// those up to another; with none it begins anew.
+    /// Opens the history of a run that entered after iteration `entered`, and removes the rows after
+    /// `iteration`. If no rows are left, the history begins anew.
     ///
     /// # Errors
-    /// [`Error::Read`] where a file is missing, [`Error::Misfit`] where rows are, all of it left as
-    /// it was; [`Error::Write`] where it cannot be opened.
+    /// [`Error::Read`](crate::Error::Read) for a missing file, [`Error::Misfit`](crate::Error::Misfit)
+    /// for missing rows, without a change to any file; [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn open(folder: &Path, entered: usize, iteration: usize) -> Result<Self> {
         let rows = iteration.saturating_sub(entered);
         let begins = rows == 0;
@@ -52,10 +52,10 @@ impl History {
         Ok(history)
     }
 
-    /// Appends an iteration, and the design that it left where that is due.
+    /// Appends an iteration, and every tenth time its design.
     ///
     /// # Errors
-    /// [`Error::Write`].
+    /// [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn append(
         &mut self,
         record: &Record,
@@ -90,10 +90,10 @@ impl History {
         self.designs.append(&(text + "\n"))
     }
 
-    /// Makes the rows last: a snapshot that is written after this has them all before it.
+    /// Flushes the rows to the disk. A snapshot written after this never counts rows that are lost.
     ///
     /// # Errors
-    /// [`Error::Write`].
+    /// [`Error::Write`](crate::Error::Write).
     pub(in crate::record) fn sync(&self) -> Result<()> {
         let files = [&self.lines, &self.table, &self.designs];
         files.into_iter().try_for_each(Appended::sync)

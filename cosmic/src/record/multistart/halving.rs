@@ -1,9 +1,9 @@
-//! Successive halving: of many starts, the weak ones are dropped on the way.
+//! Successive halving: weak starts are dropped on the way.
 //!
-//! All starts run up to an iteration, a rung; the best share of them goes on to the next. A
-//! start that was dropped keeps its folder and its snapshot, and can be gone on with by hand.
-//! What a start is judged by is in its own history, so an interrupted search goes on from the
-//! starts' folders alone and judges as it did.
+//! All starts run up to an iteration, a rung; the best share of them goes on to the next rung. A
+//! dropped start keeps its folder and its snapshot, and can be resumed by hand. The numbers that
+//! rank a start are in its own history. So an interrupted search resumes from the folders of its
+//! starts alone, with the same ranks.
 
 use super::starts::{folder_of, pause, seeds, side_by_side};
 use crate::codesign::Record;
@@ -16,7 +16,7 @@ use crate::scene::TaskKind;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What the record of a search says it is.
+/// The format of the record of a search.
 pub const FORMAT: Format = Format {
     name: "cosmic-search",
     version: 1,
@@ -25,7 +25,7 @@ pub const FORMAT: Format = Format {
 /// The record's place in the folder of several starts.
 pub const SEARCH: &str = "search.json";
 
-/// A search so far, for those who read the folder; going on does not need it.
+/// The search so far, for readers of the folder. Resuming does not read it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Halving {
     /// The rungs that were reached, in order.
@@ -37,34 +37,34 @@ pub struct Halving {
 pub struct Rung {
     /// The iteration.
     pub iteration: usize,
-    /// Those that came so far, the best first.
+    /// The starts at this rung, best first.
     pub standings: Vec<Standing>,
     /// How many of them go on.
     pub kept: usize,
 }
 
-/// What a start is judged by at a rung.
+/// The rank of a start at a rung.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Standing {
     /// Its seed.
     pub seed: u64,
-    /// The median displacement after the horizon over the iterations before the rung, m; `None`
-    /// where most of them diverged.
+    /// The median displacement after the horizon over the iterations before the rung, m; `None` if
+    /// most of them diverged.
     pub displacement: Option<f64>,
-    /// What starts are ranked by: the same, and for another task than to get far the median of
-    /// minus the loss.
+    /// The number that starts are ranked by: that median, or for a task other than distance the
+    /// median of minus the loss.
     pub merit: Option<f64>,
 }
 
 impl Halving {
-    /// The iteration after which a start was dropped, if it was.
+    /// The iteration after which a start was dropped, or `None`.
     pub(super) fn dropped_at(&self, seed: u64) -> Option<usize> {
         let drops = |rung: &&Rung| rung.standings[rung.kept..].iter().any(|s| s.seed == seed);
         self.rungs.iter().find(drops).map(|rung| rung.iteration)
     }
 }
 
-/// Takes the starts of a plan as far as the last rung, and says which were dropped.
+/// Takes the starts of a plan up to the last rung and drops the weak ones.
 pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Halving> {
     let settings = &plan.scene.search;
     let mut left: Vec<u64> = seeds(plan).collect();
@@ -124,8 +124,9 @@ fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
     Ok(rows)
 }
 
-/// The median over the last iterations before a rung that had a horizon, as the snap has none. It
-/// stands for where the start will end better than one full rollout does, whose chance is larger.
+/// The median over the last iterations before a rung. The snap does not count: it has no horizon. A
+/// median predicts the end of a start better than one full rollout, which is more a matter of
+/// chance.
 fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> Option<f64> {
     let passes = before.iter().rev().filter(|row| row.pass.is_some());
     let reached = |row: &Record| of(row).unwrap_or(f64::NEG_INFINITY);

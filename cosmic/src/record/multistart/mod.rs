@@ -1,5 +1,5 @@
-//! Several starts: every seed is a run in `starts/SEED`, and the best of them is the result. All
-//! are carried out whole, or those that successive halving leaves over.
+//! Multi-start search: every seed is a run in `starts/SEED`, and the best run is the result. Either
+//! all runs are carried out, or successive halving drops the weak ones on the way.
 
 mod starts;
 mod halving;

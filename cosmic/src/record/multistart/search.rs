@@ -1,4 +1,4 @@
-//! What comes of several starts: the best of them is the result.
+//! The search over all starts, and its result.
 
 use super::halving::{Halving, climb};
 use super::starts::{folder_of, one, seeds, side_by_side};
@@ -15,7 +15,7 @@ use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
-/// The most runs that go together, as starts or in a sweep: each is a folder.
+/// The most starts of a search, and the most runs of a sweep: each is a folder.
 pub const MOST_RUNS: usize = 1_000_000;
 
 /// Begins the folder of several starts.
@@ -49,7 +49,7 @@ fn refuse_many(plan: &RunPlan) -> Result<()> {
     Ok(())
 }
 
-/// Does what is left of several starts, and copies the best one's files.
+/// Finishes all starts and copies the files of the best one.
 pub(in crate::record) fn search(
     lock: Lock,
     plan: &RunPlan,
@@ -110,7 +110,7 @@ pub(in crate::record) fn search(
     Ok(summary)
 }
 
-/// Does what is left of the starts that were not dropped, in the order of their seeds.
+/// Finishes the starts that were not dropped. The results are in the order of the seeds.
 fn finish_left(
     folder: &Path,
     plan: &RunPlan,
@@ -119,7 +119,7 @@ fn finish_left(
 ) -> Result<Vec<Result<Summary>>> {
     let is_left = |seed: &u64| dropped.dropped_at(*seed).is_none();
     let left: Vec<u64> = seeds(plan).filter(is_left).collect();
-    // One that flies apart ends itself alone.
+    // A start that diverges does not stop the others.
     side_by_side(&left, observer, |seed, observer| {
         match one(folder, seed, plan, observer) {
             Err(error) if !matches!(error, Error::Diverged { .. }) => Err(error),
@@ -128,8 +128,8 @@ fn finish_left(
     })
 }
 
-/// The one with the higher median over the starts that choose; the first of equals. The figure
-/// to quote is from other starts, or it would flatter the best of many.
+/// The summary with the higher median over the starts for selection; the first of equals. The figure
+/// to quote is from other perturbed starts, because the best of many flatters its own.
 fn better(best: Option<Summary>, other: Option<Summary>) -> Option<Summary> {
     let rank = |summary: &Option<Summary>| {
         let median = summary.as_ref()?.displacement_selection_p50;

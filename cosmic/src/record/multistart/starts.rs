@@ -1,4 +1,4 @@
-//! Every start is a run in `starts/SEED`; as many are at work at a time as there are threads.
+//! The runs of the starts, in `starts/SEED`, as many at a time as there are threads.
 
 use crate::codesign::Record;
 use crate::error::{Error, Result};
@@ -18,9 +18,8 @@ pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
     (0..plan.starts.get() as u64).map(move |k| first.wrapping_add(k))
 }
 
-/// Does something for each of several starts, as many at a time as there are threads, and gives
-/// what came of it in the order of the seeds. Where one fails or is interrupted, the others are
-/// too.
+/// Does `work` for every seed, as many at a time as there are threads, and returns the results in
+/// the order of the seeds. If one start fails or is interrupted, the others are interrupted.
 pub(super) fn side_by_side<T: Send>(
     seeds: &[u64],
     observer: &mut dyn Observer,
@@ -34,10 +33,10 @@ pub(super) fn side_by_side<T: Send>(
     })
 }
 
-/// What one of several starts tells the observer of them all.
+/// The observer of one start, which passes everything on to the common one.
 struct OfOne<'a, 'o> {
     observer: &'a Mutex<&'o mut dyn Observer>,
-    /// Whether another start failed.
+    /// True after another start has failed.
     failed: &'a AtomicBool,
 }
 
@@ -69,7 +68,7 @@ impl Observer for OfOne<'_, '_> {
     }
 }
 
-/// One seed's run: finished, gone on with, or begun.
+/// Finishes the run of one seed: reads, continues or begins it.
 pub(super) fn one(
     folder: &Path,
     seed: u64,
@@ -89,7 +88,7 @@ pub(super) fn one(
         .map_err(|error| of_search(error, folder))
 }
 
-/// Takes one seed's run as far as an iteration, where it is not yet.
+/// Takes the run of one seed up to an iteration, unless it has come so far already.
 pub(super) fn pause(
     folder: &Path,
     plan: &RunPlan,
@@ -114,7 +113,7 @@ pub(super) fn pause(
         .map_err(|error| of_search(error, folder))
 }
 
-/// The plan of one of several starts.
+/// The plan of one start.
 fn alone(plan: &RunPlan, seed: u64) -> RunPlan {
     RunPlan {
         seed,
@@ -124,7 +123,7 @@ fn alone(plan: &RunPlan, seed: u64) -> RunPlan {
     }
 }
 
-/// It is the search that was interrupted or refused, and that can be gone on with.
+/// Names the folder of the search in place of the start's: it is the search that is resumed.
 fn of_search(mut error: Error, folder: &Path) -> Error {
     if let Error::Interrupted { run, .. } | Error::UnstableRun { run, .. } = &mut error {
         *run = folder.into();

@@ -17,42 +17,42 @@ use std::time::{Duration, Instant};
 
 /// The most iterations from one snapshot to the next.
 const SNAPSHOT_EVERY: usize = 10;
-/// The longest time from one snapshot to the next, as far as the last iteration foretells.
+/// The longest time from one snapshot to the next, if iterations take as long as the last one.
 const SNAPSHOT_WITHIN: Duration = Duration::from_secs(1);
-/// After so many iterations in a row without any slope the run says so.
+/// The run warns after so many iterations in a row without any gradient.
 const FLAT: usize = 10;
 
-/// Whoever watches a run, and may end it early. Several starts are runs of their own, some of them
-/// at work at the same time, each told from its own thread; calls do not overlap.
+/// Watches a run and may interrupt it. Several starts are separate runs and may run at the same
+/// time: calls come from several threads, one at a time.
 pub trait Observer: Send {
-    /// A run begins, or goes on after the iterations that it has.
+    /// A run begins or is resumed.
     fn begin(&mut self, run: &Run);
 
-    /// An iteration is done. `Break` interrupts the run, and others that are at work with it: they
-    /// are saved, and can be resumed.
+    /// An iteration is done. `Break` interrupts the run and all runs beside it. They are saved and
+    /// can be resumed.
     fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()>;
 
-    /// A run is at its end, or waits for others to come as far.
+    /// A run is finished, or waits for other runs at a rung of the search.
     fn end(&mut self, run: &Run) {
         let _ = run;
     }
 
-    /// Something is not as it should be, and the run goes on. Said once.
+    /// A warning, given once. The run goes on.
     fn warning(&mut self, run: &Run, text: &str) {
         let _ = (run, text);
     }
 }
 
-/// A run that is not finished, alone at work in its folder.
+/// A run that is not finished, with the lock on its folder.
 pub struct Run {
     plan: RunPlan,
     codesign: CoDesign,
     progress: Progress,
     history: History,
     lock: Lock,
-    /// The worst time step that was warned of.
+    /// The worst grade of the time step so far; a warning was given for it.
     warned: Grade,
-    /// Iterations in a row whose gradients were all zero or no numbers.
+    /// Number of iterations in a row whose gradients were all zero or not finite.
     flat: usize,
     /// Wall time spent by earlier processes, s.
     before: f64,
@@ -84,13 +84,13 @@ impl Run {
         Self::at_work(lock, plan.clone(), 0.0, codesign, progress)
     }
 
-    /// Goes on from a snapshot.
+    /// Continues from a snapshot.
     pub(in crate::record) fn open(lock: Lock, snapshot: Snapshot) -> Result<Self> {
         let codesign = CoDesign::new(&snapshot.plan.scene)?;
         Self::open_with(lock, snapshot, codesign)
     }
 
-    /// Goes on from a snapshot by an optimisation of its scene.
+    /// Continues from a snapshot with the caller's optimisation.
     pub(in crate::record) fn open_with(
         lock: Lock,
         snapshot: Snapshot,
@@ -128,7 +128,7 @@ impl Run {
         })
     }
 
-    /// What is to be done.
+    /// The plan of the run.
     pub fn plan(&self) -> &RunPlan {
         &self.plan
     }
@@ -138,7 +138,7 @@ impl Run {
         self.plan.last_after(self.progress.before_first())
     }
 
-    /// How far it is.
+    /// The state of the optimisation.
     pub fn progress(&self) -> &Progress {
         &self.progress
     }
@@ -148,7 +148,7 @@ impl Run {
         self.before + self.since.elapsed().as_secs_f64()
     }
 
-    /// Does what is left to do.
+    /// Does the remaining iterations and writes the result.
     pub(in crate::record) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         observer.begin(&self);
         self.judge_step(observer)?;
@@ -159,7 +159,7 @@ impl Run {
         Ok(summary)
     }
 
-    /// Does what is left to do up to an iteration. The run is saved and can be gone on with.
+    /// Does the remaining iterations up to a given one, and saves the run.
     pub(in crate::record) fn pause_at(
         mut self,
         iteration: usize,
@@ -201,7 +201,7 @@ impl Run {
     }
 
     /// Warns of a time step that became worse than any before, and refuses an unstable one unless
-    /// the scene lets it pass.
+    /// the scene allows it.
     fn judge_step(&mut self, observer: &mut dyn Observer) -> Result<()> {
         let check = self.codesign.step_check(&self.progress);
         let Progress {
@@ -228,7 +228,7 @@ impl Run {
         Ok(())
     }
 
-    /// Warns of a task that nothing designed has an influence on.
+    /// Warns of a task that design and controller do not influence.
     fn judge_slopes(&mut self, record: &Record, observer: &mut dyn Observer) {
         let [performance, stability] = record.design_gradient;
         let mut slopes = [performance, stability, record.controller_gradient]
@@ -238,7 +238,7 @@ impl Run {
         if slopes.peek().is_none() {
             return;
         }
-        // Where a slope is no number, the update is skipped.
+        // A gradient that is not finite is skipped: it moves nothing, like a zero.
         let is_flat = slopes.all(|slope| slope == 0.0 || !slope.is_finite());
         self.flat = if is_flat { self.flat + 1 } else { 0 };
         if self.flat == FLAT {
@@ -280,7 +280,7 @@ impl Run {
         Ok(summary)
     }
 
-    /// Keeps the last states of a design that flies apart, and says where it does.
+    /// Refuses a delivered design that diverges, and writes its last states.
     fn refuse_divergence(&self, design: &DesignFile, delivery: &Delivery) -> Result<()> {
         let Some(divergence) = &delivery.divergence else {
             return Ok(());
@@ -294,7 +294,7 @@ impl Run {
     }
 }
 
-/// Writes the robot that a run begins with, as it stands before the first iteration.
+/// Writes the robot before the first iteration.
 fn keep_start(folder: &Path, codesign: &CoDesign, progress: &Progress) -> Result<()> {
     let materials = codesign.materials(progress);
     let lattice = &codesign.task().lattice;

@@ -1,4 +1,4 @@
-//! A run's folder belongs to one process at a time: whoever holds its lock.
+//! The folder of a run: its lock, its beginning and its scene.
 
 use crate::error::{Error, Result};
 use crate::record::files::{LOCK, is_used, make_folder, write_atomic};
@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 /// The scene's place in a run's folder.
 pub const SCENE: &str = "scene.toml";
 
-/// The right to work in a folder, until it is dropped. The system takes it back from a process that
-/// ends in any way: the file that is left behind locks nothing.
+/// The exclusive right to work in a folder, until it is dropped. The system releases the lock when
+/// the process ends in any way; the file that stays behind locks nothing.
 #[derive(Debug)]
 pub(in crate::record) struct Lock {
     folder: PathBuf,
@@ -35,7 +35,7 @@ impl Lock {
         };
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => Err(Error::Taken(folder.to_owned())),
-            // Not every file system has locks: without one, two processes are the user's affair.
+            // Not every file system has locks. Without them two processes are not told apart.
             Ok(()) | Err(TryLockError::Error(_)) => Ok(Self {
                 folder: folder.to_owned(),
                 _file: file,
@@ -48,29 +48,29 @@ impl Lock {
         &self.folder
     }
 
-    /// Gives up a folder whose run is finished, and takes the file away. From no other folder: who
-    /// has opened the file by then, and who makes a new one, would both have a lock.
+    /// Releases the folder of a finished run and removes the file. In any other folder the file has
+    /// to stay: one process may hold the old file open while another creates and locks a new one.
     pub(in crate::record) fn finish(self) {
-        // One that stays does no harm.
+        // A file that stays does no harm.
         let _ = fs::remove_file(self.folder.join(LOCK));
     }
 }
 
-/// A new or empty folder, locked: of two that begin there one has it, before either writes.
+/// Creates a folder, or takes an empty one, and locks it before anything is written.
 ///
 /// # Errors
 /// [`Error::Usage`] for a folder that holds something; [`Error::Taken`]; [`Error::Write`].
 pub(in crate::record) fn begin(folder: &Path) -> Result<Lock> {
-    // Not even a lock is left in a folder that is refused.
+    // First without a lock: a folder that is refused stays as it is.
     refuse_used(folder)?;
     make_folder(folder)?;
     let lock = Lock::take(folder)?;
-    // Whoever had it until just now may have filled it.
+    // Another process may have filled the folder before it released the lock.
     refuse_used(folder)?;
     Ok(lock)
 }
 
-/// A run's folder, locked, and its snapshot; `None` for a run that is finished.
+/// The lock on the folder of a run and its snapshot; `None` for a finished run.
 ///
 /// # Errors
 /// Those of [`Snapshot::read`]; [`Error::Taken`]; [`Error::Write`].
@@ -79,10 +79,10 @@ pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot
     if is_finished() {
         return Ok(None);
     }
-    // Where there is no run, no lock is left.
+    // First without a lock: a folder without a run stays as it is.
     Snapshot::read(folder)?;
     let lock = Lock::take(folder)?;
-    // Whoever had it until just now may have gone on, or finished.
+    // Another process may have continued or finished the run before it released the lock.
     if is_finished() {
         lock.finish();
         return Ok(None);
@@ -90,8 +90,8 @@ pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot
     Ok(Some((lock, Snapshot::read(folder)?)))
 }
 
-/// Writes the scene for those who read the folder. It is not read to go on: one that says
-/// something else by now would mislead, and is refused.
+/// Writes the scene for readers of the folder, if it is not there. Resuming takes the scene from the
+/// snapshot; a file with another scene would mislead and is refused.
 pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> {
     let path = folder.join(SCENE);
     if !path.exists() {
@@ -107,7 +107,7 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
     Ok(())
 }
 
-/// A run never mixes its files with others.
+/// Refuses a folder that is not empty: a run never mixes its files with others.
 fn refuse_used(folder: &Path) -> Result<()> {
     match is_used(folder) {
         Ok(false) => Ok(()),
