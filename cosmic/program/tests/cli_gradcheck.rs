@@ -34,6 +34,29 @@ fn a_table_with_a_row_a_group_and_a_negative_control() {
     assert_eq!(lines[10..], [control]);
 }
 
+/// Actuators without stroke: the robot stands where it is, whatever its design and controller.
+#[test]
+fn groups_that_the_loss_does_not_depend_on_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("small.toml"), SMALL).unwrap();
+    let still = "materials.max_strain=[0, 0, 0]";
+    let arguments = ["gradcheck", "small.toml", "--steps", "64"];
+    let told = cosmic_in(folder.path(), &[&arguments[..], &["--set", still]].concat());
+    assert_eq!(told.code, 0, "{}{}", told.out, told.error);
+    let zero = |line: &&str| line.ends_with("  both zero");
+    let zero: Vec<_> = told.out.lines().filter(zero).collect();
+    let names: Vec<_> = zero.iter().map(|line| &line[..2]).collect();
+    assert_eq!(names, ["z ", "w1", "b1", "w2", "b2", "v0"], "{}", told.out);
+    assert!(
+        told.out
+            .contains("z, w1, b1, w2, b2, v0: the gradient is zero, and so are the differences"),
+        "{}",
+        told.out
+    );
+    let told = cosmic_in(folder.path(), &arguments);
+    assert!(!told.out.contains("zero"), "{}", told.out);
+}
+
 /// Of a scene's own task, as every one is optimised.
 #[test]
 fn the_gradient_of_every_task_is_checked() {

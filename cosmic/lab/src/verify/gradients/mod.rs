@@ -2,7 +2,7 @@
 
 mod table;
 
-use autodiff::check::{Claim, Options, Report, Verdict, check_directions};
+use autodiff::check::{Claim, Direction, Options, Report, Verdict, check_directions};
 use autodiff::{Dual, Real};
 
 use cosmic::case::Case;
@@ -41,6 +41,14 @@ impl Group {
             verdict: self.verdict.max(Verdict::Kink),
             ..self
         }
+    }
+
+    /// True if forward and reverse mode both say that the loss does not depend on the group, and
+    /// nothing contradicts them: such a row compares zeros with zeros.
+    pub fn is_zero(&self) -> bool {
+        let still = |direction: &Direction| direction.forward == Some(0.0);
+        let agreed = self.verdict != Verdict::Wrong;
+        agreed && self.norm == 0.0 && self.report.directions.iter().all(still)
     }
 
     /// What the check says of this gradient made wrong, where it is smooth and so can be told from

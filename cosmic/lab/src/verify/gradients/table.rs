@@ -26,6 +26,16 @@ impl fmt::Display for GradientCheck {
                 lifted.join(", ")
             )?;
         }
+        let zero = self.groups.iter().filter(|group| group.is_zero());
+        let zero: Vec<_> = zero.map(|group| group.name).collect();
+        if !zero.is_empty() {
+            writeln!(
+                out,
+                "{}: the gradient is zero, and so are the differences; this shows only that the loss \
+                 does not depend on them here",
+                zero.join(", ")
+            )?;
+        }
         if self.rounding > WORN {
             writeln!(
                 out,
@@ -70,5 +80,9 @@ fn write_row(out: &mut fmt::Formatter<'_>, group: &Group) -> fmt::Result {
             row.gradient, row.central, row.step, row.error
         )?;
     }
-    writeln!(out, "  {}", group.verdict)
+    if group.is_zero() {
+        writeln!(out, "  both zero")
+    } else {
+        writeln!(out, "  {}", group.verdict)
+    }
 }
