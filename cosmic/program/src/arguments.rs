@@ -1,17 +1,77 @@
-//! Options that several commands share.
+//! Arguments that several commands share.
 
 use clap::Args;
+use cosmic::error::{Error, Result};
+use cosmic::scene::Scene;
+use std::fmt::Display;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
 
 /// The most threads that are started: starting more takes longer than a run.
-const MOST_THREADS: usize = 1024;
+const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1024).unwrap();
 
-/// Reads how many threads to start.
-pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    let number = text.parse().ok();
-    let number = number.filter(|number: &NonZeroUsize| number.get() <= MOST_THREADS);
-    number.ok_or_else(|| format!("a whole number from 1 to {MOST_THREADS} belongs here"))
+/// Reads whole numbers of a range.
+///
+/// An argument with such a reader also needs `allow_negative_numbers`, or clap takes the -1 of
+/// `--seed -1` for an option.
+pub(super) fn whole<T>(
+    allowed: RangeInclusive<T>,
+) -> impl Fn(&str) -> std::result::Result<T, String> + Clone
+where
+    T: FromStr + PartialOrd + Display + Clone,
+{
+    move |text| {
+        let number = text.parse().ok().filter(|number| allowed.contains(number));
+        let (least, most) = (allowed.start(), allowed.end());
+        number.ok_or_else(|| format!("expected a whole number from {least} to {most}"))
+    }
+}
+
+/// Reads a seed of the random generator.
+pub(super) fn seed(text: &str) -> std::result::Result<u64, String> {
+    whole(0..=u64::MAX)(text)
+}
+
+/// Reads a count of things of which there is at least one.
+pub(super) fn count(text: &str) -> std::result::Result<NonZeroUsize, String> {
+    let expected = |_| "expected a whole number, 1 or more".to_owned();
+    text.parse().map_err(expected)
+}
+
+fn threads(text: &str) -> std::result::Result<NonZeroUsize, String> {
+    whole(NonZeroUsize::MIN..=MOST_THREADS)(text)
+}
+
+/// Settings in place of a scene's own.
+#[derive(Debug, Clone, Args)]
+pub(super) struct Settings {
+    /// Change a key of the scene, as in `--set physics.gravity=3.7`; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(super) set: Vec<String>,
+}
+
+impl Settings {
+    /// Reads the scene of a built-in name or of a file, and changes it.
+    pub(super) fn load(&self, name: &str) -> Result<Scene> {
+        self.apply(Scene::load(name)?)
+    }
+
+    /// Changes a scene.
+    pub(super) fn apply(&self, scene: Scene) -> Result<Scene> {
+        if self.set.is_empty() {
+            return Ok(scene);
+        }
+        scene.set(&self.set)
+    }
+
+    /// Refuses settings where there is no scene that they could change.
+    pub(super) fn refuse(&self, reason: &str) -> Result<()> {
+        match self.set.first() {
+            None => Ok(()),
+            Some(setting) => Err(Error::Usage(format!("--set {setting}: {reason}"))),
+        }
+    }
 }
 
 /// How a command speaks.
@@ -25,18 +85,11 @@ pub(super) struct Output {
     pub(super) json: bool,
 }
 
-/// What a command that simulates for long can be told.
+/// How a command that simulates for long works and speaks.
 #[derive(Debug, Clone, Args)]
-pub(super) struct RunOptions {
-    /// Seed of the random generator
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(super) seed: u64,
-    /// Folder for the results, new or empty [default: runs/SCENE-SEED, with --from NAME and no
-    /// SCENE runs/NAME-on]
-    #[arg(long, value_name = "DIR")]
-    pub(super) out: Option<PathBuf>,
-    /// Threads, 1024 at most; the results do not depend on their number
-    #[arg(long, value_name = "N", value_parser = threads)]
+pub(super) struct Work {
+    /// Number of threads, at most 1024 [default: one per core]; the results do not depend on it
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub(super) threads: Option<NonZeroUsize>,
     /// How the command speaks.
     #[command(flatten)]

@@ -1,5 +1,6 @@
 //! `cosmic evaluate`.
 
+use crate::arguments::Settings;
 use crate::output::{note, print, see_again};
 use crate::source::Source;
 use clap::Args;
@@ -21,6 +22,8 @@ pub(super) struct Arguments {
     /// file, or a built-in scene
     #[arg(value_name = "FILE")]
     file: String,
+    #[command(flatten)]
+    settings: Settings,
     /// Add the exact gradients
     #[arg(long)]
     gradient: bool,
@@ -36,7 +39,7 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         self.check_out()?;
-        let case = Source::find(&self.file)?.case()?;
+        let case = Source::read(&self.file, &self.settings)?.case;
         let results = case.evaluate(self.gradient, &self.record)?;
         let text = results.to_json() + "\n";
         match &self.out {

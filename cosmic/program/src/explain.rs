@@ -1,7 +1,7 @@
 //! `cosmic explain`.
 
 use crate::output::{print, print_json};
-use crate::source::Source;
+use crate::source::{Source, SourceArguments};
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::error::Result;
@@ -17,9 +17,8 @@ use serde_json::{Value, json};
 /// Say what a rollout consists of, its stable time step, and what a step costs here
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
-    #[arg(value_name = "SCENE", default_value = "stability")]
-    source: String,
+    #[command(flatten)]
+    robot: SourceArguments,
     /// Measure microseconds per step over 4096 steps, or as many as the rollout has: processor time
     /// of this thread, the least of several repeats
     #[arg(long)]
@@ -31,11 +30,10 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let source = Source::find(&self.source)?;
-        let case = source.case()?;
+        let Source { case, scene } = self.robot.read()?;
         let rollout = RolloutFacts::new(&case);
         // A scene has a loss and horizons of its own; for a case they are the default scene's.
-        let scene = source.scene()?.unwrap_or_default();
+        let scene = scene.unwrap_or_default();
         let speed = self.measure.then(|| measure(&case, &scene));
         let plan = match self.measure {
             true => Plan::measured(&case, &scene.loss),
@@ -45,10 +43,13 @@ impl Arguments {
             let speed = speed.map_or(String::new(), |speed| speed_text(&speed));
             let voids = plan.voids.as_ref().map_or(String::new(), voids_text);
             let (rollout, plan) = (rollout.text(), plan_text(&plan));
-            return print(&format!("{}\n{rollout}{plan}{voids}{speed}", self.source));
+            return print(&format!(
+                "{}\n{rollout}{plan}{voids}{speed}",
+                self.robot.source
+            ));
         }
         let mut value = json!({
-            "source": self.source,
+            "source": self.robot.source,
             "rollout": rollout,
             "plan": plan_json(&plan),
         });

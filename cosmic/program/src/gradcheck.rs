@@ -1,7 +1,8 @@
 //! `cosmic gradcheck`.
 
+use crate::arguments::{seed, whole};
 use crate::output::print;
-use crate::source::Source;
+use crate::source::{Source, SourceArguments};
 use autodiff::check::Options;
 use clap::Args;
 use cosmic::error::{Error, Result};
@@ -15,26 +16,24 @@ use cosmic_lab::verify::check_gradients_of;
 /// payload's displacement after the last step.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
-    #[arg(value_name = "SCENE", default_value = "stability")]
-    source: String,
+    #[command(flatten)]
+    robot: SourceArguments,
     /// Steps of the rollout that is checked, at most; a robot's motion is chaotic, and over
     /// thousands of steps no finite difference means anything
     #[arg(long, value_name = "N", default_value_t = 256)]
     steps: usize,
     /// Random directions in each group of parameters
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = whole(1..=u16::MAX), allow_negative_numbers = true)]
     directions: u16,
     /// Seed of the random directions
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
 }
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let source = Source::find(&self.source)?;
-        let mut case = source.case()?;
-        let (loss, of) = match source.scene()? {
+        let Source { mut case, scene } = self.robot.read()?;
+        let (loss, of) = match scene {
             Some(scene) => (
                 Objective::new(&scene.objective, &scene.loss, &scene.physics),
                 "its scene's loss",
@@ -56,7 +55,7 @@ impl Arguments {
             ..Options::default()
         };
         let check = check_gradients_of(&loss, &case, self.steps, &options);
-        let (name, steps) = (&self.source, check.steps);
+        let (name, steps) = (&self.robot.source, check.steps);
         print(&format!(
             "gradient of {name} over {steps} steps, of {of} (over thousands of steps of a chaotic \
              motion finite differences mean nothing)\n{check}\n"

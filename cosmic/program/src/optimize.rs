@@ -1,6 +1,6 @@
 //! `cosmic optimize`.
 
-use crate::arguments::RunOptions;
+use crate::arguments::{Settings, Work, count, seed};
 use crate::runs;
 use crate::source::{design_of, name_of, robot};
 use clap::Args;
@@ -10,6 +10,7 @@ use cosmic::error::{Error, Result};
 use cosmic::record::run::SCENE;
 use cosmic::record::{RunPlan, Search, Summary, optimise, optimise_with};
 use cosmic::scene::{BUILTIN, Scene, UnstableStep, fault};
+use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -20,8 +21,10 @@ pub(super) struct Arguments {
     /// design]
     #[arg(value_name = "SCENE")]
     scene: Option<String>,
+    #[command(flatten)]
+    settings: Settings,
     /// Try this many seeds, from --seed on, and keep the best
-    #[arg(long, value_name = "N", default_value = "1")]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = count, allow_negative_numbers = true)]
     starts: NonZeroUsize,
     /// Carry out all starts, or drop weak ones on the way as the scene's [search] says
     #[arg(long, default_value = "full", value_parser = search())]
@@ -31,14 +34,21 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "RUN", conflicts_with = "starts")]
     from: Option<PathBuf>,
     /// Stop after this many iterations; the phases stay where they are
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<NonZeroUsize>,
     /// Go on although the time step is unstable for the robot (as unstable_step = "warn" in the
     /// scene)
     #[arg(long)]
     allow_unstable: bool,
+    /// Seed of the random generator
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
+    seed: u64,
+    /// Folder for the results, new or empty [default: runs/SCENE-SEED, with --from NAME and no
+    /// SCENE runs/NAME-on]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     #[command(flatten)]
-    options: RunOptions,
+    work: Work,
 }
 
 fn search() -> impl TypedValueParser<Value = Search> {
@@ -48,18 +58,29 @@ fn search() -> impl TypedValueParser<Value = Search> {
     })
 }
 
+/// The scene to optimise in.
+struct Origin {
+    scene: Scene,
+    /// The name in the summary and in the name of the run's folder.
+    name: String,
+    /// The built-in name or the file, as messages show it.
+    source: String,
+}
+
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let options = &self.options;
-        let [from, name] = self.sources();
-        let mut scene = Scene::load(&from)?;
+        let Origin {
+            mut scene,
+            name,
+            source,
+        } = self.origin()?;
         if self.allow_unstable {
             scene.physics.unstable_step = UnstableStep::Warn;
         }
         let plan = RunPlan {
             name,
             scene,
-            seed: options.seed,
+            seed: self.seed,
             starts: self.starts,
             iterations: self.iterations,
             search: self.search,
@@ -69,80 +90,76 @@ impl Arguments {
                 "--search halving drops the weak ones of several starts: add --starts N".into(),
             ));
         }
-        let folder = match &options.out {
-            Some(folder) => folder.clone(),
-            None => PathBuf::from("runs").join(self.folder_name(&plan)),
-        };
+        let default = || Path::new("runs").join(self.folder_name(&plan));
+        let folder = self.out.clone().unwrap_or_else(default);
         let robot = self.from.as_deref().map(|from| robot(from, &plan.scene));
         let robot = robot.transpose()?;
-        runs::carry_out(
-            &folder,
-            options.threads,
-            &options.output,
-            |observer| match robot {
-                None => optimise(&folder, &plan, observer),
-                Some((z, controller)) => {
-                    let codesign = CoDesign::new(&plan.scene)?;
-                    let progress = codesign.begin_with(plan.seed, z, controller)?;
-                    optimise_with(&folder, &plan, codesign, progress, observer)
-                }
-            },
-        )
-        .map_err(|error| pointed(error, &from))
+        runs::carry_out(&folder, &self.work, |observer| match robot {
+            None => optimise(&folder, &plan, observer),
+            Some((z, controller)) => {
+                let codesign = CoDesign::new(&plan.scene)?;
+                let progress = codesign.begin_with(plan.seed, z, controller)?;
+                optimise_with(&folder, &plan, codesign, progress, observer)
+            }
+        })
+        .map_err(|error| self.with_place(error, &source))
     }
 
-    /// Where the scene is read from, and what it is called.
-    fn sources(&self) -> [String; 2] {
-        if let Some(scene) = &self.scene {
-            return [scene.clone(), name_of(scene)];
-        }
-        let beside = self
-            .from
-            .as_deref()
-            .map(|from| design_of(from).with_file_name(SCENE));
-        match beside.filter(|scene| scene.exists()) {
-            None => [BUILTIN[0].name; 2].map(String::from),
-            Some(scene) => {
-                let summary = Summary::read(scene.parent().unwrap_or(Path::new("")));
-                let scene = scene.display().to_string();
-                let name = summary.map_or_else(|_| name_of(&scene), |summary| summary.scene);
-                [scene, name]
+    /// The scene that is named, else the one beside the design of `--from`, else the default.
+    fn origin(&self) -> Result<Origin> {
+        let (scene, name, source);
+        let beside = |from: &PathBuf| design_of(from).with_file_name(SCENE);
+        let beside = self.from.as_ref().map(beside).filter(|file| file.exists());
+        match (&self.scene, beside) {
+            (None, Some(file)) => {
+                let summary = Summary::read(file.parent().unwrap_or(Path::new("")));
+                scene = Scene::read(&file)?;
+                name = summary.map_or_else(|_| name_of(&file), |summary| summary.scene);
+                source = file.display().to_string();
+            }
+            (named, _) => {
+                source = named.clone().unwrap_or(BUILTIN[0].name.to_owned());
+                scene = Scene::load(&source)?;
+                name = name_of(Path::new(&source));
             }
         }
+        Ok(Origin {
+            scene: self.settings.apply(scene)?,
+            name,
+            source,
+        })
     }
 
-    /// What the run's folder is called where none is named: the run that goes on from another after
-    /// that one.
-    fn folder_name(&self, plan: &RunPlan) -> String {
-        let before = self.from.as_deref().map(design_of);
-        let folder = before.as_deref().and_then(Path::parent);
-        let name = folder.and_then(|folder| match folder.file_name() {
-            Some(name) => Some(name.to_owned()),
-            // The folder that the user is in, and that above, have a name as well.
-            None => Some(
-                Path::new(".")
-                    .join(folder)
-                    .canonicalize()
-                    .ok()?
-                    .file_name()?
-                    .to_owned(),
-            ),
-        });
-        match name {
-            Some(name) if self.scene.is_none() => format!("{}-on", name.to_string_lossy()),
-            _ => format!("{}-{}", plan.name, plan.seed),
+    /// The default name of the run's folder, after the scene and the seed. A run that goes on from
+    /// another in its scene has a name after that run.
+    fn folder_name(&self, plan: &RunPlan) -> OsString {
+        match self.folder_before().filter(|_| self.scene.is_none()) {
+            Some(mut name) => {
+                name.push("-on");
+                name
+            }
+            None => format!("{}-{}", plan.name, plan.seed).into(),
         }
     }
-}
 
-/// Shows an unstable time step where the scene sets it.
-fn pointed(mut error: Error, scene: &str) -> Error {
-    if let Error::UnstableStep { remedy, .. } = &mut error {
-        remedy.push_str(" or say --allow-unstable");
+    /// The name of the folder of `--from`.
+    fn folder_before(&self) -> Option<OsString> {
+        let design = design_of(self.from.as_deref()?);
+        let folder = design.parent()?;
+        let name = |path: &Path| path.file_name().map(OsStr::to_owned);
+        // `.` and `..` have no name before they are resolved.
+        name(folder).or_else(|| name(&Path::new(".").join(folder).canonicalize().ok()?))
     }
-    let Some(remedy) = error.remedy() else {
-        return error;
-    };
-    let message = error.without_remedy();
-    fault(scene, &[""; 0], "physics.dt", &message, &remedy).unwrap_or(error)
+
+    /// An error about an unstable time step, with the place in the scene that sets the step.
+    fn with_place(&self, mut error: Error, source: &str) -> Error {
+        if let Error::UnstableStep { remedy, .. } = &mut error {
+            remedy.push_str(" or say --allow-unstable");
+        }
+        let Some(remedy) = error.remedy() else {
+            return error;
+        };
+        let message = error.without_remedy();
+        fault(source, &self.settings.set, "physics.dt", &message, &remedy).unwrap_or(error)
+    }
 }

@@ -1,12 +1,11 @@
 //! `cosmic resume`.
 
-use crate::arguments::Output;
+use crate::arguments::Work;
 use crate::runs;
 use clap::Args;
 use cosmic::error::{Error, Result};
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{allow_unstable, resume};
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// Go on with a run from its last snapshot; a finished one is left as it is
@@ -15,14 +14,11 @@ pub(super) struct Arguments {
     /// The run's folder
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// Threads, 1024 at most; the results do not depend on their number
-    #[arg(long, value_name = "N", value_parser = crate::arguments::threads)]
-    threads: Option<NonZeroUsize>,
     /// Go on although the time step became unstable for the robot
     #[arg(long)]
     allow_unstable: bool,
     #[command(flatten)]
-    output: Output,
+    work: Work,
 }
 
 impl Arguments {
@@ -31,7 +27,7 @@ impl Arguments {
             allow_unstable(&self.run)?;
         }
         let is_finished = self.run.join(SUMMARY).exists();
-        let done = runs::carry_out(&self.run, self.threads, &self.output, |observer| {
+        let done = runs::carry_out(&self.run, &self.work, |observer| {
             resume(&self.run, observer)
         });
         match done {

@@ -1,9 +1,10 @@
 //! `cosmic robustness`.
 
+use crate::arguments::{Settings, seed, whole};
 use crate::output::{print, print_json};
 use clap::Args;
 use cosmic::error::{Error, Result};
-use cosmic::scene::{RobustSettings, Scene};
+use cosmic::scene::RobustSettings;
 use cosmic_lab::robustness::{Robustness, Trial, measure, table};
 use serde_json::json;
 use std::path::PathBuf;
@@ -16,26 +17,28 @@ pub(super) struct Arguments {
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
     /// Draws
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = whole(1..=u16::MAX), allow_negative_numbers = true)]
     samples: u16,
     /// Seed of the draws
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
     /// How far a coordinate of the start is off at most, m
-    #[arg(long, value_name = "M", default_value_t = RobustSettings::default().start, value_parser = at_most_one)]
+    #[arg(long, value_name = "M", default_value_t = RobustSettings::default().start, value_parser = at_most_one, allow_negative_numbers = true)]
     start: f64,
     /// Share by which the coefficient of Coulomb friction is off at most
-    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().friction, value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().friction, value_parser = share, allow_negative_numbers = true)]
     friction: f64,
     /// Share by which the stiffness of an edge is off at most
-    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().stiffness, value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().stiffness, value_parser = share, allow_negative_numbers = true)]
     stiffness: f64,
     /// Share by which the mass of a node is off at most
-    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().mass, value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().mass, value_parser = share, allow_negative_numbers = true)]
     mass: f64,
     /// Try all designs in this scene, a built-in one or a TOML file, and not each in its own
     #[arg(long, value_name = "SCENE")]
     scene: Option<String>,
+    #[command(flatten)]
+    settings: Settings,
     /// Write JSON
     #[arg(long)]
     json: bool,
@@ -53,7 +56,7 @@ fn at_most_one(text: &str) -> std::result::Result<f64, String> {
 fn within(text: &str, most: f64) -> std::result::Result<f64, String> {
     match text.parse() {
         Ok(x) if (0.0..=most).contains(&x) => Ok(x),
-        _ => Err(format!("a number from 0 to {most} belongs here")),
+        _ => Err(format!("expected a number from 0 to {most}")),
     }
 }
 
@@ -66,7 +69,12 @@ impl Arguments {
             stiffness: self.stiffness,
             mass: self.mass,
         };
-        let scene = self.scene.as_deref().map(Scene::load).transpose()?;
+        if self.scene.is_none() {
+            self.settings
+                .refuse("name the scene that it changes with --scene")?;
+        }
+        let load = |name| self.settings.load(name);
+        let scene = self.scene.as_deref().map(load).transpose()?;
         let trial = Trial {
             scatter: settings,
             seed: self.seed,

@@ -1,6 +1,6 @@
 //! What `optimize` and `resume` share: threads, signals, progress, and the result in a few lines.
 
-use crate::arguments::Output;
+use crate::arguments::{Output, Work};
 use crate::interrupt::Interrupt;
 use crate::output::{counted, note, print, see_again};
 use crate::progress::Progress;
@@ -18,11 +18,10 @@ use std::path::Path;
 /// Those of `work`; [`Error::NoFigure`] where the run is done and its median diverged.
 pub(super) fn carry_out(
     folder: &Path,
-    threads: Option<NonZeroUsize>,
-    output: &Output,
+    Work { threads, output }: &Work,
     work: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
 ) -> Result<()> {
-    let pool = pool(threads)?;
+    let pool = pool(*threads)?;
     let mut progress = Progress::new(output, Interrupt::listen()?);
     let done = pool.install(|| work(&mut progress));
     drop(progress);

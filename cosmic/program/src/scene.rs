@@ -1,6 +1,6 @@
 //! `cosmic scene`.
 
-use crate::arguments::Output;
+use crate::arguments::{Output, Settings};
 use crate::output::{note, print, print_json};
 use clap::{Args, Subcommand};
 use cosmic::codesign::Review;
@@ -32,6 +32,8 @@ enum Action {
         /// A built-in scene or a TOML file
         #[arg(value_name = "NAME")]
         scene: String,
+        #[command(flatten)]
+        settings: Settings,
         /// Write JSON
         #[arg(long)]
         json: bool,
@@ -42,6 +44,8 @@ enum Action {
         /// A TOML file
         #[arg(value_name = "FILE")]
         file: PathBuf,
+        #[command(flatten)]
+        settings: Settings,
         #[command(flatten)]
         output: Output,
     },
@@ -57,15 +61,23 @@ impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         match &self.action {
             Action::List { json } => list(*json),
-            Action::Show { scene, json } => show(&Scene::load(scene)?, *json),
-            Action::Check { file, output } => check(file, output),
+            Action::Show {
+                scene,
+                settings,
+                json,
+            } => show(&settings.load(scene)?, *json),
+            Action::Check {
+                file,
+                settings,
+                output,
+            } => check(file, settings, output),
             Action::Default { json } => show(&Scene::default(), *json),
         }
     }
 }
 
-fn check(file: &Path, output: &Output) -> Result<()> {
-    let scene = Scene::read(file)?;
+fn check(file: &Path, settings: &Settings, output: &Output) -> Result<()> {
+    let scene = settings.apply(Scene::read(file)?)?;
     let review = Review::new(&scene, SEED)?;
     if output.json {
         print_json(&json!({
@@ -81,7 +93,7 @@ fn check(file: &Path, output: &Output) -> Result<()> {
         }
     }
     if let Some(refusal) = review.refusals.first() {
-        return Err(refused(file, refusal));
+        return Err(refused(file, settings, refusal));
     }
     if output.json || output.quiet {
         return Ok(());
@@ -89,11 +101,11 @@ fn check(file: &Path, output: &Output) -> Result<()> {
     print(&format!("{}: ok\n", file.display()))
 }
 
-/// The error for a refusal, shown where the file sets one of its keys.
-fn refused(file: &Path, refusal: &Finding) -> Error {
+/// The error for a refusal, shown where the file or `--set` sets one of its keys.
+fn refused(file: &Path, settings: &Settings, refusal: &Finding) -> Error {
     let name = file.display().to_string();
     let mut keys = refusal.settings.iter().map(|setting| setting.key);
-    let shown = |key| fault(&name, &[""; 0], key, &refusal.says, &refusal.remedy);
+    let shown = |key| fault(&name, &settings.set, key, &refusal.says, &refusal.remedy);
     let unset = || Error::Usage(format!("{name}: {refusal}"));
     keys.find_map(shown).unwrap_or_else(unset)
 }

@@ -1,5 +1,7 @@
-//! What the commands that run one robot are given: a case, a design or a scene.
+//! Robots from a case, a design or a scene, for the commands that roll out one robot.
 
+use crate::arguments::Settings;
+use clap::Args;
 use cosmic::case::Case;
 use cosmic::controller::Controller;
 use cosmic::error::{Error, Result};
@@ -14,32 +16,44 @@ use std::path::{Path, PathBuf};
 /// The seed of the controller that a scene is tried out with.
 const SEED: u64 = 0;
 
-/// What a robot is read from. All of it is read once: a pipe has no second time.
-#[derive(Debug)]
-pub(super) enum Source {
-    /// A built-in scene, or that of a TOML file.
-    Scene(Box<Scene>),
-    /// A run's design, with its bytes; its scene is beside it.
-    Design(PathBuf, Vec<u8>),
-    /// A case, with its text.
-    Case(String, String),
+/// A robot to roll out, and settings in place of its scene's.
+#[derive(Debug, Clone, Args)]
+pub(super) struct SourceArguments {
+    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
+    #[arg(value_name = "SCENE", default_value = BUILTIN[0].name)]
+    pub(super) source: String,
+    #[command(flatten)]
+    pub(super) settings: Settings,
+}
+
+impl SourceArguments {
+    pub(super) fn read(&self) -> Result<Source> {
+        Source::read(&self.source, &self.settings)
+    }
+}
+
+/// A robot to roll out.
+pub(super) struct Source {
+    pub(super) case: Case,
+    /// `None` where the robot comes from a reference case.
+    pub(super) scene: Option<Scene>,
 }
 
 impl Source {
-    /// Finds out which of them a name stands for: a built-in scene by its name, a run's folder by
-    /// the design in it, the files by what they hold.
-    pub(super) fn find(name: &str) -> Result<Self> {
-        let scene = || Ok(Self::Scene(Box::new(Scene::load(name)?)));
+    /// Reads the robot that a name stands for: a built-in scene by its name, a run's folder by the
+    /// design in it, a file by its content. Every file is read once: a pipe has no second time.
+    pub(super) fn read(name: &str, settings: &Settings) -> Result<Self> {
+        let scene = || Self::of_scene(settings.load(name)?);
         if BUILTIN.iter().any(|builtin| builtin.name == name) {
             return scene();
         }
         let path = Path::new(name);
         if path.is_dir() {
             let (design, bytes) = read_design(path)?;
-            return Ok(Self::Design(design, bytes));
+            return Self::of_design(&design, &bytes, settings);
         }
         match read_whole(path) {
-            Ok(bytes) => Self::recognise(path, bytes),
+            Ok(bytes) => Self::of_bytes(path, &bytes, settings),
             // A name that is no file may be a misspelt scene: that reader has a hint.
             Err(Error::Read { source, .. })
                 if source.kind() == ErrorKind::NotFound && !is_json(path) =>
@@ -50,43 +64,43 @@ impl Source {
         }
     }
 
-    fn recognise(path: &Path, bytes: Vec<u8>) -> Result<Self> {
-        let text = String::from_utf8_lossy(&bytes);
+    fn of_bytes(path: &Path, bytes: &[u8], settings: &Settings) -> Result<Self> {
+        let text = String::from_utf8_lossy(bytes);
         let begins_as_json = || text.trim_start_matches(MARK).trim_start().starts_with('{');
         if !is_json(path) && !begins_as_json() {
-            return Ok(Self::Scene(Box::new(Scene::of_bytes(path, &bytes)?)));
+            return Self::of_scene(settings.apply(Scene::of_bytes(path, bytes)?)?);
         }
         // Not by parsing: a truncated design is a design too, and its reader says what is wrong.
         if is_called(&text, design_file::FORMAT.name) {
-            return Ok(Self::Design(path.to_owned(), bytes));
+            return Self::of_design(path, bytes, settings);
         }
-        Ok(Self::Case(path.display().to_string(), text.into_owned()))
+        let name = path.display().to_string();
+        settings.refuse(&format!("{name} is a reference case, which has no scene"))?;
+        Ok(Self {
+            case: Case::parse(&name, &text)?,
+            scene: None,
+        })
     }
 
-    /// The scene, or that beside a design; a case has none.
-    pub(super) fn scene(&self) -> Result<Option<Scene>> {
-        match self {
-            Self::Scene(scene) => Ok(Some((**scene).clone())),
-            Self::Design(path, _) => Scene::read(&path.with_file_name(SCENE)).map(Some),
-            Self::Case(..) => Ok(None),
-        }
+    fn of_scene(scene: Scene) -> Result<Self> {
+        Ok(Self {
+            case: Case::of_scene(&scene, SEED)?,
+            scene: Some(scene),
+        })
     }
 
-    /// Reads the robot.
-    pub(super) fn case(&self) -> Result<Case> {
-        match self {
-            Self::Scene(scene) => Case::of_scene(scene, SEED),
-            Self::Design(path, bytes) => {
-                let design = DesignFile::parse(path, bytes)?;
-                let scene = Scene::read(&path.with_file_name(SCENE))?;
-                fitted((path, bytes), |file| design.case(&scene, file))
-            }
-            Self::Case(name, text) => Case::parse(name, text),
-        }
+    /// The robot of a design file, in the scene beside the file.
+    fn of_design(path: &Path, bytes: &[u8], settings: &Settings) -> Result<Self> {
+        let design = DesignFile::parse(path, bytes)?;
+        let scene = settings.apply(Scene::read(&path.with_file_name(SCENE))?)?;
+        Ok(Self {
+            case: fitted((path, bytes), |file| design.case(&scene, file))?,
+            scene: Some(scene),
+        })
     }
 }
 
-/// Whether a JSON text says somewhere that its format is this one.
+/// True if a JSON text gives its format as `format`.
 fn is_called(text: &str, format: &str) -> bool {
     let name = format!("\"{format}\"");
     text.split("\"format\"").skip(1).any(|after| {
@@ -95,7 +109,7 @@ fn is_called(text: &str, format: &str) -> bool {
     })
 }
 
-/// Something made of a design; what does not fit is pointed at in its file.
+/// Makes something of a design. An error about the design shows the place in its file.
 fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>) -> Result<T> {
     let file = &path.display().to_string();
     let text = String::from_utf8_lossy(bytes);
@@ -110,21 +124,23 @@ pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Vec<[f64; 3]>, Contro
     Ok((design.z, controller))
 }
 
-/// The file of a run's design, or of that which a path is of itself, and what is in it.
+/// Reads a design file, or the one in a run's folder: its path and its content.
 fn read_design(path: &Path) -> Result<(PathBuf, Vec<u8>)> {
-    let design = match path.is_dir() {
-        true => result_of(path, DESIGN)?,
-        false => path.to_owned(),
+    let design = if path.is_dir() {
+        result_of(path, DESIGN)?
+    } else {
+        path.to_owned()
     };
     let bytes = read_whole(&design)?;
     Ok((design, bytes))
 }
 
-/// The design of a run's folder, or the design that a path is of itself.
+/// The path of the design in a run's folder, or `path` itself where it is no folder.
 pub(super) fn design_of(path: &Path) -> PathBuf {
-    match path.is_dir() {
-        true => path.join(DESIGN),
-        false => path.to_owned(),
+    if path.is_dir() {
+        path.join(DESIGN)
+    } else {
+        path.to_owned()
     }
 }
 
@@ -133,8 +149,8 @@ fn is_json(path: &Path) -> bool {
         .is_some_and(|extension| extension == "json")
 }
 
-/// What a scene is called: a file by its name without the extension.
-pub(super) fn name_of(scene: &str) -> String {
-    let stem = Path::new(scene).file_stem();
-    stem.map_or(scene.into(), |stem| stem.to_string_lossy().into_owned())
+/// The name of a scene: that of its file without the extension, or its own.
+pub(super) fn name_of(scene: &Path) -> String {
+    let name = scene.file_stem().unwrap_or(scene.as_os_str());
+    name.to_string_lossy().into_owned()
 }

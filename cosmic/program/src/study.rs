@@ -1,6 +1,6 @@
 //! `cosmic study`.
 
-use crate::arguments::Output;
+use crate::arguments::{Work, count, seed};
 use crate::output::{in_json, print, print_json};
 use crate::progress::Many;
 use clap::{Args, Subcommand};
@@ -31,10 +31,10 @@ enum Which {
 #[derive(Debug, Args)]
 struct Options {
     /// Seeds per experiment
-    #[arg(long, value_name = "N", default_value = "16")]
+    #[arg(long, value_name = "N", default_value = "16", value_parser = count, allow_negative_numbers = true)]
     seeds: NonZeroUsize,
     /// The first seed
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     first_seed: u64,
     /// Folder for the results
     #[arg(long, value_name = "DIR", default_value = RESULTS)]
@@ -43,16 +43,13 @@ struct Options {
     #[arg(long, value_name = "DIR")]
     runs: Option<PathBuf>,
     /// Stop every run after this many iterations, to try a study in little
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     iterations: Option<NonZeroUsize>,
     /// A TOML file of settings under those of every experiment
     #[arg(long, value_name = "FILE")]
     base: Option<PathBuf>,
-    /// Threads, 1024 at most, each with runs of its own; the results do not depend on their number
-    #[arg(long, value_name = "N", value_parser = crate::arguments::threads)]
-    threads: Option<NonZeroUsize>,
     #[command(flatten)]
-    output: Output,
+    work: Work,
 }
 
 impl Arguments {
@@ -64,14 +61,14 @@ impl Arguments {
         };
         let study = options.study(kind)?;
         let plan = study.prepare()?;
-        let overseer = Many::new(&options.output, &plan, plan.over(&study.runs))?;
-        study.simulate(&plan, options.threads, &overseer)?;
+        let overseer = Many::new(&options.work.output, &plan, plan.over(&study.runs))?;
+        study.simulate(&plan, options.work.threads, &overseer)?;
         let written = study.write()?;
-        if options.output.json {
+        if options.work.output.json {
             return print_json(&json!({ "written": in_json(&written) }));
         }
         let line = |path: &PathBuf| format!("{}\n", path.display());
-        match options.output.quiet {
+        match options.work.output.quiet {
             true => Ok(()),
             false => print(&written.iter().map(line).collect::<String>()),
         }

@@ -1,13 +1,13 @@
 //! `cosmic sweep`.
 
-use crate::arguments::Output;
+use crate::arguments::{Output, Settings, Work, count, seed};
 use crate::interrupt::Interrupt;
 use crate::output::{counted, in_json, note, print, print_json};
 use crate::progress::{Many, Progress, told};
 use crate::source::name_of;
 use clap::{Args, Subcommand};
 use cosmic::error::{Error, Result};
-use cosmic::scene::{BUILTIN, Scene};
+use cosmic::scene::BUILTIN;
 use cosmic_lab::sweep::{
     Ended, Outcome, PlannedScene, RunState, SweepPlan, merge, run_all, run_next, run_one, survey,
     write_results,
@@ -31,14 +31,16 @@ enum Action {
         /// Built-in scenes or TOML files
         #[arg(value_name = "SCENE", default_value = BUILTIN[0].name)]
         scenes: Vec<String>,
+        #[command(flatten)]
+        settings: Settings,
         /// Seeds per scene
-        #[arg(long, value_name = "N")]
+        #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
         seeds: NonZeroUsize,
         /// The first seed
-        #[arg(long, value_name = "N", default_value_t = 0)]
+        #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
         first_seed: u64,
         /// Stop every run after this many iterations
-        #[arg(long, value_name = "N")]
+        #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
         iterations: Option<NonZeroUsize>,
         /// The sweep's folder, new or empty
         #[arg(long, value_name = "S")]
@@ -57,11 +59,8 @@ enum Action {
         /// A run's number, `auto` for the next that nobody has taken, `all` for those one by one
         #[arg(long, value_name = "I")]
         index: Index,
-        /// Threads, 1024 at most; the results do not depend on their number
-        #[arg(long, value_name = "N", value_parser = crate::arguments::threads)]
-        threads: Option<NonZeroUsize>,
         #[command(flatten)]
-        output: Output,
+        work: Work,
     },
     /// Say how far every run is
     Status {
@@ -110,13 +109,14 @@ impl Arguments {
         match &self.action {
             Action::Plan {
                 scenes,
+                settings,
                 seeds,
                 first_seed,
                 iterations,
                 out,
                 output,
             } => {
-                let scenes = scenes.iter().map(|name| planned(name));
+                let scenes = scenes.iter().map(|name| planned(name, settings));
                 let plan = SweepPlan {
                     scenes: scenes.collect::<Result<_>>()?,
                     first_seed: *first_seed,
@@ -125,22 +125,17 @@ impl Arguments {
                 };
                 freeze(&plan, out, output)
             }
-            Action::Run {
-                sweep,
-                index,
-                threads,
-                output,
-            } => run(sweep, *index, (*threads, output)),
+            Action::Run { sweep, index, work } => run(sweep, *index, work),
             Action::Status { sweep, json } => status(sweep, *json),
             Action::Merge { sweep, output } => merge_sweep(sweep, output),
         }
     }
 }
 
-fn planned(scene: &str) -> Result<PlannedScene> {
+fn planned(scene: &str, settings: &Settings) -> Result<PlannedScene> {
     Ok(PlannedScene {
-        name: name_of(scene),
-        scene: Scene::load(scene)?,
+        name: name_of(Path::new(scene)),
+        scene: settings.load(scene)?,
     })
 }
 
@@ -156,16 +151,12 @@ fn freeze(plan: &SweepPlan, folder: &Path, output: &Output) -> Result<()> {
     }
 }
 
-fn run(
-    sweep: &Path,
-    index: Index,
-    (threads, output): (Option<NonZeroUsize>, &Output),
-) -> Result<()> {
+fn run(sweep: &Path, index: Index, Work { threads, output }: &Work) -> Result<()> {
     let plan = SweepPlan::read(sweep)?;
     let whole = (sweep, &plan);
     if let Index::All = index {
         let overseer = Many::new(output, &plan, plan.over(sweep))?;
-        run_all(whole, threads, &overseer)?;
+        run_all(whole, *threads, &overseer)?;
         drop(overseer);
         let left = plan.runs() - plan.over(sweep);
         if left > 0 && !output.quiet {
@@ -179,7 +170,7 @@ fn run(
             false => Ok(()),
         };
     }
-    let pool = crate::runs::pool(threads)?;
+    let pool = crate::runs::pool(*threads)?;
     let mut progress = Progress::new(output, Interrupt::listen()?);
     let ended = match index {
         Index::Number(index) if index >= plan.runs() => Err(Error::Usage(format!(

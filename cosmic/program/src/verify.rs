@@ -1,7 +1,7 @@
 //! `cosmic verify`.
 
 use crate::output::{note, print, print_json};
-use crate::source::Source;
+use crate::source::SourceArguments;
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::error::Result;
@@ -14,9 +14,8 @@ use std::path::PathBuf;
 /// Hold what is computed against better ways to the same numbers
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
-    #[arg(value_name = "SCENE", default_value = "stability")]
-    source: String,
+    #[command(flatten)]
+    robot: SourceArguments,
     /// Trajectories: error against run time, by integrator, time step and precision
     #[arg(long)]
     accuracy: bool,
@@ -40,13 +39,13 @@ type Part = fn(&Case) -> Section;
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let case = Source::find(&self.source)?.case()?;
+        let case = self.robot.read()?.case;
         if let Some(folder) = &self.out {
             make_folder(folder)?;
         }
         let sections = self.parts().into_iter().map(|part| part(&case));
         let sheet = Sheet {
-            title: format!("Verification of {}", self.source),
+            title: format!("Verification of {}", self.robot.source),
             subject: subject(&case),
             sections: sections.collect(),
         };

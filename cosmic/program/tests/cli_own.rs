@@ -66,6 +66,30 @@ fn a_decided_robot_enters_after_the_snap() {
     assert_eq!(b, d);
 }
 
+/// Folders have names of bytes, and not all bytes are Unicode.
+#[cfg(unix)]
+#[test]
+fn a_robot_may_come_from_a_folder_whose_name_is_no_unicode() {
+    use std::os::unix::ffi::OsStrExt;
+    let bench = Bench::default();
+    bench.run("a", &["--iterations", "2"]);
+    let name = |bytes: &'static [u8]| std::ffi::OsStr::from_bytes(bytes);
+    let run = name(b"m\xfcnchen");
+    fs::rename(bench.path("a"), bench.path("").join(run)).unwrap();
+    let status = std::process::Command::new(env!("CARGO_BIN_EXE_cosmic"))
+        .current_dir(bench.path(""))
+        .args(["optimize", "--quiet", "--iterations", "1", "--from"])
+        .arg(run)
+        .status()
+        .unwrap();
+    assert!(status.success(), "{status}");
+    let folder = bench.path("runs").join(name(b"m\xfcnchen-on"));
+    assert!(folder.join("summary.json").exists());
+    // In the scene beside the robot, and not in the default one.
+    let scene = |folder: &Path| fs::read(folder.join("scene.toml")).unwrap();
+    assert_eq!(scene(&folder), scene(&bench.path("").join(run)));
+}
+
 #[test]
 fn a_robot_that_is_not_decided_goes_through_the_whole_schedule() {
     let bench = Bench::default();

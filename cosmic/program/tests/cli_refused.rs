@@ -40,15 +40,44 @@ fn folders_that_will_not_do_are_refused() {
         said.error
     );
     assert!(!bench.path("runs").exists());
-    for wrong in [
-        ["--starts", "0"],
-        ["--iterations", "0"],
-        ["--threads", "0"],
-        ["--threads", "1025"],
-        ["--seed", "-1"],
-    ] {
-        assert_eq!(bench.optimize("x", &wrong).code, 2);
-    }
+}
+
+#[test]
+fn numbers_out_of_range_say_which_are_allowed() {
+    let bench = Bench::default();
+    let seeds = "expected a whole number from 0 to 18446744073709551615";
+    let threads = "expected a whole number from 1 to 1024";
+    let counts = "expected a whole number, 1 or more";
+    let refused = |command: &[&str], option: &str, value: &str, allowed: &str| {
+        let said = bench.cosmic(&[command, &[option, value]].concat());
+        assert_eq!((said.code, &said.out[..]), (2, ""), "{said:?}");
+        let place = format!("invalid value '{value}' for '{option} <");
+        assert!(said.error.contains(&place), "{}", said.error);
+        assert!(said.error.contains(allowed), "{}", said.error);
+    };
+    let optimize = ["optimize", &bench.scene];
+    refused(&optimize, "--starts", "0", counts);
+    refused(&optimize, "--starts", "-3", counts);
+    refused(&optimize, "--iterations", "0", counts);
+    refused(&optimize, "--iterations", "1.5", counts);
+    refused(&optimize, "--threads", "0", threads);
+    refused(&optimize, "--threads", "1025", threads);
+    refused(&optimize, "--seed", "-1", seeds);
+    refused(&["resume", "a"], "--threads", "-1", threads);
+    refused(&["gradcheck"], "--seed", "-1", seeds);
+    let directions = "expected a whole number from 1 to 65535";
+    refused(&["gradcheck"], "--directions", "0", directions);
+    refused(&["robustness", "a"], "--seed", "-1", seeds);
+    refused(
+        &["robustness", "a"],
+        "--start",
+        "-1",
+        "expected a number from 0 to 1",
+    );
+    refused(&["study", "paper"], "--first-seed", "-1", seeds);
+    refused(&["study", "paper"], "--seeds", "0", counts);
+    refused(&["sweep", "plan", "--out", "s"], "--seeds", "0", counts);
+    assert!(!bench.path("runs").exists());
 }
 
 /// A controller that answers the slightest velocity: the robot moves, and the derivative of its

@@ -21,6 +21,7 @@ mod cli_refused;
 mod cli_report;
 mod cli_scene;
 mod cli_search;
+mod cli_set;
 mod cli_stability;
 mod cli_study;
 mod cli_sweep;
