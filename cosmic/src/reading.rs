@@ -1,5 +1,5 @@
-//! Reading files whole, though never without an end, as `/dev/zero` would be; and reading JSON so
-//! that what is wrong in it is named with its keys and its place.
+//! Reads files whole, with a limit for sources that never end, such as `/dev/zero`. Reads JSON and
+//! names the keys and the place of a fault.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -12,23 +12,23 @@ use serde_json::value::RawValue;
 
 use crate::error::{Error, Result};
 
-/// The most bytes that are taken from what has no size of its own, such as a pipe: a hundred times
-/// those of a design of the paper's.
+/// The most bytes read from a source without a known size, such as a pipe: a hundred designs of the
+/// paper's size.
 const STREAM: u64 = 1 << 26;
 
-/// With which some editors begin a text: it belongs to no value.
+/// The byte order mark that some editors put before a text; it is part of no value.
 pub const MARK: char = '\u{feff}';
 
-/// A file's bytes: all of a regular file, and of a pipe or a device what it gives up to 64 MiB.
+/// All bytes of a regular file, and up to 64 MiB of a pipe or a device.
 ///
 /// # Errors
-/// [`Error::Read`], and [`Error::Usage`] for a stream that goes on.
+/// [`Error::Read`], and [`Error::Usage`] for a stream with more bytes.
 pub fn read_whole(path: &Path) -> Result<Vec<u8>> {
     let regular = path.metadata().is_ok_and(|about| about.is_file());
     read_at_most(path, if regular { u64::MAX } else { STREAM })
 }
 
-/// A file's bytes where it has so many at most.
+/// A file's bytes, if there are no more than `most`.
 ///
 /// # Errors
 /// [`Error::Read`], and [`Error::Usage`] for a longer one.
@@ -53,7 +53,7 @@ pub(crate) fn too_long(path: &Path, most: u64) -> Error {
     ))
 }
 
-/// A value from JSON that stands in a file, which is named in messages, after so many lines.
+/// A value from JSON. Messages name the file and count its lines on from `lines`.
 ///
 /// # Errors
 /// [`Error::Malformed`], which says where in the file and where in the value.
@@ -76,8 +76,8 @@ pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u
     json.end().map(|()| value).map_err(end)
 }
 
-/// An error about what stands in a JSON text, with its place: that of the value whose keys the
-/// message names first in backquotes, such as `z[3]`. The error as it is where it names none.
+/// An error about a JSON text, with the place of the value whose keys the message names first in
+/// backquotes, such as `z[3]`. An error that names none is returned as it is.
 pub fn placed(file: &str, text: &str, error: Error) -> Error {
     let message = error.to_string();
     match message.split('`').nth(1).and_then(|keys| place(text, keys)) {
@@ -107,7 +107,7 @@ impl Position {
     }
 }
 
-/// Where the value of such keys begins in a JSON text, if it has one.
+/// Where the value of keys such as `z[3]` begins in a JSON text, if there is one.
 fn place(text: &str, keys: &str) -> Option<Position> {
     let text = text.strip_prefix(MARK).unwrap_or(text);
     let mut value: &RawValue = serde_json::from_str(text).ok()?;
@@ -123,7 +123,7 @@ fn place(text: &str, keys: &str) -> Option<Position> {
     Some(Position::after(before))
 }
 
-/// The parts of a value, as they are written.
+/// The parts of an object or an array, unparsed.
 fn parsed<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
     serde_json::from_str(value.get()).ok()
 }
@@ -131,7 +131,7 @@ fn parsed<'t, T: Deserialize<'t>>(value: &'t RawValue) -> Option<T> {
 /// The keys of a value as a whole.
 const ROOT: &str = ".";
 
-/// What is wrong and with which value; the place, which serde_json puts at the end, is told apart.
+/// The fault and the keys of the value. The place, which serde_json puts at the end, is cut off.
 fn sentence(keys: &str, error: &serde_json::Error) -> String {
     let text = error.to_string();
     let what = text
@@ -155,7 +155,7 @@ fn sentence(keys: &str, error: &serde_json::Error) -> String {
     }
 }
 
-/// What was expected, for those who do not know the name of a type.
+/// The expected value in words, in place of the name of a Rust type.
 fn in_words(expected: &str) -> &str {
     match expected {
         "usize" | "u64" | "u32" | "u8" => "a whole number from 0 on",
@@ -167,7 +167,7 @@ fn in_words(expected: &str) -> &str {
     }
 }
 
-/// A file that reads but is not what it should be, from this place on.
+/// The error for a file with a fault at this place.
 pub(crate) fn malformed(file: &str, place: Position, message: &str) -> Error {
     let Position { line, column } = place;
     Error::Malformed {

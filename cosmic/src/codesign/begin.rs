@@ -31,6 +31,13 @@ pub struct CoDesign {
     pub(super) checked: Option<(Vec<[f64; 3]>, StepCheck)>,
 }
 
+/// The design that a scene starts from.
+struct StartDesign {
+    z: Vec<[f64; 3]>,
+    /// The layout, if the start is one.
+    materials: Option<Vec<Material>>,
+}
+
 impl CoDesign {
     /// Prepares the optimisation of a scene.
     ///
@@ -189,19 +196,18 @@ impl CoDesign {
 
     /// The state before the first iteration, without the check of the time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
-        let (z, materials) = self.first_design(seed)?;
+        let StartDesign { z, materials } = self.start_design(seed)?;
         let controller = Controller::xavier(&self.scene.controller, &self.task.lattice, seed);
         Ok(self.progress(seed, z, materials, controller))
     }
 
-    /// The design vectors at the start, and the layout if the start is one.
-    fn first_design(&self, seed: u64) -> Result<(Vec<[f64; 3]>, Option<Vec<Material>>)> {
+    fn start_design(&self, seed: u64) -> Result<StartDesign> {
         let scene = &self.scene;
         let beta = scene.projection.beta;
         let z = start_vectors(&scene.start, &self.task.lattice, beta, seed)?;
         let is_layout = scene.start.kind == StartKind::Layout;
         let materials = is_layout.then(|| z.iter().map(dominant).collect());
-        Ok((z, materials))
+        Ok(StartDesign { z, materials })
     }
 
     /// The state of a robot before any iteration.
@@ -262,7 +268,7 @@ impl CoDesign {
 
     /// Compares the time step with the vibrations of the design that a seed starts from.
     pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
-        let (z, materials) = self.first_design(seed)?;
+        let StartDesign { z, materials } = self.start_design(seed)?;
         Ok(self.step_check_of(&self.mixture_of(&z, materials.as_deref())))
     }
 

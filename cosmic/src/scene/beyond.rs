@@ -1,7 +1,7 @@
 //! Settings of what goes beyond the paper, all of it off by default: other tasks, robust designs,
 //! and a search over starts that drops the weak ones early.
 
-use super::field::{DEVIATION, SHARE, within};
+use super::limits::{DEVIATION, SHARE, within};
 use super::settings::settings;
 
 settings! {

@@ -18,7 +18,7 @@ pub struct Builtin {
 }
 
 impl Builtin {
-    /// What the scene is: the file's first line.
+    /// The file's first line, which says what the scene is.
     pub fn about(&self) -> &'static str {
         self.text
             .lines()
@@ -85,12 +85,12 @@ impl Scene {
     /// The text of a scene file.
     ///
     /// # Errors
-    /// As [`read`](Scene::read), less what parsing it would find.
+    /// Those of [`read`](Scene::read), except for faults that parsing finds.
     pub fn text(path: &Path) -> Result<String> {
         text_of(path, &read_at_most(path, LARGEST)?).map(str::to_owned)
     }
 
-    /// As [`read`](Scene::read), of bytes at hand; `path` is named in messages.
+    /// Parses the bytes of a scene file; messages name `path`.
     ///
     /// # Errors
     /// [`Error::Usage`] for far too many bytes, [`Error::Malformed`] for some that are not UTF-8,
@@ -121,7 +121,7 @@ pub fn fault(
     let path = Path::new(name);
     let text = match builtin {
         Some(builtin) => Some(builtin.text.to_owned()),
-        // A pipe has been read, and may have no one who writes to it any more.
+        // A pipe cannot be read again: opening it might wait for a writer for good.
         None if path.is_file() => Scene::text(path).ok(),
         None => None,
     };

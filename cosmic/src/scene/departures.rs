@@ -148,8 +148,8 @@ const KNOWN: [KnownDeparture; 24] = [
 
 impl Scene {
     /// The departures in force, for a run's summary. With none, physics and algorithm are the
-    /// paper's. Numbers are the scene's, be they the paper's or not: sizes, widths, rates, weights,
-    /// and how the passes of a cycle take turns.
+    /// paper's. Plain numbers are no departures: sizes, widths, rates, weights, and the order of a
+    /// cycle's passes.
     pub fn departures(&self) -> Vec<Departure> {
         let in_force = KNOWN.iter().filter(|known| (known.in_force)(self));
         in_force

@@ -1,6 +1,6 @@
 //! Settings of the design vectors: projections, start, volume bounds, binarisation.
 
-use super::field::{ITERATIONS, SHARE, above, within};
+use super::limits::{ITERATIONS, SHARE, above, within};
 use super::settings::settings;
 
 settings! {

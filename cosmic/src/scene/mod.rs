@@ -4,25 +4,27 @@
 //! [`Scene`]. Units are SI. "Paper silent" marks a value that the paper leaves open.
 //!
 //! `settings!` declares every key once: type, default, range, unit, source and meaning. The reader,
-//! the commented template and the table in `docs/files.md` follow from the declarations.
+//! the commented template and the tables in `docs/files.md` follow from the declarations. The order of
+//! `mod` is the architecture: a file imports files above it.
 
-mod beyond;
-mod builtin;
-mod check;
-mod departures;
-mod design;
-mod diagnostic;
-mod doubts;
-mod field;
-mod keys;
-mod layout;
-mod optimisation;
+mod limits;
 mod pass;
-mod read;
-mod robot;
-mod settings;
 mod value;
+mod field;
+mod settings;
+mod robot;
+mod design;
+mod optimisation;
+mod beyond;
+mod layout;
+mod keys;
+mod departures;
+mod doubts;
+mod check;
+mod diagnostic;
+mod read;
 mod write;
+mod builtin;
 
 pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin, fault};

@@ -1,6 +1,6 @@
 //! Settings of the optimisation: schedule, both optimisers, gradient, loss, selection.
 
-use super::field::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, above, within};
+use super::limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, above, within};
 use super::pass::Pass;
 use super::settings::settings;
 

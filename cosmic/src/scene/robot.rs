@@ -1,6 +1,6 @@
 //! Settings of the robot and its world: lattice, physics, materials, controller.
 
-use super::field::{STEPS, within};
+use super::limits::{STEPS, within};
 use super::settings::settings;
 
 settings! {

@@ -56,7 +56,7 @@ macro_rules! settings {
                     doc: concat!($($doc),+).trim_ascii(),
                     unit: concat!("", $($unit)?),
                     source: $source,
-                    limits: [$($limits,)? super::field::Limits::NONE][0],
+                    limits: [$($limits,)? super::limits::Limits::NONE][0],
                     value: &mut self.$key,
                 },)+]
             }

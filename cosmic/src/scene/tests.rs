@@ -1,7 +1,7 @@
 //! What must hold between the structs, the declarations and the text.
 
 use super::check::conflicts;
-use super::field::{Limits, within};
+use super::limits::{Limits, within};
 use super::*;
 use proptest::prelude::*;
 
@@ -114,7 +114,7 @@ fn limits_hold_only_finite_numbers() {
     for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         assert!(!limits.contain(x) && !Limits::NONE.contain(x));
     }
-    assert!(within(0.0, 1.0).contain(0.0) && !field::above(0.0, 1.0).contain(0.0));
+    assert!(within(0.0, 1.0).contain(0.0) && !limits::above(0.0, 1.0).contain(0.0));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The types that a setting can have: what may stand in a file, how it is read and written.
 
-use super::field::Limits;
+use super::limits::Limits;
 use super::pass::{Pass, cycle};
 use std::ops::Range;
 use toml::Spanned;
@@ -16,7 +16,8 @@ pub(super) trait SettingValue {
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()>;
 }
 
-/// A value that does not fit: where it is, and why, to be said before the value.
+/// Why a value does not fit. A message reads "`physics.dt` is a text: "fast"", where `says` is the
+/// part between key and value.
 pub(super) struct Misfit {
     pub(super) span: Range<usize>,
     pub(super) says: String,

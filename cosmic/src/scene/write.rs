@@ -4,8 +4,8 @@ use super::Scene;
 use crate::error::Result;
 
 impl Scene {
-    /// Refuses settings that no scene file may have. Those of a scene that was read are never
-    /// refused, those of one whose fields were set may be.
+    /// Refuses settings that no scene file may have. A scene that was read always passes; one whose
+    /// fields were set may not.
     ///
     /// # Errors
     /// [`Error::Malformed`](crate::error::Error::Malformed), with places in the scene's

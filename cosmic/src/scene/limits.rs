@@ -1,0 +1,71 @@
+//! The range that is allowed for the numbers of a setting.
+
+use std::fmt;
+
+/// The finite numbers allowed: for arrays each entry, for a cycle its length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Limits {
+    low: f64,
+    high: f64,
+    low_included: bool,
+}
+
+impl Limits {
+    /// For values that are no numbers.
+    pub(super) const NONE: Limits = within(f64::MIN, f64::MAX);
+
+    /// False for NaN and infinities too.
+    pub(super) fn contain(&self, x: f64) -> bool {
+        x <= self.high && (x > self.low || self.low_included && x == self.low)
+    }
+}
+
+/// From `low` to `high`, both allowed.
+pub(super) const fn within(low: f64, high: f64) -> Limits {
+    Limits {
+        low,
+        high,
+        low_included: true,
+    }
+}
+
+/// Above `low`, up to `high`.
+pub(super) const fn above(low: f64, high: f64) -> Limits {
+    Limits {
+        low,
+        high,
+        low_included: false,
+    }
+}
+
+/// Numbers of an iteration; 0 is before the first one.
+pub(super) const ITERATIONS: Limits = within(0.0, 1e5);
+/// Lengths of rollouts and of parts of them.
+pub(super) const STEPS: Limits = within(1.0, 1e6);
+/// Factors and costs that have no natural bound.
+pub(super) const POSITIVE: Limits = above(0.0, 1e6);
+/// Shares of a whole.
+pub(super) const SHARE: Limits = within(0.0, 1.0);
+/// Shares by which a positive number is off and stays positive.
+pub(super) const DEVIATION: Limits = within(0.0, 0.99);
+
+impl fmt::Display for Limits {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let [low, high] = [self.low, self.high].map(plain);
+        if self.low_included {
+            write!(f, "from {low} to {high}")
+        } else {
+            write!(f, "above {low} and at most {high}")
+        }
+    }
+}
+
+/// A bound as people write it: `64`, not `64.0`; `1e9`, not `1000000000`.
+fn plain(bound: f64) -> String {
+    let text = if bound.abs() >= 1e5 {
+        format!("{bound:e}")
+    } else {
+        format!("{bound:?}")
+    };
+    text.strip_suffix(".0").unwrap_or(&text).to_owned()
+}
