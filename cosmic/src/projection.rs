@@ -57,9 +57,9 @@ pub fn mixture_held<R: Real>(
     }
 }
 
-/// What is taken off every edge's design vector where a scene holds the materials: its
-/// `hold_materials` off the solid entry that the edge does not have in the filled layout. Empty
-/// where nothing is held.
+/// The amounts that a scene with `hold_materials` takes off the design vectors, to keep each edge
+/// to the solid material that it has in the filled layout: the other solid entry loses that much.
+/// Empty where nothing is held.
 pub fn holds(settings: &ProjectionSettings, lattice: &Lattice) -> Vec<[f64; 3]> {
     let amount = settings.hold_materials;
     if amount == 0.0 {
@@ -78,8 +78,8 @@ pub fn one_hot<R: Real>(materials: &[Material]) -> Vec<[R; 3]> {
     vectors.into_iter().map(|m| m.map(R::lit)).collect()
 }
 
-/// Whether a mixture is a layout: exactly one material per edge (D7), as constants. A softmax that
-/// comes ever so close is none, nor is a layout that something is differentiated by.
+/// True if every edge has exactly one material (D7) and all shares are constants. Variables of a
+/// derivative never are, nor is a softmax exactly one-hot.
 pub fn is_layout<R: Real>(mixture: &[[R; 3]]) -> bool {
     let is_one_hot = |m: &[R; 3]| {
         let whole = m.iter().filter(|share| is_whole(**share)).count();
@@ -89,7 +89,7 @@ pub fn is_layout<R: Real>(mixture: &[[R; 3]]) -> bool {
     mixture.iter().all(is_one_hot)
 }
 
-/// Whether a share is one, and a constant: to a variable that is zero now, `is_zero` says no.
+/// True if a share is one and a constant: `is_zero` is false for variables, whatever their value.
 fn is_whole<R: Real>(share: R) -> bool {
     (share - R::one()).is_zero()
 }
@@ -116,7 +116,7 @@ fn column_means<R: Real>(rows: &[[R; 3]]) -> [R; 3] {
     })
 }
 
-/// What a rollout does not change: the robot as the simulator sees it.
+/// The robot as the simulator sees it; a rollout does not change it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body<R> {
     /// Stiffness per edge, N/m.

@@ -24,8 +24,8 @@ pub struct Horizon {
     pub cotangent_bound: Option<CotangentBound>,
 }
 
-/// How many of some rollouts with one controller a thread does together: as many as lanes take at
-/// once, 8, unless other threads would then have nothing to do.
+/// How many rollouts with one controller a thread runs together: 8, which SIMD lanes take at once,
+/// or fewer if other threads would otherwise be idle.
 pub fn together(rollouts: usize) -> usize {
     (rollouts / rayon::current_num_threads()).clamp(1, 8)
 }
@@ -41,10 +41,10 @@ pub struct Task {
     pub materials: MaterialSettings,
     /// Sharpness of the projections, and `delta`.
     pub sharpness: ProjectionSettings,
-    /// What is taken off the design vectors where the scene holds the materials; see [`holds`].
+    /// The amounts that [`holds`] takes off the design vectors.
     holds: Vec<[f64; 3]>,
     simulator: Simulator,
-    /// What is off about the robot as built; `None` for the nominal one.
+    /// How the robot as built differs from its design; `None` for the nominal one.
     variation: Option<Variation>,
 }
 
@@ -232,8 +232,8 @@ impl Task {
         if horizon.mode == HorizonMode::Tail {
             span.first = self.physics.steps - steps;
             let head = Span::from_start(vec![span.first]);
-            // Bodies of the same mixtures, made before they are detached: a layout that a gradient
-            // is asked by keeps its void edges, also before the horizon.
+            // Bodies are made before they are detached: a layout whose derivative is asked for
+            // keeps its void edges, before the horizon too.
             let bodies: Vec<_> = bodies.iter().map(|body| body.map(R::detach)).collect();
             let robots = (&bodies[..], &controller.map(R::detach));
             let start = start.map(R::detach);

@@ -1,8 +1,8 @@
 //! A loss behind a pointer.
 //!
-//! An optimisation evaluates its loss in four number types. Through a pointer, a loss of one's own
-//! is compiled for these four in its own crate, and the simulator in this one alone: no loss has
-//! the simulator compiled again, or left slow in a crate that is built without optimisation.
+//! An optimisation evaluates its loss in four number types. Through a pointer, a user's loss is
+//! compiled for these four in the user's crate, and the simulator only in this one: it is not
+//! compiled again for every loss, nor without optimisation where the user's crate is.
 
 use autodiff::{Real, Var};
 
@@ -20,7 +20,7 @@ impl<L: Loss, R: Real> LossOf<R> for L {
     }
 }
 
-/// A [`Loss`], whichever.
+/// Any [`Loss`], in all four number types.
 pub(crate) trait AnyLoss:
     LossOf<f64> + LossOf<f32> + LossOf<Var<f64>> + LossOf<Var<f32>> + Send + Sync
 {

@@ -1,7 +1,7 @@
 //! Other tasks than getting far: each a few lines over the states of a rollout.
 //!
-//! They are examples of what a user would write. A loss sees states alone; what is a matter of
-//! effort must be had from them: the energy that a robot spends is what its damping takes.
+//! They are examples of losses that a user would write. A loss sees nothing but states, so effort
+//! is derived from them: the energy that a robot spends is the energy that its damping takes.
 
 use autodiff::Real;
 
@@ -89,9 +89,8 @@ impl Loss for Objective {
     }
 }
 
-/// The squared distance of the payload from a point along the ground, its height aside, m^2, and on
-/// top of it what the
-/// payload would still cover in the time `settle`: near and slow is good, near and fast is not.
+/// The squared distance along the ground from the payload to a target, plus the square of the way
+/// that it would still cover in the time `settle`, m^2: near and slow is good, near and fast is not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reach {
     /// The ground, and which states are looked at.
@@ -160,8 +159,8 @@ pub struct Economy {
 }
 
 impl Economy {
-    /// The energy that damping takes over the states observed, J/kg: the plain mean over nodes, as a
-    /// loss knows states and no masses.
+    /// The energy that damping takes over the states observed, J/kg, averaged over the nodes:
+    /// states hold no masses to weigh them by.
     pub fn energy<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let square = |v: &[R; 2]| R::dot(v, v);
         let at = |step: usize| {
@@ -179,7 +178,7 @@ impl Economy {
 }
 
 impl Loss for Economy {
-    /// All of the rollout, in the steps of the displacement's own.
+    /// The whole rollout, every `every` steps.
     fn observed(&self, steps: usize) -> Vec<usize> {
         let every = self.far.settings.every;
         (steps % every..=steps).step_by(every).collect()
@@ -190,7 +189,7 @@ impl Loss for Economy {
     }
 }
 
-/// The mean of something over the states that a loss observes.
+/// The mean of a function over the states that a loss observes.
 fn mean<R: Real>(loss: &impl Loss, trajectory: &Trajectory<R>, of: impl Fn(&State<R>) -> R) -> R {
     let observed = loss.observed(trajectory.last_step());
     let values: Vec<R> = observed.iter().map(|&s| of(trajectory.at(s))).collect();

@@ -1,4 +1,4 @@
-//! Which term of a step made a node absurd.
+//! The cause of an absurd state: which part of a step gave a node its velocity.
 
 use std::fmt;
 
@@ -66,12 +66,12 @@ impl Simulator {
         };
         let activation = controller.activation(&observation(&self.controller, &moment));
         let edges = self.pulling_edges(body, node);
-        // What does not strain hears nothing of its activation.
+        // The activation of an edge that does not strain has no effect, not even as NaN.
         let is_misled = |&&e: &&usize| activation[e].is_nan() && body.strain[e] != 0.0;
         if let Some(&edge) = edges.iter().find(is_misled) {
             return Cause::Controller { edge };
         }
-        // Of either sign: a NaN with its sign bit set would rank below every number.
+        // The magnitude also clears the sign bit of NaN, which `total_cmp` would rank lowest.
         let speed = |[x, y]: [f64; 2]| x.hypot(y).abs() / body.mass[node];
         let spring = |&edge: &usize| {
             let nodes = self.lattice.edges[edge];
@@ -94,8 +94,7 @@ impl Simulator {
         most.map_or(Cause::Motion, |most| most.0)
     }
 
-    /// The edges of a node that pull on it: without stiffness there is no pull, be the nodes where
-    /// they may.
+    /// The edges of a node that can pull on it: those with any stiffness.
     fn pulling_edges(&self, body: &Body<f64>, node: usize) -> Vec<usize> {
         let edges = self.lattice.edges.iter().zip(&body.stiffness).enumerate();
         edges

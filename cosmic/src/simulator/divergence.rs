@@ -94,8 +94,8 @@ impl Simulator {
         }
     }
 
-    /// Whether a watched rollout that ends in this state had no absurd one for certain. Of any
-    /// other [`guarded`](Simulator::guarded) finds out.
+    /// True if a watched rollout that ends in this state surely had no absurd one. Otherwise
+    /// [`guarded`](Simulator::guarded) finds out.
     pub fn is_cleared(&self, last: &State<f64>) -> bool {
         // A place within both bounds of the ground's frame is that far from its origin at most,
         // which may itself be far above the world's.
@@ -103,8 +103,8 @@ impl Simulator {
         farthest < ABSURD && !last.is_absurd()
     }
 
-    /// The first absurd state of a rollout over some of the planned steps, by whose numbers it is
-    /// told, or `None` where all is well. Every state is looked at but the start.
+    /// The first absurd state of a rollout over these of the planned steps, or `None`. The start is
+    /// not checked.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).

@@ -1,10 +1,9 @@
 //! Where the reverse sweep of a rollout overflows.
 //!
-//! A motion that magnifies every small change has cotangents that grow from step to step of the
-//! reverse sweep: over thousands of steps beyond what an f64 holds, though every state is finite.
-//! The sweep of a gradient does not look at what it carries. Where a gradient came out infinite or
-//! NaN, the state's cotangent is taken back once more, in blocks of steps, and through the block
-//! that loses it step by step.
+//! If a motion magnifies small changes, cotangents grow from step to step of the reverse sweep, and
+//! thousands of steps make them larger than an f64 can hold, though every state is finite. The
+//! sweep itself does not check. After a gradient that is infinite or NaN, this module sweeps again:
+//! first in blocks of steps, then step by step through the block in which the cotangent overflows.
 
 use std::fmt;
 use std::ops::Range;

@@ -44,9 +44,9 @@ impl Bracket {
         }
     }
 
-    /// Where to look next: four times as far while no upper end is known; then at a kink that is
-    /// known to lie inside, of which each is tried once; then by the chord. The middle where a
-    /// chord that hugs one end has not moved the other: there is a kink that nobody knows.
+    /// Where to look next: four times as far while no upper end is known; then at each known kink
+    /// inside the bracket, once; then where the chord crosses zero. If the chord keeps hitting one
+    /// end, an unknown kink is near it, and the bracket is halved.
     pub(super) fn next_trial(&self, kinks: &mut Vec<f64>) -> f64 {
         let (start, value) = self.below;
         let Some((end, other)) = self.above else {
