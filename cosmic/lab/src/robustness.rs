@@ -1,4 +1,4 @@
-//! How finished designs bear up against scatter: each rolled out in the same drawn domains.
+//! Domain randomisation: finished designs rolled out in drawn domains, the same for all of them.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -11,14 +11,72 @@ use cosmic::codesign::{CoDesign, Quantiles, Reached};
 use cosmic::domain::{Domain, draw};
 use cosmic::error::Result;
 use cosmic::random::{Purpose, stream};
+use cosmic::record::files::{Format, write_atomic, write_json};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, run};
 use cosmic::scene::{RobustSettings, Scene};
 use cosmic::simulator::Divergence;
 
-/// One design among the domains. Lengths in metres along the ground.
+/// What the files of results say they are.
+const FORMAT: Format = Format {
+    name: "cosmic-robustness",
+    version: 1,
+};
+
+/// Designs among drawn domains.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Robustness {
+    /// How far the domains are from the nominal one.
+    pub scatter: RobustSettings,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// One design each.
+    pub runs: Vec<RobustRun>,
+}
+
+impl Robustness {
+    /// A row a run.
+    pub fn table(&self) -> Table {
+        let metres = |name, says| Column::new(name, says).unit("m").decimals(3, "diverged");
+        let mut columns = vec![
+            Column::new("run", "the run's folder"),
+            metres("nominal", "displacement of the robot as it was designed"),
+            metres("least", "the least displacement over the drawn domains"),
+            metres("p10", "10 % quantile over them"),
+            metres("p50", "median over them"),
+            metres("p90", "90 % quantile over them"),
+        ];
+        let with_loss = self.runs.iter().any(|run| run.loss.is_some());
+        if with_loss {
+            let says = "median loss over them, for another task than to get far";
+            columns.push(Column::new("loss", says).decimals(4, "–"));
+        }
+        let row = |run: &RobustRun| {
+            let metres = [run.nominal, run.least, run.p10, run.p50, run.p90];
+            let mut cells = vec![Cell::from(&run.run[..])];
+            cells.extend(metres.map(Cell::from));
+            cells.extend(with_loss.then(|| run.loss.into()));
+            cells
+        };
+        Table::new(columns, self.runs.iter().map(row))
+    }
+
+    /// Writes JSON or, where the file's name ends in `.csv`, the table.
+    ///
+    /// # Errors
+    /// [`Error::Write`](cosmic::Error::Write).
+    pub fn write(&self, path: &Path) -> Result<()> {
+        if path.extension().is_some_and(|extension| extension == "csv") {
+            let table = self.table().to_csv();
+            return write_atomic(path, |file| file.write_all(table.as_bytes()));
+        }
+        write_json(path, FORMAT, self)
+    }
+}
+
+/// One design among the domains. Lengths in metres along the ground.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RobustRun {
     /// The run's folder.
     pub run: String,
     /// How far the nominal robot gets in one rollout; `None` where it diverges.
@@ -40,7 +98,7 @@ pub struct Robustness {
 
 /// Where designs are tried out.
 #[derive(Clone, Debug)]
-pub struct Trial {
+pub struct DrawnDomains {
     /// How far the domains are from the nominal one, and how many there are.
     pub scatter: RobustSettings,
     /// Seed of the draws.
@@ -54,11 +112,16 @@ pub struct Trial {
 ///
 /// # Errors
 /// Where a run is not finished, its scene or design cannot be read, or the two do not fit.
-pub fn measure(runs: &[PathBuf], trial: &Trial) -> Result<Vec<Robustness>> {
-    runs.iter().map(|folder| one(folder, trial)).collect()
+pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
+    let runs = runs.iter().map(|folder| one(folder, trial));
+    Ok(Robustness {
+        scatter: trial.scatter.clone(),
+        seed: trial.seed,
+        runs: runs.collect::<Result<_>>()?,
+    })
 }
 
-fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
+fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     let scene = match &trial.scene {
         Some(scene) => scene.clone(),
         None => Scene::read(&folder.join(run::SCENE))?,
@@ -82,7 +145,7 @@ fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
     let spread = Quantiles::of(&far);
     let finite = |x: f64| x.is_finite().then_some(x);
     let has_loss = !codesign.is_far();
-    Ok(Robustness {
+    Ok(RobustRun {
         run: folder.display().to_string(),
         nominal: finite(nominal.moved[0]),
         least: least(&far),
@@ -92,9 +155,10 @@ fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
         loss: has_loss
             .then(|| -Quantiles::of(&merits).p50)
             .and_then(finite),
-        divergence: match nominal.moved[0].is_finite() {
-            true => None,
-            false => case.divergence(),
+        divergence: if nominal.moved[0].is_finite() {
+            None
+        } else {
+            case.divergence()
         },
     })
 }
@@ -103,30 +167,4 @@ fn one(folder: &Path, trial: &Trial) -> Result<Robustness> {
 fn least(numbers: &[f64]) -> Option<f64> {
     let all = numbers.iter().all(|x| x.is_finite());
     all.then(|| numbers.iter().copied().fold(f64::INFINITY, f64::min))
-}
-
-/// A row a run, displacements in metres.
-pub fn table(runs: &[Robustness]) -> Table {
-    let metres = |name, says| Column::new(name, says).unit("m").decimals(3, "diverged");
-    let mut columns = vec![
-        Column::new("run", "the run's folder"),
-        metres("nominal", "displacement of the robot as it was designed"),
-        metres("least", "the least displacement over the drawn worlds"),
-        metres("p10", "10 % quantile over them"),
-        metres("p50", "median over them"),
-        metres("p90", "90 % quantile over them"),
-    ];
-    let with_loss = runs.iter().any(|run| run.loss.is_some());
-    if with_loss {
-        let says = "median loss over them, for another task than to get far";
-        columns.push(Column::new("loss", says).decimals(4, "–"));
-    }
-    let row = |run: &Robustness| {
-        let metres = [run.nominal, run.least, run.p10, run.p50, run.p90];
-        let mut cells = vec![Cell::from(&run.run[..])];
-        cells.extend(metres.map(Cell::from));
-        cells.extend(with_loss.then(|| run.loss.into()));
-        cells
-    };
-    Table::new(columns, runs.iter().map(row))
 }

@@ -1,6 +1,6 @@
 //! `cosmic compare`.
 
-use crate::output::print;
+use crate::output::{print, print_json};
 use clap::Args;
 use cosmic::error::Result;
 use cosmic::record::files::write_atomic;
@@ -16,6 +16,9 @@ pub(super) struct Arguments {
     /// Write a page of HTML to this file as well
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Write JSON to standard output: each run's folder and its summary
+    #[arg(long)]
+    json: bool,
 }
 
 impl Arguments {
@@ -24,6 +27,9 @@ impl Arguments {
         if let Some(path) = &self.out {
             let page = comparison.to_html();
             write_atomic(path, |file| file.write_all(page.as_bytes()))?;
+        }
+        if self.json {
+            return print_json(&comparison);
         }
         print(&comparison.to_text())
     }

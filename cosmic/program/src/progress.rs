@@ -6,7 +6,7 @@ use crate::output::{counted, note};
 use cosmic::codesign::Record;
 use cosmic::error::Result;
 use cosmic::record::{Observer, Run};
-use cosmic_lab::sweep::{Ended, Outcome, Overseer, SweepPlan};
+use cosmic_lab::sweep::{Ended, Overseer, RunOutcome, SweepPlan};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -207,16 +207,16 @@ impl Overseer for Many {
 }
 
 /// What came of a run, in a few words.
-pub(super) fn told(outcome: &Outcome) -> String {
+pub(super) fn told(outcome: &RunOutcome) -> String {
     match outcome {
-        Outcome::Done(summary) => {
+        RunOutcome::Done(summary) => {
             let metres = summary.displacement_p50.map(|x| format!("{x:.3} m"));
             let metres = metres.unwrap_or("diverged".to_owned());
             format!("{metres}  {:.1} s", summary.seconds)
         }
-        Outcome::Diverged(says) => says.clone(),
-        Outcome::Over => "was done before".to_owned(),
-        Outcome::Taken => "is at work in another process".to_owned(),
+        RunOutcome::Diverged(says) => says.clone(),
+        RunOutcome::Over => "was done before".to_owned(),
+        RunOutcome::Taken => "is at work in another process".to_owned(),
     }
 }
 

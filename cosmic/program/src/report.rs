@@ -4,14 +4,17 @@ use crate::arguments::Output;
 use crate::output::{in_json, print, print_json};
 use clap::Args;
 use cosmic::error::Result;
-use cosmic_lab::report::{self, Results};
+use cosmic_lab::report;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Draw a finished run: a page, pictures and an animation in its folder
+/// Draw a finished run, or a design alone: a page and pictures in its folder, of a run an animation
+///
+/// A design alone is a folder with design.json and scene.toml only, or a design's file with
+/// scene.toml beside it.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The run's folder
+    /// The run's folder, or a design's folder or file
     #[arg(value_name = "RUN")]
     run: PathBuf,
     #[command(flatten)]
@@ -20,7 +23,7 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let written = report::write(&Results::read(&self.run)?)?;
+        let written = report::write(&self.run)?;
         if self.output.json {
             return print_json(&json!({ "written": in_json(&written) }));
         }

@@ -5,8 +5,7 @@ use crate::output::{print, print_json};
 use clap::Args;
 use cosmic::error::{Error, Result};
 use cosmic::scene::RobustSettings;
-use cosmic_lab::robustness::{Robustness, Trial, measure, table};
-use serde_json::json;
+use cosmic_lab::robustness::{DrawnDomains, RobustRun, measure};
 use std::path::PathBuf;
 
 /// Roll out finished designs with scattered starts, friction, stiffness and masses: the same
@@ -39,7 +38,10 @@ pub(super) struct Arguments {
     scene: Option<String>,
     #[command(flatten)]
     settings: Settings,
-    /// Write JSON
+    /// Write the results to this file as well: JSON, or a table where its name ends in .csv
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Write JSON to standard output
     #[arg(long)]
     json: bool,
 }
@@ -75,31 +77,33 @@ impl Arguments {
         }
         let load = |name| self.settings.load(name);
         let scene = self.scene.as_deref().map(load).transpose()?;
-        let trial = Trial {
+        let domains = DrawnDomains {
             scatter: settings,
             seed: self.seed,
             scene,
         };
-        let runs = measure(&self.runs, &trial)?;
-        if self.json {
-            let (scatter, seed) = (&trial.scatter, trial.seed);
-            print_json(&json!({ "scatter": scatter, "seed": seed, "runs": runs }))?;
-        } else {
-            print(&table(&runs).to_text())?;
+        let found = measure(&self.runs, &domains)?;
+        if let Some(path) = &self.out {
+            found.write(path)?;
         }
-        judge(&runs)
+        if self.json {
+            print_json(&found)?;
+        } else {
+            print(&found.table().to_text())?;
+        }
+        judge(&found.runs)
     }
 }
 
 /// Says where nominal robots diverge, a line each.
-fn judge(runs: &[Robustness]) -> Result<()> {
-    let place = |run: &Robustness| {
+fn judge(runs: &[RobustRun]) -> Result<()> {
+    let place = |run: &RobustRun| {
         let place = Error::from(run.divergence.as_ref()?);
         Some(format!("{}: the nominal robot {place}", run.run))
     };
     let places: Vec<String> = runs.iter().filter_map(place).collect();
-    match places.is_empty() {
-        true => Ok(()),
-        false => Err(Error::NoFigure(places.join("\n"))),
+    if places.is_empty() {
+        return Ok(());
     }
+    Err(Error::NoFigure(places.join("\n")))
 }

@@ -6,7 +6,7 @@ use crate::progress::Many;
 use clap::{Args, Subcommand};
 use cosmic::error::Result;
 use cosmic::scene::Scene;
-use cosmic_lab::study::{Kind, RESULTS, Study, runs_of};
+use cosmic_lab::study::{Base, Study, StudyKind};
 use serde_json::json;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -36,9 +36,9 @@ struct Options {
     /// The first seed
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     first_seed: u64,
-    /// Folder for the results
-    #[arg(long, value_name = "DIR", default_value = RESULTS)]
-    out: PathBuf,
+    /// Folder for the results, without any or with those of fewer seeds [default: that of the runs]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Folder for the runs; an interrupted study goes on there [default: runs/study-NAME]
     #[arg(long, value_name = "DIR")]
     runs: Option<PathBuf>,
@@ -55,9 +55,9 @@ struct Options {
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let (kind, options) = match &self.kind {
-            Which::Paper(options) => (Kind::Paper, options),
-            Which::Ablation(options) => (Kind::Ablation, options),
-            Which::Findings(options) => (Kind::Findings, options),
+            Which::Paper(options) => (StudyKind::Paper, options),
+            Which::Ablation(options) => (StudyKind::Ablation, options),
+            Which::Findings(options) => (StudyKind::Findings, options),
         };
         let study = options.study(kind)?;
         let plan = study.prepare()?;
@@ -67,27 +67,31 @@ impl Arguments {
         if options.work.output.json {
             return print_json(&json!({ "written": in_json(&written) }));
         }
-        let line = |path: &PathBuf| format!("{}\n", path.display());
-        match options.work.output.quiet {
-            true => Ok(()),
-            false => print(&written.iter().map(line).collect::<String>()),
+        if options.work.output.quiet {
+            return Ok(());
         }
+        let line = |path: &PathBuf| format!("{}\n", path.display());
+        print(&written.iter().map(line).collect::<String>())
     }
 }
 
 impl Options {
-    fn study(&self, kind: Kind) -> Result<Study> {
-        let read = |path: &PathBuf| -> Result<(String, String)> {
-            Ok((path.display().to_string(), Scene::text(path)?))
+    fn study(&self, kind: StudyKind) -> Result<Study> {
+        let read = |path: &PathBuf| -> Result<Base> {
+            Ok(Base {
+                file: path.display().to_string(),
+                text: Scene::text(path)?,
+            })
         };
+        let runs = self.runs.clone().unwrap_or_else(|| kind.folder());
         Ok(Study {
             kind,
             first_seed: self.first_seed,
             seeds: self.seeds,
             iterations: self.iterations,
-            base: self.base.as_ref().map(read).transpose()?,
-            out: self.out.clone(),
-            runs: self.runs.clone().unwrap_or_else(|| runs_of(kind)),
+            base: self.base.as_ref().map_or(Ok(Base::default()), read)?,
+            out: self.out.clone().unwrap_or_else(|| runs.clone()),
+            runs,
         })
     }
 }

@@ -9,7 +9,7 @@ use clap::{Args, Subcommand};
 use cosmic::error::{Error, Result};
 use cosmic::scene::BUILTIN;
 use cosmic_lab::sweep::{
-    Ended, Outcome, PlannedScene, RunState, SweepPlan, merge, run_all, run_next, run_one, survey,
+    Ended, MergedRun, PlannedScene, RunOutcome, RunState, Sweep, SweepPlan, merge, survey,
     write_results,
 };
 use serde_json::json;
@@ -48,7 +48,7 @@ enum Action {
         #[command(flatten)]
         output: Output,
     },
-    /// Do runs that are not done, or go on with them
+    /// Do the runs that are not done, or go on with them, until none is left
     ///
     /// A run whose simulation diverges is done as well, with exit code 0: that is its result, which
     /// `status` and `merge` give.
@@ -56,8 +56,8 @@ enum Action {
         /// The sweep's folder
         #[arg(value_name = "S")]
         sweep: PathBuf,
-        /// A run's number, `auto` for the next that nobody has taken, `all` for those one by one
-        #[arg(long, value_name = "I")]
+        /// A run's number, `auto` for the next that nobody has taken, `all` for all of those
+        #[arg(long, value_name = "I", default_value = "all")]
         index: Index,
         #[command(flatten)]
         work: Work,
@@ -145,30 +145,17 @@ fn freeze(plan: &SweepPlan, folder: &Path, output: &Output) -> Result<()> {
     if output.json {
         return print_json(&json!({ "sweep": sweep.to_string(), "runs": runs }));
     }
-    match output.quiet {
-        true => Ok(()),
-        false => print(&format!("{sweep}: {}\n", counted(runs, "run"))),
+    if output.quiet {
+        return Ok(());
     }
+    print(&format!("{sweep}: {}\n", counted(runs, "run")))
 }
 
-fn run(sweep: &Path, index: Index, Work { threads, output }: &Work) -> Result<()> {
-    let plan = SweepPlan::read(sweep)?;
-    let whole = (sweep, &plan);
+fn run(folder: &Path, index: Index, Work { threads, output }: &Work) -> Result<()> {
+    let plan = &SweepPlan::read(folder)?;
+    let sweep = Sweep { folder, plan };
     if let Index::All = index {
-        let overseer = Many::new(output, &plan, plan.over(sweep))?;
-        run_all(whole, *threads, &overseer)?;
-        drop(overseer);
-        let left = plan.runs() - plan.over(sweep);
-        if left > 0 && !output.quiet {
-            note(&format!(
-                "{left} of {} runs are at work in other processes",
-                plan.runs()
-            ));
-        }
-        return match output.json {
-            true => status(sweep, true),
-            false => Ok(()),
-        };
+        return run_all(sweep, *threads, output);
     }
     let pool = crate::runs::pool(*threads)?;
     let mut progress = Progress::new(output, Interrupt::listen()?);
@@ -178,18 +165,36 @@ fn run(sweep: &Path, index: Index, Work { threads, output }: &Work) -> Result<()
             plan.runs()
         ))),
         Index::Number(index) => pool
-            .install(|| run_one(whole, index, &mut progress))
+            .install(|| sweep.run_one(index, &mut progress))
             .map(|outcome| Some(Ended { index, outcome })),
-        _ => pool.install(|| run_next(whole, &mut progress)),
+        _ => pool.install(|| sweep.run_next(&mut progress)),
     };
     drop(progress);
     let ended = ended?;
     match &ended {
-        Some(Ended { index, outcome }) if *outcome == Outcome::Taken => {
+        Some(Ended { index, outcome }) if *outcome == RunOutcome::Taken => {
             Err(Error::Usage(format!("run {index} {}", told(outcome))))
         }
-        _ => show(&plan, ended, output),
+        _ => show(plan, ended, output),
     }
+}
+
+fn run_all(sweep: Sweep, threads: Option<NonZeroUsize>, output: &Output) -> Result<()> {
+    let Sweep { folder, plan } = sweep;
+    let overseer = Many::new(output, plan, plan.over(folder))?;
+    sweep.run_all(threads, &overseer)?;
+    drop(overseer);
+    let total = plan.runs();
+    let left = total - plan.over(folder);
+    if left > 0 && !output.quiet {
+        note(&format!(
+            "{left} of {total} runs are at work in other processes"
+        ));
+    }
+    if output.json {
+        return status(folder, true);
+    }
+    Ok(())
 }
 
 fn show(plan: &SweepPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
@@ -211,16 +216,11 @@ fn show(plan: &SweepPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
 }
 
 fn status(sweep: &Path, as_json: bool) -> Result<()> {
-    const STATES: [RunState; 4] = [
-        RunState::Waiting,
-        RunState::Begun,
-        RunState::Done,
-        RunState::Diverged,
-    ];
     let plan = SweepPlan::read(sweep)?;
     let merged = survey(sweep, &plan);
     if as_json {
-        let counts = STATES.map(|state| (state.name().to_owned(), json!(merged.count(state))));
+        let counts =
+            RunState::ALL.map(|state| (state.name().to_owned(), json!(merged.count(state))));
         let runs = merged.runs.iter().map(|run| {
             json!({ "index": run.index, "scene": run.scene, "seed": run.seed,
                     "state": run.state, "iterations": run.iterations })
@@ -235,13 +235,13 @@ fn status(sweep: &Path, as_json: bool) -> Result<()> {
         .map(|run| run.scene.chars().count())
         .max();
     let width = widest.unwrap_or(0);
-    let line = |run: &cosmic_lab::sweep::MergedRun| {
+    let line = |run: &MergedRun| {
         let (index, scene, seed) = (run.index, &run.scene, run.seed);
         let (state, done) = (run.state.name(), counted(run.iterations, "iteration"));
         format!("{index:5}  {scene:width$}  seed {seed:<5}  {state:8}  {done}\n")
     };
     let lines: String = merged.runs.iter().map(line).collect();
-    let counts = STATES.map(|state| format!("{} {}", merged.count(state), state.name()));
+    let counts = RunState::ALL.map(|state| format!("{} {}", merged.count(state), state.name()));
     print(&format!("{lines}{}\n", counts.join(", ")))
 }
 
@@ -249,15 +249,15 @@ fn merge_sweep(sweep: &Path, output: &Output) -> Result<()> {
     let plan = SweepPlan::read(sweep)?;
     let merged = merge(sweep, &plan)?;
     let written = write_results(sweep, &merged)?;
-    let missing = plan.runs() - merged.over();
+    let missing = merged.left();
     if missing > 0 && !output.quiet {
         note(&format!("{missing} of {} runs are not done", plan.runs()));
     }
     if output.json {
         return print_json(&json!({ "written": in_json(&written), "missing": missing }));
     }
-    match output.quiet {
-        true => Ok(()),
-        false => print(&written.map(|path| format!("{}\n", path.display())).concat()),
+    if output.quiet {
+        return Ok(());
     }
+    print(&written.map(|path| format!("{}\n", path.display())).concat())
 }

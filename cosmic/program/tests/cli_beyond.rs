@@ -55,6 +55,15 @@ fn robustness_lays_runs_beside_one_another_in_the_same_worlds() {
     assert_eq!(exact["least"], exact["nominal"]);
     let table = bench.cosmic(&["robustness", "a", "b"]);
     assert_eq!((table.code, table.out.lines().count()), (0, 3));
+    for (file, begins) in [
+        ("r.json", "{\"format\":\"cosmic-robustness\""),
+        ("r.csv", "run,nominal,"),
+    ] {
+        let said = bench.cosmic(&["robustness", "a", "--samples", "2", "--out", file]);
+        assert_eq!((said.code, said.out.lines().count()), (0, 2), "{said:?}");
+        let text = fs::read_to_string(bench.path(file)).unwrap();
+        assert!(text.starts_with(begins), "{text}");
+    }
     assert_eq!(bench.cosmic(&["robustness", "a", "--mass", "1.5"]).code, 2);
     let said = bench.cosmic(&["robustness", "nowhere"]);
     assert!(said.code == 4 && said.error.contains("nowhere"), "{said:?}");

@@ -87,11 +87,14 @@ fn what_is_missing_or_cut_off_is_named() {
         let file = path(&folder, &format!("run/{name}"));
         let whole = fs::read(&file).unwrap();
         fs::remove_file(&file).unwrap();
-        let (_, says, code) = cosmic(&["report", &run]);
-        assert!(
-            code == 4 && says.contains(name),
-            "{name} missing: {code}, {says}"
-        );
+        // Without a history a run is drawn, see below.
+        if name != "history.jsonl" {
+            let (_, says, code) = cosmic(&["report", &run]);
+            assert!(
+                code == 4 && says.contains(name),
+                "{name} missing: {code}, {says}"
+            );
+        }
         // Not on a line's end, where a list of lines would be whole.
         fs::write(&file, &whole[..whole.len() / 2 + 1]).unwrap();
         let (_, says, code) = cosmic(&["report", &run]);
@@ -106,6 +109,50 @@ fn what_is_missing_or_cut_off_is_named() {
         cosmic(&["report", &run, "--quiet"]),
         (String::new(), String::new(), 0)
     );
+}
+
+#[test]
+fn a_run_without_a_history_is_drawn() {
+    let folder = finished();
+    let run = path(&folder, "run");
+    fs::remove_file(path(&folder, "run/history.jsonl")).unwrap();
+    let (out, says, code) = cosmic(&["report", &run]);
+    assert_eq!((code, out.lines().count()), (0, 3), "{out}{says}");
+    assert!(!out.contains("convergence.svg"), "{out}");
+    let page = fs::read_to_string(path(&folder, "run/report.html")).unwrap();
+    assert!(page.contains("No history was kept."));
+}
+
+/// A folder with a design and its scene alone, and a design's file of any name.
+#[test]
+fn a_design_alone_is_drawn() {
+    let folder = finished();
+    let alone = path(&folder, "alone");
+    fs::create_dir(&alone).unwrap();
+    for name in ["scene.toml", "design.json"] {
+        let [from, to] = ["run", "alone"].map(|of| path(&folder, &format!("{of}/{name}")));
+        fs::copy(from, to).unwrap();
+    }
+    let written = ["report.html", "robot.svg"].map(|name| format!("{alone}/{name}"));
+    let (out, says, code) = cosmic(&["report", &alone]);
+    assert_eq!(code, 0, "{says}");
+    assert!(out.lines().eq(written.iter().map(String::as_str)), "{out}");
+    let page = fs::read_to_string(&written[0]).unwrap();
+    assert_eq!(page.matches("</svg>").count(), 2);
+    assert!(page.contains("9 nodes, 20 edges") && !page.contains("<script"));
+
+    for file in &written {
+        fs::remove_file(file).unwrap();
+    }
+    let [design, best] = ["design.json", "best.json"].map(|name| format!("{alone}/{name}"));
+    fs::rename(design, &best).unwrap();
+    let (out, says, code) = cosmic(&["report", &best]);
+    assert_eq!((code, out.lines().count()), (0, 2), "{says}");
+    fs::remove_file(format!("{alone}/scene.toml")).unwrap();
+    let (_, says, code) = cosmic(&["report", &best]);
+    assert!(code == 4 && says.contains("alone/scene.toml"), "{says}");
+    let (_, says, code) = cosmic(&["report", &alone]);
+    assert!(code == 4 && says.contains("alone/summary.json"), "{says}");
 }
 
 #[test]
@@ -185,6 +232,30 @@ fn files_of_another_run_do_not_fit() {
     .unwrap();
     let (_, says, code) = cosmic(&["report", &run]);
     assert!(code == 2 && says.contains("`steps` must ascend"), "{says}");
+    fs::write(&trajectory, text).unwrap();
+
+    // A summary of another design, and of another rollout.
+    let summary = path(&folder, "run/summary.json");
+    let text = fs::read_to_string(&summary).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for (key, other) in [
+        ("/V", "design.json"),
+        ("/displacement/0", "trajectory.json"),
+    ] {
+        let mut wrong = json.clone();
+        let number = wrong.pointer_mut(key).unwrap();
+        *number = (number.as_f64().unwrap() + 1e-6).into();
+        let changed = number.to_string();
+        fs::write(&summary, wrong.to_string()).unwrap();
+        let (_, says, code) = cosmic(&["report", &run]);
+        assert!(
+            code == 2 && says.contains("summary.json") && says.contains(other),
+            "{says}"
+        );
+        assert!(says.contains(&changed), "{changed}: {says}");
+    }
+    fs::write(&summary, text).unwrap();
+    assert_eq!(cosmic(&["report", &run, "--quiet"]).2, 0);
 }
 
 #[test]
@@ -270,6 +341,12 @@ fn compare_has_a_row_for_every_run() {
     assert!(rows[1].replace('\u{2212}', "-").contains(&median));
     let html = fs::read_to_string(page).unwrap();
     assert_eq!(html.matches("<tr>").count(), 3);
+
+    let (out, _, code) = cosmic(&["compare", &run, &run, "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!((code, &json["runs"][1]["run"]), (0, &"run".into()));
+    let compared = &json["runs"][0]["summary"];
+    assert_eq!(compared["displacement_p50"], summary["displacement_p50"]);
 
     // Another run of the name, for another task.
     assert!(!rows[0].contains("loss"));

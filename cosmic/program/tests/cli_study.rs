@@ -302,6 +302,44 @@ fn more_seeds_join_and_other_scenes_do_not() {
     assert!(!bench.path("c-runs").exists());
 }
 
+/// Results go beside the runs, and replace none but those that they repeat.
+#[test]
+fn results_of_other_settings_are_not_replaced() {
+    let bench = bench(SHORT);
+    let study = |more: &str| {
+        let command = "study ablation --base base.toml --threads 2 --quiet";
+        let arguments = command.split(' ').chain(more.split(' '));
+        cosmic_in(bench.0.path(), &arguments.collect::<Vec<_>>())
+    };
+    let said = study("--seeds 2 --iterations 2");
+    assert_eq!((said.code, &said.error[..]), (0, ""), "{said:?}");
+    let results = bench.path("runs/study-ablation/ablation.json");
+    let before = fs::read(&results).unwrap();
+    assert!(!bench.path("docs").exists());
+    let refused = |more: &str, says: &str| {
+        let said = study(more);
+        assert!(said.code == 2 && said.error.contains(says), "{said:?}");
+        assert!(said.error.contains("another folder by --out"), "{said:?}");
+        assert_eq!(fs::read(&results).unwrap(), before);
+    };
+    refused(
+        "--seeds 1 --iterations 2",
+        "seeds: 0 to 1 in the results there, 0 to 0 in this study",
+    );
+    let out = "--out runs/study-ablation --runs other --seeds 2 --iterations";
+    refused(&format!("{out} 3"), "iterations: 2 in");
+    fs::write(
+        bench.path("base.toml"),
+        SHORT.replace("hidden = 2", "hidden = 3"),
+    )
+    .unwrap();
+    refused(
+        &format!("{out} 2"),
+        "controller.hidden: 2 in the results there, 3 in",
+    );
+    assert!(!bench.path("other").exists());
+}
+
 #[test]
 fn the_paper_s_study_has_two_tables_beside_the_paper_s_numbers() {
     let bench = bench(SHORT);

@@ -56,7 +56,7 @@ fn a_sweep_s_runs_are_those_of_optimize() {
     let said = bench.cosmic(&["sweep", "run", "s", "--index", "1", "--threads", "2"]);
     assert_eq!(said.code, 0, "{said:?}");
     assert!(said.out.starts_with("run 1, tiny seed 1: "), "{said:?}");
-    let said = bench.cosmic(&["sweep", "run", "s", "--index", "all", "--threads", "2"]);
+    let said = bench.cosmic(&["sweep", "run", "s", "--threads", "2"]);
     // The one that is done is not done again.
     assert_eq!((said.code, said.error.lines().count()), (0, 2), "{said:?}");
     assert!(said.error.starts_with("2/3  tiny seed "), "{said:?}");
@@ -228,6 +228,62 @@ fn processes_share_a_sweep_and_no_run_is_done_twice() {
         .map(|said| said["index"].as_u64().unwrap())
         .collect();
     assert_eq!(indices, BTreeSet::from([0, 1, 2]));
+}
+
+/// A run that is taken at first, and given back while the others are at work.
+#[test]
+fn a_sweep_goes_on_until_nothing_is_left() {
+    let bench = Bench::new(40, 512);
+    planned(&bench, &[]);
+    fs::create_dir_all(bench.path("s/claims")).unwrap();
+    let claim = fs::File::create(bench.path("s/claims/tiny-0")).unwrap();
+    claim.try_lock().unwrap();
+    let child = start(&bench, &["sweep", "run", "s", "--threads", "1"]);
+    await_file(&bench, "s/runs/tiny-1/history.jsonl");
+    assert!(!bench.path("s/runs/tiny-0").exists());
+    drop(claim);
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let said = bench.cosmic(&["sweep", "status", "s"]).out;
+    assert!(
+        said.ends_with("0 waiting, 0 begun, 3 done, 0 diverged\n"),
+        "{said}"
+    );
+}
+
+#[test]
+fn an_edited_plan_is_refused() {
+    let bench = Bench::default();
+    planned(&bench, &["--iterations", "4"]);
+    assert_eq!(bench.cosmic(&["sweep", "run", "s", "--index", "0"]).code, 0);
+    let plan = fs::read_to_string(bench.path("s/plan.json")).unwrap();
+    let edits = [
+        (
+            "\"iterations\":4",
+            "\"iterations\":5",
+            "`iterations` is 5, where it was 4",
+        ),
+        ("\"seeds\":3", "\"seeds\":4", "`seeds` is 4, where it was 3"),
+        (
+            "steps = 64",
+            "steps = 65",
+            "`tiny: physics.steps` is 65, where it was 64",
+        ),
+    ];
+    for (old, new, says) in edits {
+        let edited = plan.replacen(old, new, 1);
+        assert_ne!(edited, plan, "{old}");
+        fs::write(bench.path("s/plan.json"), edited).unwrap();
+        for command in ["run", "status", "merge"] {
+            let said = bench.cosmic(&["sweep", command, "s"]);
+            assert!(
+                said.code == 2 && said.error.contains(says) && said.error.contains("s/plan.json"),
+                "{said:?}"
+            );
+        }
+    }
+    fs::write(bench.path("s/plan.json"), plan).unwrap();
+    assert_eq!(bench.cosmic(&["sweep", "run", "s"]).code, 0);
 }
 
 #[test]

@@ -52,7 +52,7 @@ pub(super) fn write(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// What of a line between two points is within the picture and a little beyond; `None` for nothing.
+/// The part of the segment inside the picture or a little beyond, or `None`.
 /// The rasteriser has no room for lines that end far away.
 fn within([from, to]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
     // Shares of the way, by Liang and Barsky.
@@ -91,7 +91,7 @@ struct Palette {
 
 impl Palette {
     fn new(motion: &Motion) -> Self {
-        let strains = (-13..=13).map(|k| motion.colour(f64::from(k) / 13.0 * motion.limit()));
+        let strains = (-13..=13).map(|k| motion.colour(f64::from(k) / 13.0 * motion.limit));
         let colours = strains.chain([SKELETON, PAYLOAD, TICK]);
         let shade = |c: [u8; 3], k: u16| c.map(|c| 255 - ((255 - u16::from(c)) * k / 8) as u8);
         let mut shades: Vec<[u8; 3]> = colours
@@ -133,7 +133,7 @@ impl<'m> Picture<'m> {
     fn new(motion: &'m Motion<'m>, index: usize) -> Option<Self> {
         let mut pixels = Pixmap::new(SIZE[0].into(), SIZE[1].into())?;
         pixels.fill(Color::WHITE);
-        let lattice = &motion.run.scene.lattice;
+        let lattice = &motion.scene().lattice;
         let side = lattice.columns.max(lattice.rows) as f64 * lattice.spacing;
         let [x, _] = motion.camera(index);
         Some(Self {
@@ -152,7 +152,7 @@ impl<'m> Picture<'m> {
     }
 
     /// A line through points of the world.
-    fn stroke(&mut self, points: &[[f64; 2]], ([r, g, b], width): ([u8; 3], f32)) {
+    fn stroke(&mut self, points: &[[f64; 2]], [r, g, b]: [u8; 3], width: f32) {
         let mut path = PathBuilder::new();
         let mut end = None;
         for pair in points.windows(2) {
@@ -182,15 +182,15 @@ impl<'m> Picture<'m> {
     fn draw(mut self, palette: &Palette) -> Vec<u8> {
         self.draw_ground();
         let path = self.motion.path();
-        self.stroke(&path[..=self.index], (PAYLOAD, 1.2));
+        self.stroke(&path[..=self.index], PAYLOAD, 1.2);
         let state = &self.motion.states()[self.index];
         for bar in self.motion.bars(state) {
             let width = if bar.actuator { 3.4 } else { 2.4 };
-            self.stroke(&[bar.from, bar.to], (bar.colour, width));
+            self.stroke(&[bar.from, bar.to], bar.colour, width);
         }
         // A short line with round ends is a dot.
         let [x, y] = state.x[0];
-        self.stroke(&[[x, y], [x + 1e-4, y]], (PAYLOAD, 9.0));
+        self.stroke(&[[x, y], [x + 1e-4, y]], PAYLOAD, 9.0);
         self.pixels
             .pixels()
             .iter()
@@ -217,9 +217,9 @@ impl<'m> Picture<'m> {
             })
             .collect();
         for tick in ticks {
-            self.stroke(&tick, (TICK, 1.0));
+            self.stroke(&tick, TICK, 1.0);
         }
-        self.stroke(&line, (SKELETON, 1.6));
+        self.stroke(&line, SKELETON, 1.6);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Numbers of several experiments side by side, each with the sample that it stands for.
 
 use super::plot::{Axes, range};
-use super::svg::{MUTED, Svg};
+use super::svg::{BOLD, END, MUTED_LINE, Svg};
 use crate::table::decimals;
 
 const WIDTH: f64 = 960.0;
@@ -45,25 +45,22 @@ pub fn bars(title: &str, unit: &str, bars: &[Bar]) -> String {
         log: [false; 2],
     };
     let mut svg = Svg::new([width, TOP + height + 56.0]);
-    svg.text([24.0, 28.0], title, r#"font-weight="600""#);
-    let zero = axes.place([0.0, 0.0])[0];
+    svg.text([24.0, 28.0], title, BOLD);
     let across = |x: f64| axes.place([x, 0.0])[0];
+    let zero = across(0.0);
     for (k, bar) in bars.iter().enumerate() {
         let middle = TOP + ROW * (k as f64 + 0.5);
-        let style = r#"text-anchor="end""#;
-        svg.text([left - 12.0, middle + 4.0], &bar.name, style);
-        draw(&mut svg, (bar, middle), (zero, &across));
+        svg.text([left - 12.0, middle + 4.0], &bar.name, END);
+        draw(&mut svg, bar, middle, &across);
     }
-    svg.line(
-        [zero, TOP],
-        [zero, TOP + height],
-        &format!(r#"stroke="{MUTED}""#),
-    );
+    svg.line([zero, TOP], [zero, TOP + height], MUTED_LINE);
     axes.draw_along(&mut svg, unit);
     svg.finish(title)
 }
 
-fn draw(svg: &mut Svg, (bar, middle): (&Bar, f64), (zero, across): (f64, &dyn Fn(f64) -> f64)) {
+/// One bar with its points and its mark, around a height of the drawing.
+fn draw(svg: &mut Svg, bar: &Bar, middle: f64, across: &dyn Fn(f64) -> f64) {
+    let zero = across(0.0);
     if let Some(value) = bar.value.filter(|value| value.is_finite()) {
         let end = across(value);
         let size = [(end - zero).abs(), 16.0];

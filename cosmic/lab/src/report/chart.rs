@@ -1,12 +1,9 @@
 //! Charts with logarithmic axes: how an error falls with what is spent on it.
 
 use super::plot::Axes;
-use super::svg::{MUTED, Svg};
+use super::svg::{BOLD, MUTED, Svg};
 
-/// Colours that stay apart for colour-blind eyes.
-pub const COLOURS: [&str; 8] = [
-    "#0b62b8", "#d9541e", "#2a8f5b", "#8a4fb0", "#b8860b", "#1f2328", "#c2185b", "#00838f",
-];
+pub use super::plot::{COLOURS, Line};
 
 const WIDTH: f64 = 960.0;
 const HEIGHT: f64 = 440.0;
@@ -14,19 +11,6 @@ const LEFT: f64 = 64.0;
 const TOP: f64 = 50.0;
 /// Room for the names of the lines.
 const NAMES: f64 = 270.0;
-
-/// A line of a [`LogChart`], with a dot at every point.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Line {
-    /// What it is of.
-    pub name: String,
-    /// As in CSS.
-    pub colour: &'static str,
-    /// The pattern of its dashes as in SVG; empty for a whole line.
-    pub dashes: &'static str,
-    /// Its points. One that is not finite or not positive is left out.
-    pub points: Vec<[f64; 2]>,
-}
 
 /// Lines over two logarithmic axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +39,7 @@ impl LogChart {
         axes.draw(&mut svg, &self.title);
         axes.draw_along(&mut svg, &self.along);
         for (k, line) in self.lines.iter().enumerate() {
-            let places: Vec<[f64; 2]> = line.shown().map(|p| axes.place(p)).collect();
+            let places: Vec<[f64; 2]> = shown(line).map(|p| axes.place(p)).collect();
             let stroke = line.stroke();
             svg.polyline(&places, &stroke);
             for place in places {
@@ -70,7 +54,7 @@ impl LogChart {
             let ring = r##"fill="none" stroke="#1f2328" stroke-width="1.6""##;
             svg.circle(place, 8.0, ring);
             let at = [place[0] + 12.0, place[1] - 10.0];
-            svg.text(at, name, r#"font-weight="600""#);
+            svg.text(at, name, BOLD);
         }
         let note = [WIDTH - NAMES + 20.0, HEIGHT - 14.0];
         svg.text(note, "both axes logarithmic", &format!(r#"fill="{MUTED}""#));
@@ -79,11 +63,8 @@ impl LogChart {
 
     /// The powers of ten around all points, along or up.
     fn range(&self, k: usize) -> [f64; 2] {
-        let logs = self
-            .lines
-            .iter()
-            .flat_map(Line::shown)
-            .map(|p| p[k].log10());
+        let points = self.lines.iter().flat_map(shown);
+        let logs = points.map(|point| point[k].log10());
         let [least, most] = logs.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| {
             [a.min(v), b.max(v)]
         });
@@ -96,18 +77,10 @@ impl LogChart {
     }
 }
 
-impl Line {
-    fn shown(&self) -> impl Iterator<Item = [f64; 2]> {
-        let fits = |p: &[f64; 2]| p.iter().all(|v| v.is_finite() && *v > 0.0);
-        self.points.iter().copied().filter(fits)
-    }
-
-    fn stroke(&self) -> String {
-        let Self { colour, dashes, .. } = self;
-        format!(
-            r#"stroke="{colour}" stroke-width="1.6" stroke-linejoin="round" stroke-linecap="round" stroke-dasharray="{dashes}""#
-        )
-    }
+/// The points of a line that have two logarithms.
+fn shown(line: &Line) -> impl Iterator<Item = [f64; 2]> {
+    let fits = |p: &[f64; 2]| p.iter().all(|v| v.is_finite() && *v > 0.0);
+    line.points.iter().copied().filter(fits)
 }
 
 #[cfg(test)]

@@ -1,22 +1,24 @@
 //! Runs side by side.
 
-use std::path::{Path, PathBuf};
-
 use super::html;
 use super::numbers::summary_columns;
-use crate::table::{self, Cell, Table};
+use crate::table::{Cell, Column, Table};
 use cosmic::error::Result;
 use cosmic::record::Summary;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 
 /// The summaries of several runs.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct Comparison {
-    runs: Vec<Column>,
+    runs: Vec<ComparedRun>,
 }
 
 /// One run.
-#[derive(Debug)]
-struct Column {
+#[derive(Debug, Serialize)]
+struct ComparedRun {
+    /// The name of its folder, or the whole path where another run has that name.
+    #[serde(rename = "run")]
     name: String,
     summary: Summary,
 }
@@ -28,18 +30,16 @@ impl Comparison {
     /// Those of [`Summary::read`].
     pub fn read(folders: &[PathBuf]) -> Result<Self> {
         let names: Vec<String> = folders.iter().map(|folder| name(folder)).collect();
-        let column = |(folder, name): (&PathBuf, &String)| {
+        let run = |(folder, name): (&PathBuf, &String)| {
             let mut others = folders.iter().zip(&names);
             let has_namesake = others.any(|(other, of)| of == name && other != folder);
-            Ok(Column {
-                name: match has_namesake {
-                    true => folder.display().to_string(),
-                    false => name.clone(),
-                },
+            let path = || folder.display().to_string();
+            Ok(ComparedRun {
+                name: if has_namesake { path() } else { name.clone() },
                 summary: Summary::read(folder)?,
             })
         };
-        let runs = folders.iter().zip(&names).map(column);
+        let runs = folders.iter().zip(&names).map(run);
         Ok(Self {
             runs: runs.collect::<Result<_>>()?,
         })
@@ -49,14 +49,14 @@ impl Comparison {
     fn table(&self) -> Table {
         let summaries: Vec<&Summary> = self.runs.iter().map(|run| &run.summary).collect();
         let columns = summary_columns(&summaries);
-        let row = |run: &Column| {
+        let row = |run: &ComparedRun| {
             let name = Cell::from(run.name.clone());
             let cells = columns.iter().map(|column| (column.of)(&run.summary));
             std::iter::once(name).chain(cells).collect()
         };
         let rows: Vec<_> = self.runs.iter().map(row).collect();
         let heads = columns.into_iter().map(|column| column.column);
-        let heads = std::iter::once(table::Column::new("run", "")).chain(heads);
+        let heads = std::iter::once(Column::new("run", "")).chain(heads);
         Table::new(heads.collect(), rows)
     }
 
@@ -69,14 +69,13 @@ impl Comparison {
     pub fn to_html(&self) -> String {
         let mut table = self.table();
         let departures = "departures from the paper";
-        table.columns.push(table::Column::new(departures, ""));
+        table.columns.push(Column::new(departures, ""));
         for (row, run) in table.rows.iter_mut().zip(&self.runs) {
             let departures = run.summary.departures.iter();
             let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();
-            row.cells.push(match names.is_empty() {
-                true => "none".into(),
-                false => names.join(", ").into(),
-            });
+            let none = ["none"];
+            let names = if names.is_empty() { &none } else { &names[..] };
+            row.cells.push(names.join(", ").into());
         }
         let title = "Runs side by side";
         html::page(title, &format!("<h1>{title}</h1>{}", table.to_html()))

@@ -1,8 +1,8 @@
 //! The history of an optimisation as charts over the iterations.
 
-use super::plot::{Axes, Series, range};
-use super::results::Results;
-use super::svg::{MUTED, Svg};
+use super::files::RunFiles;
+use super::plot::{Axes, COLOURS, Line, range};
+use super::svg::{MUTED_LINE, MUTED_MIDDLE, Svg};
 use cosmic::codesign::{Phase, Record};
 
 const WIDTH: f64 = 960.0;
@@ -11,11 +11,8 @@ const TOP: f64 = 66.0;
 /// Height of a chart, and of a chart with what is above it.
 const HEIGHT: [f64; 2] = [130.0, 182.0];
 
-/// Colours that stay apart for colour-blind eyes.
-const COLOURS: [&str; 4] = ["#0b62b8", "#d9541e", "#2a8f5b", "#8a4fb0"];
-
 /// Displacement, volumes, binarisation measures and gradients, with the phases behind them.
-pub(super) fn draw(run: &Results) -> String {
+pub(super) fn draw(run: &RunFiles) -> String {
     let history = &run.history;
     let charts = [
         displacement(run),
@@ -34,17 +31,14 @@ pub(super) fn draw(run: &Results) -> String {
             y: chart.range,
             log: [false, chart.log],
         };
-        draw_phases(&mut svg, &axes, (history, k == 0));
+        draw_phases(&mut svg, &axes, history, k == 0);
         axes.draw(&mut svg, chart.title);
         for level in &chart.levels {
-            let ends = [first, last].map(|x| axes.place([x, *level]));
-            svg.line(
-                ends[0],
-                ends[1],
-                &format!(r#"stroke="{MUTED}" stroke-dasharray="4 4""#),
-            );
+            let [from, to] = [first, last].map(|x| axes.place([x, *level]));
+            let dashed = format!(r#"{MUTED_LINE} stroke-dasharray="4 4""#);
+            svg.line(from, to, &dashed);
         }
-        axes.draw_series(&mut svg, &chart.series);
+        axes.draw_lines(&mut svg, &chart.lines);
         if k == 3 {
             axes.draw_along(&mut svg, "iteration");
         }
@@ -55,7 +49,7 @@ pub(super) fn draw(run: &Results) -> String {
 /// What one chart shows.
 struct Chart {
     title: &'static str,
-    series: Vec<Series>,
+    lines: Vec<Line>,
     /// Numbers that are marked by dashed lines.
     levels: Vec<f64>,
     range: [f64; 2],
@@ -64,14 +58,14 @@ struct Chart {
 
 impl Chart {
     /// A chart from zero, or from its least number if that is below.
-    fn linear(title: &'static str, series: Vec<Series>, levels: Vec<f64>) -> Self {
-        let numbers = series.iter().flat_map(|s| s.points.iter().map(|p| p[1]));
-        let [low, high] = range(numbers.chain(levels.iter().copied()), [0.0, 0.0]);
+    fn linear(title: &'static str, lines: Vec<Line>, levels: Vec<f64>) -> Self {
+        let all = heights(&lines).chain(levels.iter().copied());
+        let [low, high] = range(all, [0.0, 0.0]);
         let head = 0.06 * (high - low);
         let range = [if low < 0.0 { low - head } else { low }, high + head];
         Self {
             title,
-            series,
+            lines,
             levels,
             range,
             log: false,
@@ -79,47 +73,50 @@ impl Chart {
     }
 }
 
-/// The records that have a number, as points of a line.
-fn series(
-    (name, colour): (&'static str, &'static str),
-    history: &[Record],
-    number: impl Fn(&Record) -> Option<f64>,
-) -> Series {
+/// The numbers of lines.
+fn heights(lines: &[Line]) -> impl Iterator<Item = f64> {
+    lines
+        .iter()
+        .flat_map(|line| line.points.iter().map(|p| p[1]))
+}
+
+/// The records that have a number, as points of a line of the `k`-th colour.
+fn line(name: &str, k: usize, history: &[Record], number: impl Fn(&Record) -> Option<f64>) -> Line {
     let point = |r: &Record| Some([r.iteration as f64, number(r).filter(|v| v.is_finite())?]);
-    let points = history.iter().filter_map(point).collect();
-    Series {
-        name,
-        colour,
-        points,
+    Line {
+        name: name.to_owned(),
+        colour: COLOURS[k],
+        dashes: "",
+        points: history.iter().filter_map(point).collect(),
     }
 }
 
-fn displacement(run: &Results) -> Chart {
-    let whole = series(("full rollout", COLOURS[0]), &run.history, |r| {
-        r.displacement
-    });
-    let horizon = series(("gradient's horizon", COLOURS[1]), &run.history, |r| {
-        r.displacement_horizon
-    });
+fn displacement(run: &RunFiles) -> Chart {
+    let lines = vec![
+        line("gradient's horizon", 1, &run.history, |r| {
+            r.displacement_horizon
+        }),
+        line("full rollout", 0, &run.history, |r| r.displacement),
+    ];
     let delivered = run.summary.displacement_p50.into_iter().collect();
     Chart::linear(
         "Displacement along the ground, m (dashed: median of what is delivered)",
-        vec![horizon, whole],
+        lines,
         delivered,
     )
 }
 
-fn volumes(run: &Results) -> Chart {
-    let bounds = &run.scene.volume;
+fn volumes(run: &RunFiles) -> Chart {
+    let bounds = &run.robot.scene.volume;
     let mut levels = [bounds.solid, bounds.actuator].concat();
     levels.dedup();
-    let solid = series(("solid", COLOURS[0]), &run.history, |r| Some(r.volume));
-    let actuator = series(("actuators", COLOURS[1]), &run.history, |r| {
-        Some(r.actuator_volume)
-    });
+    let lines = vec![
+        line("solid", 0, &run.history, |r| Some(r.volume)),
+        line("actuators", 1, &run.history, |r| Some(r.actuator_volume)),
+    ];
     Chart::linear(
         "Share of edges (dashed: bounds before they widen)",
-        vec![solid, actuator],
+        lines,
         levels,
     )
 }
@@ -131,40 +128,34 @@ fn measures(history: &[Record]) -> Chart {
         "void-actuator",
         "skeleton-actuator",
     ];
-    let line = |k: usize| series((NAMES[k], COLOURS[k]), history, |r| Some(r.measures[k]));
+    let lines = [0, 1, 2, 3].map(|k| line(NAMES[k], k, history, |r| Some(r.measures[k])));
     Chart::linear(
         "Binarisation measures, overlaps by pair",
-        [0, 1, 2, 3].map(line).into(),
+        lines.into(),
         Vec::new(),
     )
 }
 
 fn gradients(history: &[Record]) -> Chart {
-    let series = vec![
-        series(("design", COLOURS[0]), history, |r| r.design_gradient[0]),
-        series(("design, stability", COLOURS[2]), history, |r| {
-            r.design_gradient[1]
-        }),
-        series(("controller", COLOURS[1]), history, |r| {
-            r.controller_gradient
-        }),
+    let lines = vec![
+        line("design", 0, history, |r| r.design_gradient[0]),
+        line("design, stability", 2, history, |r| r.design_gradient[1]),
+        line("controller", 1, history, |r| r.controller_gradient),
     ];
-    let numbers = series.iter().flat_map(|s| s.points.iter().map(|p| p[1]));
-    let positive: Vec<f64> = numbers.filter(|v| *v > 0.0).collect();
+    let positive: Vec<f64> = heights(&lines).filter(|v| *v > 0.0).collect();
     let least = positive.iter().copied().fold(0.1, f64::min);
-    // An exactly zero gradient is drawn at the lower edge.
-    let range = range(positive.into_iter(), [least.max(1e-9), 10.0]);
     Chart {
         title: "Norm of the gradient before any bound",
-        series,
+        lines,
         levels: Vec::new(),
-        range,
+        // An exactly zero gradient is drawn at the lower edge.
+        range: range(positive.into_iter(), [least.max(1e-9), 10.0]),
         log: true,
     }
 }
 
 /// The phases as bands behind a chart, named above the first.
-fn draw_phases(svg: &mut Svg, axes: &Axes, (history, named): (&[Record], bool)) {
+fn draw_phases(svg: &mut Svg, axes: &Axes, history: &[Record], named: bool) {
     for part in history.chunk_by(|a, b| a.phase == b.phase) {
         let (Some(first), Some(last)) = (part.first(), part.last()) else {
             continue;
@@ -180,8 +171,8 @@ fn draw_phases(svg: &mut Svg, axes: &Axes, (history, named): (&[Record], bool)) 
         let size = [(to - from).max(1.5), axes.size[1]];
         svg.rect([from, axes.origin[1]], size, &format!(r#"fill="{colour}""#));
         if named {
-            let style = format!(r#"text-anchor="middle" fill="{MUTED}""#);
-            svg.text([0.5 * (from + to), axes.origin[1] - 34.0], name, &style);
+            let place = [0.5 * (from + to), axes.origin[1] - 34.0];
+            svg.text(place, name, MUTED_MIDDLE);
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The picture of the layout at rest.
 
+use super::files::RobotFiles;
 use super::motion::{SKELETON, hex};
-use super::results::Results;
-use super::svg::{MUTED, Svg};
+use super::svg::{BOLD, MUTED_LINE, MUTED_MIDDLE, Svg};
 use cosmic::design::Material;
 
 /// Colour of actuators where no strain is shown.
@@ -18,8 +18,9 @@ pub(super) fn colour(material: Material) -> String {
 }
 
 /// The layout on the lattice at rest, in the ground's frame.
-pub(super) fn draw_layout(run: &Results) -> String {
-    let (columns, rows) = (run.lattice.columns, run.lattice.rows);
+pub(super) fn draw_layout(robot: &RobotFiles) -> String {
+    let (lattice, design) = (&robot.lattice, &robot.design);
+    let (columns, rows) = (lattice.columns, lattice.rows);
     let cell = 320.0 / (columns.max(rows) - 1).max(1) as f64;
     let size = [460.0, 420.0];
     let left = 0.5 * (size[0] - cell * (columns - 1) as f64);
@@ -28,40 +29,27 @@ pub(super) fn draw_layout(run: &Results) -> String {
         [left + cell * column, 370.0 - cell * row]
     };
     let mut svg = Svg::new(size);
-    svg.text([24.0, 26.0], "Layout at rest", r#"font-weight="600""#);
+    svg.text([24.0, 26.0], "Layout at rest", BOLD);
     for material in [Material::Skeleton, Material::Actuator] {
-        let made_of = run.design.materials.iter().zip(&run.design.edges);
+        let made_of = design.materials.iter().zip(&design.edges);
         let edges = made_of.filter(|(m, _)| **m == material);
-        let width = if material == Material::Actuator {
-            5.0
-        } else {
-            3.5
-        };
+        let width = [0.0, 3.5, 5.0][material as usize];
         let colour = colour(material);
-        let style = format!(r#"stroke="{colour}" stroke-width="{width}" stroke-linecap="round""#);
+        let style =
+            format!(r#"stroke="{colour}" stroke-width="{width:.1}" stroke-linecap="round""#);
         for (_, &[i, j]) in edges {
             svg.line(place(i), place(j), &style);
         }
     }
-    for node in 0..run.lattice.nodes() {
-        svg.circle(
-            place(node),
-            2.6,
-            &format!(r##"fill="#fff" stroke="{MUTED}""##),
-        );
+    let node_style = format!(r##"fill="#fff" {MUTED_LINE}"##);
+    for node in 0..lattice.nodes() {
+        svg.circle(place(node), 2.6, &node_style);
     }
-    svg.circle(
-        place(0),
-        7.0,
-        r##"fill="#e68a00" stroke="#fff" stroke-width="1.5""##,
-    );
-    let counted = Material::ALL.map(|m| run.design.materials.iter().filter(|e| **e == m).count());
-    let [void, skeleton, actuator] = counted;
+    let payload_style = r##"fill="#e68a00" stroke="#fff" stroke-width="1.5""##;
+    svg.circle(place(0), 7.0, payload_style);
+    let count = |m| design.materials.iter().filter(|e| **e == m).count();
+    let [void, skeleton, actuator] = Material::ALL.map(count);
     let caption = format!("{skeleton} skeleton, {actuator} actuator, {void} void (not drawn)");
-    svg.text(
-        [0.5 * size[0], 402.0],
-        &caption,
-        &format!(r#"text-anchor="middle" fill="{MUTED}""#),
-    );
+    svg.text([0.5 * size[0], 402.0], &caption, MUTED_MIDDLE);
     svg.finish("Materials of the edges on the lattice at rest")
 }

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use super::results::Results;
+use super::files::{RobotFiles, RunFiles};
 use cosmic::design::Material;
 use cosmic::ground::Ground;
 use cosmic::lattice::State;
+use cosmic::scene::Scene;
 
 /// Colour of passive edges.
 pub(super) const SKELETON: [u8; 3] = [0x26, 0x2b, 0x33];
@@ -31,29 +32,28 @@ pub(super) struct Bar {
 
 /// A run's delivered rollout.
 pub(super) struct Motion<'r> {
-    pub(super) run: &'r Results,
+    pub(super) run: &'r RunFiles,
     /// Nodes that solid edges join to the payload.
     body: Vec<usize>,
     /// Nodes that anything is drawn at.
     seen: Vec<usize>,
     /// Strain that has the full colour.
-    limit: f64,
+    pub(super) limit: f64,
 }
 
 impl<'r> Motion<'r> {
-    pub(super) fn new(run: &'r Results) -> Self {
-        let largest = run.scene.materials.max_strain[Material::Actuator as usize];
+    pub(super) fn new(run: &'r RunFiles) -> Self {
+        let largest = run.robot.scene.materials.max_strain[Material::Actuator as usize];
         Self {
             run,
-            body: body(run),
-            seen: seen(run),
+            body: body(&run.robot),
+            seen: seen(&run.robot),
             limit: if largest > 0.0 { largest } else { 1.0 },
         }
     }
 
-    /// Strain that has the full colour.
-    pub(super) fn limit(&self) -> f64 {
-        self.limit
+    pub(super) fn scene(&self) -> &'r Scene {
+        &self.run.robot.scene
     }
 
     pub(super) fn states(&self) -> &'r [State<f64>] {
@@ -90,9 +90,9 @@ impl<'r> Motion<'r> {
 
     /// The solid edges of a state; actuators last, so that they lie on top.
     pub(super) fn bars(&self, state: &State<f64>) -> Vec<Bar> {
-        let Results {
+        let RobotFiles {
             design, lattice, ..
-        } = self.run;
+        } = &self.run.robot;
         let solid = |e: &usize| design.materials[*e].is_solid();
         let mut bars: Vec<Bar> = (0..design.edges.len())
             .filter(solid)
@@ -153,7 +153,7 @@ impl<'r> Motion<'r> {
 
     /// Whether a bar is within a lattice's width of the payload's body.
     pub(super) fn is_near(&self, bar: &Bar, state: &State<f64>) -> bool {
-        let lattice = &self.run.scene.lattice;
+        let lattice = &self.scene().lattice;
         let width = lattice.columns as f64 * lattice.spacing;
         let [low, high] = self.corners(state);
         let middle = 0.5 * (bar.from[0] + bar.to[0]);
@@ -181,12 +181,12 @@ impl<'r> Motion<'r> {
     }
 
     pub(super) fn ground(&self) -> Ground {
-        Ground::from(&self.run.scene.physics)
+        Ground::from(&self.scene().physics)
     }
 }
 
 /// The nodes that solid edges join to node 0, ascending.
-fn body(run: &Results) -> Vec<usize> {
+fn body(run: &RobotFiles) -> Vec<usize> {
     let mut joined = vec![false; run.lattice.nodes()];
     joined[0] = true;
     let edges = run.design.edges.iter().zip(&run.design.materials);
@@ -202,7 +202,7 @@ fn body(run: &Results) -> Vec<usize> {
 }
 
 /// The payload's node and those of solid edges, ascending.
-fn seen(run: &Results) -> Vec<usize> {
+fn seen(run: &RobotFiles) -> Vec<usize> {
     let edges = run.design.edges.iter().zip(&run.design.materials);
     let ends = edges.filter(|(_, m)| m.is_solid()).flat_map(|(e, _)| *e);
     let nodes: BTreeSet<usize> = ends.chain([0]).collect();
@@ -228,7 +228,7 @@ pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
 #[cfg(test)]
 mod tests {
     use super::{AT_REST, CONTRACTED, EXTENDED, Motion, SKELETON, bounds};
-    use crate::report::Results;
+    use crate::report::RunFiles;
     use cosmic::codesign::Record;
     use cosmic::design::Material;
     use cosmic::lattice::State;
@@ -248,7 +248,7 @@ mod tests {
     }
 
     /// The short three-legged robot, its controller hardly trained.
-    fn results() -> Results {
+    fn results() -> RunFiles {
         let mut scene = Scene::default();
         scene.start.kind = StartKind::Layout;
         scene.physics.steps = 64;
@@ -265,7 +265,7 @@ mod tests {
         };
         let run = folder.path().join("run");
         optimise(&run, &plan, &mut Silent).unwrap();
-        Results::read(&run).unwrap()
+        RunFiles::read(&run).unwrap()
     }
 
     #[test]
@@ -281,7 +281,15 @@ mod tests {
                 .collect(),
             v: rest.v.clone(),
         };
-        let count = |m| results.design.materials.iter().filter(|e| **e == m).count();
+        let count = |m| {
+            results
+                .robot
+                .design
+                .materials
+                .iter()
+                .filter(|e| **e == m)
+                .count()
+        };
         let cases = [(0.0, AT_REST), (0.5, EXTENDED), (-0.5, CONTRACTED)];
         for (strain, colour) in cases {
             let bars = motion.bars(&stretched(strain));

@@ -1,45 +1,60 @@
 //! The page of a run: one file of HTML that fetches nothing.
 
-use std::fmt::Write;
-
 use serde_json::{Value, json};
 
+use super::files::RobotFiles;
 use super::motion::{Motion, PAYLOAD, SKELETON, hex};
 use super::numbers::{SummaryColumn, summary_columns};
-use super::results::Results;
 use super::{html, layout, ternary};
 use crate::table::{Cell, Column, Table, decimals, escape};
 use cosmic::design::Material;
 use cosmic::record::Summary;
 
-/// The page of a run with its pictures of the robot and of the convergence.
-pub(super) fn render(motion: &Motion, [robot, convergence]: [&str; 2]) -> String {
-    let run = motion.run;
-    let title = escape(&run.title());
-    let mut body = format!("<h1>{title}</h1>\n");
-    let _ = writeln!(
-        body,
-        "<p class=\"muted\">{} nodes, {} edges; {} iterations in {:.1} s; controller of iteration {}</p>",
-        run.lattice.nodes(),
-        run.lattice.edges.len(),
-        run.summary.iterations,
-        run.summary.seconds,
-        run.summary.delivered_iteration,
+/// The page of a run with its pictures of the robot and, where it has a history, of the convergence.
+pub(super) fn of_run(motion: &Motion, robot: &str, convergence: Option<&str>) -> String {
+    let (run, summary) = (motion.run, &motion.run.summary);
+    let about = format!(
+        "; {} iterations in {:.1} s; controller of iteration {}",
+        summary.iterations, summary.seconds, summary.delivered_iteration,
     );
-    body += &figures(&run.summary);
-    body += &player(motion);
-    let _ = writeln!(body, "<h2>Gait</h2>\n{robot}");
-    let pair = [layout::draw_layout(run), ternary::draw_mixtures(run)].concat();
-    let _ = writeln!(body, "<h2>Design</h2>\n<div class=\"pair\">{pair}</div>");
-    let _ = writeln!(body, "<h2>Convergence</h2>\n{convergence}");
-    body += &summary(run);
-    let _ = writeln!(
-        body,
-        "<h2>Scene</h2>\n<details><summary>scene.toml, complete</summary><pre>{}</pre></details>",
-        escape(&run.scene.to_toml())
-    );
-    let _ = writeln!(body, "<script>\n{}</script>", include_str!("page.js"));
-    html::page(&run.title(), &body)
+    let convergence = convergence.map_or("<p>No history was kept.</p>", |drawn| drawn);
+    let body = [
+        head(&run.robot, &run.title(), &about),
+        figures(summary),
+        player(motion),
+        format!("<h2>Gait</h2>\n{robot}\n"),
+        design(&run.robot),
+        format!("<h2>Convergence</h2>\n{convergence}\n"),
+        numbers(summary),
+        scene(&run.robot),
+        format!("<script>\n{}</script>\n", include_str!("page.js")),
+    ];
+    html::page(&run.title(), &body.concat())
+}
+
+/// The page of a design alone.
+pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
+    let body = [head(robot, title, ""), design(robot), scene(robot)];
+    html::page(title, &body.concat())
+}
+
+/// The heading, and the size of the lattice with more about the run.
+fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
+    let (nodes, edges) = (robot.lattice.nodes(), robot.lattice.edges.len());
+    let title = escape(title);
+    format!("<h1>{title}</h1>\n<p class=\"muted\">{nodes} nodes, {edges} edges{about}</p>\n")
+}
+
+fn design(robot: &RobotFiles) -> String {
+    let pair = [layout::draw_layout(robot), ternary::draw_mixtures(robot)].concat();
+    format!("<h2>Design</h2>\n<div class=\"pair\">{pair}</div>\n")
+}
+
+fn scene(robot: &RobotFiles) -> String {
+    format!(
+        "<h2>Scene</h2>\n<details><summary>scene.toml, complete</summary><pre>{}</pre></details>\n",
+        escape(&robot.scene.to_toml())
+    )
 }
 
 /// The four numbers to see first.
@@ -50,17 +65,13 @@ fn figures(summary: &Summary) -> String {
     });
     let median = summary.displacement_p50;
     let median = median.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m");
+    let shares = [summary.volume, summary.actuator_volume];
+    let [solid, actuators] = shares.map(|share| format!("{:.1} %", 100.0 * share));
     let cells = [
         (median, "displacement, median"),
         (spread, "10 % to 90 % of perturbed starts"),
-        (
-            format!("{:.1} %", 100.0 * summary.volume),
-            "of the edges are solid",
-        ),
-        (
-            format!("{:.1} %", 100.0 * summary.actuator_volume),
-            "are actuators",
-        ),
+        (solid, "of the edges are solid"),
+        (actuators, "are actuators"),
     ];
     let cell = |(number, says)| format!("<div><b>{number}</b><span>{says}</span></div>");
     let cells = cells.map(cell).concat();
@@ -68,24 +79,21 @@ fn figures(summary: &Summary) -> String {
 }
 
 /// Every number, and the options that depart from the paper.
-fn summary(run: &Results) -> String {
-    let mut rows: Vec<Vec<Cell>> = summary_columns(&[&run.summary])
-        .iter()
-        .map(|SummaryColumn { column, of }| {
-            let number = column.shown_with_unit(&of(&run.summary));
-            vec![column.says[..].into(), number.into()]
-        })
-        .collect();
-    let [x, y] = run.summary.displacement.map(|x| decimals(x, 3));
+fn numbers(summary: &Summary) -> String {
+    let row = |SummaryColumn { column, of }| {
+        let number = column.shown_with_unit(&of(summary));
+        vec![Cell::from(column.says), number.into()]
+    };
+    let mut rows: Vec<_> = summary_columns(&[summary]).into_iter().map(row).collect();
+    let [x, y] = summary.displacement.map(|x| decimals(x, 3));
     let says = "displacement of one unperturbed rollout, x and y of the world";
     rows.push(vec![says.into(), format!("{x} m, {y} m").into()]);
-    let departures = run.summary.departures.iter();
-    let departures: Vec<Vec<Cell>> = departures
-        .map(|d| vec![format!("`{}`", d.option).into(), d.says[..].into()])
-        .collect();
-    let departures = match departures.is_empty() {
-        true => "<p>None.</p>\n".to_owned(),
-        false => pairs(departures),
+    let departures = summary.departures.iter();
+    let departures = departures.map(|d| vec![format!("`{}`", d.option).into(), d.says[..].into()]);
+    let departures = if summary.departures.is_empty() {
+        "<p>None.</p>\n".to_owned()
+    } else {
+        pairs(departures.collect())
     };
     let numbers = pairs(rows);
     format!("<h2>Summary</h2>\n{numbers}<h2>Departures from the paper</h2>\n{departures}")
@@ -114,35 +122,31 @@ fn player(motion: &Motion) -> String {
 
 /// What the player draws: 25 frames a second, of a long rollout less, in thousandths of a cell.
 fn motion_data(motion: &Motion) -> Value {
-    let run = motion.run;
+    let RobotFiles {
+        scene,
+        lattice,
+        design,
+    } = &motion.run.robot;
     let (step, indices) = motion.every(0.04);
-    let unit = 1e-3 * run.scene.lattice.spacing;
+    let unit = 1e-3 * scene.lattice.spacing;
     let whole = |v: &f64| (v / unit).round() as i64;
     let frame = |&i: &usize| -> Vec<i64> {
-        motion.states()[i]
-            .x
-            .as_flattened()
-            .iter()
-            .map(whole)
-            .collect()
+        let places = motion.states()[i].x.as_flattened();
+        places.iter().map(whole).collect()
     };
     let camera = |&i: &usize| {
         let x = motion.camera(i)[0];
         [x, motion.ground_height(x)].map(|v| (v / unit).round() * unit)
     };
     // Skeleton edges have no rest length here: their colour does not depend on it.
-    let edges = run
-        .design
-        .edges
-        .iter()
-        .enumerate()
-        .filter_map(|(e, [i, j])| match run.design.materials[e] {
-            Material::Void => None,
-            Material::Skeleton => Some(json!([i, j, 0])),
-            Material::Actuator => Some(json!([i, j, run.lattice.rest_length[e]])),
-        });
-    let ramp = (-16..=16).map(|k| hex(motion.colour(f64::from(k) / 16.0 * motion.limit())));
-    let side = run.lattice.columns.max(run.lattice.rows) as f64 * run.scene.lattice.spacing;
+    let edge = |(e, [i, j]): (usize, &[usize; 2])| match design.materials[e] {
+        Material::Void => None,
+        Material::Skeleton => Some(json!([i, j, 0])),
+        Material::Actuator => Some(json!([i, j, lattice.rest_length[e]])),
+    };
+    let edges = design.edges.iter().enumerate().filter_map(edge);
+    let ramp = (-16..=16).map(|k| hex(motion.colour(f64::from(k) / 16.0 * motion.limit)));
+    let side = lattice.columns.max(lattice.rows) as f64 * scene.lattice.spacing;
     let floor = motion.ground_height(0.0);
     json!({
         "step": step,
@@ -150,7 +154,7 @@ fn motion_data(motion: &Motion) -> Value {
         "duration": motion.duration(),
         "width": 4.0 * side,
         "ground": [floor, motion.ground_height(1.0) - floor],
-        "limit": motion.limit(),
+        "limit": motion.limit,
         "ramp": ramp.collect::<Vec<_>>(),
         "skeleton": hex(SKELETON),
         "payload": hex(PAYLOAD),

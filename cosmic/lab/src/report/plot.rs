@@ -1,6 +1,6 @@
 //! Axes and lines of a chart.
 
-use super::svg::{INK, MUTED, RULE, Svg};
+use super::svg::{BOLD, INK_LINE, MIDDLE, MUTED_END, MUTED_MIDDLE, RULE_LINE, Svg};
 
 /// A chart's place in the drawing and the numbers it spans.
 pub(super) struct Axes {
@@ -17,25 +17,41 @@ pub(super) struct Axes {
     pub(super) log: [bool; 2],
 }
 
-/// A named line of a chart: points without a number leave no gap.
-pub(super) struct Series {
-    pub(super) name: &'static str,
-    pub(super) colour: &'static str,
-    pub(super) points: Vec<[f64; 2]>,
+/// Colours that stay apart for colour-blind eyes.
+pub const COLOURS: [&str; 8] = [
+    "#0b62b8", "#d9541e", "#2a8f5b", "#8a4fb0", "#b8860b", "#1f2328", "#c2185b", "#00838f",
+];
+
+/// A named line of a chart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// What it is of.
+    pub name: String,
+    /// As in CSS.
+    pub colour: &'static str,
+    /// The pattern of its dashes as in SVG; empty for a whole line.
+    pub dashes: &'static str,
+    /// Its points. One that cannot be drawn is left out, without a gap.
+    pub points: Vec<[f64; 2]>,
+}
+
+impl Line {
+    /// How it is drawn.
+    pub(super) fn stroke(&self) -> String {
+        let Self { colour, dashes, .. } = self;
+        format!(
+            r#"stroke="{colour}" stroke-width="1.6" stroke-linejoin="round" stroke-linecap="round" stroke-dasharray="{dashes}""#
+        )
+    }
 }
 
 impl Axes {
     /// Where a point of the chart is drawn; beyond the range at its end.
     pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let scale = |v: f64, log: bool| {
-            if log {
-                v.max(f64::MIN_POSITIVE).ln()
-            } else {
-                v
-            }
-        };
+        let scale = |v: f64| v.max(f64::MIN_POSITIVE).ln();
         let share = |v: f64, range: [f64; 2], log: bool| {
-            let [v, from, to] = [v, range[0], range[1]].map(|v| scale(v, log));
+            let ends = [v, range[0], range[1]];
+            let [v, from, to] = if log { ends.map(scale) } else { ends };
             ((v - from) / (to - from)).clamp(0.0, 1.0)
         };
         let [left, top] = self.origin;
@@ -51,16 +67,11 @@ impl Axes {
         let [right, bottom] = [left + self.size[0], top + self.size[1]];
         for value in marks(self.y, self.log[1], 4) {
             let y = self.place([self.x[0], value])[1];
-            svg.line([left, y], [right, y], &format!(r#"stroke="{RULE}""#));
-            let style = format!(r#"text-anchor="end" fill="{MUTED}""#);
-            svg.text([left - 8.0, y + 4.0], &number(value), &style);
+            svg.line([left, y], [right, y], RULE_LINE);
+            svg.text([left - 8.0, y + 4.0], &number(value), MUTED_END);
         }
-        svg.line(
-            [left, bottom],
-            [right, bottom],
-            &format!(r#"stroke="{INK}""#),
-        );
-        svg.text([left, top - 10.0], title, r#"font-weight="600""#);
+        svg.line([left, bottom], [right, bottom], INK_LINE);
+        svg.text([left, top - 10.0], title, BOLD);
     }
 
     /// Numbers below the chart.
@@ -68,22 +79,17 @@ impl Axes {
         let [left, bottom] = [self.origin[0], self.origin[1] + self.size[1]];
         for value in marks(self.x, self.log[0], 8) {
             let x = self.place([value, self.y[0]])[0];
-            svg.line(
-                [x, bottom],
-                [x, bottom + 4.0],
-                &format!(r#"stroke="{INK}""#),
-            );
-            let style = format!(r#"text-anchor="middle" fill="{MUTED}""#);
-            svg.text([x, bottom + 18.0], &number(value), &style);
+            svg.line([x, bottom], [x, bottom + 4.0], INK_LINE);
+            svg.text([x, bottom + 18.0], &number(value), MUTED_MIDDLE);
         }
         let middle = [left + 0.5 * self.size[0], bottom + 36.0];
-        svg.text(middle, label, r#"text-anchor="middle""#);
+        svg.text(middle, label, MIDDLE);
     }
 
     /// The lines, and their names from the right end of the title's line.
-    pub(super) fn draw_series(&self, svg: &mut Svg, series: &[Series]) {
+    pub(super) fn draw_lines(&self, svg: &mut Svg, lines: &[Line]) {
         let mut left = self.origin[0] + self.size[0];
-        for Series { name, colour, .. } in series.iter().rev() {
+        for Line { name, colour, .. } in lines.iter().rev() {
             let y = self.origin[1] - 10.0;
             // An average letter of 12 pixels is some 6 wide.
             left -= 6.4 * name.chars().count() as f64 + 12.0;
@@ -92,12 +98,9 @@ impl Axes {
             let key = format!(r#"stroke="{colour}" stroke-width="3""#);
             svg.line([left, y - 4.0], [left + 16.0, y - 4.0], &key);
         }
-        for Series { colour, points, .. } in series {
-            let places: Vec<[f64; 2]> = points.iter().map(|&p| self.place(p)).collect();
-            let style = format!(
-                r#"stroke="{colour}" stroke-width="1.6" stroke-linejoin="round" stroke-linecap="round""#
-            );
-            svg.polyline(&places, &style);
+        for line in lines {
+            let places: Vec<[f64; 2]> = line.points.iter().map(|&p| self.place(p)).collect();
+            svg.polyline(&places, &line.stroke());
         }
     }
 }

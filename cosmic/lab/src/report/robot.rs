@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::motion::{Bar, Motion, PAYLOAD, SKELETON, bounds, hex};
-use super::svg::{INK, MUTED, Svg};
+use super::svg::{BOLD, END, INK_LINE, MUTED_LINE, MUTED_MIDDLE, Svg};
 
 const WIDTH: f64 = 960.0;
 const MARGIN: f64 = 24.0;
@@ -27,28 +27,19 @@ impl View {
 
     /// The ground from one place along to another.
     fn draw_ground(&self, svg: &mut Svg, motion: &Motion, across: [f64; 2]) {
-        let ends = across.map(|x| self.place([x, motion.ground_height(x)]));
-        svg.line(
-            ends[0],
-            ends[1],
-            &format!(r#"stroke="{INK}" stroke-width="1.5""#),
-        );
-        let [[x1, y1], [x2, y2]] = ends;
-        let below =
-            format!(r#"fill="none" stroke="{MUTED}" stroke-opacity="0.18" stroke-width="7""#);
-        svg.line([x1, y1 + 4.2], [x2, y2 + 4.2], &below);
+        let [from, to] = across.map(|x| self.place([x, motion.ground_height(x)]));
+        svg.line(from, to, &format!(r#"{INK_LINE} stroke-width="1.5""#));
+        let below = format!(r#"fill="none" {MUTED_LINE} stroke-opacity="0.18" stroke-width="7""#);
+        let [from, to] = [from, to].map(|[x, y]| [x, y + 4.2]);
+        svg.line(from, to, &below);
     }
 
-    fn draw_robot(&self, svg: &mut Svg, (bars, payload): (&[Bar], [f64; 2])) {
+    fn draw_robot(&self, svg: &mut Svg, bars: &[Bar], payload: [f64; 2]) {
         // Bars thin out with the picture, down to what still shows.
         let thickness = (self.scale / 100.0).clamp(1.2, 3.2);
         svg.group(r#"stroke-linecap="round""#, |svg| {
             for bar in bars {
-                let width = if bar.actuator {
-                    1.35 * thickness
-                } else {
-                    thickness
-                };
+                let width = thickness * if bar.actuator { 1.35 } else { 1.0 };
                 let style = format!(r#"stroke="{}" stroke-width="{width:.1}""#, hex(bar.colour));
                 svg.line(self.place(bar.from), self.place(bar.to), &style);
             }
@@ -62,19 +53,15 @@ impl View {
         let mut points: Vec<[f64; 2]> =
             path.iter().step_by(every).map(|&p| self.place(p)).collect();
         points.extend(path.last().map(|&p| self.place(p)));
-        let style = format!(
-            r#"stroke="{}" stroke-width="1.4" stroke-linejoin="round""#,
-            hex(PAYLOAD)
-        );
+        let colour = hex(PAYLOAD);
+        let style = format!(r#"stroke="{colour}" stroke-width="1.4" stroke-linejoin="round""#);
         svg.polyline(&points, &style);
     }
 }
 
 fn draw_payload(svg: &mut Svg, place: [f64; 2], radius: f64) {
-    let style = format!(
-        r##"fill="{}" stroke="#fff" stroke-width="1.2""##,
-        hex(PAYLOAD)
-    );
+    let colour = hex(PAYLOAD);
+    let style = format!(r##"fill="{colour}" stroke="#fff" stroke-width="1.2""##);
     svg.circle(place, radius + 1.0, &style);
 }
 
@@ -84,10 +71,10 @@ pub(super) fn draw(motion: &Motion) -> String {
     let gait_top = journey.bottom + 46.0;
     let mut svg = Svg::new([WIDTH, gait_top + gait.panel[1] + 44.0]);
     let title = format!("{:.1} s of walking", motion.duration());
-    svg.text([MARGIN, 26.0], &title, r#"font-weight="600""#);
+    svg.text([MARGIN, 26.0], &title, BOLD);
     draw_legend(&mut svg, motion);
     journey.draw(&mut svg, motion);
-    gait.draw(&mut svg, (motion, gait_top));
+    gait.draw(&mut svg, motion, gait_top);
     svg.finish("The robot at several moments, coloured by strain, and the path of its payload")
 }
 
@@ -142,15 +129,11 @@ impl Journey {
                 // What was left behind would lie across the first robots.
                 bars.retain(|bar| motion.is_near(bar, state));
             }
-            view.draw_robot(svg, (&bars, state.x[0]));
+            view.draw_robot(svg, &bars, state.x[0]);
             let [_, top] = motion.corners(state)[1];
             let [x, y] = view.place([motion.centre(state)[0], top]);
-            let style = format!(r#"text-anchor="middle" fill="{MUTED}""#);
-            svg.text(
-                [x, y - 8.0],
-                &format!("{:.1} s", motion.time(index)),
-                &style,
-            );
+            let time = format!("{:.1} s", motion.time(index));
+            svg.text([x, y - 8.0], &time, MUTED_MIDDLE);
         }
     }
 }
@@ -161,7 +144,7 @@ fn moments(motion: &Motion) -> Vec<usize> {
     let last = motion.states().len() - 1;
     let [start, end] = [0, last].map(reached);
     let [wide, _] = motion.extent(&motion.states()[last]);
-    let width = 1.15 * wide.max(motion.run.scene.lattice.spacing);
+    let width = 1.15 * wide.max(motion.scene().lattice.spacing);
     let gaps = ((end - start).abs() / width) as usize;
     if gaps == 0 {
         // They would cover one another.
@@ -194,7 +177,7 @@ struct Gait {
 
 impl Gait {
     fn new(motion: &Motion) -> Self {
-        let period = (TAU / motion.run.scene.controller.omega).min(motion.duration());
+        let period = (TAU / motion.scene().controller.omega).min(motion.duration());
         let start = motion.duration() - period;
         let moments =
             [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
@@ -213,24 +196,25 @@ impl Gait {
         }
     }
 
-    fn draw(&self, svg: &mut Svg, (motion, top): (&Motion, f64)) {
-        let title = match self.period < motion.duration() {
-            true => format!("One period of the clock, {:.2} s, at the end", self.period),
-            false => format!("From start to end, {:.2} s", self.period),
+    fn draw(&self, svg: &mut Svg, motion: &Motion, top: f64) {
+        let title = if self.period < motion.duration() {
+            format!("One period of the clock, {:.2} s, at the end", self.period)
+        } else {
+            format!("From start to end, {:.2} s", self.period)
         };
-        svg.text([MARGIN, top], &title, r#"font-weight="600""#);
+        svg.text([MARGIN, top], &title, BOLD);
         let [width, height] = self.panel;
         for (panel, index) in self.moments.into_iter().enumerate() {
             let left = MARGIN + width * panel as f64;
-            self.draw_panel(svg, (motion, index), [left, top + height - self.rise]);
-            let style = format!(r#"text-anchor="middle" fill="{MUTED}""#);
+            let origin = [left, top + height - self.rise];
+            self.draw_panel(svg, motion, index, origin);
             let place = [left + 0.5 * width, top + height + 28.0];
-            svg.text(place, &format!("{:.2} s", motion.time(index)), &style);
+            svg.text(place, &format!("{:.2} s", motion.time(index)), MUTED_MIDDLE);
         }
     }
 
     /// The robot, and the payload's path since the period began, as far as the panel shows it.
-    fn draw_panel(&self, svg: &mut Svg, (motion, index): (&Motion, usize), origin: [f64; 2]) {
+    fn draw_panel(&self, svg: &mut Svg, motion: &Motion, index: usize, origin: [f64; 2]) {
         let state = &motion.states()[index];
         let middle = motion.centre(state)[0];
         let half = 0.5 * (self.panel[0] - 6.0) / self.scale;
@@ -249,7 +233,7 @@ impl Gait {
         view.draw_path(svg, &path);
         let mut bars = motion.bars(state);
         bars.retain(|bar| inside(&bar.from) && inside(&bar.to));
-        view.draw_robot(svg, (&bars, state.x[0]));
+        view.draw_robot(svg, &bars, state.x[0]);
     }
 }
 
@@ -257,24 +241,18 @@ impl Gait {
 fn draw_legend(svg: &mut Svg, motion: &Motion) {
     let (left, y) = (WIDTH - 430.0, 22.0);
     let end = r#"stroke-width="4" stroke-linecap="round""#;
-    svg.line(
-        [left, y],
-        [left + 18.0, y],
-        &format!(r#"stroke="{}" {end}"#, hex(SKELETON)),
-    );
+    let skeleton = format!(r#"stroke="{}" {end}"#, hex(SKELETON));
+    svg.line([left, y], [left + 18.0, y], &skeleton);
     svg.text([left + 26.0, y + 4.0], "skeleton", "");
     draw_payload(svg, [left + 98.0, y], 4.0);
     svg.text([left + 108.0, y + 4.0], "payload", "");
     svg.text([left + 168.0, y + 4.0], "actuator", "");
-    let percent = 100.0 * motion.limit();
+    let percent = 100.0 * motion.limit;
     let ramp = [left + 272.0, left + 352.0];
-    svg.text(
-        [ramp[0] - 6.0, y + 4.0],
-        &format!("\u{2212}{percent:.0} %"),
-        r#"text-anchor="end""#,
-    );
+    let least = format!("\u{2212}{percent:.0} %");
+    svg.text([ramp[0] - 6.0, y + 4.0], &least, END);
     for k in 0..20 {
-        let colour = hex(motion.colour((f64::from(k) / 9.5 - 1.0) * motion.limit()));
+        let colour = hex(motion.colour((f64::from(k) / 9.5 - 1.0) * motion.limit));
         let x = ramp[0] + 4.0 * f64::from(k);
         svg.rect([x, y - 4.0], [4.2, 8.0], &format!(r#"fill="{colour}""#));
     }

@@ -8,8 +8,16 @@ use std::fmt::Write;
 pub(super) const INK: &str = "#1f2328";
 /// Colour of secondary text.
 pub(super) const MUTED: &str = "#656d76";
-/// Colour of rulings.
-pub(super) const RULE: &str = "#d8dee4";
+/// Lines in the colour of axes, of secondary text, and of rulings.
+pub(super) const INK_LINE: &str = r##"stroke="#1f2328""##;
+pub(super) const MUTED_LINE: &str = r##"stroke="#656d76""##;
+pub(super) const RULE_LINE: &str = r##"stroke="#d8dee4""##;
+/// Headings, texts that end at their place or have their middle there, and secondary ones.
+pub(super) const BOLD: &str = r#"font-weight="600""#;
+pub(super) const END: &str = r#"text-anchor="end""#;
+pub(super) const MIDDLE: &str = r#"text-anchor="middle""#;
+pub(super) const MUTED_END: &str = r##"text-anchor="end" fill="#656d76""##;
+pub(super) const MUTED_MIDDLE: &str = r##"text-anchor="middle" fill="#656d76""##;
 
 /// A drawing under construction.
 pub(super) struct Svg {

@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use super::files::{RobotFiles, RunFiles};
 use super::layout::colour;
-use super::results::Results;
-use super::svg::{INK, MUTED, RULE, Svg};
-use cosmic::design::{Material, one_hot};
-use cosmic::projection::{Projection, holds, mixture_held};
+use super::svg::{BOLD, INK_LINE, MIDDLE, MUTED_MIDDLE, RULE_LINE, Svg};
+use cosmic::design::Material;
 
 /// Where the materials' corners are drawn.
 const CORNERS: [[f64; 2]; 3] = [[62.0, 362.0], [398.0, 362.0], [230.0, 79.0]];
@@ -18,7 +17,7 @@ fn place(mixture: &[f64; 3]) -> [f64; 2] {
 /// The triangle with its rulings and names.
 fn frame(title: &str) -> Svg {
     let mut svg = Svg::new([460.0, 420.0]);
-    svg.text([24.0, 26.0], title, r#"font-weight="600""#);
+    svg.text([24.0, 26.0], title, BOLD);
     for k in 1..5 {
         let (a, b) = (f64::from(k) / 5.0, 1.0 - f64::from(k) / 5.0);
         for [from, to] in [
@@ -26,37 +25,23 @@ fn frame(title: &str) -> Svg {
             [[b, a, 0.0], [0.0, a, b]],
             [[b, 0.0, a], [0.0, b, a]],
         ] {
-            svg.line(place(&from), place(&to), &format!(r#"stroke="{RULE}""#));
+            svg.line(place(&from), place(&to), RULE_LINE);
         }
     }
     for [k, l] in [[0, 1], [1, 2], [2, 0]] {
-        svg.line(CORNERS[k], CORNERS[l], &format!(r#"stroke="{INK}""#));
+        svg.line(CORNERS[k], CORNERS[l], INK_LINE);
     }
     let names = [("void", 34.0), ("skeleton", 34.0), ("actuator", -20.0)];
     for ([x, y], (name, dy)) in CORNERS.into_iter().zip(names) {
-        svg.text([x, y + dy], name, r#"text-anchor="middle""#);
+        svg.text([x, y + dy], name, MIDDLE);
     }
     svg
 }
 
-/// The mixtures of design vectors; a layout has exactly one material per edge (D7).
-fn mixtures(run: &Results, z: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let is_layout = z
-        .as_flattened()
-        .iter()
-        .all(|&entry| entry == 0.0 || entry == 1.0);
-    if is_layout {
-        return z.to_vec();
-    }
-    let settings = &run.scene.projection;
-    let holds = holds(settings, &run.lattice);
-    mixture_held(Projection::Performance, z, (settings, &holds))
-}
-
 /// The mixtures of the final design vectors.
-pub(super) fn draw_mixtures(run: &Results) -> String {
+pub(super) fn draw_mixtures(robot: &RobotFiles) -> String {
     let mut svg = frame("Mixture of every edge at the end");
-    for (place, count, material) in clusters(run) {
+    for (place, count, material) in clusters(robot) {
         let radius = 3.0 + 1.6 * (count as f64).sqrt();
         let style = format!(
             r##"fill="{}" fill-opacity="0.85" stroke="#fff""##,
@@ -73,13 +58,13 @@ pub(super) fn draw_mixtures(run: &Results) -> String {
 
 /// The way of every edge's mixture from the first iteration to the end, in the colour of the
 /// material that it became.
-pub(super) fn draw_paths(run: &Results) -> String {
+pub(super) fn draw_paths(run: &RunFiles) -> String {
     let mut svg = frame("Mixture of every edge on the way");
     let designs: Vec<Vec<[f64; 3]>> = (run.designs.iter())
-        .map(|row| mixtures(run, &row.z))
-        .chain([one_hot_or_mixtures(run)])
+        .map(|row| run.robot.mixtures(&row.z))
+        .chain([run.robot.mixtures(&run.robot.design.z)])
         .collect();
-    for (edge, &material) in run.design.materials.iter().enumerate() {
+    for (edge, &material) in run.robot.design.materials.iter().enumerate() {
         let path: Vec<[f64; 2]> = designs.iter().map(|design| place(&design[edge])).collect();
         let colour = colour(material);
         let style = format!(r#"stroke="{colour}" stroke-opacity="0.55" stroke-linejoin="round""#);
@@ -91,23 +76,15 @@ pub(super) fn draw_paths(run: &Results) -> String {
         (Some(first), Some(last)) => format!("iterations {first} to {last}; dots where they began"),
         _ => "the way was not recorded".to_owned(),
     };
-    let style = format!(r#"text-anchor="middle" fill="{MUTED}""#);
-    svg.text([230.0, 412.0], &caption, &style);
+    svg.text([230.0, 412.0], &caption, MUTED_MIDDLE);
     svg.finish("The way of every edge's mixture between void, skeleton and actuator")
 }
 
-fn one_hot_or_mixtures(run: &Results) -> Vec<[f64; 3]> {
-    match run.design.is_snapped() {
-        true => one_hot(&run.design.materials),
-        false => mixtures(run, &run.design.z),
-    }
-}
-
 /// Mixtures that fall on one spot of the picture: where, how many, of which material.
-fn clusters(run: &Results) -> Vec<([f64; 2], usize, Material)> {
+fn clusters(robot: &RobotFiles) -> Vec<([f64; 2], usize, Material)> {
     let mut spots = BTreeMap::new();
-    let mixtures = mixtures(run, &run.design.z);
-    for (mixture, &material) in mixtures.iter().zip(&run.design.materials) {
+    let mixtures = robot.mixtures(&robot.design.z);
+    for (mixture, &material) in mixtures.iter().zip(&robot.design.materials) {
         let [x, y] = place(mixture);
         let spot = [x, y].map(|pixels| (pixels / 2.0).round() as i64);
         let (_, count, _) = spots.entry(spot).or_insert(([x, y], 0, material));

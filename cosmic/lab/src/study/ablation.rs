@@ -1,110 +1,69 @@
 //! What topology, material and control are each worth, and what together.
 
-use super::files::Results;
-use super::markdown::{
-    COLUMNS, Departures, cells, made_by, metres, motifs, percent, pictures, preamble, ratio, table,
-};
-use super::rows::Row;
-use super::trials::{ABLATION, Entities};
-use super::{Statistics, Study};
-use crate::table::decimals;
+use super::Study;
+use super::document::{document, metres, motifs, percent, pictures, ratio, table, trial_table};
+use super::results::StudyResults;
+use super::rows::TrialRow;
+use super::statistics::Statistics;
+use super::trials::{ABLATION, CONTROL, MATERIAL, TOPOLOGY, lines};
+use crate::table::{Cell, decimals};
 
-/// An entity: its name, whether a trial designs it, the paper's gain as a ratio where it has one.
-struct Entity {
-    name: &'static str,
-    is_in: fn(&Entities) -> bool,
-    paper: Option<f64>,
-}
+/// What a trial may design: its name, its bit in [`ABLATION`], the paper's gain as a ratio.
+type Entity = (&'static str, u8, Option<f64>);
 
 const ENTITIES: [Entity; 3] = [
-    Entity {
-        name: "topology",
-        is_in: |e| e.topology,
-        paper: Some(2.16),
-    },
-    Entity {
-        name: "material",
-        is_in: |e| e.material,
-        paper: Some(8.81),
-    },
-    Entity {
-        name: "control",
-        is_in: |e| e.control,
-        paper: None,
-    },
+    ("topology", TOPOLOGY, Some(2.16)),
+    ("material", MATERIAL, Some(8.81)),
+    ("control", CONTROL, None),
 ];
 
 /// A number of a trial's sample.
-type Figure = fn(&Statistics) -> Option<f64>;
+type Number = fn(&Statistics) -> Option<f64>;
 
-/// What the trials that design an entity reach on average, and those that do not, m.
-#[derive(Clone, Copy)]
-struct Means {
-    with: Option<f64>,
-    without: Option<f64>,
-}
-
-impl Means {
-    fn of(results: &Results, entity: &Entity, figure: Figure) -> Self {
-        let mean = |wanted: bool| {
-            let names = ABLATION
-                .iter()
-                .filter(|(.., e)| (entity.is_in)(e) == wanted);
-            let numbers: Option<Vec<f64>> = names
-                .map(|(name, ..)| figure(&results.row(name).displacement))
-                .collect();
-            numbers.map(|numbers| numbers.iter().sum::<f64>() / numbers.len() as f64)
-        };
-        Self {
-            with: mean(true),
-            without: mean(false),
-        }
-    }
-
-    fn gain(&self) -> Option<f64> {
-        Option::zip(self.with, self.without).map(|(with, without)| with - without)
-    }
+/// What the trials that do not design an entity reach on average, and those that do, m.
+fn means(results: &StudyResults, bit: u8, number: Number) -> [Option<f64>; 2] {
+    [false, true].map(|wanted| {
+        let trials = ABLATION
+            .iter()
+            .filter(|(.., designs)| (designs & bit > 0) == wanted);
+        let numbers = trials.map(|(name, ..)| number(&results.row(name).displacement));
+        let numbers = numbers.collect::<Option<Vec<f64>>>()?;
+        Some(numbers.iter().sum::<f64>() / numbers.len() as f64)
+    })
 }
 
 /// The bars of the paper's figure: for each entity its mean without and with, by the medians.
-pub(super) fn means(results: &Results) -> Vec<(String, Option<f64>)> {
-    let bars = |entity: &Entity| {
-        let means = Means::of(results, entity, |s| s.median);
-        let bar = |how: &str, mean| (format!("{how} {}", entity.name), mean);
-        [bar("without", means.without), bar("with", means.with)]
+pub(super) fn bars(results: &StudyResults) -> Vec<(String, Option<f64>)> {
+    let bars = |(name, bit, _): &Entity| {
+        let [without, with] = means(results, *bit, |s| s.median);
+        [
+            (format!("without {name}"), without),
+            (format!("with {name}"), with),
+        ]
     };
     ENTITIES.iter().flat_map(bars).collect()
 }
 
 /// The whole document.
-pub(super) fn document(study: &Study, results: &Results) -> String {
-    let rows: Vec<&Row> = results.rows.iter().collect();
-    let names: Vec<&str> = rows.iter().map(|row| &row.name[..]).collect();
-    let figures: String = rows
-        .iter()
-        .map(|row| pictures(study, row, &["robot"]))
-        .collect();
-    [
-        "# Ablation: topology, material, control\n".to_owned(),
-        preamble(study),
-        ABOUT.to_owned(),
-        format!(
-            "## Trials\n\n{}\n![every seed](ablation/trials.svg)\n",
-            trials(&rows)
-        ),
-        format!(
-            "## By entity\n\n{}\n![means](ablation/entities.svg)\n",
-            by_entity(results)
-        ),
-        format!("## Questions\n\n{}", questions(results)),
-        format!("## Motifs\n\n{}", motifs(results, &names)),
-        format!("## The best seed of each\n\n{figures}"),
-        made_by(study),
-    ]
-    .join("\n")
+pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
+    let rows: Vec<&TrialRow> = results.rows.iter().collect();
+    let trials = format!("{}\n![every seed](ablation/trials.svg)\n", trials(&rows));
+    let entities = format!("{}\n![means](ablation/entities.svg)\n", by_entity(results));
+    document(
+        study,
+        "Ablation: topology, material, control",
+        ABOUT,
+        &[
+            ["Trials", &trials],
+            ["By entity", &entities],
+            ["Questions", &questions(results)],
+            ["Motifs", &motifs(results, "ablation")],
+            ["The best seed of each", &pictures(study, &rows, &["robot"])],
+        ],
+    )
 }
 
-const ABOUT: &str = "All trials begin with the stability heuristic where topology is designed, and \
+const ABOUT: &str = "\nAll trials begin with the stability heuristic where topology is designed, and \
     with a filled lattice where not. Without control the network keeps its first weights. Without \
     material the actuators are spread evenly over the vertical edges, and what an edge is not is \
     held down before every projection, in the stability projection after its centring. Without \
@@ -112,39 +71,34 @@ const ABOUT: &str = "All trials begin with the stability heuristic where topolog
     (`volume.widening`). With neither, the filled layout, outside \
     the volume bounds, is taken as it is.\n";
 
-fn trials(rows: &[&Row]) -> String {
-    let departures = Departures::of(rows);
-    let mut head = vec!["designed", "topology", "material", "control", "paper"];
-    head.extend(COLUMNS);
-    head.push("departures");
-    let line = |(row, (.., entities)): (&&Row, &(&str, &str, Option<f64>, Entities))| {
-        let mark = |entity: &Entity| match (entity.is_in)(entities) {
-            true => "yes".to_owned(),
-            false => "no".to_owned(),
-        };
-        let mut line = vec![row.title.clone()];
-        line.extend(ENTITIES.iter().map(mark));
-        line.push(metres(row.paper));
-        line.extend(cells(row));
-        line.push(departures.letters(row));
-        line
-    };
-    let lines: Vec<Vec<String>> = rows.iter().zip(&ABLATION).map(line).collect();
-    format!("{}\n{}", table(&head, &lines), departures.legend())
+fn trials(rows: &[&TrialRow]) -> String {
+    let names = ["designed", "topology", "material", "control", "paper"];
+    trial_table(rows, &names, |row| {
+        let mut trials = ABLATION.iter().filter(|(name, ..)| *name == row.name);
+        let designs = trials.next().map_or(0, |(.., designs)| *designs);
+        let mark = |(_, bit, _): &Entity| Cell::from(if designs & bit > 0 { "yes" } else { "no" });
+        let mut cells = vec![row.title[..].into()];
+        cells.extend(ENTITIES.iter().map(mark));
+        cells.push(row.paper.into());
+        cells
+    })
 }
 
-fn by_entity(results: &Results) -> String {
-    let line = |entity: &Entity| {
-        let mut line = vec![entity.name.to_owned()];
-        for figure in [(|s| s.median) as Figure, |s| s.best] {
-            let means = Means::of(results, entity, figure);
-            line.extend([metres(means.without), metres(means.with)]);
-            line.push(percent(ratio(means.with, means.without)));
+fn by_entity(results: &StudyResults) -> String {
+    let row = |(name, bit, paper): &Entity| {
+        let mut cells = vec![(*name).into()];
+        for number in [(|s| s.median) as Number, |s| s.best] {
+            let [without, with] = means(results, *bit, number);
+            cells.extend([
+                without.into(),
+                with.into(),
+                percent(ratio(with, without)).into(),
+            ]);
         }
-        line.push(percent(entity.paper));
-        line
+        cells.push(percent(*paper).into());
+        cells
     };
-    let head = [
+    let names = [
         "entity",
         "without, median",
         "with, median",
@@ -154,59 +108,44 @@ fn by_entity(results: &Results) -> String {
         "gain",
         "the paper's gain",
     ];
-    let lines = ENTITIES.each_ref().map(line);
     format!(
         "Means over the four trials that design the entity and the four that do not: of the medians \
          over the seeds, and of the best seeds.\n\n{}",
-        table(&head, &lines)
+        table(&names, ENTITIES.iter().map(row))
     )
 }
 
+/// Questions that two trials answer: the one with an entity less, the one with it, what is asked,
+/// what the paper says.
+const STEPS: &str = "
+topology-material | all               | Does control help on top of topology and material | 1.02 to 1.91, +87 %
+topology          | topology-control  | Does control help with topology alone | it does not
+material          | topology-material | Does topology help with material alone | it does
+material-control  | all               | Does topology help with material and control | it does
+";
+
 /// What the paper says it found, held against these numbers.
-fn questions(results: &Results) -> String {
-    let mut text = ranking(results);
-    text += &together(results);
-    text += &step(
-        results,
-        (
-            "Does control help on top of topology and material",
-            ["topology-material", "all"],
-        ),
-        "the paper: 1.02 to 1.91, +87 %",
-    );
-    text += &step(
-        results,
-        (
-            "Does control help with topology alone",
-            ["topology", "topology-control"],
-        ),
-        "the paper: it does not",
-    );
-    for (question, pair) in [
-        (
-            "Does topology help with material alone",
-            ["material", "topology-material"],
-        ),
-        (
-            "Does topology help with material and control",
-            ["material-control", "all"],
-        ),
-    ] {
-        text += &step(results, (question, pair), "the paper: it does");
-    }
-    text
+fn questions(results: &StudyResults) -> String {
+    let steps: String = lines(STEPS).map(|line| step(results, line)).collect();
+    ranking(results) + &together(results) + &steps
 }
 
-fn ranking(results: &Results) -> String {
-    let gain = |entity: &Entity| Means::of(results, entity, |s| s.median).gain();
-    let mut gains: Vec<_> = ENTITIES.iter().map(|e| (e.name, gain(e))).collect();
+const NO_VERDICT: &str = "not to be said: some median diverged";
+
+fn ranking(results: &StudyResults) -> String {
+    let gain = |(name, bit, _): Entity| {
+        let [without, with] = means(results, bit, |s| s.median);
+        let gain = Option::zip(without, with).map(|(without, with)| with - without);
+        (name, gain)
+    };
+    let mut gains = ENTITIES.map(gain);
     gains.sort_by(|a, b| b.1.partial_cmp(&a.1).unwrap_or(std::cmp::Ordering::Equal));
-    let list: Vec<String> = gains
-        .iter()
+    let list = gains.iter();
+    let list: Vec<String> = list
         .map(|(name, gain)| format!("{name} {} m", metres(*gain)))
         .collect();
     let verdict = match (gains[0].0, gains[2].0) {
-        _ if gains.iter().any(|(_, gain)| gain.is_none()) => "not to be said: some median diverged",
+        _ if gains.iter().any(|(_, gain)| gain.is_none()) => NO_VERDICT,
         ("material", "control") => "as in the paper",
         _ => "unlike in the paper",
     };
@@ -217,17 +156,16 @@ fn ranking(results: &Results) -> String {
     )
 }
 
-fn together(results: &Results) -> String {
+fn together(results: &StudyResults) -> String {
     let median = |name: &str| results.row(name).displacement.median;
-    let none = median("none");
-    let gain = |name: &str| Option::zip(median(name), none).map(|(x, none)| x - none);
+    let gain = |name: &str| Some(median(name)? - median("none")?);
     let singles = ["topology", "material", "control"].map(gain);
     let sum = singles.iter().copied().sum::<Option<f64>>();
     let joint = gain("all");
     let verdict = match Option::zip(joint, sum) {
         Some((joint, sum)) if joint > sum => "more than the sum, as in the paper",
         Some(_) => "not more than the sum, unlike in the paper",
-        None => "not to be said: some median diverged",
+        None => NO_VERDICT,
     };
     format!(
         "- **Is the joint gain more than the sum of the single ones?** All three {} m over none; one \
@@ -239,15 +177,15 @@ fn together(results: &Results) -> String {
 }
 
 /// From one trial to another that designs one entity more.
-fn step(results: &Results, (question, pair): (&str, [&str; 2]), paper: &str) -> String {
-    let [from, to] = pair.map(|name| results.row(name).displacement);
+fn step(results: &StudyResults, [from, to, question, paper]: [&str; 4]) -> String {
+    let [from, to] = [from, to].map(|name| results.row(name).displacement);
     let errors = Option::zip(from.standard_error, to.standard_error);
     let error = errors.map_or(String::new(), |(a, b)| {
         format!(" ± {}", decimals(a.hypot(b), 2))
     });
     let change = Option::zip(from.median, to.median).map(|(a, b)| b - a);
     format!(
-        "- **{question}?** {} to {} m, a change of {}{error} m ({paper}).\n",
+        "- **{question}?** {} to {} m, a change of {}{error} m (the paper: {paper}).\n",
         metres(from.median),
         metres(to.median),
         metres(change),

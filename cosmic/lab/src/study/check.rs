@@ -17,20 +17,20 @@ const FORMAT: Format = Format {
 };
 
 /// The check's place in a run's folder.
-pub(super) const CHECK: &str = "check.json";
+const CHECK: &str = "check.json";
 
 /// A delivered design in other rollouts than its own, from the same perturbed starts. In metres
 /// along the ground; `None` where a rollout diverged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Check {
+pub(super) struct Check {
     /// With half the time step and twice the steps: 10 % quantile, median, 90 % quantile.
-    pub half_step: [Option<f64>; 3],
+    pub(super) half_step: [Option<f64>; 3],
     /// With the goal mirrored behind the origin: the median.
-    pub goal_behind: Option<f64>,
+    pub(super) goal_behind: Option<f64>,
     /// Whether every edge has exactly one material.
-    pub one_hot: bool,
+    pub(super) one_hot: bool,
     /// Whether the volumes are within the widened bounds.
-    pub within_bounds: bool,
+    pub(super) within_bounds: bool,
 }
 
 impl Check {
@@ -38,7 +38,7 @@ impl Check {
     ///
     /// # Errors
     /// Those of reading the run's files.
-    pub fn measure(folder: &Path) -> Result<Self> {
+    pub(super) fn measure(folder: &Path) -> Result<Self> {
         let summary = Summary::read(folder)?;
         let scene = Scene::read(&folder.join(run::SCENE))?;
         let path = folder.join(run::DESIGN);
@@ -46,17 +46,20 @@ impl Check {
         let controller = design.robot(&scene, &path.display().to_string())?;
         let judged = |scene: &Scene| -> Result<Quantiles> {
             let codesign = CoDesign::new(scene)?;
-            let mixture = match design.is_snapped() {
-                true => one_hot(&design.materials),
-                false => codesign.task().mixture(Projection::Performance, &design.z),
+            let mixture = if design.is_snapped() {
+                one_hot(&design.materials)
+            } else {
+                codesign.task().mixture(Projection::Performance, &design.z)
             };
             Ok(codesign.judge(&mixture, &controller, summary.seed))
         };
         let finite = |x: f64| x.is_finite().then_some(x);
+        let mut behind = scene.clone();
+        behind.controller = scene.controller.turned_back();
         let Quantiles { p10, p50, p90 } = judged(&with_half_steps(&scene))?;
         Ok(Self {
             half_step: [p10, p50, p90].map(finite),
-            goal_behind: finite(judged(&turned_back(&scene))?.p50),
+            goal_behind: finite(judged(&behind)?.p50),
             one_hot: design.is_snapped(),
             within_bounds: is_within(&scene, [summary.volume, summary.actuator_volume]),
         })
@@ -66,19 +69,19 @@ impl Check {
     ///
     /// # Errors
     /// As [`measure`](Self::measure) and [`write_json`].
-    pub fn keep(folder: &Path) -> Result<()> {
+    pub(super) fn keep(folder: &Path) -> Result<()> {
         let path = folder.join(CHECK);
-        match path.exists() {
-            true => Ok(()),
-            false => write_json(&path, FORMAT, &Self::measure(folder)?),
+        if path.exists() {
+            return Ok(());
         }
+        write_json(&path, FORMAT, &Self::measure(folder)?)
     }
 
     /// The check of a run.
     ///
     /// # Errors
     /// Those of [`read_json`].
-    pub fn read(folder: &Path) -> Result<Self> {
+    pub(super) fn read(folder: &Path) -> Result<Self> {
         read_json(&folder.join(CHECK), FORMAT)
     }
 }
@@ -88,12 +91,6 @@ pub(super) fn with_half_steps(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.physics.dt *= 0.5;
     scene.physics.steps *= 2;
-    scene
-}
-
-fn turned_back(scene: &Scene) -> Scene {
-    let mut scene = scene.clone();
-    scene.controller = scene.controller.turned_back();
     scene
 }
 

@@ -1,152 +1,71 @@
 //! What the paper says it found, each as a change of the default and a number.
 
 use super::Study;
-use super::files::Results;
-use super::markdown::{
-    COLUMNS, Departures, cells, made_by, metres, percent, preamble, ratio, table,
-};
-use super::rows::{Row, RunRow};
+use super::document::{document, metres, percent, ratio, trial_table};
+use super::results::StudyResults;
+use super::rows::{RunRow, TrialRow};
 use super::statistics::mean;
-use super::trials::REFERENCE;
+use super::trials::{REFERENCE, lines};
 use crate::table::decimals;
 
-/// What is asked, the trial that answers, the one it is held against, and what the paper says
-/// where it does.
-const QUESTIONS: [(&str, &str, &str, Option<&str>); 15] = [
-    (
-        "Does penalised stiffness (SIMP) harm?",
-        "simp",
-        REFERENCE,
-        Some("it can induce significant instability"),
-    ),
-    (
-        "Are strict binarisation constraints worse than the augmented Lagrangian?",
-        "constraints",
-        REFERENCE,
-        Some("the augmented Lagrangian yields better performance"),
-    ),
-    (
-        "Is the stability pass worth something?",
-        "no-stability-pass",
-        REFERENCE,
-        Some("it probes the robot that the snap will leave"),
-    ),
-    (
-        "The same from the three-legged start?",
-        "c-no-stability-pass",
-        "c",
-        Some("it probes the robot that the snap will leave"),
-    ),
-    (
-        "Do more than 10 clocks harm?",
-        "clocks-20",
-        REFERENCE,
-        Some("they desynchronise the robot and harm its stability"),
-    ),
-    (
-        "And many more?",
-        "clocks-40",
-        REFERENCE,
-        Some("they desynchronise the robot and harm its stability"),
-    ),
-    (
-        "What does the mean loss bring?",
-        "final-loss",
-        REFERENCE,
-        None,
-    ),
-    (
-        "What does the cotangent bound bring?",
-        "exact-gradient",
-        REFERENCE,
-        None,
-    ),
-    (
-        "What does the choice of the delivered controller bring?",
-        "last-iterate",
-        REFERENCE,
-        None,
-    ),
-    (
-        "Do rollouts in f32 cost distance?",
-        "single-precision",
-        REFERENCE,
-        None,
-    ),
-    (
-        "What does the short layout bring to the three-legged start?",
-        "c-tall",
-        "c",
-        Some("one layout for the baseline and the start"),
-    ),
-    (
-        "What does the mean of design gradients bring without a heuristic?",
-        "d-no-memory",
-        "d",
-        None,
-    ),
-    (
-        "What do the snap's alternatives bring there?",
-        "d-no-trials",
-        "d",
-        None,
-    ),
-    (
-        "What do other materials after the snap bring there?",
-        "d-no-polish",
-        "d",
-        None,
-    ),
-    (
-        "What does settling bring there?",
-        "d-no-settling",
-        "d",
-        None,
-    ),
-];
+/// The trial that answers, the one it is held against, what is asked, and what the paper says where
+/// it does.
+const QUESTIONS: &str = "
+simp                | stability | Does penalised stiffness (SIMP) harm? \
+    | it can induce significant instability
+constraints         | stability | Are strict binarisation constraints worse than the augmented Lagrangian? \
+    | the augmented Lagrangian yields better performance
+no-stability-pass   | stability | Is the stability pass worth something? \
+    | it probes the robot that the snap will leave
+c-no-stability-pass | c         | The same from the three-legged start? \
+    | it probes the robot that the snap will leave
+clocks-20           | stability | Do more than 10 clocks harm? \
+    | they desynchronise the robot and harm its stability
+clocks-40           | stability | And many more? \
+    | they desynchronise the robot and harm its stability
+final-loss          | stability | What does the mean loss bring? |
+exact-gradient      | stability | What does the cotangent bound bring? |
+last-iterate        | stability | What does the choice of the delivered controller bring? |
+single-precision    | stability | Do rollouts in f32 cost distance? |
+c-tall              | c         | What does the short layout bring to the three-legged start? \
+    | one layout for the baseline and the start
+d-no-memory         | d | What does the mean of design gradients bring without a heuristic? |
+d-no-trials         | d | What do the snap's alternatives bring there? |
+d-no-polish         | d | What do other materials after the snap bring there? |
+d-no-settling       | d | What does settling bring there? |
+";
 
 /// The whole document.
-pub(super) fn document(study: &Study, results: &Results) -> String {
-    let rows: Vec<&Row> = results.rows.iter().collect();
-    let answers: String = QUESTIONS.map(|question| answer(results, question)).concat();
-    [
-        "# Findings of the paper as questions\n".to_owned(),
-        preamble(study),
-        format!(
-            "## Trials\n\nEach is the default with one change.\n\n{}\n![every \
-             seed](findings/trials.svg)\n",
-            trials(results, &rows)
-        ),
-        format!("## Questions\n\n{answers}{}", steering(results)),
-        made_by(study),
-    ]
-    .join("\n")
+pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
+    let answers: String = lines(QUESTIONS).map(|line| answer(results, line)).collect();
+    let trials = format!(
+        "Each is the default with one change.\n\n{}\n![every seed](findings/trials.svg)\n",
+        trials(results)
+    );
+    document(
+        study,
+        "Findings of the paper as questions",
+        "",
+        &[
+            ["Trials", &trials],
+            ["Questions", &(answers + &steering(results))],
+        ],
+    )
 }
 
-fn trials(results: &Results, rows: &[&Row]) -> String {
-    let departures = Departures::of(rows);
-    let mut head = vec!["trial", "median / default", "goal behind"];
-    head.extend(COLUMNS);
-    head.push("departures");
+fn trials(results: &StudyResults) -> String {
+    let rows: Vec<&TrialRow> = results.rows.iter().collect();
     let reference = results.row(REFERENCE).displacement.median;
-    let line = |row: &&Row| {
+    let names = ["trial", "median / default", "goal behind"];
+    trial_table(&rows, &names, |row| {
         let share = ratio(row.displacement.median, reference);
-        let share = share.map_or(metres(None), |x| decimals(x, 2));
-        let mut line = vec![row.title.clone(), share, metres(row.goal_behind)];
-        line.extend(cells(row));
-        line.push(departures.letters(row));
-        line
-    };
-    let lines: Vec<Vec<String>> = rows.iter().map(line).collect();
-    format!("{}\n{}", table(&head, &lines), departures.legend())
+        vec![row.title[..].into(), share.into(), row.goal_behind.into()]
+    })
 }
 
 /// A question with its numbers. Runs of one seed begin alike, so the verdict is on the mean of the
 /// seeds' own changes; one within twice its error is no answer.
-fn answer(
-    results: &Results,
-    (question, changed, reference, paper): (&str, &str, &str, Option<&str>),
-) -> String {
+fn answer(results: &StudyResults, [changed, reference, question, paper]: [&str; 4]) -> String {
     let rows = [reference, changed].map(|name| results.row(name));
     let [from, to] = rows.map(|row| row.displacement.median);
     let [before, after] = rows.map(|row| row.runs.iter().map(RunRow::displacement));
@@ -160,11 +79,14 @@ fn answer(
         Some([change, _]) if change < 0.0 => "worse",
         Some(_) => "better",
     };
-    let change = change.map(|both| both.map(|x| decimals(x, 2)));
-    let change = change.map_or(String::new(), |[change, error]| {
+    let change = change.map_or(String::new(), |both| {
+        let [change, error] = both.map(|x| decimals(x, 2));
         format!(", seed by seed a change of {change} ± {error} m")
     });
-    let paper = paper.map_or(String::new(), |paper| format!(" The paper: {paper}."));
+    let paper = match paper {
+        "" => String::new(),
+        paper => format!(" The paper: {paper}."),
+    };
     format!(
         "- **{question}** {} m becomes {} m ({}){change}: {verdict}.{paper}\n",
         metres(from),
@@ -174,12 +96,11 @@ fn answer(
 }
 
 /// One controller and two goals.
-fn steering(results: &Results) -> String {
-    let [one, two] = [REFERENCE, "two-goals"].map(|name| results.row(name));
-    let goals = |row: &Row| {
+fn steering(results: &StudyResults) -> String {
+    let [one, two] = [REFERENCE, "two-goals"].map(|name| {
+        let row = results.row(name);
         let steered = row.runs.iter().filter(|run| {
-            let behind = run.check.as_ref().and_then(|check| check.goal_behind);
-            run.displacement() > Some(0.0) && behind.is_some_and(|behind| behind < 0.0)
+            run.displacement() > Some(0.0) && run.goal_behind().is_some_and(|behind| behind < 0.0)
         });
         format!(
             "{} m with the goal ahead and {} m with it behind, {} of {} seeds in the goals' \
@@ -189,11 +110,9 @@ fn steering(results: &Results) -> String {
             steered.count(),
             row.runs.len(),
         )
-    };
+    });
     format!(
-        "- **Does the goal steer?** Trained for one goal: {}. Trained for two: {}. The paper: the \
-         goal vector enables steering towards different targets.\n",
-        goals(one),
-        goals(two)
+        "- **Does the goal steer?** Trained for one goal: {one}. Trained for two: {two}. The paper: \
+         the goal vector enables steering towards different targets.\n"
     )
 }

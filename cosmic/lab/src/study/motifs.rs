@@ -1,6 +1,6 @@
 //! Which motifs recur among the designs, against what chance would leave of the same materials.
 
-use super::rows::Collected;
+use super::rows::{RunRow, TrialRow};
 use cosmic::design::Material;
 use cosmic::error::Result;
 use cosmic::ground::Ground;
@@ -9,68 +9,56 @@ use cosmic::random::{Purpose, stream};
 use cosmic::record::{DesignFile, run};
 use cosmic::scene::Scene;
 use rand::RngExt;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// How often each layout is shuffled.
 const SHUFFLES: usize = 50;
 
-/// Something to look for in a layout.
-struct Motif {
-    says: &'static str,
-    /// A share, or 1 where it is there and 0 where not.
-    of: fn(&Lattice, &[Material]) -> f64,
-}
+/// A number of a layout: a share, or 1 where something is there and 0 where not.
+type OfLayout = fn(&Lattice, &[Material]) -> f64;
 
-/// The motifs that the paper describes, as numbers.
-const MOTIFS: [Motif; 4] = [
-    Motif {
-        says: "the lowest row is broken: one of its edges is void",
-        of: |lattice, materials| {
+/// The motifs that the paper describes: what is looked for, as a number.
+const MOTIFS: [(&str, OfLayout); 4] = [
+    (
+        "the lowest row is broken: one of its edges is void",
+        |lattice, materials| {
             let lowest = |&[_, j]: &[usize; 2]| j < lattice.columns;
             let mut edges = lattice.edges.iter().zip(materials);
-            let is_broken = edges.any(|(edge, m)| lowest(edge) && !m.is_solid());
-            f64::from(u8::from(is_broken))
+            f64::from(edges.any(|(edge, m)| lowest(edge) && !m.is_solid()))
         },
-    },
-    Motif {
-        says: "share of the solid edges in the lower half",
-        of: |lattice, materials| {
+    ),
+    (
+        "share of the solid edges in the lower half",
+        |lattice, materials| {
             let middle = 0.5 * (lattice.rows - 1) as f64;
             let rows = lattice.midpoint_rows();
-            share(lattice, materials, |e, m| {
-                m.is_solid().then(|| rows[e] < middle)
-            })
+            share(materials, |e, m| m.is_solid().then(|| rows[e] < middle))
         },
-    },
-    Motif {
-        says: "share of the actuators in the payload's half",
-        of: |lattice, materials| {
+    ),
+    (
+        "share of the actuators in the payload's half",
+        |lattice, materials| {
             let column = |node: usize| (node % lattice.columns) as f64;
             let middle = (lattice.columns - 1) as f64;
-            share(lattice, materials, |e, m| {
+            share(materials, |e, m| {
                 let [i, j] = lattice.edges[e];
                 (m == Material::Actuator).then(|| column(i) + column(j) < middle)
             })
         },
-    },
-    Motif {
-        says: "a horizontal actuator is the side of a cell with both braces passive",
-        of: |lattice, materials| {
-            let found = (0..lattice.edges.len()).any(|e| is_between_braces(lattice, materials, e));
-            f64::from(u8::from(found))
+    ),
+    (
+        "a horizontal actuator is the side of a cell with both braces passive",
+        |lattice, materials| {
+            let mut edges = 0..lattice.edges.len();
+            f64::from(edges.any(|e| is_between_braces(lattice, materials, e)))
         },
-    },
+    ),
 ];
 
 /// The share of the edges that count and are, among those that count.
-fn share(
-    lattice: &Lattice,
-    materials: &[Material],
-    is: impl Fn(usize, Material) -> Option<bool>,
-) -> f64 {
-    let counted: Vec<bool> = (0..lattice.edges.len())
-        .filter_map(|e| is(e, materials[e]))
-        .collect();
+fn share(materials: &[Material], is: impl Fn(usize, Material) -> Option<bool>) -> f64 {
+    let edges = materials.iter().enumerate();
+    let counted: Vec<bool> = edges.filter_map(|(e, &m)| is(e, m)).collect();
     let yes = counted.iter().filter(|&&is| is).count();
     yes as f64 / counted.len().max(1) as f64
 }
@@ -93,64 +81,51 @@ fn is_between_braces(lattice: &Lattice, materials: &[Material], edge: usize) -> 
 }
 
 /// How often a motif is among the designs of a trial.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MotifRow {
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct MotifRow {
     /// What is looked for.
-    pub says: String,
+    pub(super) says: String,
     /// For each trial: its mean over the designs, and over layouts shuffled from them.
-    pub found: Vec<[f64; 2]>,
+    pub(super) found: Vec<[f64; 2]>,
 }
 
 /// Counts the motifs of every trial's designs.
 ///
 /// # Errors
 /// Those of reading the designs.
-pub(super) fn count(collected: &[Collected]) -> Result<Vec<MotifRow>> {
-    let mut rows: Vec<MotifRow> = MOTIFS
-        .iter()
-        .map(|motif| MotifRow {
-            says: motif.says.to_owned(),
-            found: Vec::new(),
-        })
-        .collect();
-    for trial in collected {
-        for (row, found) in rows.iter_mut().zip(found(trial)?) {
-            row.found.push(found);
-        }
-    }
-    Ok(rows)
+pub(super) fn count(trials: &[TrialRow]) -> Result<Vec<MotifRow>> {
+    let found: Vec<_> = trials.iter().map(found).collect::<Result<_>>()?;
+    let row = |(k, (says, _)): (usize, &(&str, OfLayout))| MotifRow {
+        says: (*says).to_owned(),
+        found: found.iter().map(|found| found[k]).collect(),
+    };
+    Ok(MOTIFS.iter().enumerate().map(row).collect())
 }
 
-fn found(trial: &Collected) -> Result<[[f64; 2]; MOTIFS.len()]> {
+/// For each motif its means over a trial's designs, and over layouts shuffled from them.
+fn found(trial: &TrialRow) -> Result<[[f64; 2]; MOTIFS.len()]> {
     let mut sums = [[0.0; 2]; MOTIFS.len()];
     let mut designs = 0.0_f64;
     let mut stream = stream(0, Purpose::Shuffle);
-    let runs = trial.row.runs.iter().zip(&trial.folders);
-    for (_, folder) in runs.filter(|(run, _)| !run.diverged) {
+    for RunRow { folder, .. } in trial.runs.iter().filter(|run| !run.diverged) {
         let scene = Scene::read(&folder.join(run::SCENE))?;
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
         let mut materials = DesignFile::read(&folder.join(run::DESIGN))?.materials;
         designs += 1.0;
-        add(&mut sums, 0, (&lattice, &materials), 1.0);
+        let mut add = |materials: &[Material], column: usize, weight: f64| {
+            for (sum, (_, of)) in sums.iter_mut().zip(&MOTIFS) {
+                sum[column] += weight * of(&lattice, materials);
+            }
+        };
+        add(&materials, 0, 1.0);
         for _ in 0..SHUFFLES {
             for last in (1..materials.len()).rev() {
                 materials.swap(last, stream.random_range(0..=last));
             }
-            add(&mut sums, 1, (&lattice, &materials), 1.0 / SHUFFLES as f64);
+            add(&materials, 1, 1.0 / SHUFFLES as f64);
         }
     }
     Ok(sums.map(|pair| pair.map(|sum| sum / designs.max(1.0))))
-}
-
-fn add(
-    sums: &mut [[f64; 2]; MOTIFS.len()],
-    column: usize,
-    (lattice, materials): (&Lattice, &[Material]),
-    weight: f64,
-) {
-    for (sum, motif) in sums.iter_mut().zip(&MOTIFS) {
-        sum[column] += weight * (motif.of)(lattice, materials);
-    }
 }
 
 #[cfg(test)]
@@ -180,10 +155,10 @@ mod tests {
         let lattice = lattice();
         let horizontal = |[i, j]: [usize; 2]| j == i + 1 && i % 2 == 0;
         for row in 0..3 {
-            let materials = layout(&lattice, |edge| match horizontal(edge) {
-                true if edge[0] == 2 * row => Actuator,
-                true => Void,
-                false => Skeleton,
+            let materials = layout(&lattice, |edge| match edge {
+                [i, _] if i == 2 * row && horizontal(edge) => Actuator,
+                _ if horizontal(edge) => Void,
+                _ => Skeleton,
             });
             let found =
                 (0..materials.len()).filter(|&e| is_between_braces(&lattice, &materials, e));
@@ -202,13 +177,11 @@ mod tests {
         let lattice = lattice();
         // Below the middle row, whose edges are at its height, are five of the eleven.
         let all = layout(&lattice, |_| Skeleton);
-        assert_eq!((MOTIFS[1].of)(&lattice, &all), 5.0 / 11.0);
-        assert_eq!((MOTIFS[0].of)(&lattice, &all), 0.0);
-        let left = layout(&lattice, |[i, j]| match j == i + 2 && i % 2 == 0 {
-            true => Actuator,
-            false => Void,
-        });
-        assert_eq!((MOTIFS[2].of)(&lattice, &left), 1.0);
-        assert_eq!((MOTIFS[0].of)(&lattice, &left), 1.0);
+        assert_eq!((MOTIFS[1].1)(&lattice, &all), 5.0 / 11.0);
+        assert_eq!((MOTIFS[0].1)(&lattice, &all), 0.0);
+        let is_left = |[i, j]: [usize; 2]| j == i + 2 && i % 2 == 0;
+        let left = layout(&lattice, |edge| if is_left(edge) { Actuator } else { Void });
+        assert_eq!((MOTIFS[2].1)(&lattice, &left), 1.0);
+        assert_eq!((MOTIFS[0].1)(&lattice, &left), 1.0);
     }
 }

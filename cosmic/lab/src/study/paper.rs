@@ -1,102 +1,86 @@
 //! The paper's designs and environments beside the paper's numbers.
 
 use super::Study;
-use super::files::Results;
-use super::markdown::{
-    COLUMNS, Departures, cells, made_by, metres, motifs, percent, pictures, preamble, ratio, table,
-};
-use super::rows::Row;
+use super::document::{document, motifs, percent, pictures, ratio, table, trial_table};
+use super::results::StudyResults;
+use super::rows::TrialRow;
 use super::trials::{DEFAULT, STRICT};
 use crate::report::Picture;
-use crate::table::decimals;
 
 /// By how much the paper's design b outdoes its baseline.
 const PAPER_GAIN: f64 = 1.66;
 
 /// The whole document.
-pub(super) fn document(study: &Study, results: &Results) -> String {
+pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
     let default = results.table(DEFAULT);
-    let names: Vec<&str> = default.iter().map(|row| &row.name[..]).collect();
-    let figures: String = default
-        .iter()
-        .map(|row| pictures(study, row, &Picture::ALL.map(Picture::name)))
-        .collect();
-    [
-        "# The paper's results again\n".to_owned(),
-        preamble(study),
-        format!(
-            "## By default\n\n{}\n![every seed](paper/default.svg)\n",
-            beside_the_paper(&default)
-        ),
-        format!(
-            "## Strictly by the paper\n\nThe paper's algorithm with no departure{}: no bound on the \
-             cotangent, every design gradient by itself, no alternatives at the snap, no single \
-             edges tried after it, no settling, the loss at the end point only, the last iterate \
-             delivered, the tall layout in both the baseline and the three-legged start. Reported \
-             as it comes.\n\n{}\n![every seed](paper/strict.svg)\n",
-            study
-                .base
-                .as_ref()
-                .map_or("", |_| " but those named below"),
-            beside_the_paper(&results.table(STRICT))
-        ),
-        format!("## Against the baselines\n\n{}", against_baselines(results)),
-        format!("## Up the incline\n\n{}", incline(results)),
-        format!("## Motifs\n\n{}", motifs(results, &names)),
-        format!("## The best seed of each, by default\n\n{figures}"),
-        made_by(study),
-    ]
-    .join("\n")
-}
-
-/// A table with the paper's numbers and the departures beside every row.
-fn beside_the_paper(rows: &[&Row]) -> String {
-    let departures = Departures::of(rows);
-    let mut head = vec!["scene", "paper", "median / paper"];
-    head.extend(COLUMNS);
-    head.push("departures");
-    let line = |row: &&Row| {
-        let ratio = row.ratio.map_or(metres(None), |x| decimals(x, 2));
-        let mut line = vec![row.title.clone(), metres(row.paper), ratio];
-        line.extend(cells(row));
-        line.push(departures.letters(row));
-        line
+    let own = if study.base.file.is_empty() {
+        ""
+    } else {
+        " but those named below"
     };
-    let lines: Vec<Vec<String>> = rows.iter().map(line).collect();
-    format!("{}\n{}", table(&head, &lines), departures.legend())
-}
-
-/// Design b over both baselines, of both tables.
-fn against_baselines(results: &Results) -> String {
-    let line = |name: &str| {
-        let median = |scene: &str| results.row(&format!("{name}-{scene}")).displacement.median;
-        let own = median("stability");
-        let over = |baseline: &str| percent(ratio(own, median(baseline)));
-        let (tall, short) = (over("baseline_tall"), over("baseline_short"));
-        vec![name.to_owned(), tall, short, percent(Some(PAPER_GAIN))]
-    };
-    let head = ["b over", "tall baseline", "short baseline", "the paper's"];
-    format!(
-        "Medians over the seeds.\n\n{}",
-        table(&head, &[line(DEFAULT), line(STRICT)])
+    let by_default = format!(
+        "{}\n![every seed](paper/default.svg)\n",
+        beside_the_paper(&default)
+    );
+    let strictly = format!(
+        "The paper's algorithm with no departure{own}: no bound on the cotangent, every design \
+         gradient by itself, no alternatives at the snap, no single edges tried after it, no \
+         settling, the loss at the end point only, the last iterate delivered, the tall layout in \
+         both the baseline and the three-legged start. Reported as it comes.\n\n{}\n\
+         ![every seed](paper/strict.svg)\n",
+        beside_the_paper(&results.table(STRICT))
+    );
+    let names = Picture::ALL.map(Picture::name);
+    document(
+        study,
+        "The paper's results again",
+        "",
+        &[
+            ["By default", &by_default],
+            ["Strictly by the paper", &strictly],
+            ["Against the baselines", &against_baselines(results)],
+            ["Up the incline", &incline(results)],
+            ["Motifs", &motifs(results, DEFAULT)],
+            [
+                "The best seed of each, by default",
+                &pictures(study, &default, &names),
+            ],
+        ],
     )
 }
 
-/// Across and up, of one unperturbed rollout of each design.
-fn incline(results: &Results) -> String {
-    let line = |name: &str| {
-        let row = results.row(&format!("{name}-incline"));
-        let [across, up] = row.world.map(metres);
-        vec![name.to_owned(), across, up]
+/// A table with the paper's numbers beside every row.
+fn beside_the_paper(rows: &[&TrialRow]) -> String {
+    trial_table(rows, &["scene", "paper", "median / paper"], |row| {
+        vec![row.title[..].into(), row.paper.into(), row.ratio.into()]
+    })
+}
+
+/// Design b over both baselines, of both tables.
+fn against_baselines(results: &StudyResults) -> String {
+    let row = |name: &str| {
+        let median = |scene: &str| results.row(&format!("{name}-{scene}")).displacement.median;
+        let over = |baseline: &str| percent(ratio(median("stability"), median(baseline))).into();
+        let (tall, short) = (over("baseline_tall"), over("baseline_short"));
+        vec![name.into(), tall, short, percent(Some(PAPER_GAIN)).into()]
     };
-    let paper = vec![
-        "the paper's".to_owned(),
-        "1.36".to_owned(),
-        "0.35".to_owned(),
+    let names = ["b over", "tall baseline", "short baseline", "the paper's"];
+    let rows = [DEFAULT, STRICT].map(row);
+    format!("Medians over the seeds.\n\n{}", table(&names, rows))
+}
+
+/// Across and up, of one unperturbed rollout of each design.
+fn incline(results: &StudyResults) -> String {
+    let of = |name| results.row(&format!("{name}-incline")).world;
+    let paper = [Some(1.36), Some(0.35)];
+    let rows = [
+        (DEFAULT, of(DEFAULT)),
+        (STRICT, of(STRICT)),
+        ("the paper's", paper),
     ];
-    let lines = [line(DEFAULT), line(STRICT), paper];
+    let rows = rows.map(|(name, [across, up])| vec![name.into(), across.into(), up.into()]);
     format!(
         "Medians over the seeds of one unperturbed rollout.\n\n{}",
-        table(&["", "across", "up"], &lines)
+        table(&["", "across", "up"], rows)
     )
 }

@@ -3,41 +3,35 @@
 use cosmic::codesign::Quantiles;
 use cosmic::random::{Purpose, stream};
 use rand::RngExt;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// How often a sample is drawn again for the error of its median.
 const RESAMPLES: usize = 1000;
 
 /// The statistics of a sample; a number that leans on a run that diverged is `None`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Statistics {
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(super) struct Statistics {
     /// The largest number.
-    pub best: Option<f64>,
+    pub(super) best: Option<f64>,
     /// The 10 % quantile.
-    pub p10: Option<f64>,
+    pub(super) p10: Option<f64>,
     /// The median.
-    pub median: Option<f64>,
+    pub(super) median: Option<f64>,
     /// The 90 % quantile.
-    pub p90: Option<f64>,
+    pub(super) p90: Option<f64>,
     /// The standard error of the median, by the bootstrap; of two numbers or more.
-    pub standard_error: Option<f64>,
+    pub(super) standard_error: Option<f64>,
 }
 
 impl Statistics {
     /// Of a sample in which runs that diverged are `None`, and count lowest.
-    pub fn of(sample: &[Option<f64>]) -> Self {
-        let numbers: Vec<f64> = sample.iter().map(|x| x.unwrap_or(f64::NAN)).collect();
-        if numbers.is_empty() {
-            return Self {
-                best: None,
-                p10: None,
-                median: None,
-                p90: None,
-                standard_error: None,
-            };
+    pub(super) fn of(sample: &[Option<f64>]) -> Self {
+        if sample.is_empty() {
+            return Self::default();
         }
+        let numbers: Vec<f64> = sample.iter().map(|x| x.unwrap_or(f64::NAN)).collect();
         let spread = Quantiles::of(&numbers);
-        let finite = |x: f64| x.is_finite().then_some(x);
+        let finite = |x: f64| Some(x).filter(|x| x.is_finite());
         Self {
             best: finite(numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
             p10: finite(spread.p10),
@@ -48,32 +42,31 @@ impl Statistics {
     }
 }
 
-/// The median of a sample, as in [`Statistics`].
-pub(super) fn median(sample: &[Option<f64>]) -> Option<f64> {
-    Statistics::of(sample).median
+/// The mean of a sample and the variance of its population.
+fn mean_and_variance(sample: &[f64]) -> [f64; 2] {
+    let count = sample.len() as f64;
+    let mean = sample.iter().sum::<f64>() / count;
+    let squares: f64 = sample.iter().map(|x| (x - mean).powi(2)).sum();
+    [mean, squares / (count - 1.0)]
 }
 
 /// The mean of a sample and its standard error, of two numbers or more.
 pub(super) fn mean(sample: &[f64]) -> Option<[f64; 2]> {
-    let count = sample.len() as f64;
-    let mean = sample.iter().sum::<f64>() / count;
-    let squares: f64 = sample.iter().map(|x| (x - mean).powi(2)).sum();
-    (sample.len() > 1).then(|| [mean, (squares / (count - 1.0) / count).sqrt()])
+    let [mean, variance] = mean_and_variance(sample);
+    (sample.len() > 1).then(|| [mean, (variance / sample.len() as f64).sqrt()])
 }
 
-/// The scatter of the medians of samples drawn from this one with replacement. The same stream
-/// for every sample: an error belongs to the sample and not to when it was asked for.
+/// The scatter of the medians of samples drawn from this one with replacement. The stream is the
+/// same for every sample: an error belongs to the sample and not to when it was asked for.
 fn standard_error(sample: &[f64]) -> f64 {
     let mut stream = stream(0, Purpose::Bootstrap);
     let mut again = vec![0.0; sample.len()];
-    let mut medians = Vec::with_capacity(RESAMPLES);
-    for _ in 0..RESAMPLES {
+    let mut draw = |_| {
         again.fill_with(|| sample[stream.random_range(0..sample.len())]);
-        medians.push(Quantiles::of(&again).p50);
-    }
-    let mean = medians.iter().sum::<f64>() / RESAMPLES as f64;
-    let squares = medians.iter().map(|m| (m - mean).powi(2)).sum::<f64>();
-    (squares / (RESAMPLES - 1) as f64).sqrt()
+        Quantiles::of(&again).p50
+    };
+    let medians: Vec<f64> = (0..RESAMPLES).map(&mut draw).collect();
+    mean_and_variance(&medians)[1].sqrt()
 }
 
 #[cfg(test)]

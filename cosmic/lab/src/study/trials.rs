@@ -3,9 +3,9 @@
 use cosmic::error::{Error, Result};
 use cosmic::scene::{BUILTIN, Scene};
 
-/// A study.
+/// Which study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum StudyKind {
     /// The paper's designs and environments, strictly by its algorithm and with the defaults.
     Paper,
     /// Topology, material and control, each designed or not.
@@ -14,43 +14,50 @@ pub enum Kind {
     Findings,
 }
 
-impl Kind {
+impl StudyKind {
     /// Its name, on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Paper => "paper",
-            Kind::Ablation => "ablation",
-            Kind::Findings => "findings",
+            StudyKind::Paper => "paper",
+            StudyKind::Ablation => "ablation",
+            StudyKind::Findings => "findings",
         }
     }
 }
 
 /// One experiment, to be run with every seed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Trial {
+pub(super) struct Trial {
     /// Its name in files.
-    pub name: String,
+    pub(super) name: String,
     /// The table that it belongs to.
-    pub table: &'static str,
+    pub(super) table: &'static str,
     /// What a reader calls it.
-    pub title: &'static str,
+    pub(super) title: &'static str,
     /// The paper's displacement along the ground, m.
-    pub paper: Option<f64>,
+    pub(super) paper: Option<f64>,
     /// Its scene.
-    pub scene: Scene,
+    pub(super) scene: Scene,
 }
 
-/// Settings under all of a study's scenes: a file's name and its text.
-#[derive(Clone, Copy, Debug)]
-pub struct Base<'a> {
-    /// For messages.
-    pub file: &'a str,
-    /// TOML.
-    pub text: &'a str,
+/// Settings under all of a study's scenes. Without any, both texts are empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Base {
+    /// The file's name, for messages.
+    pub file: String,
+    /// Its text, TOML.
+    pub text: String,
 }
 
-/// No settings but the defaults.
-pub(super) const NO_BASE: Base<'static> = Base { file: "", text: "" };
+/// A trial that is not read yet: its scene is a built-in one with changes.
+struct Draft {
+    name: String,
+    table: &'static str,
+    title: &'static str,
+    paper: Option<f64>,
+    builtin: &'static str,
+    changes: Vec<String>,
+}
 
 /// The table by the paper's algorithm with no departure.
 pub(super) const STRICT: &str = "strict";
@@ -59,24 +66,14 @@ pub(super) const DEFAULT: &str = "default";
 
 /// Takes back every departure that is on by default.
 const WITHOUT_DEPARTURES: &str = "
-[schedule]
-settle = 0.0
-snap_trials = 0
-polish_trials = 0
-[gradient]
-design_memory = 0.0
-cotangent_bound = \"off\"
-[loss]
-kind = \"final\"
-[selection]
-kind = \"last\"
+schedule = { settle = 0.0, snap_trials = 0, polish_trials = 0 }
+gradient = { design_memory = 0.0, cotangent_bound = 'off' }
+loss.kind = 'final'
+selection.kind = 'last'
 ";
 
 /// The paper's layout for both its baseline and its three-legged start.
-const WITHOUT_SHORT_START: &str = "
-[start]
-layout = \"tall\"
-";
+const WITHOUT_SHORT_START: &str = "start.layout = 'tall'";
 
 /// The paper's experiments: the built-in scene, what a reader calls it, the paper's number.
 const PAPER: [(&str, &str, Option<f64>); 8] = [
@@ -95,310 +92,204 @@ const PAPER: [(&str, &str, Option<f64>); 8] = [
 ///
 /// # Errors
 /// Those of [`Scene::parse`], for settings that the study's own do not go with.
-pub fn trials(kind: Kind, base: &Base) -> Result<Vec<Trial>> {
-    match kind {
-        Kind::Paper => paper(base),
-        Kind::Ablation => ablation(base),
-        Kind::Findings => findings(base),
+pub(super) fn trials(kind: StudyKind, base: &Base) -> Result<Vec<Trial>> {
+    let drafts = match kind {
+        StudyKind::Paper => paper(),
+        StudyKind::Ablation => ablation(),
+        StudyKind::Findings => findings(),
+    };
+    let trial = |draft: Draft| {
+        Ok(Trial {
+            scene: draft.scene(base)?,
+            name: draft.name,
+            table: draft.table,
+            title: draft.title,
+            paper: draft.paper,
+        })
+    };
+    drafts.into_iter().map(trial).collect()
+}
+
+impl Draft {
+    /// The built-in scene over the base, with the changes.
+    fn scene(&self, base: &Base) -> Result<Scene> {
+        let name = self.builtin;
+        let builtin = BUILTIN.iter().find(|builtin| builtin.name == name);
+        let text = builtin.map_or("", |builtin| builtin.text);
+        let below = Scene::parse(&base.file, &base.text)?;
+        let mut scene = below.with(name, text);
+        for change in &self.changes {
+            scene = scene.and_then(|scene| scene.with(&format!("changes of {name}"), change));
+        }
+        // The place is in the study's own settings, the cause may be in the others.
+        scene.map_err(|error| match &base.file[..] {
+            "" => error,
+            file => Error::Usage(format!(
+                "the settings of {file} do not go with the study's: {}",
+                error.within()
+            )),
+        })
     }
 }
 
-/// A built-in scene over the base, with changes.
-fn scene(base: &Base, name: &str, changes: &[&str]) -> Result<Scene> {
-    let builtin = BUILTIN.iter().find(|builtin| builtin.name == name);
-    let text = builtin.map_or("", |builtin| builtin.text);
-    let below = Scene::parse(base.file, base.text)?;
-    let changes = changes
-        .iter()
-        .map(|text| (format!("changes of {name}"), *text));
-    let mut layers = std::iter::once((name.to_owned(), text)).chain(changes);
-    let scene = layers.try_fold(below, |scene, (name, text)| scene.with(&name, text));
-    // The place is in the study's own settings, the cause may be in the others.
-    scene.map_err(|error| match base.file {
-        "" => error,
-        file => Error::Usage(format!(
-            "the settings of {file} do not go with the study's: {}",
-            error.within()
-        )),
-    })
-}
-
-fn paper(base: &Base) -> Result<Vec<Trial>> {
-    let trial = |table, (name, title, paper)| {
+fn paper() -> Vec<Draft> {
+    let draft = |table, (name, title, paper)| {
         let mut changes = Vec::new();
         if table == STRICT {
-            changes.push(WITHOUT_DEPARTURES);
-            changes.extend((name == "three_legged").then_some(WITHOUT_SHORT_START));
+            changes.push(WITHOUT_DEPARTURES.to_owned());
+            if name == "three_legged" {
+                changes.push(WITHOUT_SHORT_START.to_owned());
+            }
         }
-        Ok(Trial {
+        Draft {
             name: format!("{table}-{name}"),
             table,
             title,
             paper,
-            scene: scene(base, name, &changes)?,
-        })
+            builtin: name,
+            changes,
+        }
     };
     let tables = [DEFAULT, STRICT].into_iter();
-    tables
-        .flat_map(|table| PAPER.map(|row| trial(table, row)))
-        .collect()
+    let drafts = tables.flat_map(|table| PAPER.map(|row| draft(table, row)));
+    drafts.collect()
 }
 
-/// What a trial of the ablation designs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Entities {
-    /// Which edges exist.
-    pub topology: bool,
-    /// Which of them are actuators.
-    pub material: bool,
-    /// The controller's weights.
-    pub control: bool,
-}
+/// What a trial of the ablation designs is a sum of these: which edges exist,
+pub(super) const TOPOLOGY: u8 = 0b100;
+/// which of them are actuators,
+pub(super) const MATERIAL: u8 = 0b010;
+/// and the controller's weights.
+pub(super) const CONTROL: u8 = 0b001;
 
-/// The trials of the ablation in the order of the paper's figure.
-pub(super) const ABLATION: [(&str, &str, Option<f64>, Entities); 8] = [
-    ("none", "a, nothing", None, entities(0b000)),
-    ("control", "b, control", None, entities(0b001)),
-    ("topology", "c, topology", None, entities(0b100)),
-    (
-        "topology-control",
-        "d, topology and control",
-        None,
-        entities(0b101),
-    ),
-    ("material", "e, material", None, entities(0b010)),
-    (
-        "material-control",
-        "f, material and control",
-        None,
-        entities(0b011),
-    ),
+/// The trials of the ablation in the order of the paper's figure: name, what a reader calls it, the
+/// paper's number, what it designs.
+pub(super) const ABLATION: [(&str, &str, Option<f64>, u8); 8] = [
+    ("none", "a, nothing", None, 0),
+    ("control", "b, control", None, CONTROL),
+    ("topology", "c, topology", None, TOPOLOGY),
+    ("topology-control", "d, topology and control", None, 0b101),
+    ("material", "e, material", None, MATERIAL),
+    ("material-control", "f, material and control", None, 0b011),
     (
         "topology-material",
         "g, topology and material",
         Some(1.02),
-        entities(0b110),
+        0b110,
     ),
-    ("all", "h, all three", Some(1.91), entities(0b111)),
+    ("all", "h, all three", Some(1.91), 0b111),
 ];
-
-/// Topology, material and control from the highest bit down.
-const fn entities(bits: u8) -> Entities {
-    Entities {
-        topology: bits & 0b100 != 0,
-        material: bits & 0b010 != 0,
-        control: bits & 0b001 != 0,
-    }
-}
 
 /// The paper holds materials by lowering what is not dominant. An offset as wide as the range of
 /// the design vectors cannot be overcome.
-const HELD_MATERIALS: &str = "
-[projection]
-hold_materials = 1.0
-";
+const HELD_MATERIALS: &str = "projection.hold_materials = 1.0";
 
 /// The paper holds the topology by its volume alone.
 const HELD_TOPOLOGY: &str = "
-[start]
-kind = \"filled\"
-void = 0.05
-[volume]
-solid = [0.9, 1.0]
+start = { kind = 'filled', void = 0.05 }
+volume.solid = [0.9, 1.0]
 ";
 
 /// Nothing to design: the filled layout as it is, its controller trained as the baseline's.
 const HELD_LAYOUT: &str = "
-[start]
-kind = \"layout\"
-layout = \"filled\"
-[schedule]
-iterations = 200
-snap_at = 0
-[adam]
-fine_rate = 0.006
+start = { kind = 'layout', layout = 'filled' }
+schedule = { iterations = 200, snap_at = 0 }
+adam.fine_rate = 0.006
 ";
 
 /// The controller keeps its first weights.
-const HELD_CONTROL: &str = "
-[adam]
-rate = 0.0
-fine_rate = 0.0
-";
+const HELD_CONTROL: &str = "adam = { rate = 0.0, fine_rate = 0.0 }";
 
 /// Without anything to design, one iteration is as good as any number.
-const HELD_ALL: &str = "
-[schedule]
-iterations = 1
-";
+const HELD_ALL: &str = "schedule.iterations = 1";
 
-impl Entities {
-    fn changes(self) -> Vec<&'static str> {
-        let mut changes = match (self.topology, self.material) {
+fn ablation() -> Vec<Draft> {
+    let draft = |(name, title, paper, designs): (&str, _, _, u8)| {
+        let mut changes = match (designs & TOPOLOGY > 0, designs & MATERIAL > 0) {
             (true, true) => vec![],
             (true, false) => vec![HELD_MATERIALS],
             (false, true) => vec![HELD_TOPOLOGY],
             (false, false) => vec![HELD_LAYOUT],
         };
-        if !self.control {
+        if designs & CONTROL == 0 {
             changes.push(HELD_CONTROL);
-            changes.extend((!self.topology && !self.material).then_some(HELD_ALL));
         }
-        changes
-    }
-}
-
-fn ablation(base: &Base) -> Result<Vec<Trial>> {
-    let trial = |(name, title, paper, entities): (&str, _, _, Entities)| {
-        Ok(Trial {
+        if designs == 0 {
+            changes.push(HELD_ALL);
+        }
+        Draft {
             name: name.to_owned(),
             table: "ablation",
             title,
             paper,
-            scene: scene(base, "stability", &entities.changes())?,
-        })
+            builtin: "stability",
+            changes: changes.into_iter().map(str::to_owned).collect(),
+        }
     };
-    ABLATION.into_iter().map(trial).collect()
+    ABLATION.into_iter().map(draft).collect()
 }
 
 /// The trial that the others of the findings are held against.
 pub(super) const REFERENCE: &str = "stability";
 
-/// One controller for a goal ahead and one behind. As an input of 0.1 the goal is too weak to tell
-/// them apart by; and what is chosen by the goal ahead would be no fair sample.
-const TWO_GOALS: &str = "
-[controller]
-two_goals = true
-goal_scale = 0.5
-[selection]
-kind = \"last\"
+/// Changes of a built-in scene: the trial's name, the scene, what a reader calls it, the change.
+///
+/// As an input of 0.1 the goal is too weak to tell two goals apart by; and what is chosen by the
+/// goal ahead would be no fair sample.
+const FINDINGS: &str = "
+stability           | stability    | the default |
+simp                | stability    | stiffness penalised as in SIMP, exponent 3 | materials.penalisation = 3
+constraints         | stability    | binarisation by strict constraints | binarisation.method = 'constraints'
+no-stability-pass   | stability    | no stability pass | schedule.stability_share = 0.0
+clocks-20           | stability    | 20 clocks | controller.clocks = 20
+clocks-40           | stability    | 40 clocks | controller.clocks = 40
+two-goals           | stability    | trained for two goals, goal scale 0.5, last | \
+    controller = { two_goals = true, goal_scale = 0.5 }; selection.kind = 'last'
+final-loss          | stability    | without loss.kind | loss.kind = 'final'
+exact-gradient      | stability    | without gradient.cotangent_bound | gradient.cotangent_bound = 'off'
+last-iterate        | stability    | without selection.kind | selection.kind = 'last'
+single-precision    | stability    | rollouts in f32 | gradient.precision = 'f32'
+c                   | three_legged | c as by default |
+c-no-stability-pass | three_legged | c, no stability pass | schedule.stability_share = 0.0
+c-tall              | three_legged | c, without start.layout | start.layout = 'tall'
+d                   | uniform      | d as by default |
+d-no-memory         | uniform      | d, without gradient.design_memory | gradient.design_memory = 0.0
+d-no-trials         | uniform      | d, without schedule.snap_trials | schedule.snap_trials = 0
+d-no-polish         | uniform      | d, without schedule.polish_trials | schedule.polish_trials = 0
+d-no-settling       | uniform      | d, without schedule.settle | schedule.settle = 0.0
 ";
 
-/// Changes of a built-in scene: the trial's name, what a reader calls it, the scene, the change.
-const FINDINGS: [(&str, &str, &str, &str); 19] = [
-    (REFERENCE, "the default", "stability", ""),
-    (
-        "simp",
-        "stiffness penalised as in SIMP, exponent 3",
-        "stability",
-        "[materials]\npenalisation = 3",
-    ),
-    (
-        "constraints",
-        "binarisation by strict constraints",
-        "stability",
-        "[binarisation]\nmethod = \"constraints\"",
-    ),
-    (
-        "no-stability-pass",
-        "no stability pass",
-        "stability",
-        "[schedule]\nstability_share = 0.0",
-    ),
-    (
-        "clocks-20",
-        "20 clocks",
-        "stability",
-        "[controller]\nclocks = 20",
-    ),
-    (
-        "clocks-40",
-        "40 clocks",
-        "stability",
-        "[controller]\nclocks = 40",
-    ),
-    (
-        "two-goals",
-        "trained for two goals, goal scale 0.5, last",
-        "stability",
-        TWO_GOALS,
-    ),
-    (
-        "final-loss",
-        "without loss.kind",
-        "stability",
-        "[loss]\nkind = \"final\"",
-    ),
-    (
-        "exact-gradient",
-        "without gradient.cotangent_bound",
-        "stability",
-        "[gradient]\ncotangent_bound = \"off\"",
-    ),
-    (
-        "last-iterate",
-        "without selection.kind",
-        "stability",
-        "[selection]\nkind = \"last\"",
-    ),
-    (
-        "single-precision",
-        "rollouts in f32",
-        "stability",
-        "[gradient]\nprecision = \"f32\"",
-    ),
-    ("c", "c as by default", "three_legged", ""),
-    (
-        "c-no-stability-pass",
-        "c, no stability pass",
-        "three_legged",
-        "[schedule]\nstability_share = 0.0",
-    ),
-    (
-        "c-tall",
-        "c, without start.layout",
-        "three_legged",
-        WITHOUT_SHORT_START,
-    ),
-    ("d", "d as by default", "uniform", ""),
-    (
-        "d-no-memory",
-        "d, without gradient.design_memory",
-        "uniform",
-        "[gradient]\ndesign_memory = 0.0",
-    ),
-    (
-        "d-no-trials",
-        "d, without schedule.snap_trials",
-        "uniform",
-        "[schedule]\nsnap_trials = 0",
-    ),
-    (
-        "d-no-polish",
-        "d, without schedule.polish_trials",
-        "uniform",
-        "[schedule]\npolish_trials = 0",
-    ),
-    (
-        "d-no-settling",
-        "d, without schedule.settle",
-        "uniform",
-        "[schedule]\nsettle = 0.0",
-    ),
-];
+/// The lines of a table as text, each with four cells between bars.
+///
+/// # Panics
+/// If a line has another number of cells: the tables are constants.
+pub(super) fn lines(table: &'static str) -> impl Iterator<Item = [&'static str; 4]> {
+    let cells = |line: &'static str| line.split('|').map(str::trim).collect::<Vec<_>>();
+    let lines = table.lines().filter(|line| !line.is_empty());
+    lines.map(move |line| cells(line).try_into().expect(line))
+}
 
-fn findings(base: &Base) -> Result<Vec<Trial>> {
-    let trial = |(name, title, builtin, change): (&str, _, _, _)| {
-        Ok(Trial {
-            name: name.to_owned(),
-            table: "findings",
-            title,
-            paper: None,
-            scene: scene(base, builtin, &[change])?,
-        })
+fn findings() -> Vec<Draft> {
+    let draft = |[name, builtin, title, change]: [&'static str; 4]| Draft {
+        name: name.to_owned(),
+        table: "findings",
+        title,
+        paper: None,
+        builtin,
+        changes: vec![change.replace("; ", "\n")],
     };
-    FINDINGS.into_iter().map(trial).collect()
+    lines(FINDINGS).map(draft).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{ABLATION, Base, Kind, NO_BASE, STRICT, trials};
+    use super::{ABLATION, Base, STRICT, StudyKind, trials};
     use cosmic::codesign::CoDesign;
     use cosmic::scene::Scene;
 
     #[test]
     fn the_strict_table_departs_in_nothing() {
-        for trial in trials(Kind::Paper, &NO_BASE).unwrap() {
+        for trial in trials(StudyKind::Paper, &Base::default()).unwrap() {
             let departures = trial.scene.departures();
             assert_eq!(
                 departures.is_empty(),
@@ -410,7 +301,7 @@ mod tests {
 
     #[test]
     fn default_trials_are_the_built_in_scenes() {
-        for trial in trials(Kind::Paper, &NO_BASE).unwrap() {
+        for trial in trials(StudyKind::Paper, &Base::default()).unwrap() {
             if let Some(name) = trial.name.strip_prefix("default-") {
                 assert_eq!(trial.scene, Scene::load(name).unwrap());
             }
@@ -419,8 +310,8 @@ mod tests {
 
     #[test]
     fn every_trial_can_begin_and_is_not_another() {
-        for kind in [Kind::Paper, Kind::Ablation, Kind::Findings] {
-            let trials = trials(kind, &NO_BASE).unwrap();
+        for kind in [StudyKind::Paper, StudyKind::Ablation, StudyKind::Findings] {
+            let trials = trials(kind, &Base::default()).unwrap();
             for (k, trial) in trials.iter().enumerate() {
                 CoDesign::new(&trial.scene).unwrap().begin(0).unwrap();
                 let same = |other: &super::Trial| other.scene == trial.scene;
@@ -431,25 +322,23 @@ mod tests {
 
     #[test]
     fn the_ablation_s_trials_are_all_combinations() {
-        for (k, (.., entities)) in ABLATION.iter().enumerate() {
-            assert!(ABLATION[..k].iter().all(|(.., other)| other != entities));
+        for (k, (.., designs)) in ABLATION.iter().enumerate() {
+            assert!(ABLATION[..k].iter().all(|(.., other)| other != designs));
         }
     }
 
     #[test]
     fn a_base_lies_under_every_scene() {
-        let base = Base {
-            file: "base.toml",
-            text: "[physics]\ngravity = 1.5\n",
+        let base = |text: &str| Base {
+            file: "base.toml".to_owned(),
+            text: text.to_owned(),
         };
-        for trial in trials(Kind::Ablation, &base).unwrap() {
+        let heavier = base("[physics]\ngravity = 1.5\n");
+        for trial in trials(StudyKind::Ablation, &heavier).unwrap() {
             assert_eq!(trial.scene.physics.gravity, 1.5);
         }
-        let wrong = Base {
-            text: "[physics]\ngravty = 1",
-            ..base
-        };
-        let error = trials(Kind::Paper, &wrong).unwrap_err().to_string();
+        let wrong = base("[physics]\ngravty = 1");
+        let error = trials(StudyKind::Paper, &wrong).unwrap_err().to_string();
         assert!(error.contains("base.toml:2:1"), "{error}");
     }
 }

@@ -7,7 +7,7 @@ use cosmic::error::Result;
 use cosmic::record::Summary;
 use cosmic::record::files::{Format, write_atomic, write_json};
 use cosmic::record::summary::{NUMBERS, SummaryNumber};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// What merged results say they are.
@@ -17,7 +17,7 @@ pub(super) const FORMAT: Format = Format {
 };
 
 /// What came of one run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MergedRun {
     /// Its number in the plan.
     pub index: usize,
@@ -34,26 +34,26 @@ pub struct MergedRun {
 }
 
 /// The runs of a sweep, in the plan's order.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Results {
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SweepResults {
     /// One entry a run.
     pub runs: Vec<MergedRun>,
 }
 
-impl Results {
+impl SweepResults {
     /// How many runs are in a state.
     pub fn count(&self, state: RunState) -> usize {
         self.runs.iter().filter(|run| run.state == state).count()
     }
 
-    /// How many runs have nothing left to do.
-    pub fn over(&self) -> usize {
-        self.runs.iter().filter(|run| run.state.is_over()).count()
+    /// How many runs have something left to do.
+    pub fn left(&self) -> usize {
+        self.count(RunState::Waiting) + self.count(RunState::Begun)
     }
 }
 
 /// How far the runs of a sweep are, without their summaries.
-pub fn survey(sweep: &Path, plan: &SweepPlan) -> Results {
+pub fn survey(sweep: &Path, plan: &SweepPlan) -> SweepResults {
     let one = |index: usize| {
         let folder = plan.folder(sweep, index);
         let (scene, seed) = plan.parts(index);
@@ -66,7 +66,7 @@ pub fn survey(sweep: &Path, plan: &SweepPlan) -> Results {
             summary: None,
         }
     };
-    Results {
+    SweepResults {
         runs: (0..plan.runs()).map(one).collect(),
     }
 }
@@ -75,7 +75,7 @@ pub fn survey(sweep: &Path, plan: &SweepPlan) -> Results {
 ///
 /// # Errors
 /// Those of [`Summary::read`].
-pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Results> {
+pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<SweepResults> {
     let mut results = survey(sweep, plan);
     for run in &mut results.runs {
         if run.state == RunState::Done {
@@ -91,7 +91,7 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Results> {
 ///
 /// # Errors
 /// [`Error::Write`](cosmic::Error::Write).
-pub fn write_results(sweep: &Path, results: &Results) -> Result<[PathBuf; 2]> {
+pub fn write_results(sweep: &Path, results: &SweepResults) -> Result<[PathBuf; 2]> {
     let [json, csv] = ["results.json", "results.csv"].map(|name| sweep.join(name));
     write_json(&json, FORMAT, results)?;
     let table = table(results).to_csv();
@@ -100,7 +100,7 @@ pub fn write_results(sweep: &Path, results: &Results) -> Result<[PathBuf; 2]> {
 }
 
 /// A row a run; what a run does not have is left empty.
-fn table(results: &Results) -> Table {
+fn table(results: &SweepResults) -> Table {
     let loss: (_, SummaryNumber) = ("loss_p50", |summary| summary.loss_p50);
     let numbers: Vec<_> = NUMBERS.into_iter().chain([loss]).collect();
     let names = ["index", "scene", "seed", "state", "iterations"].into_iter();

@@ -6,13 +6,15 @@
 //! is done is told by the runs' own files alone, so that a sweep goes on wherever it was
 //! interrupted, and [`merge`] reads records and simulates nothing.
 
+mod state;
+mod plan;
 mod claim;
 mod merge;
-mod plan;
-mod state;
 mod work;
 
-pub use merge::{MergedRun, Results, merge, survey, write_results};
+pub(crate) use plan::scene_settings;
+
+pub use merge::{MergedRun, SweepResults, merge, survey, write_results};
 pub use plan::{PLAN, PlannedScene, SweepPlan};
 pub use state::RunState;
-pub use work::{Ended, Outcome, Overseer, run_all, run_next, run_one};
+pub use work::{Ended, Overseer, RunOutcome, Sweep};

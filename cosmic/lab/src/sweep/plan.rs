@@ -9,10 +9,10 @@ use cosmic::record::{MOST_RUNS, RunPlan, Search};
 use cosmic::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
+use std::fs;
 use std::io::ErrorKind;
 use std::num::NonZeroUsize;
-use std::path;
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, is_separator};
 
 /// What a plan says it is.
 pub(super) const FORMAT: Format = Format {
@@ -22,6 +22,9 @@ pub(super) const FORMAT: Format = Format {
 
 /// The plan's place in a sweep's folder.
 pub const PLAN: &str = "plan.json";
+
+/// The plan that the runs began with, in a sweep's folder: an edited `plan.json` is told by it.
+const FROZEN: &str = "claims/plan.json";
 
 /// A scene of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,7 +74,7 @@ impl SweepPlan {
         }
         let mut names = BTreeSet::new();
         for PlannedScene { name, scene } in &self.scenes {
-            if name.is_empty() || name.starts_with('.') || name.contains(path::is_separator) {
+            if name.is_empty() || name.starts_with('.') || name.contains(is_separator) {
                 return refuse(format!("`{name}` cannot name the folder of a run"));
             }
             if !names.insert(name) {
@@ -92,18 +95,14 @@ impl SweepPlan {
         match is_used(folder) {
             Ok(true) => {
                 let folder = folder.display();
-                return Err(Error::Usage(format!("{folder}: the folder is not empty")));
+                Err(Error::Usage(format!("{folder}: the folder is not empty")))
             }
-            Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(source) if source.kind() != ErrorKind::NotFound => {
                 let path = folder.to_owned();
-                return Err(Error::Read {
-                    path,
-                    source: error,
-                });
+                Err(Error::Read { path, source })
             }
-            Ok(false) | Err(_) => {}
+            Ok(false) | Err(_) => self.write(folder),
         }
-        self.write(folder)
     }
 
     /// Replaces the plan of a folder. Runs of scenes and seeds that both plans have are kept.
@@ -112,20 +111,75 @@ impl SweepPlan {
     /// [`Error::Write`].
     pub fn write(&self, folder: &Path) -> Result<()> {
         make_folder(folder)?;
-        write_json(&folder.join(PLAN), FORMAT, self)
+        let frozen = folder.join(FROZEN);
+        match fs::remove_file(&frozen) {
+            Err(source) if source.kind() != ErrorKind::NotFound => {
+                let path = frozen;
+                Err(Error::Write { path, source })
+            }
+            _ => write_json(&folder.join(PLAN), FORMAT, self),
+        }
+    }
+
+    /// Keeps the plan for runs that begin, unless others began with it.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub(super) fn keep(&self, folder: &Path) -> Result<()> {
+        let path = folder.join(FROZEN);
+        if path.exists() {
+            return Ok(());
+        }
+        make_folder(&folder.join("claims"))?;
+        write_json(&path, FORMAT, self)
     }
 
     /// The plan of a folder.
     ///
     /// # Errors
-    /// Those of [`read_json`] and [`check`](Self::check).
+    /// Those of [`read_json`] and [`check`](Self::check); [`Error::Usage`] for a plan that was
+    /// edited after runs began.
     pub fn read(folder: &Path) -> Result<Self> {
-        let path = folder.join(PLAN);
+        let [path, frozen] = [PLAN, FROZEN].map(|name| folder.join(name));
         let plan: Self = read_json(&path, FORMAT)?;
+        let refuse = |what: String| Err(Error::Usage(format!("{}: {what}", path.display())));
         match plan.check() {
-            Err(Error::Usage(what)) => Err(Error::Usage(format!("{}: {what}", path.display()))),
-            checked => checked.map(|()| plan),
+            Err(Error::Usage(what)) => return refuse(what),
+            checked => checked?,
         }
+        if !frozen.exists() {
+            return Ok(plan);
+        }
+        let before: Self = read_json(&frozen, FORMAT)?;
+        let mut pairs = plan.settings().into_iter().zip(before.settings());
+        match pairs.find(|(now, before)| now != before) {
+            None => Ok(plan),
+            Some(([key, now], [_, before])) => refuse(format!(
+                "edited after its runs began: `{key}` is {now}, where it was {before}; put it back, \
+                 or plan another sweep"
+            )),
+        }
+    }
+
+    /// Every setting: its name and its value.
+    fn settings(&self) -> Vec<[String; 2]> {
+        let names: Vec<&str> = self
+            .scenes
+            .iter()
+            .map(|planned| &planned.name[..])
+            .collect();
+        let iterations = self.iterations.map_or("null".to_owned(), |n| n.to_string());
+        let own = [
+            ["scenes".to_owned(), names.join(", ")],
+            ["first_seed".to_owned(), self.first_seed.to_string()],
+            ["seeds".to_owned(), self.seeds.to_string()],
+            ["iterations".to_owned(), iterations],
+        ];
+        let of_scenes = self.scenes.iter().flat_map(|PlannedScene { name, scene }| {
+            let settings = scene_settings(scene).into_iter();
+            settings.map(move |[key, value]| [format!("{name}: {key}"), value])
+        });
+        own.into_iter().chain(of_scenes).collect()
     }
 
     /// How many runs there are.
@@ -170,9 +224,25 @@ impl SweepPlan {
     }
 }
 
+/// Every setting of a scene: its name, such as `physics.dt`, and its value in TOML.
+pub(crate) fn scene_settings(scene: &Scene) -> Vec<[String; 2]> {
+    let mut section = String::new();
+    let mut settings = Vec::new();
+    for line in scene.to_toml().lines() {
+        if let Some(name) = line.strip_prefix('[') {
+            section = name.trim_end_matches(']').to_owned();
+        } else if let Some((key, value)) = line.split_once(" = ").filter(|_| !line.starts_with('#'))
+        {
+            settings.push([format!("{section}.{key}"), value.to_owned()]);
+        }
+    }
+    settings
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{PlannedScene, SweepPlan};
+    use super::{FORMAT, PLAN, PlannedScene, SweepPlan};
+    use cosmic::record::files::write_json;
     use cosmic::scene::Scene;
     use std::num::NonZeroUsize;
     use std::path::Path;
@@ -209,6 +279,27 @@ mod tests {
         assert_eq!(SweepPlan::read(folder.path()).unwrap(), plan);
         let error = plan.freeze(folder.path()).unwrap_err().to_string();
         assert!(error.contains("not empty"), "{error}");
+    }
+
+    #[test]
+    fn a_plan_that_is_edited_after_runs_began_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut plan = plan(&["a"], 0);
+        plan.freeze(folder.path()).unwrap();
+        // No run has begun.
+        plan.first_seed = 1;
+        write_json(&folder.path().join(PLAN), FORMAT, &plan).unwrap();
+        assert_eq!(SweepPlan::read(folder.path()).unwrap(), plan);
+        plan.keep(folder.path()).unwrap();
+        assert_eq!(SweepPlan::read(folder.path()).unwrap(), plan);
+        plan.scenes[0].scene.physics.gravity = 5.0;
+        write_json(&folder.path().join(PLAN), FORMAT, &plan).unwrap();
+        let error = SweepPlan::read(folder.path()).unwrap_err().to_string();
+        let says = "`a: physics.gravity` is 5.0, where it was 4.8";
+        assert!(error.contains(says), "{error}");
+        // A study may: it replaces its plan.
+        plan.write(folder.path()).unwrap();
+        assert_eq!(SweepPlan::read(folder.path()).unwrap(), plan);
     }
 
     #[test]

@@ -4,12 +4,12 @@ use cosmic::record::DIVERGED;
 use cosmic::record::history::LINES;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::fs;
 use std::path::Path;
 
 /// How far a run is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunState {
     /// Not begun.
@@ -23,6 +23,9 @@ pub enum RunState {
 }
 
 impl RunState {
+    /// All of them, from the first on.
+    pub const ALL: [Self; 4] = [Self::Waiting, Self::Begun, Self::Done, Self::Diverged];
+
     /// The state of a run's folder, which need not exist.
     pub fn of(folder: &Path) -> Self {
         if folder.join(SUMMARY).exists() {

@@ -7,6 +7,7 @@ use cosmic::error::{Error, Result};
 use cosmic::parallel::{Crew, in_parallel};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::{self, Observer, Run, Summary};
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -14,7 +15,7 @@ use std::sync::Mutex;
 
 /// What came of a run that was asked for.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
+pub enum RunOutcome {
     /// It ran, or went on, to its end.
     Done(Box<Summary>),
     /// Its result flies apart: the sentence that says where.
@@ -31,7 +32,7 @@ pub struct Ended {
     /// Its number.
     pub index: usize,
     /// What came of it.
-    pub outcome: Outcome,
+    pub outcome: RunOutcome,
 }
 
 /// Whoever watches a sweep from another thread, and may end it early.
@@ -46,130 +47,169 @@ pub trait Overseer: Sync {
     fn warning(&self, run: &str, text: &str);
 }
 
-/// Does one run of a sweep, or goes on with it.
-///
-/// # Errors
-/// Those of [`record::optimise`] and [`record::resume`], except a result's divergence.
-///
-/// # Panics
-/// If the plan has no run of that number.
-pub fn run_one(
-    (sweep, plan): (&Path, &SweepPlan),
-    index: usize,
-    observer: &mut dyn Observer,
-) -> Result<Outcome> {
-    let folder = plan.folder(sweep, index);
-    if RunState::of(&folder).is_over() {
-        return Ok(Outcome::Over);
-    }
-    let Some(_claim) = Claim::take(sweep, &plan.name(index))? else {
-        return Ok(Outcome::Taken);
-    };
-    // Whoever had the claim until just now may have finished.
-    if RunState::of(&folder).is_over() {
-        return Ok(Outcome::Over);
-    }
-    let done = match folder.join(SNAPSHOT).exists() {
-        true => record::resume(&folder, observer),
-        false => record::optimise(&folder, &plan.run(index), observer),
-    };
-    match done {
-        Ok(summary) => Ok(Outcome::Done(Box::new(summary))),
-        Err(error @ Error::Diverged { .. }) => Ok(Outcome::Diverged(error.to_string())),
-        // By `cosmic resume`, which knows of no claims.
-        Err(Error::Taken(_)) => Ok(Outcome::Taken),
-        Err(error) => Err(error),
-    }
+/// A sweep at work: its folder and its plan.
+#[derive(Clone, Copy, Debug)]
+pub struct Sweep<'s> {
+    /// The folder.
+    pub folder: &'s Path,
+    /// The plan.
+    pub plan: &'s SweepPlan,
 }
 
-/// Does the first run that is neither over nor taken; `None` where there is none. One that cannot
-/// be done for a reason of its own, such as its time step, is passed over.
-///
-/// # Errors
-/// As [`run_one`], of what is passed over where nothing else is left.
-pub fn run_next(
-    (sweep, plan): (&Path, &SweepPlan),
-    observer: &mut dyn Observer,
-) -> Result<Option<Ended>> {
-    let mut passed_over = Vec::new();
-    for index in 0..plan.runs() {
-        match run_one((sweep, plan), index, observer) {
-            Ok(Outcome::Over | Outcome::Taken) => {}
-            Ok(outcome) => return Ok(Some(Ended { index, outcome })),
-            Err(error) => passed_over.push(of_its_own((plan, index), error)?),
+impl Sweep<'_> {
+    /// Does one run, or goes on with it.
+    ///
+    /// # Errors
+    /// Those of [`record::optimise`] and [`record::resume`], except a result's divergence.
+    ///
+    /// # Panics
+    /// If the plan has no run of that number.
+    pub fn run_one(self, index: usize, observer: &mut dyn Observer) -> Result<RunOutcome> {
+        let folder = self.plan.folder(self.folder, index);
+        if RunState::of(&folder).is_over() {
+            return Ok(RunOutcome::Over);
+        }
+        self.plan.keep(self.folder)?;
+        let Some(_claim) = Claim::take(self.folder, &self.plan.name(index))? else {
+            return Ok(RunOutcome::Taken);
+        };
+        // Whoever had the claim until just now may have finished.
+        if RunState::of(&folder).is_over() {
+            return Ok(RunOutcome::Over);
+        }
+        let done = if folder.join(SNAPSHOT).exists() {
+            record::resume(&folder, observer)
+        } else {
+            record::optimise(&folder, &self.plan.run(index), observer)
+        };
+        match done {
+            Ok(summary) => Ok(RunOutcome::Done(Box::new(summary))),
+            Err(error @ Error::Diverged { .. }) => Ok(RunOutcome::Diverged(error.to_string())),
+            // By `cosmic resume`, which knows of no claims.
+            Err(Error::Taken(_)) => Ok(RunOutcome::Taken),
+            Err(error) => Err(error),
         }
     }
-    first_of(passed_over).map(|()| None)
+
+    /// Does the first run that is neither over nor taken; `None` where there is none. One that
+    /// cannot be done for a reason of its own, such as its time step, is passed over.
+    ///
+    /// # Errors
+    /// As [`run_one`](Self::run_one), of what is passed over where nothing else is left.
+    pub fn run_next(self, observer: &mut dyn Observer) -> Result<Option<Ended>> {
+        let mut passed_over = BTreeMap::new();
+        for index in 0..self.plan.runs() {
+            match self.run_one(index, observer) {
+                Ok(RunOutcome::Over | RunOutcome::Taken) => {}
+                Ok(outcome) => return Ok(Some(Ended { index, outcome })),
+                Err(error) => {
+                    passed_over.insert(index, self.of_its_own(index, error)?);
+                }
+            }
+        }
+        first_of(passed_over).map(|()| None)
+    }
+
+    /// A run's error that says nothing of others, with the run: its time step, its files. Where
+    /// nothing can be written, or the user wants an end, that is the end of a sweep.
+    fn of_its_own(self, index: usize, error: Error) -> Result<Error> {
+        match error {
+            Error::Write { .. } | Error::Interrupted { .. } | Error::Stopped { .. } => Err(error),
+            error => Ok(Error::PassedOver {
+                run: format!("run {index}, {}", self.plan.name(index)),
+                error: Box::new(error),
+                others: 0,
+            }),
+        }
+    }
+
+    /// Does every run that is neither over nor taken, each on a thread of its own, until none is
+    /// left: also those that other processes give back meanwhile. What cannot be done for a reason
+    /// of its own is passed over.
+    ///
+    /// # Errors
+    /// As [`run_one`](Self::run_one), the first of them, after all others are done if it is of one
+    /// run alone; [`Error::Stopped`] where the overseer asked for it.
+    pub fn run_all(self, threads: Option<NonZeroUsize>, overseer: &dyn Overseer) -> Result<()> {
+        let mut passed_over = BTreeMap::new();
+        loop {
+            let is_over = |k: &usize| RunState::of(&self.plan.folder(self.folder, *k)).is_over();
+            let all = 0..self.plan.runs();
+            let left: Vec<usize> = all
+                .filter(|index| !passed_over.contains_key(index) && !is_over(index))
+                .collect();
+            let ended = self.run_each(&left, threads, overseer)?;
+            let taken = ended.iter().filter(|end| matches!(end, End::Taken)).count();
+            for (index, end) in left.iter().zip(ended) {
+                if let End::PassedOver(error) = end {
+                    passed_over.insert(*index, error);
+                }
+            }
+            // Nothing to take was left, or all that was left is taken.
+            if taken == 0 || taken == left.len() {
+                return first_of(passed_over);
+            }
+        }
+    }
+
+    /// Tries each of some runs once.
+    fn run_each(
+        self,
+        runs: &[usize],
+        threads: Option<NonZeroUsize>,
+        overseer: &dyn Overseer,
+    ) -> Result<Vec<End>> {
+        let telling = Mutex::new(());
+        let done = in_parallel(runs.len(), Crew::of_one(threads), |k, _| {
+            if overseer.is_stopped() {
+                return Err(self.stopped());
+            }
+            let index = runs[k];
+            let name = &self.plan.name(index);
+            match self.run_one(index, &mut Quiet { overseer, name }) {
+                Ok(RunOutcome::Taken) => Ok(End::Taken),
+                Ok(RunOutcome::Over) => Ok(End::Over),
+                Ok(outcome) => {
+                    let _told = telling.lock();
+                    overseer.ended(&Ended { index, outcome });
+                    Ok(End::Over)
+                }
+                Err(error) => self.of_its_own(index, error).map(End::PassedOver),
+            }
+        });
+        match done {
+            // Counted when all threads have stopped.
+            Err(Error::Interrupted { .. } | Error::Stopped { .. }) => Err(self.stopped()),
+            done => done,
+        }
+    }
+
+    fn stopped(self) -> Error {
+        Error::Stopped {
+            done: self.plan.over(self.folder),
+            total: self.plan.runs(),
+        }
+    }
 }
 
-/// A run's error that says nothing of others, with the run: its time step, its files. Where nothing
-/// can be written, or the user wants an end, that is the end of a sweep.
-fn of_its_own((plan, index): (&SweepPlan, usize), error: Error) -> Result<Error> {
-    match error {
-        Error::Write { .. } | Error::Interrupted { .. } | Error::Stopped { .. } => Err(error),
-        error => Ok(Error::PassedOver {
-            run: format!("run {index}, {}", plan.name(index)),
-            error: Box::new(error),
-            others: 0,
-        }),
-    }
+/// How a run stands after it was tried.
+enum End {
+    Over,
+    Taken,
+    PassedOver(Error),
 }
 
 /// Says what was passed over, if anything was.
-fn first_of(passed_over: Vec<Error>) -> Result<()> {
-    let mut passed_over = passed_over.into_iter();
-    let Some(mut first) = passed_over.next() else {
-        return Ok(());
-    };
-    if let Error::PassedOver { others, .. } = &mut first {
-        *others = passed_over.len();
-    }
-    Err(first)
-}
-
-/// Does every run that is neither over nor taken, each on a thread of its own; what cannot be done
-/// for a reason of its own is passed over.
-///
-/// # Errors
-/// As [`run_one`], the first of them, after all others are done if it is of one run alone;
-/// [`Error::Stopped`] where the overseer asked for it.
-pub fn run_all(
-    (sweep, plan): (&Path, &SweepPlan),
-    threads: Option<NonZeroUsize>,
-    overseer: &dyn Overseer,
-) -> Result<()> {
-    let telling = Mutex::new(());
-    let done = in_parallel(plan.runs(), Crew::of_one(threads), |index, _| {
-        if overseer.is_stopped() {
-            return Err(stopped(sweep, plan));
-        }
-        let name = plan.name(index);
-        let mut quiet = Quiet {
-            overseer,
-            name: &name,
-        };
-        match run_one((sweep, plan), index, &mut quiet) {
-            Ok(Outcome::Over | Outcome::Taken) => Ok(None),
-            Ok(outcome) => {
-                let _told = telling.lock();
-                overseer.ended(&Ended { index, outcome });
-                Ok(None)
-            }
-            Err(error) => of_its_own((plan, index), error).map(Some),
-        }
-    });
-    match done {
-        Ok(passed_over) => first_of(passed_over.into_iter().flatten().collect()),
-        // Counted when all threads have stopped.
-        Err(Error::Interrupted { .. } | Error::Stopped { .. }) => Err(stopped(sweep, plan)),
-        Err(error) => Err(error),
-    }
-}
-
-fn stopped(sweep: &Path, plan: &SweepPlan) -> Error {
-    Error::Stopped {
-        done: plan.over(sweep),
-        total: plan.runs(),
+fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
+    let count = passed_over.len();
+    match passed_over.into_values().next() {
+        None => Ok(()),
+        Some(Error::PassedOver { run, error, .. }) => Err(Error::PassedOver {
+            run,
+            error,
+            others: count - 1,
+        }),
+        Some(error) => Err(error),
     }
 }
 
@@ -183,9 +223,10 @@ impl Observer for Quiet<'_> {
     fn begin(&mut self, _: &Run) {}
 
     fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
-        match self.overseer.is_stopped() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        if self.overseer.is_stopped() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
         }
     }
 

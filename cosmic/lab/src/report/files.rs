@@ -1,0 +1,156 @@
+//! The files of a run, and of a design alone, as reports need them.
+
+use cosmic::codesign::Record;
+use cosmic::error::{Error, Result, fits};
+use cosmic::ground::Ground;
+use cosmic::lattice::Lattice;
+use cosmic::projection::{Projection, holds, mixture_held};
+use cosmic::record::files::read_json;
+use cosmic::record::history::{self, DesignRow};
+use cosmic::record::{DesignFile, Summary, TrajectoryFile, check_one_run, run, trajectory_file};
+use cosmic::scene::Scene;
+use std::path::{Path, PathBuf};
+
+/// A design and its scene.
+pub struct RobotFiles {
+    /// The complete scene.
+    pub scene: Scene,
+    /// The scene's lattice.
+    pub lattice: Lattice,
+    /// The design, one entry per edge of the lattice.
+    pub design: DesignFile,
+}
+
+impl RobotFiles {
+    /// Reads a design, and the scene beside it.
+    ///
+    /// # Errors
+    /// [`Error::Read`] where one is missing, [`Error::Malformed`] where one is not what it should
+    /// be, [`Error::Misfit`] or [`Error::Usage`] where they do not belong together.
+    pub fn read(path: &Path) -> Result<Self> {
+        let scene = Scene::read(&path.with_file_name(run::SCENE))?;
+        let design = DesignFile::read(path)?;
+        design.robot(&scene, &path.display().to_string())?;
+        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        Ok(Self {
+            scene,
+            lattice,
+            design,
+        })
+    }
+
+    /// The mixtures of design vectors; a layout has exactly one material per edge (D7).
+    pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut entries = z.as_flattened().iter();
+        if entries.all(|entry| [0.0, 1.0].contains(entry)) {
+            return z.to_vec();
+        }
+        let settings = &self.scene.projection;
+        let holds = holds(settings, &self.lattice);
+        mixture_held(Projection::Performance, z, (settings, &holds))
+    }
+}
+
+/// What a finished run left behind, read and found to fit together.
+pub struct RunFiles {
+    /// The run's folder.
+    pub folder: PathBuf,
+    /// The delivered design and its scene.
+    pub robot: RobotFiles,
+    /// What was reached.
+    pub summary: Summary,
+    /// The iterations from first to last; empty where no history was kept.
+    pub history: Vec<Record>,
+    /// The designs that were kept on the way; empty in a run of before they were.
+    pub designs: Vec<DesignRow>,
+    /// The delivered design's rollout; at least one state.
+    pub trajectory: TrajectoryFile,
+}
+
+impl RunFiles {
+    /// Reads a finished run.
+    ///
+    /// # Errors
+    /// Those of [`Summary::read`] and [`RobotFiles::read`], and the same of the other files.
+    pub fn read(folder: &Path) -> Result<Self> {
+        // Written last: without it there is nothing to report on yet.
+        let summary = Summary::read(folder)?;
+        let robot = RobotFiles::read(&folder.join(run::DESIGN))?;
+        let trajectory = read_trajectory(folder, &robot)?;
+        check_one_run(folder, &robot.scene, &robot.design, &summary, &trajectory)?;
+        Ok(Self {
+            history: read_history(folder, &summary)?,
+            designs: read_designs(&folder.join(history::DESIGNS), &robot.lattice)?,
+            trajectory,
+            folder: folder.to_owned(),
+            robot,
+            summary,
+        })
+    }
+
+    /// What a reader calls the run.
+    pub(super) fn title(&self) -> String {
+        format!("{}, seed {}", self.summary.scene, self.summary.seed)
+    }
+}
+
+/// A row for every iteration; none where no history was kept.
+fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
+    let path = folder.join(history::LINES);
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let history = history::read(folder)?;
+    let numbers = history.iter().map(|record| record.iteration);
+    let entered = summary.entered.unwrap_or(0);
+    let first = entered.saturating_add(1);
+    let last = entered.saturating_add(summary.iterations);
+    if numbers.eq(first..=last) {
+        return Ok(history);
+    }
+    Err(Error::Usage(format!(
+        "{}: its rows are not those of the iterations {first} to {last}, one after the other",
+        path.display()
+    )))
+}
+
+fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<TrajectoryFile> {
+    let path = &folder.join(trajectory_file::TRAJECTORY);
+    let file: TrajectoryFile = read_json(path, trajectory_file::FORMAT)?;
+    let name = &path.display().to_string();
+    let fits = |what: &str, found, expected| fits(name, what, found, expected);
+    let states = file.steps.len().max(1);
+    fits("`states`", file.states.len(), states)?;
+    let physics = &robot.scene.physics;
+    if !file.steps.is_sorted_by(|a, b| a < b) || file.dt != physics.dt {
+        return Err(Error::Usage(format!(
+            "{name}: `steps` must ascend, and `dt` be the scene's, {} s",
+            physics.dt
+        )));
+    }
+    let last = file.steps.last().copied().unwrap_or(0);
+    if last != physics.steps {
+        return Err(Error::Usage(format!(
+            "{name}: expected {} as the last of `steps`, as in the scene, found {last}",
+            physics.steps
+        )));
+    }
+    for state in &file.states {
+        fits("positions of a state", state.x.len(), robot.lattice.nodes())?;
+    }
+    Ok(file)
+}
+
+/// The designs on the way, each with an entry per edge.
+fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let rows: Vec<DesignRow> = history::read_lines(path, history::DESIGNS_FORMAT)?;
+    let name = &path.display().to_string();
+    for row in &rows {
+        let what = format!("entries in `z` of iteration {}", row.iteration);
+        fits(name, &what, row.z.len(), lattice.edges.len())?;
+    }
+    Ok(rows)
+}

@@ -1,0 +1,70 @@
+//! Writing the report of a run, or of a design alone.
+
+use super::files::{RobotFiles, RunFiles};
+use super::motion::Motion;
+use super::{animation, convergence, layout, page, robot};
+use cosmic::error::Result;
+use cosmic::record::files::write_atomic;
+use cosmic::record::run::DESIGN;
+use cosmic::record::snapshot::SNAPSHOT;
+use cosmic::record::summary::SUMMARY;
+use cosmic::record::trajectory_file::TRAJECTORY;
+use std::path::{Path, PathBuf};
+
+/// Writes the report of a run's folder, or of a design, into that folder: `report.html`, `robot.svg`
+/// and, of a run, `convergence.svg` where it has a history, and `gait.gif`. The page holds all of its
+/// pictures and fetches nothing. Says which files were written.
+///
+/// A folder without a run in it, or a file, is a design alone; its scene is `scene.toml` beside it.
+///
+/// # Errors
+/// Those of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Write`](cosmic::Error::Write).
+pub fn write(path: &Path) -> Result<Vec<PathBuf>> {
+    let (folder, design) = if path.is_file() {
+        (path.with_file_name(""), path.to_owned())
+    } else {
+        (path.to_owned(), path.join(DESIGN))
+    };
+    let has = |name: &&str| folder.join(name).exists();
+    let is_of_run =
+        design == folder.join(DESIGN) && [SUMMARY, SNAPSHOT, TRAJECTORY].iter().any(has);
+    if is_of_run || !design.exists() {
+        return of_run(&RunFiles::read(&folder)?);
+    }
+    let robot = RobotFiles::read(&design)?;
+    let title = design.display().to_string();
+    keep(
+        &folder,
+        [
+            ("report.html", page::of_design(&robot, &title)),
+            ("robot.svg", layout::draw_layout(&robot)),
+        ],
+    )
+}
+
+fn of_run(run: &RunFiles) -> Result<Vec<PathBuf>> {
+    let motion = Motion::new(run);
+    let robot = robot::draw(&motion);
+    let convergence = (!run.history.is_empty()).then(|| convergence::draw(run));
+    let page = page::of_run(&motion, &robot, convergence.as_deref());
+    let mut texts = vec![("report.html", page), ("robot.svg", robot)];
+    texts.extend(convergence.map(|text| ("convergence.svg", text)));
+    let mut written = keep(&run.folder, texts)?;
+    let path = run.folder.join("gait.gif");
+    write_atomic(&path, |file| animation::write(&motion, file))?;
+    written.push(path);
+    Ok(written)
+}
+
+/// Writes texts into files of a folder and says which these are.
+fn keep(
+    folder: &Path,
+    texts: impl IntoIterator<Item = (&'static str, String)>,
+) -> Result<Vec<PathBuf>> {
+    let write = |(name, text): (&str, String)| {
+        let path = folder.join(name);
+        write_atomic(&path, |file| file.write_all(text.as_bytes()))?;
+        Ok(path)
+    };
+    texts.into_iter().map(write).collect()
+}

@@ -1,0 +1,251 @@
+//! Pieces of the documents: numbers, tables, what all studies say.
+
+use super::Study;
+use super::results::StudyResults;
+use super::rows::{RunRow, TrialRow};
+use crate::table::{Cell, Column, Table, decimals};
+use cosmic::scene::Departure;
+
+/// What documents show where there is no number.
+const NONE: &str = "–";
+
+/// A number to two decimals.
+pub(super) fn metres(x: Option<f64>) -> String {
+    x.map_or(NONE.to_owned(), |x| decimals(x, 2))
+}
+
+/// How much more or less than one a ratio is, in percent.
+pub(super) fn percent(ratio: Option<f64>) -> String {
+    let change = ratio.filter(|ratio| ratio.is_finite());
+    change.map_or(NONE.to_owned(), |ratio| {
+        let sign = if ratio >= 1.0 { "+" } else { "" };
+        format!("{sign}{} %", decimals(100.0 * (ratio - 1.0), 0))
+    })
+}
+
+/// The quotient of two displacements. None over less than a centimetre: a robot that hardly moves
+/// is no measure.
+pub(super) fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    let b = b.filter(|b| *b >= 0.01);
+    Option::zip(a, b).map(|(a, b)| a / b)
+}
+
+/// A column of words, or of numbers to two decimals.
+pub(super) fn column(name: &str) -> Column {
+    Column::new(name, "").decimals(2, NONE)
+}
+
+/// Rows of cells under columns of two decimals.
+pub(super) fn table(names: &[&str], rows: impl IntoIterator<Item = Vec<Cell>>) -> String {
+    let columns = names.iter().map(|name| column(name));
+    Table::new(columns.collect(), rows).to_markdown()
+}
+
+/// A whole document: what every number is, what is special to the study, sections under their
+/// headings, and how it was made.
+pub(super) fn document(study: &Study, title: &str, about: &str, sections: &[[&str; 2]]) -> String {
+    let mut text = format!("# {title}\n\n{}{about}", preamble(study));
+    for [heading, body] in sections {
+        text += &format!("\n## {heading}\n\n{body}");
+    }
+    text + "\n" + &made_by(study)
+}
+
+/// What every number is.
+fn preamble(study: &Study) -> String {
+    let (seeds, first) = (study.seeds.get() as u64, study.first_seed);
+    let last = first + (seeds - 1);
+    let whose = match seeds {
+        1 => format!("seed {first}"),
+        _ => format!("{seeds} seeds, {first} to {last}"),
+    };
+    let limit = study.iterations.map_or(String::new(), |n| {
+        format!(" **Every run was stopped after {n} iterations: a study in little.**")
+    });
+    let (moved, base) = match &study.base.file[..] {
+        "" => ("1e-9 m", String::new()),
+        file => (
+            "`selection.perturbation`",
+            format!(" Every experiment starts from the settings of `{file}`."),
+        ),
+    };
+    format!(
+        "Displacements of the payload along the ground, in metres, over {whose}.{limit}{base} The number \
+         of a seed is of its delivered design: the median of full rollouts in double precision from \
+         8 or more starts moved by {moved}, other starts than those by which the design was chosen. \
+         *Spread* is from the 10 % to the 90 % quantile of these rollouts, *dt/2* the same design at \
+         half the time step, *last* the last iterate, each as its median over the seeds. ± is the \
+         standard error of the median over the seeds, by the bootstrap. A run that diverges counts \
+         below all others.\n"
+    )
+}
+
+/// A table of trials: columns special to the study, what is told of every trial, and letters for its
+/// departures from the paper, with what these are below.
+pub(super) fn trial_table(
+    rows: &[&TrialRow],
+    names: &[&str],
+    special: impl Fn(&TrialRow) -> Vec<Cell>,
+) -> String {
+    let (letters, legend) = departures(rows);
+    let mut columns: Vec<Column> = names.iter().map(|name| column(name)).collect();
+    let shares = |name: &&str| ["V", "V_act"].contains(name);
+    columns.extend(COLUMNS.iter().map(|name| match *name {
+        "s" => column(name).decimals(1, NONE),
+        share if shares(&share) => column(name).decimals(3, NONE),
+        _ => column(name),
+    }));
+    let cells = |(row, letters): (&&TrialRow, String)| {
+        let mut cells = special(row);
+        cells.extend(cells_of(row));
+        cells.push(letters.into());
+        cells
+    };
+    let table = Table::new(columns, rows.iter().zip(letters).map(cells));
+    format!("{}\n{legend}", table.to_markdown())
+}
+
+/// The columns of [`cells_of`], and that of the departures.
+const COLUMNS: [&str; 13] = [
+    "best [spread]",
+    "p10",
+    "median ±",
+    "p90",
+    "spread",
+    "dt/2",
+    "last",
+    "V",
+    "V_act",
+    "one-hot, in bounds",
+    "gradients skipped",
+    "s",
+    "departures",
+];
+
+/// What is told of every trial.
+fn cells_of(row: &TrialRow) -> [Cell; 12] {
+    let numbers = &row.displacement;
+    let [best, median] = [numbers.best, numbers.median].map(metres);
+    let spread = metres(row.best().and_then(RunRow::spread));
+    let error = numbers.standard_error.map(|error| decimals(error, 2));
+    let error = error.map_or(String::new(), |error| format!(" ± {error}"));
+    let diverged = match row.runs.iter().filter(|run| run.diverged).count() {
+        0 => String::new(),
+        n => format!(", {n} diverged"),
+    };
+    let (one_hot, within, runs) = (row.one_hot, row.within_bounds, row.runs.len());
+    [
+        format!("{best} [{spread}]").into(),
+        numbers.p10.into(),
+        format!("**{median}**{error}").into(),
+        numbers.p90.into(),
+        row.spread.into(),
+        row.half_step.into(),
+        row.last.into(),
+        row.volumes[0].into(),
+        row.volumes[1].into(),
+        format!("{one_hot}, {within} of {runs}{diverged}").into(),
+        row.skipped_gradients.into(),
+        row.seconds.into(),
+    ]
+}
+
+/// For each row the letters of its departures from the paper, and what all letters stand for.
+fn departures(rows: &[&TrialRow]) -> (Vec<String>, String) {
+    let mut known: Vec<&Departure> = Vec::new();
+    for departure in rows.iter().flat_map(|row| &row.departures) {
+        if !known.contains(&departure) {
+            known.push(departure);
+        }
+    }
+    let lettered = || ('A'..).zip(&known);
+    let letters = |row: &&TrialRow| {
+        let is_in = |known: &Departure| row.departures.iter().any(|d| d.option == known.option);
+        let letters = lettered().filter(|(_, departure)| is_in(departure));
+        let letters: String = letters.map(|(letter, _)| letter).collect();
+        if letters.is_empty() {
+            "none".to_owned()
+        } else {
+            letters
+        }
+    };
+    let line =
+        |(letter, d): (char, &&Departure)| format!("- {letter}: `{}`, {}\n", d.option, d.says);
+    let lines: String = lettered().map(line).collect();
+    let legend = if known.is_empty() {
+        "Departures from the paper: none.\n".to_owned()
+    } else {
+        format!("Departures from the paper, each a named option:\n\n{lines}")
+    };
+    (rows.iter().map(letters).collect(), legend)
+}
+
+/// By how much a motif's share exceeds that by chance where it recurs for a reason.
+const WELL_ABOVE: f64 = 0.1;
+
+/// The motifs of a table's trials: each against the chance of shuffled layouts.
+pub(super) fn motifs(results: &StudyResults, of: &str) -> String {
+    let trials = results.rows.iter().enumerate();
+    let trials: Vec<_> = trials.filter(|(_, row)| row.table == of).collect();
+    let mut names = vec!["motif, in brackets by chance"];
+    names.extend(trials.iter().map(|(_, row)| &row.name[..]));
+    names.push("trials well above chance");
+    let rows = results.motifs.iter().map(|motif| {
+        let found: Vec<[f64; 2]> = trials.iter().map(|(k, _)| motif.found[*k]).collect();
+        let cell = |of: &[f64; 2]| {
+            let [found, chance] = of.map(|x| decimals(x, 2));
+            format!("{found} ({chance})").into()
+        };
+        let above = |of: &&[f64; 2]| of[0] - of[1] > WELL_ABOVE;
+        let above = found.iter().filter(above).count();
+        let mut cells = vec![motif.says[..].into()];
+        cells.extend(found.iter().map(cell));
+        cells.push(format!("{above} of {}", found.len()).into());
+        cells
+    });
+    format!(
+        "Mean over the designs of all seeds; by chance is the mean over 50 shuffles of each design's \
+         materials; well above it is by more than {WELL_ABOVE}.\n\n{}",
+        table(&names, rows)
+    )
+}
+
+/// The pictures of the best seeds of some trials.
+pub(super) fn pictures(study: &Study, rows: &[&TrialRow], names: &[&str]) -> String {
+    let folder = study.kind.name();
+    let of = |row: &&TrialRow| {
+        let Some(best) = row.best() else {
+            return format!("{}: no run without divergence.\n\n", row.title);
+        };
+        let picture = |name: &&str| format!("![{name}]({folder}/{}-{name}.svg)\n", row.name);
+        let pictures: String = names.iter().map(picture).collect();
+        format!("### {}, seed {}\n\n{pictures}\n", row.title, best.seed)
+    };
+    rows.iter().map(of).collect()
+}
+
+/// The end of every document.
+fn made_by(study: &Study) -> String {
+    let name = study.kind.name();
+    format!(
+        "## How these results were made\n\nWritten by the command\n\n```sh\n{}\n```\n\nand not by \
+         hand; interrupted, the same command goes on. Every run's numbers are in \
+         [{name}.csv]({name}.csv) and [{name}.json]({name}.json). Every seed's run ends with the same \
+         bytes on the same machine and build, for any number of threads; gaits are chaotic, and \
+         another machine may find others. Seconds are wall time, one thread a run.\n",
+        study.command()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{metres, percent, ratio};
+
+    #[test]
+    fn numbers_that_are_not_there_show() {
+        assert_eq!(metres(None), "–");
+        assert_eq!(percent(Some(1.66)), "+66 %");
+        assert_eq!(percent(ratio(Some(1.0), Some(4.0))), "\u{2212}75 %");
+        assert_eq!(ratio(Some(1.0), Some(1e-9)), None);
+    }
+}

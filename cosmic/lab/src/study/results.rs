@@ -1,0 +1,171 @@
+//! A study's results, and their files.
+
+use super::Study;
+use super::check::Check;
+use super::motifs::MotifRow;
+use super::rows::TrialRow;
+use crate::sweep::scene_settings;
+use crate::table::{Cell, Column, Table};
+use cosmic::error::{Error, Result};
+use cosmic::record::files::{Format, read_json, write_atomic, write_json};
+use cosmic::record::summary::NUMBERS;
+use cosmic::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+/// What the results say they are.
+const FORMAT: Format = Format {
+    name: "cosmic-study",
+    version: 1,
+};
+
+/// All that a study found.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct StudyResults {
+    #[serde(flatten)]
+    pub(super) settings: Settings,
+    pub(super) rows: Vec<TrialRow>,
+    pub(super) motifs: Vec<MotifRow>,
+}
+
+/// What the results are of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Settings {
+    study: String,
+    first_seed: u64,
+    seeds: NonZeroUsize,
+    iterations: Option<NonZeroUsize>,
+    /// Settings under those of every scene, TOML. Results of older versions do not say.
+    #[serde(default)]
+    base: Option<String>,
+}
+
+impl StudyResults {
+    pub(super) fn new(study: &Study, motifs: Vec<MotifRow>, rows: Vec<TrialRow>) -> Self {
+        Self {
+            settings: Settings::of(study),
+            rows,
+            motifs,
+        }
+    }
+
+    /// The trial of a name; a study has all of its trials.
+    pub(super) fn row(&self, name: &str) -> &TrialRow {
+        let row = self.rows.iter().find(|row| row.name == name);
+        row.expect("a study has all of its trials")
+    }
+
+    /// The trials of a table.
+    pub(super) fn table(&self, table: &str) -> Vec<&TrialRow> {
+        self.rows.iter().filter(|row| row.table == table).collect()
+    }
+
+    /// Writes the document, a table with a row a run and all numbers, and says where they are.
+    pub(super) fn write(&self, study: &Study, document: &str) -> Result<[PathBuf; 3]> {
+        let paths = ["md", "csv", "json"].map(|kind| place(study, kind));
+        for (path, text) in paths.iter().zip([document, &self.runs().to_csv()]) {
+            write_atomic(path, |file| file.write_all(text.as_bytes()))?;
+        }
+        write_json(&paths[2], FORMAT, self)?;
+        Ok(paths)
+    }
+
+    /// A row a run; what a run does not have is left empty.
+    fn runs(&self) -> Table {
+        let of_summary = NUMBERS.map(|(name, _)| name);
+        let of_check = OF_CHECK.map(|(name, _)| name);
+        let names = [&["table", "trial", "seed"], &of_summary[..], &of_check].concat();
+        let columns = names
+            .iter()
+            .map(|name| Column::new(name, "").decimals(2, "-"));
+        let rows = self.rows.iter().flat_map(|row| {
+            row.runs.iter().map(|run| {
+                let summary = NUMBERS.map(|(_, of)| run.summary.as_ref().and_then(of));
+                let check = OF_CHECK.map(|(_, of)| run.check.as_ref().and_then(of));
+                let numbers = summary.into_iter().chain(check).map(Cell::from);
+                let names = [
+                    row.table[..].into(),
+                    row.name[..].into(),
+                    Cell::Count(run.seed),
+                ];
+                names.into_iter().chain(numbers).collect()
+            })
+        });
+        Table::new(columns.collect(), rows)
+    }
+
+    /// Refuses where a study would replace results that it does not repeat: of other settings, or
+    /// of seeds that it does not have.
+    ///
+    /// # Errors
+    /// [`Error::Usage`]; those of [`read_json`].
+    pub(super) fn may_replace(study: &Study) -> Result<()> {
+        let path = place(study, "json");
+        if !path.exists() {
+            return Ok(());
+        }
+        let (before, now): (Settings, _) = (read_json(&path, FORMAT)?, Settings::of(study));
+        match before.differs(&now) {
+            None => Ok(()),
+            Some([what, before, now]) => Err(Error::Usage(format!(
+                "{}: {what}: {before} in the results there, {now} in this study; name another \
+                 folder by --out",
+                path.display()
+            ))),
+        }
+    }
+}
+
+impl Settings {
+    fn of(study: &Study) -> Self {
+        Self {
+            study: study.kind.name().to_owned(),
+            first_seed: study.first_seed,
+            seeds: study.seeds,
+            iterations: study.iterations,
+            base: Some(study.base.text.clone()),
+        }
+    }
+
+    /// The first setting in which results differ from those that repeat them: its name, its value in
+    /// these and in the others.
+    fn differs(&self, now: &Self) -> Option<[String; 3]> {
+        let last = |s: &Self| s.first_seed.saturating_add(s.seeds.get() as u64 - 1);
+        if self.first_seed < now.first_seed || last(self) > last(now) {
+            let [before, now] = [self, now].map(|s| format!("{} to {}", s.first_seed, last(s)));
+            return Some(["seeds".to_owned(), before, now]);
+        }
+        let settings = |settings: &Self| {
+            let most = settings.iterations;
+            let most = most.map_or("all".to_owned(), |n| n.to_string());
+            // Results that do not say may have any.
+            let base = self.base.as_ref().and(settings.base.as_deref());
+            let base = Scene::parse("--base", base.unwrap_or_default());
+            let base = base.map_or(Vec::new(), |scene| scene_settings(&scene));
+            [vec![["iterations".to_owned(), most]], base].concat()
+        };
+        let mut pairs = settings(self).into_iter().zip(settings(now));
+        let ([key, before], [_, now]) = pairs.find(|(before, now)| before != now)?;
+        Some([key, before, now])
+    }
+}
+
+/// A file of a study's results.
+fn place(study: &Study, extension: &str) -> PathBuf {
+    let name = Path::new(study.kind.name()).with_extension(extension);
+    study.out.join(name)
+}
+
+/// A number of a check; `None` where a rollout diverged.
+type OfCheck = fn(&Check) -> Option<f64>;
+
+/// Numbers of a check, each with the name of its column; what holds is 1.
+const OF_CHECK: [(&str, OfCheck); 6] = [
+    ("half_step_p50", |c| c.half_step[1]),
+    ("half_step_p10", |c| c.half_step[0]),
+    ("half_step_p90", |c| c.half_step[2]),
+    ("goal_behind_p50", |c| c.goal_behind),
+    ("one_hot", |c| Some(f64::from(c.one_hot))),
+    ("within_bounds", |c| Some(f64::from(c.within_bounds))),
+];
