@@ -1,119 +1,400 @@
-//! The order of `pub mod` in `cosmic/src/lib.rs` is the architecture: no module imports one below.
+//! The architecture of each crate: the order of the modules in `lib.rs`, no circles between files,
+//! and no derivative written by hand.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-fn source() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../cosmic/src")
+/// The sources of every crate whose architecture is held.
+const SOURCES: [&str; 6] = [
+    "autodiff/src",
+    "cosmic/src",
+    "cosmic/lab/src",
+    "cosmic/program/src",
+    "benches/src",
+    "tests/src",
+];
+
+/// A path of modules and perhaps an item, from the root of its crate.
+type ItemPath = Vec<String>;
+
+struct SourceFile {
+    path: PathBuf,
+    /// Code without comments and without the tests at its end.
+    code: String,
 }
 
-/// The modules from top to bottom.
-fn floors() -> Vec<String> {
-    let text = fs::read_to_string(source().join("lib.rs")).expect("the crate has a root");
-    let name = |line: &str| Some(line.strip_prefix("pub mod ")?.strip_suffix(';')?.to_owned());
-    text.lines().filter_map(name).collect()
+/// The files of a crate by their module.
+struct SourceTree {
+    files: BTreeMap<ItemPath, SourceFile>,
 }
 
-/// Every source file of a module.
-fn files(module: &str) -> Vec<PathBuf> {
-    let mut found = vec![source().join(format!("{module}.rs"))];
-    let mut folders = vec![source().join(module)];
-    while let Some(folder) = folders.pop() {
-        let Ok(entries) = fs::read_dir(&folder) else {
-            continue;
+/// A path that a file names, from the root of its crate.
+struct Mention {
+    path: ItemPath,
+    /// True if the file passes the item on by `pub use`.
+    reexport: bool,
+}
+
+impl SourceTree {
+    fn read(source: &str) -> Self {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("..")
+            .join(source);
+        let mut files = BTreeMap::new();
+        let mut folders = vec![root.clone()];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(&folder).expect("a folder of sources can be listed") {
+                let path = entry.expect("an entry of a folder can be read").path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if path.extension().is_some_and(|extension| extension == "rs") {
+                    let code = without_comments_and_tests(&fs::read_to_string(&path).unwrap());
+                    files.insert(module_of(&path, &root), SourceFile { path, code });
+                }
+            }
+        }
+        Self { files }
+    }
+
+    /// The modules of the crate's root from top to bottom.
+    fn floors(&self) -> Vec<String> {
+        let declared = |line: &str| {
+            let name = line.trim_start_matches("pub ").strip_prefix("mod ")?;
+            Some(name.strip_suffix(';')?.to_owned())
         };
-        for path in entries.map(|entry| entry.expect("a folder can be listed").path()) {
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                found.push(path);
+        self.files[&ItemPath::new()]
+            .code
+            .lines()
+            .filter_map(declared)
+            .collect()
+    }
+
+    /// Every path that a file names within its crate.
+    fn mentions(&self, module: &ItemPath) -> Vec<Mention> {
+        let code = &self.files[module].code;
+        let mut mentions = Vec::new();
+        let mut rest = String::new();
+        for statement in code.split_inclusive(';') {
+            let Some((before, tree)) = split_at_use(statement) else {
+                rest.push_str(statement);
+                continue;
+            };
+            rest.push_str(before);
+            let reexport = before.trim_end().ends_with("pub")
+                || before.trim_end().ends_with(')') && before.contains("pub(");
+            for path in leaves(tree) {
+                let path = self.from_root(module, &path);
+                mentions.extend(path.map(|path| Mention { path, reexport }));
+            }
+        }
+        for path in paths_in(&rest) {
+            let path = self.from_root(module, &path);
+            mentions.extend(path.map(|path| Mention {
+                path,
+                reexport: false,
+            }));
+        }
+        mentions
+    }
+
+    /// A path as it stands in a module, from the crate's root; `None` if it leaves the crate.
+    fn from_root(&self, module: &ItemPath, path: &str) -> Option<ItemPath> {
+        let mut segments = path.split("::").map(str::trim).peekable();
+        let mut base = module.clone();
+        match *segments.peek()? {
+            "crate" | "$crate" => {
+                segments.next();
+                base.clear();
+            }
+            "self" => {
+                segments.next();
+            }
+            "super" => {
+                while segments.next_if_eq(&"super").is_some() {
+                    base.pop();
+                }
+            }
+            first => {
+                let child = [&base[..], &[first.to_owned()]].concat();
+                if !self.files.contains_key(&child) {
+                    return None;
+                }
+            }
+        }
+        base.extend(segments.map(str::to_owned));
+        Some(base)
+    }
+
+    /// The file that defines what a path names; re-exports are followed.
+    fn defining(&self, path: &ItemPath, reexports: &BTreeMap<ItemPath, ItemPath>) -> ItemPath {
+        let mut path = path;
+        // A chain of re-exports is short; the bound ends a circle of them.
+        for _ in 0..8 {
+            let Some(further) = (0..=path.len())
+                .rev()
+                .find_map(|length| reexports.get(&path[..length]))
+            else {
+                break;
+            };
+            path = further;
+        }
+        let is_file = |length: &usize| self.files.contains_key(&path[..*length]);
+        let length = (0..=path.len()).rev().find(is_file).unwrap_or(0);
+        path[..length].to_vec()
+    }
+
+    /// Which files each file imports.
+    fn imports(&self) -> BTreeMap<ItemPath, BTreeSet<ItemPath>> {
+        let mentions: BTreeMap<_, _> = self
+            .files
+            .keys()
+            .map(|module| (module, self.mentions(module)))
+            .collect();
+        let mut reexports = BTreeMap::new();
+        for (module, mentions) in &mentions {
+            for mention in mentions.iter().filter(|mention| mention.reexport) {
+                let name = mention.path.last().expect("a path has a name").clone();
+                let here = [&module[..], &[name]].concat();
+                if here != mention.path {
+                    reexports.insert(here, mention.path.clone());
+                }
+            }
+        }
+        let of_file = |(module, mentions): (&ItemPath, Vec<Mention>)| {
+            let used = mentions.iter().filter(|mention| !mention.reexport);
+            let mut used: BTreeSet<_> = used
+                .map(|mention| self.defining(&mention.path, &reexports))
+                .collect();
+            used.remove(module);
+            (module.clone(), used)
+        };
+        mentions.into_iter().map(of_file).collect()
+    }
+
+    /// The files that import one another in a circle, and those that circles connect.
+    fn circles(&self) -> Vec<String> {
+        let mut imports = self.imports();
+        // What imports nothing, and what nothing imports, is in no circle. Take it away until
+        // nothing more goes.
+        loop {
+            let before = imports.len();
+            let left: BTreeSet<_> = imports.keys().cloned().collect();
+            imports.retain(|_, used| {
+                used.retain(|module| left.contains(module));
+                !used.is_empty()
+            });
+            let used: BTreeSet<_> = imports.values().flatten().cloned().collect();
+            imports.retain(|module, _| used.contains(module));
+            if imports.len() == before {
+                let name = |(module, used): (&ItemPath, &BTreeSet<ItemPath>)| {
+                    let used: Vec<_> = used.iter().map(|module| module.join("::")).collect();
+                    let path = self.files[module].path.display();
+                    format!("{path} imports {}", used.join(", "))
+                };
+                return imports.iter().map(name).collect();
             }
         }
     }
-    found.retain(|path| path.is_file());
-    found
+
+    /// Imports of modules further down, as `file: path`.
+    fn upward(&self, floors: &[String]) -> Vec<String> {
+        let floor = |module: &ItemPath| {
+            let name = module.first()?;
+            floors.iter().position(|floor| floor == name)
+        };
+        let mut wrong = Vec::new();
+        for module in self.files.keys() {
+            for mention in self.mentions(module) {
+                if let (Some(here), Some(there)) = (floor(module), floor(&mention.path))
+                    && there > here
+                {
+                    let file = self.files[module].path.display();
+                    wrong.push(format!("{file}: {}", mention.path.join("::")));
+                }
+            }
+        }
+        wrong
+    }
 }
 
-/// The modules that a line names by `crate::module`, in an import or anywhere else.
-fn named(line: &str) -> impl Iterator<Item = &str> {
-    let code = line.split("//").next().unwrap_or_default();
-    code.split("crate::").skip(1).map(|rest| {
-        let end = rest.find(|c: char| c != '_' && !c.is_alphanumeric());
-        &rest[..end.unwrap_or(rest.len())]
-    })
+/// The module that a file is: `a/b.rs` and `a/b/mod.rs` are `a::b`.
+fn module_of(path: &Path, root: &Path) -> ItemPath {
+    let inside = path.strip_prefix(root).unwrap().with_extension("");
+    let mut module: ItemPath = inside
+        .iter()
+        .map(|part| part.to_string_lossy().into_owned())
+        .collect();
+    if module
+        .last()
+        .is_some_and(|name| ["mod", "lib", "main"].contains(&name.as_str()))
+    {
+        module.pop();
+    }
+    module
 }
 
-/// Imports of modules further down, as `file: line`.
-fn upward(floors: &[String]) -> Vec<String> {
-    let mut wrong = Vec::new();
-    for (floor, module) in floors.iter().enumerate() {
-        for path in files(module) {
-            let text = fs::read_to_string(&path).expect("a source file can be read");
-            let below = |name: &str| floors[floor + 1..].iter().any(|module| module == name);
-            let lines = text.lines().filter(|line| named(line).any(below));
-            wrong.extend(lines.map(|line| format!("{}: {}", path.display(), line.trim())));
+fn without_comments_and_tests(text: &str) -> String {
+    let code = text
+        .split("#[cfg(test)]\nmod tests")
+        .next()
+        .unwrap_or_default();
+    let line = |line: &str| line.split("//").next().unwrap_or_default().to_owned() + "\n";
+    code.lines().map(line).collect()
+}
+
+/// What comes before and after the `use ` of a statement, without its semicolon.
+fn split_at_use(statement: &str) -> Option<(&str, &str)> {
+    let begins_word =
+        |at: &usize| !statement[..*at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+    let at = statement
+        .match_indices("use ")
+        .map(|(at, _)| at)
+        .find(begins_word)?;
+    let tree = statement[at + "use ".len()..].strip_suffix(';')?;
+    Some((&statement[..at], tree))
+}
+
+/// The paths of a tree of imports: `a::{b, c::d}` has `a::b` and `a::c::d`.
+fn leaves(tree: &str) -> Vec<String> {
+    let tree = tree.trim();
+    let Some((stem, branches)) = tree.split_once('{') else {
+        let path = tree.split(" as ").next().unwrap_or_default();
+        return vec![path.trim_end_matches("::*").to_owned()];
+    };
+    let branches = branches.trim_end().strip_suffix('}').unwrap_or(branches);
+    let (mut paths, mut depth, mut begin) = (Vec::new(), 0, 0);
+    for (at, c) in branches.char_indices().chain([(branches.len(), ',')]) {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                let branch = branches[begin..at].trim();
+                if !branch.is_empty() {
+                    paths.extend(leaves(branch).iter().map(|path| format!("{stem}{path}")));
+                }
+                begin = at + 1;
+            }
+            _ => {}
         }
     }
-    wrong
+    // `a::{self, b}` names `a`.
+    paths
+        .iter()
+        .map(|path| path.trim_end_matches("::self").to_owned())
+        .collect()
+}
+
+/// Paths in code, `super::a`, `child::b`: words joined by `::`.
+fn paths_in(code: &str) -> Vec<String> {
+    let in_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':' || c == '$';
+    let words = code
+        .split(|c: char| !in_path(c))
+        .filter(|word| word.contains("::"));
+    words
+        .map(|word| word.trim_matches(':').to_owned())
+        .filter(|word| word.contains("::") && !word.starts_with(':'))
+        .collect()
 }
 
 #[test]
 fn every_module_imports_only_modules_above_it() {
-    let floors = floors();
+    for source in SOURCES {
+        let tree = SourceTree::read(source);
+        assert!(!tree.files.is_empty());
+        assert_eq!(tree.upward(&tree.floors()), Vec::<String>::new());
+    }
+    let floors = SourceTree::read("cosmic/src").floors();
     assert!(
         floors.len() > 5,
         "lib.rs lists its modules as `pub mod name;`: {floors:?}"
     );
-    assert!(floors.iter().all(|module| !files(module).is_empty()));
-    assert_eq!(upward(&floors), Vec::<String>::new());
 }
 
-/// The same list upside down must fail, or the test above sees nothing.
+/// The order upside down must fail, or the test above sees nothing.
 #[test]
 fn the_test_sees_upward_imports() {
-    let mut floors = floors();
-    floors.reverse();
-    assert!(!upward(&floors).is_empty());
-}
-
-/// `use crate::{a, b}` would hide the second module from the lines above.
-#[test]
-fn imports_name_one_module_each() {
-    for module in floors() {
-        for path in files(&module) {
-            let text = fs::read_to_string(&path).expect("a source file can be read");
-            assert!(
-                !text.contains("crate::{"),
-                "{}: one `use crate::` a module",
-                path.display()
-            );
-        }
+    for source in ["autodiff/src", "cosmic/src", "cosmic/lab/src"] {
+        let tree = SourceTree::read(source);
+        let mut floors = tree.floors();
+        floors.reverse();
+        assert!(!tree.upward(&floors).is_empty());
     }
 }
 
-/// Lines of the crate's code that hold any of the words, as `file: line`.
-fn lines_with(words: &[&str]) -> Vec<String> {
-    let code = |text: &str| {
-        text.split("#[cfg(test)]")
-            .next()
-            .unwrap_or_default()
-            .to_owned()
-    };
-    let in_file = |path: PathBuf| {
-        let text = code(&fs::read_to_string(&path).expect("a source file can be read"));
-        let holds = |line: &&str| words.iter().any(|word| line.contains(word));
-        let named = |line: &str| format!("{}: {}", path.display(), line.trim());
-        text.lines().filter(holds).map(named).collect::<Vec<_>>()
-    };
-    floors()
-        .iter()
-        .flat_map(|module| files(module))
-        .flat_map(in_file)
-        .collect()
+#[test]
+fn no_files_import_one_another_in_a_circle() {
+    for source in SOURCES {
+        assert_eq!(SourceTree::read(source).circles(), Vec::<String>::new());
+    }
 }
 
-/// Derivatives come from the engine: the crate states one straight-through and no other rule, and
-/// the only adjoints of kernels are those emitted from recordings.
+/// A crate of three files with a circle through a re-export, and one beside it.
+#[test]
+fn the_test_sees_circles() {
+    let file = |module: &str, code: &str| {
+        let module = module.split("::").filter(|name| !name.is_empty());
+        let path = PathBuf::from("file");
+        let code = without_comments_and_tests(code);
+        (
+            module.map(str::to_owned).collect(),
+            SourceFile { path, code },
+        )
+    };
+    let tree = |of_a: &str| SourceTree {
+        files: BTreeMap::from([
+            file(
+                "",
+                "pub mod a;\npub mod b;\npub use b::deep::{self, Item};\n",
+            ),
+            file("a", of_a),
+            file("b", "pub mod deep;\n"),
+            file(
+                "b::deep",
+                "use crate::a::Other; // crate::b\nstruct Item;\n",
+            ),
+        ]),
+    };
+    for circle in [
+        "use crate::Item;\n",
+        "use crate::b::{deep::Item};\n",
+        "fn f() { super::b::deep::f() }\n",
+    ] {
+        let found = tree(circle).circles();
+        assert!(found.len() == 2, "{circle}: {found:?}");
+    }
+    for none in [
+        "struct Other;\n",
+        "pub use crate::Item;\n",
+        "#[cfg(test)]\nmod tests { use crate::Item; }\n",
+    ] {
+        assert_eq!(tree(none).circles(), Vec::<String>::new());
+    }
+    assert_eq!(
+        tree("").upward(&["a".into(), "b".into()]),
+        Vec::<String>::new()
+    );
+    assert_eq!(
+        tree("").upward(&["b".into(), "a".into()]),
+        ["file: a::Other"]
+    );
+}
+
+/// Lines of the application's code that hold any of the words, as `file: line`.
+fn lines_with(words: &[&str]) -> Vec<String> {
+    let mut found = Vec::new();
+    for source in ["cosmic/src", "cosmic/lab/src", "cosmic/program/src"] {
+        for SourceFile { path, code } in SourceTree::read(source).files.values() {
+            let holds = |line: &&str| words.iter().any(|word| line.contains(word));
+            let named = |line: &str| format!("{}: {}", path.display(), line.trim());
+            found.extend(code.lines().filter(holds).map(named));
+        }
+    }
+    found
+}
+
+/// Derivatives come from the engine: the application states one straight-through and no other rule,
+/// and the only adjoints of kernels are those emitted from recordings.
 #[test]
 fn nothing_is_differentiated_by_hand() {
     let rules = lines_with(&[
