@@ -1,9 +1,9 @@
 //! Benchmarks across both crates.
 
-pub mod adbench;
-pub mod callgrind;
 #[cfg(test)]
 mod emitted;
-pub mod handwritten;
 pub mod machine;
+pub mod adbench;
+pub mod callgrind;
+pub mod handwritten;
 pub mod tapes;
