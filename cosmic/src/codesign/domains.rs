@@ -22,14 +22,31 @@ impl CoDesign {
         (0..settings.samples).map(domain).collect()
     }
 
+    /// The point of an iteration's gradients.
+    pub(super) fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
+        At {
+            domains: self.domains(progress, now),
+            inputs: self.inputs(progress),
+            horizon: self.horizon(now),
+        }
+    }
+
+    pub(super) fn inputs(&self, progress: &Progress) -> Inputs<f64> {
+        Inputs {
+            z: progress.z.clone(),
+            controller: progress.controller.clone(),
+            start: self.start.clone(),
+        }
+    }
+
     /// The means of gradients over the domains, or without any the gradients of the nominal task.
     pub(super) fn means<const N: usize>(
         &self,
-        at: At,
+        at: &At,
         slopes: impl Fn(&Task, &Inputs<f64>) -> [Slope; N] + Sync,
     ) -> [Slope; N] {
         if at.domains.is_empty() {
-            return slopes(&self.task, at.inputs);
+            return slopes(&self.task, &at.inputs);
         }
         let in_domain = |domain: &Domain| {
             let start = domain.start.clone();

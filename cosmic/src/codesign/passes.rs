@@ -6,7 +6,7 @@ use super::begin::CoDesign;
 use super::progress::{Candidate, MmaDiagnostics, Progress, Record};
 use super::reach::Reached;
 use super::schedule::{Phase, Schedule};
-use super::slope::{At, Slope};
+use super::slope::Slope;
 use super::slopes::Sought;
 use crate::design::clamp;
 use crate::inputs::{CONTROLLER, DESIGN, Inputs};
@@ -36,17 +36,10 @@ impl CoDesign {
         now: &Schedule,
         record: &mut Record,
     ) {
-        let inputs = self.inputs(progress);
-        let horizon = self.horizon(now);
+        let at = self.point(progress, now);
         let full = self.is_evaluated(now);
-        let domains = self.domains(progress, now);
-        let at = At {
-            domains: &domains,
-            inputs: &inputs,
-            horizon: &horizon,
-        };
         let (slopes, evaluated) = rayon::join(
-            || self.design_slopes(at),
+            || self.design_slopes(&at),
             || full.then(|| self.evaluate(progress)),
         );
         record.displacement = evaluated.map(|reached| reached.along());
@@ -56,9 +49,9 @@ impl CoDesign {
 
         let is_augmented = self.scene.binarisation.method == BinarisationMethod::Augmented;
         let (rows, terms) = if is_augmented {
-            self.augmented(&inputs, progress, now)
+            self.augmented(&at.inputs, progress, now)
         } else {
-            self.constrained(&inputs, progress, now)
+            self.constrained(&at.inputs, progress, now)
         };
         let share = self.scene.schedule.stability_share;
         let before = progress.z.clone();
@@ -99,16 +92,9 @@ impl CoDesign {
         known: Option<Reached>,
         record: &mut Record,
     ) {
-        let inputs = self.inputs(progress);
+        let at = self.point(progress, now);
         let mixture = self.mixture(progress);
-        let horizon = self.horizon(now);
         let full = self.is_evaluated(now);
-        let domains = self.domains(progress, now);
-        let at = At {
-            domains: &domains,
-            inputs: &inputs,
-            horizon: &horizon,
-        };
         let trust = progress.settled.as_ref().map_or(1.0, |s| s.trust);
         let rate = trust * now.learning_rate();
         let sought = if rate == 0.0 {
@@ -117,7 +103,7 @@ impl CoDesign {
             Sought::Controller(&mixture)
         };
         let ([mut slope], evaluated) = rayon::join(
-            || self.slopes([sought], at),
+            || self.slopes([sought], &at),
             || known.or_else(|| full.then(|| self.evaluate(progress))),
         );
         record.displacement = evaluated.map(|reached| reached.along());
@@ -133,13 +119,13 @@ impl CoDesign {
             return;
         }
         record.controller_gradient = Some(slope.bound(self.scene.adam.gradient_norm));
-        let mut weights = inputs.get(CONTROLLER);
+        let mut weights = at.inputs.get(CONTROLLER);
         match self
             .adam
             .update(&mut progress.adam, &mut weights, &slope.gradient, rate)
         {
             Ok(()) => {
-                let mut moved = inputs;
+                let mut moved = at.inputs;
                 moved.set(CONTROLLER, &weights);
                 progress.controller = moved.controller;
             }
@@ -175,14 +161,6 @@ impl CoDesign {
 
     fn is_evaluated(&self, now: &Schedule) -> bool {
         now.phase() == Phase::FineTuning || now.iteration.is_multiple_of(EVALUATE_EVERY)
-    }
-
-    pub(super) fn inputs(&self, progress: &Progress) -> Inputs<f64> {
-        Inputs {
-            z: progress.z.clone(),
-            controller: progress.controller.clone(),
-            start: self.start.clone(),
-        }
     }
 
     /// One update of the design by projection `k`; `None` if the gradient is not finite.

@@ -9,7 +9,6 @@ use super::begin::CoDesign;
 use super::progress::Progress;
 use super::reach::Reached;
 use super::schedule::Schedule;
-use super::slope::At;
 use super::slopes::Sought;
 use crate::design::{Material, flipped};
 use crate::projection::holds;
@@ -70,14 +69,7 @@ impl CoDesign {
 
     /// The gradient of the loss by the shares of the materials in every edge.
     fn by_shares(&self, progress: &Progress, now: &Schedule) -> Vec<f64> {
-        let horizon = self.horizon(now);
-        let domains = self.domains(progress, now);
-        let at = At {
-            domains: &domains,
-            inputs: &self.inputs(progress),
-            horizon: &horizon,
-        };
-        let [slope] = self.slopes([Sought::Shares], at);
+        let [slope] = self.slopes([Sought::Shares], &self.point(progress, now));
         slope.gradient
     }
 }

@@ -56,12 +56,11 @@ impl Slope {
 }
 
 /// The point at which gradients are taken.
-#[derive(Clone, Copy)]
 pub(super) struct At<'a> {
     /// Gradients are means over these domains; without any, those of the nominal task.
-    pub(super) domains: &'a [Domain<'a>],
-    pub(super) inputs: &'a Inputs<f64>,
-    pub(super) horizon: &'a Horizon,
+    pub(super) domains: Vec<Domain<'a>>,
+    pub(super) inputs: Inputs<f64>,
+    pub(super) horizon: Horizon,
 }
 
 #[cfg(test)]

@@ -50,7 +50,7 @@ impl CoDesign {
     /// The gradients by the design in the performance and the stability projection; `None` for a
     /// projection without a share in the update. On one thread the two rollouts run side by side in
     /// lanes, on more threads in parallel.
-    pub(super) fn design_slopes(&self, at: At) -> [Option<Slope>; 2] {
+    pub(super) fn design_slopes(&self, at: &At) -> [Option<Slope>; 2] {
         let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
         let alone = |k: usize| {
             let [slope] = self.slopes([both[k]], at);
@@ -68,8 +68,8 @@ impl CoDesign {
     /// task. A gradient may overflow, in f32 sooner than in f64: the caller skips that update.
     ///
     /// Several gradients in one call are all by the design: their rollouts share the controller.
-    pub(super) fn slopes<const N: usize>(&self, sought: [Sought; N], at: At) -> [Slope; N] {
-        let horizon = at.horizon;
+    pub(super) fn slopes<const N: usize>(&self, sought: [Sought; N], at: &At) -> [Slope; N] {
+        let horizon = &at.horizon;
         self.means(at, |task, inputs| {
             let found = match self.scene.gradient.precision {
                 GradientPrecision::F64 => self.differentiated(task, inputs, &sought, horizon),
@@ -215,15 +215,12 @@ mod tests {
             scene,
             iteration: 1,
         };
-        let at = At {
-            domains: &codesign.domains(&progress, &now),
-            inputs: &codesign.inputs(&progress),
-            horizon: &Horizon {
-                steps,
-                ..horizon(HorizonMode::Head)
-            },
+        let mut at = codesign.point(&progress, &now);
+        at.horizon = Horizon {
+            steps,
+            ..horizon(HorizonMode::Head)
         };
-        let [slope] = codesign.slopes([Sought::Design(Projection::Performance)], at);
+        let [slope] = codesign.slopes([Sought::Design(Projection::Performance)], &at);
         slope
     }
 
@@ -260,24 +257,21 @@ mod tests {
         scene.gradient.precision = GradientPrecision::F32;
         let single = CoDesign::new(&scene).unwrap();
         let progress = double.begin(1).unwrap();
-        let inputs = double.inputs(&progress);
         let mixture = double.mixture(&progress);
-        let horizon = Horizon {
-            steps: 24,
-            mode: HorizonMode::Head,
-            cotangent_bound: None,
-        };
         let at = At {
-            domains: &[],
-            inputs: &inputs,
-            horizon: &horizon,
+            domains: Vec::new(),
+            inputs: double.inputs(&progress),
+            horizon: Horizon {
+                steps: 24,
+                ..horizon(HorizonMode::Head)
+            },
         };
         for sought in [
             Sought::Design(Projection::Performance),
             Sought::Design(Projection::Stability),
             Sought::Controller(&mixture),
         ] {
-            let [[a], [b]] = [&double, &single].map(|codesign| codesign.slopes([sought], at));
+            let [[a], [b]] = [&double, &single].map(|codesign| codesign.slopes([sought], &at));
             let off: f64 = (a.gradient.iter().zip(&b.gradient))
                 .map(|(a, b)| (a - b).powi(2))
                 .sum();
@@ -298,23 +292,20 @@ mod tests {
         let check = |scene: &Scene, mode: HorizonMode| {
             let codesign = CoDesign::new(scene).unwrap();
             let progress = codesign.begin(1).unwrap();
-            let (inputs, horizon) = (codesign.inputs(&progress), horizon(mode));
             let now = Schedule {
                 scene,
                 iteration: 1,
             };
-            let domains = codesign.domains(&progress, &now);
             let at = At {
-                domains: &domains,
-                inputs: &inputs,
-                horizon: &horizon,
+                horizon: horizon(mode),
+                ..codesign.point(&progress, &now)
             };
             let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
-            let together = codesign.slopes(both, at);
-            let alone = both.map(|sought| codesign.slopes([sought], at).into_iter().next());
+            let together = codesign.slopes(both, &at);
+            let alone = both.map(|sought| codesign.slopes([sought], &at).into_iter().next());
             assert_eq!(together.clone().map(Some), alone);
             assert_ne!(together[0].gradient, together[1].gradient);
-            assert_eq!(codesign.design_slopes(at), together.map(Some));
+            assert_eq!(codesign.design_slopes(&at), together.map(Some));
         };
         let mut scene = tiny();
         scene.start.tilt = 0.2;
