@@ -119,8 +119,6 @@ fn a_start_names_the_materials_of_its_mixture() {
 struct StopsAfter(usize);
 
 impl Observer for StopsAfter {
-    fn begin(&mut self, _: &Run) {}
-
     fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
         // Of several starts others are told of what they had at work.
         self.0 = self.0.saturating_sub(1);

@@ -178,7 +178,7 @@ fn a_scene_that_could_not_be_read_again_is_refused() {
         search: cosmic::record::Search::Full,
     };
     let run = folder.path().join("run");
-    let refused = cosmic::record::optimise(&run, &plan, &mut Nobody).unwrap_err();
+    let refused = cosmic::record::optimise(&run, &plan, &mut ()).unwrap_err();
     assert_eq!(refused.exit_code(), 2);
     assert!(
         refused
@@ -186,19 +186,6 @@ fn a_scene_that_could_not_be_read_again_is_refused() {
             .contains("the shortest horizon has (32)")
     );
     assert!(!run.exists());
-}
-
-struct Nobody;
-
-impl cosmic::record::Observer for Nobody {
-    fn begin(&mut self, _: &cosmic::record::Run) {}
-    fn iteration(
-        &mut self,
-        _: &cosmic::record::Run,
-        _: &cosmic::codesign::Record,
-    ) -> std::ops::ControlFlow<()> {
-        std::ops::ControlFlow::Continue(())
-    }
 }
 
 /// A scene whose time step is far too long, said on a line of its own.

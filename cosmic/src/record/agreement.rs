@@ -80,23 +80,11 @@ pub fn check_one_run(
 #[cfg(test)]
 mod tests {
     use super::check_one_run;
-    use crate::codesign::Record;
     use crate::record::files::read_json;
     use crate::record::trajectory_file::{FORMAT, TRAJECTORY};
-    use crate::record::{DesignFile, Observer, Run, RunPlan, Search, Summary, optimise};
+    use crate::record::{DesignFile, RunPlan, Search, Summary, optimise};
     use crate::scene::Scene;
     use std::num::NonZeroUsize;
-    use std::ops::ControlFlow;
-
-    struct Silent;
-
-    impl Observer for Silent {
-        fn begin(&mut self, _: &Run) {}
-
-        fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
-            ControlFlow::Continue(())
-        }
-    }
 
     #[test]
     fn files_of_two_seeds_are_told_apart() {
@@ -115,7 +103,7 @@ mod tests {
                 iterations: None,
                 search: Search::Full,
             };
-            let summary: Summary = optimise(&run, &plan, &mut Silent).unwrap();
+            let summary: Summary = optimise(&run, &plan, &mut ()).unwrap();
             let design = DesignFile::read(&run.join("design.json")).unwrap();
             (
                 design,

@@ -151,19 +151,30 @@ struct Stamped<'b, T> {
     body: &'b T,
 }
 
+impl Format {
+    fn stamp<T>(self, body: &T) -> Stamped<'_, T> {
+        Stamped {
+            format: self.name,
+            version: self.version,
+            body,
+        }
+    }
+
+    /// `format`, `version` and the body's keys as one line of JSON.
+    pub(in crate::record) fn line<T: Serialize>(self, body: &T) -> String {
+        let text = serde_json::to_string(&self.stamp(body));
+        text.expect("plain numbers and string keys serialise") + "\n"
+    }
+}
+
 /// Replaces a JSON file by `format`, `version` and the body's keys. Numbers read back to the same
 /// bits; one that is not finite becomes `null`.
 ///
 /// # Errors
 /// [`Error::Write`].
 pub fn write_json<T: Serialize>(path: &Path, format: Format, body: &T) -> Result<()> {
-    let stamped = Stamped {
-        format: format.name,
-        version: format.version,
-        body,
-    };
     write_atomic(path, |file| {
-        serde_json::to_writer(&mut *file, &stamped)?;
+        serde_json::to_writer(&mut *file, &format.stamp(body))?;
         writeln!(file)
     })
 }

@@ -229,23 +229,11 @@ pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
 mod tests {
     use super::{AT_REST, CONTRACTED, EXTENDED, Motion, SKELETON, bounds};
     use crate::report::RunFiles;
-    use cosmic::codesign::Record;
     use cosmic::design::Material;
     use cosmic::lattice::State;
-    use cosmic::record::{Observer, Run, RunPlan, Search, optimise};
+    use cosmic::record::{RunPlan, Search, optimise};
     use cosmic::scene::{Scene, StartKind};
     use std::num::NonZeroUsize;
-    use std::ops::ControlFlow;
-
-    struct Silent;
-
-    impl Observer for Silent {
-        fn begin(&mut self, _: &Run) {}
-
-        fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
-            ControlFlow::Continue(())
-        }
-    }
 
     /// The short three-legged robot, its controller hardly trained.
     fn results() -> RunFiles {
@@ -264,7 +252,7 @@ mod tests {
             search: Search::Full,
         };
         let run = folder.path().join("run");
-        optimise(&run, &plan, &mut Silent).unwrap();
+        optimise(&run, &plan, &mut ()).unwrap();
         RunFiles::read(&run).unwrap()
     }
 

@@ -4,7 +4,7 @@ use crate::codesign::Record;
 use crate::record::files::Format;
 use serde::{Deserialize, Serialize};
 
-/// What every line of `history.jsonl` says it is.
+/// The format of every line of `history.jsonl`.
 pub const FORMAT: Format = Format {
     name: "cosmic-history",
     version: 1,
@@ -15,7 +15,7 @@ pub const LINES: &str = "history.jsonl";
 /// The history as a table.
 pub const TABLE: &str = "history.csv";
 
-/// What every line of `designs.jsonl` says it is.
+/// The format of every line of `designs.jsonl`.
 pub const DESIGNS_FORMAT: Format = Format {
     name: "cosmic-designs",
     version: 1,
@@ -29,17 +29,13 @@ const DESIGNS_EVERY: usize = 10;
 /// A line of `designs.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DesignRow {
-    /// The name in [`DESIGNS_FORMAT`].
-    pub format: String,
-    /// The version in [`DESIGNS_FORMAT`].
-    pub version: u32,
-    /// The iteration after which the design stood.
+    /// The iteration that produced the design.
     pub iteration: usize,
-    /// Design vectors, one per edge, to four decimals: to be looked at, not to go on from.
+    /// Design vectors, one per edge, to four decimals: enough for pictures, too few to resume from.
     pub z: Vec<[f64; 3]>,
 }
 
-/// Lines of `designs.jsonl` up to an iteration, in a run that enters after another.
+/// Number of lines of `designs.jsonl` up to an iteration, in a run that entered after `entered`.
 pub(super) fn design_rows(entered: usize, iteration: usize) -> usize {
     let tens = iteration / DESIGNS_EVERY - entered / DESIGNS_EVERY;
     let first = entered + 1;
@@ -49,13 +45,9 @@ pub(super) fn design_rows(entered: usize, iteration: usize) -> usize {
 /// A line of `history.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HistoryRow {
-    /// The name in [`FORMAT`].
-    pub format: String,
-    /// The version in [`FORMAT`].
-    pub version: u32,
     /// The iteration.
     #[serde(flatten)]
     pub record: Record,
-    /// Wall time since the run began, interruptions left out, s.
+    /// Wall time of the run so far without interruptions, s.
     pub seconds: f64,
 }

@@ -62,16 +62,11 @@ impl History {
         seconds: f64,
         z: &[[f64; 3]],
     ) -> Result<()> {
-        let row = HistoryRow {
-            format: FORMAT.name.to_string(),
-            version: FORMAT.version,
-            record: record.clone(),
-            seconds,
-        };
+        let record = record.clone();
+        let row = HistoryRow { record, seconds };
         self.table.append(&table::line(&row))?;
-        let text = serde_json::to_string(&row).expect("plain numbers and string keys serialise");
-        self.lines.append(&(text + "\n"))?;
-        self.append_design(record.iteration, z)
+        self.lines.append(&FORMAT.line(&row))?;
+        self.append_design(row.record.iteration, z)
     }
 
     fn append_design(&mut self, iteration: usize, z: &[[f64; 3]]) -> Result<()> {
@@ -81,13 +76,10 @@ impl History {
         }
         let rounded = |x: f64| (1e4 * x).round() / 1e4;
         let row = DesignRow {
-            format: DESIGNS_FORMAT.name.to_string(),
-            version: DESIGNS_FORMAT.version,
             iteration,
             z: z.iter().map(|z| z.map(rounded)).collect(),
         };
-        let text = serde_json::to_string(&row).expect("plain numbers and string keys serialise");
-        self.designs.append(&(text + "\n"))
+        self.designs.append(&DESIGNS_FORMAT.line(&row))
     }
 
     /// Flushes the rows to the disk. A snapshot written after this never counts rows that are lost.

@@ -167,18 +167,14 @@ mod tests {
     struct StopsAt(usize);
 
     impl Observer for StopsAt {
-        fn begin(&mut self, _: &Run) {}
-
         fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
             self.0 = self.0.wrapping_sub(1);
-            match self.0 {
-                0 => ControlFlow::Break(()),
-                _ => ControlFlow::Continue(()),
+            if self.0 == 0 {
+                return ControlFlow::Break(());
             }
+            ControlFlow::Continue(())
         }
     }
-
-    const NEVER: StopsAt = StopsAt(0);
 
     fn plan() -> RunPlan {
         let text = "
@@ -221,7 +217,7 @@ mod tests {
 
     fn whole(folder: &Path) -> Vec<Vec<u8>> {
         let whole = folder.join("whole");
-        on_threads(1, || optimise(&whole, &plan(), &mut { NEVER })).unwrap();
+        on_threads(1, || optimise(&whole, &plan(), &mut ())).unwrap();
         designs(&whole)
     }
 
@@ -240,7 +236,7 @@ mod tests {
                 "{says}"
             );
             assert!(!run.join("summary.json").exists());
-            on_threads(threads, || resume(&run, &mut { NEVER })).unwrap();
+            on_threads(threads, || resume(&run, &mut ())).unwrap();
             assert_eq!(designs(&run), expected, "{threads} threads");
         }
     }
@@ -255,7 +251,7 @@ mod tests {
         let stray = folder_of(&run, 4).join("stray");
         fs::create_dir_all(folder_of(&run, 4)).unwrap();
         fs::write(&stray, "").unwrap();
-        let work = || search(lock, &plan(), &mut { NEVER });
+        let work = || search(lock, &plan(), &mut ());
         let says = on_threads(3, work).unwrap_err().to_string();
         let place = Path::new("starts").join("4").display().to_string();
         assert!(
@@ -263,7 +259,7 @@ mod tests {
             "{says}"
         );
         fs::remove_file(stray).unwrap();
-        on_threads(3, || resume(&run, &mut { NEVER })).unwrap();
+        on_threads(3, || resume(&run, &mut ())).unwrap();
         assert_eq!(designs(&run), expected);
     }
 }

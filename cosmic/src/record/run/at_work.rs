@@ -26,11 +26,16 @@ const FLAT: usize = 10;
 /// time: calls come from several threads, one at a time.
 pub trait Observer: Send {
     /// A run begins or is resumed.
-    fn begin(&mut self, run: &Run);
+    fn begin(&mut self, run: &Run) {
+        let _ = run;
+    }
 
     /// An iteration is done. `Break` interrupts the run and all runs beside it. They are saved and
     /// can be resumed.
-    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()>;
+    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
+        let _ = (run, record);
+        ControlFlow::Continue(())
+    }
 
     /// A run is finished, or waits for other runs at a rung of the search.
     fn end(&mut self, run: &Run) {
@@ -42,6 +47,9 @@ pub trait Observer: Send {
         let _ = (run, text);
     }
 }
+
+/// Watches nothing.
+impl Observer for () {}
 
 /// A run that is not finished, with the lock on its folder.
 pub struct Run {
