@@ -1,6 +1,6 @@
 //! A contact law of one's own, and whether its gradient can be trusted.
 //!
-//! `cargo run -p autodiff --example contact_law`
+//! `cargo run -p cosmic-autodiff --example contact_law`
 
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real};

@@ -1,7 +1,7 @@
 //! A custom rule: the solution of Kepler's equation, differentiated through the equation and not
 //! through the iteration that solves it.
 //!
-//! `cargo run -p autodiff --example custom_rule`
+//! `cargo run -p cosmic-autodiff --example custom_rule`
 
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::custom::{Rule, apply};

@@ -1,6 +1,6 @@
 //! One function, written once: its slope, its gradient, its curvature.
 //!
-//! `cargo run -p autodiff --example derivative`
+//! `cargo run -p cosmic-autodiff --example derivative`
 
 use autodiff::{Dual, Function, Real, gradient, hessian};
 

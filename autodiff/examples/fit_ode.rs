@@ -1,7 +1,7 @@
 //! Fits stiffness and damping of an oscillator to observations of its motion, by Gauss-Newton
 //! with the Jacobian taken through the whole integration.
 //!
-//! `cargo run -p autodiff --example fit_ode`
+//! `cargo run -p cosmic-autodiff --example fit_ode`
 
 use autodiff::{Real, VectorFunction, jacobian};
 

@@ -1,7 +1,7 @@
 //! nalgebra differentiated: how likely observations are under a Gaussian process, by a Cholesky
 //! factorisation, and the settings that make them likeliest.
 //!
-//! `cargo run -p autodiff --example gaussian_process --features nalgebra`
+//! `cargo run -p cosmic-autodiff --example gaussian_process --features nalgebra`
 
 use autodiff::nalgebra::{Element, vector};
 use autodiff::{Function, Real, value_and_gradient};

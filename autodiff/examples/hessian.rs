@@ -1,6 +1,6 @@
 //! A Hessian: the shape of a hanging chain by Newton's method, and the tones it swings with.
 //!
-//! `cargo run -p autodiff --example hessian`
+//! `cargo run -p cosmic-autodiff --example hessian`
 
 use autodiff::{Function, Real, gradient, hessian};
 use nalgebra::{DMatrix, DVector};

@@ -1,7 +1,7 @@
 //! A neural ODE: a network learns the law by which a population grows from counts an hour apart,
 //! by gradients through the minutes between them.
 //!
-//! `cargo run -p autodiff --example neural_ode`
+//! `cargo run -p cosmic-autodiff --example neural_ode`
 
 use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
 

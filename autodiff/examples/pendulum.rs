@@ -1,7 +1,7 @@
 //! Optimal control: the torques that swing a pendulum up, found by following the gradient through
 //! the whole motion.
 //!
-//! `cargo run -p autodiff --example pendulum`
+//! `cargo run -p cosmic-autodiff --example pendulum`
 
 use autodiff::{Function, Real, value_and_gradient};
 

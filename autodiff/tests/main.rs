@@ -1,7 +1,7 @@
 //! The tests of the public interface as one binary, a module a topic: a binary for each would link,
 //! and compile its own copies of the generic code, thirty times.
 //!
-//! `cargo test -p autodiff --test all kinks::` runs one module.
+//! `cargo test -p cosmic-autodiff --test all kinks::` runs one module.
 
 mod common;
 mod net;

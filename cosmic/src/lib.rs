@@ -40,3 +40,8 @@ pub mod codesign;
 pub mod record;
 
 pub use error::{Error, Result};
+
+/// The README's code, compiled and run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

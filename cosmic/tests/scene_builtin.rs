@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// Every file of the folder `scenes/`, by its stem.
 fn files() -> BTreeMap<String, String> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let stem = |path: &Path| path.file_stem().unwrap().to_string_lossy().into_owned();
     let paths = fs::read_dir(folder)
         .unwrap()

@@ -1,5 +1,5 @@
 //! Derivatives of the kernels, emitted from recordings of them: not to be edited. After a change:
-//! `EMIT=1 cargo test -p autodiff --test all emitted::`.
+//! `EMIT=1 cargo test -p cosmic-autodiff --test all emitted::`.
 
 use autodiff::{Mask, Real};
 

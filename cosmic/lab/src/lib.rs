@@ -18,3 +18,8 @@ pub mod sweep;
 pub mod study;
 
 pub use cosmic::{Error, Result};
+
+/// The README's code, compiled and run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -101,3 +101,8 @@ fn exit_code(done: Result<()>) -> ExitCode {
         |()| ExitCode::SUCCESS,
     )
 }
+
+/// The README's code, compiled and run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -32,8 +32,9 @@ keep = [0.5, 0.5, 0.5]
 window = 4
 ";
 
+/// A link to `docs/files.md`, so that the page is in the package too.
 fn page() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/files.md")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files.md")
 }
 
 /// Names that the page does not have as words of code.
