@@ -1,4 +1,11 @@
 //! Generic code recorded as a list of operations.
+//!
+//! [`Symbol`](symbol::Symbol) is a number that notes how it was made. [`emit`] runs the reverse tape over
+//! symbols and prints the adjoint as Rust; a sum over data ([`batch::Sum`](crate::batch::Sum)) records its
+//! summand once and replays it for all data.
 
+pub(crate) mod operation;
+mod known;
+pub(crate) mod recording;
+pub(crate) mod symbol;
 pub mod emit;
-pub(crate) mod trace;

@@ -1,45 +1,49 @@
-//! Replaying a [`Trace`] forward and back, a block of points at a time.
+//! Replaying a recording forward and back, a block of points at a time.
 //!
-//! Each number of the trace is a few registers wide, so that finding out what an operation is
-//! costs little beside doing it.
+//! Each number of the recording is a few registers wide: then the dispatch on an operation costs little
+//! beside the operation.
 
 use std::any::Any;
 
 use crate::real::{Mask, Real};
-use crate::record::trace::{Binary, Logic, Op, Place, Trace, Unary};
+use crate::record::operation::{Binary, Logic, Op, Place, Unary};
 use crate::rule;
 use crate::simd::Lane;
 
 /// Registers for each number, where there are points enough to fill them.
 pub(super) const WIDE: usize = 4;
 
-/// A number of the trace for `W * L::N` points.
+/// A number of the recording for `W * L::N` points.
 type Block<L, const W: usize> = [L; W];
 
 /// The memory of a replay, to be used again; type-erased, as it depends on the number type.
 pub(super) type Spare = Box<dyn Any + Send>;
 
-/// A trace with the numbers it is replayed on.
+/// The operations of a recording with the numbers that they are replayed on.
 pub(super) struct Replay<'a, R, L, const W: usize> {
-    trace: &'a Trace,
+    ops: &'a [Op],
+    /// How many operations are inputs. They come first.
+    inputs: usize,
     memory: Box<Memory<R, L, W>>,
 }
 
 struct Memory<R, L, const W: usize> {
-    /// Shared arguments and constants, the same for all points ...
+    /// The arguments that all points share.
     shared: Vec<R>,
-    /// ... and their cotangents, summed over the points in each lane.
+    /// Their cotangents, in each lane summed over its points.
     shared_bars: Vec<L>,
+    /// Each operation's result.
     values: Vec<Block<L, W>>,
+    /// Each result's cotangent.
     bars: Vec<Block<L, W>>,
-    /// Partials of functions of one number, from the forward to the reverse sweep.
+    /// The partials of functions of one number, from the forward to the reverse sweep.
     partials: Vec<Block<L, W>>,
 }
 
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Reuses the memory of an earlier replay, if that was of the same number type.
     #[inline(always)]
-    pub(super) fn new(trace: &'a Trace, arguments: &[R], spare: Option<Spare>) -> Self {
+    pub(super) fn new(ops: &'a [Op], inputs: usize, shared: &[R], spare: Option<Spare>) -> Self {
         let spare = spare.and_then(|spare| spare.downcast::<Memory<R, L, W>>().ok());
         let mut memory = spare.unwrap_or_else(|| {
             Box::new(Memory {
@@ -51,20 +55,28 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             })
         });
         memory.shared.clear();
-        memory.shared.extend_from_slice(arguments);
-        for &constant in &trace.constants {
-            memory.shared.push(R::lit(constant));
-        }
-        let (zero, own) = ([L::zero(); W], trace.arguments[1] + trace.ops.len());
+        memory.shared.extend_from_slice(shared);
+        let zero = [L::zero(); W];
         memory.shared_bars.clear();
-        memory.shared_bars.resize(memory.shared.len(), L::zero());
+        memory.shared_bars.resize(shared.len(), L::zero());
         // Own cotangents too: a panic may have ended the earlier replay before they were zero.
         memory.bars.clear();
-        memory.bars.resize(own, zero);
+        memory.bars.resize(ops.len(), zero);
         // These are written before they are read.
-        memory.values.resize(own, zero);
-        memory.partials.resize(trace.kept, zero);
-        Self { trace, memory }
+        memory.values.resize(ops.len(), zero);
+        memory.partials.resize(ops.len(), zero);
+        for (value, op) in memory.values.iter_mut().zip(ops) {
+            match *op {
+                Op::Constant(bits) => *value = [L::lit(f64::from_bits(bits)); W],
+                Op::Always(holds) => *value = [number(L::Mask::splat(holds)); W],
+                _ => {}
+            }
+        }
+        Self {
+            ops,
+            inputs,
+            memory,
+        }
     }
 
     /// The memory, for the next replay.
@@ -73,18 +85,18 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         self.memory
     }
 
-    /// The own arguments of the next block.
+    /// The inputs of the next block.
     #[inline(always)]
-    pub(super) fn arguments(&mut self) -> &mut [Block<L, W>] {
-        &mut self.memory.values[..self.trace.arguments[1]]
+    pub(super) fn inputs(&mut self) -> &mut [Block<L, W>] {
+        &mut self.memory.values[..self.inputs]
     }
 
     /// The cotangents of the shared arguments, all points together.
     #[inline(always)]
     pub(super) fn shared_bars(&self) -> Vec<R> {
         let mut lanes = [R::zero(); crate::simd::WIDEST];
-        let mut totals = Vec::with_capacity(self.trace.arguments[0]);
-        for bar in &self.memory.shared_bars[..self.trace.arguments[0]] {
+        let mut totals = Vec::with_capacity(self.memory.shared_bars.len());
+        for bar in &self.memory.shared_bars {
             bar.store(&mut lanes);
             totals.push(R::sum(&lanes[..L::N]));
         }
@@ -108,7 +120,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             for w in 0..W {
                 *bar += part[w];
             }
-        } else if place.at() >= self.trace.arguments[1] {
+        } else if place.at() >= self.inputs {
             let bar = &mut self.memory.bars[place.at()];
             for w in 0..W {
                 bar[w] += part[w];
@@ -119,52 +131,40 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Computes all operations and returns the result.
     #[inline(always)]
     pub(super) fn forward(&mut self, result: Place) -> Block<L, W> {
-        let trace = self.trace;
         let mut y = [L::zero(); W];
-        for (i, op) in trace.ops.iter().enumerate() {
+        for (place, op) in self.ops.iter().enumerate().skip(self.inputs) {
             match *op {
-                Op::Unary { f, x, keep } => {
+                Op::Input(_) | Op::Constant(_) | Op::Always(_) => continue,
+                Op::Unary(f, x) => {
                     let x = self.get(x);
-                    let partials = &mut self.memory.partials[keep as usize];
+                    let partials = &mut self.memory.partials[place];
                     for w in 0..W {
                         (y[w], partials[w]) = unary(f, x[w]);
                     }
                 }
-                Op::Binary { f, x: [a, b] } => y = forward_binary(f, self.get(a), self.get(b)),
-                Op::Fma { x: [a, b, c] } => {
+                Op::Binary(f, [a, b]) => y = forward_binary(f, self.get(a), self.get(b)),
+                Op::Fma([a, b, c]) => {
                     let (a, b, c) = (self.get(a), self.get(b), self.get(c));
                     for w in 0..W {
                         y[w] = a[w].fma(b[w], c[w]);
                     }
                 }
-                Op::Logic { f, x: [a, b] } => {
+                Op::Logic(f, [a, b]) => {
                     let (a, b) = (self.get(a), self.get(b));
                     for w in 0..W {
                         y[w] = logic(f, a[w], b[w]);
                     }
                 }
-                Op::Select { mask, x: [a, b] } => {
+                Op::Select(mask, [a, b]) => {
                     let (mask, a, b) = (self.get(mask), self.get(a), self.get(b));
                     for w in 0..W {
                         y[w] = L::select(holds(mask[w]), a[w], b[w]);
                     }
                 }
-                Op::StraightThrough { x: [x, soft] } => {
-                    let (x, soft) = (self.get(x), self.get(soft));
-                    for w in 0..W {
-                        y[w] = x[w].straight_through(soft[w]);
-                    }
-                }
-                Op::Detach { x } => {
-                    let x = self.get(x);
-                    for w in 0..W {
-                        y[w] = x[w].detach();
-                    }
-                }
-                Op::Dot { x: [a, b], len } => y = self.forward_dot(a, b, len as usize),
-                Op::Sum { x, len } => y = self.forward_sum(x, len as usize),
+                Op::Dot([a, b], len) => y = self.forward_dot(a, b, len as usize),
+                Op::Sum(x, len) => y = self.forward_sum(x, len as usize),
             }
-            self.memory.values[trace.arguments[1] + i] = y;
+            self.memory.values[place] = y;
         }
         self.get(result)
     }
@@ -210,51 +210,48 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// zero before and after.
     #[inline(always)]
     pub(super) fn reverse(&mut self, result: Place, bar: Block<L, W>) {
-        let trace = self.trace;
         self.add(result, bar);
-        let mut left = trace.ops.len();
-        while left > 0 {
-            left -= 1;
-            let place = trace.arguments[1] + left;
+        let mut place = self.ops.len();
+        while place > self.inputs {
+            place -= 1;
             let bar = self.memory.bars[place];
             if is_zero(bar) {
                 continue;
             }
             self.memory.bars[place] = [L::zero(); W];
-            match trace.ops[left] {
-                Op::Unary { x, keep, .. } => {
-                    let partial = self.memory.partials[keep as usize];
-                    self.add(x, chain(partial, bar));
-                }
-                Op::Binary { f, x: [a, b] } => {
+            match self.ops[place] {
+                Op::Input(_) | Op::Constant(_) | Op::Always(_) | Op::Logic(..) => {}
+                // No product with zero: an infinite cotangent would be NaN where it does not pass.
+                Op::Unary(Unary::Detach, _) => {}
+                Op::Unary(_, x) => self.add(x, chain(self.memory.partials[place], bar)),
+                Op::Binary(Binary::StraightThrough, [_, soft]) => self.add(soft, bar),
+                Op::Binary(f, [a, b]) => {
                     let parts = reverse_binary(f, [self.get(a), self.get(b)], bar);
                     self.add(a, parts[0]);
                     self.add(b, parts[1]);
                 }
-                Op::Fma { x: [a, b, c] } => {
+                Op::Fma([a, b, c]) => {
                     let parts = [chain(self.get(b), bar), chain(self.get(a), bar)];
                     self.add(a, parts[0]);
                     self.add(b, parts[1]);
                     self.add(c, bar);
                 }
-                Op::Select { mask, x: [a, b] } => {
+                Op::Select(mask, [a, b]) => {
                     let (mask, mut parts) = (self.get(mask), [bar; 2]);
                     for w in 0..W {
-                        // No products: an infinite cotangent would be NaN where it does not pass.
+                        // No products here either.
                         parts[0][w] = L::select(holds(mask[w]), bar[w], L::zero());
                         parts[1][w] = L::select(holds(mask[w]), L::zero(), bar[w]);
                     }
                     self.add(a, parts[0]);
                     self.add(b, parts[1]);
                 }
-                Op::StraightThrough { x: [_, x] } => self.add(x, bar),
-                Op::Detach { .. } | Op::Logic { .. } => {}
-                Op::Dot { x, len } => {
-                    if self.reverse_dot(left, (x, len as usize), bar) {
-                        left -= 1;
+                Op::Dot(x, len) => {
+                    if self.reverse_dot(place, x, len as usize, bar) {
+                        place -= 1;
                     }
                 }
-                Op::Sum { x, len } => {
+                Op::Sum(x, len) => {
                     for j in 0..len as usize {
                         self.add(x.plus(j), bar);
                     }
@@ -263,13 +260,15 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// Carries back a dot product, the operation `at`; with it the one before, if that is the product of
-    /// another shared row with the same own numbers, as in a matrix times a vector. Tells whether it was.
+    /// Carries back a dot product, the operation at `place`. If the operation before is the product of
+    /// another shared row with the same own numbers, as in a matrix times a vector, carries that back
+    /// too, and returns true.
     #[inline(always)]
     fn reverse_dot(
         &mut self,
-        at: usize,
-        ([a, b], len): ([Place; 2], usize),
+        place: usize,
+        [a, b]: [Place; 2],
+        len: usize,
         bar: Block<L, W>,
     ) -> bool {
         if a == b {
@@ -278,8 +277,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 twice[w] += bar[w];
             }
             for j in 0..len {
-                let place = a.plus(j);
-                self.add(place, chain(self.get(place), twice));
+                let x = a.plus(j);
+                self.add(x, chain(self.get(x), twice));
             }
             return false;
         }
@@ -293,9 +292,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             return false;
         }
         // Two rows at a time: their numbers and the cotangents of these are loaded and stored once.
-        let place = self.trace.arguments[1] + at;
-        if at > 0
-            && let Op::Dot { x, len: len_before } = self.trace.ops[at - 1]
+        if place > 0
+            && let Op::Dot(x, len_before) = self.ops[place - 1]
             && (x[0].is_shared(), x[1]) == (true, b)
             && b.at() + len < place
         {
@@ -384,16 +382,22 @@ fn holds<L: Real>(mask: L) -> L::Mask {
     L::lit(0.5).lt(mask)
 }
 
+/// The number that stands for a mask.
+#[inline(always)]
+fn number<L: Real>(mask: L::Mask) -> L {
+    L::select(mask, L::one(), L::zero())
+}
+
 #[inline(always)]
 fn logic<L: Real>(f: Logic, a: L, b: L) -> L {
     let mask = match f {
-        Logic::Less => a.lt(b),
-        Logic::LessOrEqual => a.le(b),
+        Logic::Lt => a.lt(b),
+        Logic::Le => a.le(b),
         Logic::And => holds(a) & holds(b),
         Logic::Or => holds(a) | holds(b),
         Logic::Not => !holds(a),
     };
-    L::select(mask, L::one(), L::zero())
+    number(mask)
 }
 
 /// The value and the partial.
@@ -411,6 +415,7 @@ fn unary<L: Real>(f: Unary, x: L) -> (L, L) {
         Unary::Tan => rule::tan(x),
         Unary::Tanh => rule::tanh(x),
         Unary::Abs => rule::abs(x),
+        Unary::Detach => (x.detach(), L::zero()),
         Unary::Powi(exponent) => rule::powi(x, exponent),
         Unary::Elementary(function) => function.rule(x),
     }
@@ -429,6 +434,7 @@ fn binary<L: Real>(f: Binary, a: L, b: L) -> (L, [L; 2]) {
         Binary::Powf => rule::powf(a, b),
         Binary::Hypot => rule::hypot(a, b),
         Binary::Chain => (L::chain(a, b), [b, a]),
+        Binary::StraightThrough => (a.straight_through(b), [L::zero(), one]),
     }
 }
 

@@ -6,7 +6,9 @@ use num_traits::Zero;
 
 use super::replay::{Replay, Spare, WIDE};
 use crate::real::{Fused, Real};
-use crate::record::trace::{Trace, trace};
+use crate::record::operation::{Op, Place};
+use crate::record::recording::{Recording, record};
+use crate::record::symbol::Symbol;
 use crate::reverse::{Tape, Var};
 use crate::simd::{Lane, Vectorized, WIDEST};
 
@@ -157,17 +159,22 @@ impl<S: Summand> Fused for Sum<S> {
             // Without a datum its length is not known, and the summand cannot be recorded.
             return (vec![R::zero()], vec![R::zero(); shared.len()]);
         }
-        let recorded = trace([shared.len(), self.data.columns.len()], |shared, datum| {
-            let mut scratch = vec![Zero::zero(); self.summand.scratch()];
-            self.summand.eval(shared, datum, &mut scratch)
+        let width = self.data.columns.len();
+        let (result, recording) = record(Recording::default(), || {
+            let datum: Vec<Symbol> = (0..width).map(Symbol::input).collect();
+            let shared: Vec<Symbol> = (0..shared.len()).map(Symbol::shared).collect();
+            let mut scratch = vec![Symbol::zero(); self.summand.scratch()];
+            self.summand.eval(&shared, &datum, &mut scratch)
         });
-        let (value, gradient) = match &recorded {
-            Some(trace) => R::vectorize(ValueAndGradient {
+        let (value, gradient) = if recording.unfit {
+            self.tape(shared)
+        } else {
+            R::vectorize(ValueAndGradient {
                 data: &self.data,
-                trace,
+                ops: &recording.ops,
+                result: result.0,
                 shared,
-            }),
-            None => self.tape(shared),
+            })
         };
         (vec![value], gradient)
     }
@@ -213,7 +220,9 @@ impl<R: Real, S: Summand> Vectorized<R> for Value<'_, S, R> {
 
 struct ValueAndGradient<'a, R> {
     data: &'a Data,
-    trace: &'a Trace,
+    ops: &'a [Op],
+    /// Where the term is among the operations.
+    result: Place,
     shared: &'a [R],
 }
 
@@ -234,15 +243,20 @@ impl<R: Real> ValueAndGradient<'_, R> {
     #[inline(always)]
     fn replay<L: Lane<R>, const W: usize>(self) -> (R, Vec<R>) {
         let Data { count, columns, .. } = self.data;
-        let mut replay = Replay::<R, L, W>::new(self.trace, self.shared, self.data.spare().take());
+        let mut replay = Replay::<R, L, W>::new(
+            self.ops,
+            columns.len(),
+            self.shared,
+            self.data.spare().take(),
+        );
         let mut total = R::zero();
         for first in (0..*count).step_by(W * L::N) {
-            for (number, column) in replay.arguments().iter_mut().zip(&columns[..]) {
+            for (number, column) in replay.inputs().iter_mut().zip(&columns[..]) {
                 for w in 0..W {
                     number[w] = load(column, first + w * L::N);
                 }
             }
-            let terms = replay.forward(self.trace.result);
+            let terms = replay.forward(self.result);
             let mut bars = terms;
             for w in 0..W {
                 // Past the last datum there are copies of it, which do not count.
@@ -257,7 +271,7 @@ impl<R: Real> ValueAndGradient<'_, R> {
                 }
                 bars[w] = L::load(&lanes);
             }
-            replay.reverse(self.trace.result, bars);
+            replay.reverse(self.result, bars);
         }
         let gradient = replay.shared_bars();
         *self.data.spare() = Some(replay.into_spare());

@@ -29,18 +29,16 @@
 //!   of zero is an ordinary entry of the tape, and an infinite cotangent of it makes NaN: see
 //!   [the conventions](crate::real).
 
-mod known;
-mod graph;
 mod print;
-mod symbol;
 
 use num_traits::One;
 
+use super::operation::Place;
+use super::recording::{Recording, current, record};
+use super::symbol::Symbol;
 use crate::arrays::Kernel;
 use crate::reverse::{Tape, Var};
-use graph::{GRAPH, Graph, Node, place};
 use print::{Formula, Printer};
-use symbol::Symbol;
 
 /// A method `emitted_vjp` of the kernel type `name`, as Rust source. [`Kernel::vjp`] of that type has to
 /// call it: `self.emitted_vjp(x, y_bar)`.
@@ -84,13 +82,9 @@ where
     K: Kernel<I, O>,
 {
     let signature = format!("vjp<R: Real>(&self, x: [R; {I}], y_bar: [R; {O}]) -> [R; {I}]");
-    method(name, &signature, fields, |values, named| {
-        let formula = Formula {
-            results: Vec::new(),
-            ..pulled_back(&build(values))
-        };
-        let (text, lists) = print(&formula, named);
-        text + &lists[0]
+    method(name, &signature, fields, |values| Formula {
+        results: Vec::new(),
+        ..pulled_back(&build(values))
     })
 }
 
@@ -126,9 +120,8 @@ where
     let signature = format!(
         "vjp_with_results<R: Real>(&self, x: [R; {I}], y: [R; {O}], y_bar: [R; {O}]) -> [R; {I}]"
     );
-    method(name, &signature, fields, |values, named| {
-        let (text, lists) = print(&pulled_back(&build(values)), named);
-        text + &lists[0]
+    method(name, &signature, fields, |values| {
+        pulled_back(&build(values))
     })
 }
 
@@ -162,39 +155,36 @@ where
     K: Kernel<I, O>,
 {
     let signature = format!("partials<R: Real>(&self, x: [R; {I}]) -> ([R; {O}], [[R; {I}]; {O}])");
-    method(name, &signature, fields, |values, named| {
+    method(name, &signature, fields, |values| {
         let mut tape = Tape::new();
-        let y = record(&build(values), &mut tape, &inputs::<I>(0));
-        let mut rows = vec![places(&y.map(Var::value))];
-        rows.extend((0..O).map(|o| places(tape.pullback(&y[o..=o], &[Symbol::one()]))));
-        let formula = Formula {
+        let y = results(&build(values), &mut tape, &inputs::<I>(0));
+        let row = |o| places(tape.pullback(&y[o..=o], &[Symbol::one()]));
+        Formula {
             sizes: (I, 0),
             results: Vec::new(),
-            rows,
-        };
-        let (text, lists) = print(&formula, named);
-        format!("{text}({}, [{}])", lists[0], lists[1..].join(", "))
+            rows: (0..O).map(row).collect(),
+            values: Some(places(&y.map(Var::value))),
+        }
     })
 }
 
-/// A method of the kernel type `name` with the statements that `print` makes of values for the fields,
-/// and of their names and values.
+/// A method of the kernel type `name` that computes a formula, which is made of values for the fields.
 ///
 /// # Panics
-/// If the statements depend on the values.
+/// If the formula depends on the values.
 fn method(
     name: &str,
     signature: &str,
     fields: &[&str],
-    print: impl Fn(&[f64], &[(&str, f64)]) -> String,
+    formula: impl Fn(&[f64]) -> Formula,
 ) -> String {
     // Numbers that no kernel has among its literals, and other ones for a second run.
     let stand_ins = |seed: f64| (1..=fields.len()).map(move |k| (seed + k as f64).sqrt().fract());
     let [text, again] = [std::f64::consts::E, std::f64::consts::PI].map(|seed| {
         let values: Vec<f64> = stand_ins(seed).collect();
         let named: Vec<_> = fields.iter().copied().zip(values.iter().copied()).collect();
-        GRAPH.set(Graph::new(&values));
-        print(&values, &named)
+        let (formula, recording) = record(Recording::simplified(&values), || formula(&values));
+        Printer::new(&recording, &formula, &named).print()
     });
     assert_eq!(
         text, again,
@@ -209,11 +199,11 @@ fn method(
 
 /// `N` inputs of the formula, from the one numbered `first` on.
 fn inputs<const N: usize>(first: usize) -> [Symbol; N] {
-    std::array::from_fn(|k| Symbol(place(Node::Input((first + k) as u32))))
+    std::array::from_fn(|k| Symbol::input(first + k))
 }
 
-/// The kernel's results.
-fn record<K, const I: usize, const O: usize>(
+/// The kernel's results, recorded on a tape of symbols.
+fn results<K, const I: usize, const O: usize>(
     kernel: &K,
     tape: &mut Tape<Symbol>,
     x: &[Symbol; I],
@@ -222,7 +212,7 @@ where
     K: Kernel<I, O>,
 {
     let y = tape.record(x, |x| kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k])));
-    GRAPH.with_borrow_mut(|graph| graph.assume_finite(&places(&y.map(Var::value))));
+    current(|recording| recording.assume_finite(&places(&y.map(Var::value))));
     y
 }
 
@@ -233,19 +223,15 @@ where
 {
     let mut tape = Tape::new();
     let (x, y_bar) = (inputs::<I>(0), inputs::<O>(I));
-    let y = record(kernel, &mut tape, &x);
+    let y = results(kernel, &mut tape, &x);
     Formula {
         sizes: (I, O),
         results: places(&y.map(Var::value)),
         rows: vec![places(tape.pullback(&y, &y_bar))],
+        values: None,
     }
 }
 
-fn places(symbols: &[Symbol]) -> Vec<u32> {
+fn places(symbols: &[Symbol]) -> Vec<Place> {
     symbols.iter().map(|symbol| symbol.0).collect()
-}
-
-/// The statements that compute the rows of a formula, and each row as an array.
-fn print(formula: &Formula, fields: &[(&str, f64)]) -> (String, Vec<String>) {
-    GRAPH.with_borrow(|graph| Printer::new(graph, formula, fields).print())
 }

@@ -1,82 +1,99 @@
-//! The formula as Rust.
+//! A formula as Rust.
 
 use std::fmt::Write;
 
-use super::graph::{Graph, Node};
+use crate::record::operation::{Binary, Logic, Op, Place, Unary};
+use crate::record::recording::Recording;
 
-/// What a function is to compute.
+/// What a method is to compute, as places in a recording.
 pub(super) struct Formula {
-    /// How many inputs come first among the nodes, and how many cotangents after them.
+    /// How many inputs come first in the recording, and how many cotangents after them.
     pub(super) sizes: (usize, usize),
-    /// The results of the kernel, where they are given.
-    pub(super) results: Vec<u32>,
-    /// The nodes wanted.
-    pub(super) rows: Vec<Vec<u32>>,
+    /// The results of the kernel, where the method is given them.
+    pub(super) results: Vec<Place>,
+    /// The cotangents of the inputs: one row, or one for each result.
+    pub(super) rows: Vec<Vec<Place>>,
+    /// The results of the kernel, where the method returns them too, before the rows.
+    pub(super) values: Option<Vec<Place>>,
 }
 
 pub(super) struct Printer<'a> {
-    graph: &'a Graph,
+    recording: &'a Recording,
     formula: &'a Formula,
+    /// The constants that stand for fields, and how the fields are read.
     fields: &'a [(&'a str, f64)],
-    /// How often each node is read.
+    /// How often each number is read.
     reads: Vec<usize>,
 }
 
 impl<'a> Printer<'a> {
     pub(super) fn new(
-        graph: &'a Graph,
+        recording: &'a Recording,
         formula: &'a Formula,
         fields: &'a [(&'a str, f64)],
     ) -> Self {
         Self {
-            graph,
+            recording,
             formula,
             fields,
-            reads: vec![0; graph.nodes.len()],
+            reads: vec![0; recording.ops.len()],
         }
     }
 
-    /// The statements that compute the rows, and each row as an array.
-    pub(super) fn print(mut self) -> (String, Vec<String>) {
-        let Formula {
-            sizes: (inputs, cotangents),
-            results,
-            rows,
-        } = self.formula;
-        let mut pending = rows.concat();
-        while let Some(place) = pending.pop() {
-            self.reads[place as usize] += 1;
-            if self.reads[place as usize] == 1 && self.given(place).is_none() {
-                pending.extend(self.graph.nodes[place as usize].0.operands());
-            }
-        }
+    /// The body of the method: the statements and the expression that it returns.
+    pub(super) fn print(mut self) -> String {
+        let formula = self.formula;
+        self.count_reads();
         let mut text = String::new();
-        let all: Vec<u32> = (0..(inputs + cotangents) as u32).collect();
-        let (x, y_bar) = all.split_at(*inputs);
-        for (letter, places, array) in [('x', x, "x"), ('r', results, "y"), ('y', y_bar, "y_bar")] {
+        let (inputs, cotangents) = formula.sizes;
+        let all: Vec<Place> = (0..inputs + cotangents).map(Place::own).collect();
+        let (x, y_bar) = all.split_at(inputs);
+        let arguments = [
+            ('x', x, "x"),
+            ('r', &formula.results, "y"),
+            ('y', y_bar, "y_bar"),
+        ];
+        for (letter, places, array) in arguments {
             if !places.is_empty() {
                 let _ = writeln!(text, "let [{}] = {array};", self.names(letter, places));
             }
         }
-        for (place, (node, _)) in self.graph.nodes.iter().enumerate() {
-            let place = place as u32;
-            let leaf = matches!(node, Node::Input(_)) || self.given(place).is_some();
-            if self.reads[place as usize] > 0 && !leaf && !self.is_folded(place) {
-                let _ = writeln!(text, "let t{place} = {};", self.formula(*node));
+        for (at, &op) in self.recording.ops.iter().enumerate() {
+            let place = Place::own(at);
+            let has_name = matches!(op, Op::Input(_)) || self.given(place).is_some();
+            if self.reads[at] > 0 && !has_name && !self.is_folded(place) {
+                let _ = writeln!(text, "let t{at} = {};", self.expression(op));
             }
         }
-        let row = |row: &Vec<u32>| {
-            let names: Vec<String> = row.iter().map(|&place| self.name(place)).collect();
-            format!("[{}]", names.join(", "))
-        };
-        (text, rows.iter().map(row).collect())
+        let rows: Vec<String> = formula.rows.iter().map(|row| self.array(row)).collect();
+        let rows = rows.join(", ");
+        text + &match &formula.values {
+            Some(values) => format!("({}, [{rows}])", self.array(values)),
+            None => rows,
+        }
+    }
+
+    fn count_reads(&mut self) {
+        let mut pending = self.formula.rows.concat();
+        pending.extend(self.formula.values.iter().flatten());
+        while let Some(place) = pending.pop() {
+            self.reads[place.at()] += 1;
+            if self.reads[place.at()] == 1 && self.given(place).is_none() {
+                pending.extend(self.recording.op(place).operands());
+            }
+        }
+    }
+
+    fn array(&self, places: &[Place]) -> String {
+        let names: Vec<String> = places.iter().map(|&place| self.name(place)).collect();
+        format!("[{}]", names.join(", "))
     }
 
     /// The pattern by which an argument is destructured; `_` for what is not read, or has another name.
-    fn names(&self, letter: char, places: &[u32]) -> String {
-        let name = |(k, &place): (usize, &u32)| {
+    fn names(&self, letter: char, places: &[Place]) -> String {
+        let name = |(k, &place): (usize, &Place)| {
             let own = format!("{letter}{k}");
-            let used = self.reads[place as usize] > 0 && self.name(place) == own;
+            let used = self.reads[place.at()] > 0 && self.name(place) == own;
             if used { own } else { "_".to_owned() }
         };
         let names: Vec<String> = places.iter().enumerate().map(name).collect();
@@ -84,89 +101,74 @@ impl<'a> Printer<'a> {
     }
 
     /// Which result a node is, if the results are given.
-    fn given(&self, place: u32) -> Option<usize> {
+    fn given(&self, place: Place) -> Option<usize> {
         let results = &self.formula.results;
         results.iter().position(|&result| result == place)
     }
 
-    /// Whether this product is printed as part of the sum that alone reads it, as a fused multiply-add.
-    fn is_folded(&self, place: u32) -> bool {
-        let reader = |node: &Node| match *node {
-            Node::Add(a, b) => self.fold(a, b).is_some_and(|(product, _)| product == place),
-            Node::Sub(a, b) => a != place && b == place,
-            _ => false,
-        };
-        self.is_lone_product(place)
-            && self
-                .graph
-                .nodes
-                .iter()
-                .enumerate()
-                .any(|(at, (node, _))| self.reads[at] > 0 && reader(node))
-    }
-
-    fn is_lone_product(&self, place: u32) -> bool {
-        matches!(self.graph.nodes[place as usize].0, Node::Mul(..))
-            && self.reads[place as usize] == 1
-            && self.given(place).is_none()
-    }
-
-    /// Which of two terms is a product to be fused into their sum, and the other term.
-    fn fold(&self, a: u32, b: u32) -> Option<(u32, u32)> {
-        match (self.is_lone_product(a), self.is_lone_product(b)) {
-            (_, true) if a != b => Some((b, a)),
-            (true, _) if a != b => Some((a, b)),
+    /// The product in a sum that alone reads it, and the other term: they are printed as a fused
+    /// multiply-add.
+    fn fused(&self, op: Op) -> Option<(Place, Place)> {
+        match op {
+            Op::Binary(Binary::Add | Binary::Sub, [a, b]) if self.is_lone_product(b) => {
+                Some((b, a))
+            }
+            Op::Binary(Binary::Add, [a, b]) if self.is_lone_product(a) => Some((a, b)),
             _ => None,
         }
     }
 
-    fn name(&self, place: u32) -> String {
+    fn is_lone_product(&self, place: Place) -> bool {
+        matches!(self.recording.op(place), Op::Binary(Binary::Mul, _))
+            && self.reads[place.at()] == 1
+            && self.given(place).is_none()
+    }
+
+    /// Whether a product is printed as part of a sum.
+    fn is_folded(&self, place: Place) -> bool {
+        let read = self.recording.ops.iter().zip(&self.reads);
+        let mut read = read.filter(|(_, reads)| **reads > 0);
+        let folds = |op| self.fused(op).is_some_and(|(product, _)| product == place);
+        self.is_lone_product(place) && read.any(|(&op, _)| folds(op))
+    }
+
+    fn name(&self, place: Place) -> String {
         let inputs = self.formula.sizes.0;
-        match (self.graph.nodes[place as usize].0, self.given(place)) {
-            (Node::Input(k), _) if (k as usize) < inputs => format!("x{k}"),
-            (Node::Input(k), _) => format!("y{}", k as usize - inputs),
+        match (self.recording.op(place), self.given(place)) {
+            (Op::Input(k), _) if (k as usize) < inputs => format!("x{k}"),
+            (Op::Input(k), _) => format!("y{}", k as usize - inputs),
             (_, Some(result)) => format!("r{result}"),
-            (_, None) => format!("t{place}"),
+            (_, None) => format!("t{}", place.at()),
         }
     }
 
-    fn formula(&self, node: Node) -> String {
+    fn expression(&self, op: Op) -> String {
         let name = |place| self.name(place);
-        let factors = |product: u32| match self.graph.nodes[product as usize].0 {
-            Node::Mul(a, b) => (self.name(a), self.name(b)),
-            other => unreachable!("{other:?} is no product"),
-        };
-        match node {
-            Node::Input(_) => unreachable!("inputs have names"),
-            Node::Constant(bits) => self.constant(f64::from_bits(bits)),
-            Node::Unary(method, a) => format!("{}.{method}()", name(a)),
-            Node::Binary(method, a, b) => format!("{}.{method}({})", name(a), name(b)),
-            Node::Powi(a, exponent) => format!("{}.powi({exponent})", name(a)),
-            Node::Elementary(f, a) => {
-                let path = "autodiff::Elementary";
-                format!("{}.elementary({path}::{f:?})", name(a))
-            }
-            Node::Add(a, b) => match self.fold(a, b) {
-                Some((product, term)) => {
-                    let (f, g) = factors(product);
-                    format!("{f}.fma({g}, {})", name(term))
-                }
-                None => format!("{} + {}", name(a), name(b)),
-            },
-            Node::Sub(a, b) if self.is_lone_product(b) => {
-                let (f, g) = factors(b);
-                format!("(-{f}).fma({g}, {})", name(a))
-            }
-            Node::Sub(a, b) => format!("{} - {}", name(a), name(b)),
-            Node::Mul(a, b) => format!("{} * {}", name(a), name(b)),
-            Node::Neg(a) => format!("-{}", name(a)),
-            Node::Fma(a, b, c) => format!("{}.fma({}, {})", name(a), name(b), name(c)),
-            Node::Chain(a, b) => format!("R::chain({}, {})", name(a), name(b)),
-            Node::Compare(method, a, b) => format!("{}.{method}({})", name(a), name(b)),
-            Node::Join(operator, a, b) => format!("{} {operator} {}", name(a), name(b)),
-            Node::Not(a) => format!("!{}", name(a)),
-            Node::Always(value) => format!("<R::Mask as Mask>::splat({value})"),
-            Node::Select(m, a, b) => format!("R::select({}, {}, {})", name(m), name(a), name(b)),
+        if let Some((product, term)) = self.fused(op) {
+            let [f, g] = self.recording.op(product).operands()[..] else {
+                unreachable!("a product has two factors")
+            };
+            let minus = matches!(op, Op::Binary(Binary::Sub, _));
+            let f = if minus {
+                format!("(-{})", name(f))
+            } else {
+                name(f)
+            };
+            return format!("{f}.fma({}, {})", name(g), name(term));
+        }
+        match op {
+            Op::Input(_) => unreachable!("inputs have names"),
+            Op::Dot(..) | Op::Sum(..) => unreachable!("a simplified recording has their terms"),
+            Op::Constant(bits) => self.constant(f64::from_bits(bits)),
+            Op::Always(value) => format!("<R::Mask as Mask>::splat({value})"),
+            Op::Unary(f, x) => unary(f, &name(x)),
+            Op::Binary(f, x) => binary(f, x.map(name)),
+            Op::Logic(Logic::And, [a, b]) => format!("{} & {}", name(a), name(b)),
+            Op::Logic(Logic::Or, [a, b]) => format!("{} | {}", name(a), name(b)),
+            Op::Logic(Logic::Not, [x, _]) => format!("!{}", name(x)),
+            Op::Logic(f, [a, b]) => format!("{}.{}({})", name(a), method(f), name(b)),
+            Op::Fma([a, b, c]) => format!("{}.fma({}, {})", name(a), name(b), name(c)),
+            Op::Select(m, [a, b]) => format!("R::select({}, {}, {})", name(m), name(a), name(b)),
         }
     }
 
@@ -186,4 +188,30 @@ impl<'a> Printer<'a> {
             _ => format!("R::lit({value:?})"),
         }
     }
+}
+
+fn unary(f: Unary, x: &str) -> String {
+    match f {
+        Unary::Neg => format!("-{x}"),
+        Unary::Powi(exponent) => format!("{x}.powi({exponent})"),
+        Unary::Elementary(f) => format!("{x}.elementary(autodiff::Elementary::{f:?})"),
+        _ => format!("{x}.{}()", method(f)),
+    }
+}
+
+fn binary(f: Binary, [a, b]: [String; 2]) -> String {
+    match f {
+        Binary::Add => format!("{a} + {b}"),
+        Binary::Sub => format!("{a} - {b}"),
+        Binary::Mul => format!("{a} * {b}"),
+        Binary::Div => format!("{a} / {b}"),
+        Binary::Chain => format!("R::chain({a}, {b})"),
+        Binary::StraightThrough => format!("{a}.straight_through({b})"),
+        Binary::Atan2 | Binary::Powf | Binary::Hypot => format!("{a}.{}({b})", method(f)),
+    }
+}
+
+/// The name of the method for a function.
+fn method(f: impl std::fmt::Debug) -> String {
+    format!("{f:?}").to_lowercase()
 }

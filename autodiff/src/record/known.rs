@@ -1,5 +1,7 @@
 //! What is known of a number from how it was made.
 
+use super::operation::{Op, Unary};
+
 /// What is known of a node's value and of its derivatives, wherever the inputs and the results of
 /// the kernel are finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,7 +90,7 @@ impl Known {
     }
 
     pub(super) fn squared(self) -> Self {
-        let magnitude = self.through("abs");
+        let magnitude = self.through(Unary::Abs);
         Self {
             unsigned: true,
             ..magnitude.times(magnitude)
@@ -105,40 +107,42 @@ impl Known {
     }
 
     /// A function of the number.
-    pub(super) fn through(self, method: &str) -> Self {
+    pub(super) fn through(self, f: Unary) -> Self {
         let inside = if self.least >= CLEAR {
             self.range
         } else {
             Singular
         };
         let bounded = |range| if range <= Finite { Bounded } else { range };
-        let (least, range) = match method {
-            "detach" => (self.least, self.range),
-            "abs" => (self.least.max(0.0), self.range),
-            "sqrt" => (self.least.max(0.0).sqrt(), inside),
-            "recip" if self.least > 0.0 => (0.0, bounded(inside)),
-            "ln" => (f64::NEG_INFINITY, inside),
-            "sin" | "cos" | "tanh" => (f64::NEG_INFINITY, bounded(self.range)),
+        let (least, range) = match f {
+            Unary::Rsqrt => return self.through(Unary::Sqrt).through(Unary::Recip),
+            Unary::Detach => (self.least, self.range),
+            Unary::Neg => (f64::NEG_INFINITY, self.range),
+            Unary::Abs => (self.least.max(0.0), self.range),
+            Unary::Sqrt => (self.least.max(0.0).sqrt(), inside),
+            Unary::Recip if self.least > 0.0 => (0.0, bounded(inside)),
+            Unary::Ln => (f64::NEG_INFINITY, inside),
+            Unary::Sin | Unary::Cos | Unary::Tanh => (f64::NEG_INFINITY, bounded(self.range)),
             // 0, not more: it may underflow.
-            "exp" => (0.0, Singular),
+            Unary::Exp => (0.0, Singular),
             _ => (f64::NEG_INFINITY, Singular),
         };
         Self {
             least,
             range,
-            unsigned: match method {
-                "abs" | "exp" => true,
-                "detach" => self.unsigned,
+            unsigned: match f {
+                Unary::Abs | Unary::Exp => true,
+                Unary::Detach => self.unsigned,
                 _ => least > 0.0,
             },
         }
     }
 
-    /// The same for a number made by `method` whose overflow would show in the kernel's results, which
-    /// are finite.
-    pub(super) fn shown(self, method: &str) -> Self {
-        let range = match (self.range, method) {
-            (Overflow, "recip" | "tanh") => Bounded,
+    /// What is known of the result of `op` besides, where its overflow would show in the kernel's
+    /// results, which are finite.
+    pub(super) fn shown(self, op: Op) -> Self {
+        let range = match (self.range, op) {
+            (Overflow, Op::Unary(Unary::Recip | Unary::Tanh, _)) => Bounded,
             (Overflow, _) => Finite,
             (range, _) => range,
         };

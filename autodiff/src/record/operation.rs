@@ -1,0 +1,130 @@
+//! The operations that a recording holds.
+
+use crate::elementary::Elementary;
+
+/// Where a number of a recording lies: among the arguments that all points of a sum share, or among the
+/// recording's own operations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct Place(u32);
+
+/// The bit that marks shared places. The numbers below it are those of own places.
+const SHARED: u32 = 1 << 31;
+
+impl Place {
+    pub(super) fn shared(at: usize) -> Self {
+        Place(Self::own(at).0 | SHARED)
+    }
+    pub(super) fn own(at: usize) -> Self {
+        assert!(
+            at < SHARED as usize,
+            "a recording of more than {SHARED} numbers"
+        );
+        Place(at as u32)
+    }
+    #[inline(always)]
+    pub(crate) fn is_shared(self) -> bool {
+        self.0 & SHARED != 0
+    }
+    /// The index among the shared arguments, or among the operations.
+    #[inline(always)]
+    pub(crate) fn at(self) -> usize {
+        (self.0 & !SHARED) as usize
+    }
+    /// The place `steps` further on.
+    #[inline(always)]
+    pub(crate) fn plus(self, steps: usize) -> Self {
+        Place(self.0 + steps as u32)
+    }
+}
+
+/// A function of one number. The name of a variant is that of the method in lower case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Unary {
+    Neg,
+    Recip,
+    Sqrt,
+    Rsqrt,
+    Exp,
+    Ln,
+    Sin,
+    Cos,
+    Tan,
+    Tanh,
+    Abs,
+    Detach,
+    Powi(i32),
+    Elementary(Elementary),
+}
+
+/// A function of two numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Binary {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Atan2,
+    Powf,
+    Hypot,
+    Chain,
+    /// The value of the first, the derivative of the second.
+    StraightThrough,
+}
+
+/// An operation whose result is a mask.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Logic {
+    Lt,
+    Le,
+    And,
+    Or,
+    /// Of the first operand.
+    Not,
+}
+
+/// One operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Op {
+    /// An argument, by its number.
+    Input(u32),
+    /// The bits of an f64.
+    Constant(u64),
+    /// A mask that is the same in every lane.
+    Always(bool),
+    Unary(Unary, Place),
+    Binary(Binary, [Place; 2]),
+    Logic(Logic, [Place; 2]),
+    /// The product of the first two, plus the third.
+    Fma([Place; 3]),
+    /// The first number where the mask holds, else the second.
+    Select(Place, [Place; 2]),
+    /// The dot product of as many places from each of these on.
+    Dot([Place; 2], u32),
+    /// The sum of as many places from this on.
+    Sum(Place, u32),
+}
+
+impl Op {
+    /// The places that an operation of a simplified recording reads. There is no `Dot` or `Sum` in one.
+    pub(super) fn operands(self) -> Vec<Place> {
+        match self {
+            Op::Input(_) | Op::Constant(_) | Op::Always(_) => vec![],
+            Op::Unary(_, x) | Op::Logic(Logic::Not, [x, _]) | Op::Sum(x, _) => vec![x],
+            Op::Binary(_, x) | Op::Logic(_, x) | Op::Dot(x, _) => x.to_vec(),
+            Op::Fma(x) => x.to_vec(),
+            Op::Select(mask, [a, b]) => vec![mask, a, b],
+        }
+    }
+
+    /// The operands that are sure to be finite where the result is.
+    pub(super) fn shows(self) -> Vec<Place> {
+        use Unary::{Abs, Cos, Detach, Ln, Neg, Sin, Sqrt};
+        match self {
+            Op::Fma(_)
+            | Op::Binary(Binary::Add | Binary::Sub | Binary::Mul, _)
+            | Op::Unary(Abs | Cos | Detach | Ln | Neg | Sin | Sqrt, _) => self.operands(),
+            Op::Binary(Binary::StraightThrough, [hard, _]) => vec![hard],
+            _ => vec![],
+        }
+    }
+}

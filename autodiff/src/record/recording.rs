@@ -1,0 +1,239 @@
+//! A list of the operations of some generic code.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+
+use super::known::{Known, Range};
+use super::operation::{Binary, Op, Place, Unary};
+
+/// The operations, each at the place of its result.
+///
+/// A plain recording, which [`batch::Sum`](crate::batch::Sum) replays, has them in the order in which
+/// the code asks for them. A simplified one, from which [`emit`](crate::emit) prints, has each
+/// subexpression once, and leaves out trivial ones.
+#[derive(Debug, Default)]
+pub(crate) struct Recording {
+    pub(crate) ops: Vec<Op>,
+    /// Whether the code asked for a value, or called a function whose derivative is its own: then the
+    /// operations do not stand for the code.
+    pub(crate) unfit: bool,
+    pub(super) is_simplified: bool,
+    /// Constants that stand for fields of a kernel: nothing but finiteness is known of those.
+    fields: Vec<f64>,
+    /// What is known of each operation's result, in a simplified recording.
+    known: Vec<Known>,
+    /// The operations that are not recorded again (hash-consing): constants, or all of them.
+    places: HashMap<Op, Place>,
+}
+
+/// More operations than anyone would check in.
+const MOST: usize = 1 << 20;
+
+thread_local! {
+    static CURRENT: RefCell<Recording> = RefCell::default();
+}
+
+/// Puts an outer recording back, also when the code panics.
+struct Outer(Recording);
+
+impl Drop for Outer {
+    fn drop(&mut self) {
+        CURRENT.replace(std::mem::take(&mut self.0));
+    }
+}
+
+/// Runs `code` with a recording that is to be the current one, and returns both results.
+pub(crate) fn record<T>(recording: Recording, code: impl FnOnce() -> T) -> (T, Recording) {
+    let _outer = Outer(CURRENT.replace(recording));
+    let result = code();
+    (result, CURRENT.take())
+}
+
+/// Does something with the current recording.
+pub(crate) fn current<T>(work: impl FnOnce(&mut Recording) -> T) -> T {
+    CURRENT.with_borrow_mut(work)
+}
+
+impl Recording {
+    pub(super) fn simplified(fields: &[f64]) -> Self {
+        Self {
+            is_simplified: true,
+            fields: fields.to_vec(),
+            ..Self::default()
+        }
+    }
+
+    /// The place of an operation's result.
+    pub(super) fn push(&mut self, op: Op) -> Place {
+        if self.is_simplified {
+            self.push_simplified(op)
+        } else if let Op::Constant(_) = op {
+            self.push_once(op)
+        } else {
+            self.append(op)
+        }
+    }
+
+    fn append(&mut self, op: Op) -> Place {
+        self.ops.push(op);
+        Place::own(self.ops.len() - 1)
+    }
+
+    fn push_once(&mut self, op: Op) -> Place {
+        if let Some(&place) = self.places.get(&op) {
+            return place;
+        }
+        if self.is_simplified {
+            assert!(
+                self.ops.len() < MOST,
+                "a kernel of more than {MOST} operations cannot be emitted: does it loop until \
+                 `Mask::any` is false? For symbols it never is"
+            );
+            self.known.push(self.knowledge(op));
+        }
+        let place = self.append(op);
+        self.places.insert(op, place);
+        place
+    }
+
+    fn push_constant(&mut self, value: f64) -> Place {
+        self.push(Op::Constant(value.to_bits()))
+    }
+
+    /// The place of an operation's simplest form. Only trivial sums and products are folded: other
+    /// constants may stand for fields of the kernel.
+    fn push_simplified(&mut self, op: Op) -> Place {
+        let is = |place, value| self.constant(place) == Some(value);
+        match op {
+            Op::Unary(Unary::Neg, x) => match self.constant(x) {
+                Some(value) => self.push_constant(-value),
+                None => self.push_once(op),
+            },
+            Op::Unary(Unary::Abs, x) if self.known(x).least >= 0.0 => x,
+            Op::Unary(Unary::Detach, x) => self.detached(x),
+            Op::Binary(Binary::Add, [a, b]) if is(a, 0.0) => b,
+            // Adding +0 may change a negative zero, as the rules want it to.
+            Op::Binary(Binary::Add, [a, b])
+                if is(b, 0.0) && (!self.known(b).unsigned || self.known(a).unsigned) =>
+            {
+                a
+            }
+            Op::Binary(Binary::Sub, [a, b]) if is(b, 0.0) => a,
+            Op::Binary(Binary::Sub, [a, b]) if is(a, 0.0) => self.push(Op::Unary(Unary::Neg, b)),
+            Op::Binary(Binary::Mul, [a, b]) => self.product(a.min(b), a.max(b)),
+            // As a product with the reciprocal, which an adjoint needs anyway.
+            Op::Binary(Binary::Div, [a, b]) => {
+                let inverse = self.push(Op::Unary(Unary::Recip, b));
+                self.push(Op::Binary(Binary::Mul, [a, inverse]))
+            }
+            Op::Binary(Binary::Chain, [partial, cotangent]) => self.chained(partial, cotangent),
+            Op::Select(_, [a, b]) if a == b => a,
+            _ => self.push_once(op),
+        }
+    }
+
+    /// A product with a constant zero is zero, so that no code is printed for what passes no cotangent.
+    fn product(&mut self, a: Place, b: Place) -> Place {
+        match (self.constant(a), self.constant(b)) {
+            (Some(0.0), _) | (_, Some(0.0)) => self.push_constant(0.0),
+            (Some(1.0), _) => b,
+            (_, Some(1.0)) => a,
+            (Some(-1.0), _) => self.push(Op::Unary(Unary::Neg, b)),
+            (_, Some(-1.0)) => self.push(Op::Unary(Unary::Neg, a)),
+            _ => self.push_once(Op::Binary(Binary::Mul, [a, b])),
+        }
+    }
+
+    fn detached(&mut self, x: Place) -> Place {
+        match self.op(x) {
+            Op::Constant(_) | Op::Unary(Unary::Detach, _) => x,
+            // Into the branches: a choice between constants stays one.
+            Op::Select(mask, branches) => {
+                let branches = branches.map(|branch| self.detached(branch));
+                self.push(Op::Select(mask, branches))
+            }
+            _ => self.push_once(Op::Unary(Unary::Detach, x)),
+        }
+    }
+
+    fn chained(&mut self, partial: Place, cotangent: Place) -> Place {
+        match self.op(partial) {
+            // Into the branches of a select: what passes nothing is then zero.
+            Op::Select(mask, branches) if branches.iter().any(|&b| self.constant(b).is_some()) => {
+                let branches = branches.map(|branch| self.chained(branch, cotangent));
+                self.push(Op::Select(mask, branches))
+            }
+            _ if self.constant(cotangent) == Some(1.0) || self.known(partial).is_finite() => {
+                self.push(Op::Binary(Binary::Mul, [partial, cotangent]))
+            }
+            _ => self.push_once(Op::Binary(Binary::Chain, [partial, cotangent])),
+        }
+    }
+
+    pub(super) fn op(&self, place: Place) -> Op {
+        self.ops[place.at()]
+    }
+
+    pub(super) fn constant(&self, place: Place) -> Option<f64> {
+        match self.op(place) {
+            Op::Constant(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    fn known(&self, place: Place) -> Known {
+        self.known[place.at()]
+    }
+
+    /// What is known of an operation's result by its operands.
+    fn knowledge(&self, op: Op) -> Known {
+        let of = |place| self.known(place);
+        let product = |a, b| {
+            if a == b {
+                of(a).squared()
+            } else {
+                of(a).times(of(b))
+            }
+        };
+        match op {
+            Op::Input(_) => Known::within(Range::Finite),
+            Op::Constant(bits) => match f64::from_bits(bits) {
+                value if self.fields.contains(&value.abs()) => Known::within(Range::Bounded),
+                value => Known::constant(value),
+            },
+            Op::Unary(f, x) => of(x).through(f),
+            Op::Binary(Binary::Add, [a, b]) => of(a).plus(of(b)),
+            Op::Binary(Binary::Sub, [a, b]) => of(a).plus(of(b).negated()),
+            Op::Binary(Binary::Mul | Binary::Chain, [a, b]) => product(a, b),
+            Op::Binary(Binary::StraightThrough, [hard, soft]) => Known {
+                least: of(hard).least,
+                ..of(hard).or(of(soft))
+            },
+            // Unlike a product by itself, one inside is not rounded to a zero first: a small negative
+            // product may round to a negative zero in the end.
+            Op::Fma([a, b, c]) => Known {
+                unsigned: a == b && of(c).unsigned && of(c).least >= 0.0,
+                ..product(a, b).plus(of(c))
+            },
+            Op::Select(_, [a, b]) => of(a).or(of(b)),
+            Op::Logic(..) | Op::Always(_) => Known::within(Range::Bounded),
+            Op::Binary(..) | Op::Dot(..) | Op::Sum(..) => Known::within(Range::Singular),
+        }
+    }
+
+    /// Notes that these results are finite, and with them every number whose infinity would show there.
+    pub(super) fn assume_finite(&mut self, results: &[Place]) {
+        let mut shown = vec![false; self.ops.len()];
+        let mut pending = results.to_vec();
+        while let Some(place) = pending.pop() {
+            if !std::mem::replace(&mut shown[place.at()], true) {
+                pending.extend(self.op(place).shows());
+            }
+        }
+        for (place, shown) in shown.into_iter().enumerate() {
+            let op = self.ops[place];
+            let known = self.knowledge(op);
+            self.known[place] = if shown { known.shown(op) } else { known };
+        }
+    }
+}
