@@ -27,9 +27,10 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
     count: usize,
     input: impl Fn(usize) -> [R; I],
-    output: impl FnMut(usize, [R; O]),
+    mut output: impl FnMut(usize, [R; O]),
 ) {
-    R::vectorize(Values::<_, _, _, I, O> {
+    let output = |i, at: LocalJacobian<'_, R, 0, O>| output(i, at.values());
+    R::vectorize(Points::<_, _, _, I, O, 0> {
         kernel,
         count,
         input,
@@ -66,7 +67,7 @@ pub fn jacobians<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
     input: impl Fn(usize) -> [R; I],
     output: impl FnMut(usize, LocalJacobian<'_, R, I, O>),
 ) {
-    R::vectorize(Jacobians::<_, _, _, I, O> {
+    R::vectorize(Points::<_, _, _, I, O, I> {
         kernel,
         count,
         input,
@@ -84,6 +85,15 @@ pub struct LocalJacobian<'a, R, const I: usize, const O: usize> {
 }
 
 impl<R: Real, const I: usize, const O: usize> LocalJacobian<'_, R, I, O> {
+    #[inline(always)]
+    fn values(&self) -> [R; O] {
+        let mut values = [R::zero(); O];
+        for (o, value) in values.iter_mut().enumerate() {
+            *value = self.value(o);
+        }
+        values
+    }
+
     /// A result.
     #[inline(always)]
     pub fn value(&self, result: usize) -> R {
@@ -128,70 +138,41 @@ fn gather<R: Real, L: Lane<R>, const I: usize>(
     x
 }
 
-struct Values<'a, K, F, G, const I: usize, const O: usize> {
+/// A kernel to be evaluated at many points, with its partials by the first `J` inputs: all, or none.
+struct Points<'a, K, F, G, const I: usize, const O: usize, const J: usize> {
     kernel: &'a K,
     count: usize,
     input: F,
     output: G,
 }
 
-impl<R, K, F, G, const I: usize, const O: usize> Vectorized<R> for Values<'_, K, F, G, I, O>
+impl<R, K, F, G, const I: usize, const O: usize, const J: usize> Vectorized<R>
+    for Points<'_, K, F, G, I, O, J>
 where
     R: Real,
     K: Kernel<I, O>,
     F: Fn(usize) -> [R; I],
-    G: FnMut(usize, [R; O]),
-{
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(mut self) {
-        let (mut rows, mut lanes) = ([[R::zero(); WIDEST]; I], [[R::zero(); WIDEST]; O]);
-        for first in (0..self.count).step_by(L::N) {
-            let y = self.kernel.eval(gather::<R, L, I>(
-                &self.input,
-                [first, self.count - 1],
-                &mut rows,
-            ));
-            for o in 0..O {
-                y[o].store(&mut lanes[o]);
-            }
-            for lane in 0..L::N.min(self.count - first) {
-                let mut point = [R::zero(); O];
-                for o in 0..O {
-                    point[o] = lanes[o][lane];
-                }
-                (self.output)(first + lane, point);
-            }
-        }
-    }
-}
-
-struct Jacobians<'a, K, F, G, const I: usize, const O: usize> {
-    kernel: &'a K,
-    count: usize,
-    input: F,
-    output: G,
-}
-
-impl<R, K, F, G, const I: usize, const O: usize> Vectorized<R> for Jacobians<'_, K, F, G, I, O>
-where
-    R: Real,
-    K: Kernel<I, O>,
-    F: Fn(usize) -> [R; I],
-    G: FnMut(usize, LocalJacobian<'_, R, I, O>),
+    G: FnMut(usize, LocalJacobian<'_, R, J, O>),
 {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
         let (mut rows, mut values) = ([[R::zero(); WIDEST]; I], [[R::zero(); WIDEST]; O]);
-        let mut partials = [[[R::zero(); WIDEST]; I]; O];
+        let mut partials = [[[R::zero(); WIDEST]; J]; O];
         for first in (0..self.count).step_by(L::N) {
             let x = gather::<R, L, I>(&self.input, [first, self.count - 1], &mut rows);
-            let (y, by_x) = self.kernel.partials(x);
-            for o in 0..O {
-                y[o].store(&mut values[o]);
-                for i in 0..I {
-                    by_x[o][i].store(&mut partials[o][i]);
+            if J == 0 {
+                let y = self.kernel.eval(x);
+                for o in 0..O {
+                    y[o].store(&mut values[o]);
+                }
+            } else {
+                let (y, by_x) = self.kernel.partials(x);
+                for o in 0..O {
+                    y[o].store(&mut values[o]);
+                    for j in 0..J {
+                        by_x[o][j].store(&mut partials[o][j]);
+                    }
                 }
             }
             for lane in 0..L::N.min(self.count - first) {
