@@ -3,21 +3,17 @@
 //! Each number of the recording is a few registers wide: then the dispatch on an operation costs little
 //! beside the operation.
 
-use std::any::Any;
-
+use crate::pool;
 use crate::real::{Mask, Real};
 use crate::record::operation::{Binary, Logic, Op, Place, Unary};
 use crate::rule;
-use crate::simd::Lane;
+use crate::simd::{Lane, WIDEST};
 
 /// Registers for each number, where there are points enough to fill them.
 pub(super) const WIDE: usize = 4;
 
 /// A number of the recording for `W * L::N` points.
 type Block<L, const W: usize> = [L; W];
-
-/// The memory of a replay, to be used again; type-erased, as it depends on the number type.
-pub(super) type Spare = Box<dyn Any + Send>;
 
 /// The operations of a recording with the numbers that they are replayed on.
 pub(super) struct Replay<'a, R, L, const W: usize> {
@@ -41,11 +37,10 @@ struct Memory<R, L, const W: usize> {
 }
 
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
-    /// Reuses the memory of an earlier replay, if that was of the same number type.
+    /// Reuses the memory of the thread's last replay of this number type.
     #[inline(always)]
-    pub(super) fn new(ops: &'a [Op], inputs: usize, shared: &[R], spare: Option<Spare>) -> Self {
-        let spare = spare.and_then(|spare| spare.downcast::<Memory<R, L, W>>().ok());
-        let mut memory = spare.unwrap_or_else(|| {
+    pub(super) fn new(ops: &'a [Op], inputs: usize, shared: &[R]) -> Self {
+        let mut memory = pool::take::<Memory<R, L, W>>().unwrap_or_else(|| {
             Box::new(Memory {
                 shared: Vec::new(),
                 shared_bars: Vec::new(),
@@ -59,7 +54,6 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         let zero = [L::zero(); W];
         memory.shared_bars.clear();
         memory.shared_bars.resize(shared.len(), L::zero());
-        // Own cotangents too: a panic may have ended the earlier replay before they were zero.
         memory.bars.clear();
         memory.bars.resize(ops.len(), zero);
         // These are written before they are read.
@@ -79,12 +73,6 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
     }
 
-    /// The memory, for the next replay.
-    #[inline(always)]
-    pub(super) fn into_spare(self) -> Spare {
-        self.memory
-    }
-
     /// The inputs of the next block.
     #[inline(always)]
     pub(super) fn inputs(&mut self) -> &mut [Block<L, W>] {
@@ -93,13 +81,14 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
 
     /// The cotangents of the shared arguments, all points together.
     #[inline(always)]
-    pub(super) fn shared_bars(&self) -> Vec<R> {
-        let mut lanes = [R::zero(); crate::simd::WIDEST];
+    pub(super) fn into_gradient(self) -> Vec<R> {
+        let mut lanes = [R::zero(); WIDEST];
         let mut totals = Vec::with_capacity(self.memory.shared_bars.len());
         for bar in &self.memory.shared_bars {
             bar.store(&mut lanes);
             totals.push(R::sum(&lanes[..L::N]));
         }
+        pool::keep(self.memory);
         totals
     }
 

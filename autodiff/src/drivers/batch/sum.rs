@@ -1,15 +1,14 @@
 //! A sum over data, and its gradient by the parameters that all data share.
 
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::Arc;
 
-use num_traits::Zero;
-
-use super::replay::{Replay, Spare, WIDE};
+use super::replay::{Replay, WIDE};
+use crate::drivers::value_and_gradient_of;
 use crate::real::{Fused, Real};
 use crate::record::operation::{Op, Place};
 use crate::record::recording::{Recording, record};
 use crate::record::symbol::Symbol;
-use crate::reverse::{Tape, Var};
+use crate::reverse::Var;
 use crate::simd::{Lane, Vectorized, WIDEST};
 
 /// A function of parameters that all data share and of one datum: a term of a [`Sum`]. It must own what
@@ -67,8 +66,6 @@ struct Data {
     /// The data by columns: for each number of a datum, that number of all data, the last repeated to
     /// fill whole blocks.
     columns: Arc<[Vec<f64>]>,
-    /// The memory of the last gradient, for the next one.
-    spare: Arc<Mutex<Option<Spare>>>,
 }
 
 impl<S: Summand> Sum<S> {
@@ -93,7 +90,6 @@ impl<S: Summand> Sum<S> {
         let data = Data {
             count: data.len(),
             columns: columns.into(),
-            spare: Arc::default(),
         };
         Self { summand, data }
     }
@@ -103,33 +99,25 @@ impl<S: Summand> Sum<S> {
         R::fused(self.clone(), &[shared])[0]
     }
 
-    /// The sum and its gradient, over an ordinary tape.
-    fn tape<R: Real>(&self, shared: &[R]) -> (R, Vec<R>) {
-        let mut tape = Tape::new();
+    /// The term of a datum, with fresh working memory.
+    fn term<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
+        let mut scratch = vec![R::zero(); self.summand.scratch()];
+        self.summand.eval(shared, datum, &mut scratch)
+    }
+
+    /// The sum and its gradient, datum by datum over an ordinary tape.
+    fn by_tape<R: Real>(&self, shared: &[R]) -> (R, Vec<R>) {
         let mut total = R::zero();
         let mut gradient = vec![R::zero(); shared.len()];
         for i in 0..self.data.count {
-            let term = tape.record(shared, |shared| {
-                let number = |column: &Vec<f64>| Var::lit(column[i]);
-                let datum: Vec<Var<R>> = self.data.columns.iter().map(number).collect();
-                let mut scratch = vec![Var::zero(); self.summand.scratch()];
-                self.summand.eval(shared, &datum, &mut scratch)
-            });
-            total += term.value();
-            let bars = tape.pullback(&[term], &[R::one()]);
-            for (sum, &bar) in gradient.iter_mut().zip(bars) {
+            let datum: Vec<Var<R>> = self.data.columns.iter().map(|c| Var::lit(c[i])).collect();
+            let (term, bars) = value_and_gradient_of(|shared| self.term(shared, &datum), shared);
+            total += term;
+            for (sum, bar) in gradient.iter_mut().zip(bars) {
                 *sum += bar;
             }
         }
         (total, gradient)
-    }
-}
-
-impl Data {
-    /// The place for spare memory. It may hold any, after a panic too: results do not depend on it.
-    fn spare(&self) -> MutexGuard<'_, Option<Spare>> {
-        let lock = self.spare.lock();
-        lock.unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }
 
@@ -163,11 +151,10 @@ impl<S: Summand> Fused for Sum<S> {
         let (result, recording) = record(Recording::default(), || {
             let datum: Vec<Symbol> = (0..width).map(Symbol::input).collect();
             let shared: Vec<Symbol> = (0..shared.len()).map(Symbol::shared).collect();
-            let mut scratch = vec![Symbol::zero(); self.summand.scratch()];
-            self.summand.eval(&shared, &datum, &mut scratch)
+            self.term(&shared, &datum)
         });
         let (value, gradient) = if recording.unfit {
-            self.tape(shared)
+            self.by_tape(shared)
         } else {
             R::vectorize(ValueAndGradient {
                 data: &self.data,
@@ -243,12 +230,7 @@ impl<R: Real> ValueAndGradient<'_, R> {
     #[inline(always)]
     fn replay<L: Lane<R>, const W: usize>(self) -> (R, Vec<R>) {
         let Data { count, columns, .. } = self.data;
-        let mut replay = Replay::<R, L, W>::new(
-            self.ops,
-            columns.len(),
-            self.shared,
-            self.data.spare().take(),
-        );
+        let mut replay = Replay::<R, L, W>::new(self.ops, columns.len(), self.shared);
         let mut total = R::zero();
         for first in (0..*count).step_by(W * L::N) {
             for (number, column) in replay.inputs().iter_mut().zip(&columns[..]) {
@@ -273,8 +255,6 @@ impl<R: Real> ValueAndGradient<'_, R> {
             }
             replay.reverse(self.result, bars);
         }
-        let gradient = replay.shared_bars();
-        *self.data.spare() = Some(replay.into_spare());
-        (total, gradient)
+        (total, replay.into_gradient())
     }
 }
