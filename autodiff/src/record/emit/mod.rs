@@ -73,14 +73,11 @@ use print::{Formula, Printer};
 /// follow a change of the field. Give such a number a field of its own. And if the kernel loops for as
 /// long as `any` says so, as rounding an [`Element`](crate::Element) does: symbols have no values that
 /// would end the loop.
-pub fn adjoint<K, const I: usize, const O: usize>(
+pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     name: &str,
     fields: &[&str],
     build: impl Fn(&[f64]) -> K,
-) -> String
-where
-    K: Kernel<I, O>,
-{
+) -> String {
     let signature = format!("vjp<R: Real>(&self, x: [R; {I}], y_bar: [R; {O}]) -> [R; {I}]");
     method(name, &signature, fields, |values| Formula {
         results: Vec::new(),
@@ -109,14 +106,11 @@ where
 ///
 /// # Panics
 /// As [`adjoint`].
-pub fn adjoint_with_results<K, const I: usize, const O: usize>(
+pub fn adjoint_with_results<K: Kernel<I, O>, const I: usize, const O: usize>(
     name: &str,
     fields: &[&str],
     build: impl Fn(&[f64]) -> K,
-) -> String
-where
-    K: Kernel<I, O>,
-{
+) -> String {
     let signature = format!(
         "vjp_with_results<R: Real>(&self, x: [R; {I}], y: [R; {O}], y_bar: [R; {O}]) -> [R; {I}]"
     );
@@ -146,14 +140,11 @@ where
 ///
 /// # Panics
 /// As [`adjoint`].
-pub fn partials<K, const I: usize, const O: usize>(
+pub fn partials<K: Kernel<I, O>, const I: usize, const O: usize>(
     name: &str,
     fields: &[&str],
     build: impl Fn(&[f64]) -> K,
-) -> String
-where
-    K: Kernel<I, O>,
-{
+) -> String {
     let signature = format!("partials<R: Real>(&self, x: [R; {I}]) -> ([R; {O}], [[R; {I}]; {O}])");
     method(name, &signature, fields, |values| {
         let mut tape = Tape::new();
@@ -203,24 +194,18 @@ fn inputs<const N: usize>(first: usize) -> [Symbol; N] {
 }
 
 /// The kernel's results, recorded on a tape of symbols.
-fn results<K, const I: usize, const O: usize>(
+fn results<K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
     tape: &mut Tape<Symbol>,
     x: &[Symbol; I],
-) -> [Var<Symbol>; O]
-where
-    K: Kernel<I, O>,
-{
+) -> [Var<Symbol>; O] {
     let y = tape.record(x, |x| kernel.eval(std::array::from_fn::<_, I, _>(|k| x[k])));
     current(|recording| recording.assume_finite(&places(&y.map(Var::value))));
     y
 }
 
 /// The cotangents of a kernel's inputs, its results given.
-fn pulled_back<K, const I: usize, const O: usize>(kernel: &K) -> Formula
-where
-    K: Kernel<I, O>,
-{
+fn pulled_back<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Formula {
     let mut tape = Tape::new();
     let (x, y_bar) = (inputs::<I>(0), inputs::<O>(I));
     let y = results(kernel, &mut tape, &x);
