@@ -35,6 +35,20 @@
 //! - The elementary functions are methods of [`Real`], the rarer ones through
 //!   [`elementary`](Real::elementary); [`custom`] adds others.
 //!
+//! # Traits for functions
+//!
+//! Each is a type with one generic method to write, because a closure cannot be generic over numbers.
+//!
+//! | trait | a function | taken by |
+//! | --- | --- | --- |
+//! | [`Function`], [`VectorFunction`] | of a slice, with one result or several | the drivers: [`gradient`], [`jacobian`], … |
+//! | [`Kernel`] | of a few numbers, for each element of some arrays | [`Program::map`], [`batch::jacobians`] |
+//! | [`Model`] | one time step, of kernels and matrix products over arrays | [`Rollout`] |
+//! | [`batch::Summand`] | of parameters that all data share and of one datum | [`batch::Sum`] |
+//! | [`implicit::Residual`] | zero at the solution of equations | [`implicit::root`] |
+//! | [`custom::Rule`] | with one result, whose partials you give | [`custom::apply`] |
+//! | [`Fused`] | of several slices, whose reverse sweep you write | [`Real::fused`] |
+//!
 //! # Many time steps
 //!
 //! A plain loop over steps works, but its record on the tape grows with every operation. Where each

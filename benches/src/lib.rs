@@ -1,7 +1,5 @@
 //! Benchmarks across both crates.
 
-#[cfg(test)]
-mod emitted;
 pub mod machine;
 pub mod adbench;
 pub mod callgrind;

@@ -1,9 +1,8 @@
 //! Writes `adjoints.rs`, and tests that it is up to date.
 
-use autodiff::emit::adjoint;
+use autodiff::emit::{adjoint, assert_fresh};
 
 use super::kernels::{Flight, Spring};
-use crate::emitted::assert_fresh;
 
 const HEADER: &str = "\
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of

@@ -1,8 +1,6 @@
 //! Writes `adjoints.rs`, and tests that it is up to date.
 
-use std::path::Path;
-
-use autodiff::emit::adjoint;
+use autodiff::emit::{adjoint, assert_fresh};
 
 use super::kernels::{
     Bend, Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift,
@@ -28,7 +26,8 @@ fn flight(values: &[f64]) -> Flight {
     }
 }
 
-fn emitted() -> String {
+#[test]
+fn adjoints_are_fresh() {
     let fields = ["drift.dt", "decay", "gravity[0]", "gravity[1]"];
     let [flying, sticking] = ["self", "self.0"].map(|of| fields.map(|f| format!("{of}.{f}")));
     let [flying, sticking] = [&flying, &sticking].map(|names| names.each_ref().map(String::as_str));
@@ -70,19 +69,5 @@ fn emitted() -> String {
         adjoint("Bend", &["self.dt"], |v| Bend { dt: v[0] }),
         adjoint("Total", &[], |_| Total),
     ];
-    [HEADER, &parts.join("\n")].join("\n")
-}
-
-#[test]
-fn adjoints_are_fresh() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/simulator/adjoints.rs");
-    let emitted = emitted();
-    if std::env::var_os("EMIT").is_some() {
-        std::fs::write(&path, &emitted).expect("the source folder can be written");
-    }
-    let checked_in = std::fs::read_to_string(&path).expect("the adjoints are checked in");
-    assert!(
-        checked_in == emitted,
-        "the kernels have changed: see the head of {path:?}"
-    );
+    assert_fresh("src/simulator/adjoints.rs", HEADER, &parts);
 }

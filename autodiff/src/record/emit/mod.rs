@@ -2,7 +2,8 @@
 //!
 //! The kernel is run once on the reverse tape over symbols, numbers that note how they were
 //! made: the pullback then *is* the formula of the adjoint. What is printed is checked in beside
-//! the kernel, and a test compares it with what [`adjoint`] or [`partials`] prints today.
+//! the kernel, and a test asserts that it is what [`adjoint`] or [`partials`] prints today
+//! ([`assert_fresh`]).
 //!
 //! # Zero cotangents
 //!
@@ -157,6 +158,25 @@ pub fn partials<K: Kernel<I, O>, const I: usize, const O: usize>(
             values: Some(places(&y.map(Var::value))),
         }
     })
+}
+
+/// Asserts that a source file is `header`, an empty line, and these methods: what is emitted today. Where the
+/// environment variable `EMIT` is set, writes the file first. A test of a package gives the path from the
+/// package's folder.
+///
+/// # Panics
+/// If the file is another, or cannot be read or written.
+pub fn assert_fresh(file: &str, header: &str, methods: &[String]) {
+    let emitted = [header, &methods.join("\n")].join("\n");
+    if std::env::var_os("EMIT").is_some() {
+        std::fs::write(file, &emitted).unwrap_or_else(|error| panic!("{file}: {error}"));
+    }
+    let checked_in = std::fs::read_to_string(file);
+    let checked_in = checked_in.unwrap_or_else(|error| panic!("{file}: {error}"));
+    assert!(
+        checked_in == emitted,
+        "{file}: its kernels have changed since it was emitted; run this test with EMIT=1"
+    );
 }
 
 /// A method of the kernel type `name` that computes a formula, which is made of values for the fields.

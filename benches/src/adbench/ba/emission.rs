@@ -1,10 +1,9 @@
 //! Writes `partials.rs`, and tests that it is up to date.
 
-use autodiff::emit::partials;
+use autodiff::emit::{assert_fresh, partials};
 use autodiff::{Kernel, Real};
 
 use super::{INPUTS, Reprojection, WeightError};
-use crate::emitted::assert_fresh;
 
 const HEADER: &str = "\
 //! Partials of the kernels, emitted from recordings of them: not to be edited. After a change of

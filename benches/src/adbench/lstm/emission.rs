@@ -1,9 +1,8 @@
 //! Writes `adjoints.rs`, and tests that it is up to date.
 
-use autodiff::emit::adjoint_with_results;
+use autodiff::emit::{adjoint_with_results, assert_fresh};
 
 use super::{Add, Cell, Change, Gate, Hidden, Prediction, Product};
-use crate::emitted::assert_fresh;
 
 const HEADER: &str = "\
 //! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
