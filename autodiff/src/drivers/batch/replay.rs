@@ -166,11 +166,15 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 &self.memory.shared[a.at()..][..len],
                 &self.memory.values[b.at()..][..len],
             );
-            for j in 0..len {
-                let factor = L::splat(a[j]);
-                for w in 0..W {
-                    y[w] = b[j][w].fma(factor, y[w]);
+            // Two at a time: the loop itself costs as much as the work on one.
+            let ((a, a_last), (b, b_last)) = (a.as_chunks::<2>(), b.as_chunks::<2>());
+            for (factors, own) in a.iter().zip(b) {
+                for k in 0..2 {
+                    y = add_product(L::splat(factors[k]), own[k], y);
                 }
+            }
+            for (&factor, &own) in a_last.iter().zip(b_last) {
+                y = add_product(L::splat(factor), own, y);
             }
             return y;
         }
@@ -312,6 +316,9 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         len: usize,
         bars: [Block<L, W>; D],
     ) {
+        if len == 0 {
+            return;
+        }
         let Memory {
             shared,
             shared_bars,
@@ -320,10 +327,14 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             ..
         } = &mut *self.memory;
         let (b, b_bar) = (&values[b..][..len], &mut own_bars[b..][..len]);
+        let mut rows = [&shared[..0]; D];
+        for d in 0..D {
+            rows[d] = &shared[a[d]..][..len];
+        }
         for j in 0..len {
             let (own, mut own_bar) = (b[j], b_bar[j]);
             for d in 0..D {
-                let (factor, mut shared_bar) = (L::splat(shared[a[d] + j]), shared_bars[a[d] + j]);
+                let (factor, mut shared_bar) = (L::splat(rows[d][j]), shared_bars[a[d] + j]);
                 for w in 0..W {
                     shared_bar = bars[d][w].fma(own[w], shared_bar);
                     own_bar[w] = bars[d][w].fma(factor, own_bar[w]);
@@ -333,6 +344,18 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             b_bar[j] = own_bar;
         }
     }
+}
+
+#[inline(always)]
+fn add_product<L: Real, const W: usize>(
+    factor: L,
+    own: Block<L, W>,
+    mut sum: Block<L, W>,
+) -> Block<L, W> {
+    for w in 0..W {
+        sum[w] = own[w].fma(factor, sum[w]);
+    }
+    sum
 }
 
 #[inline(always)]
