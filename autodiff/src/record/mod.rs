@@ -1,6 +1,6 @@
 //! Generic code recorded as a list of operations.
 //!
-//! [`Symbol`](symbol::Symbol) is a number that notes how it was made. [`emit`] runs the reverse tape over
+//! A `Symbol` is a number that notes how it was made. [`emit`] runs the reverse tape over
 //! symbols and prints the adjoint as Rust; a sum over data ([`batch::Sum`](crate::batch::Sum)) records its
 //! summand once and replays it for all data.
 
