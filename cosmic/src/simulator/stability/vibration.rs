@@ -9,7 +9,7 @@
 //! A stiffening spring, `k (e + c e^3)`, is taken as stiff as it is where its length is off by the
 //! stroke of its own actuator; what else pulls it longer makes it stiffer than that.
 
-use nalgebra::DVector;
+use nalgebra::{DVector, Matrix2, Vector2};
 
 use super::lanczos::largest_eigenpair;
 use crate::lattice::Lattice;
@@ -18,18 +18,15 @@ use crate::scene::PhysicsSettings;
 use crate::simulator::bending::{AngularSpring, Bending};
 use crate::simulator::kernels::SOFTENING;
 
-/// A symmetric 2x2 matrix: `xx`, `xy`, `yy`.
-type Symmetric = [f64; 3];
-
 /// A robot linearised about a state in which it pulls on its nodes as the springs there do.
 #[derive(Clone, Debug)]
 pub struct Vibration<'a> {
     lattice: &'a Lattice,
     body: &'a Body<f64>,
     /// Per edge, the stiffness along it (`k n n^T`).
-    along: Vec<Symmetric>,
+    along: Vec<Matrix2<f64>>,
     /// Per edge, the stiffness across it (`k (1 - l0 / l) (I - n n^T)`), of either sign.
-    across: Vec<Symmetric>,
+    across: Vec<Matrix2<f64>>,
     /// The bars that resist bending.
     bars: Vec<BentBar>,
 }
@@ -39,23 +36,19 @@ pub struct Vibration<'a> {
 struct BentBar {
     nodes: [usize; 3],
     /// `g` of each node, times the root of the angular stiffness.
-    by: [[f64; 2]; 3],
+    by: [Vector2<f64>; 3],
 }
 
 impl BentBar {
     fn new(spring: &AngularSpring, positions: &[[f64; 2]]) -> Self {
-        let &AngularSpring { nodes, stiffness } = spring;
-        let [before, middle, after] = nodes.map(|node| positions[node]);
-        let to = |a: [f64; 2], b: [f64; 2]| {
-            let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
-            (dx, dy, (dx * dx + dy * dy + SOFTENING).sqrt())
-        };
-        let ((.., a), (.., b), (dx, dy, length)) =
-            (to(before, middle), to(middle, after), to(before, after));
-        let root = stiffness.sqrt();
-        let by = |turn: f64| [-root * turn * dy / length, root * turn * dx / length];
+        let place = |node: usize| Vector2::from(positions[node]);
+        let [before, middle, after] = spring.nodes.map(place);
+        let [a, b] = [middle - before, after - middle].map(softened_length);
+        let bar = after - before;
+        let across = Vector2::new(-bar.y, bar.x) / softened_length(bar);
+        let by = |turn: f64| across * (spring.stiffness.sqrt() * turn);
         Self {
-            nodes,
+            nodes: spring.nodes,
             by: [by(1.0 / a), by(-(1.0 / a + 1.0 / b)), by(1.0 / b)],
         }
     }
@@ -71,20 +64,14 @@ impl<'a> Vibration<'a> {
         positions: &[[f64; 2]],
     ) -> Self {
         let edge = |(e, &[i, j]): (usize, &[usize; 2])| {
-            let [dx, dy] = [0, 1].map(|k| positions[j][k] - positions[i][k]);
-            // As the spring is softened: coincident nodes have a direction of length zero.
-            let length = (dx * dx + dy * dy + SOFTENING).sqrt();
+            let [tail, head] = [i, j].map(|node| Vector2::from(positions[node]));
+            let length = softened_length(head - tail);
+            let direction = (head - tail) / length;
             let rest = lattice.rest_length[e];
-            let stiffer = stiffer(physics, body.strain[e] * rest);
-            let (nx, ny, k) = (dx / length, dy / length, stiffer * body.stiffness[e]);
+            let k = stiffer(physics, body.strain[e] * rest) * body.stiffness[e];
+            let projector = direction * direction.transpose();
             let pull = k * (1.0 - rest / length);
-            let along = [k * nx * nx, k * nx * ny, k * ny * ny];
-            let across = [
-                pull * (1.0 - nx * nx),
-                -pull * nx * ny,
-                pull * (1.0 - ny * ny),
-            ];
-            (along, across)
+            (k * projector, pull * (Matrix2::identity() - projector))
         };
         let (along, across) = lattice.edges.iter().enumerate().map(edge).unzip();
         let bending = Bending::new(lattice, physics.bending_radius);
@@ -158,25 +145,21 @@ impl<'a> Vibration<'a> {
     /// `M^-1/2 K M^-1/2 v`, two entries a node.
     fn product(&self, v: &DVector<f64>, root: &[f64]) -> DVector<f64> {
         let mut product = DVector::zeros(v.len());
-        let at = |node: usize, k: usize| root[node] * v[2 * node + k];
+        let at = |node: usize| root[node] * Vector2::new(v[2 * node], v[2 * node + 1]);
+        let mut add = |node: usize, force: Vector2<f64>| {
+            let mut rows = product.fixed_rows_mut::<2>(2 * node);
+            rows += root[node] * force;
+        };
         let parts = self.along.iter().zip(&self.across);
         for (&[i, j], (along, across)) in self.lattice.edges.iter().zip(parts) {
-            let [xx, xy, yy] = [0, 1, 2].map(|k| along[k] + across[k]);
-            let [dx, dy] = [0, 1].map(|k| at(j, k) - at(i, k));
-            let pull = [xx * dx + xy * dy, xy * dx + yy * dy];
-            for k in 0..2 {
-                product[2 * i + k] -= root[i] * pull[k];
-                product[2 * j + k] += root[j] * pull[k];
-            }
+            let pull = (along + across) * (at(j) - at(i));
+            add(i, -pull);
+            add(j, pull);
         }
         for BentBar { nodes, by } in &self.bars {
-            let ends = nodes.iter().zip(by);
-            let turned = |(&i, g): (&usize, &[f64; 2])| g[0] * at(i, 0) + g[1] * at(i, 1);
-            let angle: f64 = ends.clone().map(turned).sum();
-            for (&i, g) in ends {
-                for k in 0..2 {
-                    product[2 * i + k] += root[i] * g[k] * angle;
-                }
+            let angle: f64 = nodes.iter().zip(by).map(|(&i, g)| g.dot(&at(i))).sum();
+            for (&i, g) in nodes.iter().zip(by) {
+                add(i, g * angle);
             }
         }
         product
@@ -184,21 +167,15 @@ impl<'a> Vibration<'a> {
 
     /// The largest frequency that bars alone have at most, 1/s, and the node that it comes from.
     fn of_bars(&self) -> (f64, usize) {
-        let mut sums = vec![[0.0; 3]; self.lattice.nodes()];
+        let mut sums = vec![Matrix2::zeros(); self.lattice.nodes()];
         for BentBar { nodes, by } in &self.bars {
-            let lengths = by.map(|[x, y]| x.hypot(y));
-            let all: f64 = lengths.iter().sum();
-            for ((&i, &[x, y]), length) in nodes.iter().zip(by).zip(lengths) {
-                if length > 0.0 {
-                    let share = all / length;
-                    for (sum, product) in sums[i].iter_mut().zip([x * x, x * y, y * y]) {
-                        *sum += share * product;
-                    }
-                }
+            let all: f64 = by.iter().map(|g| g.norm()).sum();
+            for (&i, g) in nodes.iter().zip(by).filter(|(_, g)| g.norm() > 0.0) {
+                sums[i] += g * g.transpose() * (all / g.norm());
             }
         }
         let nodes = sums.into_iter().zip(&self.body.mass).enumerate();
-        let alone = nodes.map(|(i, (sum, mass))| (largest_eigenvalue(sum) / mass, i));
+        let alone = nodes.map(|(i, (sum, mass))| (largest_eigenvalue(&sum) / mass, i));
         let (square, node) = alone.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0));
         (square.sqrt(), node)
     }
@@ -206,19 +183,17 @@ impl<'a> Vibration<'a> {
     /// Per node the largest eigenvalue of its own edges' stiffness over its mass, compressed edges
     /// counted along themselves alone.
     fn node_frequencies(&self) -> Vec<f64> {
-        let mut sums = vec![[0.0; 3]; self.lattice.nodes()];
+        let mut sums = vec![Matrix2::zeros(); self.lattice.nodes()];
         let parts = self.along.iter().zip(&self.across);
         for (&[i, j], (along, across)) in self.lattice.edges.iter().zip(parts) {
-            let stretched = across[0] + across[2] > 0.0;
-            for k in 0..3 {
-                let part = along[k] + if stretched { across[k] } else { 0.0 };
-                sums[i][k] += part;
-                sums[j][k] += part;
-            }
+            let is_stretched = across.trace() > 0.0;
+            let part = if is_stretched { along + across } else { *along };
+            sums[i] += part;
+            sums[j] += part;
         }
         let nodes = sums.iter().zip(&self.body.mass);
         nodes
-            .map(|(sum, mass)| largest_eigenvalue(*sum) / mass)
+            .map(|(sum, mass)| largest_eigenvalue(sum) / mass)
             .collect()
     }
 
@@ -240,8 +215,13 @@ pub(super) fn stiffer(physics: &PhysicsSettings, off: f64) -> f64 {
     1.0 + 3.0 * physics.stiffening * off * off
 }
 
-fn largest_eigenvalue([xx, xy, yy]: Symmetric) -> f64 {
-    0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy)
+fn largest_eigenvalue(of: &Matrix2<f64>) -> f64 {
+    0.5 * of.trace() + (0.5 * (of.m11 - of.m22)).hypot(of.m12)
+}
+
+/// The length of an edge as its spring has it: coincident nodes have a direction of length zero.
+fn softened_length(edge: Vector2<f64>) -> f64 {
+    (edge.norm_squared() + SOFTENING).sqrt()
 }
 
 #[cfg(test)]
