@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 /// The file in which a divergence is kept.
 const DIVERGED: &str = "diverged.json";
 
-/// Run one robot, and print what comes of it as JSON
+/// Simulate one robot and print the results as JSON
 ///
-/// Where it flies apart (exit code 3), its last states go into diverged.json, beside the file of
-/// --out or else in the current folder, in place of any file of that name.
+/// If the simulation diverges (exit code 3), the last states are written to diverged.json: beside the
+/// file of --out, or else in the current folder. An existing diverged.json is replaced.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A reference case, a run's folder or design.json (with its scene.toml beside it), a scene
@@ -27,8 +27,8 @@ pub(super) struct Arguments {
     /// Add the exact gradients
     #[arg(long)]
     gradient: bool,
-    /// Steps whose states are written; without it those that the file lists, else 0, 1, 2, 3 and
-    /// the last
+    /// Steps whose states are written [default: the steps that the file lists, else 0, 1, 2, 3 and
+    /// the last]
     #[arg(long, value_name = "STEPS", value_delimiter = ',')]
     record: Vec<usize>,
     /// Write to this file in place of standard output
@@ -52,16 +52,17 @@ impl Arguments {
     /// Refuses the one name under which results would not last.
     fn check_out(&self) -> Result<()> {
         let name = self.out.as_deref().and_then(Path::file_name);
-        match name.is_some_and(|name| name.eq_ignore_ascii_case(DIVERGED)) {
-            false => Ok(()),
-            true => Err(Error::Usage(format!(
-                "--out: {DIVERGED} is where the last states go of a robot that flies apart; the \
-                 results take any other name"
-            ))),
+        if !name.is_some_and(|name| name.eq_ignore_ascii_case(DIVERGED)) {
+            return Ok(());
         }
+        Err(Error::Usage(format!(
+            "--out: {DIVERGED} is where the last states go of a robot that flies apart; the \
+             results take any other name"
+        )))
     }
 
-    /// Says what is wrong with results that are no numbers, or of a robot that flew apart.
+    /// The error for results that are not finite, or for a simulation that diverged. Writes the last
+    /// states of the latter.
     fn judge(&self, case: &Case, results: &CaseResults) -> Result<()> {
         let names = results.not_finite();
         let Some(divergence) = &results.divergence else {
@@ -83,14 +84,14 @@ impl Arguments {
         let path = self.beside(DIVERGED);
         match write_atomic(&path, |file| file.write_all(text.as_bytes())) {
             Ok(()) => note(&see_again(&path)),
-            // That it diverged is the graver news, and still to come.
+            // The divergence matters more; the caller reports it.
             Err(error) => note(&format!("the last states are lost: {error}")),
         }
         Err(Error::from(divergence))
     }
 
-    /// A file in the folder of the results, or in the current one; that of a pipe or a device is
-    /// no place for it.
+    /// A file in the folder of the results. It is in the current folder if the results go to standard
+    /// output, a pipe or a device.
     fn beside(&self, name: &str) -> PathBuf {
         let file = self.out.as_deref().filter(|out| out.is_file());
         let folder = file.and_then(Path::parent);

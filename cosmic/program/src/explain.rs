@@ -14,7 +14,7 @@ use cosmic_lab::verify::{
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// Say what a rollout consists of, its stable time step, and what a step costs here
+/// Show the terms of a rollout, its stable time step and the cost of a step
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -32,12 +32,13 @@ impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let Source { case, scene } = self.robot.read()?;
         let rollout = RolloutFacts::new(&case);
-        // A scene has a loss and horizons of its own; for a case they are the default scene's.
+        // A reference case has no loss and no horizons: the default scene's serve.
         let scene = scene.unwrap_or_default();
         let speed = self.measure.then(|| measure(&case, &scene));
-        let plan = match self.measure {
-            true => Plan::measured(&case, &scene.loss),
-            false => Plan::of(&case),
+        let plan = if self.measure {
+            Plan::measured(&case, &scene.loss)
+        } else {
+            Plan::of(&case)
         };
         if !self.json {
             let speed = speed.map_or(String::new(), |speed| speed_text(&speed));
@@ -63,7 +64,7 @@ impl Arguments {
     }
 }
 
-/// What there is to say of a rollout.
+/// The facts about a rollout that the command prints.
 #[derive(Serialize)]
 struct RolloutFacts {
     columns: usize,
@@ -86,7 +87,7 @@ struct RolloutFacts {
     damping: f64,
     /// Observation, hidden units and activations.
     controller: [usize; 3],
-    /// Whether every edge has one material exactly.
+    /// True if every edge has exactly one material.
     layout: bool,
     stable_dt: StableStep,
 }
@@ -146,9 +147,10 @@ impl RolloutFacts {
     }
 
     fn text(&self) -> String {
-        let design = match self.layout {
-            true => "a layout, one material per edge",
-            false => "a mixture of materials per edge",
+        let design = if self.layout {
+            "a layout, one material per edge"
+        } else {
+            "a mixture of materials per edge"
         };
         let Self {
             columns,
@@ -279,10 +281,8 @@ fn plan_text(plan: &Plan) -> String {
 /// others; null where they cannot be turned over, or were not measured.
 fn plan_json(plan: &Plan) -> Value {
     let term = |term: &Term| {
-        let (cost, saving) = match term.kept {
-            true => (term.time, None),
-            false => (None, term.time),
-        };
+        let cost = term.time.filter(|_| term.kept);
+        let saving = term.time.filter(|_| !term.kept);
         json!({
             "term": term.name,
             "kept": term.kept,
@@ -295,7 +295,7 @@ fn plan_json(plan: &Plan) -> Value {
     plan.terms.iter().map(term).collect()
 }
 
-/// What the void edges of a layout do, and what is saved without them.
+/// The pull of a layout's void edges, and the time saved without them.
 fn voids_text(voids: &Voids) -> String {
     let pull = |of: &str, pull: Option<Pull>| {
         pull.map_or(String::new(), |pull| {

@@ -12,14 +12,14 @@ use cosmic_lab::verify::check_gradients_of;
 
 /// Check the program's own gradient against finite differences and forward mode
 ///
-/// The gradient is of the loss of the scene, or of that beside a design; of a case it is of the
+/// The loss is the scene's. A design has the scene beside it. For a reference case the loss is the
 /// payload's displacement after the last step.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
     robot: SourceArguments,
-    /// Steps of the rollout that is checked, at most; a robot's motion is chaotic, and over
-    /// thousands of steps no finite difference means anything
+    /// The most steps of the rollout that is checked; a robot's motion is chaotic, and over
+    /// thousands of steps finite differences mean nothing
     #[arg(long, value_name = "N", default_value_t = 256)]
     steps: usize,
     /// Random directions in each group of parameters

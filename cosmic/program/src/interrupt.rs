@@ -5,12 +5,12 @@ use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether the user wants the run to stop.
+/// The user's wish that the run stops.
 #[derive(Clone, Debug)]
 pub(super) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Listens from now on.
+    /// Starts to listen.
     ///
     /// # Errors
     /// [`Error::Usage`] where the system has no place for the listener.
@@ -19,7 +19,7 @@ impl Interrupt {
         let heard = Arc::clone(&asked);
         let on_signal = move || {
             if heard.swap(true, Ordering::Relaxed) {
-                // As good as killed; what was saved last can be resumed.
+                // The last snapshot can be resumed.
                 process::exit(75);
             }
         };
@@ -28,7 +28,7 @@ impl Interrupt {
         Ok(Self(asked))
     }
 
-    /// Whether it was asked for.
+    /// True after the first signal.
     pub(super) fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }

@@ -82,7 +82,7 @@ pub fn run() -> ExitCode {
     exit_code(cli.command.run())
 }
 
-/// Shows help or the version (exit 0), or what is wrong with the arguments (exit 2).
+/// Shows help or the version (exit 0), or the mistake in the arguments (exit 2).
 fn refuse(request: &clap::Error) -> ExitCode {
     let shown = request.print();
     if request.use_stderr() {
@@ -91,7 +91,7 @@ fn refuse(request: &clap::Error) -> ExitCode {
     exit_code(written(shown))
 }
 
-/// Complains of an error; 0 where there is none.
+/// The exit code of a result. Shows the error.
 fn exit_code(done: Result<()>) -> ExitCode {
     done.map_or_else(
         |error| {

@@ -26,11 +26,11 @@ pub(super) struct Arguments {
     /// Try this many seeds, from --seed on, and keep the best
     #[arg(long, value_name = "N", default_value = "1", value_parser = count, allow_negative_numbers = true)]
     starts: NonZeroUsize,
-    /// Carry out all starts, or drop weak ones on the way as the scene's [search] says
+    /// Carry out all starts, or drop weak starts on the way as the scene's [search] says
     #[arg(long, default_value = "full", value_parser = search())]
     search: Search,
-    /// Begin with the robot of a run's folder or of a design.json: one that is decided enters after
-    /// the snap, for the fine-tuning that is left
+    /// Begin with the robot of a run's folder or of a design.json; a design of one material per edge
+    /// enters after the snap, for the fine-tuning that is left
     #[arg(long, value_name = "RUN", conflicts_with = "starts")]
     from: Option<PathBuf>,
     /// Stop after this many iterations; the phases stay where they are

@@ -1,10 +1,11 @@
 //! Standard output and standard error.
 
+use crate::arguments::Output;
 use cosmic::error::{Error, Result, in_shell};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Reports on faults of a file begin with "error:" on their own.
+/// Shows an error. Some errors about files bring their own "error:".
 pub(super) fn complain(error: &Error) {
     let text = error.to_string();
     let prefix = if text.starts_with("error:") {
@@ -21,8 +22,8 @@ pub(super) fn print(text: &str) -> Result<()> {
     written(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// What became of a text for standard output. A reader that has seen enough (`cosmic scene default
-/// | head`) is no error.
+/// The outcome of writing to standard output. A reader that stops early (`cosmic scene default |
+/// head`) is no error.
 pub(super) fn written(text: io::Result<()>) -> Result<()> {
     match text {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => Err(Error::Write {
@@ -39,7 +40,7 @@ pub(super) fn note(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
-/// A count of things whose plural ends in s.
+/// A count with its noun, whose plural ends in s.
 pub(super) fn counted(count: usize, thing: &str) -> String {
     match count {
         1 => format!("1 {thing}"),
@@ -47,13 +48,13 @@ pub(super) fn counted(count: usize, thing: &str) -> String {
     }
 }
 
-/// Where the last states of a rollout that diverged are kept, and what to do with them.
+/// The place of the last states of a diverged rollout, and the command that replays them.
 pub(super) fn see_again(diverged: &Path) -> String {
     let (file, word) = (diverged.display(), in_shell(diverged));
     format!("the last states are in {file}; see it again with: cosmic evaluate {word}")
 }
 
-/// Paths as JSON has them: what is no Unicode in one is replaced, as on a line of text.
+/// Paths as JSON texts; bytes that are no Unicode are replaced.
 pub(super) fn in_json<P: AsRef<Path>>(paths: &[P]) -> Vec<String> {
     let shown = |path: &P| path.as_ref().display().to_string();
     paths.iter().map(shown).collect()
@@ -67,4 +68,27 @@ pub(super) fn print_json(value: &impl serde::Serialize) -> Result<()> {
     };
     let text = serde_json::to_string_pretty(value).map_err(source)?;
     print(&(text + "\n"))
+}
+
+/// Writes a result as JSON or as text, as the user asked for; nothing with `--quiet`.
+pub(super) fn answer(output: &Output, value: &impl serde::Serialize, text: &str) -> Result<()> {
+    if output.json {
+        print_json(value)
+    } else if output.quiet {
+        Ok(())
+    } else {
+        print(text)
+    }
+}
+
+/// Names the files that a command wrote, one a line.
+pub(super) fn answer_written<P: AsRef<Path>>(output: &Output, written: &[P]) -> Result<()> {
+    let value = serde_json::json!({ "written": in_json(written) });
+    answer(output, &value, &lines(written))
+}
+
+/// Paths, one a line.
+pub(super) fn lines<P: AsRef<Path>>(paths: &[P]) -> String {
+    let line = |path: &P| format!("{}\n", path.as_ref().display());
+    paths.iter().map(line).collect()
 }

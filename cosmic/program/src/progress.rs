@@ -1,4 +1,4 @@
-//! How a run shows itself: a bar in a terminal, a line now and then in a pipe.
+//! Progress of runs: a bar in a terminal, now and then a line in a pipe.
 
 use crate::arguments::Output;
 use crate::interrupt::Interrupt;
@@ -24,7 +24,7 @@ enum Voice {
     Lines,
 }
 
-/// Shows runs on standard error, those that are at work, and passes on the user's wish to stop.
+/// Shows the runs at work on standard error, and passes on the user's wish to stop.
 pub(super) struct Progress {
     voice: Voice,
     interrupt: Interrupt,
@@ -35,13 +35,12 @@ pub(super) struct Progress {
 /// A run as it is shown.
 struct Shown {
     bar: Option<ProgressBar>,
-    /// What it is called.
+    /// Scene and seed.
     title: String,
-    /// The last iteration.
+    /// The number of the last iteration.
     last: usize,
-    /// Iterations that earlier processes had done, and since when this one counts.
-    begun: (usize, Instant),
-    /// The last displacement that was measured, m.
+    pace: Pace,
+    /// The displacement measured last, m.
     displacement: Option<f64>,
     skipped: usize,
 }
@@ -76,7 +75,7 @@ impl Shown {
             bar,
             title,
             last,
-            begun: (done, Instant::now()),
+            pace: Pace::new(done),
             displacement: None,
             skipped: run.progress().skipped,
         }
@@ -102,17 +101,15 @@ impl Shown {
     /// Phase, last displacement, volumes and the time left.
     fn describe(&self, record: &Record) -> String {
         let phase = record.phase.name().replace('_', " ");
-        let displacement = self
-            .displacement
-            .map_or("- m".to_string(), |x| match x.is_nan() {
-                true => "diverged".to_string(),
-                false => format!("{x:.3} m"),
-            });
+        let displacement = self.displacement.map_or("- m".to_string(), |x| {
+            if x.is_nan() {
+                "diverged".to_string()
+            } else {
+                format!("{x:.3} m")
+            }
+        });
         let (volume, actuators) = (record.volume, record.actuator_volume);
-        let (before, since) = self.begun;
-        let done = (record.iteration - before) as f64;
-        let left = (self.last - record.iteration) as f64;
-        let left = clock(since.elapsed().as_secs_f64() / done * left);
+        let left = self.pace.left(record.iteration, self.last);
         let skipped = match self.skipped {
             0 => String::new(),
             n => format!("  {} skipped", counted(n, "gradient")),
@@ -133,9 +130,10 @@ impl Observer for Progress {
         if let Some(shown) = self.runs.get_mut(&run.plan().seed) {
             shown.iteration(record, &self.voice);
         }
-        match self.interrupt.is_asked() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        if self.interrupt.is_asked() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
         }
     }
 
@@ -153,19 +151,40 @@ impl Observer for Progress {
     }
 }
 
+/// How fast this process works, for the time that is left.
+struct Pace {
+    /// Iterations or runs that earlier processes did.
+    before: usize,
+    since: Instant,
+}
+
+impl Pace {
+    fn new(before: usize) -> Self {
+        Self {
+            before,
+            since: Instant::now(),
+        }
+    }
+
+    /// The time until `total` are done, where `done` are.
+    fn left(&self, done: usize, total: usize) -> String {
+        let each = self.since.elapsed().as_secs_f64() / (done - self.before) as f64;
+        clock(each * total.saturating_sub(done) as f64)
+    }
+}
+
 /// Shows runs of which several are at work: a line each as it ends.
 pub(super) struct Many {
     quiet: bool,
     interrupt: Interrupt,
-    /// What the runs are called.
+    /// Scene and seed of every run.
     titles: Vec<String>,
     done: AtomicUsize,
-    /// Runs that were over before this process, and since when it counts.
-    begun: (usize, Instant),
+    pace: Pace,
 }
 
 impl Many {
-    /// For a plan of which so many runs are over.
+    /// For a plan of which `over` runs are over.
     pub(super) fn new(output: &Output, plan: &SweepPlan, over: usize) -> Result<Self> {
         let title = |index| {
             let (scene, seed) = plan.parts(index);
@@ -176,7 +195,7 @@ impl Many {
             interrupt: Interrupt::listen()?,
             titles: (0..plan.runs()).map(title).collect(),
             done: AtomicUsize::new(over),
-            begun: (over, Instant::now()),
+            pace: Pace::new(over),
         })
     }
 }
@@ -192,9 +211,7 @@ impl Overseer for Many {
             return;
         }
         let (title, total) = (&self.titles[ended.index], self.titles.len());
-        let (before, since) = self.begun;
-        let each = since.elapsed().as_secs_f64() / (done - before) as f64;
-        let left = clock(each * total.saturating_sub(done) as f64);
+        let left = self.pace.left(done, total);
         let says = told(&ended.outcome);
         note(&format!("{done}/{total}  {title}  {says}  {left} left"));
     }
@@ -206,7 +223,7 @@ impl Overseer for Many {
     }
 }
 
-/// What came of a run, in a few words.
+/// The outcome of a run, in a few words.
 pub(super) fn told(outcome: &RunOutcome) -> String {
     match outcome {
         RunOutcome::Done(summary) => {

@@ -1,11 +1,10 @@
 //! `cosmic report`.
 
 use crate::arguments::Output;
-use crate::output::{in_json, print, print_json};
+use crate::output::answer_written;
 use clap::Args;
 use cosmic::error::Result;
 use cosmic_lab::report;
-use serde_json::json;
 use std::path::PathBuf;
 
 /// Draw a finished run, or a design alone: a page and pictures in its folder, of a run an animation
@@ -24,13 +23,6 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let written = report::write(&self.run)?;
-        if self.output.json {
-            return print_json(&json!({ "written": in_json(&written) }));
-        }
-        if self.output.quiet {
-            return Ok(());
-        }
-        let line = |path: &PathBuf| format!("{}\n", path.display());
-        print(&written.iter().map(line).collect::<String>())
+        answer_written(&self.output, &written)
     }
 }

@@ -8,13 +8,13 @@ use cosmic::record::summary::SUMMARY;
 use cosmic::record::{allow_unstable, resume};
 use std::path::PathBuf;
 
-/// Go on with a run from its last snapshot; a finished one is left as it is
+/// Continue a run from its last snapshot; a finished run stays as it is
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The run's folder
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// Go on although the time step became unstable for the robot
+    /// Continue although the time step became unstable for the robot
     #[arg(long)]
     allow_unstable: bool,
     #[command(flatten)]
@@ -31,7 +31,7 @@ impl Arguments {
             resume(&self.run, observer)
         });
         match done {
-            // It was said when the run ended; now there is nothing to do, and that goes well.
+            // The user was told when the run ended. There is nothing to do, and that is no error.
             Err(Error::NoFigure(_)) if is_finished => Ok(()),
             done => done,
         }

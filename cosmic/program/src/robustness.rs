@@ -8,8 +8,9 @@ use cosmic::scene::RobustSettings;
 use cosmic_lab::robustness::{DrawnDomains, RobustRun, measure};
 use std::path::PathBuf;
 
-/// Roll out finished designs with scattered starts, friction, stiffness and masses: the same
-/// draws for every run
+/// Roll out finished designs with randomly drawn starts, friction, stiffness and masses
+///
+/// Every run meets the same draws.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The runs' folders

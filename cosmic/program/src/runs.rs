@@ -1,4 +1,4 @@
-//! What `optimize` and `resume` share: threads, signals, progress, and the result in a few lines.
+//! One run, for `optimize` and `resume`: threads, signals, progress, and a summary in a few lines.
 
 use crate::arguments::{Output, Work};
 use crate::interrupt::Interrupt;
@@ -12,7 +12,7 @@ use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// Does a run with so many threads, all cores' where not said, and shows what came of it.
+/// Carries out a run and shows its result.
 ///
 /// # Errors
 /// Those of `work`; [`Error::NoFigure`] where the run is done and its median diverged.
@@ -41,7 +41,7 @@ pub(super) fn carry_out(
     }
 }
 
-/// So many threads, all cores' where not said.
+/// A pool of threads, by default one per core.
 pub(super) fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
     // Zero stands for the number of cores.
     let threads = threads.map_or(0, NonZeroUsize::get);
@@ -57,13 +57,13 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
         let text = fs::read_to_string(&path).map_err(|source| Error::Read { path, source })?;
         return print(&text);
     }
-    match output.quiet {
-        true => Ok(()),
-        false => print(&describe(folder, summary)),
+    if output.quiet {
+        return Ok(());
     }
+    print(&describe(folder, summary))
 }
 
-/// Where the result is, what it is, and in the last line displacement, volumes and time.
+/// Folder and figures of a run; the last line has displacement, volumes and time.
 fn describe(folder: &Path, summary: &Summary) -> String {
     let metres = |x: Option<f64>| x.map_or("diverged".to_string(), |x| format!("{x:.3} m"));
     let Summary {
@@ -77,9 +77,10 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     } = summary;
     let folder = folder.display();
     let departures: Vec<_> = summary.departures.iter().map(|d| &d.option[..]).collect();
-    let departures = match departures.is_empty() {
-        true => "none".to_string(),
-        false => departures.join(", "),
+    let departures = if departures.is_empty() {
+        "none".to_string()
+    } else {
+        departures.join(", ")
     };
     let mut text = format!("run: {folder}\n");
     for start in &summary.starts {
@@ -102,9 +103,10 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     if let Some(loss) = summary.loss_p50 {
         text += &format!("loss {loss:.4} (median over the same starts as the displacement)\n");
     }
-    let together = match summary.starts.is_empty() {
-        true => "",
-        false => ", all starts together",
+    let together = if summary.starts.is_empty() {
+        ""
+    } else {
+        ", all starts together"
     };
     text + &format!(
         "displacement {} (10-90 %: {} to {}), V {:.4}, V_act {:.4}, time {:.1} s{together}\n",

@@ -49,7 +49,7 @@ enum Action {
         #[command(flatten)]
         output: Output,
     },
-    /// Print the default scene, complete and commented: a template for one's own
+    /// Print the default scene, complete and commented: a template for your own
     Default {
         /// Write JSON
         #[arg(long)]

@@ -1,13 +1,12 @@
 //! `cosmic study`.
 
 use crate::arguments::{Work, count, seed};
-use crate::output::{in_json, print, print_json};
+use crate::output::answer_written;
 use crate::progress::Many;
 use clap::{Args, Subcommand};
 use cosmic::error::Result;
 use cosmic::scene::Scene;
 use cosmic_lab::study::{Base, Study, StudyKind};
-use serde_json::json;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -24,7 +23,7 @@ enum Which {
     Paper(Options),
     /// Topology, material and control, each designed or not: eight trials
     Ablation(Options),
-    /// What the paper says it found, one change of the default at a time
+    /// The paper's findings, by one change of the default at a time
     Findings(Options),
 }
 
@@ -64,14 +63,7 @@ impl Arguments {
         let overseer = Many::new(&options.work.output, &plan, plan.over(&study.runs))?;
         study.simulate(&plan, options.work.threads, &overseer)?;
         let written = study.write()?;
-        if options.work.output.json {
-            return print_json(&json!({ "written": in_json(&written) }));
-        }
-        if options.work.output.quiet {
-            return Ok(());
-        }
-        let line = |path: &PathBuf| format!("{}\n", path.display());
-        print(&written.iter().map(line).collect::<String>())
+        answer_written(&options.work.output, &written)
     }
 }
 

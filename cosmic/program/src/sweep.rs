@@ -2,7 +2,7 @@
 
 use crate::arguments::{Output, Settings, Work, count, seed};
 use crate::interrupt::Interrupt;
-use crate::output::{counted, in_json, note, print, print_json};
+use crate::output::{answer, counted, in_json, lines, note, print, print_json};
 use crate::progress::{Many, Progress, told};
 use crate::source::name_of;
 use clap::{Args, Subcommand};
@@ -142,13 +142,12 @@ fn planned(scene: &str, settings: &Settings) -> Result<PlannedScene> {
 fn freeze(plan: &SweepPlan, folder: &Path, output: &Output) -> Result<()> {
     plan.freeze(folder)?;
     let (sweep, runs) = (folder.display(), plan.runs());
-    if output.json {
-        return print_json(&json!({ "sweep": sweep.to_string(), "runs": runs }));
-    }
-    if output.quiet {
-        return Ok(());
-    }
-    print(&format!("{sweep}: {}\n", counted(runs, "run")))
+    let value = json!({ "sweep": sweep.to_string(), "runs": runs });
+    answer(
+        output,
+        &value,
+        &format!("{sweep}: {}\n", counted(runs, "run")),
+    )
 }
 
 fn run(folder: &Path, index: Index, Work { threads, output }: &Work) -> Result<()> {
@@ -253,11 +252,6 @@ fn merge_sweep(sweep: &Path, output: &Output) -> Result<()> {
     if missing > 0 && !output.quiet {
         note(&format!("{missing} of {} runs are not done", plan.runs()));
     }
-    if output.json {
-        return print_json(&json!({ "written": in_json(&written), "missing": missing }));
-    }
-    if output.quiet {
-        return Ok(());
-    }
-    print(&written.map(|path| format!("{}\n", path.display())).concat())
+    let value = json!({ "written": in_json(&written), "missing": missing });
+    answer(output, &value, &lines(&written))
 }

@@ -11,7 +11,7 @@ use cosmic_lab::verify::stability::Stability;
 use cosmic_lab::verify::{Accuracy, Gradients, stable_steps};
 use std::path::PathBuf;
 
-/// Hold what is computed against better ways to the same numbers
+/// Measure the errors of trajectories, gradients and time steps against more accurate methods
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -49,9 +49,10 @@ impl Arguments {
             subject: subject(&case),
             sections: sections.collect(),
         };
-        match self.json {
-            true => print_json(&sheet.to_json())?,
-            false => print(&sheet.to_text())?,
+        if self.json {
+            print_json(&sheet.to_json())?;
+        } else {
+            print(&sheet.to_text())?;
         }
         if let Some(folder) = &self.out {
             for path in sheet.write(folder)? {
@@ -76,7 +77,7 @@ impl Arguments {
     }
 }
 
-/// What is verified, in a sentence.
+/// The size of the case, in a sentence.
 fn subject(case: &Case) -> String {
     let (lattice, physics) = (&case.lattice, &case.physics);
     format!(
