@@ -15,8 +15,8 @@ say 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps
 
 say 'release binary, and the tests compiled'
-# Most of the former is one crate on one core.
-cargo build --release --quiet &
+# Much of the former is one crate on one core.
+cargo build --release --quiet -p cosmic-program &
 release=$!
 cargo test --workspace --no-run
 wait "$release"
