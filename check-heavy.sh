@@ -13,9 +13,9 @@ CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 CARGO_PROFILE_RELEASE_DEBUG=0 \
   cargo test --release --workspace --no-fail-fast --target-dir target/heavy
 
 say 'features'
-cargo check -p autodiff --no-default-features
-cargo check -p autodiff --features nalgebra
-cargo check -p autodiff --features rayon
+cargo check -p cosmic-autodiff --no-default-features
+cargo check -p cosmic-autodiff --features nalgebra
+cargo check -p cosmic-autodiff --features rayon
 cargo check -p cosmic-codesign --no-default-features
 
 say 'licences, sources and versions of dependencies'
