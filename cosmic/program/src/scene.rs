@@ -5,7 +5,7 @@ use crate::output::{note, print, print_json};
 use clap::{Args, Subcommand};
 use cosmic::codesign::Review;
 use cosmic::error::{Error, Result};
-use cosmic::scene::{BUILTIN, Finding, Scene, fault};
+use cosmic::scene::{BUILTIN, Builtin, Finding, Scene, fault};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -112,25 +112,13 @@ fn refused(file: &Path, settings: &Settings, refusal: &Finding) -> Error {
 
 fn list(as_json: bool) -> Result<()> {
     if as_json {
-        let entry = |name, about| json!({ "name": name, "about": about });
-        let entries: Vec<_> = BUILTIN
-            .iter()
-            .map(|scene| entry(scene.name, scene.about()))
-            .collect();
-        return print_json(&entries);
+        let entry = |scene: Builtin| json!({ "name": scene.name, "about": scene.about() });
+        return print_json(&BUILTIN.map(entry));
     }
-    let width = BUILTIN
-        .iter()
-        .map(|scene| scene.name.len())
-        .max()
-        .unwrap_or(0);
-    let line = |name, about| format!("{name:width$}  {about}\n");
-    print(
-        &BUILTIN
-            .iter()
-            .map(|scene| line(scene.name, scene.about()))
-            .collect::<String>(),
-    )
+    let width = BUILTIN.map(|scene| scene.name.len()).into_iter().max();
+    let width = width.unwrap_or(0);
+    let line = |scene: Builtin| format!("{:width$}  {}\n", scene.name, scene.about());
+    print(&BUILTIN.map(line).concat())
 }
 
 fn show(scene: &Scene, json: bool) -> Result<()> {
