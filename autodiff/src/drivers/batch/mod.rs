@@ -5,6 +5,7 @@
 //! - [`Sum`] adds up a function of shared parameters over data, a likelihood for example; its gradient
 //!   by all parameters costs a few times as much as the sum.
 
+mod block;
 mod kernels;
 mod replay;
 mod sum;
