@@ -4,9 +4,11 @@
 //! many digits people read them. CSV and JSON keep every bit.
 
 mod column;
+mod fill;
 mod grid;
 mod words;
 
 pub use column::{Cell, Column};
+pub use fill::TableOf;
 pub use grid::{Row, Standing, Table, aligned};
 pub use words::{decimals, escape, prose};

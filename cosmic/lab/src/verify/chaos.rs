@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::probe::{Probe, distance, median};
-use crate::table::{Cell, Column, Row, Standing, Table};
+use crate::table::{Standing, Table};
 use cosmic::case::Case;
 use cosmic::codesign::Quantiles;
 use cosmic::task::together;
@@ -125,36 +125,22 @@ impl Chaos {
 
     /// The spread, as a table.
     pub fn table(&self) -> Table {
-        let Quantiles { p10, p50, p90 } = self.spread;
-        let cells = vec![
-            self.steps.into(),
-            Cell::Number(self.unmoved),
-            Cell::Number(p10),
-            Cell::Number(p50),
-            Cell::Number(p90),
-        ];
-        let failed = !(p10.is_finite() && self.unmoved.is_finite());
-        Table {
-            name: "spread".to_owned(),
-            title: format!(
-                "Displacement along the ground over {STARTS} starts moved by {MOVED:e} m"
-            ),
-            columns: vec![
-                Column::new("steps", "steps of the whole rollout"),
-                Column::new("unmoved_m", "from the unperturbed start"),
-                Column::new("p10_m", "10 % quantile"),
-                Column::new("median_m", "median: the figure to quote"),
-                Column::new("p90_m", "90 % quantile"),
-            ],
-            rows: vec![Row {
-                cells,
-                standing: if failed {
-                    Standing::Failed
-                } else {
-                    Standing::Plain
-                },
-            }],
-        }
+        let title =
+            format!("Displacement along the ground over {STARTS} starts moved by {MOVED:e} m");
+        Table::of("spread", &title, std::slice::from_ref(self))
+            .column("steps", "steps of the whole rollout", |chaos| chaos.steps)
+            .column("unmoved_m", "from the unperturbed start", |chaos| {
+                chaos.unmoved
+            })
+            .column("p10_m", "10 % quantile", |chaos| chaos.spread.p10)
+            .column("median_m", "median: the figure to quote", |chaos| {
+                chaos.spread.p50
+            })
+            .column("p90_m", "90 % quantile", |chaos| chaos.spread.p90)
+            .mark(Standing::Failed, |chaos| {
+                !(chaos.spread.p10.is_finite() && chaos.unmoved.is_finite())
+            })
+            .done()
     }
 }
 

@@ -1,7 +1,7 @@
 //! A case's time step beside the one that its springs bear.
 
 use crate::report::sheet::Section;
-use crate::table::{Cell, Column, Row, Standing, Table};
+use crate::table::{Cell, Standing, Table};
 use cosmic::case::Case;
 use cosmic::scene::{Integrator, Named, PhysicsSettings};
 use cosmic::simulator::stability::{Vibration, stable_step};
@@ -16,48 +16,42 @@ pub fn stable_steps(case: &Case) -> Section {
     if !offered.contains(&asked) {
         offered.push(asked);
     }
-    let rows = offered.iter().map(|&(integrator, substeps)| {
+    let limits = |&(integrator, substeps): &(Integrator, usize)| {
         let physics = PhysicsSettings {
             integrator,
             substeps,
             ..case.physics.clone()
         };
-        let [exact, bound] = frequencies.map(|frequency| stable_step(&physics, frequency));
-        let standing = match (physics.dt < exact, (integrator, substeps) == asked) {
-            (false, _) => Standing::Failed,
-            (true, true) => Standing::Default,
-            (true, false) => Standing::Plain,
-        };
-        let cells = vec![
-            integrator.name().into(),
-            substeps.into(),
-            Cell::Number(physics.dt),
-            Cell::if_finite(bound),
-            Cell::if_finite(exact),
-        ];
-        Row { cells, standing }
-    });
-    let table = Table {
-        name: "stable_steps".to_owned(),
-        title: "Time steps below which the design at its start does not ring".to_owned(),
-        columns: vec![
-            Column::new("integrator", "how a step is integrated"),
-            Column::new("substeps", "mechanical steps per time step"),
-            Column::new("dt_s", "the scene's time step"),
-            Column::new("bound_s", "stable for certain, by the bound over the edges"),
-            Column::new("limit_s", "stable, by the largest frequency itself"),
-        ],
-        rows: rows.collect(),
+        frequencies.map(|frequency| stable_step(&physics, frequency))
     };
-    let own = table.rows.iter().zip(&offered);
-    let unstable = own.filter(|(row, offer)| row.standing == Standing::Failed && **offer == asked);
+    let is_unstable = |offer: &_| {
+        let [exact, _] = limits(offer);
+        // A limit that is NaN bears no step.
+        let stable = case.physics.dt < exact;
+        !stable
+    };
+    let title = "Time steps below which the design at its start does not ring";
+    let bound = "stable for certain, by the bound over the edges";
+    let limit = "stable, by the largest frequency itself";
+    let table = Table::of("stable_steps", title, &offered)
+        .column("integrator", "how a step is integrated", |offer| {
+            offer.0.name()
+        })
+        .column("substeps", "mechanical steps per time step", |offer| {
+            offer.1
+        })
+        .column("dt_s", "the scene's time step", |_| case.physics.dt)
+        .column("bound_s", bound, |offer| Cell::if_finite(limits(offer)[1]))
+        .column("limit_s", limit, |offer| Cell::if_finite(limits(offer)[0]))
+        .mark(Standing::Default, |offer| *offer == asked)
+        .mark(Standing::Failed, is_unstable)
+        .done();
+    let failure = "the scene's time step is beyond the stable one".to_owned();
     Section {
         title: "Stability".to_owned(),
         notes: Vec::new(),
         checks: 1,
-        failures: unstable
-            .map(|_| "the scene's time step is beyond the stable one".to_owned())
-            .collect(),
+        failures: is_unstable(&asked).then_some(failure).into_iter().collect(),
         tables: vec![table],
         figures: Vec::new(),
     }

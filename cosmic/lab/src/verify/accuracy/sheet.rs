@@ -1,10 +1,10 @@
 //! The accuracy of trajectories as tables and figures.
 
 use super::reference::{FINER, RESOLVED};
-use super::{Accuracy, Method, Precision, Reference, Run};
+use super::{Accuracy, Method, Precision, Run};
 use crate::report::chart::{COLOURS, Line, LogChart};
 use crate::report::sheet::{Figure, Section};
-use crate::table::{Cell, Column, Row, Standing, Table};
+use crate::table::{Standing, Table, TableOf};
 use cosmic::scene::Named;
 
 /// Which of the times the plot shows: the second, before chaos has its say.
@@ -34,14 +34,6 @@ impl Run {
             (true, false) => "step beyond the stable one",
             (true, true) if self.error[3].is_some_and(|e| e > 0.1 * spacing) => "parted",
             (true, true) => "ok",
-        }
-    }
-
-    fn standing(&self) -> Standing {
-        match (self.finite, self.is_default) {
-            (false, _) => Standing::Failed,
-            (true, true) => Standing::Default,
-            (true, false) => Standing::Plain,
         }
     }
 }
@@ -144,123 +136,82 @@ impl Accuracy {
         };
         // From the first time on the error grows as perturbations do.
         let parted = self.marks[0] as f64 + (self.spacing / error).log2() * doubling;
-        match doubling.is_finite() && parted.is_finite() {
-            true => format!(
-                " At that rate the default's error, {error:.1e} m at {} s, is the distance of two \
-                 nodes after {parted:.0} steps ({:.2} s): later errors against a finer run are \
-                 those of another motion.",
-                self.times[0],
-                parted * self.chaos.predictable.dt
-            ),
-            false => String::new(),
+        if !(doubling.is_finite() && parted.is_finite()) {
+            return String::new();
         }
+        format!(
+            " At that rate the default's error, {error:.1e} m at {} s, is the distance of two nodes \
+             after {parted:.0} steps ({:.2} s): later errors against a finer run are those of \
+             another motion.",
+            self.times[0],
+            parted * self.chaos.predictable.dt
+        )
     }
 
     fn table(&self) -> Table {
-        let mut columns = row_columns();
-        columns.push(Column::new(
-            "time_s",
-            "median processor time of the whole run, s",
-        ));
-        let says = "m, from the reference; empty where not resolved";
-        columns.extend(self.timed_columns("error", says));
-        columns.extend([
-            Column::new("order", "power of the time step with which the error falls"),
-            Column::new(
-                "energy_ripple",
-                "largest departure from the energy, a share",
-            ),
-            Column::new("energy_drift", "last quarter less first, a share"),
-            Column::new("status", "what is to be said of the row"),
-        ]);
-        let cells = |run: &Run| {
-            let mut cells = vec![Cell::Number(run.time)];
-            cells.extend(run.error.map(Cell::from));
-            cells.extend([
-                run.order.into(),
-                Cell::Number(run.energy.ripple),
-                Cell::Number(run.energy.drift),
-                run.status(self.spacing).into(),
-            ]);
-            cells
-        };
-        Table {
-            name: "accuracy".to_owned(),
-            title: "Error against run time".to_owned(),
-            columns,
-            rows: self.rows(cells),
-        }
+        let time = "median processor time of the whole run, s";
+        let error = "m, from the reference; empty where not resolved";
+        let order = "power of the time step with which the error falls";
+        let ripple = "largest departure from the energy, a share";
+        self.rows("accuracy", "Error against run time")
+            .column("time_s", time, |run| run.time)
+            .columns(self.timed("error"), error, |run, k| run.error[k])
+            .column("order", order, |run| run.order)
+            .column("energy_ripple", ripple, |run| run.energy.ripple)
+            .column("energy_drift", "last quarter less first, a share", |run| {
+                run.energy.drift
+            })
+            .column("status", "what is to be said of the row", |run| {
+                run.status(self.spacing)
+            })
+            .done()
     }
 
     fn parts_table(&self) -> Table {
-        let mut columns = row_columns();
-        let says =
+        let held =
             "m, from the reference with these steps of the controller; empty where not resolved";
-        columns.extend(self.timed_columns("held", says));
-        columns.extend(self.timed_columns("rounding", "m, from double-double with the same steps"));
-        let cells = |run: &Run| {
-            let held = run.held.into_iter().map(Cell::from);
-            held.chain(run.rounding.map(Cell::Number)).collect()
-        };
-        Table {
-            name: "accuracy_parts".to_owned(),
-            title: "The integrator's own error, and rounding".to_owned(),
-            columns,
-            rows: self.rows(cells),
-        }
+        let rounding = "m, from double-double with the same steps";
+        let title = "The integrator's own error, and rounding";
+        self.rows("accuracy_parts", title)
+            .columns(self.timed("held"), held, |run, k| run.held[k])
+            .columns(self.timed("rounding"), rounding, |run, k| run.rounding[k])
+            .done()
     }
 
     fn references_table(&self) -> Table {
-        let mut columns = vec![
-            Column::new("of", "the errors that are distances from it"),
-            Column::new("dt_s", "time step of the controller, s"),
-            Column::new("substep_s", "mechanical step, s"),
-        ];
+        let held = self.held.iter().map(|reference| ("held", reference));
+        let all: Vec<_> = [("error", &self.reference)]
+            .into_iter()
+            .chain(held)
+            .collect();
+        let title = "The references, and how far they may be off";
         let says = "m, how far it is from nearly as fine runs, the larger of two distances";
-        columns.extend(self.timed_columns("uncertainty", says));
-        let row = |of: &str, reference: &Reference| {
-            let steps = [reference.dt, reference.substep].map(Cell::Number);
-            let uncertainty = reference.uncertainty.map(Cell::Number);
-            Row {
-                cells: [vec![of.into()], steps.to_vec(), uncertainty.to_vec()].concat(),
-                standing: match reference.is_sound() {
-                    true => Standing::Plain,
-                    false => Standing::Failed,
-                },
-            }
-        };
-        let held = self.held.iter().map(|reference| row("held", reference));
-        Table {
-            name: "accuracy_references".to_owned(),
-            title: "The references, and how far they may be off".to_owned(),
-            columns,
-            rows: [row("error", &self.reference)]
-                .into_iter()
-                .chain(held)
-                .collect(),
-        }
+        Table::of("accuracy_references", title, &all)
+            .column("of", "the errors that are distances from it", |(of, _)| *of)
+            .column("dt_s", "time step of the controller, s", |(_, r)| r.dt)
+            .column("substep_s", "mechanical step, s", |(_, r)| r.substep)
+            .columns(self.timed("uncertainty"), says, |(_, r), k| {
+                r.uncertainty[k]
+            })
+            .mark(Standing::Failed, |(_, r)| !r.is_sound())
+            .done()
     }
 
-    /// A column for each of the times.
-    fn timed_columns(&self, kind: &str, says: &str) -> [Column; 4] {
-        self.times
-            .map(|time| Column::new(&format!("{kind}_{time}"), says))
+    /// The names of one column for each of the times.
+    fn timed(&self, kind: &str) -> [String; 4] {
+        self.times.map(|time| format!("{kind}_{time}"))
     }
 
-    fn rows(&self, cells: impl Fn(&Run) -> Vec<Cell>) -> Vec<Row> {
-        let row = |run: &Run| {
-            let mut all = vec![
-                Cell::Text(run.method.name()),
-                Cell::Number(run.dt),
-                run.precision.name().into(),
-            ];
-            all.extend(cells(run));
-            Row {
-                cells: all,
-                standing: run.standing(),
-            }
-        };
-        self.runs.iter().map(row).collect()
+    /// A table of the runs, so far with the columns that identify a run.
+    fn rows(&self, name: &str, title: &str) -> TableOf<'_, Run> {
+        let method = "integrator, and substeps where there are more than one";
+        let dt = "time step of the controller, s";
+        Table::of(name, title, &self.runs)
+            .mark(Standing::Default, |run| run.is_default)
+            .mark(Standing::Failed, |run| !run.finite)
+            .column("method", method, |run| run.method.name())
+            .column("dt_s", dt, |run| run.dt)
+            .column("precision", "number type", |run| run.precision.name())
     }
 
     /// Error against run time, a line for every method and precision.
@@ -351,16 +302,4 @@ impl Accuracy {
 /// The error that a plot shows; one that is not resolved is left out there.
 fn shown(errors: [Option<f64>; 4]) -> f64 {
     errors[SHOWN].unwrap_or(f64::NAN)
-}
-
-/// What tells the rows apart.
-fn row_columns() -> Vec<Column> {
-    vec![
-        Column::new(
-            "method",
-            "integrator, and substeps where there are more than one",
-        ),
-        Column::new("dt_s", "time step of the controller, s"),
-        Column::new("precision", "number type"),
-    ]
 }

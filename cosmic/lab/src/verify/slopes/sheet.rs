@@ -3,7 +3,7 @@
 use super::{DIRECTIONS, Gradients, MOST_MEMORY, Slopes, Way, best};
 use crate::report::chart::{COLOURS, Line, LogChart};
 use crate::report::sheet::{Figure, Section};
-use crate::table::{Cell, Column, Row, Standing, Table};
+use crate::table::{Standing, Table};
 
 impl Way {
     /// How it is called in tables.
@@ -84,48 +84,31 @@ impl Gradients {
     }
 
     fn table(&self) -> Table {
-        let row = |slopes: &Slopes| {
-            let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-            let number = |x: f64| match slopes.left_out {
-                true => Cell::Missing,
-                false => Cell::Number(x),
-            };
-            Row {
-                cells: vec![
-                    Cell::Text(slopes.way.name()),
-                    slopes.steps.into(),
-                    number(slopes.error),
-                    number(slopes.angle),
-                    number(slopes.time),
-                    number(slopes.whole),
-                    slopes.memory.map(mebibytes).into(),
-                    self.status(slopes).into(),
-                ],
-                standing: match (self.status(slopes).starts_with("failed"), slopes.way) {
-                    (true, _) => Standing::Failed,
-                    (false, Way::Driver) => Standing::Default,
-                    (false, _) => Standing::Plain,
-                },
-            }
-        };
-        Table {
-            name: "gradients".to_owned(),
-            title: "Error, time and memory over horizons".to_owned(),
-            columns: vec![
-                Column::new("way", "how the gradient is computed"),
-                Column::new("steps", "the horizon"),
-                Column::new(
-                    "error",
-                    "length of the slopes' error over that of the slopes",
-                ),
-                Column::new("angle_deg", "between the two vectors of slopes"),
-                Column::new("time_s", "processor time"),
-                Column::new("whole_s", "of a whole gradient"),
-                Column::new("memory_mib", "peak memory beyond what was held before"),
-                Column::new("status", "what is to be said of the row"),
-            ],
-            rows: self.slopes.iter().map(row).collect(),
-        }
+        let title = "Error, time and memory over horizons";
+        let error = "length of the slopes' error over that of the slopes";
+        let memory = "peak memory beyond what was held before";
+        let known = |row: &Slopes, x: f64| (!row.left_out).then_some(x);
+        let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        Table::of("gradients", title, &self.slopes)
+            .column("way", "how the gradient is computed", |row| row.way.name())
+            .column("steps", "the horizon", |row| row.steps)
+            .column("error", error, |row| known(row, row.error))
+            .column("angle_deg", "between the two vectors of slopes", |row| {
+                known(row, row.angle)
+            })
+            .column("time_s", "processor time", |row| known(row, row.time))
+            .column("whole_s", "of a whole gradient", |row| {
+                known(row, row.whole)
+            })
+            .column("memory_mib", memory, |row| row.memory.map(mebibytes))
+            .column("status", "what is to be said of the row", |row| {
+                self.status(row)
+            })
+            .mark(Standing::Default, |row| row.way == Way::Driver)
+            .mark(Standing::Failed, |row| {
+                self.status(row).starts_with("failed")
+            })
+            .done()
     }
 
     fn status(&self, row: &Slopes) -> &'static str {
@@ -143,77 +126,36 @@ impl Gradients {
 
     /// Errors of central differences, a row per half-width, a column per horizon.
     fn sweep_table(&self) -> Table {
-        let mut columns = vec![Column::new(
-            "h",
-            "half-width along a direction of length one",
-        )];
-        let horizon = |steps: &usize| Column::new(&format!("error_{steps}"), "at this horizon");
-        columns.extend(self.horizons.iter().map(horizon));
-        let row = |(h, errors): &(f64, Vec<f64>)| Row {
-            cells: [*h]
-                .iter()
-                .chain(errors)
-                .map(|&x| Cell::Number(x))
-                .collect(),
-            standing: Standing::Plain,
-        };
-        Table {
-            name: "differences".to_owned(),
-            title: "Error of central differences by half-width".to_owned(),
-            columns,
-            rows: self.sweep.iter().map(row).collect(),
-        }
+        let title = "Error of central differences by half-width";
+        let names = self.horizons.iter().map(|steps| format!("error_{steps}"));
+        Table::of("differences", title, &self.sweep)
+            .column("h", "half-width along a direction of length one", |row| {
+                row.0
+            })
+            .columns(names, "at this horizon", |row, k| row.1[k])
+            .done()
     }
 
     /// What the gradient itself is like, a row per horizon.
     fn horizon_table(&self) -> Table {
-        let tape = self.driver_against_tape.iter().map(Some);
-        let tape = tape.chain(std::iter::repeat(None));
-        let row =
-            |(((steps, moved), rounding), tape): (((&usize, &f64), &f64), Option<&f64>)| Row {
-                cells: vec![
-                    (*steps).into(),
-                    Cell::Number(*moved),
-                    Cell::Number(*rounding),
-                    Cell::Number(self.tolerance(*steps)),
-                    tape.copied().into(),
-                ],
-                standing: match tape {
-                    Some(difference) if !self.may_differ(*steps, *difference) => Standing::Failed,
-                    _ => Standing::Plain,
-                },
-            };
-        Table {
-            name: "horizons".to_owned(),
-            title: "The gradient over horizons".to_owned(),
-            columns: vec![
-                Column::new("steps", "the horizon"),
-                Column::new(
-                    "moved_by_1e-9",
-                    "the most that the slopes change, as a share, from starts moved by 1e-9 m",
-                ),
-                Column::new(
-                    "rounding_m",
-                    "how far rounding in f64 moves a node at most until then",
-                ),
-                Column::new(
-                    "allowed",
-                    "the error that these explain in an exact way in f64",
-                ),
-                Column::new(
-                    "driver_against_tape",
-                    "largest difference of the two gradients over the largest entry",
-                ),
-            ],
-            rows: self
-                .horizons
-                .iter()
-                .zip(&self.moved)
-                .zip(&self.rounding)
-                .zip(tape)
-                .map(row)
-                .collect(),
-        }
+        let moved = "the most that the slopes change, as a share, from starts moved by 1e-9 m";
+        let rounding = "how far rounding in f64 moves a node at most until then";
+        let allowed = "the error that these explain in an exact way in f64";
+        let tape = "largest difference of the two gradients over the largest entry";
+        let steps = |k: usize| self.horizons[k];
+        let against_tape = |k: usize| self.driver_against_tape.get(k).copied();
+        let differs = |k: usize| {
+            against_tape(k).is_some_and(|difference| !self.may_differ(steps(k), difference))
+        };
+        let horizons: Vec<usize> = (0..self.horizons.len()).collect();
+        Table::of("horizons", "The gradient over horizons", &horizons)
+            .column("steps", "the horizon", |&k| steps(k))
+            .column("moved_by_1e-9", moved, |&k| self.moved[k])
+            .column("rounding_m", rounding, |&k| self.rounding[k])
+            .column("allowed", allowed, |&k| self.tolerance(steps(k)))
+            .column("driver_against_tape", tape, |&k| against_tape(k))
+            .mark(Standing::Failed, |&k| differs(k))
+            .done()
     }
 
     fn by_horizon(&self) -> Figure {

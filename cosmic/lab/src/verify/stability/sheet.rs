@@ -1,31 +1,26 @@
 //! What was found of stability, as a section of a sheet.
 
-use super::{Found, Outcome, Stability};
+use super::{Outcome, Stability};
 use crate::report::sheet::Section;
-use crate::table::{Cell, Column, Row, Standing, Table};
+use crate::table::{Cell, Standing, Table};
 use cosmic::simulator::Grade;
+use std::slice::from_ref;
 
 impl Stability {
-    /// The section, under the table of the case's own stable time steps.
-    pub fn section(&self, own: Section) -> Section {
+    /// The section of the case's own stable time steps with all that was found besides.
+    pub fn section(&self, mut section: Section) -> Section {
         let failed = self.found.iter().filter(|found| !found.is_ok());
-        let mut failures = own.failures;
-        failures.extend(failed.map(|f| format!("{}: {}", f.group, f.what)));
-        // The bound must be one, to the last digits of the power iteration.
+        let failures = failed.map(|f| format!("{}: {}", f.group, f.what));
+        section.failures.extend(failures);
+        // The bound must be one, to the last digits of the power iteration; NaN is none.
         let bound_holds = self.bound.least > 1.0 - 1e-9;
-        if !bound_holds {
-            failures.push("the bound is below the largest frequency".to_owned());
-        }
-        let mut tables = own.tables;
-        tables.extend([self.extremes(), self.bounds(), self.costs()]);
-        Section {
-            title: own.title,
-            notes: [own.notes, self.notes()].concat(),
-            tables,
-            figures: own.figures,
-            checks: own.checks + self.found.len() + 1,
-            failures,
-        }
+        let below = "the bound is below the largest frequency".to_owned();
+        section.failures.extend((!bound_holds).then_some(below));
+        let tables = [self.extremes(), self.bounds(), self.costs()];
+        section.tables.extend(tables);
+        section.notes.extend(self.notes());
+        section.checks += self.found.len() + 1;
+        section
     }
 
     fn notes(&self) -> Vec<String> {
@@ -49,112 +44,69 @@ impl Stability {
     }
 
     fn extremes(&self) -> Table {
-        Table {
-            name: "extremes".to_owned(),
-            title: "Robots at the extremes".to_owned(),
-            columns: vec![
-                Column::new("extreme", "what is extreme"),
-                Column::new("what", "the robot"),
-                Column::new("nodes", "nodes of its lattice"),
-                Column::new("dt_s", "time step"),
-                Column::new("bound_s", "stable for certain, by the bound over the edges"),
-                Column::new("limit_s", "stable, by the largest frequency itself"),
-                Column::new("expected", "stable or unstable, by the limit"),
-                Column::new("said", "of the time step beforehand"),
-                Column::new("outcome", "what happened"),
-                Column::new("growth", "1 and more is growth"),
-                Column::new("step", "that made a state absurd, where one did"),
-                Column::new("verdict", "whether all is as it should be"),
-            ],
-            rows: self.found.iter().map(row).collect(),
-        }
+        let bound = "stable for certain, by the bound over the edges";
+        let limit = "stable, by the largest frequency itself";
+        let expected = "stable or unstable, by the limit";
+        let step = "that made a state absurd, where one did";
+        let verdict = "whether all is as it should be";
+        Table::of("extremes", "Robots at the extremes", &self.found)
+            .column("extreme", "what is extreme", |found| found.group)
+            .column("what", "the robot", |found| found.what.clone())
+            .column("nodes", "nodes of its lattice", |found| found.nodes)
+            .column("dt_s", "time step", |found| found.dt)
+            .column("bound_s", bound, |found| Cell::if_finite(found.bound))
+            .column("limit_s", limit, |found| Cell::if_finite(found.limit))
+            .column("expected", expected, |found| {
+                let stable = found.expected_stable();
+                if stable { "stable" } else { "unstable" }
+            })
+            .column("said", "of the time step beforehand", |found| {
+                match found.grade {
+                    Grade::Safe => "safe",
+                    Grade::Close => "close",
+                    Grade::Unstable => "unstable",
+                }
+            })
+            .column("outcome", "what happened", |found| match &found.outcome {
+                Outcome::Bounded => "bounded".to_owned(),
+                Outcome::Grew => "grew".to_owned(),
+                Outcome::Diverged(d) => format!("diverged: node {}, {}", d.node, d.term),
+            })
+            .column("growth", "1 and more is growth", |found| {
+                // A state that blew up has a growth beyond all numbers, which says nothing.
+                (found.outcome == Outcome::Bounded).then_some(found.growth)
+            })
+            .column("step", step, |found| match &found.outcome {
+                Outcome::Diverged(divergence) => divergence.step.into(),
+                Outcome::Bounded | Outcome::Grew => Cell::Missing,
+            })
+            .column("verdict", verdict, |found| {
+                if found.is_ok() { "ok" } else { "wrong" }
+            })
+            .mark(Standing::Default, |found| found.group == "scene")
+            .mark(Standing::Failed, |found| !found.is_ok())
+            .done()
     }
 
     fn bounds(&self) -> Table {
-        let bound = &self.bound;
-        Table {
-            name: "bound".to_owned(),
-            title: "The bound on the largest frequency over that frequency, random lattices"
-                .to_owned(),
-            columns: vec![
-                Column::new("lattices", "how many"),
-                Column::new("least", "ratio"),
-                Column::new("median", "ratio"),
-                Column::new("most", "ratio"),
-            ],
-            rows: vec![plain(vec![
-                bound.lattices.into(),
-                Cell::Number(bound.least),
-                Cell::Number(bound.median),
-                Cell::Number(bound.most),
-            ])],
-        }
+        let title = "The bound on the largest frequency over that frequency, random lattices";
+        Table::of("bound", title, from_ref(&self.bound))
+            .column("lattices", "how many", |bound| bound.lattices)
+            .column("least", "ratio", |bound| bound.least)
+            .column("median", "ratio", |bound| bound.median)
+            .column("most", "ratio", |bound| bound.most)
+            .done()
     }
 
     fn costs(&self) -> Table {
-        let guard = &self.guard;
-        Table {
-            name: "guard".to_owned(),
-            title: "What the guard against absurd states costs".to_owned(),
-            columns: vec![
-                Column::new(
-                    "plain_us",
-                    "microseconds a step, processor time, least of many",
-                ),
-                Column::new("guarded_us", "the same with the guard, measured by turns"),
-                Column::new("added_percent", "what the guard adds, median over pairs"),
-            ],
-            rows: vec![plain(vec![
-                Cell::Number(guard.plain),
-                Cell::Number(guard.guarded),
-                Cell::Number(100.0 * guard.share),
-            ])],
-        }
+        let title = "What the guard against absurd states costs";
+        let plain = "microseconds a step, processor time, least of many";
+        let guarded = "the same with the guard, measured by turns";
+        let added = "what the guard adds, median over pairs";
+        Table::of("guard", title, from_ref(&self.guard))
+            .column("plain_us", plain, |guard| guard.plain)
+            .column("guarded_us", guarded, |guard| guard.guarded)
+            .column("added_percent", added, |guard| 100.0 * guard.share)
+            .done()
     }
-}
-
-fn plain(cells: Vec<Cell>) -> Row {
-    Row {
-        cells,
-        standing: Standing::Plain,
-    }
-}
-
-fn row(found: &Found) -> Row {
-    let words = |truth: bool, [yes, no]: [&str; 2]| Cell::from(if truth { yes } else { no });
-    let (outcome, step) = match &found.outcome {
-        Outcome::Bounded => ("bounded".to_owned(), Cell::Missing),
-        Outcome::Grew => ("grew".to_owned(), Cell::Missing),
-        Outcome::Diverged(d) => (
-            format!("diverged: node {}, {}", d.node, d.term),
-            d.step.into(),
-        ),
-    };
-    let said = match found.grade {
-        Grade::Safe => "safe",
-        Grade::Close => "close",
-        Grade::Unstable => "unstable",
-    };
-    // Beyond all numbers once a state has blown up: how far is of no interest.
-    let growth = Some(found.growth).filter(|_| found.outcome == Outcome::Bounded);
-    let cells = vec![
-        found.group.into(),
-        Cell::Text(found.what.clone()),
-        found.nodes.into(),
-        Cell::Number(found.dt),
-        Cell::if_finite(found.bound),
-        Cell::if_finite(found.limit),
-        words(found.expected_stable(), ["stable", "unstable"]),
-        said.into(),
-        Cell::Text(outcome),
-        growth.into(),
-        step,
-        words(found.is_ok(), ["ok", "wrong"]),
-    ];
-    let standing = match (found.is_ok(), found.group) {
-        (false, _) => Standing::Failed,
-        (true, "scene") => Standing::Default,
-        (true, _) => Standing::Plain,
-    };
-    Row { cells, standing }
 }

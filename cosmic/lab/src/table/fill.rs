@@ -1,0 +1,84 @@
+//! Tables that are filled column by column.
+
+use super::{Cell, Column, Standing, Table};
+
+/// A table in the making: one row for each subject, and its columns so far.
+pub struct TableOf<'a, S> {
+    subjects: &'a [S],
+    table: Table,
+}
+
+impl Table {
+    /// A table with one plain row for each subject, and without columns: [`TableOf::column`] adds
+    /// them.
+    pub fn of<'a, S>(name: &str, title: &str, subjects: &'a [S]) -> TableOf<'a, S> {
+        let table = Table {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            ..Table::new(Vec::new(), subjects.iter().map(|_| Vec::new()))
+        };
+        TableOf { subjects, table }
+    }
+}
+
+impl<S> TableOf<'_, S> {
+    /// Adds a column: its name, its meaning, and the cell of each subject.
+    pub fn column<C: Into<Cell>>(mut self, name: &str, says: &str, cell: impl Fn(&S) -> C) -> Self {
+        self.table.columns.push(Column::new(name, says));
+        for (row, subject) in self.table.rows.iter_mut().zip(self.subjects) {
+            row.cells.push(cell(subject).into());
+        }
+        self
+    }
+
+    /// Adds a column for each name, all of one meaning: the k-th holds the k-th of each subject's
+    /// cells.
+    pub fn columns<C: Into<Cell>>(
+        self,
+        names: impl IntoIterator<Item = String>,
+        says: &str,
+        cell: impl Fn(&S, usize) -> C,
+    ) -> Self {
+        let add = |table: Self, (k, name): (usize, String)| {
+            table.column(&name, says, |subject| cell(subject, k))
+        };
+        names.into_iter().enumerate().fold(self, add)
+    }
+
+    /// Marks the rows of some subjects; the last mark of a row counts.
+    pub fn mark(mut self, standing: Standing, is: impl Fn(&S) -> bool) -> Self {
+        for (row, subject) in self.table.rows.iter_mut().zip(self.subjects) {
+            if is(subject) {
+                row.standing = standing;
+            }
+        }
+        self
+    }
+
+    /// The table.
+    pub fn done(self) -> Table {
+        self.table
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::table::{Standing, Table};
+
+    #[test]
+    fn columns_are_filled_from_the_subjects_and_the_last_mark_counts() {
+        let table = Table::of("squares", "Squares", &[1.0, 2.0, 3.0])
+            .column("x", "the number", |x| *x)
+            .columns(["x2", "x3"].map(String::from), "a power", |x, k| {
+                x.powi(k as i32 + 2)
+            })
+            .mark(Standing::Default, |x| *x > 1.0)
+            .mark(Standing::Failed, |x| *x > 2.0)
+            .done();
+        assert_eq!(
+            table.with_standings().to_csv(),
+            "x,x2,x3,standing\n1e0,1e0,1e0,plain\n2e0,4e0,8e0,default\n3e0,9e0,2.7e1,failed\n"
+        );
+        assert_eq!((&*table.name, &*table.title), ("squares", "Squares"));
+    }
+}
