@@ -33,6 +33,18 @@ pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64
     median(times)
 }
 
+/// The least processor time of each of some works, in s, measured so often by turns: what disturbs
+/// the machine disturbs all.
+pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> T) -> Vec<f64> {
+    let mut least = vec![f64::INFINITY; works.len()];
+    for _ in 0..rounds {
+        for (least, work) in least.iter_mut().zip(works) {
+            *least = least.min(timed(|| run(work)).as_secs_f64());
+        }
+    }
+    least
+}
+
 /// The result of a work, its processor time and how many bytes it held at most beyond what was
 /// held before, where the system says. Numbers below a MiB are not to be trusted: the system
 /// counts pages, and not at once.

@@ -4,7 +4,7 @@
 //! flag. What a term costs is measured by leaving it out of rollouts, and what is saved by a term
 //! that is left out by putting it back.
 
-use super::clock::timed;
+use super::clock::least_times;
 use super::speed::Subject;
 use super::voids::{Voids, keep_all, saving_of_eight};
 use cosmic::case::Case;
@@ -72,18 +72,17 @@ impl Plan {
     pub fn measured(case: &Case, loss: &LossSettings) -> Self {
         let (facts, mut plan) = (Facts::new(case), Self::of(case));
         let variants = facts.variants(plan.voids.as_ref());
-        let times = least_times(&variants);
-        let as_planned = times[0];
-        for (variant, time) in variants.iter().zip(times).skip(1) {
-            let term = plan.terms.iter_mut().find(|t| t.name == variant.term);
-            if let Some(term) = term {
-                let difference = if term.kept {
-                    as_planned - time
-                } else {
-                    time - as_planned
-                };
-                term.time = Some(difference.max(0.0));
-            }
+        let span = Span::from_start(vec![STEPS]);
+        let times = least_times(ROUNDS, &variants, |variant| {
+            let robot = (&variant.body, &case.controller);
+            variant.simulator.rollout(robot, &case.start, &span)
+        });
+        let per_step = |time: f64| time * 1e6 / STEPS as f64;
+        let as_planned = per_step(times[0]);
+        for (variant, &time) in variants.iter().zip(&times).skip(1) {
+            let term = plan.term(variant.term);
+            let added = per_step(time) - as_planned;
+            term.time = Some(if term.kept { -added } else { added }.max(0.0));
         }
         plan.split_network();
         plan.add_saving(&facts);
@@ -94,22 +93,23 @@ impl Plan {
 
     /// Without outputs there is no network at all: what that saved is both layers.
     fn split_network(&mut self) {
-        let time = |terms: &[Term], name: &str| terms.iter().find(|t| t.name == name)?.time;
-        let output = time(&self.terms, OUTPUT);
-        for term in self.terms.iter_mut().filter(|t| t.name == HIDDEN) {
-            let both = term.time;
-            term.time = both
-                .zip(output)
-                .map(|(both, output)| (both - output).max(0.0));
-        }
+        let output = self.term(OUTPUT).time;
+        let hidden = &mut self.term(HIDDEN).time;
+        let times = hidden.zip(output);
+        *hidden = times.map(|(both, output)| (both - output).max(0.0));
+    }
+
+    /// A term by its name.
+    fn term(&mut self, name: &str) -> &mut Term {
+        let term = self.terms.iter_mut().find(|term| term.name == name);
+        term.expect("a plan has every term")
     }
 
     /// What a step without void edges saves, alone and with others.
     fn add_saving(&mut self, facts: &Facts) {
+        let single = self.term(VOID_EDGES).time.unwrap_or(0.0);
         let Some(voids) = &mut self.voids else { return };
-        let time = |term: &Term| term.time.filter(|_| term.name == VOID_EDGES);
-        let single = self.terms.iter().find_map(time).unwrap_or(0.0);
-        let simulator = facts.simulator(|_| ());
+        let simulator = facts.simulator(|_, _| ());
         let of_eight = saving_of_eight(facts.case, &simulator, [STEPS, ROUNDS]);
         voids.saving = Some([single, of_eight]);
     }
@@ -118,17 +118,11 @@ impl Plan {
     fn add_gradients(&mut self, case: &Case, loss: &LossSettings) {
         let subject = Subject::new(case, loss);
         let both = [DESIGN, CONTROLLER].concat();
-        let mut least = [f64::INFINITY; 3];
-        for _ in 0..ROUNDS {
-            for (least, blocks) in least.iter_mut().zip([DESIGN, CONTROLLER, &both]) {
-                *least = least.min(timed(|| subject.gradient::<f64>(blocks)).as_secs_f64());
-            }
-        }
-        let [design, controller, both] = least.map(|t| t * 1e6 / subject.steps() as f64);
-        for (name, other) in [(BY_WEIGHTS, design), (BY_DESIGN, controller)] {
-            for term in self.terms.iter_mut().filter(|term| term.name == name) {
-                term.time = Some((both - other).max(0.0));
-            }
+        let blocks = [DESIGN, CONTROLLER, &both];
+        let times = least_times(ROUNDS, &blocks, |blocks| subject.gradient::<f64>(blocks));
+        for (name, other) in [(BY_WEIGHTS, times[0]), (BY_DESIGN, times[1])] {
+            let added = (times[2] - other).max(0.0);
+            self.term(name).time = Some(added * 1e6 / subject.steps() as f64);
         }
     }
 }
@@ -161,10 +155,9 @@ impl<'a> Facts<'a> {
         // An edge without stiffness pulls on nothing, strained or not.
         let edges = body.strain.iter().zip(&body.stiffness);
         let strains = edges.filter(|(strain, stiffness)| **strain != 0.0 && **stiffness != 0.0);
-        let settings = &case.observation;
         Self {
             outputs: [strains.count(), body.strain.len()],
-            senses: settings.senses(),
+            senses: case.observation.senses(),
             case,
             body,
         }
@@ -268,71 +261,63 @@ impl<'a> Facts<'a> {
             (VoidEdges::Keep, false) => "physics.void_edges is \"keep\"",
         };
         let (of, registers) = (self.case.lattice.edges.len(), all - without);
-        let emptied = match voids.dropped {
-            true => "hold no other edge and are skipped",
-            false => "hold no other edge",
+        let skipped = if voids.dropped {
+            " and are skipped"
+        } else {
+            ""
         };
         term(
             VOID_EDGES,
             !voids.dropped,
-            format!("{edges} of {of}: {why}; {registers} of {all} registers of edges {emptied}"),
+            format!(
+                "{edges} of {of}: {why}; {registers} of {all} registers of edges hold no other \
+                 edge{skipped}"
+            ),
         )
     }
 
     fn ground_terms(&self) -> Vec<Term> {
         let physics = &self.case.physics;
-        let rotation = match Ground::from(physics).is_flat() {
-            true => "the ground is flat",
-            false => "all is computed in the ground's frame; gravity and weights are turned once",
+        let rotation = if Ground::from(physics).is_flat() {
+            "the ground is flat"
+        } else {
+            "all is computed in the ground's frame; gravity and weights are turned once"
         };
+        let nodes = format!("{} nodes", self.case.lattice.nodes());
         let (contact, friction) = match physics.contact {
-            Contact::None => ("there is no ground", "there is no ground"),
-            Contact::Infinite => ("", "friction is infinite: nodes stick where they touch"),
-            Contact::Coulomb => ("", ""),
+            Contact::None => (
+                "there is no ground".to_owned(),
+                "there is no ground".to_owned(),
+            ),
+            Contact::Infinite => (
+                nodes,
+                "friction is infinite: nodes stick where they touch".to_owned(),
+            ),
+            Contact::Coulomb => (nodes, format!("coefficient {}", physics.friction)),
         };
-        let ground = physics.contact != Contact::None;
-        let coulomb = physics.contact == Contact::Coulomb;
-        let or = |why: &str, otherwise: String| match why {
-            "" => otherwise,
-            why => why.to_owned(),
-        };
+        let is_coulomb = physics.contact == Contact::Coulomb;
         vec![
-            term(
-                GROUND,
-                ground,
-                or(contact, format!("{} nodes", self.case.lattice.nodes())),
-            ),
-            term(
-                FRICTION,
-                coulomb,
-                or(friction, format!("coefficient {}", physics.friction)),
-            ),
+            term(GROUND, physics.contact != Contact::None, contact),
+            term(FRICTION, is_coulomb, friction),
             term("rotation of an incline", false, rotation),
         ]
     }
 }
 
 /// A rollout with a term put in or left out.
-struct Variant<'a> {
+struct Variant {
     term: &'static str,
-    case: &'a Case,
     simulator: Simulator,
     body: Body<f64>,
 }
 
-impl<'a> Facts<'a> {
+impl Facts<'_> {
     /// The rollout as it is planned, and one for every term that can be turned over.
-    fn variants(&self, voids: Option<&Voids>) -> Vec<Variant<'a>> {
+    fn variants(&self, voids: Option<&Voids>) -> Vec<Variant> {
         let physics = &self.case.physics;
-        let as_planned = || self.simulator(|_| ());
-        let sensing = |scale: fn(&mut ControllerSettings) -> &mut f64| {
-            let mut settings = self.case.observation.clone();
-            *scale(&mut settings) = LEAST_SCALE;
-            Simulator::new(&self.case.lattice, &self.physics(|_| ()), &settings)
-        };
+        let as_planned = || self.simulator(|_, _| ());
         let variant = |term, simulator, body| Variant {
             term,
-            case: self.case,
             simulator,
             body,
         };
@@ -343,39 +328,32 @@ impl<'a> Facts<'a> {
             keep_all(&mut body.strain);
             variants.push(variant(IDLE, as_planned(), body));
         }
-        let mut add = |term, simulator| {
-            variants.push(variant(term, simulator, self.body.clone()));
+        let mut add = |term, change: &dyn Fn(&mut PhysicsSettings, &mut ControllerSettings)| {
+            variants.push(variant(term, self.simulator(change), self.body.clone()));
         };
         if outputs > 0 && !self.senses[0] {
-            add(POSITIONS, sensing(|s| &mut s.offset_scale));
+            add(POSITIONS, &|_, sight| sight.offset_scale = LEAST_SCALE);
         }
         if outputs > 0 && !self.senses[1] {
-            add(VELOCITIES, sensing(|s| &mut s.velocity_scale));
+            add(VELOCITIES, &|_, sight| sight.velocity_scale = LEAST_SCALE);
         }
-        let other = |is: bool, on: f64| if is { 0.0 } else { on };
-        let (bends, stiffens) = (physics.bending_radius > 0.0, physics.stiffening > 0.0);
-        add(
-            BENDING,
-            self.simulator(|p| p.bending_radius = other(bends, SOME_BENDING)),
-        );
-        add(
-            STIFFENING,
-            self.simulator(|p| p.stiffening = other(stiffens, 1.0)),
-        );
-        let turned = |contact| self.simulator(|p| p.contact = contact);
-        match physics.contact {
-            Contact::None => add(GROUND, turned(Contact::Infinite)),
-            _ => add(GROUND, turned(Contact::None)),
-        }
-        match physics.contact {
-            Contact::Coulomb => add(FRICTION, turned(Contact::Infinite)),
-            _ => add(FRICTION, turned(Contact::Coulomb)),
-        }
+        let other = |number: f64, on: f64| if number > 0.0 { 0.0 } else { on };
+        let bending = other(physics.bending_radius, SOME_BENDING);
+        let stiffening = other(physics.stiffening, 1.0);
+        let (ground, friction) = match physics.contact {
+            Contact::None => (Contact::Infinite, Contact::Coulomb),
+            Contact::Infinite => (Contact::None, Contact::Coulomb),
+            Contact::Coulomb => (Contact::None, Contact::Infinite),
+        };
+        add(BENDING, &|p, _| p.bending_radius = bending);
+        add(STIFFENING, &|p, _| p.stiffening = stiffening);
+        add(GROUND, &|p, _| p.contact = ground);
+        add(FRICTION, &|p, _| p.contact = friction);
         variants.extend(voids.map(|voids| {
             let (simulator, body) = voids.turned_over(self.case, as_planned());
             variant(VOID_EDGES, simulator, body)
         }));
-        if self.outputs[0] > 0 {
+        if outputs > 0 {
             let strains = self.body.strain.iter().position(|strain| *strain != 0.0);
             for (term, kept) in [(HIDDEN, None), (OUTPUT, strains)] {
                 let mut body = self.body.clone();
@@ -388,29 +366,15 @@ impl<'a> Facts<'a> {
         variants
     }
 
-    fn simulator(&self, change: impl FnOnce(&mut PhysicsSettings)) -> Simulator {
+    /// A simulator of [`STEPS`] steps, with some settings changed.
+    fn simulator(
+        &self,
+        change: impl FnOnce(&mut PhysicsSettings, &mut ControllerSettings),
+    ) -> Simulator {
         let case = self.case;
-        Simulator::new(&case.lattice, &self.physics(change), &case.observation)
-    }
-
-    fn physics(&self, change: impl FnOnce(&mut PhysicsSettings)) -> PhysicsSettings {
-        let mut physics = self.case.physics.clone();
+        let (mut physics, mut sight) = (case.physics.clone(), case.observation.clone());
         physics.steps = STEPS;
-        change(&mut physics);
-        physics
+        change(&mut physics, &mut sight);
+        Simulator::new(&case.lattice, &physics, &sight)
     }
-}
-
-/// Microseconds a step of each, measured in turns: what disturbs the machine disturbs all.
-fn least_times(variants: &[Variant]) -> Vec<f64> {
-    let mut least = vec![f64::INFINITY; variants.len()];
-    let span = Span::from_start(vec![STEPS]);
-    for _ in 0..ROUNDS {
-        for (least, variant) in least.iter_mut().zip(variants) {
-            let robot = (&variant.body, &variant.case.controller);
-            let time = timed(|| variant.simulator.rollout(robot, &variant.case.start, &span));
-            *least = least.min(time.as_secs_f64() * 1e6 / STEPS as f64);
-        }
-    }
-    least
 }

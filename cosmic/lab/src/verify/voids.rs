@@ -1,6 +1,6 @@
 //! What the void edges of a layout do to a robot, and what leaving them out changes.
 
-use super::clock::timed;
+use super::clock::least_times;
 use super::probe::Probe;
 use autodiff::Graph;
 use cosmic::case::Case;
@@ -68,9 +68,10 @@ impl Voids {
         let mut is_held = vec![false; case.lattice.nodes()];
         for (edge, nodes) in case.lattice.edges.iter().enumerate() {
             for &node in nodes {
-                match is_void(edge) {
-                    true => pull[node] += kept.stiffness[edge],
-                    false => is_held[node] = true,
+                if is_void(edge) {
+                    pull[node] += kept.stiffness[edge];
+                } else {
+                    is_held[node] = true;
                 }
             }
         }
@@ -99,9 +100,10 @@ impl Voids {
     /// A simulator and a body of which steps leave the void edges out if the case's do not, and the
     /// other way round.
     pub(super) fn turned_over(&self, case: &Case, simulator: Simulator) -> (Simulator, Body<f64>) {
-        match self.dropped {
-            true => (simulator, body_with_all_edges(case)),
-            false => (simulator, body(case, VoidEdges::Drop)),
+        if self.dropped {
+            (simulator, body_with_all_edges(case))
+        } else {
+            (simulator, body(case, VoidEdges::Drop))
         }
     }
 }
@@ -117,16 +119,11 @@ pub(super) fn saving_of_eight(
     let starts: Vec<&State<f64>> = starts.iter().collect();
     let span = Span::from_start(vec![steps]);
     let bodies = [body_with_all_edges(case), body(case, VoidEdges::Drop)];
-    let mut ways = bodies.map(|body| (body, f64::INFINITY));
-    for _ in 0..rounds {
-        for (body, least) in &mut ways {
-            let robots = (std::slice::from_ref(&*body), &case.controller);
-            let time = timed(|| simulator.rollout_many(robots, &starts, &span));
-            *least = least.min(time.as_secs_f64() * 1e6 / (steps * EIGHT) as f64);
-        }
-    }
-    let [(_, kept), (_, dropped)] = ways;
-    (kept - dropped).max(0.0)
+    let times = least_times(rounds, &bodies, |body| {
+        let robots = (std::slice::from_ref(body), &case.controller);
+        simulator.rollout_many(robots, &starts, &span)
+    });
+    (times[0] - times[1]).max(0.0) * 1e6 / (steps * EIGHT) as f64
 }
 
 /// The body of a case, its void edges kept or dropped.
