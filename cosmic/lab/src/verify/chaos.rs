@@ -172,7 +172,7 @@ fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
 }
 
 /// The slope of the straight line nearest to points; zero through fewer than two.
-pub(super) fn slope(points: &[[f64; 2]]) -> f64 {
+fn slope(points: &[[f64; 2]]) -> f64 {
     let count = points.len().max(1) as f64;
     let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / count);
     let moment = |k: usize| {
@@ -188,8 +188,7 @@ pub(super) fn slope(points: &[[f64; 2]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{Chaos, Predictable, growth_rate, largest_growth, slope};
-    use cosmic::case::Case;
-    use cosmic::scene::Scene;
+    use crate::verify::probe::small;
 
     #[test]
     fn growth_is_read_off_small_distances_alone() {
@@ -219,11 +218,9 @@ mod tests {
     /// A robot whose controller is silent comes to rest, and so do its neighbours.
     #[test]
     fn a_resting_robot_is_not_chaotic() {
-        let mut scene = Scene::default();
-        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
-        (scene.controller.hidden, scene.controller.gain) = (2, [0.0; 2]);
-        scene.physics.steps = 400;
-        let chaos = Chaos::of(&Case::of_scene(&scene, 0).unwrap());
+        let chaos = Chaos::of(&small([2, 2], |scene| {
+            (scene.controller.gain, scene.physics.steps) = ([0.0; 2], 400);
+        }));
         assert_eq!(chaos.predictable.doubling, f64::INFINITY);
         assert!(chaos.predictable.note().contains("do not double"));
         // The payload sags by micrometres.

@@ -1,11 +1,13 @@
 //! A case as something that is run over and over, in any precision.
 
-use autodiff::{DoubleDouble, Real};
+use autodiff::Real;
 
 use cosmic::case::Case;
 use cosmic::domain::perturbed;
 use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
+#[cfg(test)]
+use cosmic::scene::Scene;
 use cosmic::simulator::{Span, Trajectory};
 use cosmic::task::Task;
 
@@ -55,43 +57,11 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// A number type whose trajectories are compared in f64.
-pub(super) trait Precise: Real {
-    /// The nearest f64.
-    fn to_f64(self) -> f64;
-}
-
-impl Precise for f32 {
-    fn to_f64(self) -> f64 {
-        self.into()
-    }
-}
-
-impl Precise for f64 {
-    fn to_f64(self) -> f64 {
-        self
-    }
-}
-
-impl Precise for DoubleDouble {
-    fn to_f64(self) -> f64 {
-        // The inherent method, not this one.
-        DoubleDouble::to_f64(self)
-    }
-}
-
 /// A trajectory rounded to f64.
-pub(super) fn narrow<R: Precise>(trajectory: &Trajectory<R>) -> Trajectory<f64> {
-    let narrow = |state: &State<R>| {
-        let points = |points: &[[R; 2]]| points.iter().map(|p| p.map(R::to_f64)).collect();
-        State {
-            x: points(&state.x),
-            v: points(&state.v),
-        }
-    };
+pub(super) fn narrow<R: Real + Into<f64>>(trajectory: &Trajectory<R>) -> Trajectory<f64> {
     Trajectory {
         steps: trajectory.steps.clone(),
-        states: trajectory.states.iter().map(narrow).collect(),
+        states: trajectory.states.iter().map(|s| s.map(R::into)).collect(),
     }
 }
 
@@ -106,11 +76,31 @@ pub(super) fn most(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }
 
+/// The scalar product.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The length of a vector.
+pub(super) fn norm(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
+}
+
 /// The median of some numbers; those that are no number count as the largest.
 pub(super) fn median(numbers: impl IntoIterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = numbers.into_iter().collect();
     sorted.sort_by(f64::total_cmp);
     0.5 * (sorted[(sorted.len() - 1) / 2] + sorted[sorted.len() / 2])
+}
+
+/// The case of a scene of so many columns and rows with 2 hidden units, and with some more changes.
+#[cfg(test)]
+pub(super) fn small(size: [usize; 2], change: impl FnOnce(&mut Scene)) -> Case {
+    let mut scene = Scene::default();
+    [scene.lattice.columns, scene.lattice.rows] = size;
+    scene.controller.hidden = 2;
+    change(&mut scene);
+    Case::of_scene(&scene, 0).expect("the default start fits any lattice")
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::time::Duration;
 use autodiff::{CotangentBound, Model, Program, Real, Rollout, Var};
 
 use super::clock::{Clock, timed};
-use super::probe::Probe;
+use super::probe::{Probe, dot};
 use cosmic::case::Case;
 use cosmic::controller::Controller;
 use cosmic::design::{VolumeBounds, one_hot, snap};
@@ -110,24 +110,18 @@ pub fn measure(case: &Case, scene: &Scene) -> Speed {
         least_matvecs = timed(|| matvecs.run(steps)).min(least_matvecs);
         subject.times::<f64>()
     });
-    let single = least(&mut || subject.times::<f32>());
-    let one_hot_double = least(&mut || one_hot.times::<f64>());
-    let one_hot_single = least(&mut || one_hot.times::<f32>());
-    let own_materials = [
-        least_time(|| one_hot.own_gradient::<f64>()),
-        least_time(|| one_hot.own_gradient::<f32>()),
-    ];
-    let two_designs = least_time(|| subject.two_gradients()) / 2;
-    let eight_starts = least(&mut || subject.times_of_eight());
     Speed {
         steps,
         double,
-        single,
-        one_hot_double,
-        one_hot_single,
-        own_materials: own_materials.map(per_step),
-        two_designs: per_step(two_designs),
-        eight_starts,
+        single: least(&mut || subject.times::<f32>()),
+        one_hot_double: least(&mut || one_hot.times::<f64>()),
+        one_hot_single: least(&mut || one_hot.times::<f32>()),
+        own_materials: [
+            per_step(least_time(|| one_hot.own_gradient::<f64>())),
+            per_step(least_time(|| one_hot.own_gradient::<f32>())),
+        ],
+        two_designs: per_step(least_time(|| subject.two_gradients()) / 2),
+        eight_starts: least(&mut || subject.times_of_eight()),
         two_matvecs: per_step(least_matvecs),
         single_errors: (scene.schedule.horizon)
             .map(|steps| subject.single_error(steps, &scene.gradient)),
@@ -230,10 +224,8 @@ impl<'a> Subject<'a> {
     /// material. The other shares are no variables: they are zero, and stay so.
     pub fn own_gradient<R: Real>(&self) -> (R, Vec<R>) {
         self.inputs.lift().differentiate(DESIGN, |inputs| {
-            let own = |(&share, given): (&Var<R>, &f64)| match *given == 0.0 {
-                true => Var::constant(R::zero()),
-                false => share,
-            };
+            let zero = Var::constant(R::zero());
+            let own = |(&share, given): (&Var<R>, &f64)| if *given == 0.0 { zero } else { share };
             let shares = inputs.z.as_flattened().iter();
             let shares: Vec<Var<R>> = shares.zip(self.inputs.z.as_flattened()).map(own).collect();
             let (mixture, _) = shares.as_chunks();
@@ -328,11 +320,13 @@ impl<'a> Subject<'a> {
             let (_, double) = self.gradient_over::<f64>(blocks, &horizon);
             let (_, single) = self.gradient_over::<f32>(blocks, &horizon);
             let pairs = double.iter().zip(&single);
-            let off: f64 = pairs.map(|(d, &s)| (f64::from(s) - d).powi(2)).sum();
-            let length: f64 = double.iter().map(|d| d * d).sum();
-            match off == 0.0 {
-                true => 0.0,
-                false => (off / length).sqrt(),
+            let off: Vec<f64> = pairs.map(|(d, &s)| f64::from(s) - d).collect();
+            let off = dot(&off, &off);
+            // Two gradients of zeros are equal.
+            if off == 0.0 {
+                0.0
+            } else {
+                (off / dot(&double, &double)).sqrt()
             }
         };
         GradientError {
@@ -364,11 +358,7 @@ impl TwoMatvecs {
 
     /// Computes them so many times; returns the vector that was put in.
     pub fn run(self, steps: usize) -> Vec<f64> {
-        let Self {
-            inputs,
-            hidden,
-            edges,
-        } = self;
+        let (inputs, hidden, edges) = (self.inputs, self.hidden, self.edges);
         let rollout = Rollout::new(self, steps);
         let numbers = |count: usize| vec![0.1; count];
         let parameters = [hidden * inputs, hidden, edges * hidden, edges].map(numbers);

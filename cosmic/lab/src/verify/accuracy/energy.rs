@@ -1,6 +1,7 @@
 //! What an integrator makes of the energy of springs that nothing damps.
 
-use crate::verify::probe::{Precise, Probe, most, narrow};
+use crate::verify::probe::{Probe, most, narrow};
+use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::simulator::Store;
 
@@ -22,16 +23,13 @@ pub struct Energy {
 
 impl Energy {
     /// Lets a case's lattice vibrate for so many steps.
-    pub(super) fn of<R: Precise>(case: &Case, steps: usize) -> Self {
+    pub(super) fn of<R: Real + Into<f64>>(case: &Case, steps: usize) -> Self {
         let free = released(case, steps);
         let body = free.body();
         let store = Store::new(&free.lattice, &free.physics, &body);
         let seen = narrow(&Probe::new(&free).run::<R>(&free.start, (0..=steps).collect()));
-        let energies: Vec<f64> = seen
-            .states
-            .iter()
-            .map(|state| store.energy(state))
-            .collect();
+        let energies = seen.states.iter().map(|state| store.energy(state));
+        let energies: Vec<f64> = energies.collect();
         let first = energies[0];
         let away = energies.iter().map(|e| (e / first - 1.0).abs());
         let quarter = (energies.len() / 4).max(1);

@@ -4,12 +4,12 @@ mod energy;
 mod reference;
 mod sheet;
 
-use autodiff::DoubleDouble;
+use autodiff::{DoubleDouble, Real};
 use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::median_time;
-use super::probe::{Precise, Probe, distance, median, narrow};
+use super::probe::{Probe, distance, median, narrow};
 use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::scene::Integrator;
@@ -120,13 +120,10 @@ impl Accuracy {
             integrator: case.physics.integrator,
             substeps: case.physics.substeps,
         };
-        let held = SHARES
-            .par_iter()
-            .map(|&share| Reference::held(case, marks, share));
-        let (reference, held) = rayon::join(
-            || Reference::common(case, marks),
-            || held.collect::<Vec<_>>(),
-        );
+        let reference = |held: Option<f64>| Reference::of(case, marks, held);
+        let shares = SHARES.par_iter().copied().map(Some);
+        let held = || shares.map(reference).collect::<Vec<_>>();
+        let (reference, held) = rayon::join(|| reference(None), held);
         let groups: Vec<Group> = methods(own)
             .into_iter()
             .flat_map(|method| SHARES.map(|share| Group { method, share }))
@@ -141,10 +138,8 @@ impl Accuracy {
             run.is_default = (run.method, run.dt, run.precision) == asked;
         }
         set_orders(&mut runs);
-        for (group, rows) in groups
-            .iter()
-            .zip(runs.chunks_exact_mut(Precision::ALL.len()))
-        {
+        let rows = runs.chunks_exact_mut(Precision::ALL.len());
+        for (group, rows) in groups.iter().zip(rows) {
             group.measure(case, marks, rows);
         }
         Self {
@@ -209,7 +204,7 @@ impl Group {
         marks.map(steps).to_vec()
     }
 
-    fn seen<R: Precise>(&self, case: &Case, marks: Vec<usize>) -> Trajectory<f64> {
+    fn seen<R: Real + Into<f64>>(&self, case: &Case, marks: Vec<usize>) -> Trajectory<f64> {
         let mut case = case.clone();
         case.physics.steps = marks[marks.len() - 1];
         narrow(&Probe::new(&case).run::<R>(&case.start, marks))
@@ -219,53 +214,47 @@ impl Group {
         let here = self.case(case, 1, 1);
         let at = self.marks(marks, 1);
         let [reference, held] = references;
-        let wide = self.seen::<DoubleDouble>(&here, at.clone());
         let stable = here.physics.dt < stable_limit(&here);
-        let run = |precision: Precision| {
-            let (seen, energy) = match precision {
-                Precision::Single => (
-                    self.seen::<f32>(&here, at.clone()),
-                    Energy::of::<f32>(&here, at[3]),
-                ),
-                Precision::Double => (
-                    self.seen::<f64>(&here, at.clone()),
-                    Energy::of::<f64>(&here, at[3]),
-                ),
-                Precision::DoubleDouble => (wide.clone(), Energy::of::<DoubleDouble>(&here, at[3])),
-            };
-            Run {
-                method: self.method,
-                dt: here.physics.dt,
-                precision,
-                is_default: false,
-                error: reference.errors(&seen),
-                held: held.errors(&seen),
-                rounding: errors(&seen, &wide),
-                order: None,
-                time: f64::NAN,
-                energy,
-                stable,
-                finite: !seen.states.iter().any(State::is_absurd),
-            }
+        let motions = [
+            self.motion::<f32>(&here, &at),
+            self.motion::<f64>(&here, &at),
+            self.motion::<DoubleDouble>(&here, &at),
+        ];
+        let run = |(precision, (seen, energy)): (Precision, &(Trajectory<f64>, Energy))| Run {
+            method: self.method,
+            dt: here.physics.dt,
+            precision,
+            is_default: false,
+            error: reference.errors(seen),
+            held: held.errors(seen),
+            rounding: errors(seen, &motions[2].0),
+            order: None,
+            time: f64::NAN,
+            energy: *energy,
+            stable,
+            finite: !seen.states.iter().any(State::is_absurd),
         };
-        Precision::ALL.map(run).to_vec()
+        Precision::ALL.into_iter().zip(&motions).map(run).collect()
     }
 
+    fn motion<R: Real + Into<f64>>(&self, case: &Case, at: &[usize]) -> (Trajectory<f64>, Energy) {
+        let energy = Energy::of::<R>(case, at[at.len() - 1]);
+        (self.seen::<R>(case, at.to_vec()), energy)
+    }
+
+    /// Times the rows, which are in the order of [`Precision::ALL`].
     fn measure(&self, case: &Case, marks: [usize; 4], rows: &mut [Run]) {
         let (mut case, at) = (self.case(case, 1, 1), self.marks(marks, 1));
         case.physics.steps = at[3];
         let probe = Probe::new(&case);
-        for row in rows {
-            row.time = match row.precision {
-                Precision::Single => time::<f32>(&probe, &at),
-                Precision::Double => time::<f64>(&probe, &at),
-                Precision::DoubleDouble => time::<DoubleDouble>(&probe, &at),
-            };
+        let times = [time::<f32>, time::<f64>, time::<DoubleDouble>];
+        for (row, time) in rows.iter_mut().zip(times) {
+            row.time = time(&probe, &at);
         }
     }
 }
 
-fn time<R: Precise>(probe: &Probe, at: &[usize]) -> f64 {
+fn time<R: Real>(probe: &Probe, at: &[usize]) -> f64 {
     median_time(REPEATS, || probe.run::<R>(&probe.case.start, at.to_vec()))
 }
 

@@ -32,30 +32,11 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Of the motion itself: the controller's steps are as short as the mechanical ones.
-    pub(super) fn common(case: &Case, marks: [usize; 4]) -> Self {
-        let run = |group: Group, coarser: usize| {
-            let finer = FINER / coarser;
-            let fine = group.case(case, finer, 1);
-            (group.seen::<f64>(&fine, group.marks(marks, finer)), fine)
-        };
-        Self::of(1.0, run)
-    }
-
-    /// Of the motion under a controller whose time step is this share of the scene's: another
-    /// motion for every share.
-    pub(super) fn held(case: &Case, marks: [usize; 4], share: f64) -> Self {
-        let run = |group: Group, coarser: usize| {
-            // Shares are powers of two: exact.
-            let substeps = (FINER as f64 * share) as usize / coarser;
-            let fine = group.case(case, 1, substeps);
-            (group.seen::<f64>(&fine, group.marks(marks, 1)), fine)
-        };
-        Self::of(share, run)
-    }
-
-    /// From a way to run a method with the finest steps or so many times coarser ones.
-    fn of(share: f64, run: impl Fn(Group, usize) -> (Trajectory<f64>, Case) + Sync) -> Self {
+    /// Of the motion itself, where the controller's steps are as short as the mechanical ones; or
+    /// of the motion under a controller whose time step is held at a share of the scene's, which
+    /// is another motion for every share.
+    pub(super) fn of(case: &Case, marks: [usize; 4], held: Option<f64>) -> Self {
+        let share = held.unwrap_or(1.0);
         let ways = [
             (Integrator::Leapfrog, 1),
             (Integrator::SymplecticEuler, 1),
@@ -66,17 +47,24 @@ impl Reference {
                 integrator,
                 substeps: 1,
             };
-            run(Group { method, share }, coarser)
+            let group = Group { method, share };
+            // Shares are powers of two: exact.
+            let shorter = (FINER as f64 * share) as usize / coarser;
+            let (finer, substeps) = if held.is_some() {
+                (1, shorter)
+            } else {
+                (shorter, 1)
+            };
+            let fine = group.case(case, finer, substeps);
+            (group.seen::<f64>(&fine, group.marks(marks, finer)), fine)
         });
         let mut found: Vec<(Trajectory<f64>, Case)> = found.collect();
         let mut states = found.iter().flat_map(|(seen, _)| &seen.states);
         let astray = states.any(State::is_absurd);
         let (seen, case) = found.remove(0);
         let [other, coarser] = [0, 1].map(|k| errors(&found[k].0, &seen));
-        let uncertainty = |k: usize| match astray {
-            true => f64::INFINITY,
-            false => f64::max(other[k], coarser[k]),
-        };
+        let least = if astray { f64::INFINITY } else { 0.0 };
+        let uncertainty = |k: usize| least.max(other[k]).max(coarser[k]);
         Self {
             dt: case.physics.dt,
             substep: case.physics.dt / case.physics.substeps as f64,

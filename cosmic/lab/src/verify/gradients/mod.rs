@@ -5,6 +5,7 @@ mod table;
 use autodiff::check::{Claim, Direction, Options, Report, Verdict, check_directions};
 use autodiff::{Dual, Real};
 
+use super::probe::norm;
 use cosmic::case::Case;
 use cosmic::ground::Ground;
 use cosmic::inputs::{ALL, Block, Inputs};
@@ -34,15 +35,6 @@ pub struct Group {
 }
 
 impl Group {
-    /// The same of a robot that had to be lifted.
-    fn of_lifted(self) -> Self {
-        Self {
-            lifted: true,
-            verdict: self.verdict.max(Verdict::Kink),
-            ..self
-        }
-    }
-
     /// True if forward and reverse mode both say that the loss does not depend on the group, and
     /// nothing contradicts them: such a row compares zeros with zeros.
     pub fn is_zero(&self) -> bool {
@@ -156,9 +148,13 @@ pub fn check_gradients_of(
         Block::V0 => leaps || floats,
         _ => false,
     };
-    let group = |&block: &Block| match above.as_ref().filter(|_| is_kink(block)) {
-        Some(above) => above.group(block, options, rounding).of_lifted(),
-        None => here.group(block, options, rounding),
+    let group = |&block: &Block| {
+        let above = above.as_ref().filter(|_| is_kink(block));
+        let mut group = above.unwrap_or(&here).group(block, options, rounding);
+        if above.is_some() {
+            (group.lifted, group.verdict) = (true, group.verdict.max(Verdict::Kink));
+        }
+        group
     };
     let groups: Vec<Group> = ALL.iter().map(group).collect();
     GradientCheck {
@@ -167,10 +163,6 @@ pub fn check_gradients_of(
         groups,
         rounding,
     }
-}
-
-fn length(of: &[f64]) -> f64 {
-    of.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Whether rounding explains by how much forward and reverse mode differ.
@@ -245,25 +237,25 @@ impl<'a, L: Loss> Subject<'a, L> {
         let steps = self.case.physics.steps as f64;
         f64::EPSILON
             * steps
-            * length(self.gradient.block(Block::X0))
+            * norm(self.gradient.block(Block::X0))
             * largest(self.inputs.block(Block::X0))
     }
 
     /// Checks the gradient by a block, where the motion magnifies rounding by so much.
     fn group(&self, block: Block, options: &Options, rounding: f64) -> Group {
         let gradient = self.gradient.block(block);
-        let (report, norm) = (self.check(block, gradient, options), length(gradient));
-        let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
+        let (report, length) = (self.check(block, gradient, options), norm(gradient));
+        let magnified = rounding > WORN && is_rounding(&report, length, rounding);
         // With a norm below the rounding, a change of the parameters by their unit moves the robot
         // by less than rounding does.
-        let verdict = match magnified || norm < rounding {
-            true => report.verdict.min(Verdict::Kink),
-            false => report.verdict,
-        };
+        let mut verdict = report.verdict;
+        if magnified || length < rounding {
+            verdict = verdict.min(Verdict::Kink);
+        }
         Group {
             name: block.name(),
             numbers: gradient.len(),
-            norm,
+            norm: length,
             report,
             lifted: false,
             verdict,
@@ -331,15 +323,12 @@ impl<'a, L: Loss> Subject<'a, L> {
 #[cfg(test)]
 mod tests {
     use super::{Claim, Options, Verdict, check_directions, check_gradients, is_rounding};
-    use cosmic::case::Case;
+    use crate::verify::probe::small;
     use cosmic::scene::{Contact, Integrator, Scene};
 
     #[test]
     fn wrong_groups_and_believed_controls_are_failures() {
-        let mut scene = Scene::default();
-        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
-        scene.controller.hidden = 2;
-        let case = Case::of_scene(&scene, 0).unwrap();
+        let case = small([2, 2], |_| ());
         let mut check = check_gradients(&case, 32, &Options::default());
         assert_eq!((check.steps, check.total()), (32, 8));
         assert!(check.failures().is_empty(), "{check}");
@@ -352,11 +341,9 @@ mod tests {
     /// A slack robot does not feel its controller: such slopes are no one's fault, and no control.
     #[test]
     fn slopes_below_the_displacement_s_rounding_fail_nothing() {
-        let mut scene = Scene::default();
-        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
-        scene.controller.hidden = 2;
-        (scene.physics.contact, scene.materials.stiffness) = (Contact::None, [1e-16; 3]);
-        let case = Case::of_scene(&scene, 0).unwrap();
+        let case = small([2, 2], |scene| {
+            (scene.physics.contact, scene.materials.stiffness) = (Contact::None, [1e-16; 3]);
+        });
         let check = check_gradients(&case, 32, &Options::default());
         assert!(check.failures().is_empty(), "{check}");
         let w1 = &check.groups[1];
@@ -379,12 +366,11 @@ mod tests {
     #[test]
     fn slopes_of_a_robot_in_free_fall_are_not_called_wrong() {
         for steps in [64, 256] {
-            let mut scene = Scene::default();
-            (scene.lattice.columns, scene.lattice.rows) = (3, 3);
-            scene.controller.hidden = 4;
-            scene.physics.contact = Contact::None;
-            scene.materials.max_strain = [0.0; 3];
-            let case = Case::of_scene(&scene, 0).unwrap();
+            let case = small([3, 3], |scene| {
+                scene.controller.hidden = 4;
+                scene.physics.contact = Contact::None;
+                scene.materials.max_strain = [0.0; 3];
+            });
             let check = check_gradients(&case, steps, &Options::default());
             assert!(check.failures().is_empty(), "{check}");
             let z = &check.groups[0];
@@ -397,19 +383,15 @@ mod tests {
     /// floats hold, and nothing can be said.
     #[test]
     fn slopes_that_rounding_makes_up_are_not_called_wrong() {
-        let mut scene = Scene::default();
-        (
-            scene.lattice.columns,
-            scene.lattice.rows,
-            scene.lattice.drop,
-        ) = (3, 3, 0.01);
-        (scene.physics.node_mass, scene.physics.payload_mass) = (1e-4, 0.0);
-        (scene.physics.damping, scene.physics.stiffening) = (5.0, 80.0);
-        (scene.physics.contact, scene.physics.friction) = (Contact::Coulomb, 0.0);
-        scene.materials.max_strain = [0.0, 0.0, 0.7];
-        (scene.controller.hidden, scene.controller.gain) = (4, [6.0, 6.0]);
-        scene.controller.velocity_scale = 0.5;
-        let case = Case::of_scene(&scene, 0).unwrap();
+        let case = small([3, 3], |scene| {
+            scene.lattice.drop = 0.01;
+            (scene.physics.node_mass, scene.physics.payload_mass) = (1e-4, 0.0);
+            (scene.physics.damping, scene.physics.stiffening) = (5.0, 80.0);
+            (scene.physics.contact, scene.physics.friction) = (Contact::Coulomb, 0.0);
+            scene.materials.max_strain = [0.0, 0.0, 0.7];
+            (scene.controller.hidden, scene.controller.gain) = (4, [6.0, 6.0]);
+            scene.controller.velocity_scale = 0.5;
+        });
         let check = check_gradients(&case, 200, &Options::default());
         assert!(
             check.rounding > 1.0 && check.failures().is_empty(),
@@ -426,12 +408,7 @@ mod tests {
     #[test]
     fn robots_that_stand_are_lifted_off_their_kinks() {
         let lifted = |change: &dyn Fn(&mut Scene)| {
-            let mut scene = Scene::default();
-            (scene.lattice.columns, scene.lattice.rows) = (2, 2);
-            scene.controller.hidden = 2;
-            change(&mut scene);
-            let case = Case::of_scene(&scene, 0).unwrap();
-            let check = check_gradients(&case, 32, &Options::default());
+            let check = check_gradients(&small([2, 2], change), 32, &Options::default());
             assert!(check.failures().is_empty(), "{check}");
             let lifted = check.groups.iter().filter(|group| group.lifted);
             lifted.map(|group| group.name).collect::<Vec<_>>()

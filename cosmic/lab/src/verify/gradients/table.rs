@@ -17,8 +17,11 @@ impl fmt::Display for GradientCheck {
         for group in &self.groups {
             write_row(out, group)?;
         }
-        let lifted = self.groups.iter().filter(|group| group.lifted);
-        let lifted: Vec<_> = lifted.map(|group| group.name).collect();
+        let names = |is: fn(&Group) -> bool| -> Vec<&str> {
+            let groups = self.groups.iter().filter(|group| is(group));
+            groups.map(|group| group.name).collect()
+        };
+        let (lifted, zero) = (names(|group| group.lifted), names(Group::is_zero));
         if !lifted.is_empty() {
             writeln!(
                 out,
@@ -26,8 +29,6 @@ impl fmt::Display for GradientCheck {
                 lifted.join(", ")
             )?;
         }
-        let zero = self.groups.iter().filter(|group| group.is_zero());
-        let zero: Vec<_> = zero.map(|group| group.name).collect();
         if !zero.is_empty() {
             writeln!(
                 out,
@@ -58,21 +59,12 @@ impl fmt::Display for GradientCheck {
 }
 
 fn write_row(out: &mut fmt::Formatter<'_>, group: &Group) -> fmt::Result {
-    let Group {
-        name,
-        numbers,
-        norm,
-        report,
-        ..
-    } = group;
-    write!(out, "{name:<6}{numbers:>8}{norm:>13.4e}")?;
+    let Group { name, norm, .. } = group;
+    write!(out, "{name:<6}{:>8}{norm:>13.4e}", group.numbers)?;
     let rank = |row: &&Direction| (row.verdict, row.error);
-    let mut directions = report.directions.iter();
-    let first = directions.next();
     // An error that is NaN is not less than any other.
     let worse = |a, b| if rank(&b) < rank(&a) { a } else { b };
-    let worst = first.map(|first| directions.fold(first, worse));
-    if let Some(row) = worst {
+    if let Some(row) = group.report.directions.iter().reduce(worse) {
         let forward = row.forward.unwrap_or(f64::NAN);
         write!(
             out,

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::measured;
-use super::probe::{Precise, Probe, distance, most, narrow};
+use super::probe::{Probe, distance, most, narrow, norm};
 use cosmic::case::Case;
 use subject::{DIRECTIONS, Subject};
 
@@ -139,27 +139,78 @@ impl Gradients {
                 (h, pairs.map(|(s, t)| error(s, t)).collect())
             })
             .collect();
-        let mut study = Study {
-            subject: &subject,
-            sweep: &sweep,
+        let mut found = Self {
             slopes: Vec::new(),
             driver_against_tape: Vec::new(),
-        };
-        for way in Way::ALL {
-            for (k, &steps) in horizons.iter().enumerate() {
-                study.take(way, (k, steps), &truth[k]);
-            }
-        }
-        Self {
             moved: moved(&case, &subject, &horizons),
             rounding: rounding(&case, &horizons),
-            slopes: study.slopes,
-            driver_against_tape: study.driver_against_tape,
             numbers: subject.numbers(),
             sweep,
             horizons,
             chaos: Chaos::of(&case),
+        };
+        for way in Way::ALL {
+            for (k, truth) in truth.iter().enumerate() {
+                found.take(&subject, way, k, truth);
+            }
         }
+        found
+    }
+
+    /// Adds the row of a way over the k-th horizon.
+    fn take(&mut self, subject: &Subject, way: Way, k: usize, truth: &[f64; DIRECTIONS]) {
+        let steps = self.horizons[k];
+        let expected = self.expected_memory(way, steps);
+        let left_out = way == Way::FullTape && expected > MOST_MEMORY;
+        let (found, time, memory) = match way {
+            _ if left_out => ([f64::NAN; DIRECTIONS], f64::NAN, Some(expected)),
+            Way::Differences => {
+                let (width, _) = best(&self.sweep, k);
+                measured(|| subject.differences(width, &[steps])[0])
+            }
+            Way::Duals => measured(|| subject.duals::<f64, DIRECTIONS>(0, &[steps])[0]),
+            Way::SingleDuals => {
+                measured(|| subject.duals::<f32, DIRECTIONS>(0, &[steps])[0].map(f64::from))
+            }
+            Way::Driver => measured(|| subject.along(&subject.driver::<f64>(steps))),
+            Way::SingleDriver => measured(|| {
+                let gradient = subject.driver::<f32>(steps).into_iter().map(f64::from);
+                subject.along(&gradient.collect::<Vec<_>>())
+            }),
+            Way::Truncated(share) => {
+                measured(|| subject.along(&subject.truncated(steps, (steps / share).max(1))))
+            }
+            Way::FullTape => {
+                let (gradient, time, memory) = measured(|| subject.full_tape::<f64>(steps));
+                let driver = subject.driver::<f64>(steps);
+                self.driver_against_tape
+                    .push(difference(&driver, &gradient));
+                (subject.along(&gradient), time, memory)
+            }
+        };
+        let multiple = if way.is_reverse() {
+            1.0
+        } else {
+            subject.numbers() as f64 / DIRECTIONS as f64
+        };
+        self.slopes.push(Slopes {
+            way,
+            steps,
+            error: error(&found, truth),
+            angle: angle(&found, truth),
+            time,
+            whole: time * multiple,
+            memory,
+            left_out,
+        });
+    }
+
+    /// Memory in proportion to that of the last horizon.
+    fn expected_memory(&self, way: Way, steps: usize) -> u64 {
+        let last = self.slopes.iter().rfind(|row| row.way == way);
+        last.map_or(0, |row| {
+            row.memory.unwrap_or(0) / row.steps as u64 * steps as u64
+        })
     }
 
     /// The largest error that rounding in f64 explains: 7 binary digits for a step's sums and as
@@ -215,16 +266,12 @@ fn moved(case: &Case, subject: &Subject, horizons: &[usize]) -> Vec<f64> {
     };
     let here = slopes(subject);
     let starts = Probe::new(case).moved_starts(STARTS, MOVED);
-    let there: Vec<Vec<[f64; DIRECTIONS]>> = starts
-        .into_par_iter()
-        .map(|start| {
-            let case = Case {
-                start,
-                ..case.clone()
-            };
-            slopes(&Subject::new(&case))
-        })
-        .collect();
+    let there = starts.into_par_iter().map(|start| {
+        let mut case = case.clone();
+        case.start = start;
+        slopes(&Subject::new(&case))
+    });
+    let there: Vec<_> = there.collect();
     let largest = |k: usize| {
         let changes = there.iter().map(|moved| error(&moved[k], &here[k]));
         changes.fold(0.0, f64::max)
@@ -246,91 +293,6 @@ fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
     horizons.iter().map(largest).collect()
 }
 
-/// Rows in the making.
-struct Study<'a> {
-    subject: &'a Subject<'a>,
-    sweep: &'a [(f64, Vec<f64>)],
-    slopes: Vec<Slopes>,
-    driver_against_tape: Vec<f64>,
-}
-
-impl Study<'_> {
-    fn take(&mut self, way: Way, (k, steps): (usize, usize), truth: &[f64; DIRECTIONS]) {
-        let expected = self.expected_memory(way, steps);
-        if way == Way::FullTape && expected > MOST_MEMORY {
-            return self.leave_out(way, steps, expected);
-        }
-        let subject = self.subject;
-        let (found, time, memory) = match way {
-            Way::Differences => measured(|| subject.differences(self.best_width(k), &[steps])[0]),
-            Way::Duals => measured(|| subject.duals::<f64, DIRECTIONS>(0, &[steps])[0]),
-            Way::SingleDuals => {
-                measured(|| narrowed(subject.duals::<f32, DIRECTIONS>(0, &[steps])[0]))
-            }
-            Way::Driver => measured(|| subject.along(&subject.driver::<f64>(steps))),
-            Way::SingleDriver => measured(|| {
-                let gradient: Vec<f64> = subject
-                    .driver::<f32>(steps)
-                    .into_iter()
-                    .map(f64::from)
-                    .collect();
-                subject.along(&gradient)
-            }),
-            Way::Truncated(share) => {
-                measured(|| subject.along(&subject.truncated(steps, (steps / share).max(1))))
-            }
-            Way::FullTape => {
-                let (gradient, time, memory) = measured(|| subject.full_tape::<f64>(steps));
-                let driver = subject.driver::<f64>(steps);
-                self.driver_against_tape
-                    .push(difference(&driver, &gradient));
-                (subject.along(&gradient), time, memory)
-            }
-        };
-        let multiple = match way.is_reverse() {
-            true => 1.0,
-            false => subject.numbers() as f64 / DIRECTIONS as f64,
-        };
-        self.slopes.push(Slopes {
-            way,
-            steps,
-            error: error(&found, truth),
-            angle: angle(&found, truth),
-            time,
-            whole: time * multiple,
-            memory,
-            left_out: false,
-        });
-    }
-
-    /// A row for what is not done.
-    fn leave_out(&mut self, way: Way, steps: usize, memory: u64) {
-        self.slopes.push(Slopes {
-            way,
-            steps,
-            error: f64::NAN,
-            angle: f64::NAN,
-            time: f64::NAN,
-            whole: f64::NAN,
-            memory: Some(memory),
-            left_out: true,
-        });
-    }
-
-    /// Memory in proportion to that of the last horizon.
-    fn expected_memory(&self, way: Way, steps: usize) -> u64 {
-        let last = self.slopes.iter().rfind(|row| row.way == way);
-        last.map_or(0, |row| {
-            row.memory.unwrap_or(0) / row.steps as u64 * steps as u64
-        })
-    }
-
-    /// The half-width with the least error over a horizon.
-    fn best_width(&self, horizon: usize) -> f64 {
-        best(self.sweep, horizon).0
-    }
-}
-
 /// The half-width with the least error over a horizon, and that error.
 fn best(sweep: &[(f64, Vec<f64>)], horizon: usize) -> (f64, f64) {
     let errors = sweep.iter().map(|(h, errors)| (*h, errors[horizon]));
@@ -339,19 +301,11 @@ fn best(sweep: &[(f64, Vec<f64>)], horizon: usize) -> (f64, f64) {
     })
 }
 
-fn narrowed<R: Precise>(slopes: [R; DIRECTIONS]) -> [f64; DIRECTIONS] {
-    slopes.map(R::to_f64)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 fn error(slopes: &[f64; DIRECTIONS], truth: &[f64; DIRECTIONS]) -> f64 {
     let away: Vec<f64> = slopes.iter().zip(truth).map(|(s, t)| s - t).collect();
-    let size = dot(truth, truth).sqrt();
+    let size = norm(truth);
     // Slopes that are all zero are right or wrong by themselves.
-    dot(&away, &away).sqrt() / if size > 0.0 { size } else { 1.0 }
+    norm(&away) / if size > 0.0 { size } else { 1.0 }
 }
 
 /// In degrees; small ones from the difference of the unit vectors, whose cosine would be 1.
@@ -360,10 +314,10 @@ fn angle(slopes: &[f64; DIRECTIONS], truth: &[f64; DIRECTIONS]) -> f64 {
         // Of two vectors of zeros too, which have no direction.
         return 0.0;
     }
-    let unit = |v: &[f64; DIRECTIONS]| v.map(|x| x / dot(v, v).sqrt());
+    let unit = |v: &[f64; DIRECTIONS]| v.map(|x| x / norm(v));
     let (a, b) = (unit(slopes), unit(truth));
     let apart: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
-    let half = 0.5 * dot(&apart, &apart).sqrt();
+    let half = 0.5 * norm(&apart);
     2.0 * half.clamp(0.0, 1.0).asin().to_degrees()
 }
 

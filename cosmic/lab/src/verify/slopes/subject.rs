@@ -4,6 +4,7 @@
 use autodiff::{Dual, Real, Var};
 use rand::RngExt;
 
+use crate::verify::probe::{dot, norm};
 use cosmic::case::Case;
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::Displacement;
@@ -35,11 +36,9 @@ impl<'a> Subject<'a> {
         let mut stream = stream(1, Purpose::Verification);
         let count = inputs.get(&blocks).len();
         let directions = [(); DIRECTIONS].map(|()| {
-            let raw: Vec<f64> = (0..count)
-                .map(|_| 2.0 * stream.random::<f64>() - 1.0)
-                .collect();
-            let length = raw.iter().map(|d| d * d).sum::<f64>().sqrt();
-            raw.iter().map(|d| d / length).collect()
+            let mut draw = || 2.0 * stream.random::<f64>() - 1.0;
+            let raw: Vec<f64> = (0..count).map(|_| draw()).collect();
+            raw.iter().map(|d| d / norm(&raw)).collect()
         });
         Self {
             task: case.task(),
@@ -116,13 +115,8 @@ impl<'a> Subject<'a> {
             let mixture = self.case.mixture(self.case.projection, &inputs.z);
             let robot = (&self.task.body(&mixture), &inputs.controller);
             let span = Span::from_start(vec![steps]);
-            let Case {
-                lattice,
-                physics,
-                observation,
-                ..
-            } = self.case;
-            let simulator = Simulator::new(lattice, physics, observation);
+            let case = self.case;
+            let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
             let seen = simulator.rollout_in_full(robot, &inputs.start, &span);
             -self.task.ground().vector_to_ground(seen.states[0].x[0])[0]
         })
@@ -152,7 +146,6 @@ impl<'a> Subject<'a> {
 
     /// A gradient's slopes along the directions.
     pub(super) fn along(&self, gradient: &[f64]) -> [f64; DIRECTIONS] {
-        let slope = |direction: &Vec<f64>| direction.iter().zip(gradient).map(|(d, g)| d * g).sum();
-        self.directions.each_ref().map(slope)
+        (self.directions.each_ref()).map(|direction| dot(direction, gradient))
     }
 }

@@ -1,18 +1,10 @@
 use super::{Gradients, Way, angle, error};
 use crate::table::{Cell, Standing};
-use cosmic::case::Case;
-use cosmic::scene::Scene;
-
-fn tiny(steps: usize) -> Case {
-    let mut scene = Scene::default();
-    (scene.lattice.columns, scene.lattice.rows) = (2, 2);
-    (scene.controller.hidden, scene.physics.steps) = (2, steps);
-    Case::of_scene(&scene, 0).unwrap()
-}
+use crate::verify::probe::small;
 
 #[test]
 fn every_way_is_as_good_as_it_can_be() {
-    let gradients = Gradients::of(&tiny(128));
+    let gradients = Gradients::of(&small([2, 2], |scene| scene.physics.steps = 128));
     assert_eq!(gradients.horizons, [2, 4, 8, 16, 32, 64, 128]);
     assert!(
         gradients.failures().is_empty(),
@@ -30,10 +22,8 @@ fn every_way_is_as_good_as_it_can_be() {
         assert!(row.error < most, "{row:?}");
     }
     let truncated = |way| {
-        gradients
-            .slopes
-            .iter()
-            .any(|row| row.way == way && row.error > 0.01)
+        let mut rows = gradients.slopes.iter();
+        rows.any(|row| row.way == way && row.error > 0.01)
     };
     assert!(truncated(Way::Truncated(2)) && truncated(Way::Truncated(4)));
     assert_eq!(gradients.driver_against_tape.len(), 7);
@@ -41,7 +31,7 @@ fn every_way_is_as_good_as_it_can_be() {
 
 #[test]
 fn a_wrong_gradient_fails() {
-    let mut gradients = Gradients::of(&tiny(32));
+    let mut gradients = Gradients::of(&small([2, 2], |scene| scene.physics.steps = 32));
     let driver = |row: &&mut super::Slopes| row.way == Way::Driver;
     gradients.slopes.iter_mut().rfind(driver).unwrap().error = 1e-3;
     gradients.driver_against_tape[0] = f64::NAN;

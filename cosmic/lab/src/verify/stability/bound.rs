@@ -63,16 +63,14 @@ fn random(stream: &mut ChaCha8Rng) -> (Lattice, Body<f64>, PhysicsSettings) {
         scene.physics.bending_radius = stream.random_range(0.0..0.5 * SPACING);
     }
     let one_hot = stream.random::<bool>();
-    let mut share = |_: &[usize; 2]| match one_hot {
-        true => {
+    let mut share = |_: &[usize; 2]| {
+        if one_hot {
             let chosen = stream.random_range(0..3);
-            std::array::from_fn(|k| f64::from(u8::from(k == chosen)))
+            return std::array::from_fn(|k| f64::from(u8::from(k == chosen)));
         }
-        false => {
-            let shares: [f64; 3] = std::array::from_fn(|_| stream.random());
-            let sum: f64 = shares.iter().sum();
-            shares.map(|s| s / sum)
-        }
+        let shares: [f64; 3] = std::array::from_fn(|_| stream.random());
+        let sum: f64 = shares.iter().sum();
+        shares.map(|s| s / sum)
     };
     let mixture: Vec<[f64; 3]> = lattice.edges.iter().map(&mut share).collect();
     let body = Body::new(&mixture, &lattice, &scene.materials, &scene.physics);

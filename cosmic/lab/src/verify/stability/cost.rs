@@ -36,20 +36,10 @@ pub fn guard_cost(case: &Case) -> GuardCost {
     let mut pairs: Vec<[f64; 2]> = Vec::new();
     for k in 0..REPEATS {
         // By turns, and each as often first: what one leaves in the cache is to nobody's favour.
-        pairs.push(match k % 2 {
-            0 => [plain(), guarded()],
-            _ => {
-                let second = guarded();
-                [plain(), second]
-            }
-        });
+        let early = (k % 2 == 1).then(&guarded);
+        pairs.push([plain(), early.unwrap_or_else(&guarded)]);
     }
-    let least = |k: usize| {
-        pairs
-            .iter()
-            .map(|pair| pair[k])
-            .fold(f64::INFINITY, f64::min)
-    };
+    let least = |k: usize| pairs.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min);
     let per_step = 1e6 / case.physics.steps as f64;
     let ratios = pairs.iter().map(|[plain, guarded]| guarded / plain);
     GuardCost {

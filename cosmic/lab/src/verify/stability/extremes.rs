@@ -16,17 +16,18 @@ const LINEAR: f64 = 0.01;
 /// Time steps over the limit that are tried, under it and beyond.
 const SHARES: [f64; 4] = [0.5, 0.95, 1.05, 2.0];
 
-/// A case around its own limit, however long its rollout is. What starts far from rest has no limit
-/// that holds for longer than its first step.
-pub(super) fn of_case(case: &Case) -> Vec<Trial> {
+/// A case with its own time step, and its robot with others around the limit, however long its
+/// rollout is. A robot that starts far from rest has no limit that holds for longer than its first
+/// step.
+pub fn case_trials(case: &Case) -> Vec<Trial> {
     let mut case = case.clone();
     case.physics.steps = STEPS;
-    let own = single(("scene", "its own time step".to_owned()), case.clone());
-    let mut trials = vec![own];
+    let mut trials = Trials::default();
+    trials.single("scene", "its own time step", case.clone());
     if strain(&case) < LINEAR {
-        trials.extend(around(("scene", "without its world"), &case, World::Free));
+        trials.around("scene", "without its world", &case, World::Free);
     }
-    trials
+    trials.0
 }
 
 /// The most that an edge is off its rest length at the start, as a share of it.
@@ -35,23 +36,25 @@ fn strain(case: &Case) -> f64 {
     most(edges.map(|(&edge, rest)| (length(&case.start.x, edge) / rest - 1.0).abs()))
 }
 
-/// Everything that does not hang on a scene.
-pub(super) fn all() -> Vec<Trial> {
-    let groups = [
-        stiffnesses,
-        masses,
-        ratios,
-        dampings,
-        integrators,
-        laws,
-        time_steps,
-        frictions,
-        layouts,
-        controllers,
-        coincidences,
-        lattices,
-    ];
-    groups.into_iter().flat_map(|group| group()).collect()
+/// Every extreme: stiffness, mass and the ratios of both, damping, integrators, time steps,
+/// friction, layouts, controllers, nodes in one place, sizes of lattices.
+pub fn extreme_trials() -> Vec<Trial> {
+    let mut trials = Trials::default();
+    stiffnesses(&mut trials);
+    masses(&mut trials);
+    ratios(&mut trials);
+    dampings(&mut trials);
+    integrators(&mut trials);
+    laws(&mut trials);
+    // On the ground, with gravity and a controller.
+    let what = "on the ground, actuated";
+    trials.around("time step", what, &robot(|_| {}), World::Driven);
+    frictions(&mut trials);
+    layouts(&mut trials);
+    controllers(&mut trials);
+    coincidences(&mut trials);
+    lattices(&mut trials);
+    trials.0
 }
 
 /// A robot of 3x3 nodes of the paper's materials, all skeleton.
@@ -62,8 +65,14 @@ fn robot(change: impl FnOnce(&mut Scene)) -> Case {
     scene.physics.steps = STEPS;
     change(&mut scene);
     let mut case = Case::of_scene(&scene, 0).expect("the uniform start fits any lattice");
-    case.frozen = Some(vec![Material::Skeleton; case.lattice.edges.len()]);
+    set_layout(&mut case, |_| Material::Skeleton);
     case
+}
+
+/// Gives every edge a material by its number.
+fn set_layout(case: &mut Case, material: impl Fn(usize) -> Material) {
+    let edges = 0..case.lattice.edges.len();
+    case.frozen = Some(edges.map(material).collect());
 }
 
 /// The largest frequency of a case at rest, 1/s.
@@ -72,238 +81,198 @@ fn frequency(case: &Case) -> f64 {
     Vibration::new(&case.lattice, &body, &case.physics, &case.lattice.positions).largest_frequency()
 }
 
-/// A robot with time steps under and over its limit, where there is one.
-fn around((group, what): (&'static str, &str), case: &Case, world: World) -> Vec<Trial> {
-    let case = &match world {
-        World::Free => silent(case),
-        World::Driven => case.clone(),
-    };
-    let frequency = frequency(case);
-    let limit = stable_step(&case.physics, frequency);
-    if limit.is_infinite() {
-        return Vec::new();
-    }
-    let trial = |share: f64| {
-        let mut case = case.clone();
-        case.physics.dt = share * limit;
-        Trial {
-            group,
-            what: format!("{what}, dt {share} of the limit"),
-            case,
-            world,
-            frequency,
+/// The trials so far.
+#[derive(Default)]
+struct Trials(Vec<Trial>);
+
+impl Trials {
+    /// Adds a robot with time steps under and over its limit, where there is one.
+    fn around(&mut self, group: &'static str, what: &str, case: &Case, world: World) {
+        let mut case = match world {
+            World::Free => silent(case),
+            World::Driven => case.clone(),
+        };
+        let frequency = frequency(&case);
+        let limit = stable_step(&case.physics, frequency);
+        if limit.is_infinite() {
+            return;
         }
-    };
-    SHARES.map(trial).into()
-}
+        for share in SHARES {
+            case.physics.dt = share * limit;
+            self.0.push(Trial {
+                group,
+                what: format!("{what}, dt {share} of the limit"),
+                case: case.clone(),
+                world,
+                frequency,
+            });
+        }
+    }
 
-/// A robot in its world with its own time step.
-fn single((group, what): (&'static str, String), case: Case) -> Trial {
-    Trial {
-        group,
-        what,
-        frequency: frequency(&case),
-        case,
-        world: World::Driven,
+    /// Adds a robot in its world with its own time step.
+    fn single(&mut self, group: &'static str, what: &str, case: Case) {
+        self.0.push(Trial {
+            group,
+            what: what.to_owned(),
+            frequency: frequency(&case),
+            case,
+            world: World::Driven,
+        });
     }
 }
 
-fn stiffnesses() -> Vec<Trial> {
-    let of = |stiffness: f64| {
+fn stiffnesses(trials: &mut Trials) {
+    for stiffness in [1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6] {
         let case = robot(|scene| {
             scene.materials.stiffness = [stiffness; 3];
             scene.physics.damping = 0.0;
         });
-        around(
-            ("stiffness", &format!("{stiffness:e} N/m")),
-            &case,
-            World::Free,
-        )
-    };
-    [1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6]
-        .into_iter()
-        .flat_map(of)
-        .collect()
+        let what = format!("{stiffness:e} N/m");
+        trials.around("stiffness", &what, &case, World::Free);
+    }
 }
 
-fn masses() -> Vec<Trial> {
-    let of = |mass: f64| {
-        let case = robot(|scene| {
-            scene.materials.density = [0.0; 3];
-            (scene.physics.node_mass, scene.physics.payload_mass) = (mass, 0.0);
-            scene.physics.damping = 0.0;
-        });
-        around(("mass", &format!("{mass:e} kg a node")), &case, World::Free)
-    };
-    [1e-6, 1e-3, 1.0, 1e3].into_iter().flat_map(of).collect()
+/// A robot without damping whose springs have no mass.
+fn masses_of(node: f64, payload: f64) -> Case {
+    robot(|scene| {
+        scene.materials.density = [0.0; 3];
+        (scene.physics.node_mass, scene.physics.payload_mass) = (node, payload);
+        scene.physics.damping = 0.0;
+    })
+}
+
+fn masses(trials: &mut Trials) {
+    for mass in [1e-6, 1e-3, 1.0, 1e3] {
+        let what = format!("{mass:e} kg a node");
+        trials.around("mass", &what, &masses_of(mass, 0.0), World::Free);
+    }
 }
 
 /// Both ends of both ranges in one robot.
-fn ratios() -> Vec<Trial> {
+fn ratios(trials: &mut Trials) {
     let mut stiff = robot(|scene| {
         scene.materials.stiffness = [1e-9, 1e6, 1.0];
         scene.physics.damping = 0.0;
     });
-    let edges = stiff.lattice.edges.len();
-    stiff.frozen = Some((0..edges).map(|e| Material::ALL[e % 3]).collect());
-    let heavy = robot(|scene| {
-        scene.materials.density = [0.0; 3];
-        (scene.physics.node_mass, scene.physics.payload_mass) = (1e-6, 1e3);
-        scene.physics.damping = 0.0;
-    });
-    let stiff = around(
-        ("ratio", "1e-9, 1 and 1e6 N/m by turns"),
-        &stiff,
-        World::Free,
-    );
-    let heavy = around(
-        ("ratio", "a payload of 1e3 kg on nodes of 1e-6 kg"),
-        &heavy,
-        World::Free,
-    );
-    stiff.into_iter().chain(heavy).collect()
+    set_layout(&mut stiff, |edge| Material::ALL[edge % 3]);
+    let what = "1e-9, 1 and 1e6 N/m by turns";
+    trials.around("ratio", what, &stiff, World::Free);
+    let what = "a payload of 1e3 kg on nodes of 1e-6 kg";
+    trials.around("ratio", what, &masses_of(1e-6, 1e3), World::Free);
 }
 
-fn dampings() -> Vec<Trial> {
-    let of = |damping: f64| {
+fn dampings(trials: &mut Trials) {
+    for damping in [1.0, 20.0, 1e4] {
         let case = robot(|scene| scene.physics.damping = damping);
-        around(("damping", &format!("{damping} 1/s")), &case, World::Free)
-    };
-    [1.0, 20.0, 1e4].into_iter().flat_map(of).collect()
+        trials.around("damping", &format!("{damping} 1/s"), &case, World::Free);
+    }
 }
 
-fn integrators() -> Vec<Trial> {
-    let of = |(what, integrator, substeps): (&str, Integrator, usize)| {
+fn integrators(trials: &mut Trials) {
+    use Integrator::{Leapfrog, SymplecticEuler};
+    for (what, integrator, substeps) in [
+        ("symplectic Euler, 8 substeps", SymplecticEuler, 8),
+        ("leapfrog", Leapfrog, 1),
+        ("leapfrog, 8 substeps", Leapfrog, 8),
+    ] {
         let case = robot(|scene| {
             (scene.physics.integrator, scene.physics.substeps) = (integrator, substeps);
         });
-        around(("integrator", what), &case, World::Free)
-    };
-    let known = [
-        (
-            "symplectic Euler, 8 substeps",
-            Integrator::SymplecticEuler,
-            8,
-        ),
-        ("leapfrog", Integrator::Leapfrog, 1),
-        ("leapfrog, 8 substeps", Integrator::Leapfrog, 8),
-    ];
-    known.into_iter().flat_map(of).collect()
+        trials.around("integrator", what, &case, World::Free);
+    }
 }
 
 /// Bars that resist bending, slender and so thick that this is what vibrates fastest, and springs
 /// that would stiffen.
-fn laws() -> Vec<Trial> {
-    let of = |(what, radius, stiffening): (&str, f64, f64)| {
-        let case = robot(|scene| {
-            (scene.physics.bending_radius, scene.physics.stiffening) = (radius, stiffening);
-        });
-        around(("law", what), &case, World::Free)
-    };
-    let known = [
+fn laws(trials: &mut Trials) {
+    for (what, radius, stiffening) in [
         ("bars of 0.02 m that resist bending", 0.02, 0.0),
         ("bars of 0.1 m", 0.1, 0.0),
         ("stiffening springs", 0.0, 1e4),
-    ];
-    known.into_iter().flat_map(of).collect()
+    ] {
+        let case = robot(|scene| {
+            (scene.physics.bending_radius, scene.physics.stiffening) = (radius, stiffening);
+        });
+        trials.around("law", what, &case, World::Free);
+    }
 }
 
-/// On the ground, with gravity and a controller.
-fn time_steps() -> Vec<Trial> {
-    let case = robot(|_| {});
-    around(
-        ("time step", "on the ground, actuated"),
-        &case,
-        World::Driven,
-    )
-}
-
-fn frictions() -> Vec<Trial> {
-    let of = |friction: f64| {
+fn frictions(trials: &mut Trials) {
+    for friction in [0.0, 2.5, 1e3, 1e12] {
         let mut case = robot(|scene| scene.physics.contact = Contact::Coulomb);
         case.physics.friction = friction;
         case.frozen = None;
-        single(("friction", format!("Coulomb, {friction:e}")), case)
-    };
-    [0.0, 2.5, 1e3, 1e12].map(of).into()
+        trials.single("friction", &format!("Coulomb, {friction:e}"), case);
+    }
 }
 
-fn layouts() -> Vec<Trial> {
-    let of = |material: Material| {
+fn layouts(trials: &mut Trials) {
+    for material in Material::ALL {
         let mut case = robot(|_| {});
-        case.frozen = Some(vec![material; case.lattice.edges.len()]);
-        single(("layout", format!("all {material:?}").to_lowercase()), case)
-    };
-    Material::ALL.map(of).into()
+        set_layout(&mut case, |_| material);
+        let what = format!("all {material:?}").to_lowercase();
+        trials.single("layout", &what, case);
+    }
 }
 
-fn controllers() -> Vec<Trial> {
-    let of = |(what, gain): (&str, f64)| {
-        let mut case = robot(|_| {});
-        case.controller = case.controller.map(|w| w * gain);
-        case.frozen = Some(vec![Material::Actuator; case.lattice.edges.len()]);
-        single(("controller", what.to_owned()), case)
-    };
-    let known = [
+fn controllers(trials: &mut Trials) {
+    let mut actuated = robot(|_| {});
+    set_layout(&mut actuated, |_| Material::Actuator);
+    for (what, gain) in [
         ("silent: all weights zero", 0.0),
         ("saturated: weights times 1e3", 1e3),
         ("saturated: weights times 1e300", 1e300),
-    ];
-    let mut stuck = robot(|_| {});
+    ] {
+        let mut case = actuated.clone();
+        case.controller = case.controller.map(|w| w * gain);
+        trials.single("controller", what, case);
+    }
+    let mut stuck = actuated;
     stuck.controller = stuck.controller.map(|_| 0.0);
     stuck.controller.b2.fill(-1e308);
-    stuck.frozen = Some(vec![Material::Actuator; stuck.lattice.edges.len()]);
-    let what = "all actuators held at full contraction".to_owned();
-    let stuck = single(("controller", what), stuck);
-    known.map(of).into_iter().chain([stuck]).collect()
+    let what = "all actuators held at full contraction";
+    trials.single("controller", what, stuck);
 }
 
-fn coincidences() -> Vec<Trial> {
+fn coincidences(trials: &mut Trials) {
     /// The node in whose place a node starts.
     type Place = fn(usize) -> usize;
-    let moved = |(what, place): (&str, Place)| {
+    let known: [(&str, Place); 3] = [
+        ("two nodes in one place", |i| if i == 1 { 0 } else { i }),
+        ("every row in one place", |i| 3 * (i / 3)),
+        ("all nodes in one place", |_| 4),
+    ];
+    for (what, place) in known {
         let mut case = robot(|_| {});
         let from = case.start.x.clone();
         for (i, x) in case.start.x.iter_mut().enumerate() {
             *x = from[place(i)];
         }
         case.frozen = None;
-        single(("coincidence", what.to_owned()), case)
-    };
-    let known: [(&str, Place); 3] = [
-        ("two nodes in one place", |i| if i == 1 { 0 } else { i }),
-        ("every row in one place", |i| 3 * (i / 3)),
-        ("all nodes in one place", |_| 4),
-    ];
-    known.map(moved).into()
+        trials.single("coincidence", what, case);
+    }
 }
 
-fn lattices() -> Vec<Trial> {
-    let of = |side: usize| {
+fn lattices(trials: &mut Trials) {
+    for side in [2, 3, 6, 10, 20, 40] {
         let case = robot(|scene| {
             (scene.lattice.columns, scene.lattice.rows) = (side, side);
             (scene.physics.damping, scene.physics.steps) = (0.0, STEPS / 2);
         });
-        around(
-            ("lattice", &format!("{side}x{side} nodes")),
-            &case,
-            World::Free,
-        )
-    };
-    [2, 3, 6, 10, 20, 40].into_iter().flat_map(of).collect()
+        let what = format!("{side}x{side} nodes");
+        trials.around("lattice", &what, &case, World::Free);
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::of_case;
+    use super::case_trials;
+    use crate::verify::probe::small;
     use cosmic::case::Case;
     use cosmic::scene::Scene;
 
     fn all_are_well(change: impl FnOnce(&mut Scene)) -> usize {
-        let mut scene = Scene::default();
-        (scene.lattice.columns, scene.lattice.rows) = (3, 2);
-        change(&mut scene);
-        let trials = of_case(&Case::of_scene(&scene, 0).unwrap());
+        let trials = case_trials(&small([3, 2], change));
         for trial in &trials {
             let found = trial.run();
             assert!(found.is_ok(), "{found:?}");
@@ -345,9 +314,9 @@ mod tests {
     fn what_starts_far_from_rest_is_tried_with_its_own_time_step_alone() {
         let mut case = Case::of_scene(&Scene::default(), 0).unwrap();
         case.start.x[1][0] -= 0.9e-2 * case.lattice.rest_length[0];
-        assert_eq!(of_case(&case).len(), 5);
+        assert_eq!(case_trials(&case).len(), 5);
         case.start.x[1] = case.start.x[0];
-        let [own] = &of_case(&case)[..] else {
+        let [own] = &case_trials(&case)[..] else {
             panic!("more than its own time step")
         };
         assert!(own.run().is_ok(), "{:?}", own.run());

@@ -12,6 +12,7 @@ mod trial;
 
 pub use bound::{BoundRatio, bound_ratio};
 pub use cost::{GuardCost, guard_cost};
+pub use extremes::{case_trials, extreme_trials};
 pub use trial::{Found, Outcome, Trial, World};
 
 use rayon::prelude::*;
@@ -44,15 +45,4 @@ impl Stability {
             guard,
         }
     }
-}
-
-/// A case with its own time step, and its robot with others around the limit.
-pub fn case_trials(case: &Case) -> Vec<Trial> {
-    extremes::of_case(case)
-}
-
-/// Every extreme: stiffness, mass and the ratios of both, damping, integrators, time steps,
-/// friction, layouts, controllers, nodes in one place, sizes of lattices.
-pub fn extreme_trials() -> Vec<Trial> {
-    extremes::all()
 }

@@ -93,11 +93,10 @@ impl Found {
 
     /// Whether all is as it should be.
     pub fn is_ok(&self) -> bool {
-        let as_expected = match self.expected_stable() {
-            true => self.outcome == Outcome::Bounded && self.grade != Grade::Unstable,
-            false => self.outcome != Outcome::Bounded && self.grade == Grade::Unstable,
-        };
-        as_expected && !self.unannounced
+        let stable = self.expected_stable();
+        let grew = self.outcome != Outcome::Bounded;
+        let warned = self.grade == Grade::Unstable;
+        (grew, warned) == (!stable, !stable) && !self.unannounced
     }
 }
 
