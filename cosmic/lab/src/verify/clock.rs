@@ -33,8 +33,8 @@ pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64
     median(times)
 }
 
-/// The least processor time of each of some works, in s, measured so often by turns: what disturbs
-/// the machine disturbs all.
+/// The least processor time of each work over some rounds, in s. Each round runs every work once, so
+/// that a disturbance of the machine meets all of them.
 pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> T) -> Vec<f64> {
     let mut least = vec![f64::INFINITY; works.len()];
     for _ in 0..rounds {

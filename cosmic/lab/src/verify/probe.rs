@@ -93,7 +93,7 @@ pub(super) fn median(numbers: impl IntoIterator<Item = f64>) -> f64 {
     0.5 * (sorted[(sorted.len() - 1) / 2] + sorted[sorted.len() / 2])
 }
 
-/// The case of a scene of so many columns and rows with 2 hidden units, and with some more changes.
+/// A case of `size` columns and rows with 2 hidden units; `change` edits its scene.
 #[cfg(test)]
 pub(super) fn small(size: [usize; 2], change: impl FnOnce(&mut Scene)) -> Case {
     let mut scene = Scene::default();

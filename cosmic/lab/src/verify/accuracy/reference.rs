@@ -32,9 +32,9 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Of the motion itself, where the controller's steps are as short as the mechanical ones; or
-    /// of the motion under a controller whose time step is held at a share of the scene's, which
-    /// is another motion for every share.
+    /// Without `held`: the motion itself, whose controller steps as often as the mechanics. With
+    /// it: the motion whose controller holds its output for this share of the scene's time step,
+    /// which is another motion for every share.
     pub(super) fn of(case: &Case, marks: [usize; 4], held: Option<f64>) -> Self {
         let share = held.unwrap_or(1.0);
         let ways = [

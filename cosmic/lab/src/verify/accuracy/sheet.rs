@@ -202,7 +202,7 @@ impl Accuracy {
         self.times.map(|time| format!("{kind}_{time}"))
     }
 
-    /// A table of the runs, so far with the columns that identify a run.
+    /// A table of the runs that has the columns which identify a run.
     fn rows(&self, name: &str, title: &str) -> TableOf<'_, Run> {
         let method = "integrator, and substeps where there are more than one";
         let dt = "time step of the controller, s";

@@ -7,7 +7,7 @@ use cosmic::simulator::Grade;
 use std::slice::from_ref;
 
 impl Stability {
-    /// The section of the case's own stable time steps with all that was found besides.
+    /// Adds what was found to the section on the case's own stable time steps.
     pub fn section(&self, mut section: Section) -> Section {
         let failed = self.found.iter().filter(|found| !found.is_ok());
         let failures = failed.map(|f| format!("{}: {}", f.group, f.what));
