@@ -181,7 +181,8 @@ fn a_robot_written_as_a_case_is_that_robot() {
     assert_eq!(again.task().physics, case.task().physics);
     // Numbers without a meaning are as wrong here as in a scene.
     let text = message(|json| json["scene"]["penalisation"] = json!(0));
-    assert!(text.contains("`scene.penalisation` is 0"), "{text}");
+    let says = "`scene.penalisation`: expected a whole number from 1 to 10, found 0";
+    assert!(text.contains(says), "{text}");
 }
 
 #[test]
