@@ -84,12 +84,12 @@ impl SourceTree {
             let reexport = before.trim_end().ends_with("pub")
                 || before.trim_end().ends_with(')') && before.contains("pub(");
             for path in leaves(tree) {
-                let path = self.from_root(module, &path);
+                let path = self.path_from_root(module, &path);
                 mentions.extend(path.map(|path| Mention { path, reexport }));
             }
         }
         for path in paths_in(&rest) {
-            let path = self.from_root(module, &path);
+            let path = self.path_from_root(module, &path);
             mentions.extend(path.map(|path| Mention {
                 path,
                 reexport: false,
@@ -99,7 +99,7 @@ impl SourceTree {
     }
 
     /// A path as it stands in a module, from the crate's root; `None` if it leaves the crate.
-    fn from_root(&self, module: &ItemPath, path: &str) -> Option<ItemPath> {
+    fn path_from_root(&self, module: &ItemPath, path: &str) -> Option<ItemPath> {
         let mut segments = path.split("::").map(str::trim).peekable();
         let mut base = module.clone();
         match *segments.peek()? {

@@ -199,6 +199,9 @@ fn kept(vector: &Option<Vec<f64>>) -> &[f64] {
         .expect("the vectors of an iteration are kept together")
 }
 
+/// A change to the JSON of a case.
+type Change = fn(&mut Value);
+
 /// One case that cannot be computed is named, and keeps no other from being.
 #[test]
 fn cases_that_cannot_be_computed_are_told_apart() {
@@ -208,7 +211,7 @@ fn cases_that_cannot_be_computed_are_told_apart() {
     let json = references(&own).remove(0).json;
     let folder = std::env::temp_dir().join(format!("cosmic-mma-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder for temporary files");
-    let changes: [(&str, fn(&mut Value)); 4] = [
+    let changes: [(&str, Change); 4] = [
         ("as_it_is", |_| ()),
         ("no_parameters", |case| case["parameters"] = Value::Null),
         ("other_problem", |case| case["statement"] = "min 0".into()),
