@@ -37,7 +37,7 @@ impl<R: Real> Controller<R> {
         self.b2.len()
     }
 
-    /// The activation of every edge, in `[-1, 1]`, from an [observation](fn@observation).
+    /// The activation of every edge, in `[-1, 1]`, from an [observation](super::observation()).
     pub fn activation(&self, observation: &[R]) -> Vec<R> {
         let hidden = layer(&self.w1, &self.b1, observation);
         layer(&self.w2, &self.b2, &hidden)
