@@ -55,7 +55,7 @@ impl Study {
     /// Does what is left of the runs, one a thread, and measures the delivered designs.
     ///
     /// # Errors
-    /// Those of [`Sweep::run_all`] and [`Check::keep`]; [`Error::Usage`] where other processes are still
+    /// Those of [`Sweep::run_all`] and those of keeping a run; [`Error::Usage`] where other processes are still
     /// at work on some.
     pub fn simulate(
         &self,
