@@ -5,12 +5,11 @@
 
 use std::fmt::Write as _;
 use std::hint::black_box;
-use std::path::Path;
 use std::time::Instant;
 
 use autodiff::Real;
 use benches::handwritten::{Buffer, Handwritten};
-use benches::machine::machine;
+use benches::machine::{machine, write_page};
 use cosmic::case::Case;
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::scene::Scene;
@@ -28,11 +27,7 @@ struct Times([[f64; 3]; 2]);
 fn main() {
     let page = page();
     println!("{page}");
-    if std::env::args().any(|argument| argument == "--table") {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/handwritten.md");
-        std::fs::write(path, page).expect("the documentation's folder is there");
-        println!("written: docs/handwritten.md");
-    }
+    write_page("handwritten.md", || page);
 }
 
 fn page() -> String {

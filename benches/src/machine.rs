@@ -1,4 +1,6 @@
-//! What benches ran on.
+//! What benches ran on, and the pages of the documentation that they write.
+
+use std::path::Path;
 
 /// Processor and registers.
 pub fn machine() -> String {
@@ -12,4 +14,16 @@ pub fn machine() -> String {
     let [family, model] = kind;
     let level = autodiff::simd::level();
     format!("{name} (family {family}, model {model}), {level:?} lanes")
+}
+
+/// Writes a page of `docs` if the program was called with `--table`.
+///
+/// # Panics
+/// If the folder cannot be written.
+pub fn write_page(name: &str, page: impl FnOnce() -> String) {
+    if std::env::args().any(|argument| argument == "--table") {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+        std::fs::write(docs.join(name), page()).expect("the folder can be written");
+        println!("written: docs/{name}");
+    }
 }

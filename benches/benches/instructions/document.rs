@@ -1,15 +1,6 @@
 //! The page `docs/instructions.md`.
 
-use std::path::Path;
-
 use crate::works::{Base, Table};
-
-/// Writes the page; returns where.
-pub(crate) fn write(page: &str) -> std::io::Result<&'static str> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/instructions.md");
-    std::fs::write(path, page)?;
-    Ok("docs/instructions.md")
-}
 
 /// The page, from the counts of all works in order.
 pub(crate) fn page(tables: &[Table], counts: &[f64], valgrind: &str) -> String {

@@ -11,6 +11,7 @@ mod works;
 use std::process::ExitCode;
 
 use benches::callgrind::{self, CountError};
+use benches::machine::write_page;
 use works::{Table, tables};
 
 /// The argument that makes this program do the work of that number, so many times: how it calls
@@ -33,10 +34,7 @@ fn main() -> ExitCode {
         Ok(counts) => {
             let page = document::page(&tables, &counts, &version);
             println!("{page}");
-            if arguments.iter().any(|argument| argument == "--table") {
-                let path = document::write(&page).expect("the documentation's folder is there");
-                println!("written: {path}");
-            }
+            write_page("instructions.md", || page);
             ExitCode::SUCCESS
         }
         Err(error) => {

@@ -1,7 +1,6 @@
 //! The tables, and the page `docs/speed.md`.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use benches::machine::machine;
 use cosmic::case::Case;
@@ -25,14 +24,8 @@ pub(crate) fn tapes(rows: &[Row]) -> String {
     table
 }
 
-/// Measures the rollouts and writes the page; returns where.
-pub(crate) fn write(tapes: &str) -> std::io::Result<String> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/speed.md");
-    std::fs::write(&path, page(tapes))?;
-    Ok("docs/speed.md".into())
-}
-
-fn page(tapes: &str) -> String {
+/// Measures the rollouts and makes the page.
+pub(crate) fn page(tapes: &str) -> String {
     let machine = machine();
     let rollouts = rollouts();
     format!(
@@ -47,8 +40,7 @@ fn page(tapes: &str) -> String {
          travels between machines. The design gradient of a layout is the one by its mixture. \
          Eight starts of one design and controller run together, one a lane, where registers have \
          room for so many, with the bits of each alone. `cosmic explain --measure` says the same \
-         of any scene; `cargo bench -p benches --bench rollout` takes the figures with \
-         their spread, [instructions.md](instructions.md) counts instead of timing, and \
+         of any scene, [instructions.md](instructions.md) counts instead of timing, and \
          [handwritten.md](handwritten.md) has an adjoint written by hand beside it.\n\n{rollouts}\n\
          ## Scalar tapes\n\n\
          The gradient of one step of springs, damping and contact, 36 nodes and 110 springs, by \

@@ -9,6 +9,7 @@ mod document;
 use std::hint::black_box;
 use std::time::Instant;
 
+use benches::machine::write_page;
 use benches::tapes::rivals::{self, Gradient};
 use benches::tapes::step::Lattice;
 use benches::tapes::{inputs, kernels};
@@ -42,10 +43,7 @@ fn main() {
     rows.extend(absent());
     let table = document::tapes(&rows);
     println!("{table}");
-    if std::env::args().any(|argument| argument == "--table") {
-        let path = document::write(&table).expect("the documentation's folder can be written");
-        println!("written: {path}");
-    }
+    write_page("speed.md", || document::page(&table));
 }
 
 /// The tapes in this build.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::str::{FromStr, SplitAsciiWhitespace};
 
-/// A file that cannot be used.
+/// Why a case cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -22,6 +22,18 @@ pub enum Error {
         path: PathBuf,
         /// What is wrong with it.
         what: String,
+    },
+    /// The answer is out of tolerance: it is not worth timing.
+    #[error("{name}: '{field}' is off by {error:e}, allowed are {tolerance:e}")]
+    Wrong {
+        /// The case.
+        name: String,
+        /// The field that is furthest off.
+        field: String,
+        /// The error of that field.
+        error: f64,
+        /// The error that is allowed.
+        tolerance: f64,
     },
 }
 

@@ -11,16 +11,6 @@ pub struct Effort {
     pub limit: Duration,
 }
 
-impl Default for Effort {
-    /// ADBench's own: half a second, and ten.
-    fn default() -> Self {
-        Self {
-            least: Duration::from_millis(500),
-            limit: Duration::from_secs(10),
-        }
-    }
-}
-
 /// The number of samples that ADBench takes at most.
 const SAMPLES: usize = 10;
 

@@ -14,31 +14,8 @@ const ANCHORS: [(&str, f64, f64); 4] = [
     ("lstm_l2_c1024", 1.16, 7.39),
 ];
 
-/// Why a table could not be made.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TableError {
-    /// A case cannot be read.
-    #[error(transparent)]
-    Input(#[from] Error),
-    /// A wrong answer is not worth timing.
-    #[error("{name}: '{field}' is off by {error:e}, allowed are {tolerance:e}")]
-    Wrong {
-        /// The case.
-        name: String,
-        /// The field that is furthest off.
-        field: String,
-        /// By how much.
-        error: f64,
-        /// What is allowed.
-        tolerance: f64,
-    },
-}
-
 /// Measured times of a case, in seconds.
-#[derive(Clone, Debug)]
 struct Row {
-    name: String,
     objective: f64,
     derivative: f64,
     error: f64,
@@ -48,12 +25,12 @@ struct Row {
 ///
 /// # Errors
 /// If a case cannot be read or its answer is wrong.
-pub fn page(cases: &[Case], effort: Effort) -> Result<String, TableError> {
+pub fn page(cases: &[Case], effort: Effort) -> Result<String, Error> {
     let mut page = heading(effort);
     for case in cases {
         let row = measure(case, effort)?;
         let (objective, derivative) = (row.objective * 1e3, row.derivative * 1e3);
-        let anchor = ANCHORS.iter().find(|(name, ..)| *name == row.name);
+        let anchor = ANCHORS.iter().find(|(name, ..)| *name == case.name);
         let anchor = anchor.map_or("| |".to_owned(), |(_, objective, derivative)| {
             format!("{objective} | {derivative} |")
         });
@@ -61,7 +38,7 @@ pub fn page(cases: &[Case], effort: Effort) -> Result<String, TableError> {
         let _ = writeln!(
             page,
             "| {} | {objective:.4} | {derivative:.4} | {:.2} | {:.0e} | {anchor}",
-            row.name,
+            case.name,
             derivative / objective,
             row.error,
         );
@@ -69,13 +46,13 @@ pub fn page(cases: &[Case], effort: Effort) -> Result<String, TableError> {
     Ok(page)
 }
 
-fn measure(case: &Case, effort: Effort) -> Result<Row, TableError> {
+fn measure(case: &Case, effort: Effort) -> Result<Row, Error> {
     let mut problem: Box<dyn Problem> = open(case.kind, &case.file, None)?;
     problem.derivative();
     problem.objective();
     let comparison = answer::compare(&problem.answer(), &case.reference);
     if !comparison.is_close() {
-        return Err(TableError::Wrong {
+        return Err(Error::Wrong {
             name: case.name.clone(),
             field: comparison.field,
             error: comparison.error,
@@ -83,7 +60,6 @@ fn measure(case: &Case, effort: Effort) -> Result<Row, TableError> {
         });
     }
     Ok(Row {
-        name: case.name.clone(),
         objective: seconds(effort, || problem.objective()),
         derivative: seconds(effort, || problem.derivative()),
         error: comparison.error,

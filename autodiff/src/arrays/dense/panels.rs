@@ -33,7 +33,7 @@ const PARTED: RangeInclusive<usize> = 36 << 10..=128 << 10;
 /// that are read cyclically evict exactly what is read next. So the cache is divided by address: some
 /// chunks are near, in sets where nothing evicts them, and the others pass through the remaining sets.
 /// Near and far ones alternate, so that the far ones arrive from L2 while the near ones are worked on.
-/// That saves a tenth of a rollout's time: `cargo bench -p benches --bench rollout`.
+/// That saves a tenth of a rollout's time: `cosmic explain --measure`.
 pub(super) struct Panels<R> {
     entries: Aligned<R>,
     rows: usize,
