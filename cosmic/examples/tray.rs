@@ -3,7 +3,7 @@
 use autodiff::Real;
 use cosmic::codesign::CoDesign;
 use cosmic::inputs::{CONTROLLER, Inputs};
-use cosmic::scene::{HorizonMode, Scene};
+use cosmic::scene::Scene;
 use cosmic::task::Horizon;
 use cosmic::{objective::Loss, projection::Projection, simulator::Trajectory};
 
@@ -31,17 +31,12 @@ fn main() -> Result<(), cosmic::Error> {
         controller: first.controller,
         start: task.lattice.state_at_rest(),
     };
-    let horizon = Horizon {
-        steps: 128,
-        mode: HorizonMode::Head,
-        cotangent_bound: None,
-    };
+    let horizon = Horizon::head(128);
     let mut losses = [0.0; 20];
     for value in &mut losses {
         let (loss, gradient) = inputs.differentiate(CONTROLLER, |robot| {
             let mixture = task.mixture(Projection::Performance, &robot.z);
-            let robot = (&robot.controller, &robot.start);
-            task.loss(&mixture, robot, (&Level([6, 8]), &horizon)).0
+            task.loss(&mixture, robot, &Level([6, 8]), &horizon)
         });
         let mut weights = inputs.get(CONTROLLER);
         (weights.iter_mut().zip(gradient)).for_each(|(w, g)| *w -= 100.0 * g);

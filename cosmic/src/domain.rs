@@ -66,8 +66,13 @@ mod tests {
     fn without_ranges_the_domain_is_the_nominal_one() {
         let scene = Scene::parse("tiny", "[lattice]\ncolumns = 3\nrows = 2").unwrap();
         let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
-        let world = (&scene.physics, &scene.controller);
-        let task = &Task::new(lattice, world, &scene.materials, &scene.projection);
+        let task = &Task::new(
+            lattice,
+            &scene.physics,
+            &scene.controller,
+            &scene.materials,
+            &scene.projection,
+        );
         let none = RobustSettings {
             samples: 1,
             start: 0.0,

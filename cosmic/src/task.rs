@@ -4,6 +4,7 @@ use autodiff::{CotangentBound, Real};
 
 use crate::controller::Controller;
 use crate::ground::Ground;
+use crate::inputs::Inputs;
 use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, Loss};
 use crate::projection::{Body, Projection, Variation, holds, mixture_held};
@@ -22,6 +23,17 @@ pub struct Horizon {
     pub mode: HorizonMode,
     /// Holds the state's cotangent back; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
+}
+
+impl Horizon {
+    /// The first steps, with the exact gradient.
+    pub fn head(steps: usize) -> Self {
+        Self {
+            steps,
+            mode: HorizonMode::Head,
+            cotangent_bound: None,
+        }
+    }
 }
 
 /// How many rollouts with one controller a thread runs together: 8, which SIMD lanes take at once,
@@ -52,7 +64,8 @@ impl Task {
     /// Plans rollouts of `physics.steps` steps.
     pub fn new(
         lattice: Lattice,
-        (physics, controller): (&PhysicsSettings, &ControllerSettings),
+        physics: &PhysicsSettings,
+        controller: &ControllerSettings,
         materials: &MaterialSettings,
         sharpness: &ProjectionSettings,
     ) -> Self {
@@ -114,11 +127,12 @@ impl Task {
     pub fn rollout<R: Real>(
         &self,
         mixture: &[[R; 3]],
-        (controller, start): (&Controller<R>, &State<R>),
+        controller: &Controller<R>,
+        start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        let body = self.body(mixture);
-        self.simulator.rollout((&body, controller), start, span)
+        self.simulator
+            .rollout(&self.body(mixture), controller, start, span)
     }
 
     /// Steps robots from several starts, all of one mixture or each of its own, with the bits of as
@@ -126,22 +140,25 @@ impl Task {
     pub fn rollout_many<R: Real>(
         &self,
         mixtures: &[&[[R; 3]]],
-        (controller, starts): (&Controller<R>, &[&State<R>]),
+        controller: &Controller<R>,
+        starts: &[&State<R>],
         span: &Span,
     ) -> Vec<Trajectory<R>> {
-        let robots = (&self.bodies(mixtures)[..], controller);
-        self.simulator.rollout_many(robots, starts, span)
+        let bodies = self.bodies(mixtures);
+        self.simulator
+            .rollout_many(&bodies, controller, starts, span)
     }
 
     /// Steps the robot of a mixture with the guard on: no absurd state goes unnoticed.
     pub fn guarded(
         &self,
         mixture: &[[f64; 3]],
-        (controller, start): (&Controller<f64>, &State<f64>),
+        controller: &Controller<f64>,
+        start: &State<f64>,
         span: &Span,
     ) -> Guarded {
-        let body = self.body(mixture);
-        self.simulator.guarded((&body, controller), start, span)
+        self.simulator
+            .guarded(&self.body(mixture), controller, start, span)
     }
 
     /// As [`Simulator::is_cleared`].
@@ -171,11 +188,12 @@ impl Task {
     pub fn divergence(
         &self,
         mixture: &[[f64; 3]],
-        (controller, start): (&Controller<f64>, &State<f64>),
+        controller: &Controller<f64>,
+        start: &State<f64>,
     ) -> Option<Divergence> {
         let body = self.body(mixture);
         self.simulator
-            .divergence((&body, controller), start, 0..self.physics.steps)
+            .divergence(&body, controller, start, 0..self.physics.steps)
     }
 
     /// Where the reverse sweep of a mixture's robot overflows, for the payload's place along the
@@ -183,22 +201,24 @@ impl Task {
     pub fn overflow(
         &self,
         mixture: &[[f64; 3]],
-        (controller, start): (&Controller<f64>, &State<f64>),
+        controller: &Controller<f64>,
+        start: &State<f64>,
     ) -> Option<Overflow> {
         let body = self.body(mixture);
         self.simulator
-            .overflow((&body, controller), start, self.physics.steps)
+            .overflow(&body, controller, start, self.physics.steps)
     }
 
-    /// The loss of a robot over a horizon. In the mode "tail" the steps before the horizon are
-    /// done without derivatives.
+    /// The loss of a mixture's robot over a horizon, with the controller and the start of the inputs.
+    /// In the mode "tail" the steps before the horizon are done without derivatives.
     pub fn loss<R: Real>(
         &self,
         mixture: &[[R; 3]],
-        robot: (&Controller<R>, &State<R>),
-        loss: (&impl Loss, &Horizon),
-    ) -> (R, Trajectory<R>) {
-        self.losses(&[mixture], robot, loss).remove(0)
+        inputs: &Inputs<R>,
+        loss: &impl Loss,
+        horizon: &Horizon,
+    ) -> R {
+        self.losses(&[mixture], inputs, loss, horizon).remove(0)
     }
 
     /// The losses of robots with one controller from one start: the bits of as many single ones, in
@@ -206,20 +226,21 @@ impl Task {
     pub fn losses<R: Real>(
         &self,
         mixtures: &[&[[R; 3]]],
-        robot: (&Controller<R>, &State<R>),
-        (loss, horizon): (&impl Loss, &Horizon),
-    ) -> Vec<(R, Trajectory<R>)> {
-        let with_loss = |trajectory| (loss.loss(&trajectory), trajectory);
-        let trajectories = self.over_horizon(mixtures, robot, (loss, horizon));
-        trajectories.into_iter().map(with_loss).collect()
+        inputs: &Inputs<R>,
+        loss: &impl Loss,
+        horizon: &Horizon,
+    ) -> Vec<R> {
+        let trajectories = self.over_horizon(mixtures, inputs, loss, horizon);
+        trajectories.iter().map(|seen| loss.loss(seen)).collect()
     }
 
     /// What a loss looks at, of robots with one controller from one start.
     pub(crate) fn over_horizon<R: Real>(
         &self,
         mixtures: &[&[[R; 3]]],
-        (controller, start): (&Controller<R>, &State<R>),
-        (loss, horizon): (&dyn AnyLoss, &Horizon),
+        inputs: &Inputs<R>,
+        loss: &dyn AnyLoss,
+        horizon: &Horizon,
     ) -> Vec<Trajectory<R>> {
         let steps = horizon.steps.min(self.physics.steps);
         let mut span = Span {
@@ -227,22 +248,22 @@ impl Task {
             cotangent_bound: horizon.cotangent_bound,
             ..Span::from_start(loss.observed(steps))
         };
+        let (simulator, controller) = (&self.simulator, &inputs.controller);
         let bodies = self.bodies(mixtures);
-        let mut starts = vec![start.clone(); bodies.len()];
+        let mut starts = vec![inputs.start.clone(); bodies.len()];
         if horizon.mode == HorizonMode::Tail {
             span.first = self.physics.steps - steps;
             let head = Span::from_start(vec![span.first]);
             // Bodies are made before they are detached: a layout whose derivative is asked for
             // keeps its void edges, before the horizon too.
             let bodies: Vec<_> = bodies.iter().map(|body| body.map(R::detach)).collect();
-            let robots = (&bodies[..], &controller.map(R::detach));
-            let start = start.map(R::detach);
+            let start = inputs.start.map(R::detach);
             let at_first = vec![&start; bodies.len()];
-            let reached = self.simulator.rollout_many(robots, &at_first, &head);
+            let detached = controller.map(R::detach);
+            let reached = simulator.rollout_many(&bodies, &detached, &at_first, &head);
             starts = reached.into_iter().flat_map(|seen| seen.states).collect();
         }
-        let robots = (&bodies[..], controller);
         let starts: Vec<&State<R>> = starts.iter().collect();
-        self.simulator.rollout_many(robots, &starts, &span)
+        simulator.rollout_many(&bodies, controller, &starts, &span)
     }
 }

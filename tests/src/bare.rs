@@ -82,7 +82,7 @@ impl Bare {
             mass: lift(&self.body.mass),
         };
         let simulator = Simulator::new(&self.lattice, &physics, &settings);
-        simulator.rollout((&body, &silent), start, &Span::from_start(observed))
+        simulator.rollout(&body, &silent, start, &Span::from_start(observed))
     }
 
     /// The last of so many steps.

@@ -6,7 +6,7 @@ use cosmic::inputs::{ALL, CONTROLLER, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Body;
-use cosmic::scene::{Contact, ControllerSettings, HorizonMode, LossSettings, Scene};
+use cosmic::scene::{Contact, ControllerSettings, LossSettings, Scene};
 use cosmic::simulator::{Simulator, Span, Trajectory};
 use cosmic::task::Horizon;
 
@@ -42,7 +42,7 @@ fn straining(body: &Body<f64>) -> Body<f64> {
 /// The last state of a rollout.
 fn end(case: &Case, simulator: &Simulator, body: &Body<f64>) -> State<f64> {
     let span = Span::from_start(vec![case.physics.steps]);
-    let rollout = simulator.rollout((body, &case.controller), &case.start, &span);
+    let rollout = simulator.rollout(body, &case.controller, &case.start, &span);
     rollout.states[0].clone()
 }
 
@@ -86,17 +86,12 @@ fn nodes_that_a_loss_does_not_look_at_change_no_bit() {
         ground: case.task().ground(),
         settings: LossSettings::default(),
     };
-    let horizon = Horizon {
-        steps: STEPS,
-        mode: HorizonMode::Head,
-        cotangent_bound: None,
-    };
+    let horizon = Horizon::head(STEPS);
     let [payload, all] = [true, false].map(|alone| {
         let loss = Far(far.clone(), alone);
         case.inputs().differentiate(ALL, |inputs| {
             let mixture = case.mixture(case.projection, &inputs.z);
-            let robot = (&inputs.controller, &inputs.start);
-            case.task().loss(&mixture, robot, (&loss, &horizon)).0
+            case.task().loss(&mixture, inputs, &loss, &horizon)
         })
     });
     assert_eq!(payload, all);
@@ -128,8 +123,8 @@ fn the_gradient_by_weights_is_that_of_the_full_simulator() {
                     mass: lift(&body.mass),
                 };
                 let span = Span::from_start(vec![STEPS]);
-                let robot = (&body, &inputs.controller);
-                simulator.rollout(robot, &inputs.start, &span).states[0].x[5][0]
+                let seen = simulator.rollout(&body, &inputs.controller, &inputs.start, &span);
+                seen.states[0].x[5][0]
             })
     };
     let (value, some) = gradient(&body);

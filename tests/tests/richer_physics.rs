@@ -7,7 +7,7 @@ use cosmic::inputs::{ALL, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::Displacement;
 use cosmic::projection::Projection;
-use cosmic::scene::{HorizonMode, Scene};
+use cosmic::scene::Scene;
 use cosmic::simulator::Span;
 use cosmic::task::Horizon;
 
@@ -40,14 +40,8 @@ fn inputs(codesign: &CoDesign) -> Inputs<f64> {
 fn loss<R: Real>(codesign: &CoDesign, inputs: &Inputs<R>) -> R {
     let task = codesign.task();
     let mixture = task.mixture(Projection::Performance, &inputs.z);
-    let horizon = Horizon {
-        steps: 48,
-        mode: HorizonMode::Head,
-        cotangent_bound: None,
-    };
     let objective = Displacement::at_end(task.ground());
-    let robot = (&inputs.controller, &inputs.start);
-    task.loss(&mixture, robot, (&objective, &horizon)).0
+    task.loss(&mixture, inputs, &objective, &Horizon::head(48))
 }
 
 fn verdict(physics: &str, wrong_by: f64) -> Verdict {
@@ -112,7 +106,7 @@ fn after(physics: &str, steps: usize) -> State<f64> {
     let task = codesign.task();
     let mixture = task.mixture(Projection::Performance, &at.z);
     let end = Span::from_start(vec![steps]);
-    let seen = task.rollout(&mixture, (&at.controller, &at.start), &end);
+    let seen = task.rollout(&mixture, &at.controller, &at.start, &end);
     seen.states[0].clone()
 }
 
@@ -135,7 +129,7 @@ fn bending_keeps_momentum_and_spin() {
     let mixture = task.mixture(Projection::Performance, &at.z);
     let mass = task.body(&mixture).mass;
     let span = Span::from_start(vec![0, 64]);
-    let seen = task.rollout(&mixture, (&at.controller, &at.start), &span);
+    let seen = task.rollout(&mixture, &at.controller, &at.start, &span);
     let moments = |state: &State<f64>| {
         let nodes = mass.iter().zip(state.x.iter().zip(&state.v));
         nodes.fold([0.0; 3], |[px, py, spin], (m, (x, v))| {

@@ -94,8 +94,7 @@ impl Function for OfDesign<'_> {
         let mut inputs = self.case.inputs().lift();
         inputs.set(DESIGN, x);
         let mixture = self.case.mixture(self.case.projection, &inputs.z);
-        let robot = (&inputs.controller, &inputs.start);
-        let (loss, _) = self.task.loss(&mixture, robot, (&self.loss, &self.horizon));
+        let loss = (self.task).loss(&mixture, &inputs, &self.loss, &self.horizon);
         loss.straight_through(loss * R::lit(1.0 + self.wrong_by))
     }
 }
@@ -115,11 +114,7 @@ fn the_mean_loss_of_a_rollout() {
                     every: 8,
                 },
             },
-            horizon: Horizon {
-                steps: STEPS,
-                mode: HorizonMode::Head,
-                cotangent_bound: None,
-            },
+            horizon: Horizon::head(STEPS),
             case: &case,
             wrong_by,
         };
@@ -145,8 +140,7 @@ fn the_tail_of_a_rollout() {
     let inputs = case.inputs();
     let (value, tail) = inputs.differentiate(DESIGN, |inputs| {
         let mixture = case.mixture(case.projection, &inputs.z);
-        let robot = (&inputs.controller, &inputs.start);
-        task.loss(&mixture, robot, (&at_end(), &horizon)).0
+        task.loss(&mixture, inputs, &at_end(), &horizon)
     });
     // The whole value, with a part of the gradient. Where head and tail meet, the state goes
     // through the world's frame: a rounding of 1e-17, which 40 steps multiply by a hundred at most.

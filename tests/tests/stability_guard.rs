@@ -25,11 +25,11 @@ fn watched(span: &Span) -> Span {
 
 fn guarded(case: &Case) -> Guarded {
     let mixture = case.own_mixture();
-    let robot = (&case.controller, &case.start);
+    let (task, controller, start) = (case.task(), &case.controller, &case.start);
     let span = Span::from_start(vec![0, 7, case.physics.steps]);
-    let guarded = case.task().guarded(&mixture, robot, &span);
+    let guarded = task.guarded(&mixture, controller, start, &span);
     // What is delivered is what an unguarded rollout gives, NaN for NaN.
-    let plain = case.task().rollout(&mixture, robot, &span);
+    let plain = task.rollout(&mixture, controller, start, &span);
     assert_eq!(format!("{:?}", guarded.trajectory), format!("{plain:?}"));
     guarded
 }
@@ -101,9 +101,10 @@ fn the_last_states_are_those_of_the_rollout() {
     // From 0.1 m on by 10 km a step.
     assert_eq!((found.step, found.node, found.term), (99, 2, Cause::Motion));
     let mixture = case.own_mixture();
-    let robot = (&case.controller, &case.start);
     let span = Span::from_start(found.last.steps.clone());
-    let states = case.task().rollout(&mixture, robot, &span).states;
+    let task = case.task();
+    let seen = task.rollout(&mixture, &case.controller, &case.start, &span);
+    let states = seen.states;
     assert_eq!(states, found.last.states);
     assert_eq!(found.last.steps, (92..=100).collect::<Vec<_>>());
     let absurd: Vec<bool> = states.iter().map(|s| s.is_absurd()).collect();
@@ -119,14 +120,14 @@ fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
         scene.physics.unstable_step = cosmic::scene::UnstableStep::Warn;
     });
     let mixture = case.own_mixture();
-    let (task, robot) = (case.task(), (&case.controller, &case.start));
+    let (task, controller, start) = (case.task(), &case.controller, &case.start);
     let mut found = 0;
     for first in [0, 25, 50, 100] {
         let span = Span {
             first,
             ..Span::from_start((1..=150).collect())
         };
-        let guarded = task.guarded(&mixture, robot, &span);
+        let guarded = task.guarded(&mixture, controller, start, &span);
         let seen = guarded.trajectory.states.iter();
         let absurd = seen.zip(1..).find(|(state, _)| state.is_absurd());
         let step = guarded.divergence.as_ref().map(|found| found.step);
@@ -148,7 +149,7 @@ fn parts_of_another_lattice_are_refused() {
     let span = Span::from_start(vec![1]);
     let says = |mixture: &[[f64; 3]], controller, start| {
         let task = small.task();
-        let run = || task.rollout(mixture, (controller, start), &span);
+        let run = || task.rollout(mixture, controller, start, &span);
         let refused = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
         let says = refused.expect_err("it is of another lattice");
         *says.downcast::<String>().expect("a sentence")
@@ -246,12 +247,11 @@ fn several_starts_together_are_watched_one_by_one() {
         let starts: Vec<_> = starts.iter().collect();
         let span = Span::from_start(vec![0, 7, case.physics.steps]);
         for span in [watched(&span), span] {
-            let together = task.rollout_many(&[&mixture], (&case.controller, &starts), &span);
+            let together = task.rollout_many(&[&mixture], &case.controller, &starts, &span);
             for (k, start) in starts.iter().enumerate() {
-                let robot = (&case.controller, *start);
-                let alone = task.rollout(&mixture, robot, &span);
+                let alone = task.rollout(&mixture, &case.controller, start, &span);
                 assert_eq!(format!("{:?}", together[k]), format!("{alone:?}"), "{k}");
-                let guarded = task.guarded(&mixture, robot, &span);
+                let guarded = task.guarded(&mixture, &case.controller, start, &span);
                 assert_eq!(guarded.divergence.is_some(), k == WRONG, "{k}");
                 let shows = span.watched && k == WRONG;
                 assert_eq!(together[k].states[0].x[0][0].is_nan(), shows, "{k}");
@@ -286,10 +286,9 @@ fn several_layouts_together_have_the_bits_of_each_alone() {
             let span = Span::from_start(vec![0, 7, case.physics.steps]);
             let (task, layouts) = (case.task(), &layouts[..count]);
             for span in [watched(&span), span] {
-                let together = task.rollout_many(layouts, (&case.controller, &starts), &span);
+                let together = task.rollout_many(layouts, &case.controller, &starts, &span);
                 for k in 0..count {
-                    let robot = (&case.controller, starts[k]);
-                    let alone = task.rollout(layouts[k], robot, &span);
+                    let alone = task.rollout(layouts[k], &case.controller, starts[k], &span);
                     assert_eq!(format!("{:?}", together[k]), format!("{alone:?}"), "{k}");
                 }
                 let shows = together.iter().any(|seen| seen.states[0].x[0][0].is_nan());

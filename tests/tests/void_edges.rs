@@ -1,6 +1,6 @@
 //! Void edges of a layout, kept and dropped.
 
-use autodiff::{CotangentBound, Dual, Real};
+use autodiff::{Dual, Real};
 use cosmic::case::Case;
 use cosmic::design::Material::{self, Void};
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
@@ -58,8 +58,8 @@ fn states(case: &Case) -> Vec<State<f64>> {
 
 fn states_of(case: &Case, body: &Body<f64>) -> Vec<State<f64>> {
     let span = Span::from_start((0..=STEPS).collect());
-    let robot = (body, &case.controller);
-    simulator(case).rollout(robot, &case.start, &span).states
+    let seen = simulator(case).rollout(body, &case.controller, &case.start, &span);
+    seen.states
 }
 
 /// As [`states`], every edge computed, also those without stiffness: the least number above zero
@@ -154,11 +154,10 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
         assert_eq!(all, states(&dropped));
         // Guarded, and together with others: the same bits.
         let (bodies, span) = ([dropped.body()], Span::from_start(vec![STEPS]));
-        let (robots, starts) = ((&bodies[..], &dropped.controller), [&dropped.start; 9]);
-        let robot = (&bodies[0], &dropped.controller);
-        let guarded = simulator(&dropped).guarded(robot, &dropped.start, &span);
+        let (simulator, controller) = (simulator(&dropped), &dropped.controller);
+        let guarded = simulator.guarded(&bodies[0], controller, &dropped.start, &span);
         assert_eq!(guarded.divergence, None);
-        let together = simulator(&dropped).rollout_many(robots, &starts, &span);
+        let together = simulator.rollout_many(&bodies, controller, &[&dropped.start; 9], &span);
         for seen in [guarded.trajectory].iter().chain(&together) {
             assert_eq!(seen.states[0], all[STEPS]);
         }
@@ -173,12 +172,11 @@ fn task_loss<R: Real>(
     let horizon = Horizon {
         steps: STEPS / 2,
         mode,
-        cotangent_bound: None::<CotangentBound>,
+        cotangent_bound: None,
     };
-    let robot = (&inputs.controller, &inputs.start);
     let loss = Displacement::at_end(task.ground());
     assert!(case.physics.steps == STEPS);
-    task.loss(mixture, robot, (&loss, &horizon)).0
+    task.loss(mixture, inputs, &loss, &horizon)
 }
 
 const MODES: [HorizonMode; 2] = [HorizonMode::Head, HorizonMode::Tail];

@@ -35,9 +35,9 @@ fn robots() -> impl Strategy<Value = Case> {
 
 fn run(case: &Case) -> Trajectory<f64> {
     let mixture = case.own_mixture();
-    let robot = (&case.controller, &case.start);
     let span = Span::from_start((0..=case.physics.steps).collect());
-    case.task().rollout(&mixture, robot, &span)
+    let task = case.task();
+    task.rollout(&mixture, &case.controller, &case.start, &span)
 }
 
 fn masses(case: &Case) -> Vec<f64> {

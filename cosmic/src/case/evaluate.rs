@@ -12,17 +12,16 @@ use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::State;
 use crate::objective::{Displacement, measures};
 use crate::projection::{Body, Projection, holds, mixture_held, one_hot};
-use crate::scene::HorizonMode;
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
 impl Case {
     /// The case as a task.
     pub fn task(&self) -> Task {
-        let settings = (&self.physics, &self.observation);
         Task::new(
             self.lattice.clone(),
-            settings,
+            &self.physics,
+            &self.observation,
             &self.materials,
             &self.sharpness,
         )
@@ -61,14 +60,14 @@ impl Case {
 
     /// Where the rollout diverges, if it does.
     pub fn divergence(&self) -> Option<Divergence> {
-        let robot = (&self.controller, &self.start);
-        self.task().divergence(&self.own_mixture(), robot)
+        self.task()
+            .divergence(&self.own_mixture(), &self.controller, &self.start)
     }
 
     /// Where the reverse sweep of the gradient of the displacement overflows, if it does.
     pub fn overflow(&self) -> Option<Overflow> {
-        let robot = (&self.controller, &self.start);
-        self.task().overflow(&self.own_mixture(), robot)
+        self.task()
+            .overflow(&self.own_mixture(), &self.controller, &self.start)
     }
 
     /// The time step against the vibrations of the robot at rest in its first positions.
@@ -81,17 +80,7 @@ impl Case {
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
         let mixture = self.mixture(self.projection, &inputs.z);
         let loss = Displacement::at_end(task.ground());
-        let horizon = Horizon {
-            steps: self.physics.steps,
-            mode: HorizonMode::Head,
-            cotangent_bound: None,
-        };
-        task.loss(
-            &mixture,
-            (&inputs.controller, &inputs.start),
-            (&loss, &horizon),
-        )
-        .0
+        task.loss(&mixture, inputs, &loss, &Horizon::head(self.physics.steps))
     }
 
     /// Runs the case: its results, with the states of the given steps, and with the exact
@@ -153,11 +142,11 @@ impl Case {
         let mut observed = recorded.to_vec();
         observed.push(self.physics.steps);
         observed.dedup();
-        let robot = (&self.controller, &self.start);
+        let span = Span::from_start(observed);
         let Guarded {
             trajectory,
             divergence,
-        } = task.guarded(mixture, robot, &Span::from_start(observed));
+        } = task.guarded(mixture, &self.controller, &self.start, &span);
         let states = trajectory.steps.into_iter().zip(trajectory.states);
         (states.collect(), divergence)
     }

@@ -118,7 +118,8 @@ impl CoDesign {
             },
             task: Task::new(
                 lattice,
-                (&scene.physics, &scene.controller),
+                &scene.physics,
+                &scene.controller,
                 &scene.materials,
                 &scene.projection,
             ),

@@ -151,8 +151,8 @@ impl CoDesign {
         let steps = self.scene.physics.steps;
         let mut kept: Vec<usize> = (0..steps).step_by(KEEP_EVERY).collect();
         kept.push(steps);
-        let robot = (controller, &self.start);
-        self.task.guarded(mixture, robot, &Span::from_start(kept))
+        let span = Span::from_start(kept);
+        self.task.guarded(mixture, controller, &self.start, &span)
     }
 
     /// The domains that controllers are chosen by: scattered where the robot is to be robust.

@@ -130,11 +130,9 @@ impl CoDesign {
         let in_type: Vec<Vec<[R; 3]>> = mixtures.iter().map(lift).collect();
         let lifted_mixtures: Vec<&[[R; 3]]> = in_type.iter().map(Vec::as_slice).collect();
         let lifted: Vec<State<R>> = starts.iter().map(|start| start.map(R::lit)).collect();
-        let robots = (
-            &controller.map(R::lit),
-            &lifted.iter().collect::<Vec<_>>()[..],
-        );
-        let all = task.rollout_many(&lifted_mixtures, robots, &watched);
+        let lifted: Vec<_> = lifted.iter().collect();
+        let in_type = controller.map(R::lit);
+        let all = task.rollout_many(&lifted_mixtures, &in_type, &lifted, &watched);
         let reached = |(k, seen): (usize, &Trajectory<R>)| {
             let start = starts[k];
             let last = seen.at(steps).map(R::into);
@@ -143,8 +141,8 @@ impl CoDesign {
                 return self.reached_at(start, &last, loss);
             }
             // The watch in lanes stops earlier than the guard does. The guard decides.
-            let robot = (controller, start);
-            let guarded = task.guarded(mixtures[k % mixtures.len()], robot, &span);
+            let mixture = mixtures[k % mixtures.len()];
+            let guarded = task.guarded(mixture, controller, start, &span);
             let last = match guarded.divergence {
                 Some(_) => return Reached::NOWHERE,
                 None => guarded.trajectory.at(steps),

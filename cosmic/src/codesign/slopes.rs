@@ -129,10 +129,9 @@ impl CoDesign {
     where
         dyn AnyLoss: LossOf<R>,
     {
-        let robot = (&inputs.controller, &inputs.start);
         let mixtures = mixtures.each_ref().map(Vec::as_slice);
         let losses = |task: &Task| {
-            let seen = task.over_horizon(&mixtures, robot, (&*self.loss, horizon));
+            let seen = task.over_horizon(&mixtures, inputs, &*self.loss, horizon);
             seen.into_iter()
                 .map(|seen| (self.loss.loss_of(&seen), seen))
         };
@@ -157,14 +156,6 @@ mod tests {
     use crate::scene::{GradientPrecision, HorizonMode, Scene};
     use crate::task::Horizon;
 
-    fn horizon(mode: HorizonMode) -> Horizon {
-        Horizon {
-            steps: 20,
-            mode,
-            cotangent_bound: None,
-        }
-    }
-
     /// The loss of two goals, its gradient by design and controller against differences. The robot
     /// falls freely: nothing has a kink.
     #[test]
@@ -175,11 +166,7 @@ mod tests {
         let codesign = CoDesign::new(&scene).unwrap();
         let progress = codesign.begin(1).unwrap();
         let inputs = codesign.inputs(&progress);
-        let horizon = Horizon {
-            steps: 24,
-            mode: HorizonMode::Head,
-            cotangent_bound: None,
-        };
+        let horizon = Horizon::head(24);
         let value = |inputs: &Inputs<f64>| {
             let mixture = codesign.task.mixture(Projection::Performance, &inputs.z);
             codesign.losses_of(&codesign.task, &[mixture], inputs, &horizon)[0].0
@@ -216,10 +203,7 @@ mod tests {
             iteration: 1,
         };
         let mut at = codesign.point(&progress, &now);
-        at.horizon = Horizon {
-            steps,
-            ..horizon(HorizonMode::Head)
-        };
+        at.horizon = Horizon::head(steps);
         let [slope] = codesign.slopes([Sought::Design(Projection::Performance)], &at);
         slope
     }
@@ -261,10 +245,7 @@ mod tests {
         let at = At {
             domains: Vec::new(),
             inputs: double.inputs(&progress),
-            horizon: Horizon {
-                steps: 24,
-                ..horizon(HorizonMode::Head)
-            },
+            horizon: Horizon::head(24),
         };
         for sought in [
             Sought::Design(Projection::Performance),
@@ -297,7 +278,10 @@ mod tests {
                 iteration: 1,
             };
             let at = At {
-                horizon: horizon(mode),
+                horizon: Horizon {
+                    mode,
+                    ..Horizon::head(20)
+                },
                 ..codesign.point(&progress, &now)
             };
             let both = [Projection::Performance, Projection::Stability].map(Sought::Design);

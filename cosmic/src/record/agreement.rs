@@ -66,8 +66,8 @@ pub fn check_one_run(
         return Ok(());
     };
     let span = Span::from_start(vec![*step]);
-    let robot = (&case.controller, first);
-    let rollout = case.task().rollout(&mixture, robot, &span);
+    let task = case.task();
+    let rollout = task.rollout(&mixture, &case.controller, first, &span);
     let pairs = rollout.at(*step).x.iter().zip(&second.x);
     let distance = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
     if distance.fold(0.0, f64::max) > APART * scene.lattice.spacing {

@@ -54,7 +54,8 @@ impl Simulator {
     /// on, and first of all one that is no number. (The ground only ever takes velocity away.)
     pub(super) fn blame(
         &self,
-        (body, controller): (&Body<f64>, &Controller<f64>),
+        body: &Body<f64>,
+        controller: &Controller<f64>,
         before: &State<f64>,
         step: usize,
         node: usize,

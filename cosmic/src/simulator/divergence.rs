@@ -73,7 +73,8 @@ impl Simulator {
     /// As [`rollout`](Simulator::rollout).
     pub fn guarded(
         &self,
-        robot: (&Body<f64>, &Controller<f64>),
+        body: &Body<f64>,
+        controller: &Controller<f64>,
         start: &State<f64>,
         span: &Span,
     ) -> Guarded {
@@ -81,16 +82,17 @@ impl Simulator {
             watched: true,
             ..span.clone()
         };
-        let seen = self.rollout(robot, start, &watched);
+        let seen = self.rollout(body, controller, start, &watched);
         if seen.states.last().is_none_or(|last| self.is_cleared(last)) {
             return Guarded {
                 trajectory: seen,
                 divergence: None,
             };
         }
+        let steps = span.first..span.first + span.steps();
         Guarded {
-            trajectory: self.rollout(robot, start, span),
-            divergence: self.divergence(robot, start, span.first..span.first + span.steps()),
+            trajectory: self.rollout(body, controller, start, span),
+            divergence: self.divergence(body, controller, start, steps),
         }
     }
 
@@ -110,12 +112,13 @@ impl Simulator {
     /// As [`rollout`](Simulator::rollout).
     pub fn divergence(
         &self,
-        robot: (&Body<f64>, &Controller<f64>),
+        body: &Body<f64>,
+        controller: &Controller<f64>,
         start: &State<f64>,
         steps: Range<usize>,
     ) -> Option<Divergence> {
         let size = 4 * self.robot.graph.nodes();
-        let planned = self.planned(robot, start);
+        let planned = self.planned(body, controller, start);
         // Flat arrays in the ground's frame: the next block goes on from the same bits.
         let mut flat = self.flatten(start);
         let mut last = VecDeque::from([(steps.start, start.clone())]);
@@ -130,7 +133,7 @@ impl Simulator {
                 let absurd = state.absurd_node();
                 last.push_back((first + k + 1, state));
                 if let Some(node) = absurd {
-                    return Some(self.diagnose(robot, node, last));
+                    return Some(self.diagnose(body, controller, node, last));
                 }
                 if last.len() > KEPT {
                     last.pop_front();
@@ -144,7 +147,8 @@ impl Simulator {
     /// What is known of a divergence, from the last states up to it.
     fn diagnose(
         &self,
-        robot: (&Body<f64>, &Controller<f64>),
+        body: &Body<f64>,
+        controller: &Controller<f64>,
         node: usize,
         last: VecDeque<(usize, State<f64>)>,
     ) -> Divergence {
@@ -158,7 +162,7 @@ impl Simulator {
             node,
             position: after.x[node],
             velocity: after.v[node],
-            term: self.blame(robot, before, step, node),
+            term: self.blame(body, controller, before, step, node),
             last: Trajectory { steps, states },
         }
     }

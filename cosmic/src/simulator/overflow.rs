@@ -54,13 +54,14 @@ impl Simulator {
     /// As [`rollout`](Simulator::rollout).
     pub fn overflow(
         &self,
-        robot: (&Body<f64>, &Controller<f64>),
+        body: &Body<f64>,
+        controller: &Controller<f64>,
         start: &State<f64>,
         steps: usize,
     ) -> Option<Overflow> {
         let sweep = Sweep {
             simulator: self,
-            planned: self.planned(robot, start),
+            planned: self.planned(body, controller, start),
         };
         let start = self.flatten(start);
         let mut bar = vec![0.0; start.len()];
@@ -168,15 +169,15 @@ mod tests {
     fn the_step_that_overflows_is_found() {
         const STEPS: usize = 8192;
         let (simulator, body, controller, start) = wild();
-        let robot = (&body, &controller);
-        assert_eq!(simulator.divergence(robot, &start, 0..STEPS), None);
-        let found = simulator.overflow(robot, &start, STEPS);
+        let divergence = simulator.divergence(&body, &controller, &start, 0..STEPS);
+        assert_eq!(divergence, None);
+        let found = simulator.overflow(&body, &controller, &start, STEPS);
         let found = found.expect("no such robot has a finite gradient");
         assert!(found.largest > 1e290, "{found:?}");
 
         let sweep = Sweep {
             simulator: &simulator,
-            planned: simulator.planned(robot, &start),
+            planned: simulator.planned(&body, &controller, &start),
         };
         let start = simulator.flatten(&start);
         let mut seed = vec![0.0; start.len()];
@@ -193,7 +194,7 @@ mod tests {
     fn a_finite_gradient_overflows_nowhere() {
         let (simulator, body, controller, start) = wild();
         for steps in [0, 1, 100] {
-            let found = simulator.overflow((&body, &controller), &start, steps);
+            let found = simulator.overflow(&body, &controller, &start, steps);
             assert_eq!(found, None, "{steps} steps");
         }
     }

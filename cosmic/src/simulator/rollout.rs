@@ -112,11 +112,12 @@ impl Simulator {
     /// steps or looks at no node.
     pub fn rollout<R: Real>(
         &self,
-        robot: (&Body<R>, &Controller<R>),
+        body: &Body<R>,
+        controller: &Controller<R>,
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        let Planned { model, parameters } = self.planned(robot, start);
+        let Planned { model, parameters } = self.planned(body, controller, start);
         let rollout = self.plan(model, span);
         let seen = rollout.run(&self.flatten(start), &slices(&parameters));
         self.trajectory(&seen, span)
@@ -131,12 +132,13 @@ impl Simulator {
     /// start.
     pub fn rollout_many<R: Real>(
         &self,
-        (bodies, controller): (&[Body<R>], &Controller<R>),
+        bodies: &[Body<R>],
+        controller: &Controller<R>,
         starts: &[&State<R>],
         span: &Span,
     ) -> Vec<Trajectory<R>> {
         if let ([body], &[start]) = (bodies, starts) {
-            return vec![self.rollout((body, controller), start, span)];
+            return vec![self.rollout(body, controller, start, span)];
         }
         self.check(bodies, controller, starts);
         let model = self.robot.for_bodies(bodies);
@@ -161,11 +163,12 @@ impl Simulator {
     /// As [`rollout`](Simulator::rollout).
     pub fn rollout_in_full<R: Real>(
         &self,
-        robot: (&Body<R>, &Controller<R>),
+        body: &Body<R>,
+        controller: &Controller<R>,
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        let Planned { model, parameters } = self.planned(robot, start);
+        let Planned { model, parameters } = self.planned(body, controller, start);
         let start = self.flatten(start);
         let inputs = [vec![&start[..]], slices(&parameters)].concat();
         self.trajectory(&self.plan(model, span).eval(&inputs), span)
@@ -229,7 +232,8 @@ impl Simulator {
     /// The robot of a body, without what that body has no use for.
     pub(super) fn planned<R: Real>(
         &self,
-        (body, controller): (&Body<R>, &Controller<R>),
+        body: &Body<R>,
+        controller: &Controller<R>,
         start: &State<R>,
     ) -> Planned<R> {
         let bodies = std::slice::from_ref(body);

@@ -74,8 +74,10 @@ impl Plan {
         let variants = facts.variants(plan.voids.as_ref());
         let span = Span::from_start(vec![STEPS]);
         let times = least_times(ROUNDS, &variants, |variant| {
-            let robot = (&variant.body, &case.controller);
-            variant.simulator.rollout(robot, &case.start, &span)
+            let Variant {
+                simulator, body, ..
+            } = variant;
+            simulator.rollout(body, &case.controller, &case.start, &span)
         });
         let per_step = |time: f64| time * 1e6 / STEPS as f64;
         let as_planned = per_step(times[0]);

@@ -31,9 +31,9 @@ impl<'a> Probe<'a> {
     /// Steps from a start to the states observed.
     pub(super) fn run<R: Real>(&self, start: &State<f64>, observed: Vec<usize>) -> Trajectory<R> {
         let mixture: Vec<[R; 3]> = self.mixture.iter().map(|m| m.map(R::lit)).collect();
-        let robot = (&self.case.controller.map(R::lit), &start.map(R::lit));
-        self.task
-            .rollout(&mixture, robot, &Span::from_start(observed))
+        let (controller, start) = (self.case.controller.map(R::lit), start.map(R::lit));
+        let span = Span::from_start(observed);
+        (self.task).rollout(&mixture, &controller, &start, &span)
     }
 
     /// The same from several starts, in f64.
@@ -43,9 +43,8 @@ impl<'a> Probe<'a> {
         observed: &[usize],
     ) -> Vec<Trajectory<f64>> {
         let starts: Vec<&State<f64>> = starts.iter().collect();
-        let robot = (&self.case.controller, &starts[..]);
         let span = Span::from_start(observed.to_vec());
-        self.task.rollout_many(&[&self.mixture], robot, &span)
+        (self.task).rollout_many(&[&self.mixture], &self.case.controller, &starts, &span)
     }
 
     /// So many starts with every coordinate moved by `distance`, up or down; the same for every

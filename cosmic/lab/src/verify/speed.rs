@@ -13,7 +13,7 @@ use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Projection;
-use cosmic::scene::{GradientSettings, HorizonMode, LossSettings, Scene, VolumeSettings};
+use cosmic::scene::{GradientSettings, LossSettings, Scene, VolumeSettings};
 use cosmic::simulator::Span;
 use cosmic::task::{Horizon, Task};
 
@@ -183,11 +183,7 @@ impl<'a> Subject<'a> {
                 ground: task.ground(),
                 settings: loss.clone(),
             },
-            horizon: Horizon {
-                steps: MEASURED_STEPS.min(most),
-                mode: HorizonMode::Head,
-                cotangent_bound: None,
-            },
+            horizon: Horizon::head(MEASURED_STEPS.min(most)),
             task,
         }
     }
@@ -202,8 +198,9 @@ impl<'a> Subject<'a> {
         let inputs = self.inputs.lift::<R>();
         let mixture = self.case.mixture(self.case.projection, &inputs.z);
         let span = self.span();
-        let robot = (&inputs.controller, &inputs.start);
-        self.loss.loss(&self.task.rollout(&mixture, robot, &span))
+        let (controller, start) = (&inputs.controller, &inputs.start);
+        let seen = self.task.rollout(&mixture, controller, start, &span);
+        self.loss.loss(&seen)
     }
 
     /// What the loss looks at.
@@ -229,8 +226,7 @@ impl<'a> Subject<'a> {
             let shares = inputs.z.as_flattened().iter();
             let shares: Vec<Var<R>> = shares.zip(self.inputs.z.as_flattened()).map(own).collect();
             let (mixture, _) = shares.as_chunks();
-            let robot = (&inputs.controller, &inputs.start);
-            (self.task.loss(mixture, robot, (&self.loss, &self.horizon))).0
+            (self.task).loss(mixture, inputs, &self.loss, &self.horizon)
         })
     }
 
@@ -241,11 +237,9 @@ impl<'a> Subject<'a> {
             let projections = [Projection::Performance, Projection::Stability];
             let mixture = |k: usize| self.case.mixture(projections[k], &copies[k].z);
             let mixtures = [mixture(0), mixture(1)];
-            let robot = (&copies[0].controller, &copies[0].start);
-            let loss = (&self.loss, &self.horizon);
             let mixtures = mixtures.each_ref().map(Vec::as_slice);
-            let losses = self.task.losses(&mixtures, robot, loss);
-            [losses[0].0, losses[1].0]
+            let losses = (self.task).losses(&mixtures, &copies[0], &self.loss, &self.horizon);
+            [losses[0], losses[1]]
         })
     }
 
@@ -266,8 +260,7 @@ impl<'a> Subject<'a> {
         let span = self.span();
         let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
         let starts: Vec<&State<R>> = starts.iter().collect();
-        let robots = (controller, &starts[..]);
-        let all = self.task.rollout_many(&[mixture], robots, &span);
+        let all = (self.task).rollout_many(&[mixture], controller, &starts, &span);
         let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
         R::sum(&losses) * R::lit(1.0 / f64::from(STARTS))
     }
@@ -282,8 +275,7 @@ impl<'a> Subject<'a> {
 
     fn gradient_over<R: Real>(&self, blocks: &[Block], horizon: &Horizon) -> (R, Vec<R>) {
         self.inputs.lift().differentiate(blocks, |inputs| {
-            let (mixture, robot) = (self.mixture(inputs), (&inputs.controller, &inputs.start));
-            self.task.loss(&mixture, robot, (&self.loss, horizon)).0
+            (self.task).loss(&self.mixture(inputs), inputs, &self.loss, horizon)
         })
     }
 

@@ -120,8 +120,8 @@ pub(super) fn saving_of_eight(
     let span = Span::from_start(vec![steps]);
     let bodies = [body_with_all_edges(case), body(case, VoidEdges::Drop)];
     let times = least_times(rounds, &bodies, |body| {
-        let robots = (std::slice::from_ref(body), &case.controller);
-        simulator.rollout_many(robots, &starts, &span)
+        let bodies = std::slice::from_ref(body);
+        simulator.rollout_many(bodies, &case.controller, &starts, &span)
     });
     (times[0] - times[1]).max(0.0) * 1e6 / (steps * EIGHT) as f64
 }

@@ -11,7 +11,7 @@ use cosmic::ground::Ground;
 use cosmic::inputs::{ALL, Block, Inputs};
 use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Projection;
-use cosmic::scene::{Contact, HorizonMode, Integrator};
+use cosmic::scene::{Contact, Integrator};
 use cosmic::task::{Horizon, Task};
 
 /// How far above the ground a robot's lowest node is lifted where standing there is a kink, m.
@@ -310,13 +310,8 @@ impl<'a, L: Loss> Subject<'a, L> {
     }
 
     fn loss_of<R: Real>(&self, mixture: &[[R; 3]], inputs: &Inputs<R>) -> R {
-        let horizon = Horizon {
-            steps: self.case.physics.steps,
-            mode: HorizonMode::Head,
-            cotangent_bound: None,
-        };
-        let robot = (&inputs.controller, &inputs.start);
-        self.task.loss(mixture, robot, (self.of, &horizon)).0
+        let horizon = Horizon::head(self.case.physics.steps);
+        self.task.loss(mixture, inputs, self.of, &horizon)
     }
 }
 

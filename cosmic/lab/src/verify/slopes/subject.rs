@@ -58,9 +58,9 @@ impl<'a> Subject<'a> {
     /// which ascend.
     fn losses<R: Real>(&self, inputs: &Inputs<R>, steps: &[usize]) -> Vec<R> {
         let mixture = self.case.mixture(self.case.projection, &inputs.z);
-        let robot = (&inputs.controller, &inputs.start);
+        let (controller, start) = (&inputs.controller, &inputs.start);
         let span = Span::from_start(steps.to_vec());
-        let seen = self.task.rollout(&mixture, robot, &span);
+        let seen = self.task.rollout(&mixture, controller, start, &span);
         let along = |k: usize| self.task.ground().vector_to_ground(seen.states[k].x[0])[0];
         (0..steps.len()).map(|k| -along(k)).collect()
     }
@@ -113,11 +113,11 @@ impl<'a> Subject<'a> {
     pub(super) fn full_tape<R: Real>(&self, steps: usize) -> Vec<R> {
         self.reverse(|inputs| {
             let mixture = self.case.mixture(self.case.projection, &inputs.z);
-            let robot = (&self.task.body(&mixture), &inputs.controller);
+            let (body, controller) = (self.task.body(&mixture), &inputs.controller);
             let span = Span::from_start(vec![steps]);
             let case = self.case;
             let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
-            let seen = simulator.rollout_in_full(robot, &inputs.start, &span);
+            let seen = simulator.rollout_in_full(&body, controller, &inputs.start, &span);
             -self.task.ground().vector_to_ground(seen.states[0].x[0])[0]
         })
     }
@@ -135,8 +135,7 @@ impl<'a> Subject<'a> {
         let loss = Displacement::at_end(task.ground());
         self.reverse(|inputs| {
             let mixture = case.mixture(case.projection, &inputs.z);
-            let robot = (&inputs.controller, &inputs.start);
-            task.loss(&mixture, robot, (&loss, &horizon)).0
+            task.loss(&mixture, inputs, &loss, &horizon)
         })
     }
 

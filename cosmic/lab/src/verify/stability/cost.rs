@@ -29,10 +29,10 @@ pub fn guard_cost(case: &Case) -> GuardCost {
     case.physics.steps = case.physics.steps.clamp(1, STEPS);
     let task = case.task();
     let mixture = case.own_mixture();
-    let robot = (&case.controller, &case.start);
+    let (controller, start) = (&case.controller, &case.start);
     let end = Span::from_start(vec![case.physics.steps]);
-    let plain = || timed(|| task.rollout(&mixture, robot, &end)).as_secs_f64();
-    let guarded = || timed(|| task.guarded(&mixture, robot, &end)).as_secs_f64();
+    let plain = || timed(|| task.rollout(&mixture, controller, start, &end)).as_secs_f64();
+    let guarded = || timed(|| task.guarded(&mixture, controller, start, &end)).as_secs_f64();
     let mut pairs: Vec<[f64; 2]> = Vec::new();
     for k in 0..REPEATS {
         // By turns, and each as often first: what one leaves in the cache is to nobody's favour.

@@ -109,7 +109,7 @@ impl Trial {
         // About the lattice at rest, wherever its nodes start.
         let check = task.step_check(&mixture, &case.lattice.positions, 1.0);
         let span = Span::from_start((0..=case.physics.steps).collect());
-        let guarded = task.guarded(&mixture, (&case.controller, &case.start), &span);
+        let guarded = task.guarded(&mixture, &case.controller, &case.start, &span);
         let growth = match self.world {
             World::Free => energy_growth(&case, &body, &guarded),
             World::Driven => speed_growth(&case, self.frequency, &guarded),
