@@ -4,12 +4,12 @@ use autodiff::check::{Claim, Options, Report, Verdict, check_directions, check_g
 use autodiff::custom::{Rule, apply};
 use autodiff::{Function, Real, gradient};
 
-fn point(n: usize) -> Vec<f64> {
+pub(crate) fn point(n: usize) -> Vec<f64> {
     (0..n).map(|i| 0.4 + 0.3 * (i as f64).sin()).collect()
 }
 
 /// A chain of smooth functions over all variables.
-struct Smooth;
+pub(crate) struct Smooth;
 
 impl Function for Smooth {
     fn eval<R: Real>(&self, x: &[R]) -> R {
@@ -44,14 +44,22 @@ impl Function for WrongCube {
     }
 }
 
+/// Options with so many seeds, one after the other.
+pub(crate) fn seeds(count: u64) -> impl Iterator<Item = Options> {
+    (0..count).map(|seed| Options {
+        seed,
+        ..Options::default()
+    })
+}
+
 fn checked(function: &impl Function, x: &[f64]) -> Report {
     check_gradient(function, x, &Options::default())
 }
 
 /// A claimed gradient at a point against differences alone.
-fn claimed(
+pub(crate) fn claimed(
     value: impl Fn(&[f64]) -> f64,
-    (x, gradient): (&[f64], &[f64]),
+    [x, gradient]: [&[f64]; 2],
     options: &Options,
 ) -> Report {
     let claim = Claim {
@@ -137,15 +145,11 @@ fn a_kink_beside_the_point_neither_alarms_nor_hides() {
         let mut slopes = gradient(&function, &x);
         for (factor, verdict) in [(1.0, Verdict::Smooth), (1.001, Verdict::Wrong)] {
             slopes[1] *= factor;
-            for seed in 0..20 {
-                let options = Options {
-                    seed,
-                    ..Options::default()
-                };
-                let report = claimed(|x| function.eval(x), (&x, &slopes), &options);
+            for options in seeds(20) {
+                let report = claimed(|x| function.eval(x), [&x, &slopes], &options);
                 assert_eq!(
                     report.verdict, verdict,
-                    "distance {distance}, seed {seed}\n{report}"
+                    "distance {distance}, {options:?}\n{report}"
                 );
             }
         }
@@ -164,7 +168,7 @@ fn noise_in_the_value_is_allowed_for() {
             noise: f64::from(f32::EPSILON),
             ..Options::default()
         };
-        let report = claimed(value, (&x, &gradient), &options);
+        let report = claimed(value, [&x, &gradient], &options);
         assert_eq!(report.verdict, verdict, "{report}");
     }
 }
@@ -177,7 +181,7 @@ fn a_wrong_slope_at_a_kink_is_still_wrong() {
         (0.7, Verdict::Kink),
         (3.0, Verdict::Wrong),
     ] {
-        let report = claimed(value, (&[0.0, 0.0], &[slope, 1.0]), &Options::default());
+        let report = claimed(value, [&[0.0, 0.0], &[slope, 1.0]], &Options::default());
         assert_eq!(report.verdict, verdict, "slope {slope}\n{report}");
     }
 }
@@ -219,7 +223,7 @@ fn sources_may_disagree_below_the_value_s_last_digit() {
 #[test]
 fn differences_say_how_sure_they_are() {
     let direction = |value: fn(f64) -> f64, slope: f64| {
-        let report = claimed(|x| value(x[0]), (&[0.5], &[slope]), &Options::default());
+        let report = claimed(|x| value(x[0]), [&[0.5], &[slope]], &Options::default());
         report.directions[0].clone()
     };
     let known = direction(f64::sin, 0.5f64.cos());
@@ -250,21 +254,24 @@ fn a_flat_function_with_a_large_value_is_smooth() {
     assert_eq!(report.verdict, Verdict::Smooth, "{report}");
 }
 
+/// A root, and a sum of what comes after its argument.
+struct Root;
+
+impl Function for Root {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        R::sum(&x[1..]) + x[0].sqrt()
+    }
+}
+
 #[test]
 fn what_is_not_finite_never_passes() {
     let verdict = |gradient: f64| {
-        claimed(|x| x[0] * x[0], (&[1.0], &[gradient]), &Options::default()).verdict
+        claimed(|x| x[0] * x[0], [&[1.0], &[gradient]], &Options::default()).verdict
     };
     assert_eq!(verdict(f64::NAN), Verdict::Wrong);
     assert_eq!(verdict(f64::INFINITY), Verdict::Wrong);
-    struct Root;
-    impl Function for Root {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            x[0].sqrt()
-        }
-    }
-    assert_ne!(checked(&Root, &[0.0]).verdict, Verdict::Smooth);
-    assert_ne!(checked(&Root, &[-1.0]).verdict, Verdict::Smooth);
+    assert_ne!(checked(&Root, &[0.0, 2.0]).verdict, Verdict::Smooth);
+    assert_ne!(checked(&Root, &[-1.0, 2.0]).verdict, Verdict::Smooth);
 }
 
 #[test]
@@ -282,17 +289,7 @@ fn the_table_says_it_all() {
 /// An infinite slope is named where it is, not beside a component that has none of it.
 #[test]
 fn the_component_with_an_infinite_slope_is_the_worst() {
-    struct Root;
-    impl Function for Root {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            x[1] + x[0].sqrt() + x[2]
-        }
-    }
-    for seed in 0..10 {
-        let options = Options {
-            seed,
-            ..Options::default()
-        };
+    for options in seeds(10) {
         let report = check_gradient(&Root, &[0.0, 2.0, 1.0], &options);
         assert_eq!(report.worst.index, 0, "{report}");
         assert_eq!(report.worst.gradient, f64::INFINITY);
@@ -304,14 +301,10 @@ fn the_component_with_an_infinite_slope_is_the_worst() {
 /// is where the worst component is looked for.
 #[test]
 fn the_worst_direction_leads_to_the_worst_component() {
-    for seed in 0..10 {
-        let options = Options {
-            seed,
-            ..Options::default()
-        };
+    for options in seeds(10) {
         let report = claimed(
             |x| x.iter().sum(),
-            (&[0.3, 0.5, 0.7, 0.2], &[1.5, 0.5, 1.0, 1.001]),
+            [&[0.3, 0.5, 0.7, 0.2], &[1.5, 0.5, 1.0, 1.001]],
             &options,
         );
         assert!(report.worst.index < 2, "{report}");
@@ -327,7 +320,7 @@ fn components_weigh_as_the_direction_has_them() {
         directions: 1,
         ..Options::default()
     };
-    let report = claimed(|x| x[0] + x[1], (&[0.3, 0.5], &[2.0, 1.8]), &options);
+    let report = claimed(|x| x[0] + x[1], [&[0.3, 0.5], &[2.0, 1.8]], &options);
     assert_eq!(report.worst.index, 1, "{report}");
 }
 
@@ -336,7 +329,7 @@ fn components_weigh_as_the_direction_has_them() {
 fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {
     let report = claimed(
         |x| x[0] * x[0] + x[1].sqrt(),
-        (&[0.3, 0.0], &[0.7, 0.0]),
+        [&[0.3, 0.0], &[0.7, 0.0]],
         &Options::default(),
     );
     assert_eq!(
@@ -347,7 +340,7 @@ fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {
 
 #[test]
 fn an_error_is_a_share_of_the_slope() {
-    let report = claimed(|x| 2.0 * x[0], (&[0.3], &[4.0]), &Options::default());
+    let report = claimed(|x| 2.0 * x[0], [&[0.3], &[4.0]], &Options::default());
     // What is off in the differences of a line is rounding, 1e-16 over the step.
     assert!((report.directions[0].error - 0.5).abs() < 1e-7, "{report}");
 }
@@ -359,7 +352,7 @@ fn a_verdict_does_not_depend_on_the_unit() {
         let check = |value: fn(f64) -> f64, at: f64, slope: f64| {
             claimed(
                 |x| unit * value(x[0]),
-                (&[at], &[unit * slope]),
+                [&[at], &[unit * slope]],
                 &Options::default(),
             )
         };

@@ -1,46 +1,16 @@
 //! What a gradient check reports beside its verdict: the order of the remainder, the worst component
 //! by its name, and what became of a gradient that is wrong on purpose.
 
-use autodiff::check::{Claim, Options, Report, Verdict, check_directions, check_gradient};
-use autodiff::{Function, Real, gradient};
+use crate::check::{Smooth, claimed, point, seeds};
+use autodiff::check::{Options, Report, Verdict, check_gradient};
+use autodiff::{Function, gradient};
 
 /// Orders are measured over half decades of steps, of remainders that rounding and the terms behind
 /// the leading one change by a few parts in a hundred.
 const ORDER: f64 = 0.1;
 
-/// A chain of smooth functions over all variables.
-struct Smooth;
-
-impl Function for Smooth {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        x.windows(2).fold(R::zero(), |sum, x| {
-            (sum + x[0] * x[1].exp()).tanh() + x[0].sin() * x[1]
-        })
-    }
-}
-
-fn point(n: usize) -> Vec<f64> {
-    (0..n).map(|i| 0.4 + 0.3 * (i as f64).sin()).collect()
-}
-
-fn seeds() -> impl Iterator<Item = Options> {
-    (0..20).map(|seed| Options {
-        seed,
-        ..Options::default()
-    })
-}
-
 /// A function of several numbers.
 type Value<'a> = &'a dyn Fn(&[f64]) -> f64;
-
-fn check(value: impl Fn(&[f64]) -> f64, of: [&[f64]; 2], options: &Options) -> Report {
-    let claim = Claim {
-        x: of[0],
-        gradient: of[1],
-        forward: None,
-    };
-    check_directions(value, &claim, options)
-}
 
 /// The orders of all directions.
 fn orders(report: &Report) -> Vec<Option<f64>> {
@@ -58,7 +28,7 @@ fn is_order(report: &Report, order: f64) {
 #[test]
 fn remainders_are_of_second_order_where_the_gradient_is_right() {
     for n in [2, 7, 50] {
-        let reports = seeds().map(|options| check_gradient(&Smooth, &point(n), &options));
+        let reports = seeds(20).map(|options| check_gradient(&Smooth, &point(n), &options));
         let orders: Vec<f64> = reports.flat_map(|r| orders(&r)).flatten().collect();
         assert_eq!(orders.len(), 80);
         let bent = |order: &&f64| (*order - 2.0).abs() < ORDER;
@@ -74,9 +44,9 @@ fn remainders_are_of_first_order_where_the_gradient_is_wrong() {
     let x = point(3);
     let right = gradient(&Smooth, &x);
     for wrong in [0.5, 1e-2, 1e-4] {
-        let claimed: Vec<f64> = right.iter().map(|g| g * (1.0 + wrong)).collect();
-        for options in seeds() {
-            let mut report = check(|x| Smooth.eval(x), [&x, &claimed], &options);
+        let slopes: Vec<f64> = right.iter().map(|g| g * (1.0 + wrong)).collect();
+        for options in seeds(20) {
+            let mut report = claimed(|x| Smooth.eval(x), [&x, &slopes], &options);
             assert_eq!(report.verdict, Verdict::Wrong, "{report}");
             // Nearly at right angles to the error a direction hardly shows it: ten tolerances do.
             report.directions.retain(|row| row.error > 1e-5);
@@ -89,9 +59,9 @@ fn remainders_are_of_first_order_where_the_gradient_is_wrong() {
 #[test]
 fn remainders_have_the_order_of_their_leading_term() {
     for power in [1.0, 1.5, 2.0, 3.0, 4.0] {
-        for (options, scale) in seeds().zip([1e-280, 1e-9, 1.0, 1e300].into_iter().cycle()) {
+        for (options, scale) in seeds(20).zip([1e-280, 1e-9, 1.0, 1e300].into_iter().cycle()) {
             let value = |x: &[f64]| scale * (x[0] - 0.3).abs().powf(power);
-            is_order(&check(value, [&[0.3], &[0.0]], &options), power);
+            is_order(&claimed(value, [&[0.3], &[0.0]], &options), power);
         }
     }
 }
@@ -100,9 +70,9 @@ fn remainders_have_the_order_of_their_leading_term() {
 #[test]
 fn the_smaller_steps_have_the_say() {
     for distance in [1e-2, 1e-3, 1e-4, 1e-5] {
-        for options in seeds() {
+        for options in seeds(20) {
             let value = |x: &[f64]| x[0].exp() + (x[0] - distance).max(0.0);
-            is_order(&check(value, [&[0.0], &[1.0]], &options), 2.0);
+            is_order(&claimed(value, [&[0.0], &[1.0]], &options), 2.0);
         }
     }
 }
@@ -113,13 +83,13 @@ fn of_two_orders_the_mean_counts() {
     let (largest_step, smallest_step) = (1e-2, 1e-3);
     let middle = f64::sqrt(largest_step * smallest_step);
     let value = |x: &[f64]| x[0].abs() * (x[0].abs() / middle).min(1.0).powi(2);
-    for options in seeds() {
+    for options in seeds(20) {
         let options = Options {
             largest_step,
             smallest_step,
             ..options
         };
-        is_order(&check(value, [&[0.0], &[0.0]], &options), 2.0);
+        is_order(&claimed(value, [&[0.0], &[0.0]], &options), 2.0);
     }
 }
 
@@ -127,7 +97,7 @@ fn of_two_orders_the_mean_counts() {
 fn where_all_is_rounding_there_is_no_order() {
     let weights = [0.3, -0.7, 0.2];
     let linear = |x: &[f64]| x.iter().zip(weights).map(|(x, w)| x * w).sum::<f64>();
-    for options in seeds() {
+    for options in seeds(20) {
         for (value, slopes) in [
             (&linear as Value, weights),
             (&|_: &[f64]| 1.0, [0.0; 3]),
@@ -135,12 +105,12 @@ fn where_all_is_rounding_there_is_no_order() {
             (&linear, [f64::NAN; 3]),
             (&linear, [f64::INFINITY; 3]),
         ] {
-            let report = check(value, [&point(3), &slopes], &options);
+            let report = claimed(value, [&point(3), &slopes], &options);
             assert_eq!(orders(&report), [None; 4], "{report}");
         }
         // The values are said to be known to a part in a thousand, and bend by less.
         let noise = 1e-3;
-        let report = check(
+        let report = claimed(
             |x| x[0].exp(),
             [&[0.0], &[1.0]],
             &Options { noise, ..options },
@@ -160,9 +130,9 @@ fn noise_is_no_remainder() {
     let unsaid = |x: &[f64]| Smooth.eval(x) + 1e-11 * (1e15 * x[0]).sin();
     let cases: [(Value, f32); 2] = [(&single, f32::EPSILON), (&unsaid, 0.0)];
     for (value, noise) in cases {
-        for options in seeds() {
+        for options in seeds(20) {
             let noise = f64::from(noise).max(options.noise);
-            let report = check(value, [&x, &right], &Options { noise, ..options });
+            let report = claimed(value, [&x, &right], &Options { noise, ..options });
             let orders: Vec<f64> = orders(&report).into_iter().flatten().collect();
             // Fewer steps are clear of it, in the larger of which the terms behind show.
             let right = |order: &f64| (1.7..3.3).contains(order);
@@ -175,14 +145,14 @@ fn noise_is_no_remainder() {
 #[test]
 fn the_worst_component_has_a_name() {
     let x = point(3);
-    let mut claimed = gradient(&Smooth, &x);
-    claimed[1] *= 1.01;
+    let mut wrong = gradient(&Smooth, &x);
+    wrong[1] *= 1.01;
     let mut options = Options::default();
-    let report = check(|x| Smooth.eval(x), [&x, &claimed], &options);
+    let report = claimed(|x| Smooth.eval(x), [&x, &wrong], &options);
     assert_eq!((report.worst.index, &report.worst.name), (1, &None));
     assert!(report.worst.to_string().starts_with("1: "), "{report}");
     options.names = ["mass", "drag", "lift"].map(String::from).to_vec();
-    let report = check(|x| Smooth.eval(x), [&x, &claimed], &options);
+    let report = claimed(|x| Smooth.eval(x), [&x, &wrong], &options);
     assert_eq!(report.worst.index, 1);
     assert_eq!(report.worst.name.as_deref(), Some("drag"));
     assert!(report.worst.to_string().starts_with("drag: "), "{report}");
@@ -203,7 +173,7 @@ fn a_name_too_many_is_refused() {
 #[test]
 fn a_gradient_that_is_wrong_on_purpose_is_found_out() {
     for n in [2, 7, 50] {
-        for options in seeds() {
+        for options in seeds(20) {
             let report = check_gradient(&Smooth, &point(n), &options);
             assert_eq!(report.control, Some(Verdict::Wrong), "{report}");
             let table = report.to_string();
@@ -223,15 +193,15 @@ fn a_control_that_would_tell_nothing_is_none() {
         tolerance: 0.02,
         ..options.clone()
     };
-    for options in seeds() {
+    for options in seeds(20) {
         let reports = [
-            check(|_| 1.0, [&[0.3], &[0.0]], &options),
-            check(|x| 1.0 + 1e-12 * x[0], [&[0.5], &[1e-12]], &options),
-            check(|x| x[0] * x[0], [&[1e-12], &[2e-12]], &options),
-            check(|x| x[0].exp(), [&[0.0], &[1.1]], &options),
-            check(|x| x[0].exp(), [&[0.0], &[f64::NAN]], &options),
-            check(line, [&[0.0], &[1.0]], &options),
-            check(|x| x[0].exp(), [&[0.0], &[1.0]], &coarse(&options)),
+            claimed(|_| 1.0, [&[0.3], &[0.0]], &options),
+            claimed(|x| 1.0 + 1e-12 * x[0], [&[0.5], &[1e-12]], &options),
+            claimed(|x| x[0] * x[0], [&[1e-12], &[2e-12]], &options),
+            claimed(|x| x[0].exp(), [&[0.0], &[1.1]], &options),
+            claimed(|x| x[0].exp(), [&[0.0], &[f64::NAN]], &options),
+            claimed(line, [&[0.0], &[1.0]], &options),
+            claimed(|x| x[0].exp(), [&[0.0], &[1.0]], &coarse(&options)),
         ];
         for report in reports {
             assert_eq!(report.control, None, "{report}");

@@ -1,6 +1,7 @@
 //! The gradient checker over many seeds: what is easily taken for something else.
 
-use autodiff::check::{Claim, Options, Report, Verdict, check_directions};
+use crate::check::{claimed, point, seeds};
+use autodiff::check::{Options, Report, Verdict};
 use autodiff::{Function, Real, gradient};
 
 const SEEDS: u64 = 100;
@@ -21,21 +22,15 @@ impl<F: Fn(&[f64]) -> f64> Subject<F> {
         }
     }
 
-    fn check(&self, options: &Options) -> Report {
-        let claim = Claim {
-            x: &self.x,
-            gradient: &self.gradient,
-            forward: None,
-        };
-        check_directions(&self.value, &claim, options)
-    }
-
     fn reports(&self, options: Options) -> Vec<Report> {
-        let with = |seed| Options {
-            seed,
-            ..options.clone()
+        let check = |Options { seed, .. }| {
+            let options = Options {
+                seed,
+                ..options.clone()
+            };
+            claimed(&self.value, [&self.x, &self.gradient], &options)
         };
-        (0..SEEDS).map(|seed| self.check(&with(seed))).collect()
+        seeds(SEEDS).map(check).collect()
     }
 
     /// Every seed must give this verdict, and none may believe the negative control.
@@ -72,10 +67,6 @@ fn noise(x: &[f64]) -> f64 {
         bits ^ (bits >> 32)
     });
     (bits >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-}
-
-fn point(n: usize) -> Vec<f64> {
-    (0..n).map(|i| 0.4 + 0.3 * (i as f64).sin()).collect()
 }
 
 /// Squares of the residuals of a model that fits its data, at the point of `x.len()` components.
