@@ -1,4 +1,5 @@
-//! Programs of shapes that the net of springs has not, against the same steps written out.
+//! Programs of shapes that neither the net of springs nor drawn programs have, against the same steps
+//! written out.
 
 use crate::steps::{STEPS, Step, Turn, assert_same};
 use autodiff::{
@@ -7,48 +8,6 @@ use autodiff::{
 
 // As few as do where Miri interprets them.
 const NODES: usize = if cfg!(miri) { 7 } else { 11 };
-
-/// States that become other states: nothing computes them, they are moved.
-#[derive(Clone)]
-struct Exchange;
-
-impl Model for Exchange {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
-        let [x, y, z] = [(); 3].map(|()| p.state(NODES));
-        let [next] = p.map(Turn, [x, z]);
-        p.advance(x, y);
-        p.advance(y, next);
-        p.advance(z, x);
-    }
-}
-
-impl Step for Exchange {
-    fn shapes(&self) -> Vec<usize> {
-        vec![3 * NODES]
-    }
-    fn written_out<R: Real>(&self, state: &[R], _: &[&[R]]) -> Vec<R> {
-        let (x, y, z) = (
-            &state[..NODES],
-            &state[NODES..2 * NODES],
-            &state[2 * NODES..],
-        );
-        let next = (0..NODES).map(|i| Kernel::eval(&Turn, [x[i], z[i]])[0]);
-        let next: Vec<R> = next.collect();
-        [y, &next, x].concat()
-    }
-}
-
-#[test]
-fn states_may_become_one_another() {
-    assert_same(Exchange);
-}
-
-#[test]
-#[should_panic(expected = "steps exceed any memory: give the rollout a budget")]
-fn more_steps_than_any_memory_keeps_are_refused() {
-    let rollout = Rollout::new(Exchange, 1 << (usize::BITS - 2));
-    gradient_of(|x| rollout.run(x, &[])[0], &[1.0; 3 * NODES]);
-}
 
 /// The pull of an edge, from the difference of its ends and its stiffness.
 #[derive(Clone, Copy)]
@@ -125,99 +84,6 @@ fn edges_may_have_any_number_of_directions() {
     }
 }
 
-/// A layer without tanh, which feeds itself.
-#[derive(Clone)]
-struct Linear;
-
-impl Model for Linear {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
-        let (matrix, bias) = (p.matrix(NODES, NODES), p.parameter(NODES));
-        let x = p.state(NODES);
-        let next = p.dense(matrix, &[x], bias);
-        p.advance(x, next);
-    }
-}
-
-impl Step for Linear {
-    fn shapes(&self) -> Vec<usize> {
-        vec![NODES, NODES * NODES, NODES]
-    }
-    fn written_out<R: Real>(&self, x: &[R], given: &[&[R]]) -> Vec<R> {
-        let rows = given[0].chunks_exact(NODES).zip(given[1]);
-        rows.map(|(row, &bias)| R::dot(row, x) + bias).collect()
-    }
-}
-
-#[test]
-fn a_layer_may_be_linear() {
-    assert_same(Linear);
-}
-
-/// A layer that sees an array twice, and adds it once more.
-#[derive(Clone)]
-struct Echo;
-
-impl Model for Echo {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
-        let matrix = p.matrix(NODES, 3 * NODES);
-        let (x, y) = (p.state(NODES), p.state(NODES));
-        let next = p.dense(matrix, &[x, y, x], x);
-        p.advance(x, next);
-        p.advance(y, x);
-    }
-}
-
-impl Step for Echo {
-    fn shapes(&self) -> Vec<usize> {
-        vec![2 * NODES, 3 * NODES * NODES]
-    }
-    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
-        let x = &state[..NODES];
-        let seen = [state, x].concat();
-        let rows = given[0].chunks_exact(3 * NODES).zip(x);
-        let next: Vec<R> = rows.map(|(row, &x)| R::dot(row, &seen) + x).collect();
-        [&next, x].concat()
-    }
-}
-
-#[test]
-fn a_layer_may_see_an_array_twice() {
-    assert_same(Echo);
-}
-
-/// A layer that sees a parameter, and a state that begins where the parameter ends, each counted from
-/// the first of its kind.
-#[derive(Clone)]
-struct Beside;
-
-impl Model for Beside {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
-        let (k, matrix) = (p.parameter(NODES), p.matrix(NODES, 2 * NODES));
-        let (x, y) = (p.state(NODES), p.state(NODES));
-        let next = p.dense(matrix, &[k, y], x);
-        p.advance(x, next);
-        p.advance(y, x);
-    }
-}
-
-impl Step for Beside {
-    fn shapes(&self) -> Vec<usize> {
-        vec![2 * NODES, NODES, 2 * NODES * NODES]
-    }
-    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
-        let (x, y) = state.split_at(NODES);
-        let seen = [given[0], y].concat();
-        let rows = given[1].chunks_exact(2 * NODES).zip(x);
-        let next: Vec<R> = rows.map(|(row, &x)| R::dot(row, &seen) + x).collect();
-        [&next, x].concat()
-    }
-}
-
-#[test]
-fn a_layer_may_see_a_parameter_and_a_state() {
-    assert_same(Beside);
-}
-
 /// A state, an input and a state; and in the same places of the next row the new state with an
 /// array between, which a gather reads or a kernel.
 #[derive(Clone)]
@@ -277,36 +143,6 @@ fn an_array_may_lie_between_the_parts_of_the_new_state() {
     for gathered in [true, false] {
         assert_same(Between { gathered });
     }
-}
-
-/// A state that becomes a parameter, and one that becomes the other.
-#[derive(Clone)]
-struct Reset;
-
-impl Model for Reset {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
-        let [k, to] = [(); 2].map(|()| p.parameter(NODES));
-        let (x, y) = (p.state(NODES), p.state(NODES));
-        let [next] = p.map(Turn, [x, k]);
-        p.advance(x, to);
-        p.advance(y, next);
-    }
-}
-
-impl Step for Reset {
-    fn shapes(&self) -> Vec<usize> {
-        vec![2 * NODES, NODES, NODES]
-    }
-    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
-        let x = state.iter().zip(given[0]);
-        let turned = x.map(|(&x, &k)| Kernel::eval(&Turn, [x, k])[0]);
-        given[1].iter().copied().chain(turned).collect()
-    }
-}
-
-#[test]
-fn a_state_may_become_a_parameter() {
-    assert_same(Reset);
 }
 
 /// What a step works on, declared as it is needed.

@@ -26,6 +26,50 @@ fn drawn_programs_are_what_is_written_out() {
     }
 }
 
+/// A property of a drawn program.
+type Shape = fn(&Drawn) -> bool;
+
+/// These shapes have no test of their own.
+#[test]
+#[cfg_attr(miri, ignore)]
+fn programs_of_many_shapes_are_drawn() {
+    let shapes: [(&str, Shape); 6] = [
+        ("a state becomes another one", |drawn| {
+            let states = drawn.states();
+            let mut next = states.iter().zip(&drawn.next);
+            next.any(|(own, next)| own != next && states.contains(next))
+        }),
+        ("a state becomes a parameter", |drawn| {
+            drawn.next.iter().any(|&next| drawn.is_parameter(next))
+        }),
+        ("a layer is linear", |drawn| {
+            drawn.layers().any(|layer| !layer.tanh)
+        }),
+        ("a layer sees an array twice", |drawn| {
+            drawn.layers().any(|layer| match layer.seen[..] {
+                [a, b] => a == b,
+                [a, b, c] => a == b || b == c || a == c,
+                _ => false,
+            })
+        }),
+        ("a layer adds an array that it sees", |drawn| {
+            drawn.layers().any(|layer| layer.seen.contains(&layer.bias))
+        }),
+        ("a layer sees a parameter and a state", |drawn| {
+            let states = drawn.states();
+            drawn.layers().any(|layer| {
+                let parameter = layer.seen.iter().any(|&array| drawn.is_parameter(array));
+                parameter && layer.seen.iter().any(|array| states.contains(array))
+            })
+        }),
+    ];
+    let programs: Vec<Drawn> = (0..PROGRAMS).map(Drawn::new).collect();
+    for (what, shape) in shapes {
+        let count = programs.iter().filter(|drawn| shape(drawn)).count();
+        assert!(count >= 20, "{what}: {count} of {PROGRAMS}");
+    }
+}
+
 fn number(i: usize) -> f64 {
     (0.7 * i as f64 + 0.2).sin()
 }

@@ -87,6 +87,35 @@ fn scale<R: Real>([_, columns]: [usize; 2]) -> R {
 }
 
 impl Drawn {
+    /// The numbers of the arrays that are parts of the state.
+    pub(crate) fn states(&self) -> Vec<usize> {
+        let mut next = self.parameters.len();
+        let mut states = Vec::new();
+        for operation in &self.operations {
+            if let Operation::Part(Part { is_state: true, .. }) = operation {
+                states.push(next);
+            }
+            next += match operation {
+                Operation::Cross(_) => 2,
+                _ => 1,
+            };
+        }
+        states
+    }
+
+    pub(crate) fn is_parameter(&self, array: usize) -> bool {
+        array < self.parameters.len()
+    }
+
+    pub(crate) fn layers(&self) -> impl Iterator<Item = &Layer> {
+        self.operations
+            .iter()
+            .filter_map(|operation| match operation {
+                Operation::Layer(layer) => Some(layer),
+                _ => None,
+            })
+    }
+
     /// Numbers of a state.
     pub(crate) fn state_len(&self) -> usize {
         let states = parts(&self.operations).filter(|part| part.is_state);
