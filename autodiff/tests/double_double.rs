@@ -1,11 +1,10 @@
 //! Double-double arithmetic against 60-digit values, and as the inner number of every mode.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use autodiff::{
-    DoubleDouble, Dual, Function, Graph, Kernel, Model, Program, Real, Rollout, gradient, hessian,
-};
+use crate::common::{differences, forward_gradient, largest_difference};
+use crate::net::Loss;
+use autodiff::{DoubleDouble, Dual, Function, Real, gradient, hessian};
 use num_traits::FromPrimitive;
 
 /// One line of a table.
@@ -171,39 +170,17 @@ fn wide(x: &[f64]) -> Vec<DoubleDouble> {
     x.iter().copied().map(DoubleDouble::from).collect()
 }
 
-/// The largest difference, relative to the largest entry.
-fn difference(a: &[DoubleDouble], b: &[DoubleDouble]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    let largest = |m: f64, x: DoubleDouble| m.max(x.to_f64().abs());
-    let scale = b.iter().copied().fold(0.0, largest);
-    let differences = a.iter().zip(b).map(|(&a, &b)| a - b);
-    differences.fold(0.0, largest) / scale
-}
-
 #[test]
 fn derivatives_are_as_precise_as_the_number_inside() {
     let x = [0.7, 1.3, 2.1];
     let exact = gradient(&Mixed, &wide(&x));
-    let forward: Vec<DoubleDouble> = (0..3)
-        .map(|i| {
-            let seed = |j| Dual::<DoubleDouble, 1>::constant(DoubleDouble::from(x[j]));
-            let mut dual = [seed(0), seed(1), seed(2)];
-            dual[i].tangent[0] = DoubleDouble::from(1.0);
-            Mixed.eval(&dual).tangent[0]
-        })
-        .collect();
+    let forward = forward_gradient(&Mixed, &wide(&x));
     // Some twenty operations of 1e-31 to 1e-30 each, in two orders.
-    assert!(difference(&forward, &exact) < 1e-29);
+    assert!(largest_difference(&forward, &exact) < 1e-29);
 
     // Truncation h^2 / 6 times a third derivative of some 10, rounding 1e-31 / h.
-    let h = 1e-10;
     for i in 0..3 {
-        let at = |step: f64| {
-            let mut moved = wide(&x);
-            moved[i] += DoubleDouble::from(step);
-            Mixed.eval(&moved)
-        };
-        let slope = (at(h) - at(-h)) / DoubleDouble::from(2.0 * h);
+        let slope = differences(|x| vec![Mixed.eval(x)], &wide(&x), i, 1e-10)[0];
         assert!(
             (slope - exact[i]).to_f64().abs() < 1e-18,
             "{i}: {slope:?}, {:?}",
@@ -212,95 +189,23 @@ fn derivatives_are_as_precise_as_the_number_inside() {
     }
 
     // Twenty operations of f64: 20 * 1e-16 times a condition of order one.
-    assert!(difference(&wide(&gradient(&Mixed, &x)), &exact) < 1e-14);
+    assert!(largest_difference(&wide(&gradient(&Mixed, &x)), &exact) < 1e-14);
     let rows = hessian(&Mixed, &wide(&x)).concat();
-    assert!(difference(&wide(&hessian(&Mixed, &x).concat()), &rows) < 1e-13);
+    assert!(largest_difference(&wide(&hessian(&Mixed, &x).concat()), &rows) < 1e-13);
     // The two halves of a Hessian are computed apart.
     let transposed: Vec<DoubleDouble> = (0..9).map(|k| rows[k % 3 * 3 + k / 3]).collect();
-    assert!(difference(&transposed, &rows) < 1e-29);
-}
-
-/// Masses on a line between springs, driven through a small network.
-#[derive(Clone)]
-struct Chain(Graph);
-
-const MASSES: usize = 5;
-
-#[derive(Clone, Copy)]
-struct Spring;
-impl Kernel<2, 1> for Spring {
-    fn eval<R: Real>(&self, [stretch, rest]: [R; 2]) -> [R; 1] {
-        let length = (stretch * stretch + R::lit(1e-3)).sqrt();
-        [(length - rest) * stretch / length]
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Advance;
-impl Kernel<4, 2> for Advance {
-    fn eval<R: Real>(&self, [x, v, f, push]: [R; 4]) -> [R; 2] {
-        let v = R::lit(0.99) * v + R::lit(0.05) * (f + push);
-        [x + R::lit(0.05) * v, v]
-    }
-}
-
-impl Model for Chain {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
-        let rest = p.parameter(self.0.slots());
-        let (weights, bias) = (p.matrix(MASSES, MASSES + 1), p.parameter(MASSES));
-        let (x, v) = (p.state(MASSES), p.state(MASSES));
-        let clock = p.input(1);
-        let push = p.dense_tanh(weights, &[x, clock], bias);
-        let [f] = p.map_edges(&self.0, Spring, [x], &[rest]);
-        let [x_next, v_next] = p.map(Advance, [x, v, f, push]);
-        p.advance(x, x_next);
-        p.advance(v, v_next);
-    }
-}
-
-/// The sum of squares of the last state, by start and parameters.
-struct Energy(Rollout<Chain>);
-
-impl Energy {
-    fn new() -> Self {
-        let edges: Vec<[usize; 2]> = (1..MASSES).map(|i| [i - 1, i]).collect();
-        let steps = 50;
-        let inputs: Arc<[f64]> = (0..steps).map(|n| (0.3 * n as f64).sin()).collect();
-        Self(Rollout {
-            inputs,
-            ..Rollout::new(Chain(Graph::new(MASSES, &edges)), steps)
-        })
-    }
-    fn shapes(&self) -> [usize; 3] {
-        [self.0.model.0.slots(), MASSES * (MASSES + 1), MASSES]
-    }
-    fn point(&self) -> Vec<f64> {
-        let len = 2 * MASSES + self.shapes().iter().sum::<usize>();
-        // Irregular numbers of order one.
-        (0..len).map(|i| ((i * i) as f64 * 0.7).sin()).collect()
-    }
-}
-
-impl Function for Energy {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        let (start, rest) = x.split_at(2 * MASSES);
-        let [slots, entries, _] = self.shapes();
-        let (lengths, rest) = rest.split_at(slots);
-        let (weights, bias) = rest.split_at(entries);
-        let end = self.0.run(start, &[lengths, weights, bias]);
-        R::dot(&end, &end)
-    }
+    assert!(largest_difference(&transposed, &rows) < 1e-29);
 }
 
 #[test]
 fn a_rollout_and_its_reverse_sweep_run_in_wide_numbers() {
-    let energy = Energy::new();
-    let x = energy.point();
-    let exact = energy.eval(&wide(&x));
+    let loss = Loss::new(50);
+    let x = loss.point();
+    let exact = loss.eval(&wide(&x));
     // 50 steps of some 20 rounded operations a number, which the network's feedback may grow.
-    assert!(difference(&[DoubleDouble::from(energy.eval(&x))], &[exact]) < 1e-13);
-    let slopes = gradient(&energy, &wide(&x));
-    assert!(difference(&wide(&gradient(&energy, &x)), &slopes) < 1e-12);
+    assert!(largest_difference(&[DoubleDouble::from(loss.eval(&x))], &[exact]) < 1e-13);
+    let slopes = gradient(&loss, &wide(&x));
+    assert!(largest_difference(&wide(&gradient(&loss, &x)), &slopes) < 1e-12);
 
     // The same sweep against forward mode, in digits that f64 does not have.
     let dual = |(i, &x)| Dual::<DoubleDouble, 1> {
@@ -309,8 +214,8 @@ fn a_rollout_and_its_reverse_sweep_run_in_wide_numbers() {
     };
     let along: Vec<_> = x.iter().enumerate().map(dual).collect();
     let tangents: Vec<DoubleDouble> = along.iter().map(|x| x.tangent[0]).collect();
-    let slope = energy.eval(&along).tangent[0];
-    assert!(difference(&[DoubleDouble::dot(&slopes, &tangents)], &[slope]) < 1e-28);
+    let slope = loss.eval(&along).tangent[0];
+    assert!(largest_difference(&[DoubleDouble::dot(&slopes, &tangents)], &[slope]) < 1e-28);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::common::{assert_gradient, gradients};
+use crate::common::{assert_close, assert_gradient, gradients};
 use autodiff::custom::{Rule, apply};
 use autodiff::fused::dense;
 use autodiff::implicit::{Residual, root};
@@ -12,21 +12,13 @@ use autodiff::{Dual, Function, Fused, Real, Tape, Var, gradient_of, hessian};
 /// The same sums in another order: a few roundings of terms of order 1.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-#[track_caller]
-fn assert_close(a: &[f64], b: &[f64]) {
-    assert_eq!(a.len(), b.len());
-    for (a, b) in a.iter().zip(b) {
-        assert!((a - b).abs() <= ROUNDING * a.abs().max(1.0), "{a} and {b}");
-    }
-}
-
 fn assert_same_derivatives(a: &impl Function, b: &impl Function, x: &[f64]) {
-    assert_close(&[a.eval(x)], &[b.eval(x)]);
+    assert_close(&[a.eval(x)], &[b.eval(x)], ROUNDING);
     for ((_, a), (_, b)) in gradients(a, x).iter().zip(gradients(b, x)) {
-        assert_close(a, &b);
+        assert_close(a, &b, ROUNDING);
     }
     for (a, b) in hessian(a, x).iter().zip(hessian(b, x)) {
-        assert_close(a, &b);
+        assert_close(a, &b, ROUNDING);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Roots differentiated through their equations, against the iterations and differences.
 
-use crate::common::gradients;
+use crate::common::{assert_close, differences, gradients};
 use autodiff::implicit::{Residual, Singular, root};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{
@@ -62,14 +62,6 @@ const POINT: [f64; 2] = [0.6, 1.1];
 const IMPLICIT: Solution = Solution { implicit: true };
 const UNROLLED: Solution = Solution { implicit: false };
 
-fn assert_close<R: Real + Into<f64>>(a: &[R], b: &[R], tolerance: f64) {
-    assert_eq!(a.len(), b.len());
-    for (&a, &b) in a.iter().zip(b) {
-        let error = (a - b).into().abs();
-        assert!(error <= tolerance, "{a:?} and {b:?}");
-    }
-}
-
 /// Rounding of some fifty operations on numbers of order one.
 const ROUNDING: f64 = 1e-14;
 
@@ -84,18 +76,11 @@ fn jacobians_are_those_of_the_iterations() {
 
 #[test]
 fn gradients_agree_with_differences_in_every_mode_and_nesting() {
-    let h = f64::EPSILON.cbrt();
-    let difference = |i: usize| {
-        let at = |h: f64| {
-            let mut p = POINT;
-            p[i] += h;
-            Function::eval(&UNROLLED, &p)
-        };
-        (at(h) - at(-h)) / (2.0 * h)
-    };
+    let value = |p: &[f64]| vec![Function::eval(&UNROLLED, p)];
+    let slopes = [0, 1].map(|i| differences(value, &POINT, i, f64::EPSILON.cbrt())[0]);
     for (_, gradient) in gradients(&IMPLICIT, &POINT) {
         // Truncation h^2 and rounding eps / h, 4e-11 each.
-        assert_close(&gradient, &[difference(0), difference(1)], 1e-9);
+        assert_close(&gradient, &slopes, 1e-9);
     }
 }
 
@@ -270,11 +255,10 @@ fn lanes_may_disagree_about_pivots() {
         // The same operations, but for fused ones.
         assert_close(&[*lane], &[turned_slope(p)], ROUNDING);
         // The slope of x0 plus p times that of x1, by differences.
-        let x = |p: f64| [2.0 * p / (p * p + 1.0), (1.0 - p * p) / (p * p + 1.0)];
-        let h = f64::EPSILON.cbrt();
-        let [above, below] = [x(p + h), x(p - h)];
-        let slope = |i: usize| (above[i] - below[i]) / (2.0 * h);
+        let x = |p: &[f64]| vec![2.0 * p[0], 1.0 - p[0] * p[0]];
+        let x = |p: &[f64]| x(p).iter().map(|x| x / (p[0] * p[0] + 1.0)).collect();
+        let slopes = differences(x, &[p], 0, f64::EPSILON.cbrt());
         // Truncation h^2 and rounding eps / h, 4e-11 each, times derivatives of order 10.
-        assert_close(&[*lane], &[slope(0) + p * slope(1)], 1e-8);
+        assert_close(&[*lane], &[slopes[0] + p * slopes[1]], 1e-8);
     }
 }

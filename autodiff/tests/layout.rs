@@ -1,7 +1,6 @@
 //! Where the arrays of a step lie, and what is refused because it would lie nowhere.
 
-use std::panic::catch_unwind;
-
+use crate::common::panic_message;
 use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
 /// Lanes that are set out are written whole: what is declared next begins behind them.
@@ -183,9 +182,7 @@ fn inputs_that_no_memory_holds_are_missing() {
 fn starts_whose_arrays_overflow_are_refused() {
     let huge = 1 << (usize::BITS - 3);
     let start: &[f64] = &[1.0; 8];
-    let caught = catch_unwind(|| Rollout::new(Huge(huge), 1).run_batch(&[start; 16], &[]));
-    let panic = caught.expect_err("no memory holds sixteen");
-    let message = *panic.downcast::<String>().expect("a sentence");
+    let message = panic_message(|| Rollout::new(Huge(huge), 1).run_batch(&[start; 16], &[]));
     // Where registers have one lane, one start runs at a time: it is too short, and nothing overflows.
     let alone = format!("have {huge} together");
     assert!(

@@ -1,8 +1,9 @@
 //! What a rollout's memory budget costs: how often a step is done again, to the last one.
 
 use std::cell::Cell;
-use std::panic::{UnwindSafe, catch_unwind};
+use std::panic::catch_unwind;
 
+use crate::common::panic_message;
 use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
 
 /// Numbers of a state.
@@ -69,9 +70,8 @@ fn gradient<R: Real>((steps, len): (usize, usize), memory: Memory, starts: usize
 }
 
 /// The least budget, in states: as the refusal of too small a one has it.
-fn least(refused: impl FnOnce() + UnwindSafe) -> usize {
-    let message = catch_unwind(refused).expect_err("too small a budget");
-    let message = message.downcast::<String>().expect("a sentence");
+fn least(refused: impl FnOnce()) -> usize {
+    let message = panic_message(refused);
     let (_, end) = message.split_once("numbers: ").expect("what would do");
     let least = end.trim_end_matches(" states do");
     least.parse().expect("a number")

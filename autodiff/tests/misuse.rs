@@ -1,17 +1,7 @@
 //! What a tape refuses, and what it does not record.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
+use crate::common::panic_message;
 use autodiff::{Array, Dual, Graph, Kernel, Program, Real, Tape, Var, gradient_of};
-
-fn panic_message<T>(action: impl FnOnce() -> T) -> String {
-    let caught = catch_unwind(AssertUnwindSafe(action));
-    let panic = caught.err().expect("misuse must panic");
-    match panic.downcast::<String>() {
-        Ok(message) => *message,
-        Err(panic) => (*panic.downcast::<&str>().expect("a panic with a sentence")).into(),
-    }
-}
 
 fn assert_stale<T>(action: impl FnOnce() -> T) {
     let message = panic_message(action);

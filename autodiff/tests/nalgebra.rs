@@ -1,5 +1,6 @@
 //! nalgebra's algorithms on elements: against f64, differences, and the equations they solve.
 
+use crate::common::{assert_close, differences};
 use ::nalgebra::{
     ComplexField, DMatrix, RealField, SMatrix, SVector, SimdValue, UnitQuaternion, Vector3,
     convert, try_convert,
@@ -63,12 +64,6 @@ impl VectorFunction for Factors {
 
 const POINT: [f64; 3] = [0.3, -0.5, 0.2];
 
-fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
-    differences.fold(0.0, f64::max)
-}
-
 /// The same solution by the implicit function theorem.
 struct ByEquations;
 
@@ -100,10 +95,10 @@ fn factorisations_differentiate_like_the_equations_they_solve() {
     for factors in [Cholesky, Lu, Qr, Eigen, Svd] {
         // A hundred operations on a matrix of condition below 10.
         let forward = jacobian(&factors, &POINT).concat();
-        assert!(largest_difference(&forward, &by_equations) < 1e-13);
+        assert_close(&forward, &by_equations, 1e-13);
         // The first value by reverse mode.
         let reverse = gradient(&First(factors), &POINT);
-        assert!(largest_difference(&reverse, &by_equations[..3]) < 1e-13);
+        assert_close(&reverse, &by_equations[..3], 1e-13);
     }
 }
 
@@ -129,20 +124,17 @@ fn a_cholesky_solve_agrees_with_differences_of_the_plain_one() {
             .to_vec()
     };
     // Both round a few dozen operations.
-    assert!(largest_difference(&VectorFunction::eval(&Cholesky, &POINT), &plain(&POINT)) < 1e-14);
-    let h = f64::EPSILON.cbrt();
+    assert_close(
+        &VectorFunction::eval(&Cholesky, &POINT),
+        &plain(&POINT),
+        1e-14,
+    );
     for j in 0..3 {
-        let at = |h: f64| {
-            let mut p = POINT;
-            p[j] += h;
-            plain(&p)
-        };
-        let pairs = at(h).into_iter().zip(at(-h));
-        let slopes: Vec<f64> = pairs.map(|(a, b)| (a - b) / (2.0 * h)).collect();
+        let slopes = differences(plain, &POINT, j, f64::EPSILON.cbrt());
         let mut direction = [0.0; 3];
         direction[j] = 1.0;
         // Truncation h^2 times third derivatives of some 10, rounding eps / h.
-        assert!(largest_difference(&jvp(&Cholesky, &POINT, &direction).1, &slopes) < 1e-8);
+        assert_close(&jvp(&Cholesky, &POINT, &direction).1, &slopes, 1e-8);
     }
 }
 
@@ -285,16 +277,9 @@ fn rotations_are_those_of_nalgebra_and_smooth_where_it_has_none() {
         let report = check_gradient(&Turned, &x, &Options::default());
         assert_eq!(report.verdict, Verdict::Smooth, "{angle}: {report}");
         // Differences of the gradient: truncated at h^2 times fourth derivatives of some 10.
-        let h = 1e-5;
         for (i, row) in hessian(&Turned, &x).iter().enumerate() {
-            let at = |h: f64| {
-                let mut x = x;
-                x[i] += h;
-                gradient(&Turned, &x)
-            };
-            let pairs = at(h).into_iter().zip(at(-h));
-            let slopes: Vec<f64> = pairs.map(|(a, b)| (a - b) / (2.0 * h)).collect();
-            assert!(largest_difference(row, &slopes) < 1e-8, "{angle}: {row:?}");
+            let slopes = differences(|x| gradient(&Turned, x), &x, i, 1e-5);
+            assert_close(row, &slopes, 1e-8);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Derivatives of derivatives: no mode may confuse its own perturbation with another's.
 
-use crate::common::{assert_gradient, forward_gradient, gradients};
+use crate::common::{assert_close, assert_gradient, differences, forward_gradient, gradients};
 use autodiff::{
     Dual, Function, Real, Tape, Var, VectorFunction, gradient, gradient_of, hessian,
     hessian_vector, jacobian, jvp, vjp,
@@ -33,14 +33,6 @@ const POINT: [f64; 3] = [0.7, 1.3, 2.1];
 
 /// Rounding of a dozen operations, none of which cancels much at `POINT`.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
-
-fn assert_close(a: &[f64], b: &[f64], tolerance: f64) {
-    assert_eq!(a.len(), b.len());
-    for (a, b) in a.iter().zip(b) {
-        let error = (a - b).abs();
-        assert!(error <= tolerance * a.abs().max(1.0), "{a} and {b}");
-    }
-}
 
 #[test]
 fn the_outer_mode_leaves_the_inner_result_alone() {
@@ -88,16 +80,9 @@ fn hessians_agree_in_all_four_nestings() {
         assert_close(&vjp(&Slope::<true>, &POINT, &unit).1, row, ROUNDING);
         assert_close(&vjp(&Slope::<false>, &POINT, &unit).1, row, ROUNDING);
 
-        let h = f64::EPSILON.cbrt();
-        let slope = |h: f64| {
-            let mut x = POINT;
-            x[i] += h;
-            gradient(&Mixed, &x)
-        };
-        let pairs = slope(h).into_iter().zip(slope(-h));
-        let differences: Vec<f64> = pairs.map(|(a, b)| (a - b) / (2.0 * h)).collect();
+        let slopes = differences(|x| gradient(&Mixed, x), &POINT, i, f64::EPSILON.cbrt());
         // Truncation h^2 and rounding eps / h, 4e-11 each, times derivatives of order 10.
-        assert_close(&differences, row, 1e-9);
+        assert_close(&slopes, row, 1e-9);
     }
 }
 
@@ -173,14 +158,8 @@ fn numbers_moved_by_constants_keep_their_derivative() {
     // The argument's halves and quarters: every product is exact.
     assert_gradient(&Moved, &x, &expected);
     let rows = [0, 1].map(|i| {
-        let point: Vec<Dual<f64, 1>> = x
-            .iter()
-            .enumerate()
-            .map(|(j, &value)| Dual {
-                value,
-                tangent: [if i == j { 1.0 } else { 0.0 }],
-            })
-            .collect();
+        let mut point = x.map(Dual::<f64, 1>::constant);
+        point[i].tangent[0] = 1.0;
         let row = forward_gradient(&Moved, &point);
         row.iter().map(|g| g.tangent[0]).collect::<Vec<_>>()
     });

@@ -1,22 +1,12 @@
 //! The reverse sweep through a rollout against duals, the tape and central differences.
 
-use std::panic::catch_unwind;
-
+use crate::common::{differences, forward_gradient, largest_difference, panic_message};
 use crate::net::{Loss, NODES, Net};
 use approx::assert_relative_eq;
 use autodiff::{
     CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var,
     gradient_of, value_and_gradient,
 };
-
-fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    let scale = b.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    a.iter()
-        .zip(b)
-        .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()))
-        / scale
-}
 
 /// So many steps, or the few that Miri has time for.
 fn steps(all: usize) -> usize {
@@ -32,24 +22,12 @@ fn reverse_sweep_agrees_with_duals_tape_and_differences() {
     let relative = (value - loss.eval(&x)).abs() / value.abs();
     assert!(relative < 1e-15, "recording changes the value: {relative}");
 
-    let forward: Vec<f64> = (0..x.len())
-        .map(|i| {
-            let mut dual: Vec<Dual<f64, 1>> = x.iter().map(|&x| Dual::constant(x)).collect();
-            dual[i].tangent[0] = 1.0;
-            loss.eval(&dual).tangent[0]
-        })
-        .collect();
+    let forward = forward_gradient(&loss, &x);
     // Sums of some 1e4 terms of order one in another order: 1e4 * 2^-53.
     assert!(largest_difference(&gradient, &forward) < 1e-12);
 
     for i in (0..x.len()).step_by(7) {
-        let h = 1e-5;
-        let at = |step: f64| {
-            let mut moved = x.clone();
-            moved[i] += step;
-            loss.eval(&moved)
-        };
-        let difference = (at(h) - at(-h)) / (2.0 * h);
+        let difference = differences(|x| vec![loss.eval(x)], &x, i, 1e-5)[0];
         // Truncation h^2 times a third derivative of order 1e2, rounding 1e-16 value / h.
         let error = (difference - gradient[i]).abs();
         assert!(
@@ -287,12 +265,10 @@ fn assert_refused(rollout: Rollout<Net>, sentence: &str) {
     let mut loss = Loss::new(1);
     loss.rollout = rollout;
     let x = loss.point();
-    let plain = catch_unwind(|| loss.eval(&x)).err();
-    let on_tape = catch_unwind(|| value_and_gradient(&loss, &x)).err();
-    let fused = catch_unwind(|| autodiff::Fused::eval(&loss.rollout, &[&x[..2 * NODES]])).err();
-    for panic in [plain, on_tape, fused] {
-        let message = panic.expect("misuse panics").downcast::<String>();
-        let message = message.expect("a sentence with numbers");
+    let plain = panic_message(|| loss.eval(&x));
+    let on_tape = panic_message(|| value_and_gradient(&loss, &x));
+    let fused = panic_message(|| autodiff::Fused::eval(&loss.rollout, &[&x[..2 * NODES]]));
+    for message in [plain, on_tape, fused] {
         assert!(message.contains(sentence), "{message}");
     }
 }
@@ -326,6 +302,13 @@ fn too_few_inputs_are_told() {
     let mut rollout = Loss::new(6).rollout;
     rollout.inputs = [].into();
     assert_refused(rollout, "a rollout has 0");
+}
+
+#[test]
+#[should_panic(expected = "steps exceed any memory: give the rollout a budget")]
+fn more_steps_than_any_memory_keeps_are_refused() {
+    let rollout = Rollout::new(Times(1.0), 1 << (usize::BITS - 2));
+    gradient_of(|x| rollout.run(x, &[])[0], &[1.0; 3]);
 }
 
 /// Nothing wanted is nothing seen, from one start or several.

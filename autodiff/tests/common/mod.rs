@@ -1,4 +1,6 @@
-//! One function, differentiated in every mode the crate has.
+//! One function, differentiated in every mode the crate has; comparisons; the sentences of panics.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use autodiff::{Dual, Function, Real, Tape, VectorFunction, gradient, jvp};
 
@@ -61,5 +63,54 @@ pub(crate) fn assert_gradient(function: &impl Function, x: &[f64], expected: &[f
         let same = |(a, b): (&f64, &f64)| a == b || a.is_nan() && b.is_nan();
         let same = gradient.iter().zip(expected).all(same);
         assert!(same, "{mode} at {x:?}: {gradient:?}, expected {expected:?}");
+    }
+}
+
+/// Asserts that each number is the expected one to a share of its size, or of 1 if it is smaller.
+#[track_caller]
+pub(crate) fn assert_close<R: Real + Into<f64>>(got: &[R], expected: &[R], tolerance: f64) {
+    assert_eq!(got.len(), expected.len());
+    for (&got, &expected) in got.iter().zip(expected) {
+        let (error, size): (f64, f64) = ((got - expected).into(), expected.into());
+        let allowed = tolerance * size.abs().max(1.0);
+        assert!(error.abs() <= allowed, "{got:?}, not {expected:?}");
+    }
+}
+
+/// The largest difference, as a share of the largest expected number.
+pub(crate) fn largest_difference<R: Real + Into<f64>>(got: &[R], expected: &[R]) -> f64 {
+    assert_eq!(got.len(), expected.len());
+    let size = |x: R| x.into().abs();
+    let differences = got.iter().zip(expected).map(|(&g, &e)| size(g - e));
+    // NaN is the largest.
+    let error = differences.max_by(f64::total_cmp).unwrap_or(0.0);
+    error / expected.iter().map(|&e| size(e)).fold(0.0, f64::max)
+}
+
+/// Central differences of values by one argument, over twice the distance `h`.
+pub(crate) fn differences<R: Real>(
+    values: impl Fn(&[R]) -> Vec<R>,
+    x: &[R],
+    argument: usize,
+    h: f64,
+) -> Vec<R> {
+    let h = R::lit(h);
+    let [above, below] = [h, -h].map(|h| {
+        let mut x = x.to_vec();
+        x[argument] += h;
+        values(&x)
+    });
+    let pairs = above.into_iter().zip(below);
+    pairs.map(|(a, b)| (a - b) / (h + h)).collect()
+}
+
+/// The sentence of a panic.
+#[track_caller]
+pub(crate) fn panic_message<T>(action: impl FnOnce() -> T) -> String {
+    let caught = catch_unwind(AssertUnwindSafe(action));
+    let panic = caught.err().expect("misuse must panic");
+    match panic.downcast::<String>() {
+        Ok(message) => *message,
+        Err(panic) => (*panic.downcast::<&str>().expect("a panic with a sentence")).into(),
     }
 }
