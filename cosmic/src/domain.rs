@@ -56,7 +56,6 @@ pub fn perturbed(start: &State<f64>, distance: f64, stream: &mut ChaCha8Rng) -> 
 #[cfg(test)]
 mod tests {
     use super::draw;
-    use crate::ground::Ground;
     use crate::lattice::Lattice;
     use crate::random::{Purpose, stream};
     use crate::scene::{RobustSettings, Scene};
@@ -65,7 +64,7 @@ mod tests {
     #[test]
     fn without_ranges_the_domain_is_the_nominal_one() {
         let scene = Scene::parse("tiny", "[lattice]\ncolumns = 3\nrows = 2").unwrap();
-        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let task = &Task::new(
             lattice,
             &scene.physics,

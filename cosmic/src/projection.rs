@@ -223,15 +223,12 @@ fn mean_property<R: Real>(mixture: &[R; 3], property: &[f64; 3]) -> R {
 mod tests {
     use super::{Body, Projection, mixture, one_hot};
     use crate::design::Material::{Actuator, Skeleton, Void};
-    use crate::ground::Ground;
     use crate::lattice::Lattice;
     use crate::scene::{ProjectionSettings, Scene};
 
     #[test]
     fn a_void_edge_of_a_layout_has_exactly_the_void_stiffness() {
-        let mut scene = Scene::default();
-        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
-        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let (scene, lattice) = (Scene::default(), Lattice::sample(2, 2, 0.0));
         let layout = one_hot::<f64>(&[Void, Skeleton, Actuator, Void, Void, Void]);
         let body = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
         assert_eq!(body.stiffness[..3], [1e-7, 4e2, 3e1]);

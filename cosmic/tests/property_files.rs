@@ -37,7 +37,7 @@ proptest! {
         materials in prop::collection::vec(0..3usize, 6),
     ) {
         let scene = scene();
-        let lattice = Lattice::new(&scene.lattice, &cosmic::ground::Ground::from(&scene.physics));
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let mut controller = cosmic::controller::Controller::xavier(&scene.controller, &lattice, 0);
         let mut weights = weights.into_iter().cycle();
         controller = controller.map(|_| 0.0);

@@ -4,7 +4,6 @@ use super::Case;
 use crate::controller::Controller;
 use crate::design::{Material, layout_materials, start_vectors};
 use crate::error::Result;
-use crate::ground::Ground;
 use crate::lattice::Lattice;
 use crate::objective::AugmentedLagrangian;
 use crate::projection::Projection;
@@ -17,7 +16,7 @@ impl Case {
     /// # Errors
     /// Where the scene's layout is drawn for another lattice.
     pub fn of_scene(scene: &Scene, seed: u64) -> Result<Self> {
-        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let z = start_vectors(&scene.start, &lattice, scene.projection.beta, seed)?;
         let frozen = match scene.start.kind {
             StartKind::Layout => Some(layout_materials(scene.start.layout, &lattice)?),
@@ -34,7 +33,7 @@ impl Case {
         (z, frozen): (Vec<[f64; 3]>, Option<Vec<Material>>),
         controller: Controller<f64>,
     ) -> Self {
-        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Self {
             layout: scene.lattice.clone(),
             start: lattice.state_at_rest(),

@@ -7,7 +7,6 @@ use super::schedule::Schedule;
 use crate::controller::Controller;
 use crate::design::{Material, dominant, one_hot, start_vectors};
 use crate::error::{Error, Result};
-use crate::ground::Ground;
 use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, Objective, measures};
 use crate::optimiser::{Adam, Mma, OptimiserError};
@@ -100,7 +99,7 @@ impl CoDesign {
         // A run writes its scene and reads it again: the scene has to be valid as a file.
         scene.check()?;
         check_loss(&loss, scene)?;
-        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let variables = 3 * lattice.edges.len();
         let mma = || {
             let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);

@@ -181,7 +181,7 @@ mod tests {
             rows: 2,
             ..LatticeSettings::default()
         };
-        let lattice = Lattice::new(&size, ground);
+        let lattice = Lattice::new(&size, *ground);
         let state = random_state(lattice.nodes());
         let mut controller = Controller::xavier(settings, &lattice, 0);
         controller.b1.fill(0.2);

@@ -94,14 +94,13 @@ fn layer<R: Real>(weights: &[R], biases: &[R], input: &[R]) -> Vec<R> {
 #[cfg(test)]
 mod tests {
     use super::Controller;
-    use crate::ground::Ground;
     use crate::lattice::Lattice;
     use crate::scene::Scene;
 
     fn controller(seed: u64) -> Controller<f64> {
         let mut scene = Scene::default();
         scene.controller.gain = [2.0, 1.0];
-        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Controller::xavier(&scene.controller, &lattice, seed)
     }
 

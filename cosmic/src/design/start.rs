@@ -104,18 +104,8 @@ fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
 mod tests {
     use super::{filled, layout_materials, start_vectors};
     use crate::design::{Material, dominant};
-    use crate::ground::Ground;
     use crate::lattice::Lattice;
-    use crate::scene::{LatticeSettings, Layout, PhysicsSettings, StartKind, StartSettings};
-
-    fn lattice(columns: usize, rows: usize) -> Lattice {
-        let settings = LatticeSettings {
-            columns,
-            rows,
-            ..LatticeSettings::default()
-        };
-        Lattice::new(&settings, &Ground::from(&PhysicsSettings::default()))
-    }
+    use crate::scene::{Layout, StartKind, StartSettings};
 
     fn start(kind: StartKind) -> StartSettings {
         StartSettings {
@@ -132,13 +122,25 @@ mod tests {
 
     #[test]
     fn the_uniform_start_is_a_third_of_everything() {
-        let z = start_vectors(&start(StartKind::Uniform), &lattice(6, 6), 20.0, 0).unwrap();
+        let z = start_vectors(
+            &start(StartKind::Uniform),
+            &Lattice::sample(6, 6, 0.0),
+            20.0,
+            0,
+        )
+        .unwrap();
         assert_eq!(z, vec![[1.0 / 3.0; 3]; 110]);
     }
 
     #[test]
     fn the_stability_start_thins_out_upwards() {
-        let z = start_vectors(&start(StartKind::Stability), &lattice(6, 6), 20.0, 0).unwrap();
+        let z = start_vectors(
+            &start(StartKind::Stability),
+            &Lattice::sample(6, 6, 0.0),
+            20.0,
+            0,
+        )
+        .unwrap();
         // exp multiplies the roundings of z by 20.
         assert!((void(&z[0]) - 1.0 / 3.0).abs() < 1e-14);
         assert!((void(&z[109]) - (1.0 / 3.0 + 0.12)).abs() < 1e-14);
@@ -147,13 +149,19 @@ mod tests {
 
     #[test]
     fn one_row_has_a_stability_start_too() {
-        let z = start_vectors(&start(StartKind::Stability), &lattice(4, 1), 20.0, 0).unwrap();
+        let z = start_vectors(
+            &start(StartKind::Stability),
+            &Lattice::sample(4, 1, 0.0),
+            20.0,
+            0,
+        )
+        .unwrap();
         assert_eq!(z, vec![[1.0 / 3.0; 3]; 3]);
     }
 
     #[test]
     fn a_filled_lattice_does_not_hang_on_the_direction_of_its_edges() {
-        let mut lattice = lattice(6, 6);
+        let mut lattice = Lattice::sample(6, 6, 0.0);
         let materials = filled(&lattice);
         for edge in &mut lattice.edges {
             edge.reverse();
@@ -164,7 +172,7 @@ mod tests {
 
     #[test]
     fn the_three_legged_start_thins_out_beside_its_layout() {
-        let lattice = lattice(6, 6);
+        let lattice = Lattice::sample(6, 6, 0.0);
         let layout = layout_materials(Layout::Short, &lattice).unwrap();
         let z = start_vectors(&start(StartKind::ThreeLegged), &lattice, 20.0, 0).unwrap();
         for (material, z) in layout.iter().zip(&z) {
@@ -176,7 +184,7 @@ mod tests {
 
     #[test]
     fn the_layouts_keep_the_volume_budget() {
-        let lattice = lattice(6, 6);
+        let lattice = Lattice::sample(6, 6, 0.0);
         for layout in [Layout::Tall, Layout::Short] {
             let materials = layout_materials(layout, &lattice).unwrap();
             let solid = materials.iter().filter(|m| m.is_solid()).count();
@@ -196,7 +204,7 @@ mod tests {
 
     #[test]
     fn the_filled_layout_spreads_its_actuators_over_the_vertical_edges() {
-        let lattice = lattice(6, 6);
+        let lattice = Lattice::sample(6, 6, 0.0);
         let materials = layout_materials(Layout::Filled, &lattice).unwrap();
         assert!(materials.iter().all(|material| material.is_solid()));
         let made_of = lattice.edges.iter().zip(&materials);
@@ -214,14 +222,20 @@ mod tests {
             void: 0.05,
             ..start(StartKind::Filled)
         };
-        let z = start_vectors(&settings, &lattice(3, 2), 20.0, 0).unwrap();
+        let z = start_vectors(&settings, &Lattice::sample(3, 2, 0.0), 20.0, 0).unwrap();
         // exp multiplies the roundings of z by 20.
         assert!(z.iter().all(|z| (void(z) - 0.05).abs() < 1e-14));
     }
 
     #[test]
     fn a_layout_for_another_lattice_is_refused() {
-        let error = start_vectors(&start(StartKind::Layout), &lattice(5, 5), 20.0, 0).unwrap_err();
+        let error = start_vectors(
+            &start(StartKind::Layout),
+            &Lattice::sample(5, 5, 0.0),
+            20.0,
+            0,
+        )
+        .unwrap_err();
         assert!(error.to_string().contains("has 5x5"));
     }
 }

@@ -44,13 +44,10 @@ fn midpoints(lattice: &Lattice) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::{midpoints, tilted};
-    use crate::ground::Ground;
     use crate::lattice::Lattice;
-    use crate::scene::{LatticeSettings, PhysicsSettings};
 
     fn lattice() -> Lattice {
-        let settings = LatticeSettings::default();
-        Lattice::new(&settings, &Ground::from(&PhysicsSettings::default()))
+        Lattice::sample(6, 6, 0.0)
     }
 
     #[test]

@@ -25,10 +25,18 @@ pub struct Lattice {
 impl Lattice {
     /// The lattice on a ground, turned with it (D1); each rest length is the plain initial distance
     /// of the two nodes.
-    pub fn new(settings: &LatticeSettings, ground: &Ground) -> Self {
+    pub fn new(settings: &LatticeSettings, ground: impl Into<Ground>) -> Self {
         let LatticeSettings { columns, rows, .. } = *settings;
-        let places = ground_positions(settings).into_iter();
-        let positions: Vec<[f64; 2]> = places.map(|place| ground.point_to_world(place)).collect();
+        let ground = ground.into();
+        // The numbers of D1 themselves: with `drop = 0` the lowest row is exactly on the ground.
+        let place = |node: usize| {
+            let (row, column) = (node / columns, node % columns);
+            ground.point_to_world([
+                settings.origin_x + column as f64 * settings.spacing,
+                settings.drop + row as f64 * settings.spacing,
+            ])
+        };
+        let positions: Vec<[f64; 2]> = (0..columns * rows).map(place).collect();
         let edges = edges(columns, rows);
         let rest_length = edges
             .iter()
@@ -67,19 +75,6 @@ impl Lattice {
     }
 }
 
-/// Positions in the ground's frame: along the ground, and the height above it. These are the
-/// numbers of D1 themselves, so that with `drop = 0` the lowest row is exactly on the ground.
-pub fn ground_positions(settings: &LatticeSettings) -> Vec<[f64; 2]> {
-    let place = |node: usize| {
-        let (row, column) = (node / settings.columns, node % settings.columns);
-        [
-            settings.origin_x + column as f64 * settings.spacing,
-            settings.drop + row as f64 * settings.spacing,
-        ]
-    };
-    (0..settings.columns * settings.rows).map(place).collect()
-}
-
 /// Every horizontal, vertical and diagonal of every cell as `[i, j]`, `i < j`: nodes ascending;
 /// for each, the edges to its right, upper, upper-right and upper-left neighbour where they exist.
 pub fn edges(columns: usize, rows: usize) -> Vec<[usize; 2]> {
@@ -107,21 +102,22 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Lattice, edges};
-    use crate::ground::Ground;
-    use crate::scene::LatticeSettings;
+    use super::{Ground, Lattice, LatticeSettings, edges};
 
-    fn lattice(columns: usize, rows: usize, incline_deg: f64) -> Lattice {
-        let settings = LatticeSettings {
-            columns,
-            rows,
-            ..LatticeSettings::default()
-        };
-        let ground = Ground {
-            height: 0.1,
-            incline_deg,
-        };
-        Lattice::new(&settings, &ground)
+    impl Lattice {
+        /// A lattice of the default scene's spacing on a ground of its height.
+        pub(crate) fn sample(columns: usize, rows: usize, incline_deg: f64) -> Self {
+            let settings = LatticeSettings {
+                columns,
+                rows,
+                ..LatticeSettings::default()
+            };
+            let ground = Ground {
+                height: 0.1,
+                incline_deg,
+            };
+            Self::new(&settings, ground)
+        }
     }
 
     #[test]
@@ -151,8 +147,8 @@ mod tests {
 
     #[test]
     fn the_lattice_turns_with_the_ground() {
-        let flat = lattice(4, 3, 0.0);
-        let turned = lattice(4, 3, -20.0);
+        let flat = Lattice::sample(4, 3, 0.0);
+        let turned = Lattice::sample(4, 3, -20.0);
         for (a, b) in flat.rest_length.iter().zip(&turned.rest_length) {
             // Coordinates below 1 carry roundings of 1e-16.
             assert!((a - b).abs() < 1e-15);
@@ -164,7 +160,7 @@ mod tests {
 
     #[test]
     fn midpoints_run_from_the_lowest_row_to_the_topmost() {
-        let rows = lattice(3, 4, 0.0).midpoint_rows();
+        let rows = Lattice::sample(3, 4, 0.0).midpoint_rows();
         assert_eq!(rows.first(), Some(&0.0));
         assert_eq!(rows.last(), Some(&3.0));
     }

@@ -3,5 +3,5 @@
 mod state;
 mod grid;
 
-pub use grid::{Lattice, edges, ground_positions};
+pub use grid::{Lattice, edges};
 pub use state::State;

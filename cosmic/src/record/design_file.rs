@@ -7,7 +7,6 @@ use crate::case::Case;
 use crate::controller::{Controller, Weights, observation_length};
 use crate::design::{Material, dominant, one_hot};
 use crate::error::{Error, Result, fits};
-use crate::ground::Ground;
 use crate::lattice::Lattice;
 use crate::scene::Scene;
 use serde::de::IgnoredAny;
@@ -98,7 +97,7 @@ impl DesignFile {
     /// [`Error::Misfit`] for another number of edges, nodes or hidden units, [`Error::Usage`] for
     /// edges between other nodes and for materials that contradict a one-hot `z`.
     pub fn robot(&self, scene: &Scene, file: &str) -> Result<Controller<f64>> {
-        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let edges = lattice.edges.len();
         let fits = |what: &str, found, expected| fits(file, what, found, expected);
         fits("`edges`", self.edges.len(), edges)?;

@@ -228,47 +228,38 @@ fn pairs(lattice: &Lattice) -> Vec<Pair> {
 #[cfg(test)]
 mod tests {
     use super::{Bending, Pair, pairs};
-    use crate::ground::Ground;
     use crate::lattice::Lattice;
-    use crate::scene::{LatticeSettings, PhysicsSettings};
-
-    fn lattice(columns: usize, rows: usize, incline_deg: f64) -> Lattice {
-        let settings = LatticeSettings {
-            columns,
-            rows,
-            ..LatticeSettings::default()
-        };
-        let physics = PhysicsSettings {
-            incline_deg,
-            ..PhysicsSettings::default()
-        };
-        Lattice::new(&settings, &Ground::from(&physics))
-    }
 
     #[test]
     fn every_line_of_three_nodes_is_a_pair() {
         // Rows and columns have four such lines each, each way of the diagonals four by four.
-        assert_eq!(pairs(&lattice(6, 6, 0.0)).len(), 6 * 4 + 6 * 4 + 2 * 4 * 4);
-        assert_eq!(pairs(&lattice(6, 6, 15.0)), pairs(&lattice(6, 6, 0.0)));
-        assert_eq!(pairs(&lattice(2, 2, 0.0)), []);
+        assert_eq!(
+            pairs(&Lattice::sample(6, 6, 0.0)).len(),
+            6 * 4 + 6 * 4 + 2 * 4 * 4
+        );
+        assert_eq!(
+            pairs(&Lattice::sample(6, 6, 15.0)),
+            pairs(&Lattice::sample(6, 6, 0.0))
+        );
+        assert_eq!(pairs(&Lattice::sample(2, 2, 0.0)), []);
         let line = Pair {
             nodes: [0, 1, 2],
             edges: [0, 3],
         };
-        assert_eq!(pairs(&lattice(3, 2, 0.0))[0], line);
+        assert_eq!(pairs(&Lattice::sample(3, 2, 0.0))[0], line);
     }
 
     #[test]
     fn nothing_is_recorded_where_bars_bend_freely() {
-        assert!(Bending::new(&lattice(6, 6, 0.0), 0.0).is_none());
-        assert!(Bending::new(&lattice(2, 2, 0.0), 0.01).is_none());
-        let bending = Bending::new(&lattice(6, 6, 0.0), 0.01).unwrap();
+        assert!(Bending::new(&Lattice::sample(6, 6, 0.0), 0.0).is_none());
+        assert!(Bending::new(&Lattice::sample(2, 2, 0.0), 0.01).is_none());
+        let bending = Bending::new(&Lattice::sample(6, 6, 0.0), 0.01).unwrap();
         assert_eq!((bending.groups.len(), bending.slots()), (4, 4 * 36));
     }
 
     #[test]
     fn equal_edges_bend_as_one_bar_and_void_ones_freely() {
-        let bending = Bending::new(&lattice(3, 2, 0.0), 0.01).unwrap();
+        let bending = Bending::new(&Lattice::sample(3, 2, 0.0), 0.01).unwrap();
         let mut stiffness = vec![400.0; 11];
         // The other pair, of the upper row, has one edge without any stiffness.
         *stiffness.last_mut().unwrap() = 0.0;

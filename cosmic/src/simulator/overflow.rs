@@ -147,7 +147,6 @@ impl Sweep<'_> {
 mod tests {
     use super::Sweep;
     use crate::controller::Controller;
-    use crate::ground::Ground;
     use crate::lattice::{Lattice, State};
     use crate::projection::Body;
     use crate::scene::Scene;
@@ -156,7 +155,7 @@ mod tests {
     /// The default scene's lattice without damping, where small changes grow for ever.
     fn wild() -> (Simulator, Body<f64>, Controller<f64>, State<f64>) {
         let scene = Scene::parse("wild", "[physics]\ndamping = 0.0").unwrap();
-        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let mixture = vec![[1.0 / 3.0; 3]; lattice.edges.len()];
         let body = Body::new(&mixture, &lattice, &scene.materials, &scene.physics);
         let controller = Controller::xavier(&scene.controller, &lattice, 0);

@@ -2,7 +2,6 @@
 
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result, fits};
-use cosmic::ground::Ground;
 use cosmic::lattice::Lattice;
 use cosmic::projection::{Projection, holds, mixture_held};
 use cosmic::record::files::read_json;
@@ -31,7 +30,7 @@ impl RobotFiles {
         let scene = Scene::read(&path.with_file_name(run::SCENE))?;
         let design = DesignFile::read(path)?;
         design.robot(&scene, &path.display().to_string())?;
-        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Ok(Self {
             scene,
             lattice,

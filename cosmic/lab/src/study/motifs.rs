@@ -3,7 +3,6 @@
 use super::rows::{RunRow, TrialRow};
 use cosmic::design::Material;
 use cosmic::error::Result;
-use cosmic::ground::Ground;
 use cosmic::lattice::Lattice;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::{DesignFile, run};
@@ -109,7 +108,7 @@ fn found(trial: &TrialRow) -> Result<[[f64; 2]; MOTIFS.len()]> {
     let mut stream = stream(0, Purpose::Shuffle);
     for RunRow { folder, .. } in trial.runs.iter().filter(|run| !run.diverged) {
         let scene = Scene::read(&folder.join(run::SCENE))?;
-        let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let mut materials = DesignFile::read(&folder.join(run::DESIGN))?.materials;
         designs += 1.0;
         let mut add = |materials: &[Material], column: usize, weight: f64| {
@@ -132,7 +131,6 @@ fn found(trial: &TrialRow) -> Result<[[f64; 2]; MOTIFS.len()]> {
 mod tests {
     use super::{MOTIFS, is_between_braces};
     use cosmic::design::Material::{self, Actuator, Skeleton, Void};
-    use cosmic::ground::Ground;
     use cosmic::lattice::Lattice;
     use cosmic::scene::{LatticeSettings, PhysicsSettings};
 
@@ -142,7 +140,7 @@ mod tests {
             rows: 3,
             ..LatticeSettings::default()
         };
-        Lattice::new(&settings, &Ground::from(&PhysicsSettings::default()))
+        Lattice::new(&settings, &PhysicsSettings::default())
     }
 
     /// A layout by what each edge is made of.

@@ -230,10 +230,9 @@ mod tests {
 
     use super::Vibration;
     use crate::design::Material;
-    use crate::ground::Ground;
     use crate::lattice::Lattice;
     use crate::projection::{Body, one_hot};
-    use crate::scene::{LatticeSettings, MaterialSettings, PhysicsSettings};
+    use crate::scene::{MaterialSettings, PhysicsSettings};
 
     /// The largest frequency, 1/s, from all eigenvalues of the dense matrix.
     fn of_dense_matrix(vibration: &Vibration) -> f64 {
@@ -257,12 +256,7 @@ mod tests {
     #[test]
     fn the_largest_frequency_is_found_among_close_ones() {
         let physics = PhysicsSettings::default();
-        let settings = LatticeSettings {
-            columns: 4,
-            rows: 3,
-            ..LatticeSettings::default()
-        };
-        let lattice = Lattice::new(&settings, &Ground::from(&physics));
+        let lattice = Lattice::sample(4, 3, 0.0);
         let mut worst: f64 = 0.0;
         for layout in 0..2000_usize {
             let material = |e: usize| Material::ALL[(layout * (e * e + 7 * e + 3) / 5 + e) % 3];

@@ -5,7 +5,6 @@ use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::verify::probe::median;
-use cosmic::ground::Ground;
 use cosmic::lattice::Lattice;
 use cosmic::projection::Body;
 use cosmic::random::{Purpose, stream, symmetric};
@@ -58,7 +57,7 @@ fn random(stream: &mut ChaCha8Rng) -> (Lattice, Body<f64>, PhysicsSettings) {
     scene.lattice.spacing = SPACING;
     scene.lattice.columns = stream.random_range(2..=8);
     scene.lattice.rows = stream.random_range(2..=8);
-    let lattice = Lattice::new(&scene.lattice, &Ground::from(&scene.physics));
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
     if stream.random() {
         scene.physics.bending_radius = stream.random_range(0.0..0.5 * SPACING);
     }
