@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, Objective, measures};
 use crate::optimiser::{Adam, Mma, OptimiserError};
-use crate::projection::{self, Projection};
+use crate::projection::Projection;
 use crate::scene::{Scene, StartKind};
 use crate::simulator::StepCheck;
 use crate::task::{Horizon, Task};
@@ -28,13 +28,6 @@ pub struct CoDesign {
     pub(super) adam: Adam,
     /// The last mixture whose time step was checked: a frozen layout is checked once.
     pub(super) checked: Option<(Vec<[f64; 3]>, StepCheck)>,
-}
-
-/// The design that a scene starts from.
-struct StartDesign {
-    z: Vec<[f64; 3]>,
-    /// The layout, if the start is one.
-    materials: Option<Vec<Material>>,
 }
 
 impl CoDesign {
@@ -196,18 +189,19 @@ impl CoDesign {
 
     /// The state before the first iteration, without the check of the time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
-        let StartDesign { z, materials } = self.start_design(seed)?;
+        let z = self.start_vectors(seed)?;
+        let materials = (self.starts_as_layout()).then(|| z.iter().map(dominant).collect());
         let controller = Controller::xavier(&self.scene.controller, &self.task.lattice, seed);
         Ok(self.progress(seed, z, materials, controller))
     }
 
-    fn start_design(&self, seed: u64) -> Result<StartDesign> {
-        let scene = &self.scene;
-        let beta = scene.projection.beta;
-        let z = start_vectors(&scene.start, &self.task.lattice, beta, seed)?;
-        let is_layout = scene.start.kind == StartKind::Layout;
-        let materials = is_layout.then(|| z.iter().map(dominant).collect());
-        Ok(StartDesign { z, materials })
+    fn start_vectors(&self, seed: u64) -> Result<Vec<[f64; 3]>> {
+        let (start, beta) = (&self.scene.start, self.scene.projection.beta);
+        start_vectors(start, &self.task.lattice, beta, seed)
+    }
+
+    fn starts_as_layout(&self) -> bool {
+        self.scene.start.kind == StartKind::Layout
     }
 
     /// The state of a robot before any iteration.
@@ -268,8 +262,8 @@ impl CoDesign {
 
     /// Compares the time step with the vibrations of the design that a seed starts from.
     pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
-        let StartDesign { z, materials } = self.start_design(seed)?;
-        Ok(self.step_check_of(&self.mixture_of(&z, materials.as_deref())))
+        let z = self.start_vectors(seed)?;
+        Ok(self.step_check_of(&self.mixture_of(&z, self.starts_as_layout())))
     }
 
     fn step_check_of(&self, mixture: &[[f64; 3]]) -> StepCheck {
@@ -280,14 +274,15 @@ impl CoDesign {
     /// The simulated mixture: that of the layout if there is one, else the performance projection
     /// (D7).
     pub(super) fn mixture(&self, progress: &Progress) -> Vec<[f64; 3]> {
-        self.mixture_of(&progress.z, progress.materials.as_deref())
+        self.mixture_of(&progress.z, progress.materials.is_some())
     }
 
-    /// The mixture of a layout, or without one of design vectors.
-    fn mixture_of(&self, z: &[[f64; 3]], materials: Option<&[Material]>) -> Vec<[f64; 3]> {
-        match materials {
-            Some(materials) => projection::one_hot(materials),
-            None => self.task.mixture(Projection::Performance, z),
+    /// The mixture of design vectors. Those of a layout are its mixture.
+    fn mixture_of(&self, z: &[[f64; 3]], is_layout: bool) -> Vec<[f64; 3]> {
+        if is_layout {
+            z.to_vec()
+        } else {
+            self.task.mixture(Projection::Performance, z)
         }
     }
 

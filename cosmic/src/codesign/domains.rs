@@ -90,11 +90,7 @@ mod tests {
         let drawing = CoDesign::new(&scene).unwrap();
         let progress = drawing.begin(0).unwrap();
         let check = drawing.step_check(&progress);
-        let now = Schedule {
-            scene: &scene,
-            iteration: 1,
-        };
-        let drawn = drawing.domains(&progress, &now);
+        let drawn = drawing.domains(&progress, &Schedule::at(&scene, 1));
         let drawn = drawn
             .iter()
             .map(|w| frequency(&drawing, &progress, &w.task));

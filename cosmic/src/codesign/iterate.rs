@@ -35,10 +35,7 @@ impl CoDesign {
     pub fn iterate(&mut self, progress: &mut Progress) -> Record {
         let iteration = progress.iteration + 1;
         let scene = self.scene.clone();
-        let now = Schedule {
-            scene: &scene,
-            iteration,
-        };
+        let now = Schedule::at(&scene, iteration);
         let mut record = self.blank_record(progress, &now);
         match now.phase() {
             Phase::CoDesign | Phase::Attraction => match now.pass() {

@@ -48,7 +48,7 @@ mod polish;
 mod passes;
 mod iterate;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use begin::CoDesign;
 pub use delivery::Delivery;

@@ -260,7 +260,7 @@ fn blend(z: &mut [[f64; 3]], from: &[[f64; 3]], to: &[f64], share: f64) {
 mod tests {
     use autodiff::Real;
 
-    use crate::codesign::tests::tiny;
+    use crate::codesign::tests::{after, records, tiny};
     use crate::codesign::{CoDesign, Record};
     use crate::objective::Loss;
     use crate::scene::{BinarisationMethod, GradientPrecision, Scene};
@@ -297,13 +297,6 @@ mod tests {
         assert!(beyond > skipped(&scene), "{beyond}");
     }
 
-    fn records(scene: &Scene) -> Vec<Record> {
-        let mut records = Vec::new();
-        let mut codesign = CoDesign::new(scene).unwrap();
-        (codesign.optimise(0, |record| records.push(record.clone()))).unwrap();
-        records
-    }
-
     /// A projection without a share has no gradient; that of the other does not change.
     #[test]
     fn a_projection_without_a_share_is_left_out() {
@@ -329,11 +322,9 @@ mod tests {
         scene.schedule.settle = 0.0;
         let moved = records(&scene);
         (scene.adam.rate, scene.adam.fine_rate) = (0.0, 0.0);
-        let mut codesign = CoDesign::new(&scene).unwrap();
-        let mut still = Vec::new();
-        let begun = codesign.begin(0).unwrap().controller;
-        let delivered = (codesign.optimise(0, |record| still.push(record.clone()))).unwrap();
-        assert_eq!(delivered.controller, begun);
+        let still = records(&scene);
+        let (codesign, progress) = after(&scene, scene.schedule.iterations, 0);
+        assert_eq!(progress.controller, codesign.begin(0).unwrap().controller);
         assert!(still.iter().all(|r| r.controller_gradient.is_none()));
         let first = |records: &[Record]| {
             let pass = moved.iter().position(|r| r.controller_gradient.is_some());

@@ -76,9 +76,9 @@ impl CoDesign {
 
 #[cfg(test)]
 mod tests {
+    use crate::codesign::Progress;
     use crate::codesign::schedule::Schedule;
-    use crate::codesign::tests::LIVELY;
-    use crate::codesign::{CoDesign, Progress};
+    use crate::codesign::tests::{LIVELY, after};
     use crate::design::{Material, VolumeBounds, filled};
     use crate::scene::Scene;
 
@@ -95,16 +95,6 @@ mod tests {
         scene
     }
 
-    /// A seed's robot after so many iterations.
-    fn after(scene: &Scene, iterations: usize, seed: u64) -> (CoDesign, Progress) {
-        let mut codesign = CoDesign::new(scene).unwrap();
-        let mut progress = codesign.begin(seed).unwrap();
-        while progress.iteration < iterations {
-            codesign.iterate(&mut progress);
-        }
-        (codesign, progress)
-    }
-
     /// In how many edges two layouts differ.
     fn changes(a: &Progress, b: &Progress) -> usize {
         let [a, b] = [a, b].map(|p| p.materials.as_ref().unwrap());
@@ -119,11 +109,7 @@ mod tests {
             let (codesign, mut progress) = after(&scene, 9, seed);
             assert!(!progress.candidates.is_empty());
             let (before, merit) = (progress.clone(), codesign.evaluate(&progress).merit);
-            let now = Schedule {
-                scene: &scene,
-                iteration: 10,
-            };
-            codesign.polish(&mut progress, &now);
+            codesign.polish(&mut progress, &Schedule::at(&scene, 10));
             let reached = codesign.evaluate(&progress).merit;
             if progress == before {
                 continue;

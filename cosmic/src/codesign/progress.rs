@@ -74,44 +74,40 @@ impl Progress {
     /// # Errors
     /// [`Error::Misfit`](crate::error::Error::Misfit) with `file` and the first length that differs.
     pub fn fits(&self, other: &Self, file: &str) -> Result<()> {
-        let expected = controller_sizes(&other.controller);
-        let mut pairs: Vec<_> = self.sizes().into_iter().zip(other.sizes()).collect();
+        let fits = |what: &str, found: usize, expected: usize| {
+            fits(file, &format!("entries in `{what}`"), found, expected)
+        };
+        let (edges, weights) = (other.z.len(), other.controller.weights());
+        fits("z", self.z.len(), edges)?;
+        fits("adam.mean", self.adam.mean.len(), weights)?;
+        fits("adam.mean_square", self.adam.mean_square.len(), weights)?;
         let candidates = self.candidates.iter().map(|c| &c.controller);
         let settled = self.settled.iter().map(|s| &s.controller);
-        for controller in candidates.chain(settled) {
-            pairs.extend(controller_sizes(controller).into_iter().zip(expected));
+        for controller in [&self.controller]
+            .into_iter()
+            .chain(candidates)
+            .chain(settled)
+        {
+            let expected = controller_sizes(&other.controller);
+            for ((what, found), (_, expected)) in
+                controller_sizes(controller).into_iter().zip(expected)
+            {
+                fits(what, found, expected)?;
+            }
+        }
+        for mma in &self.mma {
+            fits("mma.previous", mma.previous.len(), 3 * edges)?;
+            fits("mma.before_previous", mma.before_previous.len(), 3 * edges)?;
+            fits("mma.low", mma.low.len(), 3 * edges)?;
+            fits("mma.upp", mma.upp.len(), 3 * edges)?;
         }
         for mean in self.design_mean.iter().filter(|mean| !mean.is_empty()) {
-            let variables = 3 * other.z.len();
-            pairs.push((("design_mean", mean.len()), ("design_mean", variables)));
+            fits("design_mean", mean.len(), 3 * edges)?;
         }
         if let Some(materials) = &self.materials {
-            pairs.push((("materials", materials.len()), ("materials", other.z.len())));
+            fits("materials", materials.len(), edges)?;
         }
-        pairs
-            .into_iter()
-            .try_for_each(|((what, found), (_, expected))| {
-                fits(file, &format!("entries in `{what}`"), found, expected)
-            })
-    }
-
-    /// Names and lengths of the lists that every state has.
-    fn sizes(&self) -> Vec<(&'static str, usize)> {
-        let mut sizes = vec![
-            ("z", self.z.len()),
-            ("adam.mean", self.adam.mean.len()),
-            ("adam.mean_square", self.adam.mean_square.len()),
-        ];
-        sizes.extend(controller_sizes(&self.controller));
-        for mma in &self.mma {
-            sizes.extend([
-                ("mma.previous", mma.previous.len()),
-                ("mma.before_previous", mma.before_previous.len()),
-                ("mma.low", mma.low.len()),
-                ("mma.upp", mma.upp.len()),
-            ]);
-        }
-        sizes
+        Ok(())
     }
 }
 

@@ -45,7 +45,11 @@ pub(super) struct Schedule<'a> {
     pub(super) iteration: usize,
 }
 
-impl Schedule<'_> {
+impl<'a> Schedule<'a> {
+    pub(super) fn at(scene: &'a Scene, iteration: usize) -> Self {
+        Self { scene, iteration }
+    }
+
     pub(super) fn phase(&self) -> Phase {
         let schedule = &self.scene.schedule;
         if self.scene.start.kind == StartKind::Layout || self.iteration > schedule.snap_at {
@@ -150,10 +154,7 @@ mod tests {
     #[test]
     fn the_paper_s_phases_and_ramps() {
         let scene = Scene::default();
-        let at = |iteration| Schedule {
-            scene: &scene,
-            iteration,
-        };
+        let at = |iteration| Schedule::at(&scene, iteration);
         let phases = [1, 169, 170, 239, 240, 241, 300].map(|i| at(i).phase());
         use Phase::{Attraction, CoDesign, FineTuning, Snap};
         let expected = [
@@ -196,13 +197,7 @@ mod tests {
     #[test]
     fn design_and_controller_take_turns_three_to_two() {
         let scene = Scene::default();
-        let passes = (1..=240).map(|iteration| {
-            Schedule {
-                scene: &scene,
-                iteration,
-            }
-            .pass()
-        });
+        let passes = (1..=240).map(|iteration| Schedule::at(&scene, iteration).pass());
         assert_eq!(passes.filter(|pass| *pass == Pass::Design).count(), 144);
     }
 
@@ -213,11 +208,7 @@ mod tests {
         (schedule.snap_at, schedule.iterations) = (200, 300);
         for percent in 0..=100 {
             scene.schedule.settle = percent as f64 / 100.0;
-            let schedule = Schedule {
-                scene: &scene,
-                iteration: 1,
-            };
-            assert_eq!(schedule.settling(), percent);
+            assert_eq!(Schedule::at(&scene, 1).settling(), percent);
         }
     }
 }

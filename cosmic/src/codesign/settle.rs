@@ -74,6 +74,7 @@ impl CoDesign {
 mod tests {
     use super::LOSS;
     use crate::codesign::schedule::Schedule;
+    use crate::codesign::tests::after;
     use crate::codesign::{CoDesign, Delivery, Progress, Settled};
     use crate::scene::Scene;
 
@@ -103,11 +104,7 @@ mod tests {
     }
 
     fn optimised(scene: &Scene, seed: u64) -> (CoDesign, Progress, Delivery) {
-        let mut codesign = CoDesign::new(scene).unwrap();
-        let mut progress = codesign.begin(seed).unwrap();
-        while !codesign.is_done(&progress) {
-            codesign.iterate(&mut progress);
-        }
+        let (codesign, progress) = after(scene, scene.schedule.iterations, seed);
         let delivery = codesign.deliver(&progress);
         (codesign, progress, delivery)
     }
@@ -143,10 +140,7 @@ mod tests {
     fn only_updates_are_taken_back() {
         let scene = wild(0.5);
         let (codesign, mut progress, _) = optimised(&scene, 0);
-        let now = Schedule {
-            scene: &scene,
-            iteration: scene.schedule.iterations,
-        };
+        let now = Schedule::at(&scene, scene.schedule.iterations);
         let merit = codesign.evaluate(&progress).merit;
         let settled = Settled {
             controller: progress.controller.clone(),

@@ -198,11 +198,7 @@ mod tests {
     fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
         let codesign = CoDesign::new(scene).unwrap();
         let progress = codesign.begin(1).unwrap();
-        let now = Schedule {
-            scene,
-            iteration: 1,
-        };
-        let mut at = codesign.point(&progress, &now);
+        let mut at = codesign.point(&progress, &Schedule::at(scene, 1));
         at.horizon = Horizon::head(steps);
         let [slope] = codesign.slopes([Sought::Design(Projection::Performance)], &at);
         slope
@@ -273,16 +269,12 @@ mod tests {
         let check = |scene: &Scene, mode: HorizonMode| {
             let codesign = CoDesign::new(scene).unwrap();
             let progress = codesign.begin(1).unwrap();
-            let now = Schedule {
-                scene,
-                iteration: 1,
-            };
             let at = At {
                 horizon: Horizon {
                     mode,
                     ..Horizon::head(20)
                 },
-                ..codesign.point(&progress, &now)
+                ..codesign.point(&progress, &Schedule::at(scene, 1))
             };
             let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
             let together = codesign.slopes(both, &at);

@@ -1,6 +1,6 @@
 //! Scenes that the tests share, and the tests of an iteration.
 
-use crate::codesign::CoDesign;
+use crate::codesign::{CoDesign, Progress, Record};
 use crate::design::flips;
 use crate::projection::one_hot;
 use crate::scene::{LossKind, Scene};
@@ -28,7 +28,7 @@ pub(super) const LIVELY: &str = "
 ";
 
 /// A robot of two squares for a few steps.
-pub(super) fn tiny() -> Scene {
+pub(crate) fn tiny() -> Scene {
     let mut scene = Scene::default();
     (scene.lattice.columns, scene.lattice.rows) = (3, 2);
     (scene.physics.steps, scene.controller.hidden) = (24, 3);
@@ -39,15 +39,29 @@ pub(super) fn tiny() -> Scene {
     scene
 }
 
+/// A seed's robot after so many iterations.
+pub(super) fn after(scene: &Scene, iterations: usize, seed: u64) -> (CoDesign, Progress) {
+    let mut codesign = CoDesign::new(scene).unwrap();
+    let mut progress = codesign.begin(seed).unwrap();
+    while progress.iteration < iterations {
+        codesign.iterate(&mut progress);
+    }
+    (codesign, progress)
+}
+
+/// The records of an optimisation.
+pub(crate) fn records(scene: &Scene) -> Vec<Record> {
+    let mut records = Vec::new();
+    let mut codesign = CoDesign::new(scene).unwrap();
+    (codesign.optimise(0, |record| records.push(record.clone()))).unwrap();
+    records
+}
+
 /// How far the snapped robot of a seed gets.
 fn after_the_snap(trials: usize, seed: u64) -> f64 {
     let mut scene = Scene::parse("snapped", &[LIVELY, "iterations = 8"].concat()).unwrap();
     scene.schedule.snap_trials = trials;
-    let mut codesign = CoDesign::new(&scene).unwrap();
-    let mut progress = codesign.begin(seed).unwrap();
-    while progress.iteration + 1 < scene.schedule.snap_at {
-        codesign.iterate(&mut progress);
-    }
+    let (mut codesign, mut progress) = after(&scene, scene.schedule.snap_at - 1, seed);
     let soft = codesign.mixture(&progress);
     codesign.iterate(&mut progress);
     let materials = progress.materials.as_ref().unwrap();

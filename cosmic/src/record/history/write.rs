@@ -95,28 +95,21 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::{DESIGNS, DesignRow, History, HistoryRow, LINES, TABLE};
-    use crate::codesign::{CoDesign, Record};
-    use crate::scene::{LossKind, Scene};
+    use crate::codesign::Record;
+    use crate::codesign::tests::{records, tiny};
     use std::fs;
 
-    fn records() -> Vec<Record> {
-        let mut scene = Scene::default();
-        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
-        scene.physics.steps = 8;
+    fn four_records() -> Vec<Record> {
+        let mut scene = tiny();
         scene.schedule.iterations = 4;
         (scene.schedule.attraction_from, scene.schedule.snap_at) = (2, 3);
-        scene.loss.kind = LossKind::Final;
-        scene.schedule.horizon = [8, 8];
-        let mut records = Vec::new();
-        let mut codesign = CoDesign::new(&scene).unwrap();
-        (codesign.optimise(0, |record| records.push(record.clone()))).unwrap();
-        records
+        records(&scene)
     }
 
     #[test]
     fn rows_read_back_and_the_table_has_a_cell_under_every_name() {
         let folder = tempfile::tempdir().unwrap();
-        let records = records();
+        let records = four_records();
         let mut history = History::open(folder.path(), 0, 0).unwrap();
         records
             .iter()
@@ -163,7 +156,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let read =
             || [LINES, TABLE, DESIGNS].map(|name| fs::read(folder.path().join(name)).unwrap());
-        let records = records();
+        let records = four_records();
         let mut history = History::open(folder.path(), 0, 0).unwrap();
         records[..2]
             .iter()
