@@ -4,7 +4,7 @@
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, VectorFunction, jvp, vjp};
 use cosmic::case::Case;
-use cosmic::controller::{Controller, Folded, Moment, observation};
+use cosmic::controller::{Controller, Moment, observation};
 use cosmic::ground::Ground;
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss, measures, violations};
@@ -297,7 +297,7 @@ impl VectorFunction for FoldedWeights<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0.0;
         let (controller, _) = self.0.read(x);
-        let folded = Folded::new(&controller, &case.observation, &Ground::from(&case.physics));
+        let folded = controller.folded(&case.observation, &Ground::from(&case.physics));
         [folded.w1, folded.b1].concat()
     }
 }

@@ -2,7 +2,7 @@
 //! first output, and loss and objective of the states listed.
 
 use cosmic::case::Case;
-use cosmic::controller::{Folded, Moment, clock, observation};
+use cosmic::controller::{Moment, clock, observation};
 use cosmic::ground::Ground;
 use cosmic::lattice::{State, edges};
 use cosmic::objective::{Displacement, Loss, measures, violations};
@@ -83,7 +83,7 @@ fn the_first_activation() {
 fn the_first_activation_of_the_folded_controller() {
     for (reference, case) in cases() {
         let ground = Ground::from(&case.physics);
-        let folded = Folded::new(&case.controller, &case.observation, &ground);
+        let folded = case.controller.folded(&case.observation, &ground);
         let state = case.start.to_ground(&ground);
         let column = |points: &[[f64; 2]], k: usize| points.iter().map(|p| p[k]).collect();
         let columns: [Vec<f64>; 5] = [

@@ -16,7 +16,7 @@ mod sizes;
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Real, Var};
 use cosmic::case::Case;
-use cosmic::controller::Folded;
+use cosmic::controller::Controller;
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Body;
@@ -132,12 +132,9 @@ impl<'a> Handwritten<'a> {
         }
     }
 
-    fn folded<R: Real>(&self, inputs: &Inputs<R>) -> Folded<R> {
-        Folded::new(
-            &inputs.controller,
-            &self.case.observation,
-            &self.task.ground(),
-        )
+    fn folded<R: Real>(&self, inputs: &Inputs<R>) -> Controller<R> {
+        let ground = self.task.ground();
+        (inputs.controller).folded(&self.case.observation, &ground)
     }
 }
 
@@ -153,7 +150,7 @@ fn along<R: Real>(numbers: &[&[Var<R>]], cotangents: &[Vec<R>]) -> Var<R> {
 /// memory for rows.
 struct Run<'a, R, const OUTPUTS: usize, const WANTED: u8>(
     &'a Handwritten<'a>,
-    (&'a Body<R>, &'a Folded<R>, &'a [usize]),
+    (&'a Body<R>, &'a Controller<R>, &'a [usize]),
     &'a mut Buffer<R>,
 );
 

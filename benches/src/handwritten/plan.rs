@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use autodiff::Real;
 use autodiff::simd::Lane;
 use cosmic::case::Case;
-use cosmic::controller::{Folded, clock};
+use cosmic::controller::{Controller, clock};
 use cosmic::ground::Ground;
 use cosmic::lattice::State;
 use cosmic::projection::Body;
@@ -70,7 +70,7 @@ impl<R: Real, L: Lane<R>, const OUTPUTS: usize> Plan<R, L, OUTPUTS> {
     /// want one.
     pub(super) fn new(
         case: &Case,
-        (body, network, wanted): (&Body<R>, &Folded<R>, &[usize]),
+        (body, network, wanted): (&Body<R>, &Controller<R>, &[usize]),
         steps: usize,
     ) -> Self {
         let (physics, width) = (&case.physics, blocks(L::N));

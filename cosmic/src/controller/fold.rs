@@ -7,38 +7,22 @@ use super::sensing::{observation_length, phases};
 use crate::ground::Ground;
 use crate::scene::ControllerSettings;
 
-/// A controller whose first layer takes the raw state in the ground's frame.
-///
-/// An observation is a fixed linear function of the state: mean, scales, the goal, the rotation
-/// of an incline; and clocks of one frequency are mixtures of one sine and one cosine. Folding
-/// all of it into the first layer, once per rollout, leaves `h = tanh(W1 s + b1)`,
-/// `u = tanh(W2 h + b2)` with the sensed values `s` in this order: x of all nodes, y of all
-/// nodes, x velocity of all, y velocity of all, `sin(omega t)`, `cos(omega t)`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Folded<R> {
-    /// Hidden units.
-    pub hidden: usize,
-    /// Length of `s`: four per node, and two.
-    pub inputs: usize,
-    /// Weights of the first layer on `s`, `hidden x inputs`, row by row.
-    pub w1: Vec<R>,
-    /// Biases of the first layer; a goal that does not move is in them.
-    pub b1: Vec<R>,
-    /// Weights of the second layer, `edges x hidden`, row by row.
-    pub w2: Vec<R>,
-    /// Biases of the second layer, one per edge.
-    pub b2: Vec<R>,
-}
-
-impl<R: Real> Folded<R> {
-    /// Folds a controller.
+impl<R: Real> Controller<R> {
+    /// The same controller with a first layer that takes the raw state in the ground's frame.
+    ///
+    /// An observation is a fixed linear function of the state: mean, scales, the goal, the rotation
+    /// of an incline; and clocks of one frequency are mixtures of one sine and one cosine. Folding
+    /// all of it into the first layer, once per rollout, leaves `h = tanh(W1 s + b1)`,
+    /// `u = tanh(W2 h + b2)` with the sensed values `s` in this order: x of all nodes, y of all
+    /// nodes, x velocity of all, y velocity of all, `sin(omega t)`, `cos(omega t)`. A goal that does
+    /// not move is in the biases.
     ///
     /// # Panics
-    /// Where the controller was not made for observations by these settings.
-    pub fn new(controller: &Controller<R>, settings: &ControllerSettings, ground: &Ground) -> Self {
-        let nodes = controller.inputs.saturating_sub(settings.clocks + 2) / 4;
+    /// If the controller was not made for observations by these settings.
+    pub fn folded(&self, settings: &ControllerSettings, ground: &Ground) -> Self {
+        let nodes = self.inputs.saturating_sub(settings.clocks + 2) / 4;
         assert_eq!(
-            controller.inputs,
+            self.inputs,
             observation_length(settings, nodes),
             "the controller takes another number of inputs than the settings give"
         );
@@ -52,19 +36,19 @@ impl<R: Real> Folded<R> {
             nodes,
             clocks: [cosines, sines],
         };
-        let mut w1 = Vec::with_capacity(controller.hidden * (4 * nodes + 2));
-        let mut b1 = Vec::with_capacity(controller.hidden);
-        let rows = controller.w1.chunks_exact(controller.inputs);
-        for (row, &bias) in rows.zip(&controller.b1) {
+        let mut w1 = Vec::with_capacity(self.hidden * (4 * nodes + 2));
+        let mut b1 = Vec::with_capacity(self.hidden);
+        let rows = self.w1.chunks_exact(self.inputs);
+        for (row, &bias) in rows.zip(&self.b1) {
             b1.push(fold.unit(row, bias, &mut w1));
         }
         Self {
-            hidden: controller.hidden,
+            hidden: self.hidden,
             inputs: 4 * nodes + 2,
             w1,
             b1,
-            w2: controller.w2.clone(),
-            b2: controller.b2.clone(),
+            w2: self.w2.clone(),
+            b2: self.b2.clone(),
         }
     }
 }
@@ -137,32 +121,26 @@ impl<R: Real> Fold<'_, R> {
 
 #[cfg(test)]
 mod tests {
-    use super::Folded;
     use crate::controller::{Controller, Moment, clock, observation};
     use crate::ground::Ground;
     use crate::lattice::{Lattice, State};
     use crate::random::{Purpose, stream, symmetric};
     use crate::scene::{ControllerSettings, LatticeSettings};
 
-    /// `tanh` of the folded first layer, written out.
-    fn folded_activation(folded: &Folded<f64>, state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
+    /// What a folded controller senses of a state in the ground's frame.
+    fn sensed(state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
         let column = |points: &[[f64; 2]], k: usize| -> Vec<f64> {
             points.iter().map(|point| point[k]).collect()
         };
-        let mut sensed = column(&state.x, 0);
-        sensed.extend(column(&state.x, 1));
-        sensed.extend(column(&state.v, 0));
-        sensed.extend(column(&state.v, 1));
-        sensed.extend(clock);
-        let plain = Controller {
-            hidden: folded.hidden,
-            inputs: folded.inputs,
-            w1: folded.w1.clone(),
-            b1: folded.b1.clone(),
-            w2: folded.w2.clone(),
-            b2: folded.b2.clone(),
-        };
-        plain.activation(&sensed)
+        let State { x, v } = state;
+        [
+            column(x, 0),
+            column(x, 1),
+            column(v, 0),
+            column(v, 1),
+            clock.into(),
+        ]
+        .concat()
     }
 
     fn random_state(nodes: usize) -> State<f64> {
@@ -193,8 +171,8 @@ mod tests {
             ground,
         };
         let plain = controller.activation(&observation(settings, &moment));
-        let folded = Folded::new(&controller, settings, ground);
-        let got = folded_activation(&folded, &state.to_ground(ground), clock(settings, time));
+        let sensed = sensed(&state.to_ground(ground), clock(settings, time));
+        let got = controller.folded(settings, ground).activation(&sensed);
         assert_eq!(got.len(), plain.len());
         for (a, b) in got.iter().zip(&plain) {
             // Some thirty terms of order one in each sum, rounded at 1e-16; the phase of a clock,

@@ -5,7 +5,6 @@ mod network;
 mod fold;
 mod weights;
 
-pub use fold::Folded;
 pub use network::Controller;
 pub use sensing::{Moment, clock, observation, observation_length};
 pub use weights::Weights;

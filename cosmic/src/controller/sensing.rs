@@ -29,7 +29,7 @@ pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize 
 /// `x0, y0, x1, y1, ...`; velocities of the nodes likewise. Offsets and velocities are taken in
 /// the world's frame, the goal in the ground's (D3).
 ///
-/// This is the definition; a rollout runs the [`Folded`](super::Folded) form of it.
+/// This is the definition; a rollout runs the [folded](super::Controller::folded) form of it.
 pub fn observation<R: Real>(settings: &ControllerSettings, moment: &Moment<R>) -> Vec<R> {
     let State { x, v } = moment.state;
     let turn = settings.omega * moment.time;

@@ -6,7 +6,7 @@ use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
 
 use super::robot::{Network, Parameters, Robot};
 use super::trajectory::{Trajectory, WATCHED};
-use crate::controller::{Controller, Folded, clock, observation_length};
+use crate::controller::{Controller, clock, observation_length};
 use crate::ground::Ground;
 use crate::lattice::{Lattice, State};
 use crate::projection::Body;
@@ -286,7 +286,7 @@ impl Simulator {
         if actuators.is_empty() {
             return None;
         }
-        let folded = Folded::new(controller, &self.controller, &self.ground);
+        let folded = controller.folded(&self.controller, &self.ground);
         let sensed = robot.sensed_columns();
         let rows = folded.w1.chunks_exact(folded.inputs);
         let w1: Vec<&[R]> = rows
