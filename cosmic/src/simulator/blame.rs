@@ -1,22 +1,22 @@
 //! The cause of an absurd state: which part of a step gave a node its velocity.
 
-use std::fmt;
-
 use super::bending::BentPair;
 use super::rollout::Simulator;
 use crate::controller::{Controller, Moment, observation};
 use crate::lattice::State;
 use crate::projection::Body;
 
-/// A term of the step, by what it did to one node.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A term of the step, by what it did to one node; displayed as part of a sentence.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Cause {
     /// The controller gives an edge of the node an activation that is no number.
+    #[error("the controller's output for edge {edge}")]
     Controller {
         /// The edge.
         edge: usize,
     },
     /// An edge pushes or pulls the node more than anything else does.
+    #[error("the spring of edge {edge} {nodes:?}")]
     Spring {
         /// The edge.
         edge: usize,
@@ -24,29 +24,17 @@ pub enum Cause {
         nodes: [usize; 2],
     },
     /// Two edges in line are bent, and push the node more than anything else does.
+    #[error("the bending of the bar over nodes {nodes:?}")]
     Bending {
         /// The nodes of the bar that they make.
         nodes: [usize; 3],
     },
     /// Gravity adds more to the velocity than anything else.
+    #[error("gravity")]
     Gravity,
     /// The node was as fast before, and got too far.
+    #[error("the node's own velocity")]
     Motion,
-}
-
-/// As part of a sentence.
-impl fmt::Display for Cause {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Cause::Controller { edge } => write!(out, "the controller's output for edge {edge}"),
-            Cause::Spring { edge, nodes } => write!(out, "the spring of edge {edge} {nodes:?}"),
-            Cause::Bending { nodes } => {
-                write!(out, "the bending of the bar over nodes {nodes:?}")
-            }
-            Cause::Gravity => out.write_str("gravity"),
-            Cause::Motion => out.write_str("the node's own velocity"),
-        }
-    }
 }
 
 impl Simulator {

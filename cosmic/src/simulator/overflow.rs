@@ -5,7 +5,6 @@
 //! sweep itself does not check. After a gradient that is infinite or NaN, this module sweeps again:
 //! first in blocks of steps, then step by step through the block in which the cotangent overflows.
 
-use std::fmt;
 use std::ops::Range;
 
 use autodiff::{Tape, Var};
@@ -18,8 +17,13 @@ use crate::projection::Body;
 /// Steps of a block.
 const BLOCK: usize = 64;
 
-/// The step of a reverse sweep that makes the state's cotangent infinite or NaN.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The step of a reverse sweep that makes the state's cotangent infinite or NaN; displayed as part of
+/// a sentence.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the reverse sweep overflows in step {step}, first at node {node}, from a cotangent of at most \
+     {largest:.1e}"
+)]
 pub struct Overflow {
     /// The step, from 0. The cotangent of the state after it is finite, of that before it not.
     pub step: usize,
@@ -27,22 +31,6 @@ pub struct Overflow {
     pub node: usize,
     /// The largest magnitude in the cotangent of the state after the step.
     pub largest: f64,
-}
-
-/// As part of a sentence.
-impl fmt::Display for Overflow {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            step,
-            node,
-            largest,
-        } = self;
-        write!(
-            out,
-            "the reverse sweep overflows in step {step}, first at node {node}, from a cotangent \
-             of at most {largest:.1e}"
-        )
-    }
 }
 
 impl Simulator {
