@@ -44,21 +44,13 @@ pub enum Error {
         /// A close name, or where to find them all.
         hint: String,
     },
-    /// A file or folder that is missing or cannot be read.
+    /// A file or folder that is missing, or not there yet, or cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
         /// Which one.
         path: PathBuf,
-        /// What the system said.
+        /// What the system said, or why the file is not there and what to do.
         source: io::Error,
-    },
-    /// The result of a run that has none, or none yet.
-    #[error("cannot read {}: {why}", path.display())]
-    NoResult {
-        /// The file that is not there.
-        path: PathBuf,
-        /// Why, and what to do.
-        why: String,
     },
     /// A file or folder that cannot be written.
     #[error("cannot write {}: {source}", path.display())]
@@ -172,6 +164,18 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
+    /// For `map_err`: the system cannot read this file or folder.
+    pub fn reading(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
+        let path = path.into();
+        |source| Error::Read { path, source }
+    }
+
+    /// For `map_err`: the system cannot write this file or folder.
+    pub fn writing(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
+        let path = path.into();
+        |source| Error::Write { path, source }
+    }
+
     /// What would make an unstable time step stable, or let it pass: the end of the message.
     pub fn remedy(&self) -> Option<String> {
         match self {
@@ -213,10 +217,7 @@ impl Error {
             | Error::Taken(_)
             | Error::UnstableRun { .. } => 2,
             Error::Diverged { .. } | Error::NotFinite { .. } | Error::NoFigure(_) => 3,
-            Error::NoScene { .. }
-            | Error::Read { .. }
-            | Error::NoResult { .. }
-            | Error::Write { .. } => 4,
+            Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
             Error::Interrupted { .. } | Error::Stopped { .. } => 75,
         }
     }

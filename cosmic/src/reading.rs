@@ -35,14 +35,13 @@ pub fn read_whole(path: &Path) -> Result<Vec<u8>> {
 pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let read = |file: File| file.take(most.saturating_add(1)).read_to_end(&mut bytes);
-    match File::open(path).and_then(read) {
-        Ok(read) if read as u64 <= most => Ok(bytes),
-        Ok(_) => Err(too_long(path, most)),
-        Err(source) => Err(Error::Read {
-            path: path.into(),
-            source,
-        }),
+    let length = File::open(path)
+        .and_then(read)
+        .map_err(Error::reading(path))?;
+    if length as u64 > most {
+        return Err(too_long(path, most));
     }
+    Ok(bytes)
 }
 
 /// The error for a file of more bytes than it may have.

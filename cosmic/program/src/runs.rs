@@ -54,7 +54,7 @@ pub(super) fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
 fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
     if output.json {
         let path = folder.join(SUMMARY);
-        let text = fs::read_to_string(&path).map_err(|source| Error::Read { path, source })?;
+        let text = fs::read_to_string(&path).map_err(Error::reading(path))?;
         return print(&text);
     }
     if output.quiet {

@@ -123,10 +123,7 @@ pub fn allow_unstable(folder: &Path) -> Result<()> {
         keep_scene(folder, &snapshot.plan.scene)?;
         // In this order a crash never leaves a scene that differs from the snapshot: the scene is
         // gone until the new snapshot is written, and is written from a snapshot.
-        fs::remove_file(&scene).map_err(|source| Error::Write {
-            path: scene,
-            source,
-        })?;
+        fs::remove_file(&scene).map_err(Error::writing(scene))?;
         snapshot.plan.to_mut().scene.physics.unstable_step = UnstableStep::Warn;
         snapshot.write(folder)?;
         keep_scene(folder, &snapshot.plan.scene)?;

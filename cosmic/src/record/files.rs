@@ -29,10 +29,7 @@ pub fn write_atomic(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<()> {
-    replace(path, fill).map_err(|source| Error::Write {
-        path: path.into(),
-        source,
-    })
+    replace(path, fill).map_err(Error::writing(path))
 }
 
 fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
@@ -105,10 +102,7 @@ pub fn sweep(folder: &Path) -> Result<()> {
         }
         Ok(())
     };
-    remove().map_err(|source| Error::Write {
-        path: folder.into(),
-        source,
-    })
+    remove().map_err(Error::writing(folder))
 }
 
 /// Creates a folder if there is none, and checks that files can be created in it.
@@ -117,10 +111,7 @@ pub fn sweep(folder: &Path) -> Result<()> {
 /// [`Error::Write`].
 pub fn make_folder(folder: &Path) -> Result<()> {
     let made = fs::create_dir_all(folder).and_then(|()| temporary(folder).map(drop));
-    made.map_err(|source| Error::Write {
-        path: folder.into(),
-        source,
-    })
+    made.map_err(Error::writing(folder))
 }
 
 /// A hidden file that vanishes unless it is persisted.

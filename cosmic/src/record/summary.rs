@@ -7,6 +7,7 @@ use crate::codesign::{Delivery, Progress};
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::scene::Departure;
 use serde::{Deserialize, Serialize};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// The format of a summary.
@@ -177,7 +178,7 @@ impl Summary {
     /// The summary of a finished run.
     ///
     /// # Errors
-    /// Those of [`read_json`]; [`Error::NoResult`] for a run that is not finished.
+    /// Those of [`read_json`]; [`Error::Read`] for a run that is not finished.
     pub fn read(folder: &Path) -> Result<Self> {
         read_json(&result_of(folder, SUMMARY)?, FORMAT)
     }
@@ -186,16 +187,13 @@ impl Summary {
 /// The path of a file that a run writes at its end.
 ///
 /// # Errors
-/// [`Error::NoResult`] for a run that is not finished.
+/// [`Error::Read`] for a run that is not finished.
 pub fn result_of(folder: &Path, name: &str) -> Result<PathBuf> {
     let path = folder.join(name);
     if path.exists() || !folder.join(SNAPSHOT).exists() {
         return Ok(path);
     }
-    Err(Error::NoResult {
-        why: unfinished(folder),
-        path,
-    })
+    Err(Error::reading(path)(io::Error::other(unfinished(folder))))
 }
 
 /// Why a run has no result, and what to do.

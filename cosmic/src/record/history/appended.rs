@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use std::fs::{File, OpenOptions};
-use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 /// A text file that grows by lines.
@@ -26,22 +26,12 @@ impl Appended {
         }
     }
 
-    fn unwritable(&self, source: io::Error) -> Error {
-        Error::Write {
-            path: self.path.clone(),
-            source,
-        }
-    }
-
     /// The length of the first `lines` lines in bytes.
     pub(super) fn end(&mut self, lines: usize) -> Result<u64> {
         let mut bytes = Vec::new();
         (self.file.seek(SeekFrom::Start(0)))
             .and_then(|_| self.file.read_to_end(&mut bytes))
-            .map_err(|source| Error::Read {
-                path: self.path.clone(),
-                source,
-            })?;
+            .map_err(Error::reading(&self.path))?;
         let ends: Vec<usize> = (1..=bytes.len())
             .filter(|&n| bytes[n - 1] == b'\n')
             .collect();
@@ -61,18 +51,17 @@ impl Appended {
     pub(super) fn cut(&mut self, length: u64) -> Result<()> {
         (self.file.set_len(length))
             .and_then(|()| self.file.seek(SeekFrom::Start(length)))
-            .map_err(|source| self.unwritable(source))?;
-        Ok(())
+            .map(drop)
+            .map_err(Error::writing(&self.path))
     }
 
     /// Appends a line in one write: a killed process leaves at most its last line unfinished.
     pub(super) fn append(&mut self, line: &str) -> Result<()> {
-        (self.file.write_all(line.as_bytes())).map_err(|source| self.unwritable(source))
+        (self.file.write_all(line.as_bytes())).map_err(Error::writing(&self.path))
     }
 
     /// Flushes the lines to the disk.
     pub(super) fn sync(&self) -> Result<()> {
-        let synced = self.file.sync_data();
-        synced.map_err(|source| self.unwritable(source))
+        self.file.sync_data().map_err(Error::writing(&self.path))
     }
 }

@@ -145,7 +145,7 @@ fn better(best: Option<Summary>, other: Option<Summary>) -> Option<Summary> {
 fn copy(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
     names.iter().try_for_each(|name| {
         let path = from.join(name);
-        let bytes = fs::read(&path).map_err(|source| Error::Read { path, source })?;
+        let bytes = fs::read(&path).map_err(Error::reading(path))?;
         write_atomic(&to.join(name), |file| file.write_all(&bytes))
     })
 }

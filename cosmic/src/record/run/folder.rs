@@ -29,10 +29,7 @@ impl Lock {
         let path = folder.join(LOCK);
         let mut options = OpenOptions::new();
         let options = options.write(true).create(true).truncate(false);
-        let file = match options.open(&path) {
-            Ok(file) => file,
-            Err(source) => return Err(Error::Write { path, source }),
-        };
+        let file = options.open(&path).map_err(Error::writing(path))?;
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => Err(Error::Taken(folder.to_owned())),
             // Not every file system has locks. Without them two processes are not told apart.
@@ -121,10 +118,7 @@ fn refuse_used(folder: &Path) -> Result<()> {
             }
         ))),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-        Err(source) => Err(Error::Write {
-            path: folder.into(),
-            source,
-        }),
+        Err(error) => Err(Error::writing(folder)(error)),
     }
 }
 
