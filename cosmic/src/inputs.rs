@@ -73,36 +73,14 @@ impl Block {
 impl<R: Real> Inputs<R> {
     /// The numbers of a block.
     pub fn block(&self, block: Block) -> &[R] {
-        let Self {
-            z,
-            controller,
-            start,
-        } = self;
         match block {
-            Block::Z => z.as_flattened(),
-            Block::W1 => &controller.w1,
-            Block::B1 => &controller.b1,
-            Block::W2 => &controller.w2,
-            Block::B2 => &controller.b2,
-            Block::X0 => start.x.as_flattened(),
-            Block::V0 => start.v.as_flattened(),
-        }
-    }
-
-    fn block_mut(&mut self, block: Block) -> &mut [R] {
-        let Self {
-            z,
-            controller,
-            start,
-        } = self;
-        match block {
-            Block::Z => z.as_flattened_mut(),
-            Block::W1 => &mut controller.w1,
-            Block::B1 => &mut controller.b1,
-            Block::W2 => &mut controller.w2,
-            Block::B2 => &mut controller.b2,
-            Block::X0 => start.x.as_flattened_mut(),
-            Block::V0 => start.v.as_flattened_mut(),
+            Block::Z => self.z.as_flattened(),
+            Block::W1 => &self.controller.w1,
+            Block::B1 => &self.controller.b1,
+            Block::W2 => &self.controller.w2,
+            Block::B2 => &self.controller.b2,
+            Block::X0 => self.start.x.as_flattened(),
+            Block::V0 => self.start.v.as_flattened(),
         }
     }
 
@@ -111,8 +89,16 @@ impl<R: Real> Inputs<R> {
     /// # Panics
     /// If the slice does not hold just so many numbers.
     pub fn set(&mut self, blocks: &[Block], mut numbers: &[R]) {
-        for &block in blocks {
-            let block = self.block_mut(block);
+        for block in blocks {
+            let block = match block {
+                Block::Z => self.z.as_flattened_mut(),
+                Block::W1 => &mut self.controller.w1,
+                Block::B1 => &mut self.controller.b1,
+                Block::W2 => &mut self.controller.w2,
+                Block::B2 => &mut self.controller.b2,
+                Block::X0 => self.start.x.as_flattened_mut(),
+                Block::V0 => self.start.v.as_flattened_mut(),
+            };
             let (part, rest) = numbers.split_at(block.len());
             block.copy_from_slice(part);
             numbers = rest;
@@ -129,16 +115,7 @@ impl<R: Real> Inputs<R> {
         let numbers = blocks.iter().flat_map(|&block| self.block(block));
         numbers.copied().collect()
     }
-}
 
-impl Inputs<f64> {
-    /// The same numbers as constants of another type.
-    pub fn lift<R: Real>(&self) -> Inputs<R> {
-        self.map(R::lit)
-    }
-}
-
-impl<R: Real> Inputs<R> {
     /// Every number replaced by a function of it.
     fn map<S>(&self, f: impl Fn(R) -> S) -> Inputs<S> {
         Inputs {
@@ -202,5 +179,12 @@ impl<R: Real> Inputs<R> {
             let gradient = tape.pullback(&[value], &[R::one()]).to_vec();
             (value.value(), gradient)
         })
+    }
+}
+
+impl Inputs<f64> {
+    /// The same numbers as constants of another type.
+    pub fn lift<R: Real>(&self) -> Inputs<R> {
+        self.map(R::lit)
     }
 }

@@ -8,6 +8,7 @@ use clap::Args;
 use cosmic::error::{Error, Result};
 use cosmic::ground::Ground;
 use cosmic::objective::{Displacement, Objective};
+use cosmic::scene::ObjectiveSettings;
 use cosmic_lab::verify::check_gradients_of;
 
 /// Check the program's own gradient against finite differences and forward mode
@@ -38,10 +39,14 @@ impl Arguments {
                 Objective::new(&scene.objective, &scene.loss, &scene.physics),
                 "its scene's loss",
             ),
-            None => (
-                Objective::Far(Displacement::at_end(Ground::from(&case.physics))),
-                "the displacement",
-            ),
+            None => {
+                let far = ObjectiveSettings::default();
+                let at_end = Displacement::at_end(Ground::from(&case.physics)).settings;
+                (
+                    Objective::new(&far, &at_end, &case.physics),
+                    "the displacement",
+                )
+            }
         };
         case.physics.steps = self.steps.min(case.physics.steps);
         if let Some(divergence) = case.divergence() {

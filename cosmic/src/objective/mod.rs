@@ -12,4 +12,4 @@ pub use augmented::{AugmentedLagrangian, violations};
 pub use displacement::Displacement;
 pub use loss::Loss;
 pub use measures::{Measures, measures};
-pub use tasks::{Climb, Economy, Objective, Reach};
+pub use tasks::Objective;

@@ -1,4 +1,4 @@
-//! Other tasks than getting far: each a few lines over the states of a rollout.
+//! The tasks of a scene: each a few lines over the states of a rollout.
 //!
 //! They are examples of losses that a user would write. A loss sees nothing but states, so effort
 //! is derived from them: the energy that a robot spends is the energy that its damping takes.
@@ -10,19 +10,17 @@ use crate::lattice::State;
 use crate::scene::{LossSettings, ObjectiveSettings, PhysicsSettings, TaskKind};
 use crate::simulator::Trajectory;
 
-/// What a robot is designed for.
+/// What a robot is designed for: the loss of a scene's task.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Objective {
-    /// To get far along the ground (the paper's).
-    Far(Displacement),
-    /// To go to a point and stop.
-    Reach(Reach),
-    /// To lift the payload, on an incline by walking up.
-    Climb(Climb),
-    /// To get far the other way, whatever goal the controller is given.
-    Back(Displacement),
-    /// To get far on little energy.
-    Economy(Economy),
+pub struct Objective {
+    /// The task, and its numbers.
+    pub settings: ObjectiveSettings,
+    /// The ground, and which states are looked at.
+    pub far: Displacement,
+    /// Damping rate, 1/s.
+    pub damping: f64,
+    /// Length of a step, s.
+    pub dt: f64,
 }
 
 impl Objective {
@@ -32,136 +30,33 @@ impl Objective {
         loss: &LossSettings,
         physics: &PhysicsSettings,
     ) -> Self {
-        let far = Displacement {
-            ground: physics.into(),
-            settings: loss.clone(),
-        };
-        match settings.task {
-            TaskKind::Far => Self::Far(far),
-            TaskKind::Reach => Self::Reach(Reach {
-                far,
-                target: settings.target,
-                settle: settings.settle,
-            }),
-            TaskKind::Climb => Self::Climb(Climb { far }),
-            TaskKind::Back => Self::Back(far),
-            TaskKind::Economy => Self::Economy(Economy {
-                far,
-                rate: physics.damping,
-                dt: physics.dt,
-                price: settings.energy_price,
-            }),
-        }
-    }
-}
-
-impl Loss for Objective {
-    fn observed(&self, steps: usize) -> Vec<usize> {
-        match self {
-            Self::Far(loss) | Self::Back(loss) => loss.observed(steps),
-            Self::Reach(loss) => loss.observed(steps),
-            Self::Climb(loss) => loss.observed(steps),
-            Self::Economy(loss) => loss.observed(steps),
+        Self {
+            settings: settings.clone(),
+            far: Displacement {
+                ground: physics.into(),
+                settings: loss.clone(),
+            },
+            damping: physics.damping,
+            dt: physics.dt,
         }
     }
 
-    fn nodes(&self) -> usize {
-        match self {
-            Self::Far(loss) | Self::Back(loss) => loss.nodes(),
-            Self::Reach(loss) => loss.nodes(),
-            Self::Climb(loss) => loss.nodes(),
-            Self::Economy(loss) => loss.nodes(),
-        }
+    /// The squared distance along the ground from the payload to the target, plus the square of the
+    /// way that it would still cover in the time `settle`, m^2: near and slow is good, near and fast
+    /// is not.
+    fn off_target<R: Real>(&self, state: &State<R>) -> R {
+        let [along, _] = self.far.ground.point_to_ground(state.x[0]);
+        let [vx, vy] = state.v[0].map(|v| v * R::lit(self.settings.settle));
+        let off = along - R::lit(self.settings.target);
+        off * off + vx * vx + vy * vy
     }
 
-    fn is_far(&self) -> bool {
-        matches!(self, Self::Far(_))
-    }
-
-    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        match self {
-            Self::Far(loss) => loss.loss(trajectory),
-            Self::Reach(loss) => loss.loss(trajectory),
-            Self::Climb(loss) => loss.loss(trajectory),
-            Self::Back(loss) => -loss.loss(trajectory),
-            Self::Economy(loss) => loss.loss(trajectory),
-        }
-    }
-}
-
-/// The squared distance along the ground from the payload to a target, plus the square of the way
-/// that it would still cover in the time `settle`, m^2: near and slow is good, near and fast is not.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reach {
-    /// The ground, and which states are looked at.
-    pub far: Displacement,
-    /// Where to, m along the ground from its origin.
-    pub target: f64,
-    /// Seconds by which a speed counts as a distance.
-    pub settle: f64,
-}
-
-impl Loss for Reach {
-    fn observed(&self, steps: usize) -> Vec<usize> {
-        self.far.observed(steps)
-    }
-
-    fn nodes(&self) -> usize {
-        1
-    }
-
-    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        mean(self, trajectory, |state| {
-            let [along, _] = self.far.ground.point_to_ground(state.x[0]);
-            let [vx, vy] = state.v[0].map(|v| v * R::lit(self.settle));
-            let off = along - R::lit(self.target);
-            off * off + vx * vx + vy * vy
-        })
-    }
-}
-
-/// Minus the payload's height in the world, m.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Climb {
-    /// Which states are looked at.
-    pub far: Displacement,
-}
-
-impl Loss for Climb {
-    fn observed(&self, steps: usize) -> Vec<usize> {
-        self.far.observed(steps)
-    }
-
-    fn nodes(&self) -> usize {
-        1
-    }
-
-    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        mean(self, trajectory, |state| -state.x[0][1])
-    }
-}
-
-/// Minus the payload's position, and a price for the energy that the motion takes.
-///
-/// Nothing but the actuators puts energy into a robot on level ground for long, and next to the
-/// contacts it is the damping that takes it out: `rate |v|^2` per mass and time. The mean over
-/// the nodes stands for the mean over the mass, which states do not hold.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Economy {
-    /// The ground, and how densely states are looked at.
-    pub far: Displacement,
-    /// Damping rate, 1/s.
-    pub rate: f64,
-    /// Length of a step, s.
-    pub dt: f64,
-    /// Metres that a joule per kilogram is worth.
-    pub price: f64,
-}
-
-impl Economy {
-    /// The energy that damping takes over the states observed, J/kg, averaged over the nodes:
-    /// states hold no masses to weigh them by.
-    pub fn energy<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+    /// The energy that damping takes over the states observed, J/kg.
+    ///
+    /// Nothing but the actuators puts energy into a robot on level ground for long, and next to the
+    /// contacts it is the damping that takes it out: `damping |v|^2` per mass and time. The mean
+    /// over the nodes stands for the mean over the mass, which states do not hold.
+    fn energy<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let square = |v: &[R; 2]| R::dot(v, v);
         let at = |step: usize| {
             let squares: Vec<R> = trajectory.at(step).v.iter().map(square).collect();
@@ -173,27 +68,52 @@ impl Economy {
         let since = |k: usize| observed[k] - k.checked_sub(1).map_or(0, |before| observed[before]);
         let weighed = |k: usize| at(observed[k]) * R::lit(since(k) as f64);
         let weighed: Vec<R> = (0..observed.len()).map(weighed).collect();
-        R::sum(&weighed) * R::lit(self.rate * self.dt)
+        R::sum(&weighed) * R::lit(self.damping * self.dt)
+    }
+
+    /// The mean of a function over the states observed.
+    fn mean<R: Real>(&self, trajectory: &Trajectory<R>, of: impl Fn(&State<R>) -> R) -> R {
+        let observed = self.observed(trajectory.last_step());
+        let values: Vec<R> = observed.iter().map(|&s| of(trajectory.at(s))).collect();
+        R::sum(&values) * R::lit(1.0 / values.len() as f64)
     }
 }
 
-impl Loss for Economy {
-    /// The whole rollout, every `every` steps.
+impl Loss for Objective {
     fn observed(&self, steps: usize) -> Vec<usize> {
-        let every = self.far.settings.every;
-        (steps % every..=steps).step_by(every).collect()
+        match self.settings.task {
+            // The whole rollout.
+            TaskKind::Economy => {
+                let every = self.far.settings.every;
+                (steps % every..=steps).step_by(every).collect()
+            }
+            _ => self.far.observed(steps),
+        }
+    }
+
+    fn nodes(&self) -> usize {
+        match self.settings.task {
+            TaskKind::Economy => usize::MAX,
+            _ => 1,
+        }
+    }
+
+    fn is_far(&self) -> bool {
+        self.settings.task == TaskKind::Far
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        self.far.loss(trajectory) + self.energy(trajectory) * R::lit(self.price)
+        match self.settings.task {
+            TaskKind::Far => self.far.loss(trajectory),
+            TaskKind::Back => -self.far.loss(trajectory),
+            TaskKind::Reach => self.mean(trajectory, |state| self.off_target(state)),
+            TaskKind::Climb => self.mean(trajectory, |state| -state.x[0][1]),
+            TaskKind::Economy => {
+                let price = R::lit(self.settings.energy_price);
+                self.far.loss(trajectory) + self.energy(trajectory) * price
+            }
+        }
     }
-}
-
-/// The mean of a function over the states that a loss observes.
-fn mean<R: Real>(loss: &impl Loss, trajectory: &Trajectory<R>, of: impl Fn(&State<R>) -> R) -> R {
-    let observed = loss.observed(trajectory.last_step());
-    let values: Vec<R> = observed.iter().map(|&s| of(trajectory.at(s))).collect();
-    R::sum(&values) * R::lit(1.0 / values.len() as f64)
 }
 
 #[cfg(test)]
@@ -271,9 +191,7 @@ mod tests {
         assert_eq!(objective(TaskKind::Reach).observed(3), [2, 3]);
         // States at steps 1 and 3, of one and two steps; at step 3 of all three.
         let energy = |every, walk: &Trajectory<f64>| {
-            let Objective::Economy(mut economy) = objective(TaskKind::Economy) else {
-                unreachable!("that task was asked for")
-            };
+            let mut economy = objective(TaskKind::Economy);
             economy.far.settings.every = every;
             economy.energy(walk)
         };
