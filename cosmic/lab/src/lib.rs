@@ -10,6 +10,7 @@
 //! - [`sweep`]: many runs from a frozen plan.
 //! - [`study`]: the paper's evaluation again.
 
+mod files;
 pub mod table;
 pub mod robustness;
 pub mod report;

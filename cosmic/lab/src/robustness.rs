@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::files::write_text;
 use crate::table::{Cell, Column, Table};
 use cosmic::codesign::{CoDesign, Quantiles, Reached};
 use cosmic::domain::{Domain, draw};
 use cosmic::error::Result;
 use cosmic::random::{Purpose, stream};
-use cosmic::record::files::{Format, write_atomic, write_json};
+use cosmic::record::files::{Format, write_json};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, run};
 use cosmic::scene::{RobustSettings, Scene};
@@ -67,8 +68,7 @@ impl Robustness {
     /// [`Error::Write`](cosmic::Error::Write).
     pub fn write(&self, path: &Path) -> Result<()> {
         if path.extension().is_some_and(|extension| extension == "csv") {
-            let table = self.table().to_csv();
-            return write_atomic(path, |file| file.write_all(table.as_bytes()));
+            return write_text(path, &self.table().to_csv());
         }
         write_json(path, FORMAT, self)
     }

@@ -1,9 +1,10 @@
 //! Sheets: the tables and figures of a check as one page, JSON, CSV and SVG files, and as text.
 
 use super::html;
+use crate::files::write_texts;
 use crate::table::{Standing, Table, aligned, escape, prose};
 use cosmic::error::{Error, Result};
-use cosmic::record::files::{Format, make_folder, write_atomic, write_json};
+use cosmic::record::files::{Format, make_folder, write_json};
 use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -180,11 +181,7 @@ impl Sheet {
         let json = folder.join("verify.json");
         write_json(&json, FORMAT, &self.to_json())?;
         let mut written = vec![json];
-        for (name, text) in texts {
-            let path = folder.join(name);
-            write_atomic(&path, |file| file.write_all(text.as_bytes()))?;
-            written.push(path);
-        }
+        written.extend(write_texts(folder, texts)?);
         Ok(written)
     }
 }

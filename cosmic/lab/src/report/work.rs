@@ -3,6 +3,7 @@
 use super::files::{RobotFiles, RunFiles};
 use super::motion::Motion;
 use super::{animation, convergence, layout, page, robot};
+use crate::files::write_texts;
 use cosmic::error::Result;
 use cosmic::record::files::write_atomic;
 use cosmic::record::run::DESIGN;
@@ -33,13 +34,11 @@ pub fn write(path: &Path) -> Result<Vec<PathBuf>> {
     }
     let robot = RobotFiles::read(&design)?;
     let title = design.display().to_string();
-    keep(
-        &folder,
-        [
-            ("report.html", page::of_design(&robot, &title)),
-            ("robot.svg", layout::draw_layout(&robot)),
-        ],
-    )
+    let texts = [
+        ("report.html", page::of_design(&robot, &title)),
+        ("robot.svg", layout::draw_layout(&robot)),
+    ];
+    write_texts(&folder, texts)
 }
 
 fn of_run(run: &RunFiles) -> Result<Vec<PathBuf>> {
@@ -49,22 +48,9 @@ fn of_run(run: &RunFiles) -> Result<Vec<PathBuf>> {
     let page = page::of_run(&motion, &robot, convergence.as_deref());
     let mut texts = vec![("report.html", page), ("robot.svg", robot)];
     texts.extend(convergence.map(|text| ("convergence.svg", text)));
-    let mut written = keep(&run.folder, texts)?;
+    let mut written = write_texts(&run.folder, texts)?;
     let path = run.folder.join("gait.gif");
     write_atomic(&path, |file| animation::write(&motion, file))?;
     written.push(path);
     Ok(written)
-}
-
-/// Writes texts into files of a folder and says which these are.
-fn keep(
-    folder: &Path,
-    texts: impl IntoIterator<Item = (&'static str, String)>,
-) -> Result<Vec<PathBuf>> {
-    let write = |(name, text): (&str, String)| {
-        let path = folder.join(name);
-        write_atomic(&path, |file| file.write_all(text.as_bytes()))?;
-        Ok(path)
-    };
-    texts.into_iter().map(write).collect()
 }
