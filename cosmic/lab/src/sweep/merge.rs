@@ -2,10 +2,11 @@
 
 use super::state::iterations;
 use super::{RunState, SweepPlan};
-use crate::table::{Cell, Column, Table};
+use crate::files::write_text;
+use crate::table::{Cell, Table};
 use cosmic::error::Result;
 use cosmic::record::Summary;
-use cosmic::record::files::{Format, write_atomic, write_json};
+use cosmic::record::files::{Format, write_json};
 use cosmic::record::summary::{NUMBERS, SummaryNumber};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -94,8 +95,7 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<SweepResults> {
 pub fn write_results(sweep: &Path, results: &SweepResults) -> Result<[PathBuf; 2]> {
     let [json, csv] = ["results.json", "results.csv"].map(|name| sweep.join(name));
     write_json(&json, FORMAT, results)?;
-    let table = table(results).to_csv();
-    write_atomic(&csv, |file| file.write_all(table.as_bytes()))?;
+    write_text(&csv, &table(results).to_csv())?;
     Ok([json, csv])
 }
 
@@ -103,20 +103,16 @@ pub fn write_results(sweep: &Path, results: &SweepResults) -> Result<[PathBuf; 2
 fn table(results: &SweepResults) -> Table {
     let loss: (_, SummaryNumber) = ("loss_p50", |summary| summary.loss_p50);
     let numbers: Vec<_> = NUMBERS.into_iter().chain([loss]).collect();
-    let names = ["index", "scene", "seed", "state", "iterations"].into_iter();
-    let names = names.chain(numbers.iter().map(|(name, _)| *name));
-    let columns = names.map(|name| Column::new(name, "").decimals(3, "-"));
-    let row = |run: &MergedRun| {
-        let mut cells = vec![
-            run.index.into(),
-            run.scene[..].into(),
-            Cell::Count(run.seed),
-            run.state.name().into(),
-            run.iterations.into(),
-        ];
-        let of_run = |(_, of): &(_, SummaryNumber)| Cell::from(run.summary.as_ref().and_then(of));
-        cells.extend(numbers.iter().map(of_run));
-        cells
-    };
-    Table::new(columns.collect(), results.runs.iter().map(row))
+    let names = numbers.iter().map(|(name, _)| *name);
+    Table::of("", "", &results.runs)
+        .column("index", "", |run| run.index)
+        .column("scene", "", |run| &run.scene[..])
+        .column("seed", "", |run| Cell::Count(run.seed))
+        .column("state", "", |run| run.state.name())
+        .column("iterations", "", |run| run.iterations)
+        .columns(names, "", |run, k| {
+            run.summary.as_ref().and_then(numbers[k].1)
+        })
+        .decimals(3, "-")
+        .done()
 }

@@ -138,11 +138,11 @@ impl Sweep<'_> {
             let left: Vec<usize> = all
                 .filter(|index| !passed_over.contains_key(index) && !is_over(index))
                 .collect();
-            let ended = self.run_each(&left, threads, overseer)?;
-            let taken = ended.iter().filter(|end| matches!(end, End::Taken)).count();
-            for (index, end) in left.iter().zip(ended) {
-                if let End::PassedOver(error) = end {
-                    passed_over.insert(*index, error);
+            let mut taken = 0;
+            for (index, tried) in left.iter().zip(self.try_each(&left, threads, overseer)?) {
+                match tried {
+                    Ok(outcome) => taken += usize::from(outcome == RunOutcome::Taken),
+                    Err(error) => _ = passed_over.insert(*index, error),
                 }
             }
             // Nothing to take was left, or all that was left is taken.
@@ -152,13 +152,13 @@ impl Sweep<'_> {
         }
     }
 
-    /// Tries each of some runs once.
-    fn run_each(
+    /// Tries each of some runs once: its outcome, or why it was passed over.
+    fn try_each(
         self,
         runs: &[usize],
         threads: Option<NonZeroUsize>,
         overseer: &dyn Overseer,
-    ) -> Result<Vec<End>> {
+    ) -> Result<Vec<Result<RunOutcome>>> {
         let telling = Mutex::new(());
         let done = in_parallel(runs.len(), Crew::of_one(threads), |k, _| {
             if overseer.is_stopped() {
@@ -167,14 +167,13 @@ impl Sweep<'_> {
             let index = runs[k];
             let name = &self.plan.name(index);
             match self.run_one(index, &mut Quiet { overseer, name }) {
-                Ok(RunOutcome::Taken) => Ok(End::Taken),
-                Ok(RunOutcome::Over) => Ok(End::Over),
+                Err(error) => self.of_its_own(index, error).map(Err),
+                Ok(outcome @ (RunOutcome::Taken | RunOutcome::Over)) => Ok(Ok(outcome)),
                 Ok(outcome) => {
                     let _told = telling.lock();
                     overseer.ended(&Ended { index, outcome });
-                    Ok(End::Over)
+                    Ok(Ok(RunOutcome::Over))
                 }
-                Err(error) => self.of_its_own(index, error).map(End::PassedOver),
             }
         });
         match done {
@@ -190,13 +189,6 @@ impl Sweep<'_> {
             total: self.plan.runs(),
         }
     }
-}
-
-/// How a run stands after it was tried.
-enum End {
-    Over,
-    Taken,
-    PassedOver(Error),
 }
 
 /// Says what was passed over, if anything was.

@@ -21,9 +21,14 @@ impl Table {
     }
 }
 
-impl<S> TableOf<'_, S> {
+impl<'a, S> TableOf<'a, S> {
     /// Adds a column: its name, its meaning, and the cell of each subject.
-    pub fn column<C: Into<Cell>>(mut self, name: &str, says: &str, cell: impl Fn(&S) -> C) -> Self {
+    pub fn column<C: Into<Cell>>(
+        mut self,
+        name: &str,
+        says: &str,
+        cell: impl Fn(&'a S) -> C,
+    ) -> Self {
         self.table.columns.push(Column::new(name, says));
         for (row, subject) in self.table.rows.iter_mut().zip(self.subjects) {
             row.cells.push(cell(subject).into());
@@ -34,15 +39,23 @@ impl<S> TableOf<'_, S> {
     /// Adds a column for each name, all of one meaning: the k-th holds the k-th of each subject's
     /// cells.
     pub fn columns<C: Into<Cell>>(
-        self,
-        names: impl IntoIterator<Item = String>,
+        mut self,
+        names: impl IntoIterator<Item = impl AsRef<str>>,
         says: &str,
-        cell: impl Fn(&S, usize) -> C,
+        cell: impl Fn(&'a S, usize) -> C,
     ) -> Self {
-        let add = |table: Self, (k, name): (usize, String)| {
-            table.column(&name, says, |subject| cell(subject, k))
-        };
-        names.into_iter().enumerate().fold(self, add)
+        for (k, name) in names.into_iter().enumerate() {
+            self = self.column(name.as_ref(), says, |subject| cell(subject, k));
+        }
+        self
+    }
+
+    /// Every column so far shows this many decimals, and a word where there is no number.
+    pub fn decimals(mut self, decimals: usize, missing: &'static str) -> Self {
+        let columns = self.table.columns.into_iter();
+        let columns = columns.map(|column| column.decimals(decimals, missing));
+        self.table.columns = columns.collect();
+        self
     }
 
     /// Marks the rows of some subjects; the last mark of a row counts.
@@ -69,9 +82,7 @@ mod tests {
     fn columns_are_filled_from_the_subjects_and_the_last_mark_counts() {
         let table = Table::of("squares", "Squares", &[1.0, 2.0, 3.0])
             .column("x", "the number", |x| *x)
-            .columns(["x2", "x3"].map(String::from), "a power", |x, k| {
-                x.powi(k as i32 + 2)
-            })
+            .columns(["x2", "x3"], "a power", |x, k| x.powi(k as i32 + 2))
             .mark(Standing::Default, |x| *x > 1.0)
             .mark(Standing::Failed, |x| *x > 2.0)
             .done();
