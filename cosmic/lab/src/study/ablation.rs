@@ -74,12 +74,12 @@ const ABOUT: &str = "\nAll trials begin with the stability heuristic where topol
 fn trials(rows: &[&TrialRow]) -> String {
     let names = ["designed", "topology", "material", "control", "paper"];
     trial_table(rows, &names, |row| {
-        let mut trials = ABLATION.iter().filter(|(name, ..)| *name == row.name);
+        let mut trials = ABLATION.iter().filter(|(name, ..)| *name == row.trial.name);
         let designs = trials.next().map_or(0, |(.., designs)| *designs);
         let mark = |(_, bit, _): &Entity| Cell::from(if designs & bit > 0 { "yes" } else { "no" });
-        let mut cells = vec![row.title[..].into()];
+        let mut cells = vec![row.trial.title[..].into()];
         cells.extend(ENTITIES.iter().map(mark));
-        cells.push(row.paper.into());
+        cells.push(row.trial.paper.into());
         cells
     })
 }

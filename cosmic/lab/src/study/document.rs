@@ -186,9 +186,9 @@ const WELL_ABOVE: f64 = 0.1;
 /// The motifs of a table's trials: each against the chance of shuffled layouts.
 pub(super) fn motifs(results: &StudyResults, of: &str) -> String {
     let trials = results.rows.iter().enumerate();
-    let trials: Vec<_> = trials.filter(|(_, row)| row.table == of).collect();
+    let trials: Vec<_> = trials.filter(|(_, row)| row.trial.table == of).collect();
     let mut names = vec!["motif, in brackets by chance"];
-    names.extend(trials.iter().map(|(_, row)| &row.name[..]));
+    names.extend(trials.iter().map(|(_, row)| &row.trial.name[..]));
     names.push("trials well above chance");
     let rows = results.motifs.iter().map(|motif| {
         let found: Vec<[f64; 2]> = trials.iter().map(|(k, _)| motif.found[*k]).collect();
@@ -215,11 +215,14 @@ pub(super) fn pictures(study: &Study, rows: &[&TrialRow], names: &[&str]) -> Str
     let folder = study.kind.name();
     let of = |row: &&TrialRow| {
         let Some(best) = row.best() else {
-            return format!("{}: no run without divergence.\n\n", row.title);
+            return format!("{}: no run without divergence.\n\n", row.trial.title);
         };
-        let picture = |name: &&str| format!("![{name}]({folder}/{}-{name}.svg)\n", row.name);
+        let picture = |name: &&str| format!("![{name}]({folder}/{}-{name}.svg)\n", row.trial.name);
         let pictures: String = names.iter().map(picture).collect();
-        format!("### {}, seed {}\n\n{pictures}\n", row.title, best.seed)
+        format!(
+            "### {}, seed {}\n\n{pictures}\n",
+            row.trial.title, best.seed
+        )
     };
     rows.iter().map(of).collect()
 }

@@ -5,9 +5,10 @@ use super::results::StudyResults;
 use super::rows::{RunRow, TrialRow};
 use super::trials::{DEFAULT, STRICT};
 use super::{Study, StudyKind};
+use crate::files::write_texts;
 use crate::report::{Bar, Picture, RunFiles, bars};
 use cosmic::error::Result;
-use cosmic::record::files::{make_folder, write_atomic};
+use cosmic::record::files::make_folder;
 use std::path::PathBuf;
 
 /// The unit of all bars.
@@ -21,16 +22,10 @@ const UNIT: &str =
 pub(super) fn write(study: &Study, results: &StudyResults) -> Result<Vec<PathBuf>> {
     let folder = study.out.join(study.kind.name());
     make_folder(&folder)?;
-    let mut written = Vec::new();
-    let mut keep = |name: &str, text: &str| -> Result<()> {
-        let path = folder.join(name);
-        write_atomic(&path, |file| file.write_all(text.as_bytes()))?;
-        written.push(path);
-        Ok(())
-    };
-    for (name, text) in charts(study.kind, results) {
-        keep(&format!("{name}.svg"), &text)?;
-    }
+    let charts = charts(study.kind, results).into_iter();
+    let mut drawn: Vec<_> = charts
+        .map(|(name, text)| (format!("{name}.svg"), text))
+        .collect();
     for row in &results.rows {
         let pictures = pictures(study.kind, row);
         let Some(best) = row.best().filter(|_| !pictures.is_empty()) else {
@@ -38,17 +33,17 @@ pub(super) fn write(study: &Study, results: &StudyResults) -> Result<Vec<PathBuf
         };
         let run = RunFiles::read(&best.folder)?;
         for picture in pictures {
-            let name = format!("{}-{}.svg", row.name, picture.name());
-            keep(&name, &picture.draw(&run))?;
+            let name = format!("{}-{}.svg", row.trial.name, picture.name());
+            drawn.push((name, picture.draw(&run)));
         }
     }
-    Ok(written)
+    write_texts(&folder, drawn)
 }
 
 /// Which pictures of a trial's best run are shown.
 fn pictures(kind: StudyKind, row: &TrialRow) -> &'static [Picture] {
     match kind {
-        StudyKind::Paper if row.table == DEFAULT => &Picture::ALL,
+        StudyKind::Paper if row.trial.table == DEFAULT => &Picture::ALL,
         StudyKind::Ablation => &[Picture::Robot],
         StudyKind::Paper | StudyKind::Findings => &[],
     }
@@ -86,9 +81,9 @@ fn charts(kind: StudyKind, results: &StudyResults) -> Vec<(&'static str, String)
 
 fn bar(row: &TrialRow) -> Bar {
     Bar {
-        name: row.title.clone(),
+        name: row.trial.title.to_owned(),
         value: row.displacement.median,
         points: row.runs.iter().filter_map(RunRow::displacement).collect(),
-        mark: row.paper,
+        mark: row.trial.paper,
     }
 }

@@ -59,7 +59,11 @@ fn trials(results: &StudyResults) -> String {
     let names = ["trial", "median / default", "goal behind"];
     trial_table(&rows, &names, |row| {
         let share = ratio(row.displacement.median, reference);
-        vec![row.title[..].into(), share.into(), row.goal_behind.into()]
+        vec![
+            row.trial.title[..].into(),
+            share.into(),
+            row.goal_behind.into(),
+        ]
     })
 }
 

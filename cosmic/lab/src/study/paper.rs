@@ -52,7 +52,11 @@ pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
 /// A table with the paper's numbers beside every row.
 fn beside_the_paper(rows: &[&TrialRow]) -> String {
     trial_table(rows, &["scene", "paper", "median / paper"], |row| {
-        vec![row.title[..].into(), row.paper.into(), row.ratio.into()]
+        vec![
+            row.trial.title[..].into(),
+            row.trial.paper.into(),
+            row.ratio.into(),
+        ]
     })
 }
 

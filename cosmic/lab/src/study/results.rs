@@ -3,11 +3,13 @@
 use super::Study;
 use super::check::Check;
 use super::motifs::MotifRow;
-use super::rows::TrialRow;
+use super::rows::{RunRow, TrialRow};
+use super::trials::Trial;
+use crate::files::write_text;
 use crate::sweep::scene_settings;
-use crate::table::{Cell, Column, Table};
+use crate::table::{Cell, Table};
 use cosmic::error::{Error, Result};
-use cosmic::record::files::{Format, read_json, write_atomic, write_json};
+use cosmic::record::files::{Format, read_json, write_json};
 use cosmic::record::summary::NUMBERS;
 use cosmic::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -52,20 +54,23 @@ impl StudyResults {
 
     /// The trial of a name; a study has all of its trials.
     pub(super) fn row(&self, name: &str) -> &TrialRow {
-        let row = self.rows.iter().find(|row| row.name == name);
+        let row = self.rows.iter().find(|row| row.trial.name == name);
         row.expect("a study has all of its trials")
     }
 
     /// The trials of a table.
     pub(super) fn table(&self, table: &str) -> Vec<&TrialRow> {
-        self.rows.iter().filter(|row| row.table == table).collect()
+        self.rows
+            .iter()
+            .filter(|row| row.trial.table == table)
+            .collect()
     }
 
     /// Writes the document, a table with a row a run and all numbers, and says where they are.
     pub(super) fn write(&self, study: &Study, document: &str) -> Result<[PathBuf; 3]> {
         let paths = ["md", "csv", "json"].map(|kind| place(study, kind));
         for (path, text) in paths.iter().zip([document, &self.runs().to_csv()]) {
-            write_atomic(path, |file| file.write_all(text.as_bytes()))?;
+            write_text(path, text)?;
         }
         write_json(&paths[2], FORMAT, self)?;
         Ok(paths)
@@ -73,26 +78,24 @@ impl StudyResults {
 
     /// A row a run; what a run does not have is left empty.
     fn runs(&self) -> Table {
+        let trials = self.rows.iter();
+        let runs: Vec<(&Trial, &RunRow)> = trials
+            .flat_map(|row| row.runs.iter().map(|run| (&row.trial, run)))
+            .collect();
         let of_summary = NUMBERS.map(|(name, _)| name);
         let of_check = OF_CHECK.map(|(name, _)| name);
-        let names = [&["table", "trial", "seed"], &of_summary[..], &of_check].concat();
-        let columns = names
-            .iter()
-            .map(|name| Column::new(name, "").decimals(2, "-"));
-        let rows = self.rows.iter().flat_map(|row| {
-            row.runs.iter().map(|run| {
-                let summary = NUMBERS.map(|(_, of)| run.summary.as_ref().and_then(of));
-                let check = OF_CHECK.map(|(_, of)| run.check.as_ref().and_then(of));
-                let numbers = summary.into_iter().chain(check).map(Cell::from);
-                let names = [
-                    row.table[..].into(),
-                    row.name[..].into(),
-                    Cell::Count(run.seed),
-                ];
-                names.into_iter().chain(numbers).collect()
+        Table::of("", "", &runs)
+            .column("table", "", |(trial, _)| trial.table)
+            .column("trial", "", |(trial, _)| &trial.name[..])
+            .column("seed", "", |(_, run)| Cell::Count(run.seed))
+            .columns(of_summary, "", |(_, run), k| {
+                run.summary.as_ref().and_then(NUMBERS[k].1)
             })
-        });
-        Table::new(columns.collect(), rows)
+            .columns(of_check, "", |(_, run), k| {
+                run.check.as_ref().and_then(OF_CHECK[k].1)
+            })
+            .decimals(2, "-")
+            .done()
     }
 
     /// Refuses where a study would replace results that it does not repeat: of other settings, or

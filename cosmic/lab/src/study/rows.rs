@@ -52,14 +52,9 @@ impl RunRow {
 /// A trial over all its seeds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct TrialRow {
-    /// The trial's name in files.
-    pub(super) name: String,
-    /// The table that it belongs to.
-    pub(super) table: String,
-    /// What a reader calls it.
-    pub(super) title: String,
-    /// The paper's displacement along the ground, m.
-    pub(super) paper: Option<f64>,
+    /// The trial.
+    #[serde(flatten)]
+    pub(super) trial: Trial,
     /// Named options in force that differ from the paper.
     pub(super) departures: Vec<Departure>,
     /// The displacements of all seeds.
@@ -114,10 +109,7 @@ impl TrialRow {
         let displacement = statistics(&RunRow::displacement);
         let skipped = runs.iter().filter_map(|run| run.summary.as_ref());
         Self {
-            name: trial.name.clone(),
-            table: trial.table.to_owned(),
-            title: trial.title.to_owned(),
-            paper: trial.paper,
+            trial: trial.clone(),
             departures: trial.scene.departures(),
             ratio: Option::zip(displacement.median, trial.paper).map(|(own, paper)| own / paper),
             displacement,

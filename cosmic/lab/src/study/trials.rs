@@ -2,6 +2,7 @@
 
 use cosmic::error::{Error, Result};
 use cosmic::scene::{BUILTIN, Scene};
+use serde::Serialize;
 
 /// Which study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +27,7 @@ impl StudyKind {
 }
 
 /// One experiment, to be run with every seed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Trial {
     /// Its name in files.
     pub(super) name: String,
@@ -37,6 +38,7 @@ pub(super) struct Trial {
     /// The paper's displacement along the ground, m.
     pub(super) paper: Option<f64>,
     /// Its scene.
+    #[serde(skip)]
     pub(super) scene: Scene,
 }
 
@@ -47,16 +49,6 @@ pub struct Base {
     pub file: String,
     /// Its text, TOML.
     pub text: String,
-}
-
-/// A trial that is not read yet: its scene is a built-in one with changes.
-struct Draft {
-    name: String,
-    table: &'static str,
-    title: &'static str,
-    paper: Option<f64>,
-    builtin: &'static str,
-    changes: Vec<String>,
 }
 
 /// The table by the paper's algorithm with no departure.
@@ -93,36 +85,26 @@ const PAPER: [(&str, &str, Option<f64>); 8] = [
 /// # Errors
 /// Those of [`Scene::parse`], for settings that the study's own do not go with.
 pub(super) fn trials(kind: StudyKind, base: &Base) -> Result<Vec<Trial>> {
-    let drafts = match kind {
-        StudyKind::Paper => paper(),
-        StudyKind::Ablation => ablation(),
-        StudyKind::Findings => findings(),
-    };
-    let trial = |draft: Draft| {
-        Ok(Trial {
-            scene: draft.scene(base)?,
-            name: draft.name,
-            table: draft.table,
-            title: draft.title,
-            paper: draft.paper,
-        })
-    };
-    drafts.into_iter().map(trial).collect()
+    match kind {
+        StudyKind::Paper => paper(base),
+        StudyKind::Ablation => ablation(base),
+        StudyKind::Findings => findings(base),
+    }
 }
 
-impl Draft {
-    /// The built-in scene over the base, with the changes.
-    fn scene(&self, base: &Base) -> Result<Scene> {
-        let name = self.builtin;
+impl Base {
+    /// A built-in scene over these settings, with changes.
+    fn scene(&self, name: &str, changes: &[&str]) -> Result<Scene> {
         let builtin = BUILTIN.iter().find(|builtin| builtin.name == name);
         let text = builtin.map_or("", |builtin| builtin.text);
-        let below = Scene::parse(&base.file, &base.text)?;
-        let mut scene = below.with(name, text);
-        for change in &self.changes {
-            scene = scene.and_then(|scene| scene.with(&format!("changes of {name}"), change));
-        }
+        let below = Scene::parse(&self.file, &self.text)?;
+        let place = format!("changes of {name}");
+        let mut changes = changes.iter();
+        let scene = below
+            .with(name, text)
+            .and_then(|scene| changes.try_fold(scene, |scene, change| scene.with(&place, change)));
         // The place is in the study's own settings, the cause may be in the others.
-        scene.map_err(|error| match &base.file[..] {
+        scene.map_err(|error| match &self.file[..] {
             "" => error,
             file => Error::Usage(format!(
                 "the settings of {file} do not go with the study's: {}",
@@ -132,27 +114,24 @@ impl Draft {
     }
 }
 
-fn paper() -> Vec<Draft> {
-    let draft = |table, (name, title, paper)| {
-        let mut changes = Vec::new();
-        if table == STRICT {
-            changes.push(WITHOUT_DEPARTURES.to_owned());
-            if name == "three_legged" {
-                changes.push(WITHOUT_SHORT_START.to_owned());
-            }
-        }
-        Draft {
+fn paper(base: &Base) -> Result<Vec<Trial>> {
+    let trial = |(table, (name, title, paper))| {
+        let changes: &[&str] = match (table, name) {
+            (DEFAULT, _) => &[],
+            (_, "three_legged") => &[WITHOUT_DEPARTURES, WITHOUT_SHORT_START],
+            _ => &[WITHOUT_DEPARTURES],
+        };
+        Ok(Trial {
             name: format!("{table}-{name}"),
             table,
             title,
             paper,
-            builtin: name,
-            changes,
-        }
+            scene: base.scene(name, changes)?,
+        })
     };
     let tables = [DEFAULT, STRICT].into_iter();
-    let drafts = tables.flat_map(|table| PAPER.map(|row| draft(table, row)));
-    drafts.collect()
+    let rows = tables.flat_map(|table| PAPER.map(|row| (table, row)));
+    rows.map(trial).collect()
 }
 
 /// What a trial of the ablation designs is a sum of these: which edges exist,
@@ -203,8 +182,8 @@ const HELD_CONTROL: &str = "adam = { rate = 0.0, fine_rate = 0.0 }";
 /// Without anything to design, one iteration is as good as any number.
 const HELD_ALL: &str = "schedule.iterations = 1";
 
-fn ablation() -> Vec<Draft> {
-    let draft = |(name, title, paper, designs): (&str, _, _, u8)| {
+fn ablation(base: &Base) -> Result<Vec<Trial>> {
+    let trial = |(name, title, paper, designs): (&str, _, _, u8)| {
         let mut changes = match (designs & TOPOLOGY > 0, designs & MATERIAL > 0) {
             (true, true) => vec![],
             (true, false) => vec![HELD_MATERIALS],
@@ -217,16 +196,15 @@ fn ablation() -> Vec<Draft> {
         if designs == 0 {
             changes.push(HELD_ALL);
         }
-        Draft {
+        Ok(Trial {
             name: name.to_owned(),
             table: "ablation",
             title,
             paper,
-            builtin: "stability",
-            changes: changes.into_iter().map(str::to_owned).collect(),
-        }
+            scene: base.scene("stability", &changes)?,
+        })
     };
-    ABLATION.into_iter().map(draft).collect()
+    ABLATION.into_iter().map(trial).collect()
 }
 
 /// The trial that the others of the findings are held against.
@@ -269,16 +247,17 @@ pub(super) fn lines(table: &'static str) -> impl Iterator<Item = [&'static str; 
     lines.map(move |line| cells(line).try_into().expect(line))
 }
 
-fn findings() -> Vec<Draft> {
-    let draft = |[name, builtin, title, change]: [&'static str; 4]| Draft {
-        name: name.to_owned(),
-        table: "findings",
-        title,
-        paper: None,
-        builtin,
-        changes: vec![change.replace("; ", "\n")],
+fn findings(base: &Base) -> Result<Vec<Trial>> {
+    let trial = |[name, builtin, title, change]: [&'static str; 4]| {
+        Ok(Trial {
+            name: name.to_owned(),
+            table: "findings",
+            title,
+            paper: None,
+            scene: base.scene(builtin, &[&change.replace("; ", "\n")])?,
+        })
     };
-    lines(FINDINGS).map(draft).collect()
+    lines(FINDINGS).map(trial).collect()
 }
 
 #[cfg(test)]
