@@ -7,13 +7,15 @@ use std::time::Duration;
 use super::probe::median;
 
 #[cfg(not(windows))]
-pub(super) use cpu_time::ThreadTime as Clock;
+use cpu_time::ThreadTime as Clock;
 // Windows counts a thread's time in ticks of 16 ms: the clock on the wall is the better one there.
 #[cfg(windows)]
-pub(super) use std::time::Instant as Clock;
+use std::time::Instant as Clock;
 
 /// Work that takes longer than this, s, is not done again.
 const LONG: f64 = 1.0;
+/// After this long there is no further round of works that take turns.
+const LONGEST: Duration = Duration::from_secs(2);
 
 /// The processor time of this thread that a work takes.
 pub(super) fn timed<T>(work: impl FnOnce() -> T) -> Duration {
@@ -33,13 +35,17 @@ pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64
     median(times)
 }
 
-/// The least processor time of each work over some rounds, in s. Each round runs every work once, so
-/// that a disturbance of the machine meets all of them.
+/// The least processor time of each work over some rounds, or over fewer where these take long, in
+/// s. Each round runs every work once, so that a disturbance of the machine meets all of them.
 pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> T) -> Vec<f64> {
+    let start = Clock::now();
     let mut least = vec![f64::INFINITY; works.len()];
     for _ in 0..rounds {
         for (least, work) in least.iter_mut().zip(works) {
             *least = least.min(timed(|| run(work)).as_secs_f64());
+        }
+        if start.elapsed() > LONGEST {
+            break;
         }
     }
     least

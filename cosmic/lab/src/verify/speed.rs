@@ -1,10 +1,10 @@
 //! What a step costs on this machine, in processor time of one thread.
 
-use std::time::Duration;
+use std::hint::black_box;
 
 use autodiff::{CotangentBound, Model, Program, Real, Rollout, Var};
 
-use super::clock::{Clock, timed};
+use super::clock::least_times;
 use super::probe::{Probe, dot};
 use cosmic::case::Case;
 use cosmic::controller::Controller;
@@ -19,12 +19,10 @@ use cosmic::task::{Horizon, Task};
 
 /// Steps of a measured rollout, where the case has as many.
 pub const MEASURED_STEPS: usize = 4096;
-/// Times that each measurement is taken, and how long at most; the least counts, as the one least
-/// disturbed.
+/// Times that each measurement is taken; the least counts, as the one least disturbed.
 const REPEATS: usize = 25;
-const LONGEST: Duration = Duration::from_secs(2);
 /// Starts that are run together.
-const STARTS: u32 = 8;
+const STARTS: usize = 8;
 /// How far they are moved apart, m.
 const MOVED: f64 = 1e-9;
 
@@ -81,6 +79,17 @@ pub struct GradientError {
     pub controller: f64,
 }
 
+impl Times {
+    /// Of two gradients, after the rollout.
+    fn new([rollout, by_design, by_controller]: [f64; 3]) -> Self {
+        Self {
+            rollout,
+            value_and_design_gradient: by_design,
+            value_and_controller_gradient: by_controller,
+        }
+    }
+}
+
 /// Measures a case with a scene's loss. What is done at once, the plan of the rollout and its sine
 /// table, is left out.
 pub fn measure(case: &Case, scene: &Scene) -> Speed {
@@ -88,44 +97,43 @@ pub fn measure(case: &Case, scene: &Scene) -> Speed {
     let [subject, one_hot] = [case, &layout].map(|case| Subject::new(case, &scene.loss));
     let steps = subject.steps();
     let matvecs = TwoMatvecs::new(case);
-    let per_step = |time: Duration| time.as_secs_f64() * 1e6 / steps as f64;
+    // In turns with the yardstick: what disturbs the machine disturbs both.
+    let [rollout, by_design, by_controller] = subject.works::<f64>();
+    let yardstick = work(|| matvecs.run(steps));
+    let [two_matvecs, double @ ..] =
+        microseconds(steps, [yardstick, rollout, by_design, by_controller]);
+    let [two_designs] = microseconds(2 * steps, [work(|| subject.two_gradients())]);
     // One set after the other: a change of number type or size gives up the memory of the rows.
-    let least = |times: &mut dyn FnMut() -> [Duration; 3]| {
-        let mut least = [Duration::MAX; 3];
-        repeat(|| {
-            for (least, time) in least.iter_mut().zip(times()) {
-                *least = time.min(*least);
-            }
-        });
-        let [rollout, design, controller] = least.map(per_step);
-        Times {
-            rollout,
-            value_and_design_gradient: design,
-            value_and_controller_gradient: controller,
-        }
-    };
-    let mut least_matvecs = Duration::MAX;
-    let double = least(&mut || {
-        // In turns with the yardstick: what disturbs the machine disturbs both.
-        least_matvecs = timed(|| matvecs.run(steps)).min(least_matvecs);
-        subject.times::<f64>()
-    });
     Speed {
         steps,
-        double,
-        single: least(&mut || subject.times::<f32>()),
-        one_hot_double: least(&mut || one_hot.times::<f64>()),
-        one_hot_single: least(&mut || one_hot.times::<f32>()),
+        double: Times::new(double),
+        single: Times::new(microseconds(steps, subject.works::<f32>())),
+        one_hot_double: Times::new(microseconds(steps, one_hot.works::<f64>())),
+        one_hot_single: Times::new(microseconds(steps, one_hot.works::<f32>())),
         own_materials: [
-            per_step(least_time(|| one_hot.own_gradient::<f64>())),
-            per_step(least_time(|| one_hot.own_gradient::<f32>())),
-        ],
-        two_designs: per_step(least_time(|| subject.two_gradients()) / 2),
-        eight_starts: least(&mut || subject.times_of_eight()),
-        two_matvecs: per_step(least_matvecs),
+            work(|| one_hot.own_gradient::<f64>()),
+            work(|| one_hot.own_gradient::<f32>()),
+        ]
+        .map(|work| microseconds(steps, [work])[0]),
+        two_designs,
+        eight_starts: Times::new(microseconds(STARTS * steps, subject.works_of_eight())),
+        two_matvecs,
         single_errors: (scene.schedule.horizon)
             .map(|steps| subject.single_error(steps, &scene.gradient)),
     }
+}
+
+/// A piece of work to be measured.
+type Work<'a> = Box<dyn Fn() + 'a>;
+
+fn work<'a, T>(run: impl Fn() -> T + 'a) -> Work<'a> {
+    Box::new(move || drop(black_box(run())))
+}
+
+/// The least time of each work, taken by turns, in microseconds for each of so many steps.
+fn microseconds<const N: usize>(steps: usize, works: [Work; N]) -> [f64; N] {
+    let times = least_times(REPEATS, &works, |work| work());
+    std::array::from_fn(|k| times[k] * 1e6 / steps as f64)
 }
 
 /// The case with every edge of one material, as the hard snap gives it. Where all mixtures are
@@ -137,24 +145,6 @@ fn layout(case: &Case, volume: &VolumeSettings) -> Case {
         frozen: Some(snapped),
         ..case.clone()
     }
-}
-
-/// Takes a measurement so often, or once where that takes long.
-fn repeat(mut measurement: impl FnMut()) {
-    let start = Clock::now();
-    for _ in 0..REPEATS {
-        measurement();
-        if start.elapsed() > LONGEST {
-            break;
-        }
-    }
-}
-
-/// The least of the times that a piece of work takes.
-fn least_time<T>(work: impl Fn() -> T) -> Duration {
-    let mut least = Duration::MAX;
-    repeat(|| least = timed(&work).min(least));
-    least
 }
 
 /// What is measured: the rollout of a case, and its gradients.
@@ -178,7 +168,7 @@ impl<'a> Subject<'a> {
         Self {
             case,
             inputs: case.inputs(),
-            starts: Probe::new(case).moved_starts(STARTS as usize, MOVED),
+            starts: Probe::new(case).moved_starts(STARTS, MOVED),
             loss: Displacement {
                 ground: task.ground(),
                 settings: loss.clone(),
@@ -262,7 +252,7 @@ impl<'a> Subject<'a> {
         let starts: Vec<&State<R>> = starts.iter().collect();
         let all = (self.task).rollout_many(&[mixture], controller, &starts, &span);
         let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
-        R::sum(&losses) * R::lit(1.0 / f64::from(STARTS))
+        R::sum(&losses) * R::lit(1.0 / STARTS as f64)
     }
 
     /// The mixture that gradients are of: that of a frozen layout is its design vectors.
@@ -279,23 +269,22 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// Times of the rollout and of its gradients by design and controller.
-    fn times<R: Real>(&self) -> [Duration; 3] {
+    /// The rollout, and its gradients by design and controller.
+    fn works<R: Real>(&self) -> [Work<'_>; 3] {
         [
-            timed(|| self.rollout::<R>()),
-            timed(|| self.gradient::<R>(DESIGN)),
-            timed(|| self.gradient::<R>(CONTROLLER)),
+            work(|| self.rollout::<R>()),
+            work(|| self.gradient::<R>(DESIGN)),
+            work(|| self.gradient::<R>(CONTROLLER)),
         ]
     }
 
-    /// The same for eight starts together, for each of them.
-    fn times_of_eight(&self) -> [Duration; 3] {
-        let all = [
-            timed(|| self.rollouts()),
-            timed(|| self.mean_gradient(DESIGN)),
-            timed(|| self.mean_gradient(CONTROLLER)),
-        ];
-        all.map(|time| time / STARTS)
+    /// The same for eight starts together.
+    fn works_of_eight(&self) -> [Work<'_>; 3] {
+        [
+            work(|| self.rollouts()),
+            work(|| self.mean_gradient(DESIGN)),
+            work(|| self.mean_gradient(CONTROLLER)),
+        ]
     }
 
     /// What gradients in f32 are worth over so many steps.
@@ -373,36 +362,21 @@ impl Model for TwoMatvecs {
 mod tests {
     use approx::assert_relative_eq;
 
-    use super::{Subject, measure};
+    use super::Subject;
     use cosmic::case::Case;
     use cosmic::inputs::DESIGN;
     use cosmic::scene::Scene;
 
     #[test]
-    fn every_figure_is_a_time() {
+    fn gradients_in_f32_are_roundings_away_from_those_in_f64() {
         let mut scene = Scene::default();
         (scene.lattice.columns, scene.lattice.rows) = (2, 2);
-        scene.physics.steps = 64;
         let case = Case::of_scene(&scene, 0).unwrap();
-        scene.schedule.horizon = [32, 64];
-        let speed = measure(&case, &scene);
-        assert_eq!(speed.steps, 64);
-        for times in [
-            speed.double,
-            speed.single,
-            speed.one_hot_double,
-            speed.one_hot_single,
-            speed.eight_starts,
-        ] {
-            assert!(times.rollout > 0.0 && times.value_and_design_gradient > times.rollout);
-        }
-        assert!(speed.two_matvecs > 0.0);
-        assert!(speed.own_materials.iter().all(|&time| time > 0.0) && speed.two_designs > 0.0);
-        let [short, long] = speed.single_errors;
-        assert_eq!([short.steps, long.steps], [32, 64]);
-        for error in [long.design, long.controller] {
+        let subject = Subject::new(&case, &scene.loss);
+        let error = subject.single_error(64, &scene.gradient);
+        for share in [error.design, error.controller] {
             // Some ten roundings of 6e-8 a step, and the same gradient in f64 would be equal.
-            assert!(error > 0.0 && error < 1e-4, "{error}");
+            assert!(share > 0.0 && share < 1e-4, "{share}");
         }
     }
 
