@@ -40,20 +40,20 @@ fn strain(case: &Case) -> f64 {
 /// friction, layouts, controllers, nodes in one place, sizes of lattices.
 pub fn extreme_trials() -> Vec<Trial> {
     let mut trials = Trials::default();
-    stiffnesses(&mut trials);
-    masses(&mut trials);
-    ratios(&mut trials);
-    dampings(&mut trials);
-    integrators(&mut trials);
-    laws(&mut trials);
+    masses_and_stiffnesses(&mut trials);
+    integrators_and_laws(&mut trials);
     // On the ground, with gravity and a controller.
     let what = "on the ground, actuated";
     trials.around("time step", what, &robot(|_| {}), World::Driven);
-    frictions(&mut trials);
-    layouts(&mut trials);
+    frictions_and_layouts(&mut trials);
     controllers(&mut trials);
     coincidences(&mut trials);
-    lattices(&mut trials);
+    for side in [2, 3, 6, 10, 20, 40] {
+        trials.free("lattice", &format!("{side}x{side} nodes"), |scene| {
+            (scene.lattice.columns, scene.lattice.rows) = (side, side);
+            (scene.physics.damping, scene.physics.steps) = (0.0, STEPS / 2);
+        });
+    }
     trials.0
 }
 
@@ -109,6 +109,11 @@ impl Trials {
         }
     }
 
+    /// Adds a robot of a changed scene, without its world.
+    fn free(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Scene)) {
+        self.around(group, what, &robot(change), World::Free);
+    }
+
     /// Adds a robot in its world with its own time step.
     fn single(&mut self, group: &'static str, what: &str, case: Case) {
         self.0.push(Trial {
@@ -121,35 +126,25 @@ impl Trials {
     }
 }
 
-fn stiffnesses(trials: &mut Trials) {
+/// A robot without damping whose springs have no mass.
+fn of_masses(scene: &mut Scene, node: f64, payload: f64) {
+    scene.materials.density = [0.0; 3];
+    (scene.physics.node_mass, scene.physics.payload_mass) = (node, payload);
+    scene.physics.damping = 0.0;
+}
+
+/// Each alone, and both ends of both ranges in one robot.
+fn masses_and_stiffnesses(trials: &mut Trials) {
     for stiffness in [1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6] {
-        let case = robot(|scene| {
+        trials.free("stiffness", &format!("{stiffness:e} N/m"), |scene| {
             scene.materials.stiffness = [stiffness; 3];
             scene.physics.damping = 0.0;
         });
-        let what = format!("{stiffness:e} N/m");
-        trials.around("stiffness", &what, &case, World::Free);
     }
-}
-
-/// A robot without damping whose springs have no mass.
-fn masses_of(node: f64, payload: f64) -> Case {
-    robot(|scene| {
-        scene.materials.density = [0.0; 3];
-        (scene.physics.node_mass, scene.physics.payload_mass) = (node, payload);
-        scene.physics.damping = 0.0;
-    })
-}
-
-fn masses(trials: &mut Trials) {
     for mass in [1e-6, 1e-3, 1.0, 1e3] {
         let what = format!("{mass:e} kg a node");
-        trials.around("mass", &what, &masses_of(mass, 0.0), World::Free);
+        trials.free("mass", &what, |scene| of_masses(scene, mass, 0.0));
     }
-}
-
-/// Both ends of both ranges in one robot.
-fn ratios(trials: &mut Trials) {
     let mut stiff = robot(|scene| {
         scene.materials.stiffness = [1e-9, 1e6, 1.0];
         scene.physics.damping = 0.0;
@@ -158,55 +153,45 @@ fn ratios(trials: &mut Trials) {
     let what = "1e-9, 1 and 1e6 N/m by turns";
     trials.around("ratio", what, &stiff, World::Free);
     let what = "a payload of 1e3 kg on nodes of 1e-6 kg";
-    trials.around("ratio", what, &masses_of(1e-6, 1e3), World::Free);
+    trials.free("ratio", what, |scene| of_masses(scene, 1e-6, 1e3));
 }
 
-fn dampings(trials: &mut Trials) {
-    for damping in [1.0, 20.0, 1e4] {
-        let case = robot(|scene| scene.physics.damping = damping);
-        trials.around("damping", &format!("{damping} 1/s"), &case, World::Free);
-    }
-}
-
-fn integrators(trials: &mut Trials) {
+/// Among the laws are bars that resist bending, slender and so thick that this is what vibrates
+/// fastest, and springs that would stiffen.
+fn integrators_and_laws(trials: &mut Trials) {
     use Integrator::{Leapfrog, SymplecticEuler};
+    for damping in [1.0, 20.0, 1e4] {
+        trials.free("damping", &format!("{damping} 1/s"), |scene| {
+            scene.physics.damping = damping;
+        });
+    }
     for (what, integrator, substeps) in [
         ("symplectic Euler, 8 substeps", SymplecticEuler, 8),
         ("leapfrog", Leapfrog, 1),
         ("leapfrog, 8 substeps", Leapfrog, 8),
     ] {
-        let case = robot(|scene| {
+        trials.free("integrator", what, |scene| {
             (scene.physics.integrator, scene.physics.substeps) = (integrator, substeps);
         });
-        trials.around("integrator", what, &case, World::Free);
     }
-}
-
-/// Bars that resist bending, slender and so thick that this is what vibrates fastest, and springs
-/// that would stiffen.
-fn laws(trials: &mut Trials) {
     for (what, radius, stiffening) in [
         ("bars of 0.02 m that resist bending", 0.02, 0.0),
         ("bars of 0.1 m", 0.1, 0.0),
         ("stiffening springs", 0.0, 1e4),
     ] {
-        let case = robot(|scene| {
+        trials.free("law", what, |scene| {
             (scene.physics.bending_radius, scene.physics.stiffening) = (radius, stiffening);
         });
-        trials.around("law", what, &case, World::Free);
     }
 }
 
-fn frictions(trials: &mut Trials) {
+fn frictions_and_layouts(trials: &mut Trials) {
     for friction in [0.0, 2.5, 1e3, 1e12] {
         let mut case = robot(|scene| scene.physics.contact = Contact::Coulomb);
         case.physics.friction = friction;
         case.frozen = None;
         trials.single("friction", &format!("Coulomb, {friction:e}"), case);
     }
-}
-
-fn layouts(trials: &mut Trials) {
     for material in Material::ALL {
         let mut case = robot(|_| {});
         set_layout(&mut case, |_| material);
@@ -253,17 +238,6 @@ fn coincidences(trials: &mut Trials) {
     }
 }
 
-fn lattices(trials: &mut Trials) {
-    for side in [2, 3, 6, 10, 20, 40] {
-        let case = robot(|scene| {
-            (scene.lattice.columns, scene.lattice.rows) = (side, side);
-            (scene.physics.damping, scene.physics.steps) = (0.0, STEPS / 2);
-        });
-        let what = format!("{side}x{side} nodes");
-        trials.around("lattice", &what, &case, World::Free);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::case_trials;
@@ -282,10 +256,8 @@ mod tests {
 
     #[test]
     fn what_does_not_vibrate_has_no_limit_to_be_tried() {
-        assert_eq!(
-            all_are_well(|scene| scene.materials.stiffness = [0.0; 3]),
-            1
-        );
+        let slack = |scene: &mut Scene| scene.materials.stiffness = [0.0; 3];
+        assert_eq!(all_are_well(slack), 1);
     }
 
     #[test]
