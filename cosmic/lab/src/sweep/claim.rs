@@ -35,20 +35,3 @@ impl Claim {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Claim;
-
-    #[test]
-    fn one_holder_at_a_time_and_none_after_it() {
-        let folder = tempfile::tempdir().unwrap();
-        let take = |name| Claim::take(folder.path(), name).unwrap();
-        let held = take("a-0").expect("nobody has it");
-        assert!(take("a-0").is_none());
-        assert!(take("a-1").is_some());
-        drop(held);
-        // The file is still there, as after a process that was killed.
-        assert!(folder.path().join("claims/a-0").exists() && take("a-0").is_some());
-    }
-}

@@ -1,10 +1,11 @@
 //! What a column holds, and how its numbers are written.
 
 use super::words::{decimals, quoted, three_digits};
-use serde_json::{Value, json};
+use serde::Serialize;
 
-/// A value of a table.
-#[derive(Clone, Debug, PartialEq)]
+/// A value of a table. JSON has numbers to the last bit, those that are not finite as `null`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Cell {
     /// Words.
     Text(String),
@@ -20,16 +21,6 @@ impl Cell {
     /// The number, or [`Cell::Missing`] where it is not finite.
     pub fn if_finite(number: f64) -> Self {
         Some(number).filter(|x| x.is_finite()).into()
-    }
-
-    /// As JSON has it: numbers to the last bit, those that are not finite as `null`.
-    pub(super) fn to_json(&self) -> Value {
-        match self {
-            Cell::Text(text) => json!(text),
-            Cell::Count(count) => json!(count),
-            Cell::Number(number) => json!(number),
-            Cell::Missing => Value::Null,
-        }
     }
 }
 

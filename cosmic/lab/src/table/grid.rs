@@ -92,7 +92,7 @@ impl Table {
     pub fn to_json(&self) -> Value {
         let row = |row: &Row| {
             let cells = self.columns.iter().zip(&row.cells);
-            let pairs = cells.map(|(column, cell)| (column.name.clone(), cell.to_json()));
+            let pairs = cells.map(|(column, cell)| (column.name.clone(), json!(cell)));
             Value::Object(pairs.collect())
         };
         let says = |column: &Column| (column.name.clone(), json!(column.says));
