@@ -3,7 +3,7 @@
 use super::plot::Axes;
 use super::svg::{BOLD, MUTED, Svg};
 
-pub use super::plot::{COLOURS, Line};
+pub use super::plot::Line;
 
 const WIDTH: f64 = 960.0;
 const HEIGHT: f64 = 440.0;
@@ -12,9 +12,13 @@ const TOP: f64 = 50.0;
 /// Room for the names of the lines.
 const NAMES: f64 = 270.0;
 
-/// Lines over two logarithmic axes.
+/// Lines over two logarithmic axes, in a file `name.svg`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogChart {
+    /// Its file's name.
+    pub name: &'static str,
+    /// What it shows.
+    pub caption: String,
     /// Its heading: what is up, with its unit.
     pub title: String,
     /// What is along, with its unit.
@@ -85,19 +89,17 @@ fn shown(line: &Line) -> impl Iterator<Item = [f64; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::{COLOURS, Line, LogChart};
+    use super::{Line, LogChart};
 
     #[test]
     fn points_that_no_logarithm_has_are_left_out() {
+        let points = [[1e-3, 1e-9], [1e-2, 0.0], [0.1, f64::NAN], [1.0, 1e-3]];
         let chart = LogChart {
+            name: "errors",
+            caption: String::new(),
             title: "error, m".to_owned(),
             along: "time, s".to_owned(),
-            lines: vec![Line {
-                name: "a < b".to_owned(),
-                colour: COLOURS[0],
-                dashes: "",
-                points: vec![[1e-3, 1e-9], [1e-2, 0.0], [0.1, f64::NAN], [1.0, 1e-3]],
-            }],
+            lines: vec![Line::new("a < b".to_owned(), 0, "", points.into_iter())],
             marked: Some(([1.0, 1e-3], "default".to_owned())),
         };
         let svg = chart.draw();

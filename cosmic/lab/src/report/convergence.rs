@@ -1,7 +1,7 @@
 //! The history of an optimisation as charts over the iterations.
 
 use super::files::RunFiles;
-use super::plot::{Axes, COLOURS, Line, range};
+use super::plot::{Axes, Line, range};
 use super::svg::{MUTED_LINE, MUTED_MIDDLE, Svg};
 use cosmic::codesign::{Phase, Record};
 
@@ -83,12 +83,7 @@ fn heights(lines: &[Line]) -> impl Iterator<Item = f64> {
 /// The records that have a number, as points of a line of the `k`-th colour.
 fn line(name: &str, k: usize, history: &[Record], number: impl Fn(&Record) -> Option<f64>) -> Line {
     let point = |r: &Record| Some([r.iteration as f64, number(r).filter(|v| v.is_finite())?]);
-    Line {
-        name: name.to_owned(),
-        colour: COLOURS[k],
-        dashes: "",
-        points: history.iter().filter_map(point).collect(),
-    }
+    Line::new(name.to_owned(), k, "", history.iter().filter_map(point))
 }
 
 fn displacement(run: &RunFiles) -> Chart {

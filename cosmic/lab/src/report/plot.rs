@@ -18,7 +18,7 @@ pub(super) struct Axes {
 }
 
 /// Colours that stay apart for colour-blind eyes.
-pub const COLOURS: [&str; 8] = [
+const COLOURS: [&str; 8] = [
     "#0b62b8", "#d9541e", "#2a8f5b", "#8a4fb0", "#b8860b", "#1f2328", "#c2185b", "#00838f",
 ];
 
@@ -36,6 +36,21 @@ pub struct Line {
 }
 
 impl Line {
+    /// A line in the `k`-th colour.
+    pub fn new(
+        name: String,
+        k: usize,
+        dashes: &'static str,
+        points: impl Iterator<Item = [f64; 2]>,
+    ) -> Self {
+        Self {
+            name,
+            colour: COLOURS[k % COLOURS.len()],
+            dashes,
+            points: points.collect(),
+        }
+    }
+
     /// How it is drawn.
     pub(super) fn stroke(&self) -> String {
         let Self { colour, dashes, .. } = self;

@@ -1,5 +1,6 @@
 //! Sheets: the tables and figures of a check as one page, JSON, CSV and SVG files, and as text.
 
+use super::chart::LogChart;
 use super::html;
 use crate::files::write_texts;
 use crate::table::{Standing, Table, aligned, escape, prose};
@@ -15,17 +16,6 @@ pub const FORMAT: Format = Format {
     version: 1,
 };
 
-/// A picture, in a file `name.svg` of its own as well.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
-    /// Its file's name.
-    pub name: String,
-    /// What it shows.
-    pub caption: String,
-    /// The picture.
-    pub svg: String,
-}
-
 /// One subject of a sheet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
@@ -35,8 +25,8 @@ pub struct Section {
     pub notes: Vec<String>,
     /// Its tables, each in a file `name.csv` as well.
     pub tables: Vec<Table>,
-    /// Its pictures.
-    pub figures: Vec<Figure>,
+    /// Its pictures, each in a file `name.svg` as well.
+    pub figures: Vec<LogChart>,
     /// How many checks were made.
     pub checks: usize,
     /// Those that failed, each in a few words.
@@ -77,8 +67,9 @@ impl Section {
         html.extend(self.failures.iter().map(failed));
         let note = |note: &String| format!("<p>{}</p>\n", prose(note));
         html.extend(self.notes.iter().map(note));
-        for Figure { svg, caption, .. } in &self.figures {
-            html += &format!("{svg}<p class=\"muted\">{}</p>\n", prose(caption));
+        for figure in &self.figures {
+            let (svg, caption) = (figure.draw(), prose(&figure.caption));
+            html += &format!("{svg}<p class=\"muted\">{caption}</p>\n");
         }
         for table in &self.tables {
             let (title, rows) = (prose(&table.title), table.to_html());
@@ -174,7 +165,7 @@ impl Sheet {
             let tables = section.tables.iter();
             texts.extend(tables.map(|t| (format!("{}.csv", t.name), csv(t))));
             let figures = section.figures.iter();
-            texts.extend(figures.map(|f| (format!("{}.svg", f.name), f.svg.clone())));
+            texts.extend(figures.map(|f| (format!("{}.svg", f.name), f.draw())));
         }
         let mut seen = HashSet::new();
         texts.retain(|text| seen.insert(text.clone()));
@@ -233,24 +224,5 @@ mod tests {
         let text = sheet().to_text();
         let line = |word: &str| text.lines().find(|line| line.contains(word)).unwrap();
         assert!(line("none").starts_with("! ") && line("<two>").starts_with("* "));
-    }
-
-    #[test]
-    fn a_table_that_sections_share_is_written_once() {
-        let mut sheet = sheet();
-        sheet.sections.push(sheet.sections[0].clone());
-        let folder = tempfile::tempdir().unwrap();
-        let written = sheet.write(folder.path()).unwrap();
-        let names = ["verify.json", "verify.html", "errors.csv"];
-        assert_eq!(written, names.map(|name| folder.path().join(name)));
-    }
-
-    #[test]
-    fn a_failure_is_an_error_with_its_count() {
-        let error = sheet().judge().unwrap_err();
-        assert_eq!(error.to_string(), "1 of 2 checks failed: none");
-        let mut sheet = sheet();
-        sheet.sections[0].failures.clear();
-        sheet.judge().unwrap();
     }
 }

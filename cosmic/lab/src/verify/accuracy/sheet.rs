@@ -2,8 +2,8 @@
 
 use super::reference::{FINER, RESOLVED};
 use super::{Accuracy, Method, Precision, Run};
-use crate::report::chart::{COLOURS, Line, LogChart};
-use crate::report::sheet::{Figure, Section};
+use crate::report::chart::{Line, LogChart};
+use crate::report::sheet::Section;
 use crate::table::{Standing, Table, TableOf};
 use cosmic::scene::Named;
 
@@ -215,28 +215,24 @@ impl Accuracy {
     }
 
     /// Error against run time, a line for every method and precision.
-    fn work_precision(&self) -> Figure {
+    fn work_precision(&self) -> LogChart {
         let time = self.times[SHOWN];
-        let default = self.default_run();
-        let chart = LogChart {
-            title: format!("Largest error of a node at {time} s, m"),
-            along: format!("run time of {} s of motion, s", self.times[3]),
-            lines: self.lines(&Precision::ALL, |run| [run.time, shown(run.error)]),
-            marked: self.marked(default.time),
-        };
-        Figure {
-            name: "work_precision".to_owned(),
+        LogChart {
+            name: "work_precision",
             caption: format!(
                 "Error at {time} s against run time; along each line the time step is halved four \
                  times. Whole lines f64, dashed f32, dotted double-double. Errors that are not \
                  resolved are left out."
             ),
-            svg: chart.draw(),
+            title: format!("Largest error of a node at {time} s, m"),
+            along: format!("run time of {} s of motion, s", self.times[3]),
+            lines: self.lines(&Precision::ALL, |run| [run.time, shown(run.error)]),
+            marked: self.marked(|run| run.time),
         }
     }
 
     /// Rounding and time-step errors against the time step.
-    fn over_time(&self) -> Figure {
+    fn over_time(&self) -> LogChart {
         let time = self.times[SHOWN];
         let lines = self.lines(&Precision::ALL[1..2], |run| [run.dt, shown(run.error)]);
         let held = self.lines(&Precision::ALL[1..2], |run| [run.dt, shown(run.held)]);
@@ -245,28 +241,23 @@ impl Accuracy {
             dashes: "6 4",
             ..line
         });
-        let default = self.default_run();
-        let chart = LogChart {
+        LogChart {
+            name: "order",
+            caption: "Error against the time step. Dashed: with the controller's output held \
+                      alike, which leaves the integrator's own error."
+                .to_owned(),
             title: format!("Largest error of a node at {time} s in f64, m"),
             along: "time step, s".to_owned(),
             lines: lines.into_iter().chain(held).collect(),
-            marked: self.marked(default.dt),
-        };
-        Figure {
-            name: "order".to_owned(),
-            caption:
-                "Error against the time step. Dashed: with the controller's output held alike, \
-                      which leaves the integrator's own error."
-                    .to_owned(),
-            svg: chart.draw(),
+            marked: self.marked(|run| run.dt),
         }
     }
 
-    /// The default's point at so much along, where it has one.
-    fn marked(&self, along: f64) -> Option<([f64; 2], String)> {
+    /// The default's point, where it has one.
+    fn marked(&self, along: impl Fn(&Run) -> f64) -> Option<([f64; 2], String)> {
         let default = self.default_run();
         let error = default.error[SHOWN].filter(|_| default.is_sound());
-        error.map(|error| ([along, error], "default".to_owned()))
+        error.map(|error| ([along(default), error], "default".to_owned()))
     }
 
     /// A line for every method in some precisions.
@@ -283,16 +274,14 @@ impl Accuracy {
                 let belongs = |run: &&Run| run.method == *method && run.precision == precision;
                 // Errors of runs that went astray would leave all others on one line.
                 let sound = self.runs.iter().filter(|run| run.is_sound());
-                lines.push(Line {
-                    name: format!("{}, {}", method.name(), precision.name()),
-                    colour: COLOURS[k % COLOURS.len()],
-                    dashes: match precision {
-                        Precision::Single => "6 4",
-                        Precision::Double => "",
-                        Precision::DoubleDouble => "1 5",
-                    },
-                    points: sound.filter(belongs).map(&point).collect(),
-                });
+                let dashes = match precision {
+                    Precision::Single => "6 4",
+                    Precision::Double => "",
+                    Precision::DoubleDouble => "1 5",
+                };
+                let name = format!("{}, {}", method.name(), precision.name());
+                let points = sound.filter(belongs).map(&point);
+                lines.push(Line::new(name, k, dashes, points));
             }
         }
         lines

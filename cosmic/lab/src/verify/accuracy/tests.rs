@@ -144,7 +144,7 @@ fn what_is_not_resolved_is_left_out() {
     assert_eq!(empty.len(), 5);
     let mut rows = table.rows.iter();
     assert!(rows.all(|row| empty.iter().all(|&k| row.cells[k] == Cell::Missing)));
-    assert!(!section.figures.iter().any(|f| f.svg.contains("NaN")));
+    assert!(!section.figures.iter().any(|f| f.draw().contains("NaN")));
     assert!(section.failures.is_empty());
     // The references are told all the same, the common one and one for every time step.
     assert_eq!(section.tables[2].rows.len(), 6);

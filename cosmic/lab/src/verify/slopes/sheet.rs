@@ -1,8 +1,8 @@
 //! The accuracy of gradients as tables and figures.
 
 use super::{DIRECTIONS, Gradients, MOST_MEMORY, Slopes, Way, best};
-use crate::report::chart::{COLOURS, Line, LogChart};
-use crate::report::sheet::{Figure, Section};
+use crate::report::chart::{Line, LogChart};
+use crate::report::sheet::Section;
 use crate::table::{Standing, Table};
 
 impl Way {
@@ -158,76 +158,59 @@ impl Gradients {
             .done()
     }
 
-    fn by_horizon(&self) -> Figure {
-        let chart = LogChart {
+    fn by_horizon(&self) -> LogChart {
+        LogChart {
+            name: "gradient_error",
+            caption: "Error against the horizon.".to_owned(),
             title: "Relative error of the slopes".to_owned(),
             along: "steps of the horizon".to_owned(),
             lines: self.lines(|row| [row.steps as f64, row.error]),
             marked: None,
-        };
-        Figure {
-            name: "gradient_error".to_owned(),
-            caption: "Error against the horizon.".to_owned(),
-            svg: chart.draw(),
         }
     }
 
-    fn by_time(&self) -> Figure {
+    fn by_time(&self) -> LogChart {
         let longest = self.slopes.iter().rfind(|row| row.way == Way::Driver);
         let point = |row: &Slopes| [row.whole, row.error];
-        let chart = LogChart {
+        LogChart {
+            name: "gradient_time",
+            caption: "Error against the time of a whole gradient; along each line the horizon \
+                      doubles."
+                .to_owned(),
             title: "Relative error of the slopes".to_owned(),
             along: "time of a whole gradient, s".to_owned(),
             lines: self.lines(point),
             marked: longest.map(|row| (point(row), format!("driver, {} steps", row.steps))),
-        };
-        Figure {
-            name: "gradient_time".to_owned(),
-            caption: "Error against the time of a whole gradient; along each line the horizon \
-                      doubles."
-                .to_owned(),
-            svg: chart.draw(),
         }
     }
 
-    fn by_width(&self) -> Figure {
-        let line = |(k, steps): (usize, &usize)| Line {
-            name: format!("{steps} steps, best {:.1e}", best(&self.sweep, k).1),
-            colour: COLOURS[k % COLOURS.len()],
-            dashes: "",
-            points: self.sweep.iter().map(|(h, e)| [*h, e[k]]).collect(),
+    fn by_width(&self) -> LogChart {
+        let line = |(k, steps): (usize, &usize)| {
+            let name = format!("{steps} steps, best {:.1e}", best(&self.sweep, k).1);
+            Line::new(name, k, "", self.sweep.iter().map(|(h, e)| [*h, e[k]]))
         };
-        let chart = LogChart {
+        LogChart {
+            name: "differences",
+            caption: "Central differences: too wide, and they see another function; too narrow, \
+                      and they see rounding."
+                .to_owned(),
             title: "Relative error of central differences".to_owned(),
             along: "half-width h along a direction of length one".to_owned(),
             lines: self.horizons.iter().enumerate().map(line).collect(),
             marked: None,
-        };
-        Figure {
-            name: "differences".to_owned(),
-            caption: "Central differences: too wide, and they see another function; too narrow, \
-                      and they see rounding."
-                .to_owned(),
-            svg: chart.draw(),
         }
     }
 
     /// A line for every way.
     fn lines(&self, point: impl Fn(&Slopes) -> [f64; 2]) -> Vec<Line> {
-        let line = |(k, way): (usize, &Way)| Line {
-            name: way.name(),
-            colour: COLOURS[k % COLOURS.len()],
-            dashes: match way {
+        let line = |(k, way): (usize, &Way)| {
+            let dashes = match way {
                 Way::Truncated(_) => "1 5",
                 _ if way.is_single() => "6 4",
                 _ => "",
-            },
-            points: self
-                .slopes
-                .iter()
-                .filter(|row| row.way == *way)
-                .map(&point)
-                .collect(),
+            };
+            let rows = self.slopes.iter().filter(|row| row.way == *way);
+            Line::new(way.name(), k, dashes, rows.map(&point))
         };
         Way::ALL.iter().enumerate().map(line).collect()
     }
