@@ -1,5 +1,7 @@
 //! A robot's task: from everything that is designed to a loss.
 
+use std::borrow::Borrow;
+
 use autodiff::{CotangentBound, Real};
 
 use crate::controller::Controller;
@@ -139,9 +141,9 @@ impl Task {
     /// many single [rollouts](Task::rollout) in less time.
     pub fn rollout_many<R: Real>(
         &self,
-        mixtures: &[&[[R; 3]]],
+        mixtures: &[impl AsRef<[[R; 3]]>],
         controller: &Controller<R>,
-        starts: &[&State<R>],
+        starts: &[impl Borrow<State<R>>],
         span: &Span,
     ) -> Vec<Trajectory<R>> {
         let bodies = self.bodies(mixtures);
@@ -166,8 +168,8 @@ impl Task {
         self.simulator.is_cleared(last)
     }
 
-    fn bodies<R: Real>(&self, mixtures: &[&[[R; 3]]]) -> Vec<Body<R>> {
-        mixtures.iter().map(|mixture| self.body(mixture)).collect()
+    fn bodies<R: Real>(&self, mixtures: &[impl AsRef<[[R; 3]]>]) -> Vec<Body<R>> {
+        mixtures.iter().map(|m| self.body(m.as_ref())).collect()
     }
 
     /// The time step against the vibrations of a mixture's robot at rest in these positions, and of
@@ -225,7 +227,7 @@ impl Task {
     /// less time.
     pub fn losses<R: Real>(
         &self,
-        mixtures: &[&[[R; 3]]],
+        mixtures: &[impl AsRef<[[R; 3]]>],
         inputs: &Inputs<R>,
         loss: &impl Loss,
         horizon: &Horizon,
@@ -237,7 +239,7 @@ impl Task {
     /// What a loss looks at, of robots with one controller from one start.
     pub(crate) fn over_horizon<R: Real>(
         &self,
-        mixtures: &[&[[R; 3]]],
+        mixtures: &[impl AsRef<[[R; 3]]>],
         inputs: &Inputs<R>,
         loss: &dyn AnyLoss,
         horizon: &Horizon,
@@ -257,13 +259,11 @@ impl Task {
             // Bodies are made before they are detached: a layout whose derivative is asked for
             // keeps its void edges, before the horizon too.
             let bodies: Vec<_> = bodies.iter().map(|body| body.map(R::detach)).collect();
-            let start = inputs.start.map(R::detach);
-            let at_first = vec![&start; bodies.len()];
+            let at_first = vec![inputs.start.map(R::detach); bodies.len()];
             let detached = controller.map(R::detach);
             let reached = simulator.rollout_many(&bodies, &detached, &at_first, &head);
             starts = reached.into_iter().flat_map(|seen| seen.states).collect();
         }
-        let starts: Vec<&State<R>> = starts.iter().collect();
         simulator.rollout_many(&bodies, controller, &starts, &span)
     }
 }

@@ -244,7 +244,6 @@ fn several_starts_together_are_watched_one_by_one() {
         }
         // Of the upper row: the ground would stop it.
         starts[WRONG].v[3] = [2e6, 0.0];
-        let starts: Vec<_> = starts.iter().collect();
         let span = Span::from_start(vec![0, 7, case.physics.steps]);
         for span in [watched(&span), span] {
             let together = task.rollout_many(&[&mixture], &case.controller, &starts, &span);
@@ -277,7 +276,6 @@ fn several_layouts_together_have_the_bits_of_each_alone() {
             one_hot(&(0..edges).map(material).collect::<Vec<_>>())
         };
         let layouts: Vec<_> = (0..12).map(layout).collect();
-        let layouts: Vec<&[_]> = layouts.iter().map(Vec::as_slice).collect();
         let mut wrong = case.start.clone();
         wrong.v[3] = [2e6, 0.0];
         for count in [2, 3, 9, 12] {
@@ -288,7 +286,7 @@ fn several_layouts_together_have_the_bits_of_each_alone() {
             for span in [watched(&span), span] {
                 let together = task.rollout_many(layouts, &case.controller, &starts, &span);
                 for k in 0..count {
-                    let alone = task.rollout(layouts[k], &case.controller, starts[k], &span);
+                    let alone = task.rollout(&layouts[k], &case.controller, starts[k], &span);
                     assert_eq!(format!("{:?}", together[k]), format!("{alone:?}"), "{k}");
                 }
                 let shows = together.iter().any(|seen| seen.states[0].x[0][0].is_nan());

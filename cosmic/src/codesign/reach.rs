@@ -39,8 +39,7 @@ impl Reached {
 impl CoDesign {
     /// A full rollout of the present robot, in the precision of gradients.
     pub(super) fn evaluate(&self, progress: &Progress) -> Reached {
-        let mixture = self.mixture(progress);
-        self.try_many(&[&mixture], &progress.controller, &self.task)[0]
+        self.try_many(&[self.mixture(progress)], &progress.controller, &self.task)[0]
     }
 
     /// Full rollouts of robots from the unperturbed start in the precision of gradients. In f32 a
@@ -48,7 +47,7 @@ impl CoDesign {
     /// need [`reach_many`](Self::reach_many) in f64.
     pub(super) fn try_many(
         &self,
-        mixtures: &[&[[f64; 3]]],
+        mixtures: &[Vec<[f64; 3]>],
         controller: &Controller<f64>,
         task: &Task,
     ) -> Vec<Reached> {
@@ -84,11 +83,8 @@ impl CoDesign {
         controller: &Controller<f64>,
         task: &Task,
     ) -> Vec<Reached> {
-        let mixtures: Vec<Vec<_>> = layouts.iter().map(|l| projection::one_hot(l)).collect();
-        let side_by_side = |mixtures: &[Vec<_>]| {
-            let mixtures: Vec<&[_]> = mixtures.iter().map(Vec::as_slice).collect();
-            self.try_many(&mixtures, controller, task)
-        };
+        let mixtures: Vec<_> = layouts.iter().map(|l| projection::one_hot(l)).collect();
+        let side_by_side = |mixtures: &[Vec<_>]| self.try_many(mixtures, controller, task);
         let groups = mixtures.par_chunks(together(layouts.len()));
         groups.flat_map_iter(side_by_side).collect()
     }
@@ -107,7 +103,7 @@ impl CoDesign {
     /// `R`.
     pub(super) fn reach_many<R: Real + Into<f64>>(
         &self,
-        mixtures: &[&[[f64; 3]]],
+        mixtures: &[impl AsRef<[[f64; 3]]>],
         controller: &Controller<f64>,
         task: &Task,
         starts: &[&State<f64>],
@@ -126,13 +122,10 @@ impl CoDesign {
             watched: true,
             ..span.clone()
         };
-        let lift = |mixture: &&[[f64; 3]]| mixture.iter().map(|m| m.map(R::lit)).collect();
-        let in_type: Vec<Vec<[R; 3]>> = mixtures.iter().map(lift).collect();
-        let lifted_mixtures: Vec<&[[R; 3]]> = in_type.iter().map(Vec::as_slice).collect();
-        let lifted: Vec<State<R>> = starts.iter().map(|start| start.map(R::lit)).collect();
-        let lifted: Vec<_> = lifted.iter().collect();
-        let in_type = controller.map(R::lit);
-        let all = task.rollout_many(&lifted_mixtures, &in_type, &lifted, &watched);
+        let rows = mixtures.iter().map(|mixture| mixture.as_ref().iter());
+        let lifted: Vec<Vec<_>> = rows.map(|m| m.map(|m| m.map(R::lit)).collect()).collect();
+        let from: Vec<State<R>> = starts.iter().map(|start| start.map(R::lit)).collect();
+        let all = task.rollout_many(&lifted, &controller.map(R::lit), &from, &watched);
         let reached = |(k, seen): (usize, &Trajectory<R>)| {
             let start = starts[k];
             let last = seen.at(steps).map(R::into);
@@ -141,7 +134,7 @@ impl CoDesign {
                 return self.reached_at(start, &last, loss);
             }
             // The watch in lanes stops earlier than the guard does. The guard decides.
-            let mixture = mixtures[k % mixtures.len()];
+            let mixture = mixtures[k % mixtures.len()].as_ref();
             let guarded = task.guarded(mixture, controller, start, &span);
             let last = match guarded.divergence {
                 Some(_) => return Reached::NOWHERE,

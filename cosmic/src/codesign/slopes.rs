@@ -129,9 +129,8 @@ impl CoDesign {
     where
         dyn AnyLoss: LossOf<R>,
     {
-        let mixtures = mixtures.each_ref().map(Vec::as_slice);
         let losses = |task: &Task| {
-            let seen = task.over_horizon(&mixtures, inputs, &*self.loss, horizon);
+            let seen = task.over_horizon(mixtures, inputs, &*self.loss, horizon);
             seen.into_iter()
                 .map(|seen| (self.loss.loss_of(&seen), seen))
         };

@@ -1,5 +1,6 @@
 //! Rollouts: a lattice in its surroundings, and the bodies and controllers that it steps.
 
+use std::borrow::Borrow;
 use std::sync::Arc;
 
 use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
@@ -134,13 +135,14 @@ impl Simulator {
         &self,
         bodies: &[Body<R>],
         controller: &Controller<R>,
-        starts: &[&State<R>],
+        starts: &[impl Borrow<State<R>>],
         span: &Span,
     ) -> Vec<Trajectory<R>> {
-        if let ([body], &[start]) = (bodies, starts) {
-            return vec![self.rollout(body, controller, start, span)];
+        if let ([body], [start]) = (bodies, starts) {
+            return vec![self.rollout(body, controller, start.borrow(), span)];
         }
-        self.check(bodies, controller, starts);
+        let starts: Vec<&State<R>> = starts.iter().map(Borrow::borrow).collect();
+        self.check(bodies, controller, &starts);
         let model = self.robot.for_bodies(bodies);
         let parameters = self.parameters(&model, bodies, controller).in_order();
         let starts: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();

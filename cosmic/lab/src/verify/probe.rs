@@ -42,9 +42,8 @@ impl<'a> Probe<'a> {
         starts: &[State<f64>],
         observed: &[usize],
     ) -> Vec<Trajectory<f64>> {
-        let starts: Vec<&State<f64>> = starts.iter().collect();
         let span = Span::from_start(observed.to_vec());
-        (self.task).rollout_many(&[&self.mixture], &self.case.controller, &starts, &span)
+        (self.task).rollout_many(&[&self.mixture], &self.case.controller, starts, &span)
     }
 
     /// So many starts with every coordinate moved by `distance`, up or down; the same for every

@@ -227,7 +227,6 @@ impl<'a> Subject<'a> {
             let projections = [Projection::Performance, Projection::Stability];
             let mixture = |k: usize| self.case.mixture(projections[k], &copies[k].z);
             let mixtures = [mixture(0), mixture(1)];
-            let mixtures = mixtures.each_ref().map(Vec::as_slice);
             let losses = (self.task).losses(&mixtures, &copies[0], &self.loss, &self.horizon);
             [losses[0], losses[1]]
         })
@@ -249,7 +248,6 @@ impl<'a> Subject<'a> {
     fn mean_loss<R: Real>(&self, mixture: &[[R; 3]], controller: &Controller<R>) -> R {
         let span = self.span();
         let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
-        let starts: Vec<&State<R>> = starts.iter().collect();
         let all = (self.task).rollout_many(&[mixture], controller, &starts, &span);
         let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
         R::sum(&losses) * R::lit(1.0 / STARTS as f64)

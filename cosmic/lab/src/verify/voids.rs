@@ -5,7 +5,6 @@ use super::probe::Probe;
 use autodiff::Graph;
 use cosmic::case::Case;
 use cosmic::design::Material;
-use cosmic::lattice::State;
 use cosmic::projection::Body;
 use cosmic::scene::{PhysicsSettings, VoidEdges};
 use cosmic::simulator::{Simulator, Span};
@@ -116,7 +115,6 @@ pub(super) fn saving_of_eight(
     [steps, rounds]: [usize; 2],
 ) -> f64 {
     let starts = Probe::new(case).moved_starts(EIGHT, MOVED);
-    let starts: Vec<&State<f64>> = starts.iter().collect();
     let span = Span::from_start(vec![steps]);
     let bodies = [body_with_all_edges(case), body(case, VoidEdges::Drop)];
     let times = least_times(rounds, &bodies, |body| {
