@@ -3,8 +3,8 @@
 use crate::error::{Error, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::num::NonZeroUsize;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
 use std::thread;
 
 /// How many jobs are at work at a time, and how many threads each of them has.
@@ -43,6 +43,9 @@ impl Crew {
     }
 }
 
+/// Why the lock on the results is never poisoned.
+const NO_PANIC: &str = "no push panics";
+
 /// Does the jobs from number 0 to `jobs`, lower numbers first, and gives what came of them in that
 /// order. The flag that a job is given tells it when another one has failed.
 ///
@@ -54,38 +57,33 @@ pub fn in_parallel<T: Send>(
     job: impl Fn(usize, &AtomicBool) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let (sender, ended) = mpsc::channel();
-    let tell = |sender: &mpsc::Sender<_>, index: usize, result: Result<T>| {
+    let ended = Mutex::new(Vec::new());
+    let note = |index: usize, result: Result<T>| {
         let is_error = result.is_err();
-        sender
-            .send((index, result))
-            .expect("whoever waits is there until all have ended");
+        ended.lock().expect(NO_PANIC).push((index, result));
         // Not before: whoever stops because of it comes later.
         failed.fetch_or(is_error, Ordering::Release);
     };
-    let work = |sender: mpsc::Sender<_>| {
+    let work = || {
         let pool = match crew.pool() {
             Ok(pool) => pool,
-            Err(error) => return tell(&sender, 0, Err(error)),
+            Err(error) => return note(0, Err(error)),
         };
         while !failed.load(Ordering::Acquire) {
             let index = next.fetch_add(1, Ordering::Relaxed);
             if index >= jobs {
                 break;
             }
-            tell(&sender, index, pool.install(|| job(index, &failed)));
+            note(index, pool.install(|| job(index, &failed)));
         }
     };
-    let results = thread::scope(|scope| {
+    thread::scope(|scope| {
         for _ in 0..crew.at_work.min(jobs) {
-            let sender = sender.clone();
-            scope.spawn(|| work(sender));
+            scope.spawn(work);
         }
-        drop(sender);
-        ended.into_iter().collect::<Vec<_>>()
     });
-    let mut done: Vec<(usize, T)> = results
-        .into_iter()
+    let ended = ended.into_inner().expect(NO_PANIC).into_iter();
+    let mut done: Vec<(usize, T)> = ended
         .map(|(index, result)| Ok((index, result?)))
         .collect::<Result<_>>()?;
     done.sort_unstable_by_key(|(index, _)| *index);

@@ -75,17 +75,12 @@ pub(super) fn one(
     plan: &RunPlan,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
-    let own = folder_of(folder, seed);
-    let run = if own.join(SNAPSHOT).exists() {
-        let Some((lock, snapshot)) = take_up(&own)? else {
-            return Summary::read(&own);
-        };
-        Run::open(lock, snapshot)
-    } else {
-        Run::create(&own, &alone(plan, seed))
-    };
-    run.and_then(|run| run.finish(observer))
-        .map_err(|error| of_search(error, folder))
+    match run_of(folder, seed, plan)? {
+        None => Summary::read(&folder_of(folder, seed)),
+        Some(run) => run
+            .finish(observer)
+            .map_err(|error| of_search(error, folder)),
+    }
 }
 
 /// Takes the run of one seed up to an iteration, unless it has come so far already.
@@ -96,21 +91,24 @@ pub(super) fn pause(
     iteration: usize,
     observer: &mut dyn Observer,
 ) -> Result<()> {
+    match run_of(folder, seed, plan)? {
+        Some(run) if run.progress().iteration < iteration => run
+            .pause_at(iteration, observer)
+            .map_err(|error| of_search(error, folder)),
+        _ => Ok(()),
+    }
+}
+
+/// The run of one seed, taken up or begun; `None` if it is finished.
+fn run_of(folder: &Path, seed: u64, plan: &RunPlan) -> Result<Option<Run>> {
     let own = folder_of(folder, seed);
-    let run = if own.join(SNAPSHOT).exists() {
-        let Some((lock, snapshot)) = take_up(&own)? else {
-            return Ok(());
-        };
-        let done = snapshot.progress.as_ref().map_or(0, |p| p.iteration);
-        if done >= iteration {
-            return Ok(());
-        }
-        Run::open(lock, snapshot)
-    } else {
-        Run::create(&own, &alone(plan, seed))
-    };
-    run.and_then(|run| run.pause_at(iteration, observer))
-        .map_err(|error| of_search(error, folder))
+    if !own.join(SNAPSHOT).exists() {
+        return Run::create(&own, &alone(plan, seed)).map(Some);
+    }
+    let taken = take_up(&own)?;
+    taken
+        .map(|(lock, snapshot)| Run::open(lock, snapshot))
+        .transpose()
 }
 
 /// The plan of one start.

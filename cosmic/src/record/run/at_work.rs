@@ -158,10 +158,7 @@ impl Run {
 
     /// Does the remaining iterations and writes the result.
     pub(in crate::record) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
-        observer.begin(&self);
-        self.judge_step(observer)?;
         self.advance(self.last_iteration(), observer)?;
-        observer.end(&self);
         let summary = self.deliver()?;
         self.lock.finish();
         Ok(summary)
@@ -173,14 +170,12 @@ impl Run {
         iteration: usize,
         observer: &mut dyn Observer,
     ) -> Result<()> {
-        observer.begin(&self);
-        self.judge_step(observer)?;
-        self.advance(iteration.min(self.last_iteration()), observer)?;
-        observer.end(&self);
-        Ok(())
+        self.advance(iteration.min(self.last_iteration()), observer)
     }
 
     fn advance(&mut self, last: usize, observer: &mut dyn Observer) -> Result<()> {
+        observer.begin(self);
+        self.judge_step(observer)?;
         let mut saved = Instant::now();
         while self.progress.iteration < last {
             let began = Instant::now();
@@ -205,7 +200,9 @@ impl Run {
                 });
             }
         }
-        self.save()
+        self.save()?;
+        observer.end(self);
+        Ok(())
     }
 
     /// Warns of a time step that became worse than any before, and refuses an unstable one unless
