@@ -104,7 +104,7 @@ fn check(file: &Path, settings: &Settings, output: &Output) -> Result<()> {
 /// The error for a refusal, shown where the file or `--set` sets one of its keys.
 fn refused(file: &Path, settings: &Settings, refusal: &Finding) -> Error {
     let name = file.display().to_string();
-    let mut keys = refusal.settings.iter().map(|setting| setting.key);
+    let mut keys = refusal.settings.iter().map(|setting| &*setting.key);
     let shown = |key| fault(&name, &settings.set, key, &refusal.says, &refusal.remedy);
     let unset = || Error::Usage(format!("{name}: {refusal}"));
     keys.find_map(shown).unwrap_or_else(unset)

@@ -72,7 +72,7 @@ mod tests {
         }
         let (_, refused) = review(&["physics.dt=0.05"]);
         let setting = &refused.refusals[0].settings[0];
-        assert_eq!((setting.key, &*setting.value), ("physics.dt", "0.05"));
+        assert_eq!((&*setting.key, &*setting.value), ("physics.dt", "0.05"));
         let (_, warned) = review(&["physics.dt=0.05", "physics.unstable_step=warn"]);
         assert_eq!(warned.refusals, []);
         assert!(

@@ -1,6 +1,6 @@
 //! Settings that can be simulated, and that hardly anyone means.
 
-use super::{Contact, Scene, StartKind};
+use super::{Contact, Scene, Setting, StartKind};
 use serde::Serialize;
 use std::f64::consts::PI;
 use std::fmt;
@@ -16,31 +16,19 @@ pub struct Finding {
     pub remedy: String,
 }
 
-/// A setting of a scene.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Setting {
-    /// `section.key`.
-    pub key: &'static str,
-    /// The value as a scene file has it.
-    pub value: String,
-}
-
 impl Finding {
     /// A finding about settings of a scene.
     ///
     /// # Panics
     /// If the scene has no such key.
-    pub(crate) fn new(scene: &Scene, keys: &[&'static str], says: String, remedy: String) -> Self {
-        let mut scene = scene.clone();
-        let setting = |&key: &&'static str| {
-            let (section, name) = key.split_once('.').expect("a section and a key");
-            let field = scene.field(section, name).expect("a key of a scene");
-            let value = field.value.toml();
-            Setting { key, value }
-        };
-        let settings = keys.iter().map(setting).collect();
+    pub(crate) fn new(scene: &Scene, keys: &[&str], says: String, remedy: String) -> Self {
+        let all = scene.settings();
+        let setting = |key: &&str| all.iter().find(|s| s.key == *key).cloned();
         Finding {
-            settings,
+            settings: (keys
+                .iter()
+                .map(|key| setting(key).expect("a key of a scene")))
+            .collect(),
             says,
             remedy,
         }

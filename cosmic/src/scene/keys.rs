@@ -2,6 +2,7 @@
 
 use super::Scene;
 use super::field::{Field, Settings};
+use serde::Serialize;
 
 impl Scene {
     /// Every section with its name, in the order in which they are written.
@@ -27,12 +28,36 @@ impl Scene {
         ]
     }
 
-    /// The setting of a section and a key, if there is one.
-    pub(super) fn field(&mut self, section: &str, key: &str) -> Option<Field<'_>> {
+    /// Every setting with its value, in the order in which they are written.
+    pub fn settings(&self) -> Vec<Setting> {
+        let mut scene = self.clone();
+        let of_section = |(name, section): (&str, &mut dyn Settings)| {
+            let setting = |field: Field| Setting {
+                key: format!("{name}.{}", field.key),
+                value: field.value.toml(),
+            };
+            section.fields().into_iter().map(setting).collect()
+        };
+        let sections: [Vec<_>; _] = scene.sections().map(of_section);
+        sections.into_iter().flatten().collect()
+    }
+
+    /// The setting of a key such as `physics.dt`, if there is one.
+    pub(super) fn field(&mut self, path: &str) -> Option<Field<'_>> {
+        let (section, key) = path.split_once('.')?;
         let mut sections = self.sections().into_iter();
         let (_, settings) = sections.find(|(name, _)| *name == section)?;
         settings.fields().into_iter().find(|field| field.key == key)
     }
+}
+
+/// A setting of a scene.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Setting {
+    /// The key, such as `physics.dt`.
+    pub key: String,
+    /// The value as a scene file has it.
+    pub value: String,
 }
 
 /// A section's name and its keys.
@@ -58,8 +83,7 @@ pub(super) fn sections() -> Vec<SectionKeys> {
 /// If no scene has the key.
 pub(crate) fn allowed_instead(path: &str, number: f64) -> Option<String> {
     let mut scene = Scene::default();
-    let (section, key) = path.split_once('.').expect("a section and a key");
-    let field = scene.field(section, key).expect("a key of a scene");
+    let field = scene.field(path).expect("a key of a scene");
     (!field.limits.contain(number)).then(|| field.allowed())
 }
 

@@ -29,14 +29,14 @@ mod builtin;
 pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
 pub use builtin::{BUILTIN, Builtin, fault};
 pub use departures::Departure;
-pub use doubts::{Finding, Setting};
+pub use doubts::Finding;
 
 pub use design::{
     BinarisationMethod, BinarisationSettings, Layout, ProjectionSettings, StartKind, StartSettings,
     VolumeSettings,
 };
 pub(crate) use keys::allowed_instead;
-pub use keys::reference;
+pub use keys::{Setting, reference};
 pub(crate) use layout::LAYOUT_SIDE;
 pub use optimisation::{
     AdamSettings, GradientPrecision, GradientSettings, HorizonMode, LossKind, LossSettings,

@@ -160,9 +160,9 @@ impl<'s, 't> Reader<'s, 't> {
             return self.fault(value.span(), message, allowed);
         };
         for (key, value) in table {
-            match self.scene.field(name, key.get_ref()) {
+            let path = format!("{name}.{}", key.get_ref());
+            match self.scene.field(&path) {
                 Some(field) => {
-                    let path = format!("{name}.{}", field.key);
                     if let Err(misfit) = field.value.read(value, &field.limits) {
                         let allowed = format!("allowed: {}", field.allowed());
                         let text = &self.sources[self.source].text;

@@ -7,14 +7,8 @@ use proptest::prelude::*;
 
 /// `section.key` of every setting, in the order of the file.
 fn paths() -> Vec<String> {
-    let of = |section: keys::SectionKeys| {
-        let paths = section
-            .keys
-            .iter()
-            .map(|key| format!("{}.{key}", section.name));
-        paths.collect::<Vec<_>>()
-    };
-    keys::sections().into_iter().flat_map(of).collect()
+    let settings = Scene::default().settings().into_iter();
+    settings.map(|setting| setting.key).collect()
 }
 
 #[test]
@@ -62,7 +56,7 @@ fn choices_have_the_same_names_in_toml_and_in_json() {
     let mut choices = 0;
     for path in paths() {
         let (section, key) = path.split_once('.').unwrap();
-        let allowed = Scene::default().field(section, key).unwrap().allowed();
+        let allowed = Scene::default().field(&path).unwrap().allowed();
         if !allowed.starts_with('"') {
             continue;
         }
@@ -80,11 +74,10 @@ fn choices_have_the_same_names_in_toml_and_in_json() {
 /// takes no such value.
 fn with(path: &str, value: &str) -> Option<Scene> {
     let mut scene = Scene::default();
-    let (section, key) = path.split_once('.').unwrap();
-    let field = scene.field(section, key).unwrap();
-    let text = format!("{key} = {value}");
+    let field = scene.field(path).unwrap();
+    let text = format!("key = {value}");
     let document = toml::de::DeTable::parse(&text).unwrap();
-    let value = document.get_ref().get(key).unwrap();
+    let value = document.get_ref().get("key").unwrap();
     field.value.read(value, &field.limits).ok()?;
     Some(scene)
 }

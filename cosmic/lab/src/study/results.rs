@@ -6,7 +6,6 @@ use super::motifs::MotifRow;
 use super::rows::{RunRow, TrialRow};
 use super::trials::Trial;
 use crate::files::write_text;
-use crate::sweep::scene_settings;
 use crate::table::{Cell, Table};
 use cosmic::error::{Error, Result};
 use cosmic::record::files::{Format, read_json, write_json};
@@ -145,8 +144,12 @@ impl Settings {
             // Results that do not say may have any.
             let base = self.base.as_ref().and(settings.base.as_deref());
             let base = Scene::parse("--base", base.unwrap_or_default());
-            let base = base.map_or(Vec::new(), |scene| scene_settings(&scene));
-            [vec![["iterations".to_owned(), most]], base].concat()
+            let base = base
+                .map_or(Vec::new(), |scene| scene.settings())
+                .into_iter();
+            let most = [["iterations".to_owned(), most]].into_iter();
+            most.chain(base.map(|s| [s.key, s.value]))
+                .collect::<Vec<_>>()
         };
         let mut pairs = settings(self).into_iter().zip(settings(now));
         let ([key, before], [_, now]) = pairs.find(|(before, now)| before != now)?;

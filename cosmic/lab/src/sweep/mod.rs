@@ -12,8 +12,6 @@ mod claim;
 mod merge;
 mod work;
 
-pub(crate) use plan::scene_settings;
-
 pub use merge::{MergedRun, SweepResults, merge, survey, write_results};
 pub use plan::{PLAN, PlannedScene, SweepPlan};
 pub use state::RunState;

@@ -176,8 +176,8 @@ impl SweepPlan {
             ["iterations".to_owned(), iterations],
         ];
         let of_scenes = self.scenes.iter().flat_map(|PlannedScene { name, scene }| {
-            let settings = scene_settings(scene).into_iter();
-            settings.map(move |[key, value]| [format!("{name}: {key}"), value])
+            let settings = scene.settings().into_iter();
+            settings.map(move |s| [format!("{name}: {}", s.key), s.value])
         });
         own.into_iter().chain(of_scenes).collect()
     }
@@ -222,21 +222,6 @@ impl SweepPlan {
             search: Search::default(),
         }
     }
-}
-
-/// Every setting of a scene: its name, such as `physics.dt`, and its value in TOML.
-pub(crate) fn scene_settings(scene: &Scene) -> Vec<[String; 2]> {
-    let mut section = String::new();
-    let mut settings = Vec::new();
-    for line in scene.to_toml().lines() {
-        if let Some(name) = line.strip_prefix('[') {
-            section = name.trim_end_matches(']').to_owned();
-        } else if let Some((key, value)) = line.split_once(" = ").filter(|_| !line.starts_with('#'))
-        {
-            settings.push([format!("{section}.{key}"), value.to_owned()]);
-        }
-    }
-    settings
 }
 
 #[cfg(test)]
