@@ -36,7 +36,6 @@ const ULPS: f64 = 8.0;
 pub(super) struct Solution {
     pub(super) multipliers: Vec<f64>,
     pub(super) newton_steps: usize,
-    pub(super) evaluations: usize,
     pub(super) residual: f64,
 }
 
@@ -72,12 +71,11 @@ pub(super) fn maximise(
             before = (value, residual);
         }
     }
-    if !finite(&search.gradient) || !finite(search.model.steps()) {
+    if !finite(&search.gradient) || !finite(&search.model.steps) {
         return None;
     }
     Some(Solution {
         newton_steps,
-        evaluations: search.evaluations,
         residual: search.residual(),
         multipliers: search.multipliers,
     })
@@ -107,19 +105,18 @@ struct Ascent<'a> {
     direction: Vec<f64>,
     free: Vec<usize>,
     matrix: Vec<f64>,
-    evaluations: usize,
 }
 
 impl<'a> Ascent<'a> {
     fn new(model: &'a mut Subproblem, elastic: Elastic) -> Self {
-        let count = model.constraint_count();
+        let count = model.values.len();
         let ceiling = |peak: f64| {
             // A tenth more: on the bound the gradient is surely negative.
             let bound = elastic.linear + elastic.quadratic * 1.1 * peak;
             if peak > 0.0 { bound } else { 0.0 }
         };
         Ascent {
-            ceilings: (0..count).map(|i| ceiling(model.peak(i))).collect(),
+            ceilings: (0..count).map(|i| ceiling(model.peaks[i])).collect(),
             noise: vec![0.0; count],
             multipliers: vec![0.0; count],
             value: 0.0,
@@ -128,7 +125,6 @@ impl<'a> Ascent<'a> {
             direction: vec![0.0; count],
             free: Vec::with_capacity(count),
             matrix: Vec::with_capacity(count * count),
-            evaluations: 0,
             model,
             elastic,
         }
@@ -148,10 +144,9 @@ impl<'a> Ascent<'a> {
             } else {
                 0.0
             };
-            self.noise[i] = ULPS * f64::EPSILON * (self.model.size(i) + elastic_size);
+            self.noise[i] = ULPS * f64::EPSILON * (self.model.sizes[i] + elastic_size);
             self.value_noise += multiplier * self.noise[i];
         }
-        self.evaluations += 1;
     }
 
     /// How far constraint `i` is from its optimality condition.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::dual::{self, Solution};
 use super::settings::check_settings;
 use super::subproblem::{Elastic, Room, Subproblem};
-use crate::optimiser::error::{OptimiserError, check, check_finite};
+use crate::optimiser::error::{OptimiserError, check, check_finite, check_length, require};
 use crate::scene::MmaSettings;
 
 /// What the method remembers between updates.
@@ -51,8 +51,6 @@ pub struct Update {
     pub elastic: Vec<f64>,
     /// Newton steps of the dual's maximisation.
     pub newton_steps: usize,
-    /// Evaluations of the dual, line searches included.
-    pub evaluations: usize,
     /// Largest violation of the subproblem's optimality conditions, in units of the constraints.
     pub residual: f64,
 }
@@ -81,13 +79,10 @@ impl Mma {
         check_settings(&settings)?;
         check_finite("lower bounds", lower)?;
         check("upper bounds", upper, lower.len())?;
-        if let Some(index) = (0..lower.len()).find(|&j| lower[j] > upper[j]) {
-            let (lower, upper) = (lower[index], upper[index]);
-            return Err(OptimiserError::Bounds {
-                index,
-                lower,
-                upper,
-            });
+        for (j, (lower, upper)) in lower.iter().zip(upper).enumerate() {
+            require(lower <= upper, || {
+                format!("variable {j}: the lower bound {lower} lies above the upper bound {upper}")
+            })?;
         }
         Ok(Mma {
             settings,
@@ -151,26 +146,15 @@ impl Mma {
         }
         check_finite("state: multipliers", &state.multipliers)?;
         check_finite("constraints", at.constraints)?;
-        if at.jacobian.len() != at.constraints.len() {
-            return Err(OptimiserError::Length {
-                what: "rows of the jacobian",
-                expected: at.constraints.len(),
-                found: at.jacobian.len(),
-            });
-        }
+        check_length("rows of the jacobian", at.jacobian, at.constraints.len())?;
         for row in at.jacobian {
             check("row of the jacobian", row, count)?;
         }
-        for (index, &value) in at.point.iter().enumerate() {
-            let (lower, upper) = (self.lower[index], self.upper[index]);
-            if value < lower || value > upper {
-                return Err(OptimiserError::OutsideBounds {
-                    index,
-                    value,
-                    lower,
-                    upper,
-                });
-            }
+        for (j, value) in at.point.iter().enumerate() {
+            let (lower, upper) = (&self.lower[j], &self.upper[j]);
+            require(lower <= value && value <= upper, || {
+                format!("variable {j} is {value}, outside its bounds {lower} to {upper}")
+            })?;
         }
         Ok(())
     }
@@ -232,7 +216,7 @@ impl Mma {
 
     fn finish(&self, point: &[f64], elastic: Elastic, solution: Solution) -> Update {
         let mut point = point.to_vec();
-        for (&j, step) in self.moving.iter().zip(self.subproblem.steps()) {
+        for (&j, step) in self.moving.iter().zip(&self.subproblem.steps) {
             // The clamp takes back the last rounding only.
             point[j] = (point[j] + step).clamp(self.lower[j], self.upper[j]);
         }
@@ -243,7 +227,6 @@ impl Mma {
                 .collect(),
             multipliers: solution.multipliers,
             newton_steps: solution.newton_steps,
-            evaluations: solution.evaluations,
             residual: solution.residual,
         }
     }

@@ -69,15 +69,16 @@ pub(super) struct Subproblem {
     objective: ModelWeights,
     constraints: Vec<ModelWeights>,
     /// Constraint values at the point.
-    values: Vec<f64>,
-    /// Sum over the box of the largest change of each term, with the value's own size.
-    sizes: Vec<f64>,
-    /// What the model can reach at most within the box.
-    peaks: Vec<f64>,
+    pub(super) values: Vec<f64>,
+    /// The magnitude of the terms that make up each constraint, the largest within the box: its
+    /// rounding error is a few ulps of this.
+    pub(super) sizes: Vec<f64>,
+    /// The largest value that the model of each constraint takes within the box.
+    pub(super) peaks: Vec<f64>,
     /// The Lagrangian's weights.
     lagrangian: ModelWeights,
-    /// The minimising steps and their shares.
-    steps: Vec<f64>,
+    /// The steps that minimise the Lagrangian for the multipliers evaluated last, and their shares.
+    pub(super) steps: Vec<f64>,
     up: Vec<f64>,
     down: Vec<f64>,
     /// Each constraint's slope over the root of the Lagrangian's curvature; 0 at the box.
@@ -121,27 +122,6 @@ impl Subproblem {
         self.values.push(value);
         self.sizes.push(size);
         self.peaks.push(peak);
-    }
-
-    /// How many constraints there are.
-    pub(super) fn constraint_count(&self) -> usize {
-        self.values.len()
-    }
-
-    /// The magnitude of the terms that make up constraint `i`: its rounding error is a few ulps
-    /// of this.
-    pub(super) fn size(&self, i: usize) -> f64 {
-        self.sizes[i]
-    }
-
-    /// The largest value that the model of constraint `i` takes within the box.
-    pub(super) fn peak(&self, i: usize) -> f64 {
-        self.peaks[i]
-    }
-
-    /// The steps that minimise the Lagrangian for the multipliers evaluated last.
-    pub(super) fn steps(&self) -> &[f64] {
-        &self.steps
     }
 
     /// Minimises the Lagrangian over the box, writes each constraint's model there, and returns the
