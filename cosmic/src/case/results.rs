@@ -146,31 +146,6 @@ mod tests {
         }
     }
 
-    fn numbers(value: &Value, found: &mut Vec<u64>) {
-        match value {
-            Value::Array(list) => list.iter().for_each(|item| numbers(item, found)),
-            other => found.push(other.as_f64().unwrap().to_bits()),
-        }
-    }
-
-    #[test]
-    fn numbers_read_back_to_the_same_bits() {
-        let results = results();
-        let file: Value = serde_json::from_str(&results.to_json()).unwrap();
-        let mut found = Vec::new();
-        numbers(&file["results"]["z_projected"], &mut found);
-        numbers(&file["results"]["g_ortho"], &mut found);
-        numbers(&file["results"]["trajectory"]["10"]["v"], &mut found);
-        let expected = [
-            &results.z_projected[0][..],
-            &results.g_ortho,
-            &[-0.0, 1e-300],
-        ]
-        .concat();
-        let bits: Vec<u64> = expected.iter().map(|x| x.to_bits()).collect();
-        assert_eq!(found, bits);
-    }
-
     #[test]
     fn steps_come_in_their_order_and_absent_keys_are_left_out() {
         let text = results().to_json();

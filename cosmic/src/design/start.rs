@@ -104,6 +104,7 @@ fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
 mod tests {
     use super::{filled, layout_materials, start_vectors};
     use crate::design::{Material, dominant};
+    use crate::error::Result;
     use crate::lattice::Lattice;
     use crate::scene::{Layout, StartKind, StartSettings};
 
@@ -114,6 +115,12 @@ mod tests {
         }
     }
 
+    /// The default start of a kind on a lattice of so many nodes.
+    fn vectors(kind: StartKind, columns: usize, rows: usize) -> Result<Vec<[f64; 3]>> {
+        let lattice = Lattice::sample(columns, rows, 0.0);
+        start_vectors(&start(kind), &lattice, 20.0, 0)
+    }
+
     /// The void entry of the softmax of a design vector.
     fn void(z: &[f64; 3]) -> f64 {
         let e = z.map(|z| (20.0 * z).exp());
@@ -122,25 +129,13 @@ mod tests {
 
     #[test]
     fn the_uniform_start_is_a_third_of_everything() {
-        let z = start_vectors(
-            &start(StartKind::Uniform),
-            &Lattice::sample(6, 6, 0.0),
-            20.0,
-            0,
-        )
-        .unwrap();
+        let z = vectors(StartKind::Uniform, 6, 6).unwrap();
         assert_eq!(z, vec![[1.0 / 3.0; 3]; 110]);
     }
 
     #[test]
     fn the_stability_start_thins_out_upwards() {
-        let z = start_vectors(
-            &start(StartKind::Stability),
-            &Lattice::sample(6, 6, 0.0),
-            20.0,
-            0,
-        )
-        .unwrap();
+        let z = vectors(StartKind::Stability, 6, 6).unwrap();
         // exp multiplies the roundings of z by 20.
         assert!((void(&z[0]) - 1.0 / 3.0).abs() < 1e-14);
         assert!((void(&z[109]) - (1.0 / 3.0 + 0.12)).abs() < 1e-14);
@@ -149,13 +144,7 @@ mod tests {
 
     #[test]
     fn one_row_has_a_stability_start_too() {
-        let z = start_vectors(
-            &start(StartKind::Stability),
-            &Lattice::sample(4, 1, 0.0),
-            20.0,
-            0,
-        )
-        .unwrap();
+        let z = vectors(StartKind::Stability, 4, 1).unwrap();
         assert_eq!(z, vec![[1.0 / 3.0; 3]; 3]);
     }
 
@@ -174,7 +163,7 @@ mod tests {
     fn the_three_legged_start_thins_out_beside_its_layout() {
         let lattice = Lattice::sample(6, 6, 0.0);
         let layout = layout_materials(Layout::Short, &lattice).unwrap();
-        let z = start_vectors(&start(StartKind::ThreeLegged), &lattice, 20.0, 0).unwrap();
+        let z = vectors(StartKind::ThreeLegged, 6, 6).unwrap();
         for (material, z) in layout.iter().zip(&z) {
             let share = if material.is_solid() { 1.0 / 3.0 } else { 0.6 };
             // exp multiplies the roundings of z by 20.
@@ -229,13 +218,7 @@ mod tests {
 
     #[test]
     fn a_layout_for_another_lattice_is_refused() {
-        let error = start_vectors(
-            &start(StartKind::Layout),
-            &Lattice::sample(5, 5, 0.0),
-            20.0,
-            0,
-        )
-        .unwrap_err();
+        let error = vectors(StartKind::Layout, 5, 5).unwrap_err();
         assert!(error.to_string().contains("has 5x5"));
     }
 }

@@ -128,24 +128,6 @@ mod tests {
     }
 
     #[test]
-    fn edges_come_in_the_stated_order() {
-        let expected = [
-            [0, 1],
-            [0, 3],
-            [0, 4],
-            [1, 2],
-            [1, 4],
-            [1, 5],
-            [1, 3],
-            [2, 5],
-            [2, 4],
-            [3, 4],
-            [4, 5],
-        ];
-        assert_eq!(edges(3, 2), expected);
-    }
-
-    #[test]
     fn the_lattice_turns_with_the_ground() {
         let flat = Lattice::sample(4, 3, 0.0);
         let turned = Lattice::sample(4, 3, -20.0);

@@ -110,26 +110,6 @@ fn limits_hold_only_finite_numbers() {
     assert!(within(0.0, 1.0).contain(0.0) && !limits::above(0.0, 1.0).contain(0.0));
 }
 
-#[test]
-fn the_layouts_fill_the_lattice_within_the_volume_bounds() {
-    let Scene { volume, .. } = Scene::default();
-    for layout in [Layout::Tall, Layout::Short] {
-        let materials = layout.materials().unwrap();
-        // 6 x 5 horizontal, 5 x 6 vertical, twice 5 x 5 diagonal.
-        assert_eq!(materials.len(), 30 + 30 + 50);
-        let share = |least: u8| {
-            materials
-                .iter()
-                .filter(|material| **material >= least)
-                .count() as f64
-                / 110.0
-        };
-        assert!(materials.iter().all(|material| *material < 3));
-        assert!(volume.solid[0] <= share(1) && share(1) <= volume.solid[1]);
-        assert!(volume.actuator[0] <= share(2) && share(2) <= volume.actuator[1]);
-    }
-}
-
 /// The numbers in a JSON value.
 fn numbers(json: &serde_json::Value) -> Vec<f64> {
     match json {

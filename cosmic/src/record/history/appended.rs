@@ -1,6 +1,6 @@
 //! Text files that grow by lines, and can be cut back.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, fits};
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
@@ -35,16 +35,9 @@ impl Appended {
         let ends: Vec<usize> = (1..=bytes.len())
             .filter(|&n| bytes[n - 1] == b'\n')
             .collect();
-        match lines {
-            0 => Ok(0),
-            n if n <= ends.len() => Ok(ends[n - 1] as u64),
-            n => Err(Error::Misfit {
-                file: self.path.display().to_string(),
-                what: "lines up to the snapshot".to_string(),
-                expected: n,
-                found: ends.len(),
-            }),
-        }
+        let (file, found) = (self.path.display().to_string(), ends.len().min(lines));
+        fits(&file, "lines up to the snapshot", found, lines)?;
+        Ok(lines.checked_sub(1).map_or(0, |last| ends[last] as u64))
     }
 
     /// Truncates the file and moves to its end.

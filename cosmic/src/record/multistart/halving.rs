@@ -7,7 +7,7 @@
 
 use super::starts::{folder_of, pause, seeds, side_by_side};
 use crate::codesign::Record;
-use crate::error::{Error, Result};
+use crate::error::{Result, fits};
 use crate::record::files::{Format, write_json};
 use crate::record::history;
 use crate::record::run::Observer;
@@ -113,14 +113,8 @@ impl Rung {
 /// A start's iterations before a rung.
 fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
     let rows = history::read_first(folder, iteration)?;
-    if rows.len() < iteration {
-        return Err(Error::Misfit {
-            file: folder.join(history::LINES).display().to_string(),
-            what: "lines up to the rung".to_owned(),
-            expected: iteration,
-            found: rows.len(),
-        });
-    }
+    let file = folder.join(history::LINES).display().to_string();
+    fits(&file, "lines up to the rung", rows.len(), iteration)?;
     Ok(rows)
 }
 
