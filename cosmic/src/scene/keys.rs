@@ -5,29 +5,6 @@ use super::field::{Field, Settings};
 use serde::Serialize;
 
 impl Scene {
-    /// Every section with its name, in the order in which they are written.
-    pub(super) fn sections(&mut self) -> [(&'static str, &mut dyn Settings); 17] {
-        [
-            ("lattice", &mut self.lattice),
-            ("physics", &mut self.physics),
-            ("materials", &mut self.materials),
-            ("projection", &mut self.projection),
-            ("controller", &mut self.controller),
-            ("start", &mut self.start),
-            ("volume", &mut self.volume),
-            ("schedule", &mut self.schedule),
-            ("binarisation", &mut self.binarisation),
-            ("mma", &mut self.mma),
-            ("adam", &mut self.adam),
-            ("gradient", &mut self.gradient),
-            ("loss", &mut self.loss),
-            ("selection", &mut self.selection),
-            ("objective", &mut self.objective),
-            ("robust", &mut self.robust),
-            ("search", &mut self.search),
-        ]
-    }
-
     /// Every setting with its value, in the order in which they are written.
     pub fn settings(&self) -> Vec<Setting> {
         let mut scene = self.clone();

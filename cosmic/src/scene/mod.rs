@@ -49,46 +49,47 @@ pub use robot::{
 };
 pub use value::Named;
 
-use serde::Serialize;
+use settings::settings;
 
 #[cfg(test)]
 mod tests;
 
-/// A complete experiment. The default is the paper's design b (stability start, flat ground).
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct Scene {
-    /// The lattice's size and place.
-    pub lattice: LatticeSettings,
-    /// Time step, forces and ground.
-    pub physics: PhysicsSettings,
-    /// Library of materials.
-    pub materials: MaterialSettings,
-    /// Design vector to mixture.
-    pub projection: ProjectionSettings,
-    /// The neural controller.
-    pub controller: ControllerSettings,
-    /// The design at the start.
-    pub start: StartSettings,
-    /// Bounds on the volume fractions.
-    pub volume: VolumeSettings,
-    /// Which iteration does what.
-    pub schedule: ScheduleSettings,
-    /// Augmented Lagrangian and attraction.
-    pub binarisation: BinarisationSettings,
-    /// Optimiser of the design vectors.
-    pub mma: MmaSettings,
-    /// Optimiser of the controller.
-    pub adam: AdamSettings,
-    /// Bounds on gradients.
-    pub gradient: GradientSettings,
-    /// The displacement loss.
-    pub loss: LossSettings,
-    /// Which iterate is delivered.
-    pub selection: SelectionSettings,
-    /// What the robot is to do.
-    pub objective: ObjectiveSettings,
-    /// Scatter of robots and surroundings.
-    pub robust: RobustSettings,
-    /// Which starts go on.
-    pub search: SearchSettings,
+settings! {
+    /// A complete experiment. The default is the paper's design b (stability start, flat ground).
+    scene Scene {
+        /// The lattice's size and place.
+        lattice: LatticeSettings,
+        /// Time step, forces and ground.
+        physics: PhysicsSettings,
+        /// Library of materials.
+        materials: MaterialSettings,
+        /// Design vector to mixture.
+        projection: ProjectionSettings,
+        /// The neural controller.
+        controller: ControllerSettings,
+        /// The design at the start.
+        start: StartSettings,
+        /// Bounds on the volume fractions.
+        volume: VolumeSettings,
+        /// Which iteration does what.
+        schedule: ScheduleSettings,
+        /// Augmented Lagrangian and attraction.
+        binarisation: BinarisationSettings,
+        /// Optimiser of the design vectors.
+        mma: MmaSettings,
+        /// Optimiser of the controller.
+        adam: AdamSettings,
+        /// Bounds on gradients.
+        gradient: GradientSettings,
+        /// The displacement loss.
+        loss: LossSettings,
+        /// Which iterate is delivered.
+        selection: SelectionSettings,
+        /// What the robot is to do.
+        objective: ObjectiveSettings,
+        /// Scatter of robots and surroundings.
+        robust: RobustSettings,
+        /// Which starts go on.
+        search: SearchSettings,
+    }
 }

@@ -1,6 +1,6 @@
 //! The declaration of a scene's settings: one place says everything of a key.
 
-/// Declares a section of the scene, or the names that a setting is chosen from.
+/// Declares a section of the scene, the names that a setting is chosen from, or the scene itself.
 ///
 /// ```text
 /// settings! {
@@ -15,7 +15,7 @@
 /// The type and the default are Rust; `allowed` is for numbers, and `unit` for those that have one.
 /// From this follow the struct with public fields, its `Default`, its documentation, and
 /// [`Settings`](super::field::Settings), by which the reader, the template and the documentation of
-/// the keys are made. An `enum` lists its members with their names in files.
+/// the keys are made. An `enum` lists its members with their names in files, the `scene` its sections.
 macro_rules! settings {
     (
         $(#[doc = $about:literal])+
@@ -59,6 +59,27 @@ macro_rules! settings {
                     limits: [$($limits,)? super::limits::Limits::NONE][0],
                     value: &mut self.$key,
                 },)+]
+            }
+        }
+    };
+    (
+        $(#[doc = $about:literal])+
+        scene $Scene:ident {
+            $($(#[doc = $doc:literal])+ $section:ident: $Settings:ty,)+
+        }
+    ) => {
+        $(#[doc = $about])+
+        #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+        pub struct $Scene {
+            $($(#[doc = $doc])+ pub $section: $Settings,)+
+        }
+
+        impl $Scene {
+            /// Every section with its name, in the order in which they are written.
+            fn sections(
+                &mut self,
+            ) -> [(&'static str, &mut dyn field::Settings); [$(stringify!($section)),+].len()] {
+                [$((stringify!($section), &mut self.$section),)+]
             }
         }
     };

@@ -12,24 +12,6 @@ fn paths() -> Vec<String> {
 }
 
 #[test]
-fn the_sections_name_exactly_the_fields_of_the_structs() {
-    let scene = serde_json::to_value(Scene::default()).unwrap();
-    let mut in_structs: Vec<String> = Vec::new();
-    for (section, keys) in scene.as_object().unwrap() {
-        in_structs.extend(
-            keys.as_object()
-                .unwrap()
-                .keys()
-                .map(|key| format!("{section}.{key}")),
-        );
-    }
-    let mut in_sections = paths();
-    in_structs.sort();
-    in_sections.sort();
-    assert_eq!(in_structs, in_sections);
-}
-
-#[test]
 fn every_key_stands_on_a_line_of_its_own_below_a_comment() {
     let text = Scene::default().to_toml();
     let mut written = Vec::new();
