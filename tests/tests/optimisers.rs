@@ -129,11 +129,6 @@ impl Optimiser for Moving {
 struct Adaptive;
 
 impl Adaptive {
-    const ADAM: Adam = Adam {
-        beta1: 0.9,
-        beta2: 0.999,
-        epsilon: 1e-8,
-    };
     const PENALTY: f64 = 0.3;
     const PENALTY_GROWTH: f64 = 1.01;
 }
@@ -150,7 +145,7 @@ impl Optimiser for Adaptive {
     fn init<P: Problem>() -> Self::State {
         let lagrangian = AugmentedLagrangian::new(Self::PENALTY);
         (
-            Self::ADAM.init(2),
+            Adam::default().init(2),
             lagrangian,
             violations::<P, f64>(&P::START),
         )
@@ -159,7 +154,7 @@ impl Optimiser for Adaptive {
         let slopes = gradient(&Augmented::<P>(augmented, Objective::NEW), x);
         let done = adam.updates as f64 / Self::UPDATES as f64;
         let rate = 0.02 * (1.0 - done);
-        (Self::ADAM.update(adam, x, &slopes, rate)).expect("a finite gradient");
+        (Adam::default().update(adam, x, &slopes, rate)).expect("a finite gradient");
         x.iter_mut().for_each(|x| *x = x.clamp(P::BOX.0, P::BOX.1));
         let violations = violations::<P, f64>(x);
         augmented.update(&violations, last, Self::PENALTY_GROWTH);

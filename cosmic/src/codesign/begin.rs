@@ -103,11 +103,7 @@ impl CoDesign {
             own_loss: true,
             start: lattice.state_at_rest(),
             mma: [mma()?, mma()?],
-            adam: Adam {
-                beta1: scene.adam.betas[0],
-                beta2: scene.adam.betas[1],
-                epsilon: scene.adam.epsilon,
-            },
+            adam: Adam(scene.adam.clone()),
             task: Task::new(
                 lattice,
                 &scene.physics,

@@ -5,29 +5,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::{OptimiserError, check, check_length};
+use crate::scene::AdamSettings;
 
-/// The settings that stay for a whole run; the learning rate is given to each update.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Adam {
-    /// Decay of the mean of the gradient, in `[0, 1)`.
-    pub beta1: f64,
-    /// Decay of the mean of the squared gradient, in `[0, 1)`.
-    pub beta2: f64,
-    /// Added to the root of the second mean, in units of the gradient.
-    pub epsilon: f64,
-}
-
-impl Default for Adam {
-    /// The paper's values.
-    fn default() -> Self {
-        Adam {
-            beta1: 0.9,
-            beta2: 0.999,
-            epsilon: 1e-8,
-        }
-    }
-}
+/// The method with its settings, of which it reads `betas` and `epsilon`: the learning rate is given
+/// to each update.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Adam(pub AdamSettings);
 
 /// What Adam remembers between updates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -72,13 +55,14 @@ impl Adam {
             return Err(OptimiserError::Overflow);
         }
         state.updates += 1;
-        let correct1 = bias_correction(self.beta1, state.updates);
-        let correct2 = bias_correction(self.beta2, state.updates);
+        let ([beta1, beta2], epsilon) = (self.0.betas, self.0.epsilon);
+        let correct1 = bias_correction(beta1, state.updates);
+        let correct2 = bias_correction(beta2, state.updates);
         for (j, &slope) in gradient.iter().enumerate() {
             let (mean, square) = (&mut state.mean[j], &mut state.mean_square[j]);
-            *mean = self.beta1 * *mean + (1.0 - self.beta1) * slope;
-            *square = self.beta2 * *square + (1.0 - self.beta2) * slope * slope;
-            let step = *mean / correct1 / ((*square / correct2).sqrt() + self.epsilon);
+            *mean = beta1 * *mean + (1.0 - beta1) * slope;
+            *square = beta2 * *square + (1.0 - beta2) * slope * slope;
+            let step = *mean / correct1 / ((*square / correct2).sqrt() + epsilon);
             variables[j] -= rate * step;
         }
         Ok(())
@@ -140,11 +124,9 @@ mod tests {
             slopes.push(slope);
             squares.push(slope * slope);
             adam.update(&mut state, &mut x, &[slope], rate).unwrap();
-            let (mean, square) = (
-                corrected_mean(adam.beta1, &slopes),
-                corrected_mean(adam.beta2, &squares),
-            );
-            let expected = before - rate * mean / (square.sqrt() + adam.epsilon);
+            let mean = corrected_mean(adam.0.betas[0], &slopes);
+            let square = corrected_mean(adam.0.betas[1], &squares);
+            let expected = before - rate * mean / (square.sqrt() + adam.0.epsilon);
             // Fifty terms, some of opposite sign, divided by 1 - beta2 = 1e-3: 1e-16 * 50 * 1e3.
             assert!((x[0] - expected).abs() < 1e-11, "{} {expected}", x[0]);
         }
