@@ -11,7 +11,7 @@ use crate::ground::Ground;
 use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::State;
 use crate::objective::{Displacement, measures};
-use crate::projection::{Body, Projection, holds, mixture_held, one_hot};
+use crate::projection::{self, Body, Projection, holds, one_hot};
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
@@ -42,7 +42,7 @@ impl Case {
             Some(materials) => one_hot(materials),
             None => {
                 let holds = holds(&self.sharpness, &self.lattice);
-                mixture_held(projection, z, (&self.sharpness, &holds))
+                projection::mixture(projection, z, &self.sharpness, &holds)
             }
         }
     }

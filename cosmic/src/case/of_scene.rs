@@ -23,14 +23,15 @@ impl Case {
             _ => None,
         };
         let controller = Controller::xavier(&scene.controller, &lattice, seed);
-        Ok(Self::of_robot(scene, (z, frozen), controller))
+        Ok(Self::of_robot(scene, z, frozen, controller))
     }
 
     /// A design and a controller in a scene, at rest; the layout where it is frozen. Thresholds
     /// are those that the scene comes down to, multipliers zero.
     pub fn of_robot(
         scene: &Scene,
-        (z, frozen): (Vec<[f64; 3]>, Option<Vec<Material>>),
+        z: Vec<[f64; 3]>,
+        frozen: Option<Vec<Material>>,
         controller: Controller<f64>,
     ) -> Self {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);

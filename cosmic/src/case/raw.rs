@@ -72,9 +72,9 @@ pub(super) struct RawScene {
     #[serde(deserialize_with = "word")]
     pub(super) contact: Contact,
     pub(super) mu: f64,
-    #[serde(default, skip_serializing_if = "is_off")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub(super) stiffening: f64,
-    #[serde(default, skip_serializing_if = "is_off")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub(super) bending_radius: f64,
     #[serde(default, deserialize_with = "word")]
     #[serde(skip_serializing_if = "is_default")]
@@ -94,7 +94,7 @@ pub(super) struct RawScene {
     pub(super) delta: f64,
     #[serde(default = "single", skip_serializing_if = "is_single")]
     pub(super) penalisation: usize,
-    #[serde(default, skip_serializing_if = "is_off")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub(super) hold_materials: f64,
     pub(super) library: RawLibrary,
 }
@@ -103,11 +103,6 @@ pub(super) struct RawScene {
 /// no more than that it expected a value.
 fn word<'de, T: DeserializeOwned, D: Deserializer<'de>>(given: D) -> Result<T, D::Error> {
     T::deserialize(StringDeserializer::new(String::deserialize(given)?))
-}
-
-/// Options beyond the format's first version are written where they are used.
-fn is_off(option: &f64) -> bool {
-    *option == 0.0
 }
 
 fn one() -> f64 {
@@ -122,6 +117,7 @@ fn is_single(option: &usize) -> bool {
     *option == 1
 }
 
+/// Options beyond the format's first version are written where they are used.
 fn is_default<T: Default + PartialEq>(option: &T) -> bool {
     *option == T::default()
 }

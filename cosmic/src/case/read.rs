@@ -159,55 +159,44 @@ impl Shapes<'_> {
         if (format, version) == (FORMAT, VERSION) {
             return Ok(());
         }
-        Err(Error::Usage(format!(
-            "{}: `format` is {format:?} version {version}, not {FORMAT:?} version {VERSION}",
-            self.file
-        )))
+        self.refuse(format!(
+            "`format` is {format:?} version {version}, not {FORMAT:?} version {VERSION}"
+        ))
     }
 
     /// What has no physical meaning is refused, within the bounds of scenes; all else is the case's
     /// affair.
     fn meaning(&self, scene: &RawScene) -> Result<()> {
-        let settings = [
-            ("substeps", "physics.substeps", scene.substeps as f64),
-            ("m_eps", "physics.node_mass", scene.m_eps),
-            ("payload_mass", "physics.payload_mass", scene.payload_mass),
-            ("stiffening", "physics.stiffening", scene.stiffening),
-            (
-                "bending_radius",
-                "physics.bending_radius",
-                scene.bending_radius,
-            ),
-            (
-                "penalisation",
-                "materials.penalisation",
-                scene.penalisation as f64,
-            ),
-            (
-                "hold_materials",
-                "projection.hold_materials",
-                scene.hold_materials,
-            ),
-        ];
-        for (key, setting, value) in settings {
-            if let Some(allowed) = allowed_instead(setting, value) {
-                return Err(Error::Usage(format!(
-                    "{}: `scene.{key}`: expected {allowed}, found {value}",
-                    self.file
-                )));
+        for (section, key, value) in [
+            ("physics", "substeps", scene.substeps as f64),
+            ("physics", "m_eps", scene.m_eps),
+            ("physics", "payload_mass", scene.payload_mass),
+            ("physics", "stiffening", scene.stiffening),
+            ("physics", "bending_radius", scene.bending_radius),
+            ("materials", "penalisation", scene.penalisation as f64),
+            ("projection", "hold_materials", scene.hold_materials),
+        ] {
+            let setting = if key == "m_eps" { "node_mass" } else { key };
+            if let Some(allowed) = allowed_instead(&format!("{section}.{setting}"), value) {
+                return self.refuse(format!("`scene.{key}`: expected {allowed}, found {value}"));
             }
         }
         Ok(())
     }
 
+    /// The error for what a case says.
+    fn refuse<T>(&self, says: String) -> Result<T> {
+        Err(Error::Usage(format!("{}: {says}", self.file)))
+    }
+
     /// The steps whose states the case's own results have.
     fn listed_steps(&self, raw: &RawCase) -> Result<Vec<usize>> {
         let listed = raw.results.iter().flat_map(|r| r.trajectory.keys());
-        let (file, last) = (self.file, raw.steps);
+        let last = raw.steps;
         match listed.clone().find(|step| **step > last) {
-            Some(step) => Err(Error::Usage(format!(
-                "{file}: `results.trajectory` has step {step}, and the rollout {last} steps"
-            ))),
+            Some(step) => self.refuse(format!(
+                "`results.trajectory` has step {step}, and the rollout {last} steps"
+            )),
             None => Ok(listed.copied().collect()),
         }
     }
@@ -221,10 +210,9 @@ impl Shapes<'_> {
         if length <= LONGEST {
             return Ok(());
         }
-        Err(Error::Usage(format!(
-            "{}: {what}: expected at most {LONGEST}, found {length}",
-            self.file
-        )))
+        self.refuse(format!(
+            "{what}: expected at most {LONGEST}, found {length}"
+        ))
     }
 
     fn observation(&self, scene: &RawScene, hidden: usize) -> Result<ControllerSettings> {
@@ -281,10 +269,9 @@ impl Shapes<'_> {
             } else {
                 continue;
             };
-            return Err(Error::Usage(format!(
-                "{}: `edges[{e}]`: expected {expected}, found [{i}, {j}]",
-                self.file
-            )));
+            return self.refuse(format!(
+                "`edges[{e}]`: expected {expected}, found [{i}, {j}]"
+            ));
         }
         Ok(())
     }

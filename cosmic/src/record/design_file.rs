@@ -137,6 +137,6 @@ impl DesignFile {
     pub fn case(&self, scene: &Scene, file: &str) -> Result<Case> {
         let controller = self.robot(scene, file)?;
         let frozen = self.is_snapped().then(|| self.materials.clone());
-        Ok(Case::of_robot(scene, (self.z.clone(), frozen), controller))
+        Ok(Case::of_robot(scene, self.z.clone(), frozen, controller))
     }
 }

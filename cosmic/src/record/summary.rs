@@ -103,17 +103,6 @@ pub struct Start {
     pub dropped_at: Option<usize>,
 }
 
-impl Start {
-    pub(super) fn dropped(seed: u64, iteration: usize) -> Self {
-        Self {
-            seed,
-            displacement_selection_p50: None,
-            displacement_p50: None,
-            dropped_at: Some(iteration),
-        }
-    }
-}
-
 /// A number of a summary; `None` if a rollout diverged.
 pub type SummaryNumber = fn(&Summary) -> Option<f64>;
 

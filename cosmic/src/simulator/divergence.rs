@@ -47,20 +47,12 @@ pub struct Guarded {
 
 impl From<&Divergence> for Error {
     fn from(divergence: &Divergence) -> Self {
-        let Divergence {
-            step,
-            node,
-            position,
-            velocity,
-            term,
-            ..
-        } = divergence;
         Error::Diverged {
-            step: *step,
-            node: *node,
-            position: *position,
-            velocity: *velocity,
-            term: term.to_string(),
+            step: divergence.step,
+            node: divergence.node,
+            position: divergence.position,
+            velocity: divergence.velocity,
+            term: divergence.term.to_string(),
         }
     }
 }

@@ -43,8 +43,8 @@ impl<'a> Store<'a> {
         });
         let bars = self.bars.iter().map(|&AngularSpring { nodes, stiffness }| {
             let [before, middle, after] = nodes;
-            let ([ax, ay], _) = towards(&state.x, [before, middle]);
-            let ([bx, by], _) = towards(&state.x, [middle, after]);
+            let [ax, ay] = direction(&state.x, [before, middle]);
+            let [bx, by] = direction(&state.x, [middle, after]);
             // 1 - cos(a), without taking numbers near 1 from each other.
             0.5 * stiffness * ((ax - bx) * (ax - bx) + (ay - by) * (ay - by))
         });
@@ -52,10 +52,10 @@ impl<'a> Store<'a> {
     }
 }
 
-/// The direction of an edge and its length, m.
-fn towards(x: &[[f64; 2]], edge: [usize; 2]) -> ([f64; 2], f64) {
-    let (span, length) = (span(x, edge), length(x, edge));
-    (span.map(|d| d / length), length)
+/// The unit vector along an edge.
+fn direction(x: &[[f64; 2]], edge: [usize; 2]) -> [f64; 2] {
+    let length = length(x, edge);
+    span(x, edge).map(|d| d / length)
 }
 
 /// The length of an edge, m, as the springs have it (D4).

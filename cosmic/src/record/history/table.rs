@@ -5,43 +5,20 @@ use crate::codesign::MmaDiagnostics;
 use crate::scene::Pass;
 
 /// The names of the table's columns.
-pub(super) fn header() -> String {
-    let measures = ["g_bin", "g_01", "g_02", "g_12"];
-    let of_measures = |what: &str| measures.map(|measure| format!("{what}_{measure}"));
-    let projections = ["performance", "stability"];
-    let bounds = ["V_most", "V_least", "V_act_most", "V_act_least"];
-    let of_mma = |projection: &str| {
-        let mut names = vec![
-            format!("mma_{projection}_newton_steps"),
-            format!("mma_{projection}_residual"),
-        ];
-        names.extend(bounds.map(|bound| format!("mma_{projection}_elastic_{bound}")));
-        names
-    };
-    let mut names: Vec<String> = [
-        "iteration",
-        "phase",
-        "pass",
-        "displacement",
-        "displacement_horizon",
-        "horizon",
-        "V",
-        "V_act",
-    ]
-    .map(String::from)
-    .into();
-    names.extend(measures.map(String::from));
-    names.extend(
-        ["violation", "multiplier", "penalty"]
-            .iter()
-            .flat_map(|what| of_measures(what)),
-    );
-    names.extend(projections.map(|projection| format!("design_gradient_{projection}")));
-    names.push("controller_gradient".to_string());
-    names.extend(projections.iter().flat_map(|projection| of_mma(projection)));
-    names.extend(["skipped", "dt_over_bound", "dt_over_limit", "seconds"].map(String::from));
-    names.join(",") + "\n"
-}
+pub(super) const HEADER: &str = "\
+    iteration,phase,pass,displacement,displacement_horizon,horizon,V,V_act,\
+    g_bin,g_01,g_02,g_12,\
+    violation_g_bin,violation_g_01,violation_g_02,violation_g_12,\
+    multiplier_g_bin,multiplier_g_01,multiplier_g_02,multiplier_g_12,\
+    penalty_g_bin,penalty_g_01,penalty_g_02,penalty_g_12,\
+    design_gradient_performance,design_gradient_stability,controller_gradient,\
+    mma_performance_newton_steps,mma_performance_residual,\
+    mma_performance_elastic_V_most,mma_performance_elastic_V_least,\
+    mma_performance_elastic_V_act_most,mma_performance_elastic_V_act_least,\
+    mma_stability_newton_steps,mma_stability_residual,\
+    mma_stability_elastic_V_most,mma_stability_elastic_V_least,\
+    mma_stability_elastic_V_act_most,mma_stability_elastic_V_act_least,\
+    skipped,dt_over_bound,dt_over_limit,seconds\n";
 
 /// A row of the table, in the header's order; what an iteration does not have is left empty,
 /// and a number that is not finite says so.

@@ -47,7 +47,7 @@ impl History {
         history.designs.cut(ends[1])?;
         history.table.cut(ends[2])?;
         if begins {
-            history.table.append(&table::header())?;
+            history.table.append(table::HEADER)?;
         }
         Ok(history)
     }

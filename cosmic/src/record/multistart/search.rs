@@ -69,23 +69,22 @@ pub(in crate::record) fn search(
     let mut diverged = None;
     let mut seconds = 0.0;
     for seed in seeds(plan) {
-        if let Some(iteration) = dropped.dropped_at(seed) {
-            seconds += Snapshot::read(&folder_of(folder, seed))?.seconds;
-            starts.push(Start::dropped(seed, iteration));
-            continue;
-        }
-        let summary = match ended.next().expect("every start that is left has ended") {
-            Ok(summary) => Some(summary),
-            Err(error) => {
-                diverged.get_or_insert((seed, error));
-                None
-            }
+        let dropped_at = dropped.dropped_at(seed);
+        let summary = match dropped_at {
+            Some(_) => None,
+            None => match ended.next().expect("every start that is left has ended") {
+                Ok(summary) => Some(summary),
+                Err(error) => {
+                    diverged.get_or_insert((seed, error));
+                    None
+                }
+            },
         };
         starts.push(Start {
             seed,
             displacement_selection_p50: summary.as_ref().and_then(|s| s.displacement_selection_p50),
             displacement_p50: summary.as_ref().and_then(|s| s.displacement_p50),
-            dropped_at: None,
+            dropped_at,
         });
         seconds += match &summary {
             Some(summary) => summary.seconds,
