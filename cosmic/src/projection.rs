@@ -19,20 +19,14 @@ pub enum Projection {
 }
 
 /// The mixture of every edge: positive shares of void, skeleton and actuator that sum to one.
+///
+/// The [`holds`], if there are any, are taken off the design vectors before every softmax: in the
+/// stability projection after the centring, which would take them out again.
 pub fn mixture<R: Real>(
     projection: Projection,
     z: &[[R; 3]],
     settings: &ProjectionSettings,
-) -> Vec<[R; 3]> {
-    mixture_held(projection, z, (settings, &[]))
-}
-
-/// The mixture of design vectors from which [`holds`] are taken off before every softmax: in the
-/// stability projection after the centring, which would take them out again.
-pub fn mixture_held<R: Real>(
-    projection: Projection,
-    z: &[[R; 3]],
-    (settings, holds): (&ProjectionSettings, &[[f64; 3]]),
+    holds: &[[f64; 3]],
 ) -> Vec<[R; 3]> {
     let lower = |edge: usize, z: [R; 3]| match holds.get(edge) {
         Some(hold) => [0, 1, 2].map(|k| z[k] - R::lit(hold[k])),
@@ -127,6 +121,15 @@ pub struct Body<R> {
     pub mass: Vec<R>,
 }
 
+/// By which factors a robot as built differs from the one designed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variation {
+    /// On the stiffness of every edge.
+    pub stiffness: Vec<f64>,
+    /// On the mass of every node.
+    pub mass: Vec<f64>,
+}
+
 impl<R: Real> Body<R> {
     /// The body of a mixture: every property of an edge is the mixture's mean of its materials'.
     ///
@@ -169,18 +172,7 @@ impl<R: Real> Body<R> {
             mass: each(&self.mass),
         }
     }
-}
 
-/// By which factors a robot as built differs from the one designed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Variation {
-    /// On the stiffness of every edge.
-    pub stiffness: Vec<f64>,
-    /// On the mass of every node.
-    pub mass: Vec<f64>,
-}
-
-impl<R: Real> Body<R> {
     /// This body as built.
     #[must_use]
     pub fn varied(mut self, variation: &Variation) -> Self {
@@ -243,7 +235,12 @@ mod tests {
     #[test]
     fn the_stability_projection_leaves_equal_edges_undecided() {
         let z = vec![[0.9, 0.1, 0.4]; 3];
-        for row in mixture(Projection::Stability, &z, &ProjectionSettings::default()) {
+        for row in mixture(
+            Projection::Stability,
+            &z,
+            &ProjectionSettings::default(),
+            &[],
+        ) {
             // The mean of three equal numbers is off by a rounding, which 500 multiplies.
             assert!(row.iter().all(|m: &f64| (m - 1.0 / 3.0).abs() < 1e-13));
         }

@@ -9,7 +9,7 @@ use crate::ground::Ground;
 use crate::inputs::Inputs;
 use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, Loss};
-use crate::projection::{Body, Projection, Variation, holds, mixture_held};
+use crate::projection::{self, Body, Projection, Variation, holds};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
@@ -122,7 +122,7 @@ impl Task {
 
     /// The mixture of design vectors.
     pub fn mixture<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<[R; 3]> {
-        mixture_held(projection, z, (&self.sharpness, &self.holds))
+        projection::mixture(projection, z, &self.sharpness, &self.holds)
     }
 
     /// Steps the robot of a mixture.

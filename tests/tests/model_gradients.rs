@@ -8,7 +8,7 @@ use cosmic::controller::{Controller, Moment, observation};
 use cosmic::ground::Ground;
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss, measures, violations};
-use cosmic::projection::{Body, Projection, holds, mixture, mixture_held};
+use cosmic::projection::{Body, Projection, holds, mixture};
 use cosmic::scene::{LossKind, LossSettings};
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{own_reference_folder, references};
@@ -56,7 +56,7 @@ impl VectorFunction for Mixtures<'_> {
             sharpness, lattice, ..
         } = self.case;
         let holds = holds(sharpness, lattice);
-        mixture_held(self.projection, x.as_chunks().0, (sharpness, &holds)).into_flattened()
+        mixture(self.projection, x.as_chunks().0, sharpness, &holds).into_flattened()
     }
 }
 
@@ -83,7 +83,7 @@ fn projections_with_held_materials() {
             };
             assert_ne!(
                 mixtures.eval(&z),
-                mixture(projection, &case.z, &case.sharpness).into_flattened()
+                mixture(projection, &case.z, &case.sharpness, &[]).into_flattened()
             );
             smooth(mixtures, &z);
         }
@@ -181,7 +181,12 @@ struct Bodies<'a>(&'a Case);
 impl VectorFunction for Bodies<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0;
-        let mixture = mixture(Projection::Performance, x.as_chunks().0, &case.sharpness);
+        let mixture = mixture(
+            Projection::Performance,
+            x.as_chunks().0,
+            &case.sharpness,
+            &[],
+        );
         let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
         let stiffness = body.stiffness.into_iter().map(|k| k * R::lit(1e-4));
         [body.mass, body.strain, stiffness.collect()].concat()
@@ -204,7 +209,12 @@ struct Objectives<'a>(&'a Case);
 impl VectorFunction for Objectives<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0;
-        let mixture = mixture(Projection::Performance, x.as_chunks().0, &case.sharpness);
+        let mixture = mixture(
+            Projection::Performance,
+            x.as_chunks().0,
+            &case.sharpness,
+            &[],
+        );
         let m = measures(&mixture, case.sharpness.delta);
         let violations = violations(m.constrained(), &case.thresholds);
         let augmented = case.lagrangian.objective(R::zero(), violations);

@@ -39,7 +39,7 @@ fn check(reference: &Reference, field: &str, tolerance: &str, got: &[f64]) {
 }
 
 fn projected(case: &Case) -> Vec<[f64; 3]> {
-    mixture(case.projection, &case.z, &case.sharpness)
+    mixture(case.projection, &case.z, &case.sharpness, &[])
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn loss_and_objective_of_the_listed_states() {
             &[augmented(&projected(&case))],
         );
         if case.projection == Projection::Stability {
-            let performance = mixture(Projection::Performance, &case.z, &case.sharpness);
+            let performance = mixture(Projection::Performance, &case.z, &case.sharpness, &[]);
             let got = augmented(&performance);
             check(
                 &reference,

@@ -85,7 +85,7 @@ struct Projected {
 impl VectorFunction for Projected {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let (z, _) = x.as_chunks();
-        mixture(self.projection, z, &self.settings).into_flattened()
+        mixture(self.projection, z, &self.settings, &[]).into_flattened()
     }
 }
 

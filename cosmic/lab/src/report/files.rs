@@ -3,7 +3,7 @@
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
-use cosmic::projection::{Projection, holds, mixture_held};
+use cosmic::projection::{Projection, holds, mixture};
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
 use cosmic::record::{DesignFile, Summary, TrajectoryFile, check_one_run, run, trajectory_file};
@@ -46,7 +46,7 @@ impl RobotFiles {
         }
         let settings = &self.scene.projection;
         let holds = holds(settings, &self.lattice);
-        mixture_held(Projection::Performance, z, (settings, &holds))
+        mixture(Projection::Performance, z, settings, &holds)
     }
 }
 
