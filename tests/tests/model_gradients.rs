@@ -4,7 +4,7 @@
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real, VectorFunction, jvp, vjp};
 use cosmic::case::Case;
-use cosmic::controller::{Controller, Moment, observation};
+use cosmic::controller::{Controller, observation};
 use cosmic::ground::Ground;
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss, measures, violations};
@@ -279,12 +279,7 @@ impl VectorFunction for Activations<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let (controller, state) = self.read(x);
         let ground = Ground::from(&self.0.physics);
-        let moment = Moment {
-            time: 0.3,
-            state: &state,
-            ground: &ground,
-        };
-        controller.activation(&observation(&self.0.observation, &moment))
+        controller.activation(&observation(&self.0.observation, 0.3, &state, &ground))
     }
 }
 

@@ -2,7 +2,7 @@
 //! first output, and loss and objective of the states listed.
 
 use cosmic::case::Case;
-use cosmic::controller::{Moment, clock, observation};
+use cosmic::controller::{clock, observation};
 use cosmic::ground::Ground;
 use cosmic::lattice::{State, edges};
 use cosmic::objective::{Displacement, Loss, measures, violations};
@@ -66,14 +66,9 @@ fn mixtures_masses_and_measures() {
 fn the_first_activation() {
     for (reference, case) in cases() {
         let ground = Ground::from(&case.physics);
-        let moment = Moment {
-            time: 0.0,
-            state: &case.start,
-            ground: &ground,
-        };
-        let plain = case
-            .controller
-            .activation(&observation(&case.observation, &moment));
+        let plain =
+            case.controller
+                .activation(&observation(&case.observation, 0.0, &case.start, &ground));
         check(&reference, "u0", "algebraic", &plain);
     }
 }

@@ -1,11 +1,9 @@
 //! Running a case.
 
-use std::collections::BTreeMap;
-
 use autodiff::Real;
 
 use super::{Case, CaseResults, DesignGradient, Gradient};
-use crate::controller::{Moment, Weights, observation};
+use crate::controller::{Weights, observation};
 use crate::error::Result;
 use crate::ground::Ground;
 use crate::inputs::{ALL, DESIGN, Inputs};
@@ -93,18 +91,22 @@ impl Case {
         let recorded = self.recorded_steps(record)?;
         let mixture = self.own_mixture();
         let body = task.body(&mixture);
-        let (trajectory, divergence) = self.trajectory(&task, &mixture, &recorded);
+        let Guarded {
+            trajectory,
+            divergence,
+        } = self.rollout(&task, &mixture, &recorded);
         let ground = task.ground();
-        let l_disp = -along(&ground, &trajectory[&self.physics.steps]);
+        let l_disp = -along(&ground, trajectory.at(self.physics.steps));
         let measures = measures(&mixture, self.sharpness.delta);
         let own_terms = self.augmentation(self.projection, gradient);
         let performance_terms = (self.projection == Projection::Stability)
             .then(|| self.augmentation(Projection::Performance, gradient));
         let grad_l_disp = gradient.then(|| self.gradient(&task));
-        let design_gradient = |terms: &Penalties| {
-            let total = grad_l_disp.as_ref()?.z.iter().zip(&terms.gradient);
+        let design_gradient = |(_, terms): &(f64, Vec<f64>)| {
+            let total = grad_l_disp.as_ref()?.z.iter().zip(terms.as_chunks().0);
+            let sum = |(a, b): (&[f64; 3], &[f64; 3])| [0, 1, 2].map(|k| a[k] + b[k]);
             Some(DesignGradient {
-                z: total.map(|(a, b)| [0, 1, 2].map(|k| a[k] + b[k])).collect(),
+                z: total.map(sum).collect(),
             })
         };
         Ok(CaseResults {
@@ -116,15 +118,14 @@ impl Case {
             actuator_volume: measures.actuator_volume,
             g_bin: measures.binarisation,
             g_ortho: measures.overlap,
-            augmented: l_disp + own_terms.value,
+            augmented: l_disp + own_terms.0,
             grad_augmented: design_gradient(&own_terms),
-            augmented_performance_constraints: performance_terms.as_ref().map(|t| l_disp + t.value),
+            augmented_performance_constraints: performance_terms.as_ref().map(|t| l_disp + t.0),
             grad_augmented_performance_constraints: performance_terms
                 .as_ref()
                 .and_then(design_gradient),
-            trajectory: recorded
-                .iter()
-                .map(|n| (*n, trajectory[n].clone()))
+            trajectory: (recorded.into_iter())
+                .map(|n| (n, trajectory.at(n).clone()))
                 .collect(),
             z_projected: mixture,
             grad_l_disp,
@@ -132,33 +133,18 @@ impl Case {
         })
     }
 
-    /// The states of the given steps and of the last, and where the rollout diverges.
-    fn trajectory(
-        &self,
-        task: &Task,
-        mixture: &[[f64; 3]],
-        recorded: &[usize],
-    ) -> (BTreeMap<usize, State<f64>>, Option<Divergence>) {
+    /// The rollout of a mixture with the states of the given steps and of the last.
+    fn rollout(&self, task: &Task, mixture: &[[f64; 3]], recorded: &[usize]) -> Guarded {
         let mut observed = recorded.to_vec();
         observed.push(self.physics.steps);
         observed.dedup();
         let span = Span::from_start(observed);
-        let Guarded {
-            trajectory,
-            divergence,
-        } = task.guarded(mixture, &self.controller, &self.start, &span);
-        let states = trajectory.steps.into_iter().zip(trajectory.states);
-        (states.collect(), divergence)
+        task.guarded(mixture, &self.controller, &self.start, &span)
     }
 
     fn first_activation(&self, ground: &Ground) -> Vec<f64> {
-        let moment = Moment {
-            time: 0.0,
-            state: &self.start,
-            ground,
-        };
-        self.controller
-            .activation(&observation(&self.observation, &moment))
+        let seen = observation(&self.observation, 0.0, &self.start, ground);
+        self.controller.activation(&seen)
     }
 
     fn gradient(&self, task: &Task) -> Gradient {
@@ -174,19 +160,13 @@ impl Case {
         }
     }
 
-    fn augmentation(&self, projection: Projection, gradient: bool) -> Penalties {
-        if !gradient {
-            let value = self.penalties(projection, &self.z);
-            return Penalties {
-                value,
-                gradient: Vec::new(),
-            };
-        }
-        let terms = |inputs: &Inputs<_>| self.penalties(projection, &inputs.z);
-        let (value, gradient) = self.inputs().differentiate(DESIGN, terms);
-        Penalties {
-            value,
-            gradient: gradient.as_chunks().0.to_vec(),
+    /// What the augmented Lagrangian adds, and its derivative by the design vectors where asked for.
+    fn augmentation(&self, projection: Projection, gradient: bool) -> (f64, Vec<f64>) {
+        if gradient {
+            let terms = |inputs: &Inputs<_>| self.penalties(projection, &inputs.z);
+            self.inputs().differentiate(DESIGN, terms)
+        } else {
+            (self.penalties(projection, &self.z), Vec::new())
         }
     }
 
@@ -195,12 +175,6 @@ impl Case {
         let measures = measures(&self.mixture(projection, z), self.sharpness.delta);
         self.lagrangian.terms(&measures, &self.thresholds)
     }
-}
-
-/// What the augmented Lagrangian adds, and its derivative by the design vectors where asked for.
-struct Penalties {
-    value: f64,
-    gradient: Vec<[f64; 3]>,
 }
 
 /// The payload's position along the ground.

@@ -79,12 +79,9 @@ impl CaseResults {
     /// `{"results": {...}}` in JSON that reads back to the same bits. A number that is not finite
     /// becomes `null`; [`not_finite`](CaseResults::not_finite) names it.
     pub fn to_json(&self) -> String {
-        #[derive(Serialize)]
-        struct File<'a> {
-            results: &'a CaseResults,
-        }
-        let file = File { results: self };
-        serde_json::to_string(&file).expect("plain numbers and string keys serialise")
+        let results = serde_json::to_string(self);
+        let results = results.expect("plain numbers and string keys serialise");
+        format!("{{\"results\":{results}}}")
     }
 
     /// The keys, such as `trajectory.128.x`, under which a number is not finite.

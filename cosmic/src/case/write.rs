@@ -49,17 +49,12 @@ impl Case {
     /// This case cut off where it diverges, as a file that shows the same divergence again: all
     /// inputs, the last states as results, and numbers that are not finite as `null`.
     pub fn diverged_json(&self, divergence: &Divergence) -> String {
-        let Divergence {
-            step,
-            node,
-            term,
-            last,
-            ..
-        } = divergence;
+        let (step, node) = (divergence.step, divergence.node);
         let note = format!(
-            "step {step} diverged at node {node}, mostly by {term}; the last states are in \
-             `results`"
+            "step {step} diverged at node {node}, mostly by {}; the last states are in `results`",
+            divergence.term
         );
+        let last = &divergence.last;
         let trajectory = last.steps.iter().copied().zip(&last.states).collect();
         json(&File {
             note: Some(note),

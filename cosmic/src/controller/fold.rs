@@ -121,7 +121,7 @@ impl<R: Real> Fold<'_, R> {
 
 #[cfg(test)]
 mod tests {
-    use crate::controller::{Controller, Moment, clock, observation};
+    use crate::controller::{Controller, clock, observation};
     use crate::ground::Ground;
     use crate::lattice::{Lattice, State};
     use crate::random::{Purpose, stream, symmetric};
@@ -165,12 +165,7 @@ mod tests {
         controller.b1.fill(0.2);
         controller.b2.fill(-0.1);
         let time = 4096.0 * 0.002;
-        let moment = Moment {
-            time,
-            state: &state,
-            ground,
-        };
-        let plain = controller.activation(&observation(settings, &moment));
+        let plain = controller.activation(&observation(settings, time, &state, ground));
         let sensed = sensed(&state.to_ground(ground), clock(settings, time));
         let got = controller.folded(settings, ground).activation(&sensed);
         assert_eq!(got.len(), plain.len());

@@ -6,5 +6,5 @@ mod fold;
 mod weights;
 
 pub use network::Controller;
-pub use sensing::{Moment, clock, observation, observation_length};
+pub use sensing::{clock, observation, observation_length};
 pub use weights::Weights;

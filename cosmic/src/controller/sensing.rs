@@ -5,19 +5,8 @@ use std::f64::consts::TAU;
 use autodiff::Real;
 
 use crate::ground::Ground;
-use crate::lattice::State;
+use crate::lattice::{State, mean};
 use crate::scene::ControllerSettings;
-
-/// The moment at which a controller observes.
-#[derive(Clone, Copy, Debug)]
-pub struct Moment<'a, R> {
-    /// Seconds since the start. It is a product `n dt`, never a sum: phases reach 164 rad.
-    pub time: f64,
-    /// The state in the world's frame.
-    pub state: &'a State<R>,
-    /// The ground, whose frame the goal is given in.
-    pub ground: &'a Ground,
-}
 
 /// The length of an observation of so many nodes. Absurd numbers of clocks, as a file may have
 /// them, give an absurd length, which nothing fits.
@@ -25,27 +14,35 @@ pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize 
     settings.clocks.saturating_add(2 + 4 * nodes)
 }
 
-/// What a controller observes: clocks; goal; offsets of the nodes from their unweighted mean as
+/// What a controller observes: clocks; goal; offsets of the nodes from their unweighted mean (D3) as
 /// `x0, y0, x1, y1, ...`; velocities of the nodes likewise. Offsets and velocities are taken in
 /// the world's frame, the goal in the ground's (D3).
 ///
+/// `time` is in seconds since the start: a product `n dt`, never a sum, as phases reach 164 rad. The
+/// state is in the world's frame.
+///
 /// This is the definition; a rollout runs the [folded](super::Controller::folded) form of it.
-pub fn observation<R: Real>(settings: &ControllerSettings, moment: &Moment<R>) -> Vec<R> {
-    let State { x, v } = moment.state;
-    let turn = settings.omega * moment.time;
+pub fn observation<R: Real>(
+    settings: &ControllerSettings,
+    time: f64,
+    state: &State<R>,
+    ground: &Ground,
+) -> Vec<R> {
+    let State { x, v } = state;
+    let turn = settings.omega * time;
     let mean = mean(x);
     let [offset, velocity] = [settings.offset_scale, settings.velocity_scale].map(R::lit);
     let offsets = x.iter().map(|&[px, py]| [px - mean[0], py - mean[1]]);
     let mut observation = Vec::with_capacity(observation_length(settings, x.len()));
     observation.extend(phases(settings).map(|phase| R::lit((turn + phase).sin())));
-    observation.extend(goal(settings, mean, moment.ground));
+    observation.extend(goal(settings, mean, ground));
     observation.extend(offsets.flatten().map(|d| offset * d));
     observation.extend(v.as_flattened().iter().map(|&v| velocity * v));
     observation
 }
 
 /// `sin(omega t)` and `cos(omega t)`, of which every clock is a mixture; in double precision
-/// whatever the rollout runs in. `time` is a product `n dt`, see [`Moment::time`].
+/// whatever the rollout runs in. `time` is a product `n dt`, as for [`observation`].
 pub fn clock(settings: &ControllerSettings, time: f64) -> [f64; 2] {
     let (sin, cos) = (settings.omega * time).sin_cos();
     [sin, cos]
@@ -67,13 +64,4 @@ fn goal<R: Real>(settings: &ControllerSettings, mean: [R; 2], ground: &Ground) -
     }
     let [along, across] = ground.vector_to_ground(mean);
     [scale * (goal[0] - along), scale * (goal[1] - across)]
-}
-
-/// The unweighted mean of points (D3).
-fn mean<R: Real>(points: &[[R; 2]]) -> [R; 2] {
-    let share = R::lit(1.0 / points.len() as f64);
-    [0, 1].map(|k| {
-        let column: Vec<R> = points.iter().map(|point| point[k]).collect();
-        R::sum(&column) * share
-    })
 }

@@ -2,7 +2,7 @@
 
 use super::bending::BentPair;
 use super::rollout::Simulator;
-use crate::controller::{Controller, Moment, observation};
+use crate::controller::{Controller, observation};
 use crate::lattice::State;
 use crate::projection::Body;
 
@@ -48,12 +48,9 @@ impl Simulator {
         step: usize,
         node: usize,
     ) -> Cause {
-        let moment = Moment {
-            time: step as f64 * self.dt,
-            state: before,
-            ground: &self.ground,
-        };
-        let activation = controller.activation(&observation(&self.controller, &moment));
+        let time = step as f64 * self.dt;
+        let seen = observation(&self.controller, time, before, &self.ground);
+        let activation = controller.activation(&seen);
         let edges = self.pulling_edges(body, node);
         // The activation of an edge that does not strain has no effect, not even as NaN.
         let is_misled = |&&e: &&usize| activation[e].is_nan() && body.strain[e] != 0.0;
