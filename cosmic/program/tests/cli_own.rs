@@ -4,9 +4,7 @@ use crate::common::{Bench, scene};
 use autodiff::Real;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
-use cosmic::record::{
-    DesignFile, Observer, Run, RunPlan, Search, optimise, optimise_with, resume_with,
-};
+use cosmic::record::{DesignFile, Observer, Run, RunPlan, optimise, optimise_with, resume_with};
 use cosmic::scene::Scene;
 use cosmic::simulator::Trajectory;
 use std::fs;
@@ -130,14 +128,7 @@ impl Observer for StopsAfter {
 }
 
 fn plan(bench: &Bench) -> RunPlan {
-    RunPlan {
-        name: "tiny".into(),
-        scene: Scene::read(Path::new(&bench.scene)).unwrap(),
-        seed: 0,
-        starts: NonZeroUsize::MIN,
-        iterations: None,
-        search: Search::Full,
-    }
+    RunPlan::new("tiny", Scene::read(Path::new(&bench.scene)).unwrap(), 0)
 }
 
 #[test]

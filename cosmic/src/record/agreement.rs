@@ -82,9 +82,8 @@ mod tests {
     use super::check_one_run;
     use crate::record::files::read_json;
     use crate::record::trajectory_file::{FORMAT, TRAJECTORY};
-    use crate::record::{DesignFile, RunPlan, Search, Summary, optimise};
+    use crate::record::{DesignFile, RunPlan, optimise};
     use crate::scene::Scene;
-    use std::num::NonZeroUsize;
 
     #[test]
     fn files_of_two_seeds_are_told_apart() {
@@ -95,15 +94,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [a, b] = [1, 2].map(|seed| {
             let run = folder.path().join(seed.to_string());
-            let plan = RunPlan {
-                name: "tiny".to_owned(),
-                scene: scene.clone(),
-                seed,
-                starts: NonZeroUsize::MIN,
-                iterations: None,
-                search: Search::Full,
-            };
-            let summary: Summary = optimise(&run, &plan, &mut ()).unwrap();
+            let plan = RunPlan::new("tiny", scene.clone(), seed);
+            let summary = optimise(&run, &plan, &mut ()).unwrap();
             let design = DesignFile::read(&run.join("design.json")).unwrap();
             (
                 design,

@@ -55,6 +55,18 @@ impl Search {
 }
 
 impl RunPlan {
+    /// A whole run of one start.
+    pub fn new(name: &str, scene: Scene, seed: u64) -> Self {
+        Self {
+            name: name.to_owned(),
+            scene,
+            seed,
+            starts: NonZeroUsize::MIN,
+            iterations: None,
+            search: Search::Full,
+        }
+    }
+
     /// The last iteration of a run from the scene's start.
     pub fn last_iteration(&self) -> usize {
         self.last_after(0)
@@ -115,6 +127,21 @@ pub(super) struct Snapshot<'a> {
 }
 
 impl Snapshot<'_> {
+    /// Replaces a folder's snapshot by a plan and a state after so many seconds.
+    pub(super) fn save(
+        folder: &Path,
+        plan: &RunPlan,
+        seconds: f64,
+        progress: Option<&Progress>,
+    ) -> Result<()> {
+        let snapshot = Snapshot {
+            plan: Cow::Borrowed(plan),
+            seconds,
+            progress: progress.map(Cow::Borrowed),
+        };
+        snapshot.write(folder)
+    }
+
     /// Replaces a folder's snapshot.
     pub(super) fn write(&self, folder: &Path) -> Result<()> {
         write_json(&folder.join(SNAPSHOT), FORMAT, self)

@@ -2,7 +2,6 @@
 
 use super::files::Format;
 use crate::lattice::State;
-use crate::simulator::Trajectory;
 use serde::{Deserialize, Serialize};
 
 /// The format of a trajectory file.
@@ -23,15 +22,4 @@ pub struct TrajectoryFile {
     pub steps: Vec<usize>,
     /// The state in the world's frame after so many steps, one for each of `steps`.
     pub states: Vec<State<f64>>,
-}
-
-impl TrajectoryFile {
-    /// A trajectory as a file.
-    pub fn new(trajectory: &Trajectory<f64>, dt: f64) -> Self {
-        Self {
-            dt,
-            steps: trajectory.steps.clone(),
-            states: trajectory.states.clone(),
-        }
-    }
 }

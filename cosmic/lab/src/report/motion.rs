@@ -231,9 +231,8 @@ mod tests {
     use crate::report::RunFiles;
     use cosmic::design::Material;
     use cosmic::lattice::State;
-    use cosmic::record::{RunPlan, Search, optimise};
+    use cosmic::record::{RunPlan, optimise};
     use cosmic::scene::{Scene, StartKind};
-    use std::num::NonZeroUsize;
 
     /// The short three-legged robot, its controller hardly trained.
     fn results() -> RunFiles {
@@ -243,14 +242,7 @@ mod tests {
         (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
         (scene.schedule.horizon, scene.loss.window) = ([16, 16], 16);
         let folder = tempfile::tempdir().unwrap();
-        let plan = RunPlan {
-            name: "test".to_owned(),
-            scene,
-            seed: 0,
-            starts: NonZeroUsize::MIN,
-            iterations: None,
-            search: Search::Full,
-        };
+        let plan = RunPlan::new("test", scene, 0);
         let run = folder.path().join("run");
         optimise(&run, &plan, &mut ()).unwrap();
         RunFiles::read(&run).unwrap()

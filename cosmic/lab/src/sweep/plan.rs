@@ -5,7 +5,7 @@ use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::{Format, is_used, make_folder, read_json, write_json};
 use cosmic::record::snapshot;
-use cosmic::record::{MOST_RUNS, RunPlan, Search};
+use cosmic::record::{MOST_RUNS, RunPlan};
 use cosmic::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -214,12 +214,8 @@ impl SweepPlan {
     pub fn run(&self, index: usize) -> RunPlan {
         let (PlannedScene { name, scene }, seed) = self.parts(index);
         RunPlan {
-            name: name.clone(),
-            scene: scene.clone(),
-            seed,
-            starts: NonZeroUsize::MIN,
             iterations: self.iterations,
-            search: Search::default(),
+            ..RunPlan::new(name, scene.clone(), seed)
         }
     }
 }

@@ -11,7 +11,6 @@ use crate::record::run::{Lock, Observer, begin, keep_scene};
 use crate::record::snapshot::{RunPlan, Search, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Start, Summary};
 use crate::record::trajectory_file::TRAJECTORY;
-use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
@@ -30,12 +29,7 @@ pub(in crate::record) fn create(folder: &Path, plan: &RunPlan) -> Result<Lock> {
         )));
     }
     let lock = begin(folder)?;
-    let snapshot = Snapshot {
-        plan: Cow::Borrowed(plan),
-        seconds: 0.0,
-        progress: None,
-    };
-    snapshot.write(folder)?;
+    Snapshot::save(folder, plan, 0.0, None)?;
     Ok(lock)
 }
 
@@ -154,7 +148,7 @@ mod tests {
     use super::{create, search};
     use crate::codesign::Record;
     use crate::record::multistart::starts::folder_of;
-    use crate::record::{Observer, Run, RunPlan, Search, optimise, resume};
+    use crate::record::{Observer, Run, RunPlan, optimise, resume};
     use crate::scene::Scene;
     use rayon::ThreadPoolBuilder;
     use std::fs;
@@ -191,12 +185,8 @@ mod tests {
             window = 16
         ";
         RunPlan {
-            name: "test".to_owned(),
-            scene: Scene::parse("test", text).unwrap(),
-            seed: 3,
             starts: NonZeroUsize::new(3).unwrap(),
-            iterations: None,
-            search: Search::Full,
+            ..RunPlan::new("test", Scene::parse("test", text).unwrap(), 3)
         }
     }
 

@@ -9,8 +9,7 @@ use crate::record::history::History;
 use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Summary};
 use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
-use crate::simulator::Grade;
-use std::borrow::Cow;
+use crate::simulator::{Grade, Trajectory};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -26,26 +25,19 @@ const FLAT: usize = 10;
 /// time: calls come from several threads, one at a time.
 pub trait Observer: Send {
     /// A run begins or is resumed.
-    fn begin(&mut self, run: &Run) {
-        let _ = run;
-    }
+    fn begin(&mut self, _run: &Run) {}
 
     /// An iteration is done. `Break` interrupts the run and all runs beside it. They are saved and
     /// can be resumed.
-    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
-        let _ = (run, record);
+    fn iteration(&mut self, _run: &Run, _record: &Record) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 
     /// A run is finished, or waits for other runs at a rung of the search.
-    fn end(&mut self, run: &Run) {
-        let _ = run;
-    }
+    fn end(&mut self, _run: &Run) {}
 
     /// A warning, given once. The run goes on.
-    fn warning(&mut self, run: &Run, text: &str) {
-        let _ = (run, text);
-    }
+    fn warning(&mut self, _run: &Run, _text: &str) {}
 }
 
 /// Watches nothing.
@@ -83,12 +75,7 @@ impl Run {
     ) -> Result<Self> {
         let lock = begin(folder)?;
         // The snapshot first: it alone lets a killed run be resumed.
-        let snapshot = Snapshot {
-            plan: Cow::Borrowed(plan),
-            seconds: 0.0,
-            progress: Some(Cow::Borrowed(&progress)),
-        };
-        snapshot.write(folder)?;
+        Snapshot::save(folder, plan, 0.0, Some(&progress))?;
         Self::at_work(lock, plan.clone(), 0.0, codesign, progress)
     }
 
@@ -259,12 +246,8 @@ impl Run {
 
     fn save(&self) -> Result<()> {
         self.history.sync()?;
-        let snapshot = Snapshot {
-            plan: Cow::Borrowed(&self.plan),
-            seconds: self.seconds(),
-            progress: Some(Cow::Borrowed(&self.progress)),
-        };
-        snapshot.write(self.lock.folder())
+        let (folder, progress) = (self.lock.folder(), &self.progress);
+        Snapshot::save(folder, &self.plan, self.seconds(), Some(progress))
     }
 
     fn deliver(&self) -> Result<Summary> {
@@ -278,7 +261,9 @@ impl Run {
         );
         design.write(&folder.join(DESIGN))?;
         self.refuse_divergence(&design, &delivery)?;
-        let moves = TrajectoryFile::new(&delivery.trajectory, self.plan.scene.physics.dt);
+        let Trajectory { steps, states } = delivery.trajectory.clone();
+        let dt = self.plan.scene.physics.dt;
+        let moves = TrajectoryFile { dt, steps, states };
         write_json(&folder.join(TRAJECTORY), trajectory_file::FORMAT, &moves)?;
         let summary = Summary::new(&self.plan, &self.progress, &delivery, self.seconds());
         write_json(&folder.join(SUMMARY), summary::FORMAT, &summary)?;
