@@ -4,7 +4,7 @@ use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
 use crate::design::{self, Material};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, mean};
 use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings, VoidEdges};
 
 /// The two projections of the paper.
@@ -38,7 +38,7 @@ pub fn mixture<R: Real>(
             .map(|(edge, &z)| softmax(lower(edge, z), settings.beta))
             .collect(),
         Projection::Stability => {
-            let mean = column_means(z);
+            let mean = mean(z);
             let project = |(edge, z): (usize, &[R; 3])| {
                 let centred = [z[0] - mean[0], z[1] - mean[1], z[2] - mean[2]];
                 let centred = lower(edge, centred);
@@ -99,15 +99,6 @@ pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
     let e = z.map(|z| ((z - largest) * R::lit(beta)).exp());
     let sum = e[0] + e[1] + e[2];
     e.map(|e| e / sum)
-}
-
-/// The mean over the edges of each of the three entries.
-fn column_means<R: Real>(rows: &[[R; 3]]) -> [R; 3] {
-    let share = R::lit(1.0 / rows.len() as f64);
-    [0, 1, 2].map(|k| {
-        let column: Vec<R> = rows.iter().map(|row| row[k]).collect();
-        R::sum(&column) * share
-    })
 }
 
 /// The robot as the simulator sees it; a rollout does not change it.

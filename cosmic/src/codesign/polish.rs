@@ -172,18 +172,4 @@ mod tests {
         scene.projection.hold_materials = 1.0;
         assert_eq!(wrong(&scene), 0);
     }
-
-    /// A run that is stopped between two polishes goes on to the same end.
-    #[test]
-    fn a_saved_run_is_polished_on() {
-        let scene = scene("");
-        let (_, whole) = after(&scene, scene.schedule.iterations, 2);
-        let (mut codesign, progress) = after(&scene, 11, 2);
-        let text = serde_json::to_string(&progress).unwrap();
-        let mut progress: Progress = serde_json::from_str(&text).unwrap();
-        while !codesign.is_done(&progress) {
-            codesign.iterate(&mut progress);
-        }
-        assert_eq!(progress, whole);
-    }
 }

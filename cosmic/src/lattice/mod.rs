@@ -5,3 +5,4 @@ mod grid;
 
 pub use grid::{Lattice, edges};
 pub use state::State;
+pub(crate) use state::mean;

@@ -14,6 +14,15 @@ pub struct State<R> {
     pub v: Vec<[R; 2]>,
 }
 
+/// The unweighted mean of vectors.
+pub(crate) fn mean<R: Real, const N: usize>(rows: &[[R; N]]) -> [R; N] {
+    let share = R::lit(1.0 / rows.len() as f64);
+    std::array::from_fn(|k| {
+        let column: Vec<R> = rows.iter().map(|row| row[k]).collect();
+        R::sum(&column) * share
+    })
+}
+
 impl<R: Real> State<R> {
     /// A state of the world's frame in the ground's.
     pub fn to_ground(&self, ground: &Ground) -> Self {

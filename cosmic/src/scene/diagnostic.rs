@@ -1,7 +1,7 @@
 //! Faults in a scene's text, shown with line, column and caret.
 
 use crate::error::Error;
-use crate::reading::Position;
+use crate::reading::{self, Position};
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -100,16 +100,11 @@ fn show(source: &SceneText, fault: &Fault) -> String {
 /// The error for a file that is not text, at the first byte that is none.
 pub(super) fn not_text(file: &str, bytes: &[u8]) -> Error {
     let valid = bytes.utf8_chunks().next().map_or("", |chunk| chunk.valid());
-    let Position { line, column } = Position::after(valid);
     let byte = bytes.get(valid.len()).copied().unwrap_or_default();
     let message = format!("the byte 0x{byte:02x} is not UTF-8 text");
-    let place = format!("{file}:{line}:{column}");
-    let report = format!("error: {message}\n --> {place}\n  = allowed: a scene is UTF-8 text");
-    Error::Malformed {
-        file: file.to_string(),
-        line,
-        column,
-        message,
-        report,
+    let mut error = reading::malformed(file, Position::after(valid), &message);
+    if let Error::Malformed { report, .. } = &mut error {
+        report.push_str("\n  = allowed: a scene is UTF-8 text");
     }
+    error
 }

@@ -28,18 +28,14 @@ fn flight(values: &[f64]) -> Flight {
 
 #[test]
 fn adjoints_are_fresh() {
-    let fields = ["drift.dt", "decay", "gravity[0]", "gravity[1]"];
-    let [flying, sticking] = ["self", "self.0"].map(|of| fields.map(|f| format!("{of}.{f}")));
-    let [flying, sticking] = [&flying, &sticking].map(|names| names.each_ref().map(String::as_str));
-    let sliding = [
-        "flight.drift.dt",
-        "flight.decay",
-        "flight.gravity[0]",
-        "flight.gravity[1]",
-    ];
-    let sliding = [&sliding[..], &["friction"]].concat();
-    let sliding: Vec<String> = sliding.iter().map(|f| format!("self.{f}")).collect();
-    let sliding: Vec<&str> = sliding.iter().map(String::as_str).collect();
+    let of_flight = |of: &str| {
+        let fields = ["drift.dt", "decay", "gravity[0]", "gravity[1]"];
+        fields.map(|field| format!("{of}.{field}")).to_vec()
+    };
+    let [flying, sticking, mut sliding] = ["self", "self.0", "self.flight"].map(of_flight);
+    sliding.push("self.friction".to_owned());
+    let [flying, sticking, sliding] = [&flying, &sticking, &sliding]
+        .map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
     let parts = [
         adjoint("Spring", &["self.dt"], |v| Spring { dt: v[0] }),
         adjoint("Flight", &flying, flight),
