@@ -325,22 +325,14 @@ fn voids_text(voids: &Voids) -> String {
 /// Bounds are for every metre that void edges are stretched; times are microseconds a step, null
 /// where they were not measured.
 fn voids_json(voids: &Voids) -> Value {
-    let pull = |pull: Option<Pull>| {
-        pull.map(|pull| {
-            json!({
-                "acceleration": pull.acceleration,
-                "displacement": pull.displacement,
-            })
-        })
-    };
     json!({
         "edges": voids.edges,
         "dropped": voids.dropped,
         "registers": voids.registers[0],
         "registers_without": voids.registers[1],
         "force": voids.force,
-        "body": pull(voids.body),
-        "detached": pull(voids.detached),
+        "body": voids.body,
+        "detached": voids.detached,
         "saving": voids.saving.map(|[single, _]| single),
         "saving_of_eight": voids.saving.map(|[_, eight]| eight),
     })
@@ -427,21 +419,12 @@ fn speed_json(speed: &Speed) -> Value {
         "eight_starts_ratio": speed.eight_starts.rollout / rollout,
         "rollout_per_two_matvecs": rollout / speed.two_matvecs,
         "peak_memory_bytes": peak_memory().map_or(json!("unknown"), |bytes| json!(bytes)),
+        "f32_gradient_errors": speed.single_errors,
     });
     for (_, prefix, times) in sets(speed) {
         for (key, time) in figures(&times) {
             value[format!("{prefix}{key}")] = json!(time);
         }
     }
-    value["f32_gradient_errors"] = (speed.single_errors)
-        .map(|error| {
-            json!({
-                "steps": error.steps,
-                "design": error.design,
-                "controller": error.controller,
-            })
-        })
-        .to_vec()
-        .into();
     value
 }

@@ -16,6 +16,7 @@ use cosmic::projection::Projection;
 use cosmic::scene::{GradientSettings, LossSettings, Scene, VolumeSettings};
 use cosmic::simulator::Span;
 use cosmic::task::{Horizon, Task};
+use serde::Serialize;
 
 /// Steps of a measured rollout, where the case has as many.
 pub const MEASURED_STEPS: usize = 4096;
@@ -69,7 +70,7 @@ pub struct Speed {
 
 /// The distance of a gradient in f32 from the one in f64, as a share of that one's length. Both
 /// have the scene's bound on the cotangent.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GradientError {
     /// Steps of the horizon.
     pub steps: usize,

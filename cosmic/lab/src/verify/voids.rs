@@ -8,6 +8,7 @@ use cosmic::design::Material;
 use cosmic::projection::Body;
 use cosmic::scene::{PhysicsSettings, VoidEdges};
 use cosmic::simulator::{Simulator, Span};
+use serde::Serialize;
 
 /// Starts that run together, and how far they are moved apart, m.
 const EIGHT: usize = 8;
@@ -46,7 +47,7 @@ pub struct Voids {
 }
 
 /// A bound on what void edges do to nodes, for every metre that they are stretched or compressed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pull {
     /// On the acceleration, 1/s2.
     pub acceleration: f64,
