@@ -13,6 +13,7 @@ use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::projection::Body;
 use cosmic::scene::{Contact, ControllerSettings, LossSettings, PhysicsSettings, VoidEdges};
 use cosmic::simulator::{Simulator, Span};
+use std::iter::once;
 
 /// Steps of a measured rollout.
 const STEPS: usize = 1024;
@@ -47,22 +48,13 @@ pub struct Plan {
     pub voids: Option<Voids>,
 }
 
-/// What is known of a case's rollout, as far as terms depend on it.
-struct Facts<'a> {
-    case: &'a Case,
-    body: Body<f64>,
-    /// Edges that strain, and edges in all.
-    outputs: [usize; 2],
-    /// Whether the controller sees positions, and velocities.
-    senses: [bool; 2],
-}
-
 impl Plan {
     /// The plan of a case's rollout.
     pub fn of(case: &Case) -> Self {
-        let voids = Voids::of(case);
+        let (facts, voids) = (Facts::new(case), Voids::of(case));
+        let rows = facts.rows(voids.as_ref()).into_iter();
         Self {
-            terms: Facts::new(case).terms(voids.as_ref()),
+            terms: rows.map(|row| row.term).collect(),
             step: None,
             voids,
         }
@@ -70,26 +62,37 @@ impl Plan {
 
     /// The plan, every term timed that can be put in or left out; the losses are for the gradients.
     pub fn measured(case: &Case, loss: &LossSettings) -> Self {
-        let (facts, mut plan) = (Facts::new(case), Self::of(case));
-        let variants = facts.variants(plan.voids.as_ref());
+        let (facts, voids) = (Facts::new(case), Voids::of(case));
+        let rows = facts.rows(voids.as_ref());
+        let others = rows.iter().filter_map(|row| Some(row.other.as_ref()?()));
+        let variants: Vec<Variant> = once(facts.changed(|_, _| ())).chain(others).collect();
         let span = Span::from_start(vec![STEPS]);
-        let times = least_times(ROUNDS, &variants, |variant| {
-            let Variant {
-                simulator, body, ..
-            } = variant;
+        let times = least_times(ROUNDS, &variants, |(simulator, body)| {
             simulator.rollout(body, &case.controller, &case.start, &span)
         });
-        let per_step = |time: f64| time * 1e6 / STEPS as f64;
-        let as_planned = per_step(times[0]);
-        for (variant, &time) in variants.iter().zip(&times).skip(1) {
-            let term = plan.term(variant.term);
-            let added = per_step(time) - as_planned;
-            term.time = Some(if term.kept { -added } else { added }.max(0.0));
-        }
+        let mut times = times.into_iter().map(|time| time * 1e6 / STEPS as f64);
+        let as_planned = times.next().unwrap_or(f64::NAN);
+        let timed = |Row { mut term, other }| {
+            let added = other.and_then(|_| Some(times.next()? - as_planned));
+            term.time = added.map(|added| if term.kept { -added } else { added }.max(0.0));
+            term
+        };
+        let mut plan = Self {
+            terms: rows.into_iter().map(timed).collect(),
+            step: Some(as_planned),
+            voids: None,
+        };
         plan.split_network();
-        plan.add_saving(&facts);
         plan.add_gradients(case, loss);
-        plan.step = Some(as_planned);
+        let single = plan.term(VOID_EDGES).time.unwrap_or(0.0);
+        plan.voids = voids.map(|voids| {
+            let (simulator, _) = facts.changed(|_, _| ());
+            let of_eight = saving_of_eight(case, &simulator, [STEPS, ROUNDS]);
+            Voids {
+                saving: Some([single, of_eight]),
+                ..voids
+            }
+        });
         plan
     }
 
@@ -107,15 +110,6 @@ impl Plan {
         term.expect("a plan has every term")
     }
 
-    /// What a step without void edges saves, alone and with others.
-    fn add_saving(&mut self, facts: &Facts) {
-        let single = self.term(VOID_EDGES).time.unwrap_or(0.0);
-        let Some(voids) = &mut self.voids else { return };
-        let simulator = facts.simulator(|_, _| ());
-        let of_eight = saving_of_eight(facts.case, &simulator, [STEPS, ROUNDS]);
-        voids.saving = Some([single, of_eight]);
-    }
-
     /// What the gradients that an update does not ask for would cost.
     fn add_gradients(&mut self, case: &Case, loss: &LossSettings) {
         let subject = Subject::new(case, loss);
@@ -131,24 +125,46 @@ impl Plan {
 
 const HIDDEN: &str = "hidden layer";
 const OUTPUT: &str = "output layer";
-const IDLE: &str = "idle outputs";
-const POSITIONS: &str = "sight of positions";
-const VELOCITIES: &str = "sight of velocities";
-const BENDING: &str = "bending of bars";
 const VOID_EDGES: &str = "void edges";
-const STIFFENING: &str = "stiffening springs";
-const GROUND: &str = "contact with the ground";
-const FRICTION: &str = "Coulomb friction";
 const BY_WEIGHTS: &str = "gradient by weights";
 const BY_DESIGN: &str = "gradient by the design";
 
-fn term(name: &'static str, kept: bool, why: impl Into<String>) -> Term {
-    Term {
+/// A rollout with a term put in or left out.
+type Variant = (Simulator, Body<f64>);
+
+/// A term, and the rollout that has it where the planned one has not, or the other way round.
+struct Row<'f> {
+    term: Term,
+    other: Option<Box<dyn Fn() -> Variant + 'f>>,
+}
+
+fn row<'f>(name: &'static str, kept: bool, why: impl Into<String>) -> Row<'f> {
+    let term = Term {
         name,
         kept,
         why: why.into(),
         time: None,
+    };
+    Row { term, other: None }
+}
+
+impl<'f> Row<'f> {
+    /// The term can be turned over where this holds.
+    fn or(self, holds: bool, other: impl Fn() -> Variant + 'f) -> Self {
+        let other: Box<dyn Fn() -> Variant + 'f> = Box::new(other);
+        Self {
+            other: Some(other).filter(|_| holds),
+            ..self
+        }
     }
+}
+
+/// What is known of a case's rollout, as far as terms depend on it.
+struct Facts<'a> {
+    case: &'a Case,
+    body: Body<f64>,
+    /// Edges that strain, and edges in all.
+    outputs: [usize; 2],
 }
 
 impl<'a> Facts<'a> {
@@ -159,37 +175,63 @@ impl<'a> Facts<'a> {
         let strains = edges.filter(|(strain, stiffness)| **strain != 0.0 && **stiffness != 0.0);
         Self {
             outputs: [strains.count(), body.strain.len()],
-            senses: case.observation.senses(),
             case,
             body,
         }
     }
 
-    fn terms(&self, voids: Option<&Voids>) -> Vec<Term> {
+    /// The rollout of [`STEPS`] steps with some settings changed.
+    fn changed(
+        &self,
+        change: impl FnOnce(&mut PhysicsSettings, &mut ControllerSettings),
+    ) -> Variant {
+        let case = self.case;
+        let (mut physics, mut sight) = (case.physics.clone(), case.observation.clone());
+        physics.steps = STEPS;
+        change(&mut physics, &mut sight);
+        let simulator = Simulator::new(&case.lattice, &physics, &sight);
+        (simulator, self.body.clone())
+    }
+
+    /// The rollout with other strains.
+    fn strained(&self, change: impl FnOnce(&mut [f64])) -> Variant {
+        let (simulator, mut body) = self.changed(|_, _| ());
+        change(&mut body.strain);
+        (simulator, body)
+    }
+
+    fn rows<'f>(&'f self, voids: Option<&'f Voids>) -> Vec<Row<'f>> {
         let physics = &self.case.physics;
-        let mut terms = self.controller_terms();
-        terms.extend([
-            term("springs", true, self.springs()),
+        let other = |number: f64, on: f64| if number > 0.0 { 0.0 } else { on };
+        let mut rows = self.controller_rows();
+        rows.extend([
+            row("springs", true, self.springs()),
             self.void_edges(voids),
-            term(
-                STIFFENING,
+            row(
+                "stiffening springs",
                 physics.stiffening > 0.0,
                 format!("physics.stiffening is {}", physics.stiffening),
-            ),
-            term(
-                BENDING,
+            )
+            .or(true, move || {
+                self.changed(|p, _| p.stiffening = other(p.stiffening, 1.0))
+            }),
+            row(
+                "bending of bars",
                 physics.bending_radius > 0.0,
                 format!("physics.bending_radius is {} m", physics.bending_radius),
-            ),
+            )
+            .or(true, move || {
+                self.changed(|p, _| p.bending_radius = other(p.bending_radius, SOME_BENDING))
+            }),
         ]);
-        terms.extend(self.ground_terms());
-        terms.extend([
-            term(
+        rows.extend(self.ground_rows());
+        rows.extend([
+            row(
                 BY_WEIGHTS,
                 false,
                 "not in updates of the design, which ask for the gradient by the design alone",
             ),
-            term(
+            row(
                 BY_DESIGN,
                 false,
                 match self.case.frozen {
@@ -198,48 +240,51 @@ impl<'a> Facts<'a> {
                 },
             ),
         ]);
-        terms
+        rows
     }
 
-    fn controller_terms(&self) -> Vec<Term> {
+    fn controller_rows(&self) -> Vec<Row<'_>> {
         let ([some, all], hidden) = (self.outputs, self.case.controller.hidden);
         let why_blind = |sees: bool, scale: &str| match (sees, some) {
             (false, _) => format!("controller.{scale} is 0"),
             (true, 0) => "there is no controller: no edge strains".to_owned(),
             (true, _) => "the controller sees them".to_owned(),
         };
-        let [positions, velocities] = self.senses;
+        let [positions, velocities] = self.case.observation.senses();
+        let why_idle = match all - some {
+            0 => "there are none: every edge strains a little".to_owned(),
+            idle => format!("{idle} edges do not strain, or have no stiffness"),
+        };
+        let units = format!("{hidden} units, of what the controller sees");
         vec![
-            term(
+            row(
                 "making of observations",
                 false,
                 "mean, scales, goal, clocks of one frequency and rotation are folded into the \
                  weights once",
             ),
-            term(
-                HIDDEN,
-                some > 0,
-                format!("{hidden} units, of what the controller sees"),
-            ),
-            term(
-                POSITIONS,
+            row(HIDDEN, some > 0, units)
+                .or(some > 0, || self.strained(|strains| strains.fill(0.0))),
+            row(
+                "sight of positions",
                 positions && some > 0,
                 why_blind(positions, "offset_scale"),
-            ),
-            term(
-                VELOCITIES,
+            )
+            .or(some > 0 && !positions, || {
+                self.changed(|_, sight| sight.offset_scale = LEAST_SCALE)
+            }),
+            row(
+                "sight of velocities",
                 velocities && some > 0,
                 why_blind(velocities, "velocity_scale"),
-            ),
-            term(OUTPUT, some > 0, format!("{some} edges strain")),
-            match all - some {
-                0 => term(IDLE, true, "there are none: every edge strains a little"),
-                idle => term(
-                    IDLE,
-                    false,
-                    format!("{idle} edges do not strain, or have no stiffness"),
-                ),
-            },
+            )
+            .or(some > 0 && !velocities, || {
+                self.changed(|_, sight| sight.velocity_scale = LEAST_SCALE)
+            }),
+            row(OUTPUT, some > 0, format!("{some} edges strain"))
+                .or(some > 0, || self.strained(keep_first)),
+            row("idle outputs", some == all, why_idle)
+                .or(some > 0 && some < all, || self.strained(keep_all)),
         ]
     }
 
@@ -252,9 +297,9 @@ impl<'a> Facts<'a> {
         }
     }
 
-    fn void_edges(&self, voids: Option<&Voids>) -> Term {
+    fn void_edges<'f>(&'f self, voids: Option<&'f Voids>) -> Row<'f> {
         let Some(voids) = voids else {
-            return term(VOID_EDGES, true, "no edge of a mixture is void");
+            return row(VOID_EDGES, true, "no edge of a mixture is void");
         };
         let (edges, [all, without]) = (voids.edges, voids.registers);
         let why = match (self.case.physics.void_edges, voids.dropped) {
@@ -268,7 +313,7 @@ impl<'a> Facts<'a> {
         } else {
             ""
         };
-        term(
+        row(
             VOID_EDGES,
             !voids.dropped,
             format!(
@@ -276,9 +321,13 @@ impl<'a> Facts<'a> {
                  edge{skipped}"
             ),
         )
+        .or(true, || {
+            let (simulator, _) = self.changed(|_, _| ());
+            voids.turned_over(self.case, simulator)
+        })
     }
 
-    fn ground_terms(&self) -> Vec<Term> {
+    fn ground_rows(&self) -> [Row<'_>; 3] {
         let physics = &self.case.physics;
         let rotation = if Ground::from(physics).is_flat() {
             "the ground is flat"
@@ -297,86 +346,33 @@ impl<'a> Facts<'a> {
             ),
             Contact::Coulomb => (nodes, format!("coefficient {}", physics.friction)),
         };
-        let is_coulomb = physics.contact == Contact::Coulomb;
-        vec![
-            term(GROUND, physics.contact != Contact::None, contact),
-            term(FRICTION, is_coulomb, friction),
-            term("rotation of an incline", false, rotation),
-        ]
-    }
-}
-
-/// A rollout with a term put in or left out.
-struct Variant {
-    term: &'static str,
-    simulator: Simulator,
-    body: Body<f64>,
-}
-
-impl Facts<'_> {
-    /// The rollout as it is planned, and one for every term that can be turned over.
-    fn variants(&self, voids: Option<&Voids>) -> Vec<Variant> {
-        let physics = &self.case.physics;
-        let as_planned = || self.simulator(|_, _| ());
-        let variant = |term, simulator, body| Variant {
-            term,
-            simulator,
-            body,
-        };
-        let mut variants = vec![variant("", as_planned(), self.body.clone())];
-        let [outputs, edges] = self.outputs;
-        if outputs > 0 && outputs < edges {
-            let mut body = self.body.clone();
-            keep_all(&mut body.strain);
-            variants.push(variant(IDLE, as_planned(), body));
-        }
-        let mut add = |term, change: &dyn Fn(&mut PhysicsSettings, &mut ControllerSettings)| {
-            variants.push(variant(term, self.simulator(change), self.body.clone()));
-        };
-        if outputs > 0 && !self.senses[0] {
-            add(POSITIONS, &|_, sight| sight.offset_scale = LEAST_SCALE);
-        }
-        if outputs > 0 && !self.senses[1] {
-            add(VELOCITIES, &|_, sight| sight.velocity_scale = LEAST_SCALE);
-        }
-        let other = |number: f64, on: f64| if number > 0.0 { 0.0 } else { on };
-        let bending = other(physics.bending_radius, SOME_BENDING);
-        let stiffening = other(physics.stiffening, 1.0);
-        let (ground, friction) = match physics.contact {
+        let (other_ground, other_friction) = match physics.contact {
             Contact::None => (Contact::Infinite, Contact::Coulomb),
             Contact::Infinite => (Contact::None, Contact::Coulomb),
             Contact::Coulomb => (Contact::None, Contact::Infinite),
         };
-        add(BENDING, &|p, _| p.bending_radius = bending);
-        add(STIFFENING, &|p, _| p.stiffening = stiffening);
-        add(GROUND, &|p, _| p.contact = ground);
-        add(FRICTION, &|p, _| p.contact = friction);
-        variants.extend(voids.map(|voids| {
-            let (simulator, body) = voids.turned_over(self.case, as_planned());
-            variant(VOID_EDGES, simulator, body)
-        }));
-        if outputs > 0 {
-            let strains = self.body.strain.iter().position(|strain| *strain != 0.0);
-            for (term, kept) in [(HIDDEN, None), (OUTPUT, strains)] {
-                let mut body = self.body.clone();
-                for (edge, strain) in body.strain.iter_mut().enumerate() {
-                    *strain = if Some(edge) == kept { *strain } else { 0.0 };
-                }
-                variants.push(variant(term, as_planned(), body));
-            }
-        }
-        variants
+        let is_coulomb = physics.contact == Contact::Coulomb;
+        [
+            row(
+                "contact with the ground",
+                physics.contact != Contact::None,
+                contact,
+            )
+            .or(true, move || self.changed(|p, _| p.contact = other_ground)),
+            row("Coulomb friction", is_coulomb, friction).or(true, move || {
+                self.changed(|p, _| p.contact = other_friction)
+            }),
+            row("rotation of an incline", false, rotation),
+        ]
     }
+}
 
-    /// A simulator of [`STEPS`] steps, with some settings changed.
-    fn simulator(
-        &self,
-        change: impl FnOnce(&mut PhysicsSettings, &mut ControllerSettings),
-    ) -> Simulator {
-        let case = self.case;
-        let (mut physics, mut sight) = (case.physics.clone(), case.observation.clone());
-        physics.steps = STEPS;
-        change(&mut physics, &mut sight);
-        Simulator::new(&case.lattice, &physics, &sight)
+/// Leaves a single edge that strains.
+fn keep_first(strains: &mut [f64]) {
+    let first = strains.iter().position(|strain| *strain != 0.0);
+    for (edge, strain) in strains.iter_mut().enumerate() {
+        if Some(edge) != first {
+            *strain = 0.0;
+        }
     }
 }
