@@ -1,6 +1,6 @@
 //! Doing the runs of a sweep: one, the next one, or all that are left, one a thread.
 
-use super::claim::Claim;
+use super::claim::claim;
 use super::{RunState, SweepPlan};
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
@@ -70,7 +70,7 @@ impl Sweep<'_> {
             return Ok(RunOutcome::Over);
         }
         self.plan.keep(self.folder)?;
-        let Some(_claim) = Claim::take(self.folder, &self.plan.name(index))? else {
+        let Some(_claim) = claim(self.folder, &self.plan.name(index))? else {
             return Ok(RunOutcome::Taken);
         };
         // Whoever had the claim until just now may have finished.
