@@ -24,5 +24,5 @@ mod work;
 pub use bars::{Bar, bars};
 pub use compare::Comparison;
 pub use files::{RobotFiles, RunFiles};
-pub use picture::Picture;
+pub(crate) use picture::{PICTURES, Picture};
 pub use work::write;

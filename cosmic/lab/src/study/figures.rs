@@ -6,7 +6,7 @@ use super::rows::{RunRow, TrialRow};
 use super::trials::{DEFAULT, STRICT};
 use super::{Study, StudyKind};
 use crate::files::write_texts;
-use crate::report::{Bar, Picture, RunFiles, bars};
+use crate::report::{Bar, PICTURES, Picture, RunFiles, bars};
 use cosmic::error::Result;
 use cosmic::record::files::make_folder;
 use std::path::PathBuf;
@@ -32,9 +32,9 @@ pub(super) fn write(study: &Study, results: &StudyResults) -> Result<Vec<PathBuf
             continue;
         };
         let run = RunFiles::read(&best.folder)?;
-        for picture in pictures {
-            let name = format!("{}-{}.svg", row.trial.name, picture.name());
-            drawn.push((name, picture.draw(&run)));
+        for (name, draw) in pictures {
+            let name = format!("{}-{name}.svg", row.trial.name);
+            drawn.push((name, draw(&run)));
         }
     }
     write_texts(&folder, drawn)
@@ -43,8 +43,8 @@ pub(super) fn write(study: &Study, results: &StudyResults) -> Result<Vec<PathBuf
 /// Which pictures of a trial's best run are shown.
 fn pictures(kind: StudyKind, row: &TrialRow) -> &'static [Picture] {
     match kind {
-        StudyKind::Paper if row.trial.table == DEFAULT => &Picture::ALL,
-        StudyKind::Ablation => &[Picture::Robot],
+        StudyKind::Paper if row.trial.table == DEFAULT => &PICTURES,
+        StudyKind::Ablation => &PICTURES[..1],
         StudyKind::Paper | StudyKind::Findings => &[],
     }
 }

@@ -5,7 +5,7 @@ use super::document::{document, motifs, percent, pictures, ratio, table, trial_t
 use super::results::StudyResults;
 use super::rows::TrialRow;
 use super::trials::{DEFAULT, STRICT};
-use crate::report::Picture;
+use crate::report::PICTURES;
 
 /// By how much the paper's design b outdoes its baseline.
 const PAPER_GAIN: f64 = 1.66;
@@ -30,7 +30,7 @@ pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
          ![every seed](paper/strict.svg)\n",
         beside_the_paper(&results.table(STRICT))
     );
-    let names = Picture::ALL.map(Picture::name);
+    let names = PICTURES.map(|(name, _)| name);
     document(
         study,
         "The paper's results again",
