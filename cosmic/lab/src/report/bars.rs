@@ -44,7 +44,7 @@ pub fn bars(title: &str, unit: &str, bars: &[Bar]) -> String {
         y: [0.0, 1.0],
         log: [false; 2],
     };
-    let mut svg = Svg::new([width, TOP + height + 56.0]);
+    let mut svg = Svg::default();
     svg.text([24.0, 28.0], title, BOLD);
     let across = |x: f64| axes.place([x, 0.0])[0];
     let zero = across(0.0);
@@ -55,7 +55,7 @@ pub fn bars(title: &str, unit: &str, bars: &[Bar]) -> String {
     }
     svg.line([zero, TOP], [zero, TOP + height], MUTED_LINE);
     axes.draw_along(&mut svg, unit);
-    svg.finish(title)
+    svg.finish([width, TOP + height + 56.0], title)
 }
 
 /// One bar with its points and its mark, around a height of the drawing.

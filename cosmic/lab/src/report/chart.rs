@@ -39,7 +39,7 @@ impl LogChart {
             y: self.range(1),
             log: [true; 2],
         };
-        let mut svg = Svg::new([WIDTH, HEIGHT]);
+        let mut svg = Svg::default();
         axes.draw(&mut svg, &self.title);
         axes.draw_along(&mut svg, &self.along);
         for (k, line) in self.lines.iter().enumerate() {
@@ -62,7 +62,7 @@ impl LogChart {
         }
         let note = [WIDTH - NAMES + 20.0, HEIGHT - 14.0];
         svg.text(note, "both axes logarithmic", &format!(r#"fill="{MUTED}""#));
-        svg.finish(&self.title)
+        svg.finish([WIDTH, HEIGHT], &self.title)
     }
 
     /// The powers of ten around all points, along or up.

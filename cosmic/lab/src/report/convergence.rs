@@ -20,7 +20,7 @@ pub(super) fn draw(run: &RunFiles) -> String {
         measures(history),
         gradients(history),
     ];
-    let mut svg = Svg::new([WIDTH, TOP + 4.0 * HEIGHT[1] + 14.0]);
+    let mut svg = Svg::default();
     let first = history.first().map_or(0, |record| record.iteration - 1) as f64;
     let last = history.last().map_or(1, |record| record.iteration) as f64;
     for (k, chart) in charts.into_iter().enumerate() {
@@ -43,7 +43,10 @@ pub(super) fn draw(run: &RunFiles) -> String {
             axes.draw_along(&mut svg, "iteration");
         }
     }
-    svg.finish("Displacement, volumes, binarisation measures and gradients over the iterations")
+    svg.finish(
+        [WIDTH, TOP + 4.0 * HEIGHT[1] + 14.0],
+        "Displacement, volumes, binarisation measures and gradients over the iterations",
+    )
 }
 
 /// What one chart shows.

@@ -28,7 +28,7 @@ pub(super) fn draw_layout(robot: &RobotFiles) -> String {
         let (row, column) = ((node / columns) as f64, (node % columns) as f64);
         [left + cell * column, 370.0 - cell * row]
     };
-    let mut svg = Svg::new(size);
+    let mut svg = Svg::default();
     svg.text([24.0, 26.0], "Layout at rest", BOLD);
     for material in [Material::Skeleton, Material::Actuator] {
         let made_of = design.materials.iter().zip(&design.edges);
@@ -51,5 +51,5 @@ pub(super) fn draw_layout(robot: &RobotFiles) -> String {
     let [void, skeleton, actuator] = Material::ALL.map(count);
     let caption = format!("{skeleton} skeleton, {actuator} actuator, {void} void (not drawn)");
     svg.text([0.5 * size[0], 402.0], &caption, MUTED_MIDDLE);
-    svg.finish("Materials of the edges on the lattice at rest")
+    svg.finish(size, "Materials of the edges on the lattice at rest")
 }

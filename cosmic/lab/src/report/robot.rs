@@ -1,12 +1,15 @@
 //! Pictures of the robot: its journey, one cycle of its gait, its layout.
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 use super::motion::{Bar, Motion, PAYLOAD, SKELETON, bounds, hex};
 use super::svg::{BOLD, END, INK_LINE, MUTED_LINE, MUTED_MIDDLE, Svg};
 
 const WIDTH: f64 = 960.0;
 const MARGIN: f64 = 24.0;
+/// Width of a panel of the gait.
+const PANEL: f64 = (WIDTH - 2.0 * MARGIN) / 6.0;
 
 /// A window on the world: the lower left corner in metres, its place in the drawing, its scale.
 struct View {
@@ -67,75 +70,54 @@ fn draw_payload(svg: &mut Svg, place: [f64; 2], radius: f64) {
 
 /// The journey above, one cycle of the gait below.
 pub(super) fn draw(motion: &Motion) -> String {
-    let (journey, gait) = (Journey::new(motion), Gait::new(motion));
-    let gait_top = journey.bottom + 46.0;
-    let mut svg = Svg::new([WIDTH, gait_top + gait.panel[1] + 44.0]);
+    let mut svg = Svg::default();
     let title = format!("{:.1} s of walking", motion.duration());
     svg.text([MARGIN, 26.0], &title, BOLD);
     draw_legend(&mut svg, motion);
-    journey.draw(&mut svg, motion);
-    gait.draw(&mut svg, motion, gait_top);
-    svg.finish("The robot at several moments, coloured by strain, and the path of its payload")
+    let bottom = draw_journey(&mut svg, motion);
+    let bottom = draw_gait(&mut svg, motion, bottom + 46.0);
+    svg.finish(
+        [WIDTH, bottom + 44.0],
+        "The robot at several moments, coloured by strain, and the path of its payload",
+    )
 }
 
-/// The whole rollout in one picture of the world.
-struct Journey {
-    view: View,
-    /// States that are shown.
-    moments: Vec<usize>,
-    /// Least and largest x of the ground line.
-    across: [f64; 2],
-    bottom: f64,
-}
-
-impl Journey {
-    fn new(motion: &Motion) -> Self {
-        let moments = moments(motion);
-        let shown = moments
-            .iter()
-            .flat_map(|&i| motion.places(&motion.states()[i]));
-        let [low, high] = bounds(shown.chain(motion.path()));
-        let across = [low[0] - 0.1, high[0] + 0.1];
-        let ground = across.map(|x| motion.ground_height(x));
-        let (floor, roof) = (
-            low[1].min(ground[0]).min(ground[1]),
-            high[1].max(ground[0]).max(ground[1]),
-        );
-        // As large as the page is wide, unless that would make it higher than a screen.
-        let scale = ((WIDTH - 2.0 * MARGIN) / (across[1] - across[0])).min(420.0 / (roof - floor));
-        let bottom = 64.0 + scale * (roof - floor);
-        let slack = WIDTH - scale * (across[1] - across[0]);
-        let view = View {
-            corner: [across[0], floor],
-            origin: [0.5 * slack, bottom],
-            scale,
-        };
-        Self {
-            view,
-            moments,
-            across,
-            bottom: bottom + 12.0,
+/// The whole rollout in one picture of the world; its lower edge.
+fn draw_journey(svg: &mut Svg, motion: &Motion) -> f64 {
+    let moments = moments(motion);
+    let shown = moments
+        .iter()
+        .flat_map(|&i| motion.places(&motion.states()[i]));
+    let [low, high] = bounds(shown.chain(motion.path()));
+    let across = [low[0] - 0.1, high[0] + 0.1];
+    let ground = across.map(|x| motion.ground_height(x));
+    let floor = low[1].min(ground[0]).min(ground[1]);
+    let roof = high[1].max(ground[0]).max(ground[1]);
+    // As large as the page is wide, unless that would make it higher than a screen.
+    let scale = ((WIDTH - 2.0 * MARGIN) / (across[1] - across[0])).min(420.0 / (roof - floor));
+    let bottom = 64.0 + scale * (roof - floor);
+    let slack = WIDTH - scale * (across[1] - across[0]);
+    let view = View {
+        corner: [across[0], floor],
+        origin: [0.5 * slack, bottom],
+        scale,
+    };
+    view.draw_ground(svg, motion, across);
+    view.draw_path(svg, &motion.path());
+    for index in moments {
+        let state = &motion.states()[index];
+        let mut bars = motion.bars(state);
+        if index > 0 {
+            // What was left behind would lie across the first robots.
+            bars.retain(|bar| motion.is_near(bar, state));
         }
+        view.draw_robot(svg, &bars, state.x[0]);
+        let [_, top] = motion.corners(state)[1];
+        let [x, y] = view.place([motion.centre(state)[0], top]);
+        let time = format!("{:.1} s", motion.time(index));
+        svg.text([x, y - 8.0], &time, MUTED_MIDDLE);
     }
-
-    fn draw(&self, svg: &mut Svg, motion: &Motion) {
-        let view = &self.view;
-        view.draw_ground(svg, motion, self.across);
-        view.draw_path(svg, &motion.path());
-        for &index in &self.moments {
-            let state = &motion.states()[index];
-            let mut bars = motion.bars(state);
-            if index > 0 {
-                // What was left behind would lie across the first robots.
-                bars.retain(|bar| motion.is_near(bar, state));
-            }
-            view.draw_robot(svg, &bars, state.x[0]);
-            let [_, top] = motion.corners(state)[1];
-            let [x, y] = view.place([motion.centre(state)[0], top]);
-            let time = format!("{:.1} s", motion.time(index));
-            svg.text([x, y - 8.0], &time, MUTED_MIDDLE);
-        }
-    }
+    bottom + 12.0
 }
 
 /// The first state, the last, and as many between as stand side by side along the way.
@@ -163,78 +145,54 @@ fn moments(motion: &Motion) -> Vec<usize> {
     moments
 }
 
-/// Six moments of the last whole period of the clock, each in a panel of its own.
-struct Gait {
-    period: f64,
-    moments: [usize; 6],
-    /// Pixels per metre, the same for all panels.
-    scale: f64,
-    /// Width and height of a panel, pixels.
-    panel: [f64; 2],
-    /// How far the ground rises or falls within half a panel, pixels.
-    rise: f64,
+/// Six moments of the last whole period of the clock, each in a panel of its own; the lower edge of
+/// the panels.
+fn draw_gait(svg: &mut Svg, motion: &Motion, top: f64) -> f64 {
+    let period = (TAU / motion.scene().controller.omega).min(motion.duration());
+    let start = motion.duration() - period;
+    let moments = [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
+    let extents = moments.map(|index| motion.extent(&motion.states()[index]));
+    let most = |k: usize| extents.iter().map(|e| e[k]).fold(0.05, f64::max);
+    let scale = ((PANEL - 18.0) / most(0)).min(220.0 / most(1));
+    // How far the ground rises or falls within half a panel.
+    let slope = motion.ground_height(1.0) - motion.ground_height(0.0);
+    let rise = 0.5 * PANEL * slope.abs();
+    let bottom = top + (scale * most(1) + 2.0 * rise + 16.0);
+    let title = if period < motion.duration() {
+        format!("One period of the clock, {period:.2} s, at the end")
+    } else {
+        format!("From start to end, {period:.2} s")
+    };
+    svg.text([MARGIN, top], &title, BOLD);
+    for (panel, index) in moments.into_iter().enumerate() {
+        let left = MARGIN + PANEL * panel as f64;
+        let middle = motion.centre(&motion.states()[index])[0];
+        let view = View {
+            corner: [middle - 0.5 * PANEL / scale, motion.ground_height(middle)],
+            origin: [left, bottom - rise],
+            scale,
+        };
+        draw_panel(svg, motion, moments[0]..=index, &view);
+        let place = [left + 0.5 * PANEL, bottom + 28.0];
+        svg.text(place, &format!("{:.2} s", motion.time(index)), MUTED_MIDDLE);
+    }
+    bottom
 }
 
-impl Gait {
-    fn new(motion: &Motion) -> Self {
-        let period = (TAU / motion.scene().controller.omega).min(motion.duration());
-        let start = motion.duration() - period;
-        let moments =
-            [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
-        let extents = moments.map(|index| motion.extent(&motion.states()[index]));
-        let most = |k: usize| extents.iter().map(|e| e[k]).fold(0.05, f64::max);
-        let width = (WIDTH - 2.0 * MARGIN) / 6.0;
-        let scale = ((width - 18.0) / most(0)).min(220.0 / most(1));
-        let slope = motion.ground_height(1.0) - motion.ground_height(0.0);
-        let rise = 0.5 * width * slope.abs();
-        Self {
-            period,
-            moments,
-            scale,
-            panel: [width, scale * most(1) + 2.0 * rise + 16.0],
-            rise,
-        }
-    }
-
-    fn draw(&self, svg: &mut Svg, motion: &Motion, top: f64) {
-        let title = if self.period < motion.duration() {
-            format!("One period of the clock, {:.2} s, at the end", self.period)
-        } else {
-            format!("From start to end, {:.2} s", self.period)
-        };
-        svg.text([MARGIN, top], &title, BOLD);
-        let [width, height] = self.panel;
-        for (panel, index) in self.moments.into_iter().enumerate() {
-            let left = MARGIN + width * panel as f64;
-            let origin = [left, top + height - self.rise];
-            self.draw_panel(svg, motion, index, origin);
-            let place = [left + 0.5 * width, top + height + 28.0];
-            svg.text(place, &format!("{:.2} s", motion.time(index)), MUTED_MIDDLE);
-        }
-    }
-
-    /// The robot, and the payload's path since the period began, as far as the panel shows it.
-    fn draw_panel(&self, svg: &mut Svg, motion: &Motion, index: usize, origin: [f64; 2]) {
-        let state = &motion.states()[index];
-        let middle = motion.centre(state)[0];
-        let half = 0.5 * (self.panel[0] - 6.0) / self.scale;
-        let left = middle - 0.5 * self.panel[0] / self.scale;
-        let view = View {
-            corner: [left, motion.ground_height(middle)],
-            origin,
-            scale: self.scale,
-        };
-        view.draw_ground(svg, motion, [middle - half, middle + half]);
-        let inside = |p: &[f64; 2]| (p[0] - middle).abs() < half;
-        let mut path = motion.path();
-        path.truncate(index + 1);
-        path.drain(..self.moments[0]);
-        path.retain(inside);
-        view.draw_path(svg, &path);
-        let mut bars = motion.bars(state);
-        bars.retain(|bar| inside(&bar.from) && inside(&bar.to));
-        view.draw_robot(svg, &bars, state.x[0]);
-    }
+/// The robot at the last of some states, and the payload's path through them, as far as the panel
+/// shows it.
+fn draw_panel(svg: &mut Svg, motion: &Motion, states: RangeInclusive<usize>, view: &View) {
+    let state = &motion.states()[*states.end()];
+    let middle = motion.centre(state)[0];
+    let half = 0.5 * (PANEL - 6.0) / view.scale;
+    view.draw_ground(svg, motion, [middle - half, middle + half]);
+    let inside = |p: &[f64; 2]| (p[0] - middle).abs() < half;
+    let mut path = motion.path()[states].to_vec();
+    path.retain(inside);
+    view.draw_path(svg, &path);
+    let mut bars = motion.bars(state);
+    bars.retain(|bar| inside(&bar.from) && inside(&bar.to));
+    view.draw_robot(svg, &bars, state.x[0]);
 }
 
 /// What the colours mean, from the right end of the first line.

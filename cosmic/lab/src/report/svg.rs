@@ -20,17 +20,12 @@ pub(super) const MUTED_END: &str = r##"text-anchor="end" fill="#656d76""##;
 pub(super) const MUTED_MIDDLE: &str = r##"text-anchor="middle" fill="#656d76""##;
 
 /// A drawing under construction.
+#[derive(Default)]
 pub(super) struct Svg {
-    size: [f64; 2],
     body: String,
 }
 
 impl Svg {
-    pub(super) fn new(size: [f64; 2]) -> Self {
-        let body = String::new();
-        Self { size, body }
-    }
-
     /// An element without content.
     fn element(&mut self, name: &str, attributes: std::fmt::Arguments, style: &str) {
         // Writing to a string cannot fail.
@@ -83,9 +78,9 @@ impl Svg {
         self.body.push_str("</g>\n");
     }
 
-    /// The finished file.
-    pub(super) fn finish(self, title: &str) -> String {
-        let ([width, height], title) = (self.size, escape(title));
+    /// The finished file, of this width and height.
+    pub(super) fn finish(self, [width, height]: [f64; 2], title: &str) -> String {
+        let title = escape(title);
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
              width=\"{width:.0}\" height=\"{height:.0}\" role=\"img\" \

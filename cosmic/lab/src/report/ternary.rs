@@ -7,6 +7,8 @@ use super::layout::colour;
 use super::svg::{BOLD, INK_LINE, MIDDLE, MUTED_MIDDLE, RULE_LINE, Svg};
 use cosmic::design::Material;
 
+/// Width and height, pixels.
+const SIZE: [f64; 2] = [460.0, 420.0];
 /// Where the materials' corners are drawn.
 const CORNERS: [[f64; 2]; 3] = [[62.0, 362.0], [398.0, 362.0], [230.0, 79.0]];
 
@@ -16,7 +18,7 @@ fn place(mixture: &[f64; 3]) -> [f64; 2] {
 
 /// The triangle with its rulings and names.
 fn frame(title: &str) -> Svg {
-    let mut svg = Svg::new([460.0, 420.0]);
+    let mut svg = Svg::default();
     svg.text([24.0, 26.0], title, BOLD);
     for k in 1..5 {
         let (a, b) = (f64::from(k) / 5.0, 1.0 - f64::from(k) / 5.0);
@@ -53,7 +55,10 @@ pub(super) fn draw_mixtures(robot: &RobotFiles) -> String {
             svg.text([place[0], place[1] + 4.0], &count.to_string(), text);
         }
     }
-    svg.finish("Mixtures of the final design between void, skeleton and actuator")
+    svg.finish(
+        SIZE,
+        "Mixtures of the final design between void, skeleton and actuator",
+    )
 }
 
 /// The way of every edge's mixture from the first iteration to the end, in the colour of the
@@ -77,7 +82,10 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
         _ => "the way was not recorded".to_owned(),
     };
     svg.text([230.0, 412.0], &caption, MUTED_MIDDLE);
-    svg.finish("The way of every edge's mixture between void, skeleton and actuator")
+    svg.finish(
+        SIZE,
+        "The way of every edge's mixture between void, skeleton and actuator",
+    )
 }
 
 /// Mixtures that fall on one spot of the picture: where, how many, of which material.
