@@ -6,7 +6,7 @@ use super::results::StudyResults;
 use super::rows::TrialRow;
 use super::statistics::Statistics;
 use super::trials::{ABLATION, CONTROL, MATERIAL, TOPOLOGY, lines};
-use crate::table::{Cell, decimals};
+use crate::table::decimals;
 
 /// What a trial may design: its name, its bit in [`ABLATION`], the paper's gain as a ratio.
 type Entity = (&'static str, u8, Option<f64>);
@@ -72,15 +72,18 @@ const ABOUT: &str = "\nAll trials begin with the stability heuristic where topol
     the volume bounds, is taken as it is.\n";
 
 fn trials(rows: &[&TrialRow]) -> String {
-    let names = ["designed", "topology", "material", "control", "paper"];
-    trial_table(rows, &names, |row| {
+    let designs = |row: &TrialRow, bit: u8| {
         let mut trials = ABLATION.iter().filter(|(name, ..)| *name == row.trial.name);
-        let designs = trials.next().map_or(0, |(.., designs)| *designs);
-        let mark = |(_, bit, _): &Entity| Cell::from(if designs & bit > 0 { "yes" } else { "no" });
-        let mut cells = vec![row.trial.title[..].into()];
-        cells.extend(ENTITIES.iter().map(mark));
-        cells.push(row.trial.paper.into());
-        cells
+        trials.any(|(.., designs)| designs & bit > 0)
+    };
+    trial_table(rows, |table| {
+        table
+            .column("designed", "", |row| row.trial.title)
+            .columns(ENTITIES.map(|(name, ..)| name), "", |row, k| {
+                let (_, bit, _) = ENTITIES[k];
+                if designs(row, bit) { "yes" } else { "no" }
+            })
+            .column("paper", "", |row| row.trial.paper)
     })
 }
 

@@ -3,7 +3,7 @@
 use super::Study;
 use super::results::StudyResults;
 use super::rows::{RunRow, TrialRow};
-use crate::table::{Cell, Column, Table, decimals};
+use crate::table::{Cell, Column, Table, TableOf, decimals};
 use cosmic::scene::Departure;
 
 /// What documents show where there is no number.
@@ -30,14 +30,14 @@ pub(super) fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     Option::zip(a, b).map(|(a, b)| a / b)
 }
 
-/// A column of words, or of numbers to two decimals.
-pub(super) fn column(name: &str) -> Column {
-    Column::new(name, "").decimals(2, NONE)
+/// A column of words, or of numbers to so many decimals.
+fn column(name: &str, decimals: usize) -> Column {
+    Column::new(name, "").decimals(decimals, NONE)
 }
 
 /// Rows of cells under columns of two decimals.
 pub(super) fn table(names: &[&str], rows: impl IntoIterator<Item = Vec<Cell>>) -> String {
-    let columns = names.iter().map(|name| column(name));
+    let columns = names.iter().map(|name| column(name, 2));
     Table::new(columns.collect(), rows).to_markdown()
 }
 
@@ -82,102 +82,76 @@ fn preamble(study: &Study) -> String {
 
 /// A table of trials: columns special to the study, what is told of every trial, and letters for its
 /// departures from the paper, with what these are below.
-pub(super) fn trial_table(
-    rows: &[&TrialRow],
-    names: &[&str],
-    special: impl Fn(&TrialRow) -> Vec<Cell>,
+pub(super) fn trial_table<'r>(
+    rows: &'r [&'r TrialRow],
+    special: impl Fn(TableOf<'r, &'r TrialRow>) -> TableOf<'r, &'r TrialRow>,
 ) -> String {
-    let (letters, legend) = departures(rows);
-    let mut columns: Vec<Column> = names.iter().map(|name| column(name)).collect();
-    let shares = |name: &&str| ["V", "V_act"].contains(name);
-    columns.extend(COLUMNS.iter().map(|name| match *name {
-        "s" => column(name).decimals(1, NONE),
-        share if shares(&share) => column(name).decimals(3, NONE),
-        _ => column(name),
-    }));
-    let cells = |(row, letters): (&&TrialRow, String)| {
-        let mut cells = special(row);
-        cells.extend(cells_of(row));
-        cells.push(letters.into());
-        cells
-    };
-    let table = Table::new(columns, rows.iter().zip(letters).map(cells));
-    format!("{}\n{legend}", table.to_markdown())
+    let known = departures(rows);
+    let table = special(Table::of("", "", rows))
+        .column("best [spread]", "", |row| {
+            let spread = metres(row.best().and_then(RunRow::spread));
+            format!("{} [{spread}]", metres(row.displacement.best))
+        })
+        .column("p10", "", |row| row.displacement.p10)
+        .column("median ±", "", |row| {
+            let error = row.displacement.standard_error;
+            let error = error.map_or(String::new(), |error| format!(" ± {}", decimals(error, 2)));
+            format!("**{}**{error}", metres(row.displacement.median))
+        })
+        .column("p90", "", |row| row.displacement.p90)
+        .column("spread", "", |row| row.spread)
+        .column("dt/2", "", |row| row.half_step)
+        .column("last", "", |row| row.last)
+        .decimals(2, NONE)
+        .add(column("V", 3), |row| row.volumes[0])
+        .add(column("V_act", 3), |row| row.volumes[1])
+        .column("one-hot, in bounds", "", |row| {
+            let (one_hot, within, runs) = (row.one_hot, row.within_bounds, row.runs.len());
+            let diverged = match row.runs.iter().filter(|run| run.diverged).count() {
+                0 => String::new(),
+                n => format!(", {n} diverged"),
+            };
+            format!("{one_hot}, {within} of {runs}{diverged}")
+        })
+        .column("gradients skipped", "", |row| row.skipped_gradients)
+        .add(column("s", 1), |row| row.seconds)
+        .column("departures", "", |row| letters(&known, row))
+        .done();
+    format!("{}\n{}", table.to_markdown(), legend(&known))
 }
 
-/// The columns of [`cells_of`], and that of the departures.
-const COLUMNS: [&str; 13] = [
-    "best [spread]",
-    "p10",
-    "median ±",
-    "p90",
-    "spread",
-    "dt/2",
-    "last",
-    "V",
-    "V_act",
-    "one-hot, in bounds",
-    "gradients skipped",
-    "s",
-    "departures",
-];
-
-/// What is told of every trial.
-fn cells_of(row: &TrialRow) -> [Cell; 12] {
-    let numbers = &row.displacement;
-    let [best, median] = [numbers.best, numbers.median].map(metres);
-    let spread = metres(row.best().and_then(RunRow::spread));
-    let error = numbers.standard_error.map(|error| decimals(error, 2));
-    let error = error.map_or(String::new(), |error| format!(" ± {error}"));
-    let diverged = match row.runs.iter().filter(|run| run.diverged).count() {
-        0 => String::new(),
-        n => format!(", {n} diverged"),
-    };
-    let (one_hot, within, runs) = (row.one_hot, row.within_bounds, row.runs.len());
-    [
-        format!("{best} [{spread}]").into(),
-        numbers.p10.into(),
-        format!("**{median}**{error}").into(),
-        numbers.p90.into(),
-        row.spread.into(),
-        row.half_step.into(),
-        row.last.into(),
-        row.volumes[0].into(),
-        row.volumes[1].into(),
-        format!("{one_hot}, {within} of {runs}{diverged}").into(),
-        row.skipped_gradients.into(),
-        row.seconds.into(),
-    ]
-}
-
-/// For each row the letters of its departures from the paper, and what all letters stand for.
-fn departures(rows: &[&TrialRow]) -> (Vec<String>, String) {
+/// The departures of some trials from the paper, each once.
+fn departures<'r>(rows: &[&'r TrialRow]) -> Vec<&'r Departure> {
     let mut known: Vec<&Departure> = Vec::new();
     for departure in rows.iter().flat_map(|row| &row.departures) {
         if !known.contains(&departure) {
             known.push(departure);
         }
     }
-    let lettered = || ('A'..).zip(&known);
-    let letters = |row: &&TrialRow| {
-        let is_in = |known: &Departure| row.departures.iter().any(|d| d.option == known.option);
-        let letters = lettered().filter(|(_, departure)| is_in(departure));
-        let letters: String = letters.map(|(letter, _)| letter).collect();
-        if letters.is_empty() {
-            "none".to_owned()
-        } else {
-            letters
-        }
-    };
+    known
+}
+
+/// The letters of a trial's departures from the paper.
+fn letters(known: &[&Departure], row: &TrialRow) -> String {
+    let is_in = |known: &Departure| row.departures.iter().any(|d| d.option == known.option);
+    let letters = ('A'..).zip(known).filter(|(_, departure)| is_in(departure));
+    let letters: String = letters.map(|(letter, _)| letter).collect();
+    if letters.is_empty() {
+        "none".to_owned()
+    } else {
+        letters
+    }
+}
+
+/// What the letters stand for.
+fn legend(known: &[&Departure]) -> String {
+    if known.is_empty() {
+        return "Departures from the paper: none.\n".to_owned();
+    }
     let line =
         |(letter, d): (char, &&Departure)| format!("- {letter}: `{}`, {}\n", d.option, d.says);
-    let lines: String = lettered().map(line).collect();
-    let legend = if known.is_empty() {
-        "Departures from the paper: none.\n".to_owned()
-    } else {
-        format!("Departures from the paper, each a named option:\n\n{lines}")
-    };
-    (rows.iter().map(letters).collect(), legend)
+    let lines: String = ('A'..).zip(known).map(line).collect();
+    format!("Departures from the paper, each a named option:\n\n{lines}")
 }
 
 /// By how much a motif's share exceeds that by chance where it recurs for a reason.

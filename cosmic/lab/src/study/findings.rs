@@ -56,14 +56,13 @@ pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
 fn trials(results: &StudyResults) -> String {
     let rows: Vec<&TrialRow> = results.rows.iter().collect();
     let reference = results.row(REFERENCE).displacement.median;
-    let names = ["trial", "median / default", "goal behind"];
-    trial_table(&rows, &names, |row| {
-        let share = ratio(row.displacement.median, reference);
-        vec![
-            row.trial.title[..].into(),
-            share.into(),
-            row.goal_behind.into(),
-        ]
+    trial_table(&rows, |table| {
+        table
+            .column("trial", "", |row| row.trial.title)
+            .column("median / default", "", |row| {
+                ratio(row.displacement.median, reference)
+            })
+            .column("goal behind", "", |row| row.goal_behind)
     })
 }
 

@@ -51,12 +51,11 @@ pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
 
 /// A table with the paper's numbers beside every row.
 fn beside_the_paper(rows: &[&TrialRow]) -> String {
-    trial_table(rows, &["scene", "paper", "median / paper"], |row| {
-        vec![
-            row.trial.title[..].into(),
-            row.trial.paper.into(),
-            row.ratio.into(),
-        ]
+    trial_table(rows, |table| {
+        table
+            .column("scene", "", |row| row.trial.title)
+            .column("paper", "", |row| row.trial.paper)
+            .column("median / paper", "", |row| row.ratio)
     })
 }
 

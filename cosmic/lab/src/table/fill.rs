@@ -23,13 +23,13 @@ impl Table {
 
 impl<'a, S> TableOf<'a, S> {
     /// Adds a column: its name, its meaning, and the cell of each subject.
-    pub fn column<C: Into<Cell>>(
-        mut self,
-        name: &str,
-        says: &str,
-        cell: impl Fn(&'a S) -> C,
-    ) -> Self {
-        self.table.columns.push(Column::new(name, says));
+    pub fn column<C: Into<Cell>>(self, name: &str, says: &str, cell: impl Fn(&'a S) -> C) -> Self {
+        self.add(Column::new(name, says), cell)
+    }
+
+    /// Adds a column with the cell of each subject.
+    pub fn add<C: Into<Cell>>(mut self, column: Column, cell: impl Fn(&'a S) -> C) -> Self {
+        self.table.columns.push(column);
         for (row, subject) in self.table.rows.iter_mut().zip(self.subjects) {
             row.cells.push(cell(subject).into());
         }
