@@ -7,7 +7,7 @@ use tiny_skia::{
     Color, LineCap, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Stroke, Transform,
 };
 
-use super::motion::{Motion, PAYLOAD, SKELETON};
+use super::motion::{Motion, PAYLOAD, SKELETON, View};
 
 const SIZE: [u16; 2] = [480, 240];
 /// Colour of the marks on the ground.
@@ -123,9 +123,7 @@ struct Picture<'m> {
     motion: &'m Motion<'m>,
     index: usize,
     pixels: Pixmap,
-    /// The world's point in the middle of the lower third.
-    camera: [f64; 2],
-    scale: f64,
+    view: View,
 }
 
 impl<'m> Picture<'m> {
@@ -136,19 +134,18 @@ impl<'m> Picture<'m> {
         let lattice = &motion.scene().lattice;
         let side = lattice.columns.max(lattice.rows) as f64 * lattice.spacing;
         let [x, _] = motion.camera(index);
-        Some(Self {
-            camera: [x, motion.ground_height(x)],
+        let view = View {
+            // In the middle of the lower third.
+            corner: [x, motion.ground_height(x)],
+            origin: [0.5 * f64::from(SIZE[0]), 0.78 * f64::from(SIZE[1])],
             scale: f64::from(SIZE[0]) / (WIDTHS * side),
+        };
+        Some(Self {
+            view,
             motion,
             index,
             pixels,
         })
-    }
-
-    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let across = 0.5 * f64::from(SIZE[0]) + (x - self.camera[0]) * self.scale;
-        let down = 0.78 * f64::from(SIZE[1]) - (y - self.camera[1]) * self.scale;
-        [across, down]
     }
 
     /// A line through points of the world.
@@ -156,7 +153,8 @@ impl<'m> Picture<'m> {
         let mut path = PathBuilder::new();
         let mut end = None;
         for pair in points.windows(2) {
-            let Some([from, to]) = within([pair[0], pair[1]].map(|point| self.place(point))) else {
+            let Some([from, to]) = within([pair[0], pair[1]].map(|point| self.view.place(point)))
+            else {
                 continue;
             };
             if end != Some(from) {
@@ -199,24 +197,22 @@ impl<'m> Picture<'m> {
     }
 
     fn draw_ground(&mut self) {
-        let half = 0.5 * f64::from(SIZE[0]) / self.scale;
-        let height = |x| self.motion.ground_height(x);
-        let ends = [self.camera[0] - half, self.camera[0] + half];
+        let half = 0.5 * f64::from(SIZE[0]) / self.view.scale;
+        let motion = self.motion;
+        let height = |x| motion.ground_height(x);
+        let middle = self.view.corner[0];
+        let ends = [middle - half, middle + half];
         let line = ends.map(|x| [x, height(x)]);
         let per_metre = 10f64.powf((MOST_TICKS / (2.0 * half)).log10().floor().min(1.0));
         // Along the ground, as displacements are measured.
         let [cos, _] = self.motion.ground().tangent();
         let [first, last] = ends.map(|x| per_metre * x / cos);
         let ticks = first.ceil() as i64..=last.floor() as i64;
-        let pixel = 1.0 / self.scale;
-        let ticks: Vec<_> = ticks
-            .map(|k| {
-                let x = cos * k as f64 / per_metre;
-                let length = if k % 10 == 0 { 14.0 } else { 5.0 };
-                [[x, height(x)], [x, height(x) - length * pixel]]
-            })
-            .collect();
-        for tick in ticks {
+        let pixel = 1.0 / self.view.scale;
+        for k in ticks {
+            let x = cos * k as f64 / per_metre;
+            let length = if k % 10 == 0 { 14.0 } else { 5.0 };
+            let tick = [[x, height(x)], [x, height(x) - length * pixel]];
             self.stroke(&tick, TICK, 1.0);
         }
         self.stroke(&line, SKELETON, 1.6);

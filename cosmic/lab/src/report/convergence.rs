@@ -14,16 +14,10 @@ const HEIGHT: [f64; 2] = [130.0, 182.0];
 /// Displacement, volumes, binarisation measures and gradients, with the phases behind them.
 pub(super) fn draw(run: &RunFiles) -> String {
     let history = &run.history;
-    let charts = [
-        displacement(run),
-        volumes(run),
-        measures(history),
-        gradients(history),
-    ];
     let mut svg = Svg::default();
     let first = history.first().map_or(0, |record| record.iteration - 1) as f64;
     let last = history.last().map_or(1, |record| record.iteration) as f64;
-    for (k, chart) in charts.into_iter().enumerate() {
+    for (k, chart) in charts(run).into_iter().enumerate() {
         let axes = Axes {
             origin: [LEFT, TOP + k as f64 * HEIGHT[1]],
             size: [WIDTH - LEFT - 24.0, HEIGHT[0]],
@@ -74,6 +68,19 @@ impl Chart {
             log: false,
         }
     }
+
+    /// A chart of positive numbers. An exactly zero one is drawn at the lower edge.
+    fn logarithmic(title: &'static str, lines: Vec<Line>) -> Self {
+        let positive: Vec<f64> = heights(&lines).filter(|v| *v > 0.0).collect();
+        let least = positive.iter().copied().fold(0.1, f64::min);
+        Self {
+            title,
+            lines,
+            levels: Vec::new(),
+            range: range(positive.into_iter(), [least.max(1e-9), 10.0]),
+            log: true,
+        }
+    }
 }
 
 /// The numbers of lines.
@@ -83,73 +90,51 @@ fn heights(lines: &[Line]) -> impl Iterator<Item = f64> {
         .flat_map(|line| line.points.iter().map(|p| p[1]))
 }
 
-/// The records that have a number, as points of a line of the `k`-th colour.
-fn line(name: &str, k: usize, history: &[Record], number: impl Fn(&Record) -> Option<f64>) -> Line {
-    let point = |r: &Record| Some([r.iteration as f64, number(r).filter(|v| v.is_finite())?]);
-    Line::new(name.to_owned(), k, "", history.iter().filter_map(point))
-}
-
-fn displacement(run: &RunFiles) -> Chart {
-    let lines = vec![
-        line("gradient's horizon", 1, &run.history, |r| {
-            r.displacement_horizon
-        }),
-        line("full rollout", 0, &run.history, |r| r.displacement),
+/// The four charts of a run, from the first down.
+fn charts(run: &RunFiles) -> [Chart; 4] {
+    type Number<'n> = &'n dyn Fn(&Record) -> Option<f64>;
+    // The records that have a number, as points of a line of the k-th colour.
+    let line = |name: &str, k: usize, number: Number| {
+        let point = |r: &Record| Some([r.iteration as f64, number(r).filter(|v| v.is_finite())?]);
+        let points = run.history.iter().filter_map(point);
+        Line::new(name.to_owned(), k, "", points)
+    };
+    let displacement = vec![
+        line("gradient's horizon", 1, &|r| r.displacement_horizon),
+        line("full rollout", 0, &|r| r.displacement),
     ];
     let delivered = run.summary.displacement_p50.into_iter().collect();
-    Chart::linear(
-        "Displacement along the ground, m (dashed: median of what is delivered)",
-        lines,
-        delivered,
-    )
-}
-
-fn volumes(run: &RunFiles) -> Chart {
-    let bounds = &run.robot.scene.volume;
-    let mut levels = [bounds.solid, bounds.actuator].concat();
-    levels.dedup();
-    let lines = vec![
-        line("solid", 0, &run.history, |r| Some(r.volume)),
-        line("actuators", 1, &run.history, |r| Some(r.actuator_volume)),
+    let volumes = vec![
+        line("solid", 0, &|r| Some(r.volume)),
+        line("actuators", 1, &|r| Some(r.actuator_volume)),
     ];
-    Chart::linear(
-        "Share of edges (dashed: bounds before they widen)",
-        lines,
-        levels,
-    )
-}
-
-fn measures(history: &[Record]) -> Chart {
-    const NAMES: [&str; 4] = [
+    let bounds = &run.robot.scene.volume;
+    let mut bounds = [bounds.solid, bounds.actuator].concat();
+    bounds.dedup();
+    let names = [
         "norm",
         "void-skeleton",
         "void-actuator",
         "skeleton-actuator",
     ];
-    let lines = [0, 1, 2, 3].map(|k| line(NAMES[k], k, history, |r| Some(r.measures[k])));
-    Chart::linear(
-        "Binarisation measures, overlaps by pair",
-        lines.into(),
-        Vec::new(),
-    )
-}
-
-fn gradients(history: &[Record]) -> Chart {
-    let lines = vec![
-        line("design", 0, history, |r| r.design_gradient[0]),
-        line("design, stability", 2, history, |r| r.design_gradient[1]),
-        line("controller", 1, history, |r| r.controller_gradient),
+    let measures = [0, 1, 2, 3].map(|k| line(names[k], k, &|r| Some(r.measures[k])));
+    let gradients = vec![
+        line("design", 0, &|r| r.design_gradient[0]),
+        line("design, stability", 2, &|r| r.design_gradient[1]),
+        line("controller", 1, &|r| r.controller_gradient),
     ];
-    let positive: Vec<f64> = heights(&lines).filter(|v| *v > 0.0).collect();
-    let least = positive.iter().copied().fold(0.1, f64::min);
-    Chart {
-        title: "Norm of the gradient before any bound",
-        lines,
-        levels: Vec::new(),
-        // An exactly zero gradient is drawn at the lower edge.
-        range: range(positive.into_iter(), [least.max(1e-9), 10.0]),
-        log: true,
-    }
+    let titles = [
+        "Displacement along the ground, m (dashed: median of what is delivered)",
+        "Share of edges (dashed: bounds before they widen)",
+        "Binarisation measures, overlaps by pair",
+        "Norm of the gradient before any bound",
+    ];
+    [
+        Chart::linear(titles[0], displacement, delivered),
+        Chart::linear(titles[1], volumes, bounds),
+        Chart::linear(titles[2], measures.into(), Vec::new()),
+        Chart::logarithmic(titles[3], gradients),
+    ]
 }
 
 /// The phases as bands behind a chart, named above the first.

@@ -30,6 +30,25 @@ pub(super) struct Bar {
     pub(super) actuator: bool,
 }
 
+/// A window on the world: a point of it in metres, its place in the drawing, the scale.
+pub(super) struct View {
+    pub(super) corner: [f64; 2],
+    /// From the left and from the top, pixels.
+    pub(super) origin: [f64; 2],
+    /// Pixels per metre.
+    pub(super) scale: f64,
+}
+
+impl View {
+    /// Where a point of the world is drawn.
+    pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [
+            self.origin[0] + (x - self.corner[0]) * self.scale,
+            self.origin[1] - (y - self.corner[1]) * self.scale,
+        ]
+    }
+}
+
 /// A run's delivered rollout.
 pub(super) struct Motion<'r> {
     pub(super) run: &'r RunFiles,

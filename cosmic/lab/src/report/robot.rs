@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
-use super::motion::{Bar, Motion, PAYLOAD, SKELETON, bounds, hex};
+use super::motion::{Bar, Motion, PAYLOAD, SKELETON, View, bounds, hex};
 use super::svg::{BOLD, END, INK_LINE, MUTED_LINE, MUTED_MIDDLE, Svg};
 
 const WIDTH: f64 = 960.0;
@@ -11,23 +11,7 @@ const MARGIN: f64 = 24.0;
 /// Width of a panel of the gait.
 const PANEL: f64 = (WIDTH - 2.0 * MARGIN) / 6.0;
 
-/// A window on the world: the lower left corner in metres, its place in the drawing, its scale.
-struct View {
-    corner: [f64; 2],
-    /// Left and bottom edge, pixels.
-    origin: [f64; 2],
-    /// Pixels per metre.
-    scale: f64,
-}
-
 impl View {
-    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [
-            self.origin[0] + (x - self.corner[0]) * self.scale,
-            self.origin[1] - (y - self.corner[1]) * self.scale,
-        ]
-    }
-
     /// The ground from one place along to another.
     fn draw_ground(&self, svg: &mut Svg, motion: &Motion, across: [f64; 2]) {
         let [from, to] = across.map(|x| self.place([x, motion.ground_height(x)]));
