@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::files::write_text;
-use crate::table::{Cell, Column, Table};
+use crate::table::{Column, Table};
 use cosmic::codesign::{CoDesign, Quantiles, Reached};
 use cosmic::domain::{Domain, draw};
 use cosmic::error::Result;
@@ -39,27 +39,21 @@ impl Robustness {
     /// A row a run.
     pub fn table(&self) -> Table {
         let metres = |name, says| Column::new(name, says).unit("m").decimals(3, "diverged");
-        let mut columns = vec![
-            Column::new("run", "the run's folder"),
-            metres("nominal", "displacement of the robot as it was designed"),
-            metres("least", "the least displacement over the drawn domains"),
-            metres("p10", "10 % quantile over them"),
-            metres("p50", "median over them"),
-            metres("p90", "90 % quantile over them"),
-        ];
-        let with_loss = self.runs.iter().any(|run| run.loss.is_some());
-        if with_loss {
-            let says = "median loss over them, for another task than to get far";
-            columns.push(Column::new("loss", says).decimals(4, "–"));
+        let nominal = metres("nominal", "displacement of the robot as it was designed");
+        let least = metres("least", "the least displacement over the drawn domains");
+        let table = Table::of("", "", &self.runs)
+            .column("run", "the run's folder", |run| &run.run[..])
+            .add(nominal, |run| run.nominal)
+            .add(least, |run| run.least)
+            .add(metres("p10", "10 % quantile over them"), |run| run.p10)
+            .add(metres("p50", "median over them"), |run| run.p50)
+            .add(metres("p90", "90 % quantile over them"), |run| run.p90);
+        if self.runs.iter().all(|run| run.loss.is_none()) {
+            return table.done();
         }
-        let row = |run: &RobustRun| {
-            let metres = [run.nominal, run.least, run.p10, run.p50, run.p90];
-            let mut cells = vec![Cell::from(&run.run[..])];
-            cells.extend(metres.map(Cell::from));
-            cells.extend(with_loss.then(|| run.loss.into()));
-            cells
-        };
-        Table::new(columns, self.runs.iter().map(row))
+        let says = "median loss over them, for another task than to get far";
+        let loss = Column::new("loss", says).decimals(4, "–");
+        table.add(loss, |run| run.loss).done()
     }
 
     /// Writes JSON or, where the file's name ends in `.csv`, the table.

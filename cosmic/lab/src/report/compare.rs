@@ -1,8 +1,8 @@
 //! Runs side by side.
 
 use super::html;
-use super::numbers::summary_columns;
-use crate::table::{Cell, Column, Table};
+use super::numbers::with_numbers;
+use crate::table::{Table, TableOf};
 use cosmic::error::Result;
 use cosmic::record::Summary;
 use serde::Serialize;
@@ -46,37 +46,31 @@ impl Comparison {
     }
 
     /// A row a run, ordered as the runs were given.
-    fn table(&self) -> Table {
-        let summaries: Vec<&Summary> = self.runs.iter().map(|run| &run.summary).collect();
-        let columns = summary_columns(&summaries);
-        let row = |run: &ComparedRun| {
-            let name = Cell::from(run.name.clone());
-            let cells = columns.iter().map(|column| (column.of)(&run.summary));
-            std::iter::once(name).chain(cells).collect()
-        };
-        let rows: Vec<_> = self.runs.iter().map(row).collect();
-        let heads = columns.into_iter().map(|column| column.column);
-        let heads = std::iter::once(Column::new("run", "")).chain(heads);
-        Table::new(heads.collect(), rows)
+    fn columns(&self) -> TableOf<'_, ComparedRun> {
+        let names = Table::of("", "", &self.runs).column("run", "", |run| &run.name[..]);
+        with_numbers(names, |run| &run.summary)
     }
 
     /// The table, aligned for a terminal.
     pub fn to_text(&self) -> String {
-        self.table().to_text()
+        self.columns().done().to_text()
     }
 
     /// A page with the table.
     pub fn to_html(&self) -> String {
-        let mut table = self.table();
-        let departures = "departures from the paper";
-        table.columns.push(Column::new(departures, ""));
-        for (row, run) in table.rows.iter_mut().zip(&self.runs) {
+        let departures = |run: &ComparedRun| {
             let departures = run.summary.departures.iter();
             let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();
-            let none = ["none"];
-            let names = if names.is_empty() { &none } else { &names[..] };
-            row.cells.push(names.join(", ").into());
-        }
+            if names.is_empty() {
+                "none".to_owned()
+            } else {
+                names.join(", ")
+            }
+        };
+        let table = self.columns();
+        let table = table
+            .column("departures from the paper", "", departures)
+            .done();
         let title = "Runs side by side";
         html::page(title, &format!("<h1>{title}</h1>{}", table.to_html()))
     }

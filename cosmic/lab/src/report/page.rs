@@ -4,11 +4,12 @@ use serde_json::{Value, json};
 
 use super::files::RobotFiles;
 use super::motion::{Motion, PAYLOAD, SKELETON, hex};
-use super::numbers::{SummaryColumn, summary_columns};
+use super::numbers::with_numbers;
 use super::{html, layout, ternary};
 use crate::table::{Cell, Column, Table, decimals, escape};
 use cosmic::design::Material;
 use cosmic::record::Summary;
+use std::slice::from_ref;
 
 /// The page of a run with its pictures of the robot and, where it has a history, of the convergence.
 pub(super) fn of_run(motion: &Motion, robot: &str, convergence: Option<&str>) -> String {
@@ -80,11 +81,13 @@ fn figures(summary: &Summary) -> String {
 
 /// Every number, and the options that depart from the paper.
 fn numbers(summary: &Summary) -> String {
-    let row = |SummaryColumn { column, of }| {
-        let number = column.shown_with_unit(&of(summary));
-        vec![Cell::from(column.says), number.into()]
+    let table = with_numbers(Table::of("", "", from_ref(summary)), |run| run).done();
+    let cells = table.columns.iter().zip(&table.rows[0].cells);
+    let row = |(column, cell): (&Column, &Cell)| {
+        let number = column.shown_with_unit(cell);
+        vec![Cell::from(&column.says[..]), number.into()]
     };
-    let mut rows: Vec<_> = summary_columns(&[summary]).into_iter().map(row).collect();
+    let mut rows: Vec<_> = cells.map(row).collect();
     let [x, y] = summary.displacement.map(|x| decimals(x, 3));
     let says = "displacement of one unperturbed rollout, x and y of the world";
     rows.push(vec![says.into(), format!("{x} m, {y} m").into()]);

@@ -68,6 +68,11 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
+    /// What the rows are of.
+    pub(crate) fn subjects(&self) -> &'a [S] {
+        self.subjects
+    }
+
     /// The table.
     pub fn done(self) -> Table {
         self.table
