@@ -268,11 +268,8 @@ fn and_others(others: usize) -> String {
 /// A path as a word of a command line, quoted where a shell would take it for more than that.
 pub fn in_shell(path: &Path) -> String {
     let text = path.display().to_string();
-    let text = if text.starts_with('-') {
-        format!("./{text}")
-    } else {
-        text
-    };
+    let folder = if text.starts_with('-') { "./" } else { "" };
+    let text = format!("{folder}{text}");
     let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
         text

@@ -130,18 +130,17 @@ impl CoDesign {
             let start = starts[k];
             let last = seen.at(steps).map(R::into);
             if task.is_cleared(&last) {
-                let loss = || self.loss.loss_of(seen).into();
-                return self.reached_at(start, &last, loss);
+                return self.reached_at(start, &last, || self.loss.loss_of(seen).into());
             }
             // The watch in lanes stops earlier than the guard does. The guard decides.
             let mixture = mixtures[k % mixtures.len()].as_ref();
             let guarded = task.guarded(mixture, controller, start, &span);
-            let last = match guarded.divergence {
-                Some(_) => return Reached::NOWHERE,
-                None => guarded.trajectory.at(steps),
-            };
-            let loss = || LossOf::<f64>::loss_of(&*self.loss, &guarded.trajectory);
-            self.reached_at(start, last, loss)
+            if guarded.divergence.is_some() {
+                return Reached::NOWHERE;
+            }
+            let seen = &guarded.trajectory;
+            let loss = || LossOf::<f64>::loss_of(&*self.loss, seen);
+            self.reached_at(start, seen.at(steps), loss)
         };
         all.iter().enumerate().map(reached).collect()
     }

@@ -22,23 +22,8 @@ impl<L: Loss, R: Real> LossOf<R> for L {
 
 /// Any [`Loss`], in all four number types.
 pub(crate) trait AnyLoss:
-    LossOf<f64> + LossOf<f32> + LossOf<Var<f64>> + LossOf<Var<f32>> + Send + Sync
+    Loss + LossOf<f64> + LossOf<f32> + LossOf<Var<f64>> + LossOf<Var<f32>>
 {
-    fn observed(&self, steps: usize) -> Vec<usize>;
-    fn nodes(&self) -> usize;
-    fn is_far(&self) -> bool;
 }
 
-impl<L: Loss> AnyLoss for L {
-    fn observed(&self, steps: usize) -> Vec<usize> {
-        Loss::observed(self, steps)
-    }
-
-    fn nodes(&self) -> usize {
-        Loss::nodes(self)
-    }
-
-    fn is_far(&self) -> bool {
-        Loss::is_far(self)
-    }
-}
+impl<L: Loss> AnyLoss for L {}

@@ -28,5 +28,7 @@ pub trait Loss: Send + Sync {
     }
 
     /// The loss of a trajectory that holds at least the states and nodes observed.
-    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R;
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R
+    where
+        Self: Sized;
 }
