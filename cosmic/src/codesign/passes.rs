@@ -11,7 +11,7 @@ use super::slopes::Sought;
 use crate::design::clamp;
 use crate::inputs::{CONTROLLER, DESIGN, Inputs};
 use crate::objective::{Measures, measures};
-use crate::optimiser::{Linearisation, MmaState, Update};
+use crate::optimiser::Linearisation;
 use crate::projection::Projection;
 use crate::scene::BinarisationMethod;
 
@@ -64,12 +64,18 @@ impl CoDesign {
             for (g, term) in slope.gradient.iter_mut().zip(&terms) {
                 *g += term;
             }
-            match self.update_design(k, &mut progress.mma[k], &before, &slope.gradient, &rows) {
-                Some(update) => {
+            let linearisation = Linearisation {
+                point: before.as_flattened(),
+                objective_gradient: &slope.gradient,
+                constraints: &rows.values,
+                jacobian: &rows.jacobian,
+            };
+            match self.mma[k].update(&mut progress.mma[k], &linearisation) {
+                Ok(update) => {
                     blend(&mut progress.z, &before, &update.point, shares[k]);
                     record.mma[k] = Some(MmaDiagnostics::from(update));
                 }
-                None => record.skipped += 1,
+                Err(_) => record.skipped += 1,
             }
         }
         clamp(&mut progress.z);
@@ -136,7 +142,7 @@ impl CoDesign {
     /// Adds the controller to the candidates, sorted by merit, unless it is among them already.
     pub(super) fn note_candidate(&self, progress: &mut Progress, merit: f64) {
         let is_same = |c: &Candidate| c.controller == progress.controller;
-        if progress.candidates.iter().any(is_same) {
+        if !merit.is_finite() || progress.candidates.iter().any(is_same) {
             return;
         }
         let candidate = Candidate {
@@ -145,14 +151,10 @@ impl CoDesign {
             controller: progress.controller.clone(),
             spread: None,
         };
-        let better = |c: &Candidate| c.merit >= merit;
-        let place = progress.candidates.partition_point(better);
-        if merit.is_finite() {
-            progress.candidates.insert(place, candidate);
-            progress
-                .candidates
-                .truncate(self.scene.selection.candidates);
-        }
+        let candidates = &mut progress.candidates;
+        let place = candidates.partition_point(|c| c.merit >= merit);
+        candidates.insert(place, candidate);
+        candidates.truncate(self.scene.selection.candidates);
     }
 
     fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
@@ -161,24 +163,6 @@ impl CoDesign {
 
     fn is_evaluated(&self, now: &Schedule) -> bool {
         now.phase() == Phase::FineTuning || now.iteration.is_multiple_of(EVALUATE_EVERY)
-    }
-
-    /// One update of the design by projection `k`; `None` if the gradient is not finite.
-    fn update_design(
-        &mut self,
-        k: usize,
-        memory: &mut MmaState,
-        z: &[[f64; 3]],
-        gradient: &[f64],
-        rows: &Constraints,
-    ) -> Option<Update> {
-        let at = Linearisation {
-            point: z.as_flattened(),
-            objective_gradient: gradient,
-            constraints: &rows.values,
-            jacobian: &rows.jacobian,
-        };
-        self.mma[k].update(memory, &at).ok()
     }
 
     /// The measures of the performance projection (D10).

@@ -27,23 +27,16 @@ impl Weights {
     pub fn controller(&self, inputs: usize, edges: usize, file: &str) -> Result<Controller<f64>> {
         let hidden = self.b1.len();
         let fits = |what: &str, found, expected| fits(file, what, found, expected);
+        let matrix_fits = |name: &str, matrix: &[Vec<f64>], rows, columns| {
+            fits(&format!("rows of `controller.{name}`"), matrix.len(), rows)?;
+            matrix.iter().enumerate().try_for_each(|(i, row)| {
+                let what = format!("entries in `controller.{name}[{i}]`");
+                fits(&what, row.len(), columns)
+            })
+        };
         some(file, "entries in `controller.b1`", hidden)?;
-        fits("rows of `controller.w1`", self.w1.len(), hidden)?;
-        for (i, row) in self.w1.iter().enumerate() {
-            fits(
-                &format!("entries in `controller.w1[{i}]`"),
-                row.len(),
-                inputs,
-            )?;
-        }
-        fits("rows of `controller.w2`", self.w2.len(), edges)?;
-        for (i, row) in self.w2.iter().enumerate() {
-            fits(
-                &format!("entries in `controller.w2[{i}]`"),
-                row.len(),
-                hidden,
-            )?;
-        }
+        matrix_fits("w1", &self.w1, hidden, inputs)?;
+        matrix_fits("w2", &self.w2, edges, hidden)?;
         fits("entries in `controller.b2`", self.b2.len(), edges)?;
         Ok(Controller {
             hidden,

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use autodiff::{Array, Graph, Matrix, Model, Program, Real};
 
-use super::bending::Bending;
 use super::mechanics::Mechanics;
 use crate::lattice::Lattice;
 use crate::projection::Body;
@@ -76,11 +75,6 @@ impl Robot {
             .collect()
     }
 
-    /// What resists bending, where anything does.
-    pub(super) fn bending(&self) -> Option<&Bending> {
-        self.mechanics.bending.as_ref()
-    }
-
     /// The stretches of the folded controller's sensed values that are more than constants.
     pub(super) fn sensed_columns(&self) -> Vec<Range<usize>> {
         let nodes = self.graph.nodes();
@@ -126,7 +120,7 @@ impl Robot {
                 w2: p.matrix(outputs, hidden),
                 b2: p.parameter(outputs),
             }),
-            bending: self.bending().map(|bending| p.parameter(bending.slots())),
+            bending: (self.mechanics.bending.as_ref()).map(|bending| p.parameter(bending.slots())),
         }
     }
 }

@@ -263,7 +263,7 @@ impl Simulator {
             strain: each(&|body| robot.graph.to_slots(&body.strain)),
             inverse_mass: each(&|body| body.mass.iter().map(|m| m.recip()).collect()),
             network: self.network(robot, controller),
-            bending: (robot.bending())
+            bending: (robot.mechanics.bending.as_ref())
                 .map(|bending| each(&|body| bending.stiffness(&body.stiffness))),
         }
     }
