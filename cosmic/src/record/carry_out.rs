@@ -2,14 +2,13 @@
 
 use super::multistart;
 use super::run::{Observer, Run, SCENE, keep_scene, take_up};
-use super::snapshot::{RunPlan, SNAPSHOT};
+use super::snapshot::RunPlan;
 use super::summary::Summary;
 use crate::codesign::{CoDesign, Progress};
 use crate::error::{Error, Result};
 use crate::scene::UnstableStep;
 use std::fs;
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Carries out a plan in a new or empty folder.
 ///
@@ -128,19 +127,5 @@ pub fn allow_unstable(folder: &Path) -> Result<()> {
         snapshot.write(folder)?;
         keep_scene(folder, &snapshot.plan.scene)?;
     }
-    starts(folder)?
-        .iter()
-        .try_for_each(|start| allow_unstable(start))
-}
-
-/// The folders of a run's starts that have begun.
-fn starts(folder: &Path) -> Result<Vec<PathBuf>> {
-    let path = folder.join("starts");
-    let entries = match fs::read_dir(&path) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(source) => return Err(Error::Read { path, source }),
-    };
-    let folders = entries.flatten().map(|entry| entry.path());
-    Ok(folders.filter(|f| f.join(SNAPSHOT).exists()).collect())
+    (multistart::begun(folder, &snapshot.plan).iter()).try_for_each(|start| allow_unstable(start))
 }

@@ -104,7 +104,7 @@ impl StepCheck {
                 "the time step of {} s bears this design, and may not bear what comes of it: \
                  every design vibrates without growth below {} s",
                 self.dt,
-                two_digits(any)
+                rounded_down(any, 2)
             )
         })
     }
@@ -124,7 +124,10 @@ impl StepCheck {
     /// [`Error::UnstableStep`].
     pub fn accept(&self, physics: &PhysicsSettings) -> Result<()> {
         match (self.grade(), physics.unstable_step) {
-            (Grade::Unstable, UnstableStep::Error) => Err(self.error(self.remedy_or_leave())),
+            (Grade::Unstable, UnstableStep::Error) => {
+                let or_leave = "; to go on all the same set physics.unstable_step = \"warn\"";
+                Err(self.error(self.remedy() + or_leave))
+            }
             _ => Ok(()),
         }
     }
@@ -161,20 +164,12 @@ impl StepCheck {
         }
     }
 
-    /// What makes the step safe, or lets an unstable one pass.
-    fn remedy_or_leave(&self) -> String {
-        format!(
-            "{}; to go on all the same set physics.unstable_step = \"warn\"",
-            self.remedy()
-        )
-    }
-
     /// What makes the step safe, of this design and of what may come of it.
     fn remedy(&self) -> String {
         let limits = [self.bound.dt, self.any_design];
         let safe = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
         let dt = if safe.is_finite() {
-            two_digits(safe)
+            rounded_down(safe, 2)
         } else {
             self.dt
         };
@@ -209,10 +204,6 @@ impl fmt::Display for StepCheck {
     }
 }
 
-fn two_digits(x: f64) -> f64 {
-    rounded_down(x, 2)
-}
-
 /// The largest number of so many digits that is not above a positive one; infinity is itself.
 pub fn rounded_down(x: f64, digits: usize) -> f64 {
     // The shortest digits that mean this number, cut: powers of ten are not the same on every system.
@@ -224,7 +215,7 @@ pub fn rounded_down(x: f64, digits: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{rounded_down, two_digits};
+    use super::rounded_down;
 
     #[test]
     fn remedies_have_two_digits_and_are_safe() {
@@ -234,7 +225,7 @@ mod tests {
             (0.1, 0.1),
             (12.0, 12.0),
         ] {
-            assert_eq!(two_digits(x), expected);
+            assert_eq!(rounded_down(x, 2), expected);
         }
         assert_eq!(rounded_down(2.7909e-6, 4), 2.79e-6);
         assert_eq!(rounded_down(2.7899e-6, 4), 2.789e-6);

@@ -99,7 +99,7 @@ fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     if !path.exists() {
         return Ok(Vec::new());
     }
-    let history = history::read(folder)?;
+    let history = history::read(folder, usize::MAX)?;
     let numbers = history.iter().map(|record| record.iteration);
     let entered = summary.entered.unwrap_or(0);
     let first = entered.saturating_add(1);
@@ -145,7 +145,7 @@ fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
     if !path.exists() {
         return Ok(Vec::new());
     }
-    let rows: Vec<DesignRow> = history::read_lines(path, history::DESIGNS_FORMAT)?;
+    let rows: Vec<DesignRow> = history::read_lines(path, history::DESIGNS_FORMAT, usize::MAX)?;
     let name = &path.display().to_string();
     for row in &rows {
         let what = format!("entries in `z` of iteration {}", row.iteration);

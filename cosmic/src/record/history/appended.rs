@@ -19,10 +19,10 @@ impl Appended {
         let options = options.read(true).write(true).create(create);
         match options.truncate(false).open(&path) {
             Ok(file) => Ok(Self { path, file }),
-            Err(source) if !create && source.kind() == ErrorKind::NotFound => {
-                Err(Error::Read { path, source })
+            Err(error) if !create && error.kind() == ErrorKind::NotFound => {
+                Err(Error::reading(path)(error))
             }
-            Err(source) => Err(Error::Write { path, source }),
+            Err(error) => Err(Error::writing(path)(error)),
         }
     }
 

@@ -7,7 +7,6 @@ mod appended;
 mod read;
 mod write;
 
-pub(super) use read::read_first;
 pub use read::{read, read_lines};
 pub use rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE};
 pub(super) use write::History;

@@ -8,34 +8,22 @@ use crate::record::files::{Format, parse_stamped};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
-/// The iterations of a run's `history.jsonl`, from the first on.
+/// The first iterations of a run's `history.jsonl`, at most so many. Later rows are not read: a stopped
+/// run may end with a part of a line, which resuming removes.
 ///
 /// # Errors
 /// As [`read_lines`].
-pub fn read(folder: &Path) -> Result<Vec<Record>> {
-    read_first(folder, usize::MAX)
-}
-
-/// The first `iterations` rows, or all if there are fewer. Later rows are not read: a stopped run may
-/// end with a part of a line, which resuming removes.
-///
-/// # Errors
-/// As [`read_lines`].
-pub(in crate::record) fn read_first(folder: &Path, iterations: usize) -> Result<Vec<Record>> {
-    let rows: Vec<HistoryRow> = first_lines(&folder.join(LINES), FORMAT, iterations)?;
+pub fn read(folder: &Path, most: usize) -> Result<Vec<Record>> {
+    let rows: Vec<HistoryRow> = read_lines(&folder.join(LINES), FORMAT, most)?;
     Ok(rows.into_iter().map(|row| row.record).collect())
 }
 
-/// The rows of a file of JSON lines, each with its format and version.
+/// The first rows of a file of JSON lines, at most so many, each with its format and version.
 ///
 /// # Errors
 /// [`Error::Read`](crate::Error::Read) for a missing file,
 /// [`Error::Malformed`](crate::Error::Malformed) for a line of another form.
-pub fn read_lines<T: DeserializeOwned>(path: &Path, format: Format) -> Result<Vec<T>> {
-    first_lines(path, format, usize::MAX)
-}
-
-fn first_lines<T: DeserializeOwned>(path: &Path, format: Format, most: usize) -> Result<Vec<T>> {
+pub fn read_lines<T: DeserializeOwned>(path: &Path, format: Format, most: usize) -> Result<Vec<T>> {
     let bytes = read_whole(path)?;
     let lines = bytes.strip_suffix(b"\n").unwrap_or(&bytes);
     let lines = lines.split(|&byte| byte == b'\n');

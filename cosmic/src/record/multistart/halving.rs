@@ -112,7 +112,7 @@ impl Rung {
 
 /// A start's iterations before a rung.
 fn rows(folder: &Path, iteration: usize) -> Result<Vec<Record>> {
-    let rows = history::read_first(folder, iteration)?;
+    let rows = history::read(folder, iteration)?;
     let file = folder.join(history::LINES).display().to_string();
     fits(&file, "lines up to the rung", rows.len(), iteration)?;
     Ok(rows)

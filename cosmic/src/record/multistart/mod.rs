@@ -8,3 +8,4 @@ mod search;
 pub use halving::{FORMAT, Halving, Rung, SEARCH, Standing};
 pub use search::MOST_RUNS;
 pub(super) use search::{create, search};
+pub(super) use starts::begun;

@@ -4,9 +4,8 @@ use crate::codesign::Record;
 use crate::error::{Error, Result};
 use crate::parallel::{Crew, in_parallel};
 use crate::record::run::{Observer, Run, take_up};
-use crate::record::snapshot::{RunPlan, SNAPSHOT, Search};
+use crate::record::snapshot::{RunPlan, SNAPSHOT};
 use crate::record::summary::Summary;
-use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -103,22 +102,16 @@ pub(super) fn pause(
 fn run_of(folder: &Path, seed: u64, plan: &RunPlan) -> Result<Option<Run>> {
     let own = folder_of(folder, seed);
     if !own.join(SNAPSHOT).exists() {
-        return Run::create(&own, &alone(plan, seed)).map(Some);
+        let of_one = RunPlan {
+            iterations: plan.iterations,
+            ..RunPlan::new(&plan.name, plan.scene.clone(), seed)
+        };
+        return Run::create(&own, &of_one).map(Some);
     }
     let taken = take_up(&own)?;
     taken
         .map(|(lock, snapshot)| Run::open(lock, snapshot))
         .transpose()
-}
-
-/// The plan of one start.
-fn alone(plan: &RunPlan, seed: u64) -> RunPlan {
-    RunPlan {
-        seed,
-        starts: NonZeroUsize::MIN,
-        search: Search::Full,
-        ..plan.clone()
-    }
 }
 
 /// Names the folder of the search in place of the start's: it is the search that is resumed.
@@ -127,6 +120,12 @@ fn of_search(mut error: Error, folder: &Path) -> Error {
         *run = folder.into();
     }
     error
+}
+
+/// The folders of the starts that have begun.
+pub(in crate::record) fn begun(folder: &Path, plan: &RunPlan) -> Vec<PathBuf> {
+    let folders = seeds(plan).map(|seed| folder_of(folder, seed));
+    folders.filter(|own| own.join(SNAPSHOT).exists()).collect()
 }
 
 pub(super) fn folder_of(folder: &Path, seed: u64) -> PathBuf {
