@@ -28,9 +28,8 @@ fn body() -> Body {
 /// The names in a folder.
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
-    entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect()
+    let names = entries.map(|entry| entry.unwrap().file_name());
+    names.map(|name| name.into_string().unwrap()).collect()
 }
 
 #[test]
@@ -59,23 +58,27 @@ fn json_of_another_kind_or_cut_short_is_malformed() {
             other => panic!("{text}: {other:?}"),
         }
     };
-    assert!(
-        refusal(r#"{"format":"cosmic-design","version":3}"#)
-            .contains("\"cosmic-design\" version 3")
-    );
-    assert!(
-        refusal(r#"{"format":"cosmic-test","version":4}"#)
-            .contains("version 4, not \"cosmic-test\"")
-    );
-    assert!(refusal(r#"{"format":"cosmic-test","version":3}"#).contains("missing field `numbers`"));
-    assert!(refusal("{\"format\":\"cosmic-test\",\n\"vers").contains("body.json:2:5"));
-    assert!(refusal("").contains("EOF"));
-    assert_eq!(
-        read_json::<Body>(&folder.path().join("none"), FORMAT)
-            .unwrap_err()
-            .exit_code(),
-        4
-    );
+    for (text, says) in [
+        (
+            r#"{"format":"cosmic-design","version":3}"#,
+            "\"cosmic-design\" version 3",
+        ),
+        (
+            r#"{"format":"cosmic-test","version":4}"#,
+            "version 4, not \"cosmic-test\"",
+        ),
+        (
+            r#"{"format":"cosmic-test","version":3}"#,
+            "missing field `numbers`",
+        ),
+        ("{\"format\":\"cosmic-test\",\n\"vers", "body.json:2:5"),
+        ("", "EOF"),
+    ] {
+        let refused = refusal(text);
+        assert!(refused.contains(says), "{refused}");
+    }
+    let missing = read_json::<Body>(&folder.path().join("none"), FORMAT);
+    assert_eq!(missing.unwrap_err().exit_code(), 4);
 }
 
 #[test]
@@ -160,11 +163,8 @@ fn a_process_killed_while_writing_leaves_the_old_file_whole() {
         "record_files::a_process_killed_while_writing_leaves_the_old_file_whole",
     ];
     let mut victim = process::Command::new(env::current_exe().unwrap());
-    let output = victim
-        .args(this_test)
-        .env(VICTIM, folder.path())
-        .output()
-        .unwrap();
+    victim.args(this_test).env(VICTIM, folder.path());
+    let output = victim.output().unwrap();
     assert!(!output.status.success());
     // What it was writing is still there, so it did die in the middle.
     assert_eq!(names(folder.path()).len(), 2);
