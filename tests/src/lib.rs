@@ -5,8 +5,11 @@ pub mod readers;
 
 pub use bare::Bare;
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
+use cosmic::case::Case;
+use cosmic::lattice::Lattice;
 use serde_json::Value;
 
 /// The folder of reference cases: `REFERENCE_DIR` where that is set, else the project's own.
@@ -43,6 +46,14 @@ impl Reference {
     /// The name by which a failure is reported.
     pub fn name(&self) -> String {
         self.path.display().to_string()
+    }
+
+    /// The case in it.
+    ///
+    /// # Panics
+    /// If it holds none.
+    pub fn case(&self) -> Case {
+        Case::parse(&self.name(), &self.text).unwrap_or_else(|error| panic!("{error}"))
     }
 }
 
@@ -97,6 +108,41 @@ impl StabilityCase {
     /// Where the file has none of that name.
     pub fn of_file(&self, key: &str) -> f64 {
         number(&self.file, key)
+    }
+
+    /// The case's lattice of regular places, with these edges.
+    ///
+    /// # Panics
+    /// If the case has no sizes.
+    pub fn lattice(&self, edges: Vec<[usize; 2]>) -> Lattice {
+        let [columns, rows] = self.sizes();
+        let spacing = self.number("spacing");
+        let place = |node: usize| [node % columns, node / columns].map(|n| n as f64 * spacing);
+        self.lattice_at((0..columns * rows).map(place).collect(), edges)
+    }
+
+    /// The case's lattice with these edges, which are at rest between these positions.
+    ///
+    /// # Panics
+    /// If the case has no sizes.
+    pub fn lattice_at(&self, positions: Vec<[f64; 2]>, edges: Vec<[usize; 2]>) -> Lattice {
+        let length = |&[i, j]: &[usize; 2]| {
+            let (a, b) = (positions[i], positions[j]);
+            (b[0] - a[0]).hypot(b[1] - a[1])
+        };
+        let [columns, rows] = self.sizes();
+        Lattice {
+            rest_length: edges.iter().map(length).collect(),
+            positions,
+            edges,
+            columns,
+            rows,
+        }
+    }
+
+    /// Columns and rows.
+    fn sizes(&self) -> [usize; 2] {
+        ["columns", "rows"].map(|key| self.number(key) as usize)
     }
 
     /// Numbers of the case, nested lists from first to last.
@@ -158,6 +204,19 @@ pub fn numbers(value: &Value) -> Vec<f64> {
                 .unwrap_or_else(|| panic!("{other} is no number")),
         ],
     }
+}
+
+/// Asserts that a number is within a bound of the expected one; `of` says which number it is.
+///
+/// # Panics
+/// If it is not.
+#[track_caller]
+pub fn assert_near(got: f64, expected: f64, bound: f64, of: &dyn Display) {
+    let error = (got - expected).abs();
+    assert!(
+        error <= bound,
+        "{of}: {got} for {expected}, off by {error:e}"
+    );
 }
 
 /// Relative error `|got - expected| / |expected|` of a whole field, in the L2 norm; the absolute

@@ -71,67 +71,177 @@ fn results_are_read_for_their_steps_alone() {
     assert_eq!(case.ok().map(|case| case.listed_steps), Some(vec![2]));
 }
 
+/// Replaces a value of a case, or adds one to an object.
+fn set(json: &mut Value, pointer: &str, value: Value) {
+    let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
+    let parent = json.pointer_mut(parent).expect("the parent is there");
+    match key.parse::<usize>() {
+        Ok(index) => parent[index] = value,
+        Err(_) => parent[key] = value,
+    }
+}
+
+/// Values that make a case wrong: where they are, the value, and what is said about it.
+const WRONG: [(&str, &str, &str); 17] = [
+    ("/colour", "1", "unknown field `colour`"),
+    (
+        "/scene/library/colour",
+        "1",
+        "error: `scene.library.colour`: unknown field `colour`, expected one of ",
+    ),
+    ("/l0/0", "null", "invalid type: null"),
+    ("/x0/1/0", "null", "invalid type: null"),
+    ("/steps", "-1", "invalid value"),
+    ("/projection", "\"sharp\"", "unknown variant `sharp`"),
+    ("/scene/dt", "\"fast\"", "invalid type: string"),
+    (
+        "/scene/contact",
+        "0",
+        "`scene.contact`: invalid type: integer `0`, expected a text",
+    ),
+    (
+        "/scene/integrator",
+        "[\"leapfrog\"]",
+        "`scene.integrator`: invalid type: sequence, expected a text",
+    ),
+    (
+        "/scene/void_edges",
+        "null",
+        "`scene.void_edges`: invalid type: null, expected a text",
+    ),
+    (
+        "/materials",
+        "[\"x\"]",
+        "`materials[0]`: invalid type: string \"x\", expected a whole number from 0 on",
+    ),
+    (
+        "/steps",
+        "1000000000000",
+        "`steps`: expected at most 10000000, found 1000000000000",
+    ),
+    (
+        "/edges/2",
+        "[1, 1]",
+        "`edges[2]`: expected two different nodes",
+    ),
+    ("/edges/2", "[0, 999]", ", found [0, 999]"),
+    (
+        "/edges/2",
+        "[1, 0]",
+        "`edges[2]`: expected an edge that no earlier one is, found [1, 0]",
+    ),
+    (
+        "/format",
+        "\"cosmic-design\"",
+        "`format` is \"cosmic-design\" version 1, not \"cosmic-case\" version 1",
+    ),
+    ("/version", "2", "version 2"),
+];
+
+/// Settings beyond the bounds that a scene has for them, and what is allowed.
+const OUT_OF_BOUNDS: [(&str, &str, &str); 7] = [
+    ("substeps", "0", "a whole number from 1 to 64"),
+    ("substeps", "1000000000", "a whole number from 1 to 64"),
+    ("bending_radius", "-1", "a number from 0 to 1"),
+    ("stiffening", "-1", "a number from 0 to 1e6"),
+    ("m_eps", "-1", "a number from 1e-9 to 1000"),
+    ("payload_mass", "-1", "a number from 0 to 1000"),
+    ("penalisation", "0", "a whole number from 1 to 10"),
+];
+
+/// Lists and their lengths.
+const LISTS: [(&str, usize); 7] = [
+    ("scene.goal", 2),
+    ("scene.library.k", 3),
+    ("scene.library.rho", 3),
+    ("scene.library.a_max", 3),
+    ("al.lambda", 4),
+    ("al.tau", 4),
+    ("al.thresholds", 4),
+];
+
+/// What is said of a case with this value.
+fn refused(pointer: &str, value: &str) -> String {
+    let value = serde_json::from_str(value).expect("a JSON value");
+    let text = message(|json| set(json, pointer, value));
+    assert!(text.contains("case.json"), "{text}");
+    text
+}
+
 #[test]
-fn unknown_keys_are_named() {
-    assert!(message(|json| json["colour"] = json!(1)).contains("unknown field `colour`"));
-    let text = message(|json| json["scene"]["library"]["colour"] = json!(1));
-    let says = "error: `scene.library.colour`: unknown field `colour`, expected one of ";
+fn values_without_a_meaning_are_refused() {
+    for (pointer, value, says) in WRONG {
+        let text = refused(pointer, value);
+        assert!(text.contains(says), "{says}: {text}");
+    }
+    for (key, value, allowed) in OUT_OF_BOUNDS {
+        let text = refused(&format!("/scene/{key}"), value);
+        let says = format!("`scene.{key}`: expected {allowed}, found {value}");
+        assert!(text.contains(&says), "{says}: {text}");
+    }
+    for (list, len) in LISTS {
+        let text = refused(&format!("/{}", list.replace('.', "/")), "[1]");
+        let says = format!("expected {len} entries in `{list}`, found 1");
+        assert!(text.contains(&says), "{says}: {text}");
+    }
+}
+
+#[test]
+fn missing_keys_are_named() {
+    let without = |object: &str, key: &str| {
+        message(|json| {
+            let object = json.pointer_mut(object).expect("an object");
+            object.as_object_mut().expect("an object").remove(key);
+        })
+    };
+    assert!(without("/scene", "dt").contains("missing field `dt`"));
+    assert!(without("", "al").contains("missing field `al`"));
+    let text = message(|json| {
+        for key in ["edges", "l0", "z"] {
+            json[key] = json!([]);
+        }
+    });
     assert!(
-        text.starts_with(says) && text.contains("\n --> case.json:1:"),
+        text.contains("expected one or more `edges`, found 0"),
         "{text}"
     );
 }
 
 #[test]
-fn missing_keys_and_wrong_types_are_named() {
+fn what_is_too_much_is_told() {
     let text = message(|json| {
-        json["scene"]
-            .as_object_mut()
-            .expect("an object")
-            .remove("dt");
+        (json["steps"], json["scene"]["substeps"]) = (json!(1_000_000), json!(64));
     });
-    assert!(text.contains("missing field `dt`"));
-    assert!(message(|json| json["l0"][0] = Value::Null).contains("invalid type: null"));
-    assert!(message(|json| json["steps"] = json!(-1)).contains("invalid value"));
-    assert!(
-        message(|json| json["projection"] = json!("sharp")).contains("unknown variant `sharp`")
-    );
+    let says = "`steps` times `scene.substeps`: expected at most 10000000, found 64000000";
+    assert!(text.contains(says), "{text}");
+    let mut json = some_case().json;
+    json["results"] = json!({});
+    let huge = json.to_string().replacen("\"v0\":[[", "\"v0\":[[1e400,", 1);
+    let error = Case::parse("case.json", &huge).expect_err("a number out of range");
+    let says = "`v0[0][0]`: number out of range: 1.7976931348623157e308 is the largest there is";
+    assert!(error.to_string().contains(says), "{error}");
 }
 
 #[test]
 fn sizes_that_do_not_fit_are_named_with_both() {
-    let lengths = ["x0", "v0", "z", "l0"];
-    for key in lengths {
-        let text = message(|json| pop(&mut json[key]));
-        assert!(
-            text.contains(&format!("`{key}`")) && text.contains("expected"),
-            "{text}"
-        );
-    }
-    for key in ["w1", "b1", "w2", "b2"] {
-        let text = message(|json| pop(&mut json["controller"][key]));
-        assert!(
-            text.contains("`controller.") && text.contains("expected"),
-            "{text}"
-        );
+    for (pointer, name) in [
+        ("/x0", "`x0`"),
+        ("/v0", "`v0`"),
+        ("/z", "`z`"),
+        ("/l0", "`l0`"),
+        ("/controller/w1", "`controller."),
+        ("/controller/b1", "`controller."),
+        ("/controller/w2", "`controller."),
+        ("/controller/b2", "`controller."),
+    ] {
+        let text = message(|json| pop(json.pointer_mut(pointer).expect("a list")));
+        assert!(text.contains(name) && text.contains("expected"), "{text}");
     }
     let text = message(|json| pop(&mut json["z"][1]));
     let says = "error: expected 3 entries in `z[1]`, found 2\n --> case.json:1:";
     assert!(text.starts_with(says), "{text}");
     let text = message(|json| pop(&mut json["controller"]["w1"][1]));
     assert!(text.contains("entries in `controller.w1[1]`"), "{text}");
-}
-
-#[test]
-fn an_edge_joins_two_nodes_that_exist() {
-    for edge in [[1, 1], [0, 999]] {
-        let text = message(|json| json["edges"][2] = json!(edge));
-        let found = format!(", found {edge:?}");
-        assert!(
-            text.contains("`edges[2]`: expected two different nodes") && text.contains(&found),
-            "{text}"
-        );
-    }
 }
 
 #[test]
@@ -155,8 +265,7 @@ fn missing_files_are_another_error() {
 #[test]
 fn what_is_written_reads_back_the_same() {
     for reference in references(&own_reference_folder()) {
-        let mut case = Case::parse(&reference.name(), &reference.text)
-            .unwrap_or_else(|error| panic!("{error}"));
+        let mut case = reference.case();
         let again = Case::parse("written", &case.to_json());
         case.listed_steps.clear();
         assert_eq!(again.unwrap_or_else(|error| panic!("{error}")), case);
@@ -179,37 +288,9 @@ fn a_robot_written_as_a_case_is_that_robot() {
     assert_eq!(again.own_mixture(), case.own_mixture());
     assert_eq!(again.body().stiffness, case.body().stiffness);
     assert_eq!(again.task().physics, case.task().physics);
-    // Numbers without a meaning are as wrong here as in a scene.
-    let text = message(|json| json["scene"]["penalisation"] = json!(0));
-    let says = "`scene.penalisation`: expected a whole number from 1 to 10, found 0";
-    assert!(text.contains(says), "{text}");
 }
 
 #[test]
 fn a_case_may_say_what_it_is() {
     assert!(parse(|json| json["format"] = json!("cosmic-case")).is_ok());
-    let text = message(|json| json["format"] = json!("cosmic-design"));
-    assert!(
-        text.contains("\"cosmic-design\" version 1, not \"cosmic-case\" version 1"),
-        "{text}"
-    );
-    assert!(message(|json| json["version"] = json!(2)).contains("version 2"));
-}
-
-#[test]
-fn an_edge_stands_once() {
-    let text = message(|json| json["edges"][2] = json!([1, 0]));
-    assert!(
-        text.contains("`edges[2]`: expected an edge that no earlier one is, found [1, 0]"),
-        "{text}"
-    );
-}
-
-#[test]
-fn a_rollout_has_an_end() {
-    let text = message(|json| json["steps"] = json!(1_000_000_000_000_u64));
-    assert!(
-        text.contains("`steps`: expected at most 10000000, found 1000000000000"),
-        "{text}"
-    );
 }

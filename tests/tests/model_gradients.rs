@@ -28,12 +28,8 @@ impl<F: VectorFunction> Function for Weighted<F> {
 
 /// Small cases: the others have the same terms, more often.
 fn cases() -> Vec<Case> {
-    let cases = references(&own_reference_folder())
-        .into_iter()
-        .map(|reference| {
-            Case::parse(&reference.name(), &reference.text)
-                .unwrap_or_else(|error| panic!("{error}"))
-        });
+    let references = references(&own_reference_folder());
+    let cases = references.iter().map(|reference| reference.case());
     let small: Vec<Case> = cases.filter(|case| case.lattice.nodes() <= 12).collect();
     assert!(!small.is_empty(), "no small case");
     small

@@ -15,13 +15,11 @@ use cosmic_tests::{
 use serde_json::Value;
 
 fn cases() -> impl Iterator<Item = (Reference, Case)> {
-    references(&reference_folder())
-        .into_iter()
-        .map(|reference| {
-            let case = Case::parse(&reference.name(), &reference.text)
-                .unwrap_or_else(|error| panic!("{error}"));
-            (reference, case)
-        })
+    let references = references(&reference_folder()).into_iter();
+    references.map(|reference| {
+        let case = reference.case();
+        (reference, case)
+    })
 }
 
 /// Compares a field with the results of the file, within one of the tolerances of the file.
@@ -185,8 +183,7 @@ fn the_steps_that_a_case_lists_are_recorded() {
 #[test]
 fn edges_are_laid_out_in_the_order_of_the_files() {
     for reference in references(&own_reference_folder()) {
-        let case = Case::parse(&reference.name(), &reference.text)
-            .unwrap_or_else(|error| panic!("{error}"));
+        let case = reference.case();
         let expected = edges(case.lattice.columns, case.lattice.rows);
         assert_eq!(case.lattice.edges, expected, "{}", reference.name());
     }

@@ -1,7 +1,6 @@
 //! Every reference case, run as `cosmic evaluate --gradient` runs it: states, losses, measures and
 //! gradients within the file's own tolerances.
 
-use cosmic::case::Case;
 use cosmic_tests::{Reference, numbers, reference_folder, references, relative_error};
 use serde_json::Value;
 
@@ -47,11 +46,8 @@ fn compare(reference: &Reference, path: &[&str], got: &Value, expected: &Value) 
 #[test]
 fn every_case_is_reproduced() {
     for reference in references(&reference_folder()) {
-        let case = Case::parse(&reference.name(), &reference.text)
-            .unwrap_or_else(|error| panic!("{error}"));
-        let results = case
-            .evaluate(true, &[])
-            .unwrap_or_else(|error| panic!("{error}"));
+        let results = reference.case().evaluate(true, &[]);
+        let results = results.unwrap_or_else(|error| panic!("{error}"));
         let got: Value = serde_json::from_str(&results.to_json()).expect("results are JSON");
         let expected = &reference.json["results"];
         let fields = compare(&reference, &[], &got["results"], expected);

@@ -6,7 +6,7 @@ use cosmic::ground::Ground;
 use cosmic::lattice::State;
 use cosmic::scene::{Contact, PhysicsSettings};
 use cosmic::simulator::Trajectory;
-use cosmic_tests::{Bare, StabilityCase, number, stability_cases, stability_lists};
+use cosmic_tests::{Bare, StabilityCase, assert_near, number, stability_cases, stability_lists};
 use serde_json::{Value, json};
 
 /// The world of a case: without a height of the ground there is none, and what else it does not
@@ -41,10 +41,6 @@ fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
 /// The node's own numbers `[x, y, vx, vy]`.
 fn node<R: Real>(state: &State<R>) -> [R; 4] {
     [state.x[0][0], state.x[0][1], state.v[0][0], state.v[0][1]]
-}
-
-fn relative(got: f64, expected: f64) -> f64 {
-    (got - expected).abs() / expected.abs()
 }
 
 fn check_flight(case: &StabilityCase) {
@@ -115,12 +111,8 @@ fn terminal_velocity() {
         let steps = (40.0 / (physics.damping * physics.dt)).ceil() as usize;
         let end = Bare::free_node(physics).run_to_end(&alone([0.0; 2], [0.0; 2]), steps);
         let expected = case.number("terminal_velocity_discrete");
-        let error = relative(end.v[0][1], expected);
-        assert!(
-            error <= case.of_file("tolerance_rel"),
-            "{} for {expected}",
-            end.v[0][1]
-        );
+        let tolerance = case.of_file("tolerance_rel");
+        assert_near(end.v[0][1] / expected, 1.0, tolerance, &case.case);
     }
 }
 
@@ -175,10 +167,7 @@ fn a_node_meets_the_ground() {
             let (got_step, got_time) = touches[k];
             assert_eq!(got_step, *step as usize, "{name}: touch {k}");
             // A height is rounded at 1e-16 and fallen through at some 0.02 m/s at least.
-            assert!(
-                (got_time - time).abs() < 1e-13,
-                "{name}: {got_time} for {time}"
-            );
+            assert_near(got_time, *time, 1e-13, name);
         }
     }
 }
@@ -215,21 +204,13 @@ fn friction_on_an_incline_has_the_classical_threshold() {
         let end = run(case.number("steps") as usize);
         let tolerance = case.of_file("tolerance_abs");
         let (slid, speed) = (-end.x[0][0], -end.v[0][0]);
-        assert!(
-            (slid - case.number("slid_down")).abs() <= tolerance,
-            "{slid}: {}",
-            case.case
-        );
-        assert!(
-            (speed - case.number("speed")).abs() <= tolerance,
-            "{speed}: {}",
-            case.case
-        );
+        assert_near(slid, case.number("slid_down"), tolerance, &case.case);
+        assert_near(speed, case.number("speed"), tolerance, &case.case);
         assert_eq!(case.case["slides"], slid != 0.0);
         if let Some(terminal) = case.case["terminal_speed"].as_f64() {
             // As in `terminal_velocity`.
             let steps = (40.0 / (physics.damping * physics.dt)).ceil() as usize;
-            assert!((-run(steps).v[0][0] - terminal).abs() <= tolerance);
+            assert_near(-run(steps).v[0][0], terminal, tolerance, &case.case);
         }
     }
 }
@@ -245,12 +226,8 @@ fn friction_brakes_to_a_stop() {
         let seen = Bare::free_node(physics).run(&start, vec![stop - 1, stop, stop + 9]);
         assert!(seen.at(stop - 1).v[0][0] > 0.0 && seen.at(stop).v[0][0] == 0.0);
         let distance = seen.at(stop + 9).x[0][0];
-        let error = (distance - case.number("distance")).abs();
-        assert!(
-            error <= case.of_file("tolerance_abs"),
-            "{distance}: {}",
-            case.case
-        );
+        let tolerance = case.of_file("tolerance_abs");
+        assert_near(distance, case.number("distance"), tolerance, &case.case);
     }
 }
 
@@ -300,14 +277,13 @@ fn the_end_of_a_bounce_by_the_drop_height() {
                 let dual: Dual<f64, 1> = Dual::variable(height, 0);
                 let forward = thrown(&case, row, contact, dual);
                 let reverse = gradient_of(|h| thrown(&case, row, contact, h[0]), &[height]);
-                let close = |got, key| relative(got, number(row, key)) <= tolerance;
-                assert!(close(forward.value, place), "{} in {row}", forward.value);
-                assert!(
-                    close(forward.tangent[0], slope),
-                    "{} in {row}",
-                    forward.tangent[0]
-                );
-                assert!(close(reverse[0], slope), "{} in {row}", reverse[0]);
+                for (got, key) in [
+                    (forward.value, place),
+                    (forward.tangent[0], slope),
+                    (reverse[0], slope),
+                ] {
+                    assert_near(got / number(row, key), 1.0, tolerance, &key);
+                }
             }
         }
     }

@@ -1,11 +1,9 @@
 //! The projections at the extremes, and the derivative that stands in for the sharp one's.
 
 use autodiff::{Real, VectorFunction, jacobian, vjp};
-use cosmic::case::Case;
 use cosmic::projection::{Projection, mixture, softmax};
 use cosmic::scene::ProjectionSettings;
-use cosmic_tests::{numbers, own_reference_folder, references, stability_folder};
-use serde_json::Value;
+use cosmic_tests::{assert_near, own_reference_folder, references, stability_cases};
 
 struct Softmax {
     beta: f64,
@@ -17,61 +15,34 @@ impl VectorFunction for Softmax {
     }
 }
 
-/// Softmax cases are those that list its Jacobian.
-fn softmax_cases() -> Vec<(Value, f64)> {
-    let files = references(&stability_folder()).into_iter();
-    let cases: Vec<(Value, f64)> = files
-        .flat_map(|file| {
-            let tolerance = file.json["tolerance_abs_p"].as_f64();
-            let cases = file.json["cases"].as_array().cloned().unwrap_or_default();
-            cases
-                .into_iter()
-                .filter_map(move |case| Some((case, tolerance?)))
-        })
-        .filter(|(case, _)| case.get("jacobian_dp_dz").is_some())
-        .collect();
-    assert!(
-        !cases.is_empty(),
-        "no softmax case in {}",
-        stability_folder().display()
-    );
-    cases
-}
-
 #[test]
 fn softmax_values() {
-    for (case, tolerance) in softmax_cases() {
-        let z = numbers(&case["z"]);
-        let beta = case["beta"].as_f64().expect("a number");
-        let got = Softmax { beta }.eval(&z);
-        for (got, expected) in got.iter().zip(numbers(&case["p"])) {
-            assert!(
-                (got - expected).abs() <= tolerance,
-                "{case}: {got} for {expected}"
-            );
+    for case in stability_cases("jacobian_dp_dz") {
+        let beta = case.number("beta");
+        let shares = Softmax { beta }.eval(&case.numbers("z"));
+        for (got, expected) in shares.into_iter().zip(case.numbers("p")) {
+            let tolerance = case.of_file("tolerance_abs_p");
+            assert_near(got, expected, tolerance, &case.case);
         }
     }
 }
 
 #[test]
 fn softmax_jacobians_forward_and_reverse() {
-    for (case, _) in softmax_cases() {
-        let z = numbers(&case["z"]);
-        let beta = case["beta"].as_f64().expect("a number");
+    for case in stability_cases("jacobian_dp_dz") {
+        let (z, beta) = (case.numbers("z"), case.number("beta"));
         let forward = jacobian(&Softmax { beta }, &z);
+        let expected = case.numbers("jacobian_dp_dz");
+        let expected: &[[f64; 3]] = expected.as_chunks().0;
         for i in 0..3 {
             let mut row = [0.0; 3];
             row[i] = 1.0;
             let (_, reverse) = vjp(&Softmax { beta }, &z, &row);
-            let expected = numbers(&case["jacobian_dp_dz"][i]);
             for k in 0..3 {
                 // The file's bound: shares are rounded at 1e-16, which beta multiplies.
-                let bound = 1e-12 * beta;
-                assert!(
-                    (forward[i][k] - expected[k]).abs() <= bound,
-                    "forward, {case}"
-                );
-                assert!((reverse[k] - expected[k]).abs() <= bound, "reverse, {case}");
+                for got in [forward[i][k], reverse[k]] {
+                    assert_near(got, expected[i][k], 1e-12 * beta, &case.case);
+                }
             }
         }
     }
@@ -94,8 +65,7 @@ impl VectorFunction for Projected {
 #[test]
 fn straight_through() {
     for reference in references(&own_reference_folder()) {
-        let case = Case::parse(&reference.name(), &reference.text)
-            .unwrap_or_else(|error| panic!("{error}"));
+        let case = reference.case();
         let project = |settings: &ProjectionSettings| Projected {
             projection: Projection::Stability,
             settings: settings.clone(),

@@ -2,7 +2,7 @@
 
 use cosmic::design::Material;
 use cosmic::ground::Ground;
-use cosmic::lattice::{Lattice, State};
+use cosmic::lattice::State;
 use cosmic::projection::{Body, one_hot};
 use cosmic::scene::{Contact, MaterialSettings, PhysicsSettings};
 use cosmic::simulator::Trajectory;
@@ -20,17 +20,7 @@ impl Dropped {
         let physics = physics(case);
         let positions: Vec<[f64; 2]> = case.numbers("x0").as_chunks().0.to_vec();
         let edges: Vec<[usize; 2]> = from_value(case.case["edges"].clone()).expect("pairs");
-        let length = |&[i, j]: &[usize; 2]| {
-            let (a, b) = (positions[i], positions[j]);
-            (b[0] - a[0]).hypot(b[1] - a[1])
-        };
-        let lattice = Lattice {
-            rest_length: edges.iter().map(length).collect(),
-            positions,
-            edges,
-            columns: case.number("columns") as usize,
-            rows: case.number("rows") as usize,
-        };
+        let lattice = case.lattice_at(positions, edges);
         let states: Vec<Material> = from_value(case.case["state"].clone()).expect("materials");
         let mixture = one_hot(&states);
         let mut body = Body::new(&mixture, &lattice, &MaterialSettings::default(), &physics);
