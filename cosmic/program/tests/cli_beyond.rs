@@ -10,82 +10,73 @@ fn bench(physics: &str, more: &str) -> Bench {
 }
 
 /// `cosmic robustness` as JSON.
-fn robustness(bench: &Bench, arguments: &[&str]) -> Value {
-    let said = bench.cosmic(&[&["robustness", "--json"], arguments].concat());
-    assert_eq!(said.code, 0, "{said:?}");
-    serde_json::from_str(&said.out).unwrap()
+fn robustness(bench: &Bench, line: &str) -> Value {
+    bench.cosmic(&format!("robustness --json {line}")).json()
 }
 
 #[test]
 fn a_robust_design_is_another_one_and_repeats() {
     let bench = bench("contact = \"coulomb\"", "[robust]\nsamples = 2\n");
-    bench.run("a", &[]);
-    bench.run("b", &["--threads", "3"]);
+    bench.run("a", "");
+    bench.run("b", "--threads 3");
     assert_eq!(bench.results("a"), bench.results("b"));
     let departures = bench.json("a/summary.json")["departures"].to_string();
     assert!(departures.contains("robust.samples"), "{departures}");
     let nominal = Bench::with(&scene(24, 64, "contact = \"coulomb\""));
-    nominal.run("a", &[]);
+    nominal.run("a", "");
     assert_ne!(bench.json("a/design.json"), nominal.json("a/design.json"));
 }
 
 #[test]
 fn robustness_lays_runs_beside_one_another_in_the_same_worlds() {
     let bench = Bench::default();
-    bench.run("a", &[]);
-    bench.run("b", &["--seed", "1"]);
-    let all = ["a", "b", "--samples", "8"];
-    let both = robustness(&bench, &all);
+    bench.run("a", "");
+    bench.run("b", "--seed 1");
+    let both = robustness(&bench, "a b --samples 8");
     let runs = both["runs"].as_array().unwrap();
     let (least, p50) = (&runs[0]["least"], &runs[0]["p50"]);
     assert!(least.as_f64().unwrap() < p50.as_f64().unwrap());
-    assert_eq!(
-        runs[0]["nominal"],
-        bench.json("a/summary.json")["displacement_along"]
-    );
+    let along = &bench.json("a/summary.json")["displacement_along"];
+    assert_eq!(runs[0]["nominal"], *along);
     // The second run's row does not depend on the first.
-    assert_eq!(
-        robustness(&bench, &["b", "--samples", "8"])["runs"][0],
-        runs[1]
-    );
-    let other = robustness(&bench, &[&all[..], &["--seed", "1"]].concat());
+    let second = robustness(&bench, "b --samples 8");
+    assert_eq!(second["runs"][0], runs[1]);
+    let other = robustness(&bench, "a b --samples 8 --seed 1");
     assert_ne!(other["runs"][0]["p50"], *p50);
-    let exact = ["--start", "0", "--stiffness", "0", "--mass", "0"];
-    let exact = &robustness(&bench, &[&all[..], &exact].concat())["runs"][0];
+    let exact = robustness(&bench, "a --samples 8 --start 0 --stiffness 0 --mass 0");
+    let exact = &exact["runs"][0];
     assert_eq!(exact["least"], exact["nominal"]);
-    let table = bench.cosmic(&["robustness", "a", "b"]);
-    assert_eq!((table.code, table.out.lines().count()), (0, 3));
+    let table = bench.cosmic("robustness a b").ok();
+    assert_eq!(table.out.lines().count(), 3);
     for (file, begins) in [
         ("r.json", "{\"format\":\"cosmic-robustness\""),
         ("r.csv", "run,nominal,"),
     ] {
-        let said = bench.cosmic(&["robustness", "a", "--samples", "2", "--out", file]);
-        assert_eq!((said.code, said.out.lines().count()), (0, 2), "{said:?}");
-        let text = fs::read_to_string(bench.path(file)).unwrap();
+        let line = format!("robustness a --samples 2 --out {file}");
+        assert_eq!(bench.cosmic(&line).ok().out.lines().count(), 2);
+        let text = bench.read(file);
         assert!(text.starts_with(begins), "{text}");
     }
-    assert_eq!(bench.cosmic(&["robustness", "a", "--mass", "1.5"]).code, 2);
-    let said = bench.cosmic(&["robustness", "nowhere"]);
-    assert!(said.code == 4 && said.error.contains("nowhere"), "{said:?}");
+    bench.cosmic("robustness a --mass 1.5").fails(2, &[]);
+    bench.cosmic("robustness nowhere").fails(4, &["nowhere"]);
 }
 
 #[test]
 fn every_task_runs_and_tells_its_loss() {
     let plain = Bench::default();
-    plain.run("a", &[]);
+    plain.run("a", "");
     assert!(plain.json("a/summary.json")["loss_p50"].is_null());
     for task in ["reach", "climb", "back", "economy"] {
         let bench = bench("", &format!("[objective]\ntask = \"{task}\"\n"));
-        let said = bench.run("a", &[]);
+        let said = bench.run("a", "");
         assert!(said.out.contains("\nloss "), "{}", said.out);
         let summary = bench.json("a/summary.json");
         assert!(summary["loss_p50"].is_number());
         assert!(summary["departures"].to_string().contains("objective.task"));
         assert_ne!(bench.json("a/design.json"), plain.json("a/design.json"));
         // The plain design at this task.
-        let other = plain.path("a");
-        let runs = [other.to_str().unwrap(), "a", "--scene", &bench.scene];
-        let both = robustness(&bench, &[&runs[..], &["--samples", "8"]].concat());
+        let other = plain.path("a").display().to_string();
+        let both = robustness(&bench, &format!("{other} a --scene tiny.toml --samples 8"));
         let loss = |k: usize| both["runs"][k]["loss"].as_f64().unwrap();
         assert!(loss(0) != loss(1), "{both}");
     }
@@ -95,18 +86,11 @@ fn every_task_runs_and_tells_its_loss() {
 fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
     let physics = "bending_radius = 0.02\nstiffening = 500.0";
     let bench = bench(physics, "");
-    bench.run("a", &[]);
-    let said = bench.cosmic(&["evaluate", "a/design.json"]);
-    let evaluated: Value = serde_json::from_str(&said.out).unwrap();
-    let summary = bench.json("a/summary.json");
-    assert_eq!(
-        evaluated["results"]["displacement"],
-        summary["displacement_along"]
-    );
-    let said = bench.cosmic(&["explain", &bench.scene]);
+    bench.run("a", "");
+    bench.evaluated("a");
+    let said = bench.cosmic("explain tiny.toml");
     assert!(said.out.contains("bars in line resist bending"), "{said:?}");
-    let said = bench.cosmic(&["gradcheck", &bench.scene, "--steps", "32"]);
-    assert_eq!(said.code, 0, "{said:?}");
+    bench.cosmic("gradcheck tiny.toml --steps 32").ok();
 }
 
 /// A robot that nothing moves, in time steps beyond the stable one: within eight of them vibrations
@@ -121,13 +105,9 @@ fn house_of_cards() -> Bench {
 #[test]
 fn a_median_that_diverged_is_told_and_ends_with_3() {
     let bench = house_of_cards();
-    for (run, options) in [
-        ("a", &[][..]),
-        ("b", &["--json"]),
-        ("c", &["--starts", "2"]),
-    ] {
+    for (run, options) in [("a", ""), ("b", "--json"), ("c", "--starts 2")] {
         let said = bench.optimize(run, options);
-        assert_eq!(said.code, 3, "{said:?}");
+        said.fails(3, &[]);
         let says = format!(
             "error: {run}: no displacement to quote: the delivered design diverges from perturbed \
              starts, though not from its own (displacement_p50 is null in summary.json)"
@@ -139,34 +119,30 @@ fn a_median_that_diverged_is_told_and_ends_with_3() {
         assert!(!said.out.is_empty());
     }
     // A finished run is left as it is.
-    let said = bench.cosmic(&["resume", "a"]);
-    assert_eq!(said.code, 0, "{said:?}");
+    let said = bench.cosmic("resume a").ok();
     assert!(said.out.contains("displacement diverged"), "{said:?}");
-    fs::remove_file(bench.path("a/summary.json")).unwrap();
-    assert_eq!(bench.cosmic(&["resume", "a"]).code, 3);
+    bench.remove("a/summary.json");
+    bench.cosmic("resume a").fails(3, &[]);
 }
 
 #[test]
 fn robustness_says_where_the_nominal_robot_diverges() {
     let bench = Bench::default();
-    bench.run("a", &[]);
+    bench.run("a", "");
     let wild = scene(24, 64, "dt = 0.5");
-    fs::write(bench.path("wild.toml"), wild).unwrap();
-    let own = bench.cosmic(&["evaluate", "a"]);
-    assert_eq!(own.code, 0);
-    let trial = ["robustness", "a", "--samples", "8", "--scene", "wild.toml"];
-    let said = bench.cosmic(&trial);
-    assert_eq!(said.code, 3, "{said:?}");
-    assert!(
-        said.out.lines().count() == 2 && said.out.contains("diverged"),
-        "{said:?}"
-    );
+    bench.write("wild.toml", wild);
+    bench.cosmic("evaluate a").ok();
+    let trial = "robustness a --samples 8 --scene wild.toml";
+    let said = bench.cosmic(trial);
+    said.fails(3, &[]);
+    assert_eq!(said.out.lines().count(), 2, "{said:?}");
+    assert!(said.out.contains("diverged"), "{said:?}");
     fs::copy(bench.path("wild.toml"), bench.path("a/scene.toml")).unwrap();
-    let evaluated = bench.cosmic(&["evaluate", "a"]);
+    let evaluated = bench.cosmic("evaluate a");
     let (_, place) = evaluated.error.rsplit_once("error: ").unwrap();
     assert!(place.starts_with("diverged in step "), "{place}");
     assert_eq!(said.error, format!("error: a: the nominal robot {place}"));
-    let said = bench.cosmic(&[&trial[..], &["--json"]].concat());
+    let said = bench.cosmic(&format!("{trial} --json"));
     let json: Value = serde_json::from_str(&said.out).unwrap();
     assert!(said.code == 3 && json["runs"][0]["nominal"].is_null());
 }

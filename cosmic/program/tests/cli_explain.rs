@@ -1,33 +1,27 @@
 //! `cosmic explain` as a user meets it.
 
+use crate::common::Bench;
 use cosmic::case::Case;
 use cosmic::scene::{Scene, VoidEdges};
-use serde_json::Value;
-use std::fs;
-
-use crate::program::cosmic_in;
 
 #[test]
 fn a_rollout_is_stated_with_its_stable_step() {
-    let folder = tempfile::tempdir().unwrap();
-    let told = cosmic_in(folder.path(), &["explain"]);
-    assert_eq!(told.code, 0, "{}", told.error);
+    let bench = Bench::default();
+    let told = bench.cosmic("explain").ok();
     assert!(told.out.starts_with("stability\n"), "{}", told.out);
-    for words in [
+    let words = [
         "36 nodes, 110 edges",
         "8192 of 0.002 s",
         "infinite friction",
         "stable step",
-    ] {
+    ];
+    for words in words {
         assert!(told.out.contains(words), "no {words:?} in {}", told.out);
     }
-    let told = cosmic_in(folder.path(), &["explain", "coulomb", "--json"]);
-    let json: Value = serde_json::from_str(&told.out).unwrap();
+    let json = bench.cosmic("explain coulomb --json").json();
     let rollout = &json["rollout"];
-    assert_eq!(
-        (&rollout["contact"], rollout["friction"].as_f64()),
-        (&"coulomb".into(), Some(2.5))
-    );
+    assert_eq!(rollout["contact"], "coulomb");
+    assert_eq!(rollout["friction"], 2.5);
     let plan = json["plan"].as_array().unwrap();
     let term = |name: &str| plan.iter().find(|t| t["term"] == name).unwrap();
     assert_eq!(term("Coulomb friction")["kept"], true);
@@ -40,15 +34,10 @@ fn a_rollout_is_stated_with_its_stable_step() {
 
 #[test]
 fn a_step_is_measured() {
-    let folder = tempfile::tempdir().unwrap();
     let text = "[lattice]\ncolumns = 3\nrows = 2\n[controller]\nhidden = 4\n";
-    fs::write(folder.path().join("small.toml"), text).unwrap();
-    let told = cosmic_in(
-        folder.path(),
-        &["explain", "small.toml", "--measure", "--json"],
-    );
-    assert_eq!(told.code, 0, "{}", told.error);
-    let json: Value = serde_json::from_str(&told.out).unwrap();
+    let json = Bench::with(text)
+        .cosmic("explain tiny.toml --measure --json")
+        .json();
     let measured = &json["measured"];
     assert_eq!(measured["steps"], 4096);
     assert!(measured["two_matvecs"].as_f64().unwrap() > 0.0);
@@ -65,45 +54,34 @@ fn a_step_is_measured() {
     assert_eq!(steps, [Some(2048), Some(4096)]);
     // Two computations that round differently; how far apart depends on the motion's chaos.
     assert!(errors.iter().all(|e| e["design"].as_f64() > Some(0.0)));
-    assert_eq!(
-        measured["peak_memory_bytes"].is_u64(),
-        cfg!(target_os = "linux")
-    );
+    let memory = &measured["peak_memory_bytes"];
+    assert_eq!(memory.is_u64(), cfg!(target_os = "linux"));
 }
 
 #[test]
 fn a_case_without_steps_is_measured_by_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let scene = Scene::default();
-    let mut case = Case::of_scene(&scene, 0).unwrap();
+    let bench = Bench::default();
+    let mut case = Case::of_scene(&bench.plan().scene, 0).unwrap();
     case.physics.steps = 0;
-    fs::write(folder.path().join("still.json"), case.to_json()).unwrap();
-    let arguments = ["explain", "still.json", "--measure", "--json"];
-    let told = cosmic_in(folder.path(), &arguments);
-    assert_eq!(told.code, 0, "{}", told.error);
-    let json: Value = serde_json::from_str(&told.out).unwrap();
+    bench.write("still.json", case.to_json());
+    let json = bench.cosmic("explain still.json --measure --json").json();
     assert_eq!(json["measured"]["steps"], 1);
 }
 
 #[test]
 fn void_edges_are_accounted_for() {
-    let folder = tempfile::tempdir().unwrap();
+    let bench = Bench::default();
     let mut scene = Scene::load("baseline_tall").unwrap();
     scene.physics.void_edges = VoidEdges::Drop;
-    fs::write(folder.path().join("dropped.toml"), scene.to_toml()).unwrap();
-    let explain = |source: &str| {
-        let told = cosmic_in(folder.path(), &["explain", source, "--json"]);
-        serde_json::from_str::<Value>(&told.out).unwrap()
-    };
+    bench.write("dropped.toml", scene.to_toml());
+    let explain = |source: &str| bench.cosmic(&format!("explain {source} --json")).json();
     for (source, is_dropped) in [("baseline_tall", false), ("dropped.toml", true)] {
         let json = explain(source);
         let plan = json["plan"].as_array().unwrap();
         let term = plan.iter().find(|t| t["term"] == "void edges").unwrap();
         assert_eq!(term["kept"], !is_dropped);
-        let why = format!(
-            "physics.void_edges is {:?}",
-            if is_dropped { "drop" } else { "keep" }
-        );
+        let setting = if is_dropped { "drop" } else { "keep" };
+        let why = format!("physics.void_edges is {setting:?}");
         assert!(term["why"].as_str().unwrap().contains(&why), "{term}");
         let voids = &json["void_edges"];
         assert_eq!(voids["dropped"], is_dropped);
@@ -115,29 +93,11 @@ fn void_edges_are_accounted_for() {
         assert!(voids["saving"].is_null());
     }
     assert!(explain("stability").get("void_edges").is_none());
-    let told = cosmic_in(folder.path(), &["explain", "dropped.toml"]);
-    assert!(
-        told.out.contains("void edges pull a node with"),
-        "{}",
-        told.out
-    );
-    let text = scene.to_toml().replace("\"drop\"", "\"dropped\"");
-    fs::write(folder.path().join("wrong.toml"), text).unwrap();
-    let told = cosmic_in(folder.path(), &["explain", "wrong.toml"]);
-    assert!(
-        told.code == 2 && told.error.contains("\"keep\" or \"drop\""),
-        "{told:?}"
-    );
-}
-
-#[test]
-fn bad_input_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let told = cosmic_in(folder.path(), &["explain", "stabilty"]);
-    assert!(
-        told.code == 4 && told.error.contains("did you mean `stability`?"),
-        "{told:?}"
-    );
-    let told = cosmic_in(folder.path(), &["explain", "stability", "--frob"]);
-    assert!(told.code == 2 && told.error.contains("--frob"), "{told:?}");
+    let told = bench.cosmic("explain dropped.toml");
+    let words = "void edges pull a node with";
+    assert!(told.out.contains(words), "{}", told.out);
+    let wrong = scene.to_toml().replace("\"drop\"", "\"dropped\"");
+    bench.write("wrong.toml", wrong);
+    let told = bench.cosmic("explain wrong.toml");
+    told.fails(2, &["\"keep\" or \"drop\""]);
 }

@@ -1,6 +1,6 @@
 //! `docs/files.md` has every key and every column of the files that users read and write.
 
-use crate::program::cosmic_in;
+use crate::common::Bench;
 use cosmic::case::Case;
 use cosmic::projection::Projection;
 use cosmic::scene::{Scene, reference};
@@ -89,8 +89,7 @@ fn of_folder(folder: &Path, names: &mut BTreeSet<String>) {
 
 #[test]
 fn what_runs_and_sweeps_write_is_on_the_page() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("tiny.toml"), SCENE).unwrap();
+    let bench = Bench::with(SCENE);
     for command in [
         "optimize tiny.toml --starts 2 --search halving --out runs/halved",
         "optimize --from runs/halved --out runs/on",
@@ -99,11 +98,10 @@ fn what_runs_and_sweeps_write_is_on_the_page() {
         "sweep merge runs/s",
         "study ablation --base tiny.toml --seeds 1 --iterations 2 --out runs/out --runs runs/study",
     ] {
-        let told = cosmic_in(folder.path(), &command.split(' ').collect::<Vec<_>>());
-        assert!(told.code == 0, "{command}: {}{}", told.out, told.error);
+        bench.cosmic(command).ok();
     }
     let mut names = BTreeSet::new();
-    of_folder(&folder.path().join("runs"), &mut names);
+    of_folder(&bench.path("runs"), &mut names);
     let rare = "start.json search.json check.json dropped_at entered loss_p50 merit_horizon";
     for name in rare.split(' ') {
         assert!(names.contains(name), "no file of these runs has {name}");

@@ -1,6 +1,7 @@
 //! Runs with a beginning or a loss of their own: `cosmic optimize --from`, and a user's program.
 
 use crate::common::{Bench, scene};
+use crate::program::{command, cosmic_in};
 use autodiff::Real;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
@@ -14,9 +15,7 @@ use std::path::Path;
 
 /// The numbers of the iterations of a run's history.
 fn iterations(bench: &Bench, run: &str) -> Vec<u64> {
-    let text = fs::read_to_string(bench.path(run).join("history.jsonl")).unwrap();
-    let row = |line| serde_json::from_str::<serde_json::Value>(line).unwrap();
-    let rows = text.lines().map(row);
+    let rows = bench.rows(&format!("{run}/history.jsonl")).into_iter();
     rows.map(|row| row["iteration"].as_u64().unwrap()).collect()
 }
 
@@ -28,13 +27,9 @@ fn is_the_start(bench: &Bench, [from, run]: [&str; 2]) -> bool {
 #[test]
 fn a_decided_robot_enters_after_the_snap() {
     let bench = Bench::default();
-    bench.run("a", &[]);
-    let said = bench.run("b", &["--from", "a", "--seed", "7"]);
-    assert!(
-        said.out.contains("began after iteration 19"),
-        "{}",
-        said.out
-    );
+    bench.run("a", "");
+    let said = bench.run("b", "--from a --seed 7");
+    assert!(said.out.contains("began after iteration 19"), "{said:?}");
     assert_eq!(iterations(&bench, "b"), [20, 21, 22, 23, 24]);
     assert!(is_the_start(&bench, ["a", "b"]));
     let summary = bench.json("b/summary.json");
@@ -45,21 +40,12 @@ fn a_decided_robot_enters_after_the_snap() {
     let materials = |run: &str| bench.json(&format!("{run}/design.json"))["materials"].clone();
     assert_eq!(materials("a").as_array().unwrap().len(), 20);
     // What is made of it can be looked at as every run.
-    let said = bench.cosmic(&["report", "b"]);
-    assert_eq!(said.code, 0, "{said:?}");
+    bench.cosmic("report b").ok();
     // As many iterations as are asked for are done.
-    bench.run("c", &["--from", "b/design.json", "--iterations", "2"]);
+    bench.run("c", "--from b/design.json --iterations 2");
     assert_eq!(iterations(&bench, "c"), [20, 21]);
     // It was made by its start and its scene.
-    let again = [
-        "optimize",
-        "b/scene.toml",
-        "--from",
-        "b/start.json",
-        "--seed",
-        "7",
-    ];
-    bench.cosmic(&[&again[..], &["--out", "d"]].concat());
+    bench.cosmic("optimize b/scene.toml --from b/start.json --seed 7 --out d");
     let [b, d] = ["b", "d"].map(|run| bench.json(&format!("{run}/design.json")));
     assert_eq!(b, d);
 }
@@ -70,17 +56,13 @@ fn a_decided_robot_enters_after_the_snap() {
 fn a_robot_may_come_from_a_folder_whose_name_is_no_unicode() {
     use std::os::unix::ffi::OsStrExt;
     let bench = Bench::default();
-    bench.run("a", &["--iterations", "2"]);
+    bench.run("a", "--iterations 2");
     let name = |bytes: &'static [u8]| std::ffi::OsStr::from_bytes(bytes);
     let run = name(b"m\xfcnchen");
     fs::rename(bench.path("a"), bench.path("").join(run)).unwrap();
-    let status = std::process::Command::new(env!("CARGO_BIN_EXE_cosmic"))
-        .current_dir(bench.path(""))
-        .args(["optimize", "--quiet", "--iterations", "1", "--from"])
-        .arg(run)
-        .status()
-        .unwrap();
-    assert!(status.success(), "{status}");
+    let mut command = command("optimize --quiet --iterations 1 --from");
+    let status = command.arg(run).current_dir(bench.path("")).status();
+    assert!(status.unwrap().success());
     let folder = bench.path("runs").join(name(b"m\xfcnchen-on"));
     assert!(folder.join("summary.json").exists());
     // In the scene beside the robot, and not in the default one.
@@ -91,13 +73,13 @@ fn a_robot_may_come_from_a_folder_whose_name_is_no_unicode() {
 #[test]
 fn a_robot_that_is_not_decided_goes_through_the_whole_schedule() {
     let bench = Bench::default();
-    bench.run("soft", &["--iterations", "10"]);
-    bench.run("b", &["--from", "soft"]);
+    bench.run("soft", "--iterations 10");
+    bench.run("b", "--from soft");
     assert!(iterations(&bench, "b").into_iter().eq(1..=24));
     assert!(is_the_start(&bench, ["soft", "b"]));
     assert_eq!(bench.json("b/summary.json")["entered"], 0);
     // It is another start than the scene's.
-    bench.run("plain", &[]);
+    bench.run("plain", "");
     let [b, plain] = ["b", "plain"].map(|run| bench.json(&format!("{run}/design.json")));
     assert_ne!(b, plain);
     assert!(!bench.path("plain/start.json").exists());
@@ -108,8 +90,8 @@ fn a_robot_that_is_not_decided_goes_through_the_whole_schedule() {
 fn a_start_names_the_materials_of_its_mixture() {
     let held = scene(24, 64, "") + "[projection]\nhold_materials = 1.0\n";
     let bench = Bench::with(&held);
-    bench.run("soft", &["--iterations", "1"]);
-    bench.run("b", &["--from", "soft"]);
+    bench.run("soft", "--iterations 1");
+    bench.run("b", "--from soft");
     assert!(is_the_start(&bench, ["soft", "b"]));
 }
 
@@ -127,18 +109,14 @@ impl Observer for StopsAfter {
     }
 }
 
-fn plan(bench: &Bench) -> RunPlan {
-    RunPlan::new("tiny", Scene::read(Path::new(&bench.scene)).unwrap(), 0)
-}
-
+/// Also after a snapshot that no run can have written was refused.
 #[test]
 fn an_interrupted_run_goes_on_to_the_same_bytes() {
     let bench = Bench::default();
-    bench.run("a", &[]);
-    bench.run("whole", &["--from", "a"]);
-    let plan = plan(&bench);
-    let file = bench.path("a/design.json");
-    let design = DesignFile::read(&file).unwrap();
+    bench.run("a", "");
+    bench.run("whole", "--from a");
+    let plan = bench.plan();
+    let design = DesignFile::read(&bench.path("a/design.json")).unwrap();
     let controller = design.robot(&plan.scene, "a").unwrap();
     for stop in [1, 3] {
         let run = format!("stopped-{stop}");
@@ -148,7 +126,17 @@ fn an_interrupted_run_goes_on_to_the_same_bytes() {
         let progress = progress.unwrap();
         let stopped = optimise_with(&bench.path(&run), &plan, codesign, progress, observer);
         assert_eq!(stopped.unwrap_err().exit_code(), 75);
-        assert_eq!(bench.cosmic(&["resume", &run]).code, 0);
+        let snapshot = format!("{run}/snapshot.json");
+        let text = bench.read(&snapshot);
+        assert!(text.contains("\"entered\":19,"));
+        for wrong in ["3", "30", "18446744073709551615"] {
+            let wrong = format!("\"entered\":{wrong},");
+            bench.write(&snapshot, text.replace("\"entered\":19,", &wrong));
+            let refused = bench.cosmic(&format!("resume {run}"));
+            refused.fails(2, &["`progress.entered`"]);
+        }
+        bench.write(&snapshot, text);
+        bench.cosmic(&format!("resume {run}")).ok();
         assert_eq!(bench.results(&run), bench.results("whole"));
     }
 }
@@ -177,17 +165,17 @@ fn departures(bench: &Bench, run: &str) -> Vec<String> {
 #[test]
 fn a_run_says_what_of_its_scene_was_not_in_force() {
     let bench = Bench::default();
-    bench.run("a", &[]);
-    bench.run("soft", &["--iterations", "10"]);
-    bench.run("b", &["--from", "a"]);
-    bench.run("c", &["--from", "soft"]);
+    bench.run("a", "");
+    bench.run("soft", "--iterations 10");
+    bench.run("b", "--from a");
+    bench.run("c", "--from soft");
     let [a, b, c] = ["a", "b", "c"].map(|run| departures(&bench, run));
     let has = |run: &[String], option: &str| run.iter().any(|o| o == option);
     for option in ["gradient.design_memory", "schedule.snap_trials"] {
         assert!(has(&a, option) && !has(&b, option) && has(&c, option));
     }
     assert!(!has(&a, "start") && has(&b, "start") && has(&c, "start"));
-    let plan = plan(&bench);
+    let plan = bench.plan();
     let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
     let progress = codesign.begin(0).unwrap();
     let observer = &mut StopsAfter(usize::MAX);
@@ -200,68 +188,27 @@ fn a_run_says_what_of_its_scene_was_not_in_force() {
 #[test]
 fn a_run_goes_on_in_its_own_scene() {
     let bench = Bench::default();
-    bench.run("runs/a", &[]);
-    let said = bench.cosmic(&["optimize", "--from", "runs/a"]);
-    assert_eq!(said.code, 0, "{said:?}");
-    assert!(
-        said.out.contains("run: runs/a-on\n") && said.out.contains("tiny, seed 0"),
-        "{}",
-        said.out
-    );
-    let scene = |run: &str| fs::read_to_string(bench.path(run).join("scene.toml")).unwrap();
+    bench.run("runs/a", "");
+    let said = bench.cosmic("optimize --from runs/a").ok();
+    for words in ["run: runs/a-on\n", "tiny, seed 0"] {
+        assert!(said.out.contains(words), "{said:?}");
+    }
+    let scene = |run: &str| bench.read(&format!("{run}/scene.toml"));
     assert_eq!(scene("runs/a"), scene("runs/a-on"));
     // The folder that the user is in has a name as well.
-    let said = bench.cosmic_in("runs/a", &["optimize", "--from", "."]);
-    assert_eq!(said.code, 0, "{said:?}");
+    let said = cosmic_in(&bench.path("runs/a"), "optimize --from .").ok();
     assert!(said.out.contains("run: runs/a-on\n"), "{said:?}");
-    let design = "runs/a/design.json";
-    let said = bench.cosmic(&["optimize", "--from", design, "--out", "b"]);
-    assert_eq!(said.code, 0, "{said:?}");
+    bench
+        .cosmic("optimize --from runs/a/design.json --out b")
+        .ok();
     assert_eq!(scene("runs/a"), scene("b"));
-}
-
-/// What no run can have written is refused, and not gone on with.
-#[test]
-fn a_snapshot_that_enters_where_no_run_does_is_refused() {
-    let bench = Bench::default();
-    bench.run("a", &[]);
-    let plan = plan(&bench);
-    let design = DesignFile::read(&bench.path("a/design.json")).unwrap();
-    let controller = design.robot(&plan.scene, "a").unwrap();
-    let codesign = CoDesign::new(&plan.scene).unwrap();
-    let progress = codesign.begin_with(0, design.z, controller).unwrap();
-    optimise_with(
-        &bench.path("b"),
-        &plan,
-        codesign,
-        progress,
-        &mut StopsAfter(2),
-    )
-    .unwrap_err();
-    let path = bench.path("b/snapshot.json");
-    let text = fs::read_to_string(&path).unwrap();
-    assert!(text.contains("\"entered\":19,"));
-    for wrong in ["3", "30", "18446744073709551615"] {
-        fs::write(
-            &path,
-            text.replace("\"entered\":19,", &format!("\"entered\":{wrong},")),
-        )
-        .unwrap();
-        let said = bench.cosmic(&["resume", "b"]);
-        assert!(
-            said.code == 2 && said.error.contains("`progress.entered`"),
-            "{said:?}"
-        );
-    }
-    fs::write(&path, text).unwrap();
-    assert_eq!(bench.cosmic(&["resume", "b"]).code, 0);
 }
 
 /// It has a folder as every run, and no program goes on with it that has another loss.
 #[test]
 fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
     let bench = Bench::default();
-    let plan = plan(&bench);
+    let plan = bench.plan();
     let begin = |run: &str, observer: &mut dyn Observer| {
         let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
         let progress = codesign.begin(plan.seed).unwrap();
@@ -276,17 +223,10 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
         stopped.contains("record::resume_with") && !stopped.contains("cosmic resume"),
         "{stopped}"
     );
-    let said = bench.cosmic(&["resume", "b"]);
-    assert!(
-        said.code == 2 && said.error.contains("loss of its own"),
-        "{said:?}"
-    );
+    bench.cosmic("resume b").fails(2, &["loss of its own"]);
     let go_on = |codesign: cosmic::Result<CoDesign>| {
-        resume_with(
-            &bench.path("b"),
-            codesign.unwrap(),
-            &mut StopsAfter(usize::MAX),
-        )
+        let observer = &mut StopsAfter(usize::MAX);
+        resume_with(&bench.path("b"), codesign.unwrap(), observer)
     };
     let said = |codesign| go_on(codesign).unwrap_err().to_string();
     assert!(said(CoDesign::new(&plan.scene)).contains("loss of its own"));
@@ -295,7 +235,7 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
     let own = CoDesign::with_loss(&plan.scene, Lift);
     assert_eq!(go_on(own).unwrap().loss_p50, whole.loss_p50);
     assert_eq!(bench.results("b"), bench.results("whole"));
-    assert_eq!(bench.cosmic(&["report", "whole"]).code, 0);
+    bench.cosmic("report whole").ok();
 
     begin_of_the_scene(&bench, &plan);
 }
@@ -303,7 +243,7 @@ fn a_run_for_an_own_loss_is_kept_and_gone_on_with_by_its_program() {
 /// A run for the scene's objective is not gone on with for another loss.
 fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
     let begin = |plan: &RunPlan, run: &str| {
-        let codesign = CoDesign::new(&Scene::read(Path::new(&bench.scene)).unwrap()).unwrap();
+        let codesign = CoDesign::new(&bench.plan().scene).unwrap();
         let progress = codesign.begin(0).unwrap();
         let observer = &mut StopsAfter(3);
         optimise_with(&bench.path(run), plan, codesign, progress, observer)
@@ -327,10 +267,8 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
     let mut progress = codesign.begin(0).unwrap();
     codesign.iterate(&mut progress);
     let said = optimise_with(&bench.path("d"), plan, codesign, progress, observer).unwrap_err();
-    assert!(
-        said.to_string().contains("iterations behind it: 1"),
-        "{said}"
-    );
+    let says = "iterations behind it: 1";
+    assert!(said.to_string().contains(says), "{said}");
     let many = RunPlan {
         starts: NonZeroUsize::new(2).unwrap(),
         ..plan.clone()
@@ -348,54 +286,35 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
 #[test]
 fn what_cannot_be_begun_with_is_refused() {
     let bench = Bench::default();
-    bench.run("a", &[]);
-    bench.run("soft", &["--iterations", "10"]);
-    let refused = |arguments: &[&str], says: &[&str]| {
-        let arguments = [&["optimize"], arguments, &["--out", "b"]].concat();
-        let said = bench.cosmic(&arguments);
-        assert_eq!(said.code, 2, "{said:?}");
-        for text in says {
-            assert!(said.error.contains(text), "{text}: {}", said.error);
-        }
+    bench.run("a", "");
+    bench.run("soft", "--iterations 10");
+    let refused = |line: &str, says: &[&str]| {
+        let said = bench.cosmic(&format!("optimize {line} --out b"));
+        said.fails(2, says);
         assert!(!bench.path("b").exists());
     };
-    let tiny = &bench.scene[..];
     // Of another lattice, with the place in the file.
-    refused(
-        &["stability", "--from", "a"],
-        &["a/design.json", "`edges`", "110", "20"],
-    );
-    refused(&[tiny, "--from", "a", "--starts", "2"], &["--starts"]);
-    let write = |name: &str, text: &str| {
-        fs::write(bench.path(name), text).unwrap();
-    };
+    let lattice = ["a/design.json", "`edges`", "110", "20"];
+    refused("stability --from a", &lattice);
+    refused("tiny.toml --from a --starts 2", &["--starts"]);
     let mut far = bench.json("soft/design.json");
     far["z"][3][1] = 1.5.into();
-    write("far.json", &far.to_string());
-    refused(
-        &[tiny, "--from", "far.json"],
-        &["`z[3]`", "1.5", "from 0 to 1"],
-    );
+    bench.write("far.json", far.to_string());
+    let range = ["`z[3]`", "1.5", "from 0 to 1"];
+    refused("tiny.toml --from far.json", &range);
     let mut other = bench.json("a/design.json");
     let material = other["materials"][7].as_u64().unwrap();
     other["materials"][7] = ((material + 1) % 3).into();
-    write("other.json", &other.to_string());
-    refused(
-        &[tiny, "--from", "other.json"],
-        &["`materials[7]`", "as in `z`"],
-    );
+    bench.write("other.json", other.to_string());
+    let materials = ["`materials[7]`", "as in `z`"];
+    refused("tiny.toml --from other.json", &materials);
     let text = scene(24, 64, "");
     let layout = "[start]\nkind = \"layout\"\nlayout = \"filled\"\n";
     let alone = text.replace("snap_at = 19", "snap_at = 0") + layout;
-    write("alone.toml", &alone);
-    refused(
-        &["alone.toml", "--from", "soft"],
-        &["not decided", "snap_at"],
-    );
-    write(
-        "short.toml",
-        &text.replace("iterations = 24", "iterations = 19"),
-    );
-    refused(&["short.toml", "--from", "a"], &["no fine-tuning", "19"]);
-    assert_eq!(bench.optimize("b", &["--from", "nowhere"]).code, 4);
+    bench.write("alone.toml", alone);
+    refused("alone.toml --from soft", &["not decided", "snap_at"]);
+    let short = text.replace("iterations = 24", "iterations = 19");
+    bench.write("short.toml", short);
+    refused("short.toml --from a", &["no fine-tuning", "19"]);
+    bench.optimize("b", "--from nowhere").fails(4, &[]);
 }

@@ -1,7 +1,8 @@
 //! `cosmic optimize` where it is refused, where its time step is unstable, and where numbers are lost.
 
 use crate::common::{Bench, scene};
-use serde_json::Value;
+use crate::program::Told;
+use cosmic::record::optimise;
 use std::fs;
 
 #[test]
@@ -9,36 +10,25 @@ fn folders_that_will_not_do_are_refused() {
     let bench = Bench::default();
     fs::create_dir(bench.path("empty")).unwrap();
     // A run killed in its very first write leaves no more than this.
-    fs::write(bench.path("empty/.cosmic-half"), "{").unwrap();
-    bench.run("empty", &[]);
+    bench.write("empty/.cosmic-half", "{");
+    bench.run("empty", "");
     let before = bench.results("empty");
     assert!(!before.contains_key(".cosmic-half"));
-    let said = bench.optimize("empty", &[]);
-    assert_eq!(said.code, 2);
-    assert!(
-        said.error.contains("empty: the folder is not empty"),
-        "{}",
-        said.error
-    );
+    bench
+        .optimize("empty", "")
+        .fails(2, &["empty: the folder is not empty"]);
     assert_eq!(bench.results("empty"), before);
     // Root may write anywhere; no one can make a folder under a file.
     for out in ["tiny.toml", "tiny.toml/run"] {
-        let said = bench.optimize(out, &[]);
-        assert_eq!(said.code, 4);
-        assert!(
-            said.error.contains(&format!("cannot write {out}: ")),
-            "{}",
-            said.error
-        );
+        bench
+            .optimize(out, "")
+            .fails(4, &[&format!("cannot write {out}: ")]);
     }
-    assert_eq!(bench.cosmic(&["optimize", "no_such_scene"]).code, 4);
-    fs::write(bench.path("bad.toml"), "[physics]\ndt = \"fast\"\n").unwrap();
-    let said = bench.cosmic(&["optimize", "bad.toml"]);
-    assert!(
-        said.code == 2 && said.error.contains("bad.toml:2:6"),
-        "{}",
-        said.error
-    );
+    bench.cosmic("optimize no_such_scene").fails(4, &[]);
+    bench.write("bad.toml", "[physics]\ndt = \"fast\"\n");
+    bench
+        .cosmic("optimize bad.toml")
+        .fails(2, &["bad.toml:2:6"]);
     assert!(!bench.path("runs").exists());
 }
 
@@ -48,35 +38,31 @@ fn numbers_out_of_range_say_which_are_allowed() {
     let seeds = "expected a whole number from 0 to 18446744073709551615";
     let threads = "expected a whole number from 1 to 1024";
     let counts = "expected a whole number, 1 or more";
-    let refused = |command: &[&str], option: &str, value: &str, allowed: &str| {
-        let said = bench.cosmic(&[command, &[option, value]].concat());
-        assert_eq!((said.code, &said.out[..]), (2, ""), "{said:?}");
-        let place = format!("invalid value '{value}' for '{option} <");
-        assert!(said.error.contains(&place), "{}", said.error);
-        assert!(said.error.contains(allowed), "{}", said.error);
-    };
-    let optimize = ["optimize", &bench.scene];
-    refused(&optimize, "--starts", "0", counts);
-    refused(&optimize, "--starts", "-3", counts);
-    refused(&optimize, "--iterations", "0", counts);
-    refused(&optimize, "--iterations", "1.5", counts);
-    refused(&optimize, "--threads", "0", threads);
-    refused(&optimize, "--threads", "1025", threads);
-    refused(&optimize, "--seed", "-1", seeds);
-    refused(&["resume", "a"], "--threads", "-1", threads);
-    refused(&["gradcheck"], "--seed", "-1", seeds);
     let directions = "expected a whole number from 1 to 65535";
-    refused(&["gradcheck"], "--directions", "0", directions);
-    refused(&["robustness", "a"], "--seed", "-1", seeds);
-    refused(
-        &["robustness", "a"],
-        "--start",
-        "-1",
-        "expected a number from 0 to 1",
-    );
-    refused(&["study", "paper"], "--first-seed", "-1", seeds);
-    refused(&["study", "paper"], "--seeds", "0", counts);
-    refused(&["sweep", "plan", "--out", "s"], "--seeds", "0", counts);
+    for (line, allowed) in [
+        ("optimize tiny.toml --starts 0", counts),
+        ("optimize tiny.toml --starts -3", counts),
+        ("optimize tiny.toml --iterations 0", counts),
+        ("optimize tiny.toml --iterations 1.5", counts),
+        ("optimize tiny.toml --threads 0", threads),
+        ("optimize tiny.toml --threads 1025", threads),
+        ("optimize tiny.toml --seed -1", seeds),
+        ("resume a --threads -1", threads),
+        ("gradcheck --seed -1", seeds),
+        ("gradcheck --directions 0", directions),
+        ("robustness a --seed -1", seeds),
+        ("robustness a --start -1", "expected a number from 0 to 1"),
+        ("study paper --first-seed -1", seeds),
+        ("study paper --seeds 0", counts),
+        ("sweep plan --out s --seeds 0", counts),
+    ] {
+        let mut words = line.rsplit(' ');
+        let (value, option) = (words.next().unwrap(), words.next().unwrap());
+        let place = format!("invalid value '{value}' for '{option} <");
+        let said = bench.cosmic(line);
+        said.fails(2, &[&place, allowed]);
+        assert_eq!(said.out, "", "{line}");
+    }
     assert!(!bench.path("runs").exists());
 }
 
@@ -87,28 +73,17 @@ fn gradients_that_are_not_finite_are_counted_and_skipped() {
     let chaos = "[controller]\nvelocity_scale = 1000.0\noffset_scale = 100.0\n\
                  [gradient]\ncotangent_bound = \"off\"\n";
     let bench = Bench::with(&(scene(24, 8192, "damping = 1.0") + chaos));
-    let said = bench.run("a", &[]);
+    let said = bench.run("a", "");
     let summary = bench.json("a/summary.json");
     let skipped = summary["skipped_gradients"].as_u64().unwrap();
-    let lines = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
-    let rows: Vec<Value> = lines
-        .lines()
-        .map(|l| serde_json::from_str(l).unwrap())
-        .collect();
+    let rows = bench.rows("a/history.jsonl");
     assert_eq!(rows.len(), 24);
-    assert_eq!(
-        skipped,
-        rows.iter()
-            .map(|row| row["skipped"].as_u64().unwrap())
-            .sum::<u64>()
-    );
+    let of_rows = rows.iter().map(|row| row["skipped"].as_u64().unwrap());
+    assert_eq!(skipped, of_rows.sum::<u64>());
     assert!(skipped > 0 && summary["displacement_p50"].is_number());
-    assert!(
-        said.error.contains(&format!("{skipped} gradients skipped")),
-        "{}",
-        said.error
-    );
-    let table = fs::read_to_string(bench.path("a/history.csv")).unwrap();
+    let says = format!("{skipped} gradients skipped");
+    assert!(said.error.contains(&says), "{said:?}");
+    let table = bench.read("a/history.csv");
     assert!(table.contains("NaN") || table.contains("inf"));
 }
 
@@ -118,47 +93,35 @@ fn a_robot_that_flies_apart_is_told_with_its_last_states() {
     let text =
         scene(24, 256, "dt = 0.01\ndamping = 0.0") + "[materials]\nstiffness = [1e-7, 4e3, 30.0]\n";
     let bench = Bench::with(&text);
-    let said = bench.optimize("a", &["--allow-unstable"]);
-    assert_eq!(said.code, 3, "{said:?}");
-    for what in [
+    let said = bench.optimize("a", "--allow-unstable");
+    let words = [
         "diverged in step ",
         "node ",
         "velocity [",
         "a/diverged.json",
-    ] {
-        assert!(said.error.contains(what), "{}", said.error);
-    }
-    let history = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
-    assert_eq!(history.lines().count(), 24);
-    let again = bench.cosmic(&["evaluate", "a/diverged.json"]);
-    let step = |text: &str| {
-        text.split("in step ")
-            .nth(1)
-            .unwrap()
-            .split(':')
-            .next()
-            .unwrap()
-            .to_string()
-    };
-    assert_eq!((again.code, step(&again.error)), (3, step(&said.error)));
+    ];
+    said.fails(3, &words);
+    assert_eq!(bench.lines("a/history.jsonl"), 24);
+    let again = bench.cosmic("evaluate a/diverged.json");
+    let (_, step) = said.error.split_once("diverged in step ").unwrap();
+    let (step, _) = step.split_once(':').unwrap();
+    again.fails(3, &[&format!("diverged in step {step}:")]);
     assert!(!bench.path("a/summary.json").exists());
-    assert_eq!(bench.cosmic(&["resume", "a"]).code, 3);
+    bench.cosmic("resume a").fails(3, &[]);
     // Nothing comes of several such starts either.
-    let said = bench.optimize("b", &["--starts", "2", "--allow-unstable"]);
-    assert!(
-        said.code == 3 && said.error.contains("b/diverged.json"),
-        "{said:?}"
-    );
+    bench
+        .optimize("b", "--starts 2 --allow-unstable")
+        .fails(3, &["b/diverged.json"]);
 }
 
 /// Without stiffness nothing that is designed moves the payload along the ground.
 #[test]
 fn a_task_without_any_slope_is_warned_of() {
     let slack = scene(24, 64, "") + "[materials]\nstiffness = [0.0, 0.0, 0.0]\n";
-    let said = Bench::with(&slack).optimize("a", &["--iterations", "12"]);
+    let said = Bench::with(&slack).optimize("a", "--iterations 12");
     let warning = "warning: after iteration 10: all gradients of the last 10 iterations were zero";
     assert_eq!(said.error.matches(warning).count(), 1, "{said:?}");
-    let said = Bench::default().run("a", &["--iterations", "12"]);
+    let said = Bench::default().run("a", "--iterations 12");
     assert!(!said.error.contains("were zero"), "{said:?}");
 }
 
@@ -166,26 +129,14 @@ fn a_task_without_any_slope_is_warned_of() {
 /// resumed.
 #[test]
 fn a_scene_that_could_not_be_read_again_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut scene = cosmic::scene::Scene::default();
-    scene.schedule.horizon = [32, 32];
-    let plan = cosmic::record::RunPlan {
-        name: "short".to_owned(),
-        scene,
-        seed: 0,
-        starts: std::num::NonZeroUsize::MIN,
-        iterations: None,
-        search: cosmic::record::Search::Full,
-    };
-    let run = folder.path().join("run");
-    let refused = cosmic::record::optimise(&run, &plan, &mut ()).unwrap_err();
+    let bench = Bench::default();
+    let mut plan = bench.plan();
+    plan.scene.schedule.horizon = [8, 8];
+    let refused = optimise(&bench.path("run"), &plan, &mut ()).unwrap_err();
     assert_eq!(refused.exit_code(), 2);
-    assert!(
-        refused
-            .to_string()
-            .contains("the shortest horizon has (32)")
-    );
-    assert!(!run.exists());
+    let says = "the shortest horizon has (8)";
+    assert!(refused.to_string().contains(says), "{refused}");
+    assert!(!bench.path("run").exists());
 }
 
 /// A scene whose time step is far too long, said on a line of its own.
@@ -196,27 +147,24 @@ fn unstable() -> String {
 #[test]
 fn an_unstable_time_step_is_refused_where_the_scene_sets_it() {
     let bench = Bench::with(&unstable());
-    let line = unstable()
+    let before = unstable()
         .lines()
-        .position(|l| l.starts_with("dt"))
-        .unwrap()
-        + 1;
-    let said = bench.optimize("a", &[]);
-    assert_eq!((said.code, said.out.as_str()), (2, ""), "{said:?}");
-    for what in [
-        &format!("tiny.toml:{line}:"),
+        .take_while(|l| !l.starts_with("dt"))
+        .count();
+    let said = bench.optimize("a", "");
+    let words = [
+        &format!("tiny.toml:{}:", before + 1),
         "the time step of 0.05 s is unstable",
         "node ",
         "set physics.dt to ",
         "--allow-unstable",
         "^",
-    ] {
-        assert!(said.error.contains(what), "no {what:?} in {}", said.error);
-    }
-    assert!(!bench.path("a").exists());
+    ];
+    said.fails(2, &words);
+    assert!(said.out.is_empty() && !bench.path("a").exists());
     // Where the scene sets none, there is no line to show.
     let bench = Bench::with("[materials]\nstiffness = [1e-7, 4e6, 30.0]\n");
-    let said = bench.optimize("a", &[]);
+    let said = bench.optimize("a", "");
     assert!(said.code == 2 && said.error.starts_with("error: the time step of 0.002 s is"));
 }
 
@@ -224,36 +172,28 @@ fn an_unstable_time_step_is_refused_where_the_scene_sets_it() {
 fn an_unstable_time_step_is_let_pass_with_a_warning() {
     let warning = "warning: the time step of 0.05 s is unstable";
     let bench = Bench::with(&unstable());
-    let said = bench.optimize("a", &["--allow-unstable", "--iterations", "2"]);
+    let said = bench.optimize("a", "--allow-unstable --iterations 2");
     assert_eq!(said.error.matches(warning).count(), 1, "{said:?}");
     // Of several starts each has its own.
-    let several = ["--allow-unstable", "--iterations", "2", "--starts", "2"];
-    let said = bench.optimize("several", &several);
+    let said = bench.optimize("several", "--allow-unstable --iterations 2 --starts 2");
     for seed in 0..2 {
         let warning = warning.replace("warning: ", &format!("warning: seed {seed}: "));
         assert_eq!(said.error.matches(&warning).count(), 1, "{said:?}");
     }
-    let text = fs::read_to_string(bench.path("a/scene.toml")).unwrap();
+    let text = bench.read("a/scene.toml");
     assert!(text.contains("unstable_step = \"warn\""));
-    let history = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
-    let row: Value = serde_json::from_str(history.lines().next().unwrap()).unwrap();
-    let check = &row["time_step"];
+    let check = &bench.rows("a/history.jsonl")[0]["time_step"];
     let limit = check["exact"]["dt"].as_f64().unwrap();
     assert!(check["dt"] == 0.05 && limit < 0.05 && check["exact"]["node"].is_u64());
-    let table = fs::read_to_string(bench.path("a/history.csv")).unwrap();
-    assert!(
-        table
-            .lines()
-            .next()
-            .unwrap()
-            .contains(",dt_over_bound,dt_over_limit,")
-    );
-    let quiet = bench.optimize("b", &["--allow-unstable", "--quiet", "--iterations", "2"]);
+    let table = bench.read("a/history.csv");
+    let (head, _) = table.split_once('\n').unwrap();
+    assert!(head.contains(",dt_over_bound,dt_over_limit,"), "{head}");
+    let quiet = bench.optimize("b", "--allow-unstable --quiet --iterations 2");
     assert!(!quiet.error.contains("warning"), "{quiet:?}");
     // A patient scene says so itself.
-    let bench =
-        Bench::with(&unstable().replace("dt = 0.05", "dt = 0.05\nunstable_step = \"warn\""));
-    let said = bench.optimize("a", &["--iterations", "2"]);
+    let patient = scene(4, 32, "dt = 0.05\nunstable_step = \"warn\"");
+    let bench = Bench::with(&patient);
+    let said = bench.optimize("a", "--iterations 2");
     assert!(said.code != 2 && said.error.contains(warning), "{said:?}");
 }
 
@@ -265,55 +205,36 @@ fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
                 [schedule]\niterations = 6\nattraction_from = 4\nsnap_at = 4\n\
                 horizon = [32, 32]\n[loss]\nwindow = 16\nevery = 4\n";
     let bench = Bench::with(text);
-    let said = bench.optimize("a", &[]);
-    assert_eq!(said.code, 2, "{said:?}");
-    let says = |error: &str| {
-        let ways = ["set physics.dt to ", "cosmic resume a --allow-unstable"];
-        error.contains("after iteration 4: the time step") && ways.iter().all(|w| error.contains(w))
+    let said = bench.optimize("a", "");
+    let refused = |said: Told, run: &str| {
+        let resume = format!("cosmic resume {run} --allow-unstable");
+        let step = "after iteration 4: the time step";
+        said.fails(2, &[step, "set physics.dt to ", &resume]);
     };
     assert!(said.error.contains("tiny.toml:6:"), "{}", said.error);
-    assert!(says(&said.error), "{}", said.error);
-    let done = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
+    refused(said, "a");
+    let done = bench.read("a/history.jsonl");
     assert!((1..6).contains(&done.lines().count()), "{done}");
     // It is not forgotten.
-    let said = bench.cosmic(&["resume", "a"]);
-    assert!(said.code == 2 && says(&said.error), "{said:?}");
+    refused(bench.cosmic("resume a"), "a");
     // Of several starts it is the search that can be gone on with.
-    let several = bench.optimize("several", &["--starts", "2"]).error;
-    assert!(
-        several.contains("cosmic resume several --allow-unstable"),
-        "{several}"
-    );
+    refused(bench.optimize("several", "--starts 2"), "several");
     // Nor does a search take steps that are refused, however often it is asked to.
     let search = "[search]\nrungs = [5, 6, 6]\nkeep = [0.5, 0.5, 0.5]\nwindow = 2\n";
-    fs::write(bench.path("search.toml"), text.to_owned() + search).unwrap();
-    let halving = ["--starts", "2", "--search", "halving", "--threads", "1"];
-    let refused = [
-        &["optimize", "search.toml", "--out", "halved"],
-        &halving[..],
-    ]
-    .concat();
-    let said = bench.cosmic(&refused);
-    assert!(
-        said.code == 2 && says(&said.error.replace("halved", "a")),
-        "{said:?}"
-    );
+    bench.write("search.toml", text.to_owned() + search);
+    let halving = "optimize search.toml --out halved --starts 2 --search halving --threads 1";
+    refused(bench.cosmic(halving), "halved");
     for _ in 0..2 {
-        assert_eq!(
-            bench.cosmic(&["resume", "halved", "--threads", "1"]).code,
-            2
-        );
-        let rows = fs::read_to_string(bench.path("halved/starts/0/history.jsonl")).unwrap();
-        assert_eq!(rows.lines().count(), 4);
+        bench.cosmic("resume halved --threads 1").fails(2, &[]);
+        assert_eq!(bench.lines("halved/starts/0/history.jsonl"), 4);
     }
-    let said = bench.cosmic(&["resume", "a", "--allow-unstable"]);
+    let said = bench.cosmic("resume a --allow-unstable");
     assert!(said.error.contains("warning: "), "{said:?}");
-    let all = fs::read_to_string(bench.path("a/history.jsonl")).unwrap();
+    let all = bench.read("a/history.jsonl");
     assert!(all.lines().count() == 6 && all.starts_with(&done));
-    let scene = fs::read_to_string(bench.path("a/scene.toml")).unwrap();
+    let scene = bench.read("a/scene.toml");
     assert!(scene.contains("unstable_step = \"warn\""));
-    let same = bench.optimize("b", &["--allow-unstable"]);
+    let same = bench.optimize("b", "--allow-unstable");
     assert_eq!(same.code, said.code);
-    let design = |run: &str| fs::read(bench.path(run).join("design.json")).unwrap();
-    assert_eq!(design("a"), design("b"));
+    assert_eq!(bench.read("a/design.json"), bench.read("b/design.json"));
 }

@@ -1,9 +1,9 @@
 //! `cosmic report` and `cosmic compare` as a user meets them: files, page, messages, exit codes.
 
-use crate::program::cosmic;
+use crate::common::Bench;
+use crate::program::Told;
 use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -28,36 +28,41 @@ window = 64
 ";
 
 /// A finished run in `run` of a new folder.
-fn finished() -> TempDir {
-    let folder = TempDir::new().unwrap();
-    let [scene, run] = ["tiny.toml", "run"].map(|name| path(&folder, name));
-    fs::write(&scene, SCENE).unwrap();
-    let (_, says, code) = cosmic(&["optimize", &scene, "--out", &run, "--quiet"]);
-    assert_eq!((code, says.as_str()), (0, ""));
-    folder
+fn finished() -> Bench {
+    let bench = Bench::with(SCENE);
+    let told = bench.run("run", "--quiet");
+    assert_eq!((&told.out[..], &told.error[..]), ("", ""));
+    bench
 }
 
-fn path(folder: &TempDir, name: &str) -> String {
-    folder.path().join(name).to_str().unwrap().to_owned()
+fn report(bench: &Bench) -> Told {
+    bench.cosmic("report run")
+}
+
+/// Has the report refused after a change of one file of the run, which is undone.
+fn refused(bench: &Bench, name: &str, content: impl AsRef<[u8]>, says: &[&str]) {
+    let file = format!("run/{name}");
+    let whole = bench.read(&file);
+    bench.write(&file, content);
+    report(bench).fails(2, says);
+    bench.write(&file, whole);
 }
 
 #[test]
 fn a_report_is_a_page_two_pictures_and_an_animation() {
-    let folder = finished();
-    let run = path(&folder, "run");
-    let (out, _, code) = cosmic(&["report", &run]);
-    assert_eq!(code, 0);
+    let bench = finished();
+    let told = report(&bench).ok().out;
     let names = ["report.html", "robot.svg", "convergence.svg", "gait.gif"];
-    let written = names.map(|name| path(&folder, &format!("run/{name}")));
-    assert!(out.lines().eq(written.iter().map(String::as_str)));
+    let written = names.map(|name| format!("run/{name}"));
+    assert!(told.lines().eq(&written));
 
-    let page = fs::read_to_string(&written[0]).unwrap();
+    let page = bench.read("run/report.html");
     assert!(page.contains("tiny, seed 0") && page.contains("gradient.cotangent_bound"));
     // The page fetches nothing: no element of it refers to another file.
     for reference in ["src=", "href=", "url(", "@import", "fetch("] {
         assert!(!page.contains(reference), "the page has {reference}");
     }
-    let animation = fs::File::open(&written[3]).unwrap();
+    let animation = fs::File::open(bench.path("run/gait.gif")).unwrap();
     let mut animation = gif::DecodeOptions::new().read_info(animation).unwrap();
     let mut frames = 0;
     while let Some(frame) = animation.read_next_frame().unwrap() {
@@ -74,222 +79,162 @@ fn a_report_is_a_page_two_pictures_and_an_animation() {
 
 #[test]
 fn what_is_missing_or_cut_off_is_named() {
-    let folder = finished();
-    let run = path(&folder, "run");
-    let files = [
+    let bench = finished();
+    for name in [
         "summary.json",
         "scene.toml",
         "design.json",
         "history.jsonl",
         "trajectory.json",
-    ];
-    for name in files {
-        let file = path(&folder, &format!("run/{name}"));
-        let whole = fs::read(&file).unwrap();
-        fs::remove_file(&file).unwrap();
+    ] {
+        let file = format!("run/{name}");
+        let whole = bench.read(&file);
         // Without a history a run is drawn, see below.
         if name != "history.jsonl" {
-            let (_, says, code) = cosmic(&["report", &run]);
-            assert!(
-                code == 4 && says.contains(name),
-                "{name} missing: {code}, {says}"
-            );
+            bench.remove(&file);
+            report(&bench).fails(4, &[name]);
+            bench.write(&file, &whole);
         }
         // Not on a line's end, where a list of lines would be whole.
-        fs::write(&file, &whole[..whole.len() / 2 + 1]).unwrap();
-        let (_, says, code) = cosmic(&["report", &run]);
-        assert!(
-            code == 2 && says.contains(name),
-            "{name} cut off: {code}, {says}"
-        );
-        fs::write(&file, whole).unwrap();
+        refused(&bench, name, &whole[..whole.len() / 2 + 1], &[name]);
     }
-    assert!(!Path::new(&path(&folder, "run/report.html")).exists());
-    assert_eq!(
-        cosmic(&["report", &run, "--quiet"]),
-        (String::new(), String::new(), 0)
-    );
+    assert!(!bench.path("run/report.html").exists());
+    let told = bench.cosmic("report run --quiet").ok();
+    assert_eq!((&told.out[..], &told.error[..]), ("", ""));
 }
 
 #[test]
 fn a_run_without_a_history_is_drawn() {
-    let folder = finished();
-    let run = path(&folder, "run");
-    fs::remove_file(path(&folder, "run/history.jsonl")).unwrap();
-    let (out, says, code) = cosmic(&["report", &run]);
-    assert_eq!((code, out.lines().count()), (0, 3), "{out}{says}");
-    assert!(!out.contains("convergence.svg"), "{out}");
-    let page = fs::read_to_string(path(&folder, "run/report.html")).unwrap();
+    let bench = finished();
+    bench.remove("run/history.jsonl");
+    let told = report(&bench).ok().out;
+    assert_eq!(told.lines().count(), 3, "{told}");
+    assert!(!told.contains("convergence.svg"), "{told}");
+    let page = bench.read("run/report.html");
     assert!(page.contains("No history was kept."));
 }
 
 /// A folder with a design and its scene alone, and a design's file of any name.
 #[test]
 fn a_design_alone_is_drawn() {
-    let folder = finished();
-    let alone = path(&folder, "alone");
-    fs::create_dir(&alone).unwrap();
+    let bench = finished();
+    fs::create_dir(bench.path("alone")).unwrap();
     for name in ["scene.toml", "design.json"] {
-        let [from, to] = ["run", "alone"].map(|of| path(&folder, &format!("{of}/{name}")));
-        fs::copy(from, to).unwrap();
+        bench.write(&format!("alone/{name}"), bench.read(&format!("run/{name}")));
     }
-    let written = ["report.html", "robot.svg"].map(|name| format!("{alone}/{name}"));
-    let (out, says, code) = cosmic(&["report", &alone]);
-    assert_eq!(code, 0, "{says}");
-    assert!(out.lines().eq(written.iter().map(String::as_str)), "{out}");
-    let page = fs::read_to_string(&written[0]).unwrap();
+    let told = bench.cosmic("report alone").ok();
+    assert_eq!(told.out, "alone/report.html\nalone/robot.svg\n");
+    let page = bench.read("alone/report.html");
     assert_eq!(page.matches("</svg>").count(), 2);
     assert!(page.contains("9 nodes, 20 edges") && !page.contains("<script"));
 
-    for file in &written {
-        fs::remove_file(file).unwrap();
-    }
-    let [design, best] = ["design.json", "best.json"].map(|name| format!("{alone}/{name}"));
-    fs::rename(design, &best).unwrap();
-    let (out, says, code) = cosmic(&["report", &best]);
-    assert_eq!((code, out.lines().count()), (0, 2), "{says}");
-    fs::remove_file(format!("{alone}/scene.toml")).unwrap();
-    let (_, says, code) = cosmic(&["report", &best]);
-    assert!(code == 4 && says.contains("alone/scene.toml"), "{says}");
-    let (_, says, code) = cosmic(&["report", &alone]);
-    assert!(code == 4 && says.contains("alone/summary.json"), "{says}");
+    bench.remove("alone/report.html");
+    bench.remove("alone/robot.svg");
+    fs::rename(
+        bench.path("alone/design.json"),
+        bench.path("alone/best.json"),
+    )
+    .unwrap();
+    let told = bench.cosmic("report alone/best.json").ok();
+    assert_eq!(told.out.lines().count(), 2);
+    bench.remove("alone/scene.toml");
+    let told = bench.cosmic("report alone/best.json");
+    told.fails(4, &["alone/scene.toml"]);
+    bench
+        .cosmic("report alone")
+        .fails(4, &["alone/summary.json"]);
 }
 
 #[test]
 fn a_run_without_a_result_says_why_and_what_to_do() {
-    let folder = finished();
-    let run = path(&folder, "run");
-    let says = |end: &str| {
-        for command in ["report", "compare"] {
-            let (_, says, code) = cosmic(&[command, &run]);
-            let whole = format!("error: cannot read {run}/summary.json: {end}\n");
-            assert_eq!((says, code), (whole, 4), "{command}");
+    let bench = finished();
+    let says = |lines: &[&str], file: &str, end: &str| {
+        for line in lines {
+            let told = bench.cosmic(line);
+            let whole = format!("error: cannot read run/{file}: {end}\n");
+            assert_eq!((told.error, told.code), (whole, 4), "{line}");
         }
     };
-    let says_of_design = |end: &str| {
-        for command in [
-            &["evaluate", &run][..],
-            &["robustness", &run],
-            &["optimize", "--from", &run],
-        ] {
-            let (_, says, code) = cosmic(command);
-            let whole = format!("error: cannot read {run}/design.json: {end}\n");
-            assert_eq!((says, code), (whole, 4), "{command:?}");
-        }
-    };
-    for name in ["summary.json", "design.json"] {
-        fs::remove_file(path(&folder, &format!("run/{name}"))).unwrap();
-    }
-    let go_on = format!("the run is not finished; go on with: cosmic resume {run}");
-    says(&go_on);
-    says_of_design(&go_on);
+    let of_summary = |end: &str| says(&["report run", "compare run"], "summary.json", end);
+    bench.remove("run/summary.json");
+    bench.remove("run/design.json");
+    let go_on = "the run is not finished; go on with: cosmic resume run";
+    of_summary(go_on);
+    let of_design = ["evaluate run", "robustness run", "optimize --from run"];
+    says(&of_design, "design.json", go_on);
     // One for a loss that no file holds.
-    let snapshot = path(&folder, "run/snapshot.json");
-    let text = fs::read_to_string(&snapshot).unwrap();
+    let text = bench.read("run/snapshot.json");
     let own = text.replacen("\"progress\":{", "\"progress\":{\"own_loss\":true,", 1);
-    fs::write(&snapshot, own).unwrap();
-    says(&format!(
-        "the run is not finished; go on by record::resume_with, with its own loss, in {run}"
-    ));
+    bench.write("run/snapshot.json", own);
+    of_summary("the run is not finished; go on by record::resume_with, with its own loss, in run");
 
-    fs::remove_dir_all(&run).unwrap();
+    fs::remove_dir_all(bench.path("run")).unwrap();
     let wild = SCENE.replace("incline_deg = 10.0", "dt = 0.01\ndamping = 0.0")
         + "[materials]\nstiffness = [1e-7, 4e3, 30.0]\n";
-    let scene = path(&folder, "wild.toml");
-    fs::write(&scene, wild).unwrap();
-    let (_, _, code) = cosmic(&["optimize", &scene, "--out", &run, "--allow-unstable"]);
-    assert_eq!(code, 3);
-    says(&format!(
-        "the run diverged; see its last states with: cosmic evaluate {run}/diverged.json"
-    ));
+    bench.write("tiny.toml", wild);
+    bench.optimize("run", "--allow-unstable").fails(3, &[]);
+    of_summary("the run diverged; see its last states with: cosmic evaluate run/diverged.json");
 
     // No run at all.
-    fs::remove_dir_all(&run).unwrap();
-    let (_, says, code) = cosmic(&["report", &run]);
-    assert!(code == 4 && !says.contains("resume"), "{says}");
+    fs::remove_dir_all(bench.path("run")).unwrap();
+    let told = report(&bench);
+    told.fails(4, &[]);
+    assert!(!told.error.contains("resume"), "{told:?}");
 }
 
 #[test]
 fn files_of_another_run_do_not_fit() {
-    let folder = finished();
-    let run = path(&folder, "run");
-    let scene = path(&folder, "run/scene.toml");
-    let text = fs::read_to_string(&scene).unwrap();
-    fs::write(&scene, text.replace("columns = 3", "columns = 4")).unwrap();
-    let (_, says, code) = cosmic(&["report", &run]);
-    assert!(
-        code == 2 && says.contains("design.json") && says.contains("expected 29 `edges`, found 20"),
-        "{says}"
+    let bench = finished();
+    let scene = bench.read("run/scene.toml");
+    let wider = scene.replace("columns = 3", "columns = 4");
+    let says = ["design.json", "expected 29 `edges`, found 20"];
+    refused(&bench, "scene.toml", wider, &says);
+    let trajectory = bench.read("run/trajectory.json");
+    let descending = trajectory.replace("\"steps\":[0,16,", "\"steps\":[16,0,");
+    refused(
+        &bench,
+        "trajectory.json",
+        descending,
+        &["`steps` must ascend"],
     );
-    fs::write(&scene, text).unwrap();
-
-    let trajectory = path(&folder, "run/trajectory.json");
-    let text = fs::read_to_string(&trajectory).unwrap();
-    fs::write(
-        &trajectory,
-        text.replace("\"steps\":[0,16,", "\"steps\":[16,0,"),
-    )
-    .unwrap();
-    let (_, says, code) = cosmic(&["report", &run]);
-    assert!(code == 2 && says.contains("`steps` must ascend"), "{says}");
-    fs::write(&trajectory, text).unwrap();
 
     // A summary of another design, and of another rollout.
-    let summary = path(&folder, "run/summary.json");
-    let text = fs::read_to_string(&summary).unwrap();
-    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     for (key, other) in [
         ("/V", "design.json"),
         ("/displacement/0", "trajectory.json"),
     ] {
-        let mut wrong = json.clone();
+        let mut wrong = bench.json("run/summary.json");
         let number = wrong.pointer_mut(key).unwrap();
         *number = (number.as_f64().unwrap() + 1e-6).into();
         let changed = number.to_string();
-        fs::write(&summary, wrong.to_string()).unwrap();
-        let (_, says, code) = cosmic(&["report", &run]);
-        assert!(
-            code == 2 && says.contains("summary.json") && says.contains(other),
-            "{says}"
-        );
-        assert!(says.contains(&changed), "{changed}: {says}");
+        let says = ["summary.json", other, &changed];
+        refused(&bench, "summary.json", wrong.to_string(), &says);
     }
-    fs::write(&summary, text).unwrap();
-    assert_eq!(cosmic(&["report", &run, "--quiet"]).2, 0);
+    bench.cosmic("report run --quiet").ok();
 }
 
 #[test]
 fn a_history_of_another_version_or_without_all_its_rows_is_refused() {
-    let folder = finished();
-    let run = path(&folder, "run");
-    let refused = |name: &str, change: fn(&str) -> Vec<u8>, words: &str| {
-        let file = path(&folder, &format!("run/{name}"));
-        let whole = fs::read_to_string(&file).unwrap();
-        fs::write(&file, change(&whole)).unwrap();
-        let (_, says, code) = cosmic(&["report", &run]);
-        assert!(
-            code == 2 && says.contains(name) && says.contains(words),
-            "{code}, {says}"
-        );
-        fs::write(&file, whole).unwrap();
+    let bench = finished();
+    let last_of_another_version = |name: &str| {
+        let text = bench.read(&format!("run/{name}"));
+        let (before, after) = text.rsplit_once("\"version\":1").unwrap();
+        format!("{before}\"version\":7{after}")
     };
-    let last_of_another_version = |text: &str| {
-        let at = text.rfind("\"version\":1").unwrap();
-        [&text[..at], "\"version\":7", &text[at + 11..]]
-            .concat()
-            .into()
-    };
-    refused(
-        "history.jsonl",
-        last_of_another_version,
-        "history.jsonl:12:1",
-    );
-    refused("designs.jsonl", last_of_another_version, "version 7, not");
-    refused("history.jsonl", |_| Vec::new(), "iterations 1 to 12");
-    let without_the_first = |text: &str| text.split_once('\n').unwrap().1.into();
-    refused("history.jsonl", without_the_first, "iterations 1 to 12");
-    let no_text = |text: &str| [text.as_bytes(), b"\xff\n"].concat();
-    refused("history.jsonl", no_text, "history.jsonl:13:");
+    for (name, says) in [
+        ("history.jsonl", "history.jsonl:12:1"),
+        ("designs.jsonl", "version 7, not"),
+    ] {
+        refused(&bench, name, last_of_another_version(name), &[name, says]);
+    }
+    let history = bench.read("run/history.jsonl");
+    let (_, without_the_first) = history.split_once('\n').unwrap();
+    for short in ["", without_the_first] {
+        let says = ["history.jsonl", "iterations 1 to 12"];
+        refused(&bench, "history.jsonl", short, &says);
+    }
+    let no_text = [history.as_bytes(), b"\xff\n"].concat();
+    refused(&bench, "history.jsonl", no_text, &["history.jsonl:13:"]);
 }
 
 /// A robot a hundred million lattices away in the end, and a rollout of hours: neither is too much
@@ -300,75 +245,54 @@ fn a_robot_far_away_and_a_long_rollout_are_drawn() {
                  damping = 0.0\n[materials]\nstiffness = [1e-7, 1.0, 1.0]\n";
     let long = "dt = 1.0\ngravity = 0.0\n[materials]\nstiffness = [0.0, 0.0, 0.0]\n";
     for physics in [steep, long] {
-        let folder = TempDir::new().unwrap();
-        let [scene, run] = ["scene.toml", "run"].map(|name| path(&folder, name));
         let text = "[lattice]\ncolumns = 2\nrows = 2\nspacing = 0.001\n[physics]\nsteps = 10000\n";
-        fs::write(&scene, [text, physics].concat()).unwrap();
-        let once = ["--iterations", "1", "--out", &run, "--quiet"];
-        let optimize = [&["optimize", &scene][..], &once].concat();
-        for command in [&optimize[..], &["report", &run, "--quiet"]] {
-            let (_, says, code) = cosmic(command);
-            assert_eq!(code, 0, "{says}");
-        }
-        let animation = fs::metadata(path(&folder, "run/gait.gif")).unwrap();
+        let bench = Bench::with(&[text, physics].concat());
+        bench.run("run", "--iterations 1 --quiet");
+        report(&bench).ok();
+        let animation = fs::metadata(bench.path("run/gait.gif")).unwrap();
         assert!(animation.len() < 4_000_000);
     }
 }
 
 #[test]
 fn a_page_that_cannot_be_written_is_exit_4() {
-    let folder = finished();
+    let bench = finished();
     // A folder in the file's place stops root as well.
-    fs::create_dir_all(folder.path().join("run/report.html/in the way")).unwrap();
-    let (_, says, code) = cosmic(&["report", &path(&folder, "run")]);
-    assert!(
-        code == 4 && says.contains("cannot write") && says.contains("report.html"),
-        "{says}"
-    );
+    fs::create_dir_all(bench.path("run/report.html/in the way")).unwrap();
+    report(&bench).fails(4, &["cannot write", "report.html"]);
 }
 
 #[test]
 fn compare_has_a_row_for_every_run() {
-    let folder = finished();
-    let run = path(&folder, "run");
-    let page = path(&folder, "compare.html");
-    let (out, _, code) = cosmic(&["compare", &run, &run, "--out", &page]);
-    let rows: Vec<&str> = out.lines().collect();
-    assert!(code == 0 && rows.len() == 3 && rows[1] == rows[2] && rows[1].starts_with("run "));
-    let text = fs::read_to_string(path(&folder, "run/summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let bench = finished();
+    let told = bench.cosmic("compare run run --out compare.html").ok().out;
+    let rows: Vec<&str> = told.lines().collect();
+    assert!(rows.len() == 3 && rows[1] == rows[2] && rows[1].starts_with("run "));
+    let summary = bench.json("run/summary.json");
     let median = format!("{:.3}", summary["displacement_p50"].as_f64().unwrap());
     assert!(rows[1].replace('\u{2212}', "-").contains(&median));
-    let html = fs::read_to_string(page).unwrap();
+    let html = bench.read("compare.html");
     assert_eq!(html.matches("<tr>").count(), 3);
 
-    let (out, _, code) = cosmic(&["compare", &run, &run, "--json"]);
-    let json: serde_json::Value = serde_json::from_str(&out).unwrap();
-    assert_eq!((code, &json["runs"][1]["run"]), (0, &"run".into()));
+    let json = bench.cosmic("compare run run --json").json();
+    assert_eq!(json["runs"][1]["run"], "run");
     let compared = &json["runs"][0]["summary"];
     assert_eq!(compared["displacement_p50"], summary["displacement_p50"]);
 
     // Another run of the name, for another task.
     assert!(!rows[0].contains("loss"));
-    let other = path(&folder, "other/run");
-    fs::create_dir_all(&other).unwrap();
-    let text = text.replacen("\"seed\":", "\"loss_p50\": -1.25,\n\"seed\":", 1);
-    fs::write(path(&folder, "other/run/summary.json"), text).unwrap();
-    let (out, _, code) = cosmic(&["compare", &run, &other]);
-    let rows: Vec<&str> = out.lines().collect();
-    assert!(code == 0 && rows[0].ends_with("loss p50"), "{out}");
-    assert!(
-        rows[1].starts_with(&run) && rows[1].ends_with(" –"),
-        "{out}"
-    );
-    assert!(
-        rows[2].starts_with(&other) && rows[2].ends_with("1.2500"),
-        "{out}"
-    );
+    fs::create_dir_all(bench.path("other/run")).unwrap();
+    let text = bench.read("run/summary.json");
+    let with_loss = text.replacen("\"seed\":", "\"loss_p50\": -1.25,\n\"seed\":", 1);
+    bench.write("other/run/summary.json", with_loss);
+    let told = bench.cosmic("compare run other/run").ok().out;
+    let ends = [("", "loss p50"), ("run ", " –"), ("other/run ", "1.2500")];
+    for (row, (begins, ends)) in told.lines().zip(ends) {
+        assert!(row.starts_with(begins) && row.ends_with(ends), "{told}");
+    }
 
-    let (_, says, code) = cosmic(&["compare", &run, &path(&folder, "none")]);
-    assert!(code == 4 && says.contains("none"), "{says}");
-    assert_eq!(cosmic(&["compare"]).2, 2);
+    bench.cosmic("compare run none").fails(4, &["none"]);
+    bench.cosmic("compare").fails(2, &[]);
 }
 
 /// A browser of the Chromium family, where there is one.
@@ -378,27 +302,17 @@ fn browser() -> Option<&'static str> {
     names.into_iter().find(runs)
 }
 
+/// Nothing but the page, by software alone.
+const OPTIONS: &str = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
+    --disable-background-networking --disable-sync --disable-component-update \
+    --virtual-time-budget=1000 --dump-dom";
+
 /// The document that a browser makes of a file, scripts run for a second of its own time.
 fn document(browser: &str, file: &str) -> String {
     let profile = TempDir::new().unwrap();
     let page = profile.path().join("page.html");
     let mut child = Command::new(browser)
-        .args([
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--disable-quic",
-        ])
-        .args([
-            "--no-first-run",
-            "--disable-background-networking",
-            "--disable-sync",
-        ])
-        .args([
-            "--disable-component-update",
-            "--virtual-time-budget=1000",
-            "--dump-dom",
-        ])
+        .args(OPTIONS.split_whitespace())
         .arg(format!("--user-data-dir={}", profile.path().display()))
         .arg(format!("file://{file}"))
         .stdout(fs::File::create(&page).unwrap())
@@ -427,9 +341,13 @@ fn a_browser_draws_the_page_without_errors() {
         .unwrap();
         return;
     };
-    let folder = finished();
-    assert_eq!(cosmic(&["report", &path(&folder, "run")]).2, 0);
-    let page = document(browser, &path(&folder, "run/report.html"));
+    let bench = finished();
+    report(&bench).ok();
+    let document = |name: &str| {
+        let file = bench.path("run").join(name);
+        document(browser, &file.display().to_string())
+    };
+    let page = document("report.html");
     // The script sets `ready` at its end, and `error` should anything be thrown, then or later.
     assert!(
         page.contains("data-ready=\"true\""),
@@ -438,7 +356,7 @@ fn a_browser_draws_the_page_without_errors() {
     assert!(!page.contains("data-error"), "the script failed");
     assert_eq!(page.matches("</svg>").count(), 4);
     for name in ["robot.svg", "convergence.svg"] {
-        let picture = document(browser, &path(&folder, &format!("run/{name}")));
+        let picture = document(name);
         // XML that is not well formed is replaced by a `parsererror`.
         assert!(
             picture.contains("</svg>") && !picture.contains("parsererror"),

@@ -11,7 +11,7 @@ fn tiny() -> Bench {
     Bench::with(&(scene(24, 64, "") + RUNGS))
 }
 
-const SEARCH: [&str; 4] = ["--starts", "5", "--search", "halving"];
+const SEARCH: &str = "--starts 5 --search halving";
 
 /// The iterations that a start has done.
 fn iterations(bench: &Bench, seed: u64) -> u64 {
@@ -22,7 +22,7 @@ fn iterations(bench: &Bench, seed: u64) -> u64 {
 #[test]
 fn the_weak_stop_at_their_rungs_and_the_rest_are_whole_runs() {
     let bench = tiny();
-    let said = bench.run("a", &SEARCH);
+    let said = bench.run("a", SEARCH);
     let search = bench.json("a/search.json");
     let rungs = search["rungs"].as_array().unwrap();
     // Five starts, then three, then two; the rung at the last iteration drops nobody.
@@ -45,30 +45,24 @@ fn the_weak_stop_at_their_rungs_and_the_rest_are_whole_runs() {
     assert_eq!(starts.iter().filter(dropped).count(), 3);
     // A survivor is the run that it would have been alone.
     let best = summary["seed"].to_string();
-    bench.run("alone", &["--seed", &best]);
+    bench.run("alone", &format!("--seed {best}"));
     let [all, alone] = ["a", "alone"].map(|run| bench.results(run));
     for (name, bytes) in alone {
         assert_eq!(all[&format!("starts/{best}/{name}")], bytes, "{name}");
     }
 }
 
-/// The best at its task goes on, not who got far.
+/// The best at its task goes on, by the medians before the rung, and not who got far.
 #[test]
 fn starts_are_ranked_by_their_task() {
     let bench = Bench::with(&(scene(24, 64, "") + RUNGS + "[objective]\ntask = \"climb\"\n"));
-    bench.run("a", &SEARCH);
+    bench.run("a", SEARCH);
     let search = bench.json("a/search.json");
     let rung = &search["rungs"][0];
     let median = |seed: &Value, of: &str| {
-        let path = bench.path(&format!("a/starts/{seed}/history.jsonl"));
-        let text = fs::read_to_string(path).unwrap();
-        let rows = text.lines().skip(4).take(4);
-        let number = |line| {
-            serde_json::from_str::<Value>(line).unwrap()[of]
-                .as_f64()
-                .unwrap()
-        };
-        let mut numbers: Vec<f64> = rows.map(number).collect();
+        let rows = bench.rows(&format!("a/starts/{seed}/history.jsonl"));
+        let rung = rows[4..8].iter();
+        let mut numbers: Vec<f64> = rung.map(|row| row[of].as_f64().unwrap()).collect();
         numbers.sort_by(f64::total_cmp);
         0.5 * (numbers[1] + numbers[2])
     };
@@ -80,11 +74,9 @@ fn starts_are_ranked_by_their_task() {
     by_displacement.sort_by(|a, b| of(b).total_cmp(&of(a)));
     assert_ne!(&by_displacement, standings);
     for (standing, merit) in standings.iter().zip(merits) {
-        assert_eq!(merit, median(&standing["seed"], "merit_horizon"));
-        assert_eq!(
-            of(standing),
-            median(&standing["seed"], "displacement_horizon")
-        );
+        let seed = &standing["seed"];
+        assert_eq!(merit, median(seed, "merit_horizon"));
+        assert_eq!(of(standing), median(seed, "displacement_horizon"));
     }
 }
 
@@ -93,103 +85,68 @@ fn starts_are_ranked_by_their_task() {
 fn robust_and_tilted_starts_are_paused_without_a_trace() {
     let more = "[robust]\nsamples = 2\n[start]\nkind = \"uniform\"\ntilt = 0.1\n";
     let bench = Bench::with(&(scene(24, 64, "") + RUNGS + more));
-    bench.run("a", &SEARCH);
+    bench.run("a", SEARCH);
     let best = bench.json("a/summary.json")["seed"].to_string();
-    bench.run("alone", &["--seed", &best]);
+    bench.run("alone", &format!("--seed {best}"));
     let [all, alone] = ["a", "alone"].map(|run| bench.results(run));
     let kept = &all[&format!("starts/{best}/design.json")];
     assert_eq!(*kept, alone["design.json"]);
-    bench.run("other", &["--seed", "77"]);
-    assert_ne!(bench.results("other")["design.json"], alone["design.json"]);
-}
-
-#[test]
-fn a_rung_ranks_by_the_median_before_it() {
-    let bench = tiny();
-    bench.run("a", &SEARCH);
-    let search = bench.json("a/search.json");
-    let standing = &search["rungs"][0]["standings"][0];
-    let lines =
-        fs::read_to_string(bench.path(&format!("a/starts/{}/history.jsonl", standing["seed"])));
-    let mut reached: Vec<f64> = lines
-        .unwrap()
-        .lines()
-        .skip(4)
-        .take(4)
-        .map(|line| serde_json::from_str::<Value>(line).unwrap())
-        .map(|row| row["displacement_horizon"].as_f64().unwrap())
-        .collect();
-    reached.sort_by(f64::total_cmp);
-    assert_eq!(
-        standing["displacement"].as_f64().unwrap(),
-        0.5 * (reached[1] + reached[2])
+    bench.run("other", "--seed 77");
+    assert_ne!(
+        bench.read("other/design.json"),
+        bench.read("alone/design.json")
     );
 }
 
 #[test]
 fn the_search_depends_on_neither_threads_nor_interruptions() {
     let bench = tiny();
-    bench.run("a", &SEARCH);
-    bench.run("b", &[&SEARCH[..], &["--threads", "3"]].concat());
+    bench.run("a", SEARCH);
+    bench.run("b", &format!("{SEARCH} --threads 3"));
     assert_eq!(bench.results("a"), bench.results("b"));
     // As if killed between two rungs: no summary, a survivor thrown back, another not begun.
     let best = bench.json("a/summary.json")["seed"].as_u64().unwrap();
     let other = (0..5).find(|&seed| seed != best).unwrap();
     let whole = bench.results("a");
     for name in ["summary.json", "search.json", "design.json"] {
-        fs::remove_file(bench.path("a").join(name)).unwrap();
+        bench.remove(&format!("a/{name}"));
     }
     fs::remove_dir_all(bench.path(&format!("a/starts/{other}"))).unwrap();
-    fs::remove_file(bench.path(&format!("a/starts/{best}/summary.json"))).unwrap();
+    bench.remove(&format!("a/starts/{best}/summary.json"));
     // The survivor was writing a line, as on a disk that is full.
-    let history = bench.path(&format!("a/starts/{best}/history.jsonl"));
-    let torn = fs::read_to_string(&history).unwrap() + "{\"format\":\"cosm";
-    fs::write(history, torn).unwrap();
-    let said = bench.cosmic(&["resume", "a"]);
-    assert_eq!(said.code, 0, "{said:?}");
+    let history = format!("a/starts/{best}/history.jsonl");
+    bench.write(&history, bench.read(&history) + "{\"format\":\"cosm");
+    bench.cosmic("resume a").ok();
     assert_eq!(bench.results("a"), whole);
 }
 
 #[test]
 fn a_search_needs_several_starts_and_rungs_that_ascend() {
-    let bench = Bench::default();
-    let said = bench.optimize("a", &["--search", "halving"]);
-    assert_eq!(said.code, 2);
-    assert!(said.error.contains("--starts"), "{}", said.error);
-    let bench = Bench::with("[search]\nrungs = [30, 20, 40]\n");
-    let said = bench.optimize("a", &SEARCH);
-    assert_eq!(said.code, 2);
+    let said = Bench::default().optimize("a", "--search halving");
+    said.fails(2, &["--starts"]);
+    let refused = |rungs: &str, says: &[&str]| {
+        let bench = Bench::with(&(scene(24, 64, "") + "[search]\nrungs = " + rungs + "\n"));
+        bench.optimize("a", SEARCH).fails(2, says);
+        assert!(!bench.path("a").exists());
+    };
     let says = "[30, 20, 40] do not ascend: none may be below the one before it";
-    assert!(said.error.contains(says), "{}", said.error);
-}
-
-#[test]
-fn a_rung_before_the_first_iteration_is_refused() {
-    let bench =
-        Bench::with(&scene(24, 64, "").replace("[loss]", "[search]\nrungs = [0, 8, 20]\n[loss]"));
-    let said = bench.optimize("a", &SEARCH);
-    assert_eq!(said.code, 2, "{said:?}");
-    for word in [
+    refused("[30, 20, 40]", &[says]);
+    let says = [
         "`search.rungs` is out of range: 0",
         "each from 1 to 1e5",
         "tiny.toml:",
-    ] {
-        assert!(said.error.contains(word), "no {word:?} in {}", said.error);
-    }
-    assert!(!bench.path("a").exists());
+    ];
+    refused("[0, 8, 20]", &says);
 }
 
 #[test]
 fn a_start_whose_history_lacks_rows_is_refused() {
     let bench = tiny();
-    bench.run("a", &SEARCH);
-    fs::remove_file(bench.path("a/summary.json")).unwrap();
-    let history = bench.path("a/starts/0/history.jsonl");
-    fs::write(&history, "").unwrap();
-    let said = bench.cosmic(&["resume", "a"]);
-    assert_eq!(said.code, 2, "{said:?}");
+    bench.run("a", SEARCH);
+    bench.remove("a/summary.json");
+    bench.write("a/starts/0/history.jsonl", "");
     let says = "starts/0/history.jsonl: expected 8 lines up to the rung, found 0";
-    assert!(said.error.contains(says), "{said:?}");
-    fs::remove_file(&history).unwrap();
-    assert_eq!(bench.cosmic(&["resume", "a"]).code, 4);
+    bench.cosmic("resume a").fails(2, &[says]);
+    bench.remove("a/starts/0/history.jsonl");
+    bench.cosmic("resume a").fails(4, &[]);
 }

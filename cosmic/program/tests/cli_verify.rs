@@ -1,103 +1,117 @@
 //! `cosmic verify` as a user meets it.
 
+use crate::common::Bench;
 use serde_json::Value;
-use std::fs;
-
-use crate::program::cosmic_in;
 
 const SMALL: &str = "[lattice]\ncolumns = 2\nrows = 2\n\
                      [physics]\nsteps = 64\nintegrator = \"leapfrog\"\nsubsteps = 2\n\
                      [schedule]\nhorizon = [32, 64]\n[loss]\nwindow = 16\nevery = 4\n\
                      [controller]\nhidden = 2\n";
 
+/// Robots that the stability part tries.
+const EXTREMES: [&str; 12] = [
+    "scene",
+    "stiffness",
+    "mass",
+    "ratio",
+    "damping",
+    "integrator",
+    "time step",
+    "friction",
+    "layout",
+    "controller",
+    "coincidence",
+    "lattice",
+];
+
 /// Before minutes of work, not after.
 #[test]
 fn a_folder_that_cannot_be_is_refused_first() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("small.toml"), SMALL).unwrap();
-    let told = cosmic_in(
-        folder.path(),
-        &["verify", "small.toml", "--out", "small.toml"],
-    );
-    assert!(
-        told.code == 4 && told.out.is_empty() && told.error.contains("cannot write small.toml"),
-        "{told:?}"
-    );
+    let told = Bench::with(SMALL).cosmic("verify tiny.toml --out tiny.toml");
+    told.fails(4, &["cannot write tiny.toml"]);
+    assert_eq!(told.out, "");
 }
 
 #[test]
 fn a_scene_is_verified_into_a_folder() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("small.toml"), SMALL).unwrap();
-    let told = cosmic_in(
-        folder.path(),
-        &["verify", "small.toml", "--out", "new/sheet", "--json"],
-    );
-    assert_eq!(told.code, 0, "{}", told.error);
-    let sheet = folder.path().join("new/sheet");
-    let read = |name: &str| fs::read_to_string(sheet.join(name)).unwrap();
+    let bench = Bench::with(SMALL);
+    let told = bench.cosmic("verify tiny.toml --out new/sheet --json").ok();
+    let read = |name: &str| bench.read(&format!("new/sheet/{name}"));
 
-    let json: Value = serde_json::from_str(&read("verify.json")).unwrap();
-    assert_eq!(
-        (&json["format"], &json["version"]),
-        (&"cosmic-verification".into(), &1.into())
-    );
+    let json = bench.json("new/sheet/verify.json");
+    assert_eq!(json["format"], "cosmic-verification");
+    assert_eq!(json["version"], 1);
     let said: Value = serde_json::from_str(&told.out).unwrap();
     assert_eq!(said["sections"], json["sections"]);
     let sections = json["sections"].as_array().unwrap();
-    let titles: Vec<_> = sections
-        .iter()
-        .map(|s| s["title"].as_str().unwrap())
-        .collect();
-    assert_eq!(
-        titles,
-        ["Accuracy of trajectories", "Gradients", "Stability"]
-    );
+    let titles = ["Accuracy of trajectories", "Gradients", "Stability"];
+    assert!(sections.iter().map(|s| &s["title"]).eq(&titles));
 
     // The scene's own integrator is a row, and marked as what the scene asks for.
     let rows = sections[0]["tables"][0]["rows"].as_array().unwrap();
-    let marked: Vec<_> = rows
-        .iter()
-        .filter(|row| row["standing"] == "default")
-        .collect();
-    assert_eq!(marked.len(), 1);
-    assert_eq!(marked[0]["method"], "leapfrog x2");
-    assert_eq!(
-        (&marked[0]["dt_s"], &marked[0]["precision"]),
-        (&0.002.into(), &"f64".into())
-    );
+    let marked = rows.iter().filter(|row| row["standing"] == "default");
+    let [marked] = marked.collect::<Vec<_>>()[..] else {
+        panic!("{rows:?}");
+    };
+    assert_eq!(marked["method"], "leapfrog x2");
+    assert_eq!(marked["dt_s"], 0.002);
+    assert_eq!(marked["precision"], "f64");
 
     // As many lines as rows, below the heading; every figure is there and on the page.
-    assert_eq!(read("accuracy.csv").lines().count(), rows.len() + 1);
+    for table in sections
+        .iter()
+        .flat_map(|s| s["tables"].as_array().unwrap())
+    {
+        let name = format!("{}.csv", table["name"].as_str().unwrap());
+        let rows = table["rows"].as_array().unwrap().len();
+        assert_eq!(read(&name).lines().count(), rows + 1, "{name}");
+    }
     let page = read("verify.html");
+    assert!(page.contains("<table"));
     for figure in ["work_precision.svg", "gradient_error.svg"] {
         assert!(page.contains(&read(figure)), "{figure}");
     }
-    assert!(
-        !page.contains("http://")
-            || page.matches("http://").count()
-                == page.matches("http://www.w3.org/2000/svg").count()
-    );
+    let names = page.matches("http://www.w3.org/2000/svg").count();
+    assert_eq!(page.matches("http://").count(), names);
     let written: Vec<&str> = told.error.lines().collect();
     for (k, line) in written.iter().enumerate() {
-        assert!(folder.path().join(line).is_file(), "{line}");
+        assert!(bench.path(line).is_file(), "{line}");
         assert!(!written[..k].contains(line), "{line} twice");
+    }
+    stability(&sections[2]);
+}
+
+/// Every kind of robot is tried. What is expected to be unstable is called so, and only that.
+fn stability(section: &Value) {
+    let tables = section["tables"].as_array().unwrap();
+    let names = ["stable_steps", "extremes", "bound", "guard"];
+    assert!(tables.iter().map(|table| &table["name"]).eq(&names));
+    let rows = tables[1]["rows"].as_array().unwrap();
+    for group in EXTREMES {
+        assert!(rows.iter().any(|row| row["extreme"] == group), "no {group}");
+    }
+    for row in rows {
+        let [expected, said] = ["expected", "said"].map(|key| row[key] == "unstable");
+        assert_eq!(expected, said, "{row}");
+        assert!(
+            row["verdict"] == "ok" && row["standing"] != "failed",
+            "{row}"
+        );
     }
 }
 
 #[test]
 fn one_part_is_enough_and_its_failures_are_an_exit_code() {
-    let folder = tempfile::tempdir().unwrap();
     let stiff = format!("{SMALL}[materials]\nstiffness = [1e6, 1e6, 1e6]\n");
-    fs::write(folder.path().join("stiff.toml"), stiff).unwrap();
-    let told = cosmic_in(folder.path(), &["verify", "stiff.toml", "--stability"]);
-    assert_eq!(told.code, 1, "{told:?}");
-    assert!(
-        told.error.contains("error: 1 of ") && told.error.contains(" checks failed: the scene's"),
-        "{}",
-        told.error
-    );
-    assert!(told.out.contains("STABILITY") && !told.out.contains("GRADIENTS"));
-    let told = cosmic_in(folder.path(), &["verify", "stabilty"]);
-    assert_eq!(told.code, 4, "{told:?}");
+    let told = Bench::with(&stiff).cosmic("verify tiny.toml --stability");
+    told.fails(1, &["error: 1 of ", " checks failed: the scene's"]);
+    for words in [
+        "STABILITY",
+        "Robots at the extremes",
+        "random lattices",
+        "the guard",
+    ] {
+        assert!(told.out.contains(words), "no {words:?} in {}", told.out);
+    }
+    assert!(!told.out.contains("GRADIENTS"));
 }

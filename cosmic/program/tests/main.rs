@@ -2,8 +2,6 @@
 //!
 //! `cargo test -p cosmic-program --test all cli_report::` runs one module.
 
-#[cfg(unix)]
-mod background;
 mod common;
 mod program;
 
@@ -22,7 +20,6 @@ mod cli_report;
 mod cli_scene;
 mod cli_search;
 mod cli_set;
-mod cli_stability;
 mod cli_study;
 mod cli_sweep;
 mod cli_verify;

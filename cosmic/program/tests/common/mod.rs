@@ -1,17 +1,19 @@
-//! Small runs of the program, for the tests of `optimize` and `resume`.
+//! A folder for a test, and small runs of the program in it.
 
-use crate::program::{Told, cosmic_in};
+use crate::program::{Told, command, cosmic_in};
+use cosmic::record::RunPlan;
+use cosmic::scene::Scene;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// A folder for a test, with a scene in it.
-pub(crate) struct Bench {
-    folder: TempDir,
-    /// The scene's file.
-    pub(crate) scene: String,
-}
+/// A folder for a test, with a scene in `tiny.toml`.
+pub(crate) struct Bench(TempDir);
 
 /// 24 iterations, of which the 19th is the snap, on rollouts of 64 steps.
 impl Default for Bench {
@@ -29,52 +31,98 @@ impl Bench {
 
     /// Another scene.
     pub(crate) fn with(scene: &str) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("tiny.toml");
-        fs::write(&file, scene).unwrap();
-        Self {
-            scene: file.to_str().unwrap().to_string(),
-            folder,
-        }
+        let bench = Self(tempfile::tempdir().unwrap());
+        bench.write("tiny.toml", scene);
+        bench
     }
 
     /// A place in the folder.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        self.0.path().join(name)
     }
 
-    /// The program in the folder.
-    pub(crate) fn cosmic(&self, arguments: &[&str]) -> Told {
-        self.cosmic_in("", arguments)
+    /// Writes a file of the folder.
+    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        fs::write(self.path(name), content).unwrap();
     }
 
-    /// The program in a folder below.
-    pub(crate) fn cosmic_in(&self, below: &str, arguments: &[&str]) -> Told {
-        cosmic_in(&self.path(below), arguments)
+    /// The text of a file of the folder.
+    pub(crate) fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    /// Removes a file of the folder.
+    pub(crate) fn remove(&self, name: &str) {
+        fs::remove_file(self.path(name)).unwrap();
+    }
+
+    /// The results of the design that a run delivered: its displacement is the one in the summary.
+    #[track_caller]
+    pub(crate) fn evaluated(&self, run: &str) -> Value {
+        let mut evaluated = self.cosmic(&format!("evaluate {run}/design.json")).json();
+        let summary = self.json(&format!("{run}/summary.json"));
+        let results = evaluated["results"].take();
+        assert_eq!(results["displacement"], summary["displacement_along"]);
+        results
+    }
+
+    /// The plan that `cosmic optimize` makes of the scene.
+    pub(crate) fn plan(&self) -> RunPlan {
+        RunPlan::new("tiny", Scene::read(&self.path("tiny.toml")).unwrap(), 0)
+    }
+
+    /// The program in the folder, with the arguments of a line.
+    pub(crate) fn cosmic(&self, line: &str) -> Told {
+        cosmic_in(&self.path(""), line)
     }
 
     /// `cosmic optimize` of the scene into a folder of the bench.
-    pub(crate) fn optimize(&self, out: &str, more: &[&str]) -> Told {
-        let mut arguments = vec!["optimize", &self.scene, "--out", out];
-        arguments.extend(more);
-        self.cosmic(&arguments)
+    pub(crate) fn optimize(&self, out: &str, more: &str) -> Told {
+        self.cosmic(&format!("optimize tiny.toml --out {out} {more}"))
     }
 
     /// A run that must go well.
-    pub(crate) fn run(&self, out: &str, more: &[&str]) -> Told {
-        let said = self.optimize(out, more);
-        assert_eq!(said.code, 0, "{said:?}");
-        said
+    #[track_caller]
+    pub(crate) fn run(&self, out: &str, more: &str) -> Told {
+        self.optimize(out, more).ok()
+    }
+
+    /// The program at work in the folder.
+    pub(crate) fn start(&self, line: &str) -> Child {
+        let mut command = command(line);
+        command.stderr(Stdio::piped()).stdout(Stdio::piped());
+        command.current_dir(self.path("")).spawn().unwrap()
+    }
+
+    /// Waits until a file has at least so many lines.
+    pub(crate) fn await_lines(&self, name: &str, wanted: usize) {
+        let began = Instant::now();
+        while !self.path(name).exists() || self.lines(name) < wanted {
+            // No machine is so slow: something is wrong.
+            assert!(began.elapsed() < Duration::from_secs(300), "no {name}");
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// The complete lines of a file, which may be being written.
+    pub(crate) fn lines(&self, name: &str) -> usize {
+        let bytes = fs::read(self.path(name)).unwrap_or_default();
+        bytes.iter().filter(|&&byte| byte == b'\n').count()
     }
 
     /// A JSON file in the folder.
-    pub(crate) fn json(&self, name: &str) -> serde_json::Value {
-        let text = fs::read_to_string(self.path(name)).unwrap();
-        serde_json::from_str(&text).unwrap()
+    pub(crate) fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.read(name)).unwrap()
+    }
+
+    /// The rows of a JSON file with one on each line.
+    pub(crate) fn rows(&self, name: &str) -> Vec<Value> {
+        let row = |line| serde_json::from_str(line).unwrap();
+        self.read(name).lines().map(row).collect()
     }
 
     /// What two runs must have in common: all files but the snapshot, wall times taken out.
-    pub(crate) fn results(&self, run: &str) -> BTreeMap<String, Vec<u8>> {
+    pub(crate) fn results(&self, run: &str) -> BTreeMap<String, String> {
         let mut results = BTreeMap::new();
         collect(&self.path(run), "", &mut results);
         results
@@ -104,7 +152,15 @@ pub(crate) fn scene(iterations: usize, steps: usize, physics: &str) -> String {
     )
 }
 
-fn collect(folder: &Path, prefix: &str, results: &mut BTreeMap<String, Vec<u8>>) {
+/// Sends a signal to a process.
+#[cfg(unix)]
+pub(crate) fn signal(child: &Child, name: &str) {
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args(["-s", name, &id]).status();
+    assert!(sent.unwrap().success());
+}
+
+fn collect(folder: &Path, prefix: &str, results: &mut BTreeMap<String, String>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = format!("{prefix}{}", path.file_name().unwrap().to_str().unwrap());
@@ -112,24 +168,37 @@ fn collect(folder: &Path, prefix: &str, results: &mut BTreeMap<String, Vec<u8>>)
             collect(&path, &format!("{name}/"), results);
         } else if !name.ends_with("snapshot.json") {
             let text = fs::read_to_string(&path).unwrap();
-            results.insert(name.clone(), timeless(&name, &text).into_bytes());
+            results.insert(name.clone(), timeless(&name, &text));
         }
     }
 }
 
-/// A file's text without the wall times: the last column of the history, a key elsewhere.
+/// A file's text without the wall times: columns of tables, a key elsewhere.
 fn timeless(name: &str, text: &str) -> String {
-    if name.ends_with(".csv") {
-        let cut = |line: &str| line.rsplit_once(',').unwrap().0.to_string() + "\n";
-        return text.lines().map(cut).collect();
+    match name.rsplit_once('.').unwrap().1 {
+        "csv" => without_column(text, ",", "seconds"),
+        "md" => without_column(text, " | ", "s"),
+        _ => without_key(text),
     }
-    const KEY: &str = "\"seconds\":";
-    let cut = |line: &str| match line.split_once(KEY) {
-        None => line.to_string() + "\n",
-        Some((before, after)) => {
-            let number = |c: char| c.is_ascii_digit() || ".e-+".contains(c);
-            format!("{before}{}\n", after.trim_start_matches(number))
+}
+
+/// A text whose tables lack the column of a name.
+fn without_column(text: &str, separator: &str, name: &str) -> String {
+    let mut at = usize::MAX;
+    let cut = |line: &str| {
+        let mut cells: Vec<&str> = line.split(separator).collect();
+        at = cells.iter().position(|cell| *cell == name).unwrap_or(at);
+        if at < cells.len() {
+            cells.remove(at);
         }
+        cells.join(separator) + "\n"
     };
     text.lines().map(cut).collect()
+}
+
+fn without_key(text: &str) -> String {
+    let mut parts = text.split("\"seconds\":");
+    let first = parts.next().unwrap().to_owned();
+    let number = |c: char| c.is_ascii_digit() || ".e-+".contains(c);
+    parts.fold(first, |text, part| text + part.trim_start_matches(number))
 }

@@ -1,9 +1,10 @@
 //! Running the program as a user does.
 
+use serde_json::Value;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output};
 
-/// What the program said.
+/// The answer of the program.
 #[derive(Debug)]
 pub(crate) struct Told {
     /// Standard output.
@@ -14,26 +15,53 @@ pub(crate) struct Told {
     pub(crate) code: i32,
 }
 
-/// `cosmic` with those arguments, not yet started.
-pub(crate) fn command(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_cosmic"));
-    command.args(arguments);
-    command
-}
+impl Told {
+    /// The answer of a process that has ended.
+    pub(crate) fn of(output: Output) -> Self {
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        Self {
+            out: text(output.stdout),
+            error: text(output.stderr),
+            code: output.status.code().unwrap(),
+        }
+    }
 
-/// Runs `cosmic` with those arguments in that folder.
-pub(crate) fn cosmic_in(folder: &Path, arguments: &[&str]) -> Told {
-    let output = command(arguments).current_dir(folder).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    Told {
-        out: text(output.stdout),
-        error: text(output.stderr),
-        code: output.status.code().unwrap(),
+    /// The answer of a command that must succeed.
+    #[track_caller]
+    pub(crate) fn ok(self) -> Self {
+        assert_eq!(self.code, 0, "{self:?}");
+        self
+    }
+
+    /// The JSON that a command must print and succeed.
+    #[track_caller]
+    pub(crate) fn json(self) -> Value {
+        serde_json::from_str(&self.ok().out).unwrap()
+    }
+
+    /// Asserts that the command failed with an exit code, and what its complaint contains.
+    #[track_caller]
+    pub(crate) fn fails(&self, code: i32, words: &[&str]) {
+        assert_eq!(self.code, code, "{self:?}");
+        for word in words {
+            assert!(self.error.contains(word), "no {word:?} in: {}", self.error);
+        }
     }
 }
 
-/// Standard output, standard error and exit code of `cosmic` with those arguments.
-pub(crate) fn cosmic(arguments: &[&str]) -> (String, String, i32) {
-    let told = cosmic_in(Path::new("."), arguments);
-    (told.out, told.error, told.code)
+/// `cosmic` with the arguments of a line, not yet started.
+pub(crate) fn command(line: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cosmic"));
+    command.args(line.split_whitespace());
+    command
+}
+
+/// Runs `cosmic` with the arguments of a line in a folder.
+pub(crate) fn cosmic_in(folder: &Path, line: &str) -> Told {
+    Told::of(command(line).current_dir(folder).output().unwrap())
+}
+
+/// Runs `cosmic` with the arguments of a line.
+pub(crate) fn cosmic(line: &str) -> Told {
+    cosmic_in(Path::new("."), line)
 }
