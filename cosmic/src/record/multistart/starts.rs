@@ -4,7 +4,7 @@ use crate::codesign::Record;
 use crate::error::{Error, Result};
 use crate::parallel::{Crew, in_parallel};
 use crate::record::run::{Observer, Run, take_up};
-use crate::record::snapshot::{RunPlan, SNAPSHOT};
+use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use crate::record::summary::Summary;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -74,7 +74,7 @@ pub(super) fn one(
     plan: &RunPlan,
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
-    match run_of(folder, seed, plan)? {
+    match run_of(folder, seed, plan, usize::MAX)? {
         None => Summary::read(&folder_of(folder, seed)),
         Some(run) => run
             .finish(observer)
@@ -90,16 +90,16 @@ pub(super) fn pause(
     iteration: usize,
     observer: &mut dyn Observer,
 ) -> Result<()> {
-    match run_of(folder, seed, plan)? {
-        Some(run) if run.progress().iteration < iteration => run
+    match run_of(folder, seed, plan, iteration)? {
+        None => Ok(()),
+        Some(run) => run
             .pause_at(iteration, observer)
             .map_err(|error| of_search(error, folder)),
-        _ => Ok(()),
     }
 }
 
-/// The run of one seed, taken up or begun; `None` if it is finished.
-fn run_of(folder: &Path, seed: u64, plan: &RunPlan) -> Result<Option<Run>> {
+/// The run of one seed, taken up or begun; `None` if it is finished or has come as far as `until`.
+fn run_of(folder: &Path, seed: u64, plan: &RunPlan, until: usize) -> Result<Option<Run>> {
     let own = folder_of(folder, seed);
     if !own.join(SNAPSHOT).exists() {
         let of_one = RunPlan {
@@ -108,8 +108,9 @@ fn run_of(folder: &Path, seed: u64, plan: &RunPlan) -> Result<Option<Run>> {
         };
         return Run::create(&own, &of_one).map(Some);
     }
-    let taken = take_up(&own)?;
-    taken
+    let done = |snapshot: &Snapshot| snapshot.progress.as_ref().map_or(0, |p| p.iteration);
+    take_up(&own)?
+        .filter(|(_, snapshot)| done(snapshot) < until)
         .map(|(lock, snapshot)| Run::open(lock, snapshot))
         .transpose()
 }
