@@ -8,6 +8,7 @@ use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
 #[cfg(test)]
 use cosmic::scene::Scene;
+use cosmic::simulator::stability::Vibration;
 use cosmic::simulator::{Span, Trajectory};
 use cosmic::task::Task;
 
@@ -53,6 +54,14 @@ impl<'a> Probe<'a> {
         let mut start = || perturbed(&self.case.start, distance, &mut stream);
         (0..count).map(|_| start()).collect()
     }
+}
+
+/// The largest frequency of a case's robot with its nodes at some positions, and the bound over the
+/// edges on it, 1/s.
+pub(super) fn frequencies(case: &Case, positions: &[[f64; 2]]) -> [f64; 2] {
+    let body = case.body();
+    let vibration = Vibration::new(&case.lattice, &body, &case.physics, positions);
+    [vibration.largest_frequency(), vibration.edge_bound()]
 }
 
 /// A trajectory rounded to f64.

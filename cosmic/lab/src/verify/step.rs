@@ -1,16 +1,15 @@
 //! A case's time step beside the one that its springs bear.
 
+use super::probe::frequencies;
 use crate::report::sheet::Section;
 use crate::table::{Cell, Standing, Table};
 use cosmic::case::Case;
 use cosmic::scene::{Integrator, Named, PhysicsSettings};
-use cosmic::simulator::stability::{Vibration, stable_step};
+use cosmic::simulator::stability::stable_step;
 
 /// The stable time steps of a case's start by every integrator.
 pub fn stable_steps(case: &Case) -> Section {
-    let body = case.body();
-    let vibration = Vibration::new(&case.lattice, &body, &case.physics, &case.start.x);
-    let frequencies = [vibration.largest_frequency(), vibration.edge_bound()];
+    let frequencies = frequencies(case, &case.start.x);
     let asked = (case.physics.integrator, case.physics.substeps);
     let mut offered: Vec<_> = Integrator::ALL.iter().map(|(_, i)| (*i, 1)).collect();
     if !offered.contains(&asked) {

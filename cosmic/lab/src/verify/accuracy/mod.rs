@@ -9,12 +9,12 @@ use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::median_time;
-use super::probe::{Probe, distance, median, narrow};
+use super::probe::{Probe, distance, frequencies, median, narrow};
 use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::scene::Integrator;
 use cosmic::simulator::Trajectory;
-use cosmic::simulator::stability::{Vibration, stable_step};
+use cosmic::simulator::stability::stable_step;
 pub use energy::Energy;
 pub use reference::Reference;
 
@@ -56,6 +56,16 @@ pub struct Method {
     pub integrator: Integrator,
     /// Mechanical steps for each of the controller.
     pub substeps: usize,
+}
+
+impl Method {
+    /// The case's own.
+    fn of(case: &Case) -> Self {
+        Self {
+            integrator: case.physics.integrator,
+            substeps: case.physics.substeps,
+        }
+    }
 }
 
 /// One way to run the case.
@@ -116,15 +126,11 @@ impl Accuracy {
     pub fn of(case: &Case) -> Self {
         let last = LAST.min(case.physics.steps).max(32) / 32 * 32;
         let marks = [last / 16, last / 4, last / 2, last];
-        let own = Method {
-            integrator: case.physics.integrator,
-            substeps: case.physics.substeps,
-        };
         let reference = |held: Option<f64>| Reference::of(case, marks, held);
         let shares = SHARES.par_iter().copied().map(Some);
         let held = || shares.map(reference).collect::<Vec<_>>();
         let (reference, held) = rayon::join(|| reference(None), held);
-        let groups: Vec<Group> = methods(own)
+        let groups: Vec<Group> = methods(Method::of(case))
             .into_iter()
             .flat_map(|method| SHARES.map(|share| Group { method, share }))
             .collect();
@@ -133,10 +139,6 @@ impl Accuracy {
             .enumerate()
             .map(|(k, group)| group.runs(case, marks, [&reference, &held[k % SHARES.len()]]));
         let mut runs = found.collect::<Vec<_>>().concat();
-        for run in &mut runs {
-            let asked = (own, case.physics.dt, Precision::Double);
-            run.is_default = (run.method, run.dt, run.precision) == asked;
-        }
         set_orders(&mut runs);
         let rows = runs.chunks_exact_mut(Precision::ALL.len());
         for (group, rows) in groups.iter().zip(rows) {
@@ -214,7 +216,8 @@ impl Group {
         let here = self.case(case, 1, 1);
         let at = self.marks(marks, 1);
         let [reference, held] = references;
-        let stable = here.physics.dt < stable_limit(&here);
+        let [frequency, _] = frequencies(&here, &here.start.x);
+        let stable = here.physics.dt < stable_step(&here.physics, frequency);
         let motions = [
             self.motion::<f32>(&here, &at),
             self.motion::<f64>(&here, &at),
@@ -224,7 +227,8 @@ impl Group {
             method: self.method,
             dt: here.physics.dt,
             precision,
-            is_default: false,
+            is_default: (self.method, self.share, precision)
+                == (Method::of(case), 1.0, Precision::Double),
             error: reference.errors(seen),
             held: held.errors(seen),
             rounding: errors(seen, &motions[2].0),
@@ -260,12 +264,6 @@ fn time<R: Real>(probe: &Probe, at: &[usize]) -> f64 {
 
 fn errors(seen: &Trajectory<f64>, truth: &Trajectory<f64>) -> [f64; 4] {
     std::array::from_fn(|k| distance(&seen.states[k], &truth.states[k]))
-}
-
-fn stable_limit(case: &Case) -> f64 {
-    let body = case.body();
-    let vibration = Vibration::new(&case.lattice, &body, &case.physics, &case.start.x);
-    stable_step(&case.physics, vibration.largest_frequency())
 }
 
 /// Orders from rows of the same method and precision with time steps twice as long. A row that went

@@ -128,10 +128,10 @@ pub fn check_gradients_of(
 ) -> GradientCheck {
     let mut case = case.clone();
     case.physics.steps = steps.min(case.physics.steps);
-    let here = Subject::new(&case, loss);
+    let here = CaseLoss::new(&case, loss);
     let [stands, touches] = stands_and_touches(&case);
     let lifted = touches.then(|| lifted(&case));
-    let above = lifted.as_ref().map(|case| Subject::new(case, loss));
+    let above = lifted.as_ref().map(|case| CaseLoss::new(case, loss));
     let rounding = here.rounding();
     // Roundings of steps add up as they come.
     let steps_taken = case.physics.steps as f64;
@@ -201,8 +201,8 @@ fn lifted(case: &Case) -> Case {
     case
 }
 
-/// A case as a function of its inputs.
-struct Subject<'a, L> {
+/// The loss of a case as a function of its inputs.
+struct CaseLoss<'a, L> {
     case: &'a Case,
     of: &'a L,
     /// The same with the stability projection that its derivative is of.
@@ -213,7 +213,7 @@ struct Subject<'a, L> {
     gradient: Inputs<f64>,
 }
 
-impl<'a, L: Loss> Subject<'a, L> {
+impl<'a, L: Loss> CaseLoss<'a, L> {
     fn new(case: &'a Case, of: &'a L) -> Self {
         let mut softer = case.clone();
         softer.sharpness.beta_stability = softer.sharpness.beta_straight_through;

@@ -1,7 +1,7 @@
 //! Gradients: error, time and memory of every way to one, over horizons.
 
 mod sheet;
-mod subject;
+mod case_slopes;
 
 use autodiff::DoubleDouble;
 use rayon::prelude::*;
@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use super::chaos::Chaos;
 use super::clock::measured;
 use super::probe::{Probe, distance, most, narrow, norm};
+use case_slopes::{CaseSlopes, DIRECTIONS};
 use cosmic::case::Case;
-use subject::{DIRECTIONS, Subject};
 
 /// The longest horizon, and how many times it is halved.
 const LONGEST: usize = 4096;
@@ -129,7 +129,7 @@ impl Gradients {
         horizons.retain(|&steps| steps > 0);
         let mut case = case.clone();
         case.physics.steps = case.physics.steps.max(longest);
-        let subject = Subject::new(&case);
+        let subject = CaseSlopes::new(&case);
         let truth = truth(&subject, &horizons);
         let sweep: Vec<(f64, Vec<f64>)> = WIDTHS
             .par_iter()
@@ -158,7 +158,7 @@ impl Gradients {
     }
 
     /// Adds the row of a way over the k-th horizon.
-    fn take(&mut self, subject: &Subject, way: Way, k: usize, truth: &[f64; DIRECTIONS]) {
+    fn take(&mut self, subject: &CaseSlopes, way: Way, k: usize, truth: &[f64; DIRECTIONS]) {
         let steps = self.horizons[k];
         let expected = self.expected_memory(way, steps);
         let left_out = way == Way::FullTape && expected > MOST_MEMORY;
@@ -246,7 +246,7 @@ impl Gradients {
 }
 
 /// Slopes by duals in double-double, per horizon.
-fn truth(subject: &Subject, horizons: &[usize]) -> Vec<[f64; DIRECTIONS]> {
+fn truth(subject: &CaseSlopes, horizons: &[usize]) -> Vec<[f64; DIRECTIONS]> {
     const PART: usize = 4;
     let parts: Vec<Vec<[DoubleDouble; PART]>> = [0, PART]
         .par_iter()
@@ -259,8 +259,8 @@ fn truth(subject: &Subject, horizons: &[usize]) -> Vec<[f64; DIRECTIONS]> {
 }
 
 /// The most that the slopes change, as a share, from one of the moved starts to the next.
-fn moved(case: &Case, subject: &Subject, horizons: &[usize]) -> Vec<f64> {
-    let slopes = |subject: &Subject| -> Vec<[f64; DIRECTIONS]> {
+fn moved(case: &Case, subject: &CaseSlopes, horizons: &[usize]) -> Vec<f64> {
+    let slopes = |subject: &CaseSlopes| -> Vec<[f64; DIRECTIONS]> {
         let gradient = |&steps: &usize| subject.along(&subject.driver::<f64>(steps));
         horizons.iter().map(gradient).collect()
     };
@@ -269,7 +269,7 @@ fn moved(case: &Case, subject: &Subject, horizons: &[usize]) -> Vec<f64> {
     let there = starts.into_par_iter().map(|start| {
         let mut case = case.clone();
         case.start = start;
-        slopes(&Subject::new(&case))
+        slopes(&CaseSlopes::new(&case))
     });
     let there: Vec<_> = there.collect();
     let largest = |k: usize| {

@@ -1,12 +1,12 @@
 //! The extremes that are tried.
 
 use super::trial::{Trial, World, silent};
-use crate::verify::probe::most;
+use crate::verify::probe::{frequencies, most};
 use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::scene::{Contact, Integrator, Scene, StartKind};
 use cosmic::simulator::length;
-use cosmic::simulator::stability::{Vibration, stable_step};
+use cosmic::simulator::stability::stable_step;
 
 /// Steps of a trial: a vibration a twentieth beyond its limit grows a thousandfold in a dozen.
 const STEPS: usize = 512;
@@ -75,12 +75,6 @@ fn set_layout(case: &mut Case, material: impl Fn(usize) -> Material) {
     case.frozen = Some(edges.map(material).collect());
 }
 
-/// The largest frequency of a case at rest, 1/s.
-fn frequency(case: &Case) -> f64 {
-    let body = case.body();
-    Vibration::new(&case.lattice, &body, &case.physics, &case.lattice.positions).largest_frequency()
-}
-
 /// The trials so far.
 #[derive(Default)]
 struct Trials(Vec<Trial>);
@@ -92,7 +86,7 @@ impl Trials {
             World::Free => silent(case),
             World::Driven => case.clone(),
         };
-        let frequency = frequency(&case);
+        let [frequency, _] = frequencies(&case, &case.lattice.positions);
         let limit = stable_step(&case.physics, frequency);
         if limit.is_infinite() {
             return;
@@ -116,10 +110,11 @@ impl Trials {
 
     /// Adds a robot in its world with its own time step.
     fn single(&mut self, group: &'static str, what: &str, case: Case) {
+        let [frequency, _] = frequencies(&case, &case.lattice.positions);
         self.0.push(Trial {
             group,
             what: what.to_owned(),
-            frequency: frequency(&case),
+            frequency,
             case,
             world: World::Driven,
         });

@@ -17,7 +17,7 @@ use cosmic::task::{Horizon, Task};
 pub(super) const DIRECTIONS: usize = 8;
 
 /// Design vectors and weights; a frozen layout has no design to differentiate by.
-pub(super) struct Subject<'a> {
+pub(super) struct CaseSlopes<'a> {
     case: &'a Case,
     task: Task,
     inputs: Inputs<f64>,
@@ -26,7 +26,7 @@ pub(super) struct Subject<'a> {
     pub(super) directions: [Vec<f64>; DIRECTIONS],
 }
 
-impl<'a> Subject<'a> {
+impl<'a> CaseSlopes<'a> {
     pub(super) fn new(case: &'a Case) -> Self {
         let blocks = match case.frozen {
             None => [DESIGN, CONTROLLER].concat(),
