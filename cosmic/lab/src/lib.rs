@@ -1,7 +1,6 @@
-//! What is done with designs and runs of [`cosmic`] once they exist: checks, studies, sweeps and
-//! reports.
+//! Checks, studies, sweeps and reports of designs and runs of [`cosmic`].
 //!
-//! The order of the modules is the architecture: each uses only those above it.
+//! The order of the modules is the architecture: a module uses only those above it.
 //!
 //! - [`table`]: the one writer of tables.
 //! - [`robustness`]: one design in other worlds.

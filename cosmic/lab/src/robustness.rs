@@ -1,4 +1,4 @@
-//! Domain randomisation: finished designs rolled out in drawn domains, the same for all of them.
+//! Domain randomisation: finished designs are rolled out in drawn domains, which all designs share.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -18,25 +18,25 @@ use cosmic::record::{DesignFile, run};
 use cosmic::scene::{RobustSettings, Scene};
 use cosmic::simulator::Divergence;
 
-/// What the files of results say they are.
+/// The format of the results.
 const FORMAT: Format = Format {
     name: "cosmic-robustness",
     version: 1,
 };
 
-/// Designs among drawn domains.
+/// The results of designs in drawn domains.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Robustness {
-    /// How far the domains are from the nominal one.
+    /// The largest departures of the domains from the nominal one.
     pub scatter: RobustSettings,
     /// Seed of the draws.
     pub seed: u64,
-    /// One design each.
+    /// One entry per design.
     pub runs: Vec<RobustRun>,
 }
 
 impl Robustness {
-    /// A row a run.
+    /// A table with a row per run.
     pub fn table(&self) -> Table {
         let metres = |name, says| Column::new(name, says).unit("m").decimals(3, "diverged");
         let nominal = metres("nominal", "displacement of the robot as it was designed");
@@ -56,7 +56,7 @@ impl Robustness {
         table.add(loss, |run| run.loss).done()
     }
 
-    /// Writes JSON or, where the file's name ends in `.csv`, the table.
+    /// Writes JSON, or the table if the file's name ends in `.csv`.
     ///
     /// # Errors
     /// [`Error::Write`](cosmic::Error::Write).
@@ -73,39 +73,39 @@ impl Robustness {
 pub struct RobustRun {
     /// The run's folder.
     pub run: String,
-    /// How far the nominal robot gets in one rollout; `None` where it diverges.
+    /// Displacement of the nominal robot in one rollout; `None` if it diverges.
     pub nominal: Option<f64>,
-    /// The least over the drawn domains; `None` where a rollout diverged.
+    /// The least displacement over the drawn domains; `None` if a rollout diverged.
     pub least: Option<f64>,
-    /// 10 % quantile over the drawn domains; `None` where it leans on a diverged rollout.
+    /// 10 % quantile over the drawn domains; `None` if it depends on a diverged rollout.
     pub p10: Option<f64>,
     /// Median over them.
     pub p50: Option<f64>,
     /// 90 % quantile over them.
     pub p90: Option<f64>,
-    /// Where the scene's task is not to get far: the median loss over them.
+    /// The median loss over them, if the scene's task is other than distance.
     pub loss: Option<f64>,
-    /// Where the nominal rollout diverges, if it does.
+    /// The divergence of the nominal rollout, if any.
     #[serde(skip)]
     pub divergence: Option<Divergence>,
 }
 
-/// Where designs are tried out.
+/// The domains for all designs.
 #[derive(Clone, Debug)]
 pub struct DrawnDomains {
-    /// How far the domains are from the nominal one, and how many there are.
+    /// The largest departures from the nominal domain, and the number of draws.
     pub scatter: RobustSettings,
     /// Seed of the draws.
     pub seed: u64,
-    /// The scene for all designs; without one, each in its own.
+    /// The scene for all designs; `None` for each design's own.
     pub scene: Option<Scene>,
 }
 
-/// Rolls out the designs of finished runs in as many domains as the trial's scatter has samples. For
-/// lattices of one size all designs see the same draws.
+/// Rolls out the designs of finished runs in the drawn domains. Designs on lattices of one size meet
+/// the same draws.
 ///
 /// # Errors
-/// Where a run is not finished, its scene or design cannot be read, or the two do not fit.
+/// If a run is not finished, its scene or design cannot be read, or the two do not fit.
 pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
     let runs = runs.iter().map(|folder| one(folder, trial));
     Ok(Robustness {
@@ -157,7 +157,7 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     })
 }
 
-/// The least number; `None` where one is none, a rollout that diverged.
+/// The least number; `None` if one is not finite, which marks a diverged rollout.
 fn least(numbers: &[f64]) -> Option<f64> {
     let all = numbers.iter().all(|x| x.is_finite());
     all.then(|| numbers.iter().copied().fold(f64::INFINITY, f64::min))

@@ -1,15 +1,15 @@
-//! Who works on a run: whoever holds the lock of its claim.
+//! The right to work on a run: a lock on a file.
 
 use cosmic::error::{Error, Result};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::Path;
 
-/// Claims a run: whoever holds the file has the right to work on it. `None` if another process, or
-/// another thread of this one, holds it. The system takes the lock back from a process that ends in
-/// any way: a claim cannot outlive its holder, and a file that is left behind claims nothing.
+/// Claims a run until the file is dropped. `None` if another process, or another thread of this one,
+/// holds the claim. The system releases the lock when a process ends, however it ends: a file that is
+/// left behind claims nothing.
 ///
 /// # Errors
-/// [`Error::Write`] where claims cannot be made.
+/// [`Error::Write`] if claims cannot be made.
 pub(super) fn claim(sweep: &Path, name: &str) -> Result<Option<File>> {
     let folder = sweep.join("claims");
     let path = folder.join(name);

@@ -1,4 +1,4 @@
-//! `results.json` and `results.csv`: every run's result in one place, from the runs' records.
+//! `results.json` and `results.csv`: the results of all runs, from their records.
 
 use super::state::iterations;
 use super::{RunState, SweepPlan};
@@ -11,13 +11,13 @@ use cosmic::record::summary::{NUMBERS, SummaryNumber};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// What merged results say they are.
+/// The format of merged results.
 pub(super) const FORMAT: Format = Format {
     name: "cosmic-sweep-results",
     version: 1,
 };
 
-/// What came of one run.
+/// The result of one run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MergedRun {
     /// Its number in the plan.
@@ -26,34 +26,34 @@ pub struct MergedRun {
     pub scene: String,
     /// Its seed.
     pub seed: u64,
-    /// How far it is.
+    /// Its state.
     pub state: RunState,
     /// Iterations done.
     pub iterations: usize,
-    /// Its summary, where it is done.
+    /// Its summary, if it is done.
     pub summary: Option<Summary>,
 }
 
 /// The runs of a sweep, in the plan's order.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SweepResults {
-    /// One entry a run.
+    /// One entry per run.
     pub runs: Vec<MergedRun>,
 }
 
 impl SweepResults {
-    /// How many runs are in a state.
+    /// The number of runs in a state.
     pub fn count(&self, state: RunState) -> usize {
         self.runs.iter().filter(|run| run.state == state).count()
     }
 
-    /// How many runs have something left to do.
+    /// The number of runs that are not over.
     pub fn left(&self) -> usize {
         self.count(RunState::Waiting) + self.count(RunState::Begun)
     }
 }
 
-/// How far the runs of a sweep are, without their summaries.
+/// The states of a sweep's runs, without their summaries.
 pub fn survey(sweep: &Path, plan: &SweepPlan) -> SweepResults {
     let one = |index: usize| {
         let folder = plan.folder(sweep, index);
@@ -72,7 +72,7 @@ pub fn survey(sweep: &Path, plan: &SweepPlan) -> SweepResults {
     }
 }
 
-/// Reads how far the runs of a sweep are, and the summaries there are.
+/// The states of a sweep's runs, with the summaries of those that are done.
 ///
 /// # Errors
 /// Those of [`Summary::read`].
@@ -88,7 +88,7 @@ pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<SweepResults> {
     Ok(results)
 }
 
-/// Writes a sweep's merged results into its folder and says which files these are.
+/// Writes a sweep's merged results into its folder and returns the paths.
 ///
 /// # Errors
 /// [`Error::Write`](cosmic::Error::Write).
@@ -99,7 +99,7 @@ pub fn write_results(sweep: &Path, results: &SweepResults) -> Result<[PathBuf; 2
     Ok([json, csv])
 }
 
-/// A row a run; what a run does not have is left empty.
+/// A row per run; a number that a run lacks is left empty.
 fn table(results: &SweepResults) -> Table {
     let loss: (_, SummaryNumber) = ("loss_p50", |summary| summary.loss_p50);
     let numbers: Vec<_> = NUMBERS.into_iter().chain([loss]).collect();

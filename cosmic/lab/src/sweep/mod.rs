@@ -1,10 +1,10 @@
 //! Many runs from one frozen plan.
 //!
-//! A sweep's folder has `plan.json`, written once, and below `runs` an ordinary run's folder for
-//! every scene and seed. Any number of processes may work on it at once: whoever takes a run holds
-//! a lock on its claim, which the system gives back when that process ends, however it ends. What
-//! is done is told by the runs' own files alone, so that a sweep goes on wherever it was
-//! interrupted, and [`merge`] reads records and simulates nothing.
+//! The folder of a sweep holds `plan.json`, written once, and below `runs` an ordinary run folder for
+//! every scene and seed. Any number of processes may work on it at once. A process holds a lock on the
+//! claim of its run; the system releases the lock when the process ends, however it ends. The files of
+//! the runs alone say what is done, so a sweep continues wherever it was interrupted. [`merge`] reads
+//! records and simulates nothing.
 
 mod state;
 mod plan;

@@ -1,4 +1,4 @@
-//! `plan.json`: which scenes and seeds a sweep has, fixed when it is planned.
+//! `plan.json`: the scenes and seeds of a sweep, fixed when it is planned.
 
 use super::RunState;
 use cosmic::codesign::CoDesign;
@@ -14,7 +14,7 @@ use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf, is_separator};
 
-/// What a plan says it is.
+/// The format of a plan.
 pub(super) const FORMAT: Format = Format {
     name: "cosmic-sweep-plan",
     version: 1,
@@ -23,13 +23,13 @@ pub(super) const FORMAT: Format = Format {
 /// The plan's place in a sweep's folder.
 pub const PLAN: &str = "plan.json";
 
-/// The plan that the runs began with, in a sweep's folder: an edited `plan.json` is told by it.
+/// The copy of the plan that the runs began with: it gives an edited `plan.json` away.
 const FROZEN: &str = "claims/plan.json";
 
 /// A scene of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannedScene {
-    /// What it is called; no two of a sweep have the same name.
+    /// Its name, unique within a sweep.
     pub name: String,
     /// The scene; in the file as TOML.
     #[serde(with = "snapshot::toml")]
@@ -43,9 +43,9 @@ pub struct SweepPlan {
     pub scenes: Vec<PlannedScene>,
     /// The first seed.
     pub first_seed: u64,
-    /// How many seeds, from the first on.
+    /// The number of seeds, from the first on.
     pub seeds: NonZeroUsize,
-    /// Stop every run after so many iterations, although its scene has more.
+    /// Stops every run after this many iterations, even if its scene has more.
     pub iterations: Option<NonZeroUsize>,
 }
 
@@ -121,7 +121,7 @@ impl SweepPlan {
         }
     }
 
-    /// Keeps the plan for runs that begin, unless others began with it.
+    /// Keeps a copy of the plan when the first run begins.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -182,12 +182,12 @@ impl SweepPlan {
         own.into_iter().chain(of_scenes).collect()
     }
 
-    /// How many runs there are.
+    /// The number of runs.
     pub fn runs(&self) -> usize {
         self.scenes.len() * self.seeds.get()
     }
 
-    /// How many runs have nothing left to do, by the files that are there.
+    /// The number of runs that are over, judged by their files.
     pub fn over(&self, sweep: &Path) -> usize {
         let is_over = |index: &usize| RunState::of(&self.folder(sweep, *index)).is_over();
         (0..self.runs()).filter(is_over).count()
@@ -199,7 +199,7 @@ impl SweepPlan {
         (&self.scenes[scene], self.first_seed + seed as u64)
     }
 
-    /// What a run's folder and its claim are called.
+    /// The name of a run's folder and of its claim.
     pub fn name(&self, index: usize) -> String {
         let (scene, seed) = self.parts(index);
         format!("{}-{seed}", scene.name)
@@ -210,7 +210,7 @@ impl SweepPlan {
         sweep.join("runs").join(self.name(index))
     }
 
-    /// What a run is to do.
+    /// The plan of one run.
     pub fn run(&self, index: usize) -> RunPlan {
         let (PlannedScene { name, scene }, seed) = self.parts(index);
         RunPlan {

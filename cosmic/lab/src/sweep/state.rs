@@ -1,4 +1,4 @@
-//! How far a run of a sweep is, by the files it has.
+//! The state of a sweep's run, judged by its files.
 
 use cosmic::record::DIVERGED;
 use cosmic::record::history::LINES;
@@ -8,22 +8,22 @@ use serde::Serialize;
 use std::fs;
 use std::path::Path;
 
-/// How far a run is.
+/// The state of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunState {
     /// Not begun.
     Waiting,
-    /// Begun: at work, or interrupted.
+    /// At work, or interrupted.
     Begun,
     /// Finished, with a summary.
     Done,
-    /// Finished: the delivered design flies apart.
+    /// Finished, with a design that diverges.
     Diverged,
 }
 
 impl RunState {
-    /// All of them, from the first on.
+    /// All states, in order.
     pub const ALL: [Self; 4] = [Self::Waiting, Self::Begun, Self::Done, Self::Diverged];
 
     /// The state of a run's folder, which need not exist.
@@ -39,12 +39,12 @@ impl RunState {
         }
     }
 
-    /// Whether nothing is left to do.
+    /// True if nothing is left to do.
     pub fn is_over(self) -> bool {
         matches!(self, RunState::Done | RunState::Diverged)
     }
 
-    /// Its name in files.
+    /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
             RunState::Waiting => "waiting",
@@ -55,7 +55,7 @@ impl RunState {
     }
 }
 
-/// Iterations in a run's history; a run at work may be one ahead.
+/// Iterations in a run's history. A run at work may be one ahead.
 pub(super) fn iterations(folder: &Path) -> usize {
     let bytes = fs::read(folder.join(LINES)).unwrap_or_default();
     bytes.iter().filter(|&&byte| byte == b'\n').count()

@@ -1,4 +1,4 @@
-//! Doing the runs of a sweep: one, the next one, or all that are left, one a thread.
+//! The work on a sweep: one run, the next run, or all that are left with a thread for each.
 
 use super::claim::claim;
 use super::{RunState, SweepPlan};
@@ -13,16 +13,16 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Mutex;
 
-/// What came of a run that was asked for.
+/// The outcome of a run that was asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RunOutcome {
-    /// It ran, or went on, to its end.
+    /// It ran to its end.
     Done(Box<Summary>),
-    /// Its result flies apart: the sentence that says where.
+    /// Its result diverges; the sentence says where.
     Diverged(String),
-    /// It was over before.
+    /// It was already over.
     Over,
-    /// Another process has it.
+    /// Another process is at work on it.
     Taken,
 }
 
@@ -31,19 +31,19 @@ pub enum RunOutcome {
 pub struct Ended {
     /// Its number.
     pub index: usize,
-    /// What came of it.
+    /// Its outcome.
     pub outcome: RunOutcome,
 }
 
-/// Whoever watches a sweep from another thread, and may end it early.
+/// Watches a sweep from another thread, and may end it early.
 pub trait Overseer: Sync {
-    /// Whether to stop. Runs save themselves first.
+    /// True to stop the sweep. Runs save themselves first.
     fn is_stopped(&self) -> bool;
 
-    /// A run ended; calls do not overlap.
+    /// Called when a run ended. Calls do not overlap.
     fn ended(&self, ended: &Ended);
 
-    /// What a run's observer is [warned](Observer::warning) of, and the run's name.
+    /// Passes on a [warning](Observer::warning) with the name of its run.
     fn warning(&self, run: &str, text: &str);
 }
 
@@ -57,7 +57,7 @@ pub struct Sweep<'s> {
 }
 
 impl Sweep<'_> {
-    /// Does one run, or goes on with it.
+    /// Begins or resumes one run.
     ///
     /// # Errors
     /// Those of [`record::optimise`] and [`record::resume`], except a result's divergence.
@@ -73,7 +73,7 @@ impl Sweep<'_> {
         let Some(_claim) = claim(self.folder, &self.plan.name(index))? else {
             return Ok(RunOutcome::Taken);
         };
-        // Whoever had the claim until just now may have finished.
+        // The last holder of the claim may have finished the run.
         if RunState::of(&folder).is_over() {
             return Ok(RunOutcome::Over);
         }
@@ -85,17 +85,18 @@ impl Sweep<'_> {
         match done {
             Ok(summary) => Ok(RunOutcome::Done(Box::new(summary))),
             Err(error @ Error::Diverged { .. }) => Ok(RunOutcome::Diverged(error.to_string())),
-            // By `cosmic resume`, which knows of no claims.
+            // Taken by `cosmic resume`, which makes no claims.
             Err(Error::Taken(_)) => Ok(RunOutcome::Taken),
             Err(error) => Err(error),
         }
     }
 
-    /// Does the first run that is neither over nor taken; `None` where there is none. One that
-    /// cannot be done for a reason of its own, such as its time step, is passed over.
+    /// Works on the first run that is neither over nor taken; `None` if there is none. A run that
+    /// fails for a reason of its own, such as its time step, is passed over.
     ///
     /// # Errors
-    /// As [`run_one`](Self::run_one), of what is passed over where nothing else is left.
+    /// Those of [`run_one`](Self::run_one). A run that was passed over is reported only if no other
+    /// is left.
     pub fn run_next(self, observer: &mut dyn Observer) -> Result<Option<Ended>> {
         let mut passed_over = BTreeMap::new();
         for index in 0..self.plan.runs() {
@@ -110,8 +111,8 @@ impl Sweep<'_> {
         first_of(passed_over).map(|()| None)
     }
 
-    /// A run's error that says nothing of others, with the run: its time step, its files. Where
-    /// nothing can be written, or the user wants an end, that is the end of a sweep.
+    /// Wraps the error of a single run, such as its time step or its files, so that it can be passed
+    /// over. If nothing can be written, or the user interrupts, the whole sweep ends.
     fn of_its_own(self, index: usize, error: Error) -> Result<Error> {
         match error {
             Error::Write { .. } | Error::Interrupted { .. } | Error::Stopped { .. } => Err(error),
@@ -123,13 +124,13 @@ impl Sweep<'_> {
         }
     }
 
-    /// Does every run that is neither over nor taken, each on a thread of its own, until none is
-    /// left: also those that other processes give back meanwhile. What cannot be done for a reason
-    /// of its own is passed over.
+    /// Works on every run that is neither over nor taken, each on its own thread, until none is left.
+    /// This includes runs that other processes give back meanwhile. A run that fails for a reason of
+    /// its own is passed over.
     ///
     /// # Errors
-    /// As [`run_one`](Self::run_one), the first of them, after all others are done if it is of one
-    /// run alone; [`Error::Stopped`] where the overseer asked for it.
+    /// The first of those of [`run_one`](Self::run_one); the error of a single run is reported after
+    /// all others are done. [`Error::Stopped`] if the overseer asked for it.
     pub fn run_all(self, threads: Option<NonZeroUsize>, overseer: &dyn Overseer) -> Result<()> {
         let mut passed_over = BTreeMap::new();
         loop {
@@ -145,14 +146,14 @@ impl Sweep<'_> {
                     Err(error) => _ = passed_over.insert(*index, error),
                 }
             }
-            // Nothing to take was left, or all that was left is taken.
+            // Nothing is left, or other processes are at work on all that is left.
             if taken == 0 || taken == left.len() {
                 return first_of(passed_over);
             }
         }
     }
 
-    /// Tries each of some runs once: its outcome, or why it was passed over.
+    /// Tries each run once: its outcome, or the reason why it was passed over.
     fn try_each(
         self,
         runs: &[usize],
@@ -177,7 +178,7 @@ impl Sweep<'_> {
             }
         });
         match done {
-            // Counted when all threads have stopped.
+            // Count again: all threads have stopped now.
             Err(Error::Interrupted { .. } | Error::Stopped { .. }) => Err(self.stopped()),
             done => done,
         }
@@ -191,7 +192,7 @@ impl Sweep<'_> {
     }
 }
 
-/// Says what was passed over, if anything was.
+/// The error of the first run that was passed over, with the count of the others.
 fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
     let count = passed_over.len();
     match passed_over.into_values().next() {
@@ -205,7 +206,7 @@ fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
     }
 }
 
-/// A run among others says nothing of its iterations.
+/// The observer of a run among others: it does not report iterations.
 struct Quiet<'o> {
     overseer: &'o dyn Overseer,
     name: &'o str,

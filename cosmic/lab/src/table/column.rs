@@ -1,9 +1,9 @@
-//! What a column holds, and how its numbers are written.
+//! Cells, columns, and the formats of their numbers.
 
 use super::words::{decimals, quoted, three_digits};
 use serde::Serialize;
 
-/// A value of a table. JSON has numbers to the last bit, those that are not finite as `null`.
+/// A value of a table. JSON keeps every bit of a number; one that is not finite is `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Cell {
@@ -11,9 +11,9 @@ pub enum Cell {
     Text(String),
     /// A whole number.
     Count(u64),
-    /// A number. People read "failed" where it is not finite.
+    /// A number; shown as "failed" if it is not finite.
     Number(f64),
-    /// Nothing was measured here.
+    /// No value was measured.
     Missing,
 }
 
@@ -57,20 +57,20 @@ impl From<&str> for Cell {
 /// The head of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// Its key in JSON and CSV, and its heading.
+    /// Its heading, and its key in JSON and CSV.
     pub name: String,
-    /// What it is, with its unit where there is no `unit`.
+    /// Its meaning, with the unit if `unit` is empty.
     pub says: String,
-    /// The unit of its numbers, or nothing: in its heading, after the name.
+    /// The unit of its numbers, in the heading after the name; may be empty.
     pub unit: &'static str,
-    /// How many decimals people read; three digits without.
+    /// Decimals in texts for people; `None` for three significant digits.
     decimals: Option<usize>,
-    /// What people read where there is no number.
+    /// The word for a missing number.
     missing: &'static str,
 }
 
 impl Column {
-    /// A column of this name and meaning. People read three digits of its numbers.
+    /// A column whose numbers are shown to three significant digits.
     pub fn new(name: &str, says: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -81,7 +81,7 @@ impl Column {
         }
     }
 
-    /// People read so many decimals of its numbers, and a word where there is none.
+    /// Shows numbers to this many decimals, and a word in place of a missing one.
     pub fn decimals(self, decimals: usize, missing: &'static str) -> Self {
         let decimals = Some(decimals);
         Self {
@@ -91,7 +91,7 @@ impl Column {
         }
     }
 
-    /// Its numbers have a unit.
+    /// Sets the unit of the numbers.
     pub fn unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
     }
@@ -104,7 +104,7 @@ impl Column {
         }
     }
 
-    /// A cell as people read it.
+    /// The text of a cell for people.
     pub fn shown(&self, cell: &Cell) -> String {
         match (cell, self.decimals) {
             (Cell::Text(text), _) => text.clone(),
@@ -115,7 +115,7 @@ impl Column {
         }
     }
 
-    /// A cell as people read it, with its unit where it is a number.
+    /// The text of a cell for people; a number has its unit.
     pub fn shown_with_unit(&self, cell: &Cell) -> String {
         let shown = self.shown(cell);
         match (cell, self.unit) {
@@ -124,14 +124,14 @@ impl Column {
         }
     }
 
-    /// A cell as CSV has it: numbers to the last bit.
+    /// The text of a cell in CSV. Numbers keep every bit.
     pub(super) fn csv(&self, cell: &Cell) -> String {
         match (cell, self.decimals) {
             (Cell::Text(text), _) => quoted(text),
             (Cell::Count(count), _) => count.to_string(),
             (Cell::Missing, _) => String::new(),
             (Cell::Number(x), Some(_)) => x.to_string(),
-            // Of any magnitude: without an exponent some would be hundreds of digits long.
+            // Without an exponent a very large or small number would be hundreds of digits long.
             (Cell::Number(x), None) => format!("{x:e}"),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::{Cell, Column, Standing, Table};
 
-/// A table in the making: one row for each subject, and its columns so far.
+/// A table under construction: a row for each subject, and the columns added so far.
 pub struct TableOf<'a, S> {
     subjects: &'a [S],
     table: Table,
@@ -22,12 +22,12 @@ impl Table {
 }
 
 impl<'a, S> TableOf<'a, S> {
-    /// Adds a column: its name, its meaning, and the cell of each subject.
+    /// Adds a column with a name, a meaning, and a cell for each subject.
     pub fn column<C: Into<Cell>>(self, name: &str, says: &str, cell: impl Fn(&'a S) -> C) -> Self {
         self.add(Column::new(name, says), cell)
     }
 
-    /// Adds a column with the cell of each subject.
+    /// Adds a column with a cell for each subject.
     pub fn add<C: Into<Cell>>(mut self, column: Column, cell: impl Fn(&'a S) -> C) -> Self {
         self.table.columns.push(column);
         for (row, subject) in self.table.rows.iter_mut().zip(self.subjects) {
@@ -36,8 +36,8 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// Adds a column for each name, all of one meaning: the k-th holds the k-th of each subject's
-    /// cells.
+    /// Adds a column for each name, all with one meaning. `cell` takes the subject and the column's
+    /// index among them.
     pub fn columns<C: Into<Cell>>(
         mut self,
         names: impl IntoIterator<Item = impl AsRef<str>>,
@@ -50,7 +50,7 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// Every column so far shows this many decimals, and a word where there is no number.
+    /// Makes all columns so far show this many decimals, and a word in place of a missing number.
     pub fn decimals(mut self, decimals: usize, missing: &'static str) -> Self {
         let columns = self.table.columns.into_iter();
         let columns = columns.map(|column| column.decimals(decimals, missing));
@@ -68,7 +68,7 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// What the rows are of.
+    /// The subjects of the rows.
     pub(crate) fn subjects(&self) -> &'a [S] {
         self.subjects
     }

@@ -5,20 +5,20 @@ use super::{Cell, Column};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
-/// How a row stands out.
+/// The emphasis of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Standing {
-    /// It does not.
+    /// An ordinary row.
     #[default]
     Plain,
-    /// What the scene itself asks for.
+    /// The row with the scene's own settings.
     Default,
-    /// It failed.
+    /// A row that failed its check.
     Failed,
 }
 
 impl Standing {
-    /// Its name in files and in style sheets.
+    /// The name in files and style sheets.
     fn name(self) -> &'static str {
         match self {
             Standing::Plain => "plain",
@@ -33,7 +33,7 @@ impl Standing {
 pub struct Row {
     /// One for each column.
     pub cells: Vec<Cell>,
-    /// How it stands out.
+    /// Its emphasis.
     pub standing: Standing,
 }
 
@@ -47,9 +47,9 @@ impl From<Vec<Cell>> for Row {
 /// Rows under named columns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// The name of its file; nothing where it has none.
+    /// The name of its file; may be empty.
     pub name: String,
-    /// Its heading; nothing where it has none.
+    /// Its heading; may be empty.
     pub title: String,
     /// Its columns.
     pub columns: Vec<Column>,
@@ -58,7 +58,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table without a name or a heading, all of whose rows are plain.
+    /// A table of ordinary rows, without a name or a heading.
     pub fn new(columns: Vec<Column>, rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
         Self {
             columns,
@@ -67,7 +67,7 @@ impl Table {
         }
     }
 
-    /// The table with one more column, how each row stands out.
+    /// The table with the standings as its last column.
     pub(crate) fn with_standings(&self) -> Self {
         let mut table = self.clone();
         table.columns.push(Column::new(
@@ -80,7 +80,7 @@ impl Table {
         table
     }
 
-    /// CSV: a line of names, then a line a row; numbers to the last bit.
+    /// CSV: a line of names, then a line for each row. Numbers keep every bit.
     pub fn to_csv(&self) -> String {
         let head = self.columns.iter().map(|column| quoted(&column.name));
         let rows = self.rows.iter().map(|row| self.written(row, Column::csv));
@@ -88,7 +88,7 @@ impl Table {
         lines.map(|line: Vec<_>| line.join(",") + "\n").collect()
     }
 
-    /// JSON: for each column's name what it is, and the rows as objects by these names.
+    /// JSON: the meanings by the columns' names, and the rows as objects with these keys.
     pub fn to_json(&self) -> Value {
         let row = |row: &Row| {
             let cells = self.columns.iter().zip(&row.cells);
@@ -104,7 +104,7 @@ impl Table {
         })
     }
 
-    /// A table of HTML. Its headings say what the columns are where the mouse rests.
+    /// A table of HTML. The meaning of a column shows when the mouse rests on its heading.
     pub fn to_html(&self) -> String {
         let mut html = String::from("<table>");
         let named = self.columns.iter().any(|column| !column.name.is_empty());
@@ -136,7 +136,7 @@ impl Table {
         html + "</tbody></table>\n"
     }
 
-    /// Markdown: the first column to the left, the others to the right.
+    /// Markdown: the first column left-aligned, the others right-aligned.
     pub fn to_markdown(&self) -> String {
         let rule = |k: usize| if k == 0 { "---" } else { "--:" }.to_owned();
         let mut lines = self.shown();
@@ -150,7 +150,7 @@ impl Table {
         aligned(&self.shown())
     }
 
-    /// The headings, and then the rows as people read them.
+    /// The headings, then the rows, as texts for people.
     pub(crate) fn shown(&self) -> Vec<Vec<String>> {
         let head = self.columns.iter().map(Column::heading).collect();
         let rows = self.rows.iter().map(|row| self.written(row, Column::shown));
@@ -163,7 +163,7 @@ impl Table {
     }
 }
 
-/// Lines of as many cells each in columns: the first to the left, the others to the right.
+/// Lines of equally many cells as aligned columns: the first to the left, the others to the right.
 pub fn aligned(lines: &[Vec<String>]) -> String {
     let width = |k: usize| lines.iter().map(|cells| cells[k].chars().count()).max();
     let columns = lines.first().map_or(0, Vec::len);

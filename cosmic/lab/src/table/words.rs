@@ -1,6 +1,6 @@
-//! Numbers and texts as people read them, and as HTML, SVG and CSV need them.
+//! Numbers for people, and texts for HTML, SVG and CSV.
 
-/// A number to so many decimals with a true minus sign. One that rounds to zero has no sign.
+/// A number to `places` decimals with a true minus sign. A number that rounds to zero has no sign.
 pub fn decimals(x: f64, places: usize) -> String {
     let text = format!("{x:.places$}");
     let is_zero = text.chars().all(|c| "-0.".contains(c));
@@ -27,7 +27,7 @@ pub(super) fn three_digits(x: f64) -> String {
     }
 }
 
-/// Text that is safe between and inside the tags of HTML and SVG.
+/// Text with the special characters of HTML and SVG escaped.
 pub fn escape(text: &str) -> String {
     let pairs = [
         ('&', "&amp;"),
@@ -40,7 +40,7 @@ pub fn escape(text: &str) -> String {
         .fold(text.to_owned(), |text, (c, safe)| text.replace(*c, safe))
 }
 
-/// Text as HTML; what stands between two backticks is code.
+/// Text as HTML; a passage between two backticks becomes code.
 pub fn prose(text: &str) -> String {
     let mut html = String::new();
     let mut rest = text;
@@ -54,7 +54,7 @@ pub fn prose(text: &str) -> String {
     html + &escape(rest)
 }
 
-/// Text as a cell of CSV, in quotes where it would end the cell.
+/// Text as a cell of CSV, in quotes if it holds a separator.
 pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
