@@ -1,4 +1,4 @@
-//! What topology, material and control are each worth, and what together.
+//! The gains of topology, material and control, each alone and together.
 
 use super::Study;
 use super::document::{document, metres, motifs, percent, pictures, ratio, table, trial_table};
@@ -8,7 +8,7 @@ use super::statistics::Statistics;
 use super::trials::{ABLATION, CONTROL, MATERIAL, TOPOLOGY, lines};
 use crate::table::decimals;
 
-/// What a trial may design: its name, its bit in [`ABLATION`], the paper's gain as a ratio.
+/// Something that a trial may design: its name, its bit in [`ABLATION`], the paper's gain as a ratio.
 type Entity = (&'static str, u8, Option<f64>);
 
 const ENTITIES: [Entity; 3] = [
@@ -17,10 +17,10 @@ const ENTITIES: [Entity; 3] = [
     ("control", CONTROL, None),
 ];
 
-/// A number of a trial's sample.
+/// A statistic of a trial's sample.
 type Number = fn(&Statistics) -> Option<f64>;
 
-/// What the trials that do not design an entity reach on average, and those that do, m.
+/// Mean displacements of the trials that do not design an entity, and of those that do, m.
 fn means(results: &StudyResults, bit: u8, number: Number) -> [Option<f64>; 2] {
     [false, true].map(|wanted| {
         let trials = ABLATION
@@ -118,8 +118,8 @@ fn by_entity(results: &StudyResults) -> String {
     )
 }
 
-/// Questions that two trials answer: the one with an entity less, the one with it, what is asked,
-/// what the paper says.
+/// Questions that two trials answer: the trial without an entity, the trial with it, the question,
+/// the paper's answer.
 const STEPS: &str = "
 topology-material | all               | Does control help on top of topology and material | 1.02 to 1.91, +87 %
 topology          | topology-control  | Does control help with topology alone | it does not
@@ -127,7 +127,7 @@ material          | topology-material | Does topology help with material alone |
 material-control  | all               | Does topology help with material and control | it does
 ";
 
-/// What the paper says it found, held against these numbers.
+/// The paper's findings beside these numbers.
 fn questions(results: &StudyResults) -> String {
     let steps: String = lines(STEPS).map(|line| step(results, line)).collect();
     ranking(results) + &together(results) + &steps
@@ -179,7 +179,7 @@ fn together(results: &StudyResults) -> String {
     )
 }
 
-/// From one trial to another that designs one entity more.
+/// The change from one trial to another that designs one entity more.
 fn step(results: &StudyResults, [from, to, question, paper]: [&str; 4]) -> String {
     let [from, to] = [from, to].map(|name| results.row(name).displacement);
     let errors = Option::zip(from.standard_error, to.standard_error);

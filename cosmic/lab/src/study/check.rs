@@ -1,4 +1,4 @@
-//! `check.json`: what a study measures of a finished run beyond the run's own summary.
+//! `check.json`: what a study measures of a finished run in addition to its summary.
 
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::design::VolumeBounds;
@@ -10,26 +10,26 @@ use cosmic::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What a check says it is.
+/// The format of a check.
 const FORMAT: Format = Format {
     name: "cosmic-check",
     version: 1,
 };
 
-/// The check's place in a run's folder.
+/// The name of the check in a run's folder.
 const CHECK: &str = "check.json";
 
-/// A delivered design in other rollouts than its own, from the same perturbed starts. In metres
-/// along the ground; `None` where a rollout diverged.
+/// Displacements of a delivered design in changed scenes, from the perturbed starts of the summary. In
+/// metres along the ground; `None` if a rollout diverged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Check {
-    /// With half the time step and twice the steps: 10 % quantile, median, 90 % quantile.
+    /// At half the time step, with twice the steps: 10 % quantile, median, 90 % quantile.
     pub(super) half_step: [Option<f64>; 3],
     /// With the goal mirrored behind the origin: the median.
     pub(super) goal_behind: Option<f64>,
-    /// Whether every edge has exactly one material.
+    /// True if every edge has exactly one material.
     pub(super) one_hot: bool,
-    /// Whether the volumes are within the widened bounds.
+    /// True if the volumes are within the widened bounds.
     pub(super) within_bounds: bool,
 }
 
@@ -65,7 +65,7 @@ impl Check {
         })
     }
 
-    /// Measures a finished run that has no check yet, and keeps it there.
+    /// Measures a finished run and writes its check, unless it has one.
     ///
     /// # Errors
     /// As [`measure`](Self::measure) and [`write_json`].
@@ -86,7 +86,7 @@ impl Check {
     }
 }
 
-/// The scene in which a design is rolled out with half the time step.
+/// The scene at half the time step.
 pub(super) fn with_half_steps(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.physics.dt *= 0.5;

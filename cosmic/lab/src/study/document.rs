@@ -1,4 +1,4 @@
-//! Pieces of the documents: numbers, tables, what all studies say.
+//! Parts of the documents: numbers, tables, the text that all studies share.
 
 use super::Study;
 use super::results::StudyResults;
@@ -6,7 +6,7 @@ use super::rows::{RunRow, TrialRow};
 use crate::table::{Cell, Column, Table, TableOf, decimals};
 use cosmic::scene::Departure;
 
-/// What documents show where there is no number.
+/// The sign for a missing number.
 const NONE: &str = "–";
 
 /// A number to two decimals.
@@ -14,7 +14,7 @@ pub(super) fn metres(x: Option<f64>) -> String {
     x.map_or(NONE.to_owned(), |x| decimals(x, 2))
 }
 
-/// How much more or less than one a ratio is, in percent.
+/// A ratio as a change in percent.
 pub(super) fn percent(ratio: Option<f64>) -> String {
     let change = ratio.filter(|ratio| ratio.is_finite());
     change.map_or(NONE.to_owned(), |ratio| {
@@ -23,14 +23,14 @@ pub(super) fn percent(ratio: Option<f64>) -> String {
     })
 }
 
-/// The quotient of two displacements. None over less than a centimetre: a robot that hardly moves
-/// is no measure.
+/// The quotient of two displacements; `None` if the divisor is below a centimetre, because a robot
+/// that hardly moves is no measure.
 pub(super) fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     let b = b.filter(|b| *b >= 0.01);
     Option::zip(a, b).map(|(a, b)| a / b)
 }
 
-/// A column of words, or of numbers to so many decimals.
+/// A column of words, or of numbers to this many decimals.
 fn column(name: &str, decimals: usize) -> Column {
     Column::new(name, "").decimals(decimals, NONE)
 }
@@ -41,8 +41,8 @@ pub(super) fn table(names: &[&str], rows: impl IntoIterator<Item = Vec<Cell>>) -
     Table::new(columns.collect(), rows).to_markdown()
 }
 
-/// A whole document: what every number is, what is special to the study, sections under their
-/// headings, and how it was made.
+/// A whole document: the meaning of the numbers, the text of the study, sections under their headings,
+/// and the command that made it.
 pub(super) fn document(study: &Study, title: &str, about: &str, sections: &[[&str; 2]]) -> String {
     let mut text = format!("# {title}\n\n{}{about}", preamble(study));
     for [heading, body] in sections {
@@ -51,7 +51,7 @@ pub(super) fn document(study: &Study, title: &str, about: &str, sections: &[[&st
     text + "\n" + &made_by(study)
 }
 
-/// What every number is.
+/// The meaning of the numbers.
 fn preamble(study: &Study) -> String {
     let (seeds, first) = (study.seeds.get() as u64, study.first_seed);
     let last = first + (seeds - 1);
@@ -80,8 +80,8 @@ fn preamble(study: &Study) -> String {
     )
 }
 
-/// A table of trials: columns special to the study, what is told of every trial, and letters for its
-/// departures from the paper, with what these are below.
+/// A table of trials: the study's own columns, those that all studies share, and letters for departures
+/// from the paper, with a legend below.
 pub(super) fn trial_table<'r>(
     rows: &'r [&'r TrialRow],
     special: impl Fn(TableOf<'r, &'r TrialRow>) -> TableOf<'r, &'r TrialRow>,
@@ -143,7 +143,7 @@ fn letters(known: &[&Departure], row: &TrialRow) -> String {
     }
 }
 
-/// What the letters stand for.
+/// The legend of the letters.
 fn legend(known: &[&Departure]) -> String {
     if known.is_empty() {
         return "Departures from the paper: none.\n".to_owned();
@@ -154,10 +154,10 @@ fn legend(known: &[&Departure]) -> String {
     format!("Departures from the paper, each a named option:\n\n{lines}")
 }
 
-/// By how much a motif's share exceeds that by chance where it recurs for a reason.
+/// The margin by which the share of a motif must exceed chance to count as recurring.
 const WELL_ABOVE: f64 = 0.1;
 
-/// The motifs of a table's trials: each against the chance of shuffled layouts.
+/// The motifs of a table's trials beside those of shuffled layouts.
 pub(super) fn motifs(results: &StudyResults, of: &str) -> String {
     let trials = results.rows.iter().enumerate();
     let trials: Vec<_> = trials.filter(|(_, row)| row.trial.table == of).collect();

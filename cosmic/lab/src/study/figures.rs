@@ -15,7 +15,7 @@ use std::path::PathBuf;
 const UNIT: &str =
     "displacement along the ground, m (bar: median; dots: seeds; stroke: the paper's)";
 
-/// Draws and writes a study's figures and says which files these are.
+/// Draws a study's figures and returns the paths of their files.
 ///
 /// # Errors
 /// Those of reading the runs that are drawn; [`Error::Write`](cosmic::Error::Write).
@@ -40,7 +40,7 @@ pub(super) fn write(study: &Study, results: &StudyResults) -> Result<Vec<PathBuf
     write_texts(&folder, drawn)
 }
 
-/// Which pictures of a trial's best run are shown.
+/// The pictures of a trial's best run that the study shows.
 fn pictures(kind: StudyKind, row: &TrialRow) -> &'static [Picture] {
     match kind {
         StudyKind::Paper if row.trial.table == DEFAULT => &PICTURES,
@@ -49,7 +49,7 @@ fn pictures(kind: StudyKind, row: &TrialRow) -> &'static [Picture] {
     }
 }
 
-/// The charts of all trials: the names of their files, and the files.
+/// The charts of all trials by the names of their files.
 fn charts(kind: StudyKind, results: &StudyResults) -> Vec<(&'static str, String)> {
     let of = |table: &str, title: &str| {
         let rows = results.table(table);

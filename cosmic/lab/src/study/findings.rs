@@ -1,4 +1,4 @@
-//! What the paper says it found, each as a change of the default and a number.
+//! The paper's findings, each as a change of the default and a number.
 
 use super::Study;
 use super::document::{document, metres, percent, ratio, trial_table};
@@ -8,8 +8,8 @@ use super::statistics::mean;
 use super::trials::{REFERENCE, lines};
 use crate::table::decimals;
 
-/// The trial that answers, the one it is held against, what is asked, and what the paper says where
-/// it does.
+/// The trial that answers, the trial it is compared with, the question, and the paper's answer, if
+/// any.
 const QUESTIONS: &str = "
 simp                | stability | Does penalised stiffness (SIMP) harm? \
     | it can induce significant instability
@@ -66,8 +66,8 @@ fn trials(results: &StudyResults) -> String {
     })
 }
 
-/// A question with its numbers. Runs of one seed begin alike, so the verdict is on the mean of the
-/// seeds' own changes; one within twice its error is no answer.
+/// A question with its numbers. Runs of one seed begin alike, so the verdict is on the mean change from
+/// seed to seed. A mean within twice its error decides nothing.
 fn answer(results: &StudyResults, [changed, reference, question, paper]: [&str; 4]) -> String {
     let rows = [reference, changed].map(|name| results.row(name));
     let [from, to] = rows.map(|row| row.displacement.median);

@@ -1,10 +1,9 @@
-//! The paper's evaluation again: many seeds of every experiment, laid beside the paper's numbers.
+//! The paper's evaluation repeated: many seeds of every experiment beside the paper's numbers.
 //!
 //! A [`Study`] is a sweep with a document. [`prepare`](Study::prepare) freezes its plan,
-//! [`simulate`](Study::simulate) does what is left of the runs and measures each delivered design
-//! at half the time step and with the goal behind, [`write`](Study::write) reads the records and
-//! writes Markdown, CSV, JSON and figures. Every number of these follows from the plan, wall times
-//! aside.
+//! [`simulate`](Study::simulate) completes the runs and measures each delivered design at half the time
+//! step and with the goal behind, [`write`](Study::write) reads the records and writes Markdown, CSV,
+//! JSON and figures. All numbers except wall times follow from the plan.
 
 mod trials;
 mod settings;

@@ -1,4 +1,4 @@
-//! Which motifs recur among the designs, against what chance would leave of the same materials.
+//! Motifs that recur among the designs, compared with shuffles of their materials.
 
 use super::rows::{RunRow, TrialRow};
 use cosmic::design::Material;
@@ -10,13 +10,13 @@ use cosmic::scene::Scene;
 use rand::RngExt;
 use serde::Serialize;
 
-/// How often each layout is shuffled.
+/// Shuffles of each layout.
 const SHUFFLES: usize = 50;
 
-/// A number of a layout: a share, or 1 where something is there and 0 where not.
+/// A number of a layout: a share, or 1 if the layout has a feature and 0 if not.
 type OfLayout = fn(&Lattice, &[Material]) -> f64;
 
-/// The motifs that the paper describes: what is looked for, as a number.
+/// The motifs that the paper describes, each as a number.
 const MOTIFS: [(&str, OfLayout); 4] = [
     (
         "the lowest row is broken: one of its edges is void",
@@ -54,7 +54,7 @@ const MOTIFS: [(&str, OfLayout); 4] = [
     ),
 ];
 
-/// The share of the edges that count and are, among those that count.
+/// Of the edges for which `is` gives an answer, the share for which it is true.
 fn share(materials: &[Material], is: impl Fn(usize, Material) -> Option<bool>) -> f64 {
     let edges = materials.iter().enumerate();
     let counted: Vec<bool> = edges.filter_map(|(e, &m)| is(e, m)).collect();
@@ -62,7 +62,7 @@ fn share(materials: &[Material], is: impl Fn(usize, Material) -> Option<bool>) -
     yes as f64 / counted.len().max(1) as f64
 }
 
-/// Whether an edge is a horizontal actuator above or below crossed skeleton braces.
+/// True for a horizontal actuator above or below crossed skeleton braces.
 fn is_between_braces(lattice: &Lattice, materials: &[Material], edge: usize) -> bool {
     let [i, j] = lattice.edges[edge];
     if j != i + 1 || materials[edge] != Material::Actuator {
@@ -79,12 +79,12 @@ fn is_between_braces(lattice: &Lattice, materials: &[Material], edge: usize) -> 
     braced(i) || i >= columns && braced(i - columns)
 }
 
-/// How often a motif is among the designs of a trial.
+/// How often a motif occurs among the designs of each trial.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct MotifRow {
-    /// What is looked for.
+    /// The motif in words.
     pub(super) says: String,
-    /// For each trial: its mean over the designs, and over layouts shuffled from them.
+    /// For each trial: the mean over its designs, and over layouts shuffled from them.
     pub(super) found: Vec<[f64; 2]>,
 }
 
@@ -101,7 +101,7 @@ pub(super) fn count(trials: &[TrialRow]) -> Result<Vec<MotifRow>> {
     Ok(MOTIFS.iter().enumerate().map(row).collect())
 }
 
-/// For each motif its means over a trial's designs, and over layouts shuffled from them.
+/// For each motif: the mean over a trial's designs, and over layouts shuffled from them.
 fn found(trial: &TrialRow) -> Result<[[f64; 2]; MOTIFS.len()]> {
     let mut sums = [[0.0; 2]; MOTIFS.len()];
     let mut designs = 0.0_f64;
@@ -143,7 +143,7 @@ mod tests {
         Lattice::new(&settings, &PhysicsSettings::default())
     }
 
-    /// A layout by what each edge is made of.
+    /// A layout by the material of each edge.
     fn layout(lattice: &Lattice, material: impl Fn([usize; 2]) -> Material) -> Vec<Material> {
         lattice.edges.iter().map(|&edge| material(edge)).collect()
     }

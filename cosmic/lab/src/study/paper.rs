@@ -7,7 +7,7 @@ use super::rows::TrialRow;
 use super::trials::{DEFAULT, STRICT};
 use crate::report::PICTURES;
 
-/// By how much the paper's design b outdoes its baseline.
+/// The paper's displacement of design b over that of its baseline.
 const PAPER_GAIN: f64 = 1.66;
 
 /// The whole document.
@@ -72,7 +72,7 @@ fn against_baselines(results: &StudyResults) -> String {
     format!("Medians over the seeds.\n\n{}", table(&names, rows))
 }
 
-/// Across and up, of one unperturbed rollout of each design.
+/// Displacements across and up in one unperturbed rollout of each design.
 fn incline(results: &StudyResults) -> String {
     let of = |name| results.row(&format!("{name}-incline")).world;
     let paper = [Some(1.36), Some(0.35)];

@@ -15,13 +15,13 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// What the results say they are.
+/// The format of the results.
 const FORMAT: Format = Format {
     name: "cosmic-study",
     version: 1,
 };
 
-/// All that a study found.
+/// The results of a study.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct StudyResults {
     #[serde(flatten)]
@@ -30,14 +30,14 @@ pub(super) struct StudyResults {
     pub(super) motifs: Vec<MotifRow>,
 }
 
-/// What the results are of.
+/// The settings of the study that made the results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Settings {
     study: String,
     first_seed: u64,
     seeds: NonZeroUsize,
     iterations: Option<NonZeroUsize>,
-    /// Settings under those of every scene, TOML. Results of older versions do not say.
+    /// Settings under those of every scene, TOML. Results of older versions lack it.
     #[serde(default)]
     base: Option<String>,
 }
@@ -51,7 +51,7 @@ impl StudyResults {
         }
     }
 
-    /// The trial of a name; a study has all of its trials.
+    /// The trial with this name, which must be one of the study's.
     pub(super) fn row(&self, name: &str) -> &TrialRow {
         let row = self.rows.iter().find(|row| row.trial.name == name);
         row.expect("a study has all of its trials")
@@ -65,7 +65,7 @@ impl StudyResults {
             .collect()
     }
 
-    /// Writes the document, a table with a row a run and all numbers, and says where they are.
+    /// Writes the document, a table with a row per run, and all numbers; returns the paths.
     pub(super) fn write(&self, study: &Study, document: &str) -> Result<[PathBuf; 3]> {
         let paths = ["md", "csv", "json"].map(|kind| place(study, kind));
         for (path, text) in paths.iter().zip([document, &self.runs().to_csv()]) {
@@ -75,7 +75,7 @@ impl StudyResults {
         Ok(paths)
     }
 
-    /// A row a run; what a run does not have is left empty.
+    /// A row per run; a number that a run lacks is left empty.
     fn runs(&self) -> Table {
         let trials = self.rows.iter();
         let runs: Vec<(&Trial, &RunRow)> = trials
@@ -97,8 +97,8 @@ impl StudyResults {
             .done()
     }
 
-    /// Refuses where a study would replace results that it does not repeat: of other settings, or
-    /// of seeds that it does not have.
+    /// Refuses to replace results that the study would not repeat: those of other settings, or of seeds
+    /// that it lacks.
     ///
     /// # Errors
     /// [`Error::Usage`]; those of [`read_json`].
@@ -130,8 +130,7 @@ impl Settings {
         }
     }
 
-    /// The first setting in which results differ from those that repeat them: its name, its value in
-    /// these and in the others.
+    /// The first setting that differs between these results and new ones: its name, and both values.
     fn differs(&self, now: &Self) -> Option<[String; 3]> {
         let last = |s: &Self| s.first_seed.saturating_add(s.seeds.get() as u64 - 1);
         if self.first_seed < now.first_seed || last(self) > last(now) {
@@ -141,7 +140,7 @@ impl Settings {
         let settings = |settings: &Self| {
             let most = settings.iterations;
             let most = most.map_or("all".to_owned(), |n| n.to_string());
-            // Results that do not say may have any.
+            // Results without a base may have any.
             let base = self.base.as_ref().and(settings.base.as_deref());
             let base = Scene::parse("--base", base.unwrap_or_default());
             let base = base
@@ -163,10 +162,10 @@ fn place(study: &Study, extension: &str) -> PathBuf {
     study.out.join(name)
 }
 
-/// A number of a check; `None` where a rollout diverged.
+/// A number of a check; `None` if a rollout diverged.
 type OfCheck = fn(&Check) -> Option<f64>;
 
-/// Numbers of a check, each with the name of its column; what holds is 1.
+/// Numbers of a check, each with the name of its column. True is 1.
 const OF_CHECK: [(&str, OfCheck); 6] = [
     ("half_step_p50", |c| c.half_step[1]),
     ("half_step_p10", |c| c.half_step[0]),

@@ -10,16 +10,16 @@ use cosmic::scene::Departure;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// One run. Displacements in metres along the ground; `None` where a rollout diverged.
+/// One run. Displacements in metres along the ground; `None` if a rollout diverged.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct RunRow {
     /// Its seed.
     pub(super) seed: u64,
-    /// Whether the delivered design flew apart; then the rest is empty.
+    /// True if the delivered design diverged; then the rest is empty.
     pub(super) diverged: bool,
-    /// What the run wrote last.
+    /// The summary of the run.
     pub(super) summary: Option<Summary>,
-    /// What was measured of it afterwards.
+    /// The numbers measured after the run.
     pub(super) check: Option<Check>,
     /// Its folder.
     #[serde(skip)]
@@ -27,23 +27,23 @@ pub(super) struct RunRow {
 }
 
 impl RunRow {
-    /// The figure to quote: the median over perturbed starts.
+    /// The median over perturbed starts: the figure to quote.
     pub(super) fn displacement(&self) -> Option<f64> {
         self.summary.as_ref()?.displacement_p50
     }
 
-    /// From the 10 % to the 90 % quantile over perturbed starts.
+    /// The distance of the 10 % and the 90 % quantile over perturbed starts.
     pub(super) fn spread(&self) -> Option<f64> {
         let summary = self.summary.as_ref()?;
         Some(summary.displacement_p90? - summary.displacement_p10?)
     }
 
-    /// The same design at half the time step.
+    /// The displacement at half the time step.
     pub(super) fn half_step(&self) -> Option<f64> {
         self.check.as_ref()?.half_step[1]
     }
 
-    /// The same design with the goal behind.
+    /// The displacement with the goal behind.
     pub(super) fn goal_behind(&self) -> Option<f64> {
         self.check.as_ref()?.goal_behind
     }
@@ -86,7 +86,7 @@ pub(super) struct TrialRow {
 }
 
 impl TrialRow {
-    /// The run that got farthest, of equals the first; none where all diverged.
+    /// The run that got farthest, the first of equals; `None` if all diverged.
     pub(super) fn best(&self) -> Option<&RunRow> {
         let runs = self.runs.iter().rev();
         let runs = runs.filter_map(|run| Some((run, run.displacement()?)));
@@ -113,7 +113,7 @@ impl TrialRow {
             departures: trial.scene.departures(),
             ratio: Option::zip(displacement.median, trial.paper).map(|(own, paper)| own / paper),
             displacement,
-            // What diverged spreads more than anything.
+            // A diverged run spreads more than any other.
             spread: median(&|run| Some(run.spread().unwrap_or(f64::INFINITY))),
             half_step: median(&RunRow::half_step),
             last: summary(|s| s.displacement_last_p50),
@@ -138,7 +138,7 @@ impl TrialRow {
 /// Reads the records of all runs.
 ///
 /// # Errors
-/// Where a record is missing or no good.
+/// If a record is missing or malformed.
 pub(super) fn collect(sweep: &Path, plan: &SweepPlan, trials: &[Trial]) -> Result<Vec<TrialRow>> {
     let seeds = plan.seeds.get();
     let run = |index: usize| -> Result<RunRow> {

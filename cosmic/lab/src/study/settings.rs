@@ -1,4 +1,4 @@
-//! What is to be studied, and where.
+//! The settings of a study.
 
 use super::trials::{Base, StudyKind, Trial, trials};
 use crate::sweep::{PlannedScene, SweepPlan};
@@ -6,27 +6,27 @@ use cosmic::error::{Result, in_shell};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// What is to be studied, and where.
+/// A study and its folders.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
     /// Which study.
     pub kind: StudyKind,
     /// The first seed.
     pub first_seed: u64,
-    /// How many seeds, from the first on.
+    /// The number of seeds, from the first on.
     pub seeds: NonZeroUsize,
-    /// Stop every run after so many iterations: to try a study in little.
+    /// Stops every run after this many iterations, to try a study in little.
     pub iterations: Option<NonZeroUsize>,
     /// Settings under those of every scene.
     pub base: Base,
-    /// Where the results go.
+    /// The folder of the results.
     pub out: PathBuf,
-    /// Where the runs are, or go on.
+    /// The folder of the runs, in which an interrupted study continues.
     pub runs: PathBuf,
 }
 
 impl StudyKind {
-    /// Where the runs of a study are, and its results, unless other folders are named.
+    /// The default folder of a study's runs and results.
     pub fn folder(self) -> PathBuf {
         Path::new("runs").join(format!("study-{}", self.name()))
     }
@@ -55,7 +55,7 @@ impl Study {
         })
     }
 
-    /// The command that makes these results, as a user writes it.
+    /// The command that repeats the study.
     pub(super) fn command(&self) -> String {
         let mut command = format!("cosmic study {} --seeds {}", self.kind.name(), self.seeds);
         if self.first_seed != 0 {

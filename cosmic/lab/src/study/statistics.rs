@@ -1,14 +1,14 @@
-//! What a sample of seeds says, and how far it is to be trusted.
+//! Statistics of a sample of seeds, and their errors.
 
 use cosmic::codesign::Quantiles;
 use cosmic::random::{Purpose, stream};
 use rand::RngExt;
 use serde::Serialize;
 
-/// How often a sample is drawn again for the error of its median.
+/// Resamples for the error of a median.
 const RESAMPLES: usize = 1000;
 
-/// The statistics of a sample; a number that leans on a run that diverged is `None`.
+/// The statistics of a sample. A number that depends on a diverged run is `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(super) struct Statistics {
     /// The largest number.
@@ -19,12 +19,12 @@ pub(super) struct Statistics {
     pub(super) median: Option<f64>,
     /// The 90 % quantile.
     pub(super) p90: Option<f64>,
-    /// The standard error of the median, by the bootstrap; of two numbers or more.
+    /// The standard error of the median, by the bootstrap; `None` for a single number.
     pub(super) standard_error: Option<f64>,
 }
 
 impl Statistics {
-    /// Of a sample in which runs that diverged are `None`, and count lowest.
+    /// The statistics of a sample. A diverged run is `None`, and counts as lowest.
     pub(super) fn of(sample: &[Option<f64>]) -> Self {
         if sample.is_empty() {
             return Self::default();
@@ -50,14 +50,14 @@ fn mean_and_variance(sample: &[f64]) -> [f64; 2] {
     [mean, squares / (count - 1.0)]
 }
 
-/// The mean of a sample and its standard error, of two numbers or more.
+/// The mean of a sample and its standard error; `None` for a single number.
 pub(super) fn mean(sample: &[f64]) -> Option<[f64; 2]> {
     let [mean, variance] = mean_and_variance(sample);
     (sample.len() > 1).then(|| [mean, (variance / sample.len() as f64).sqrt()])
 }
 
-/// The scatter of the medians of samples drawn from this one with replacement. The stream is the
-/// same for every sample: an error belongs to the sample and not to when it was asked for.
+/// The standard deviation of the medians of resamples, drawn with replacement. All samples use one
+/// stream, so that the error depends on the sample alone.
 fn standard_error(sample: &[f64]) -> f64 {
     let mut stream = stream(0, Purpose::Bootstrap);
     let mut again = vec![0.0; sample.len()];

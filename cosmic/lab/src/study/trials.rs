@@ -1,17 +1,17 @@
-//! What the studies run: every experiment of the paper as a scene, by what it changes.
+//! The experiments of the studies, as built-in scenes with changes.
 
 use cosmic::error::{Error, Result};
 use cosmic::scene::{BUILTIN, Scene};
 use serde::Serialize;
 
-/// Which study.
+/// The kind of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StudyKind {
     /// The paper's designs and environments, strictly by its algorithm and with the defaults.
     Paper,
-    /// Topology, material and control, each designed or not.
+    /// All combinations of topology, material and control as what is designed.
     Ablation,
-    /// What the paper says it found, one change of the default scene at a time.
+    /// The paper's findings, by one change of the default scene at a time.
     Findings,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Trial {
     pub(super) name: String,
     /// The table that it belongs to.
     pub(super) table: &'static str,
-    /// What a reader calls it.
+    /// Its title in documents.
     pub(super) title: &'static str,
     /// The paper's displacement along the ground, m.
     pub(super) paper: Option<f64>,
@@ -56,7 +56,7 @@ pub(super) const STRICT: &str = "strict";
 /// The table with the defaults.
 pub(super) const DEFAULT: &str = "default";
 
-/// Takes back every departure that is on by default.
+/// Switches every departure off that is on by default.
 const WITHOUT_DEPARTURES: &str = "
 schedule = { settle = 0.0, snap_trials = 0, polish_trials = 0 }
 gradient = { design_memory = 0.0, cotangent_bound = 'off' }
@@ -67,7 +67,7 @@ selection.kind = 'last'
 /// The paper's layout for both its baseline and its three-legged start.
 const WITHOUT_SHORT_START: &str = "start.layout = 'tall'";
 
-/// The paper's experiments: the built-in scene, what a reader calls it, the paper's number.
+/// The paper's experiments: the built-in scene, the title, the paper's number.
 const PAPER: [(&str, &str, Option<f64>); 8] = [
     ("baseline_tall", "a, sequential baseline, tall", Some(1.14)),
     ("baseline_short", "a, sequential baseline, short", None),
@@ -83,7 +83,7 @@ const PAPER: [(&str, &str, Option<f64>); 8] = [
 /// The trials of a study over the settings of `base`.
 ///
 /// # Errors
-/// Those of [`Scene::parse`], for settings that the study's own do not go with.
+/// Those of [`Scene::parse`], if the base does not go with the study's own settings.
 pub(super) fn trials(kind: StudyKind, base: &Base) -> Result<Vec<Trial>> {
     match kind {
         StudyKind::Paper => paper(base),
@@ -134,15 +134,15 @@ fn paper(base: &Base) -> Result<Vec<Trial>> {
     rows.map(trial).collect()
 }
 
-/// What a trial of the ablation designs is a sum of these: which edges exist,
+/// A bit for what a trial of the ablation designs: which edges exist.
 pub(super) const TOPOLOGY: u8 = 0b100;
-/// which of them are actuators,
+/// A bit for what a trial designs: which edges are actuators.
 pub(super) const MATERIAL: u8 = 0b010;
-/// and the controller's weights.
+/// A bit for what a trial designs: the controller's weights.
 pub(super) const CONTROL: u8 = 0b001;
 
-/// The trials of the ablation in the order of the paper's figure: name, what a reader calls it, the
-/// paper's number, what it designs.
+/// The trials of the ablation in the order of the paper's figure: name, title, the paper's number, the
+/// bits of what it designs.
 pub(super) const ABLATION: [(&str, &str, Option<f64>, u8); 8] = [
     ("none", "a, nothing", None, 0),
     ("control", "b, control", None, CONTROL),
@@ -159,8 +159,8 @@ pub(super) const ABLATION: [(&str, &str, Option<f64>, u8); 8] = [
     ("all", "h, all three", Some(1.91), 0b111),
 ];
 
-/// The paper holds materials by lowering what is not dominant. An offset as wide as the range of
-/// the design vectors cannot be overcome.
+/// The paper holds materials by lowering those that are not dominant. No design vector can overcome an
+/// offset as wide as the range of the design vectors.
 const HELD_MATERIALS: &str = "projection.hold_materials = 1.0";
 
 /// The paper holds the topology by its volume alone.
@@ -179,7 +179,7 @@ adam.fine_rate = 0.006
 /// The controller keeps its first weights.
 const HELD_CONTROL: &str = "adam = { rate = 0.0, fine_rate = 0.0 }";
 
-/// Without anything to design, one iteration is as good as any number.
+/// If nothing is designed, one iteration is enough.
 const HELD_ALL: &str = "schedule.iterations = 1";
 
 fn ablation(base: &Base) -> Result<Vec<Trial>> {
@@ -207,10 +207,10 @@ fn ablation(base: &Base) -> Result<Vec<Trial>> {
     ABLATION.into_iter().map(trial).collect()
 }
 
-/// The trial that the others of the findings are held against.
+/// The trial that the others of the findings are compared with.
 pub(super) const REFERENCE: &str = "stability";
 
-/// Changes of a built-in scene: the trial's name, the scene, what a reader calls it, the change.
+/// Changes of a built-in scene: the trial's name, the scene, the title, the change.
 ///
 /// As an input of 0.1 the goal is too weak to tell two goals apart by; and what is chosen by the
 /// goal ahead would be no fair sample.

@@ -1,4 +1,4 @@
-//! Preparing a study, doing it, and writing what came of it.
+//! The work of a study: its plan, its runs, its results.
 
 use super::check::{Check, with_half_steps};
 use super::results::StudyResults;
@@ -12,8 +12,8 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 impl Study {
-    /// Freezes the plan, or finds it frozen by a study that goes on. Other seeds of the same
-    /// experiments may join those that are there.
+    /// Freezes the plan, or continues with the plan in the folder. Other seeds of the same experiments
+    /// may join those that are there.
     ///
     /// # Errors
     /// [`Error::Usage`] where the runs are of other experiments, or the results of others or of
@@ -41,7 +41,7 @@ impl Study {
             }
         }
         StudyResults::may_replace(self)?;
-        // Before hours of work that could not be written down.
+        // Now, not after hours of work whose results could not be written.
         make_folder(&self.out)?;
         if is_new {
             plan.freeze(&self.runs)?;
@@ -52,7 +52,7 @@ impl Study {
         Ok(plan)
     }
 
-    /// Does what is left of the runs, one a thread, and measures the delivered designs.
+    /// Completes the runs, one per thread, and measures the delivered designs.
     ///
     /// # Errors
     /// Those of [`Sweep::run_all`] and those of keeping a run; [`Error::Usage`] where other processes are still
@@ -86,10 +86,10 @@ impl Study {
         checked.map(drop)
     }
 
-    /// Writes the results from the runs' records, and says which files these are.
+    /// Writes the results from the runs' records and returns the paths.
     ///
     /// # Errors
-    /// Where a record is missing or no good, or a file cannot be written.
+    /// If a record is missing or malformed, or a file cannot be written.
     pub fn write(&self) -> Result<Vec<PathBuf>> {
         let rows = collect(&self.runs, &self.plan()?, &self.trials()?)?;
         let results = StudyResults::new(self, motifs::count(&rows)?, rows);
