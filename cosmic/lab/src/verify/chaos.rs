@@ -1,4 +1,4 @@
-//! How fast neighbouring motions part, and what that leaves of pointwise errors.
+//! How fast neighbouring motions diverge, and how long pointwise errors mean anything.
 
 use rayon::prelude::*;
 
@@ -8,36 +8,36 @@ use cosmic::case::Case;
 use cosmic::codesign::Quantiles;
 use cosmic::task::together;
 
-/// Starts that are compared with the unmoved one.
+/// Perturbed starts that are compared with the unperturbed one.
 const STARTS: usize = 16;
-/// How far their nodes are moved, m.
+/// The perturbation of each coordinate, m.
 const MOVED: f64 = 1e-9;
-/// Parted so far, m, two motions no longer part as small perturbations do.
+/// The distance of two motions, m, beyond which they no longer diverge as small perturbations do.
 const PARTED: f64 = 1e-4;
-/// Steps from one look at the distance to the next.
+/// Steps between two measurements of the distance.
 const EVERY: usize = 8;
 
-/// Of a number's binary digits, those that a single step's sums of some hundred terms, and the
-/// curvature of contact, use up before anything has doubled.
+/// Binary digits lost before anything has doubled, to the sums of a single step, of some hundred terms,
+/// and to the curvature of contact.
 const SPENT: u32 = 7;
 
-/// How long a computation says anything about single points of a motion.
+/// The time for which a computation predicts single points of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Predictable {
-    /// Steps in which a small perturbation doubles, the median over starts; infinite where it
-    /// does not once double in the whole rollout.
+    /// Steps in which a small perturbation doubles, the median over starts; infinite if it does not
+    /// double once in the whole rollout.
     pub doubling: f64,
     /// Length of a step, s.
     pub dt: f64,
-    /// Steps, and how much a small perturbation had grown at most until then, of all starts:
-    /// contacts stretch some directions for a while even where nothing grows for ever. Up to
-    /// where the first start has parted.
+    /// Steps, and the largest growth of a small perturbation until then over all starts: contacts
+    /// stretch some directions for a while even if nothing grows for ever. Ends when the first start
+    /// is beyond the range of small perturbations.
     pub grown: Vec<(usize, f64)>,
 }
 
 impl Predictable {
-    /// Steps after which a number type of so many binary digits has none left that is right:
-    /// [`f64::MANTISSA_DIGITS`] less 7 doublings.
+    /// Steps after which a number type of this many binary digits has lost all of them to rounding, such
+    /// as [`f64::MANTISSA_DIGITS`].
     pub fn horizon(&self, digits: u32) -> f64 {
         f64::from(digits - SPENT) * self.doubling
     }
@@ -50,7 +50,7 @@ impl Predictable {
         grown * ((steps - at) as f64 / self.doubling).exp2()
     }
 
-    /// What is said beside every table.
+    /// The note beside every table.
     pub fn note(&self) -> String {
         if self.doubling.is_infinite() {
             let most = self.grown.last().map_or(1.0, |(_, grown)| *grown);
@@ -74,7 +74,7 @@ impl Predictable {
     }
 }
 
-/// What perturbed starts make of a case.
+/// The motions of a case from perturbed starts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chaos {
     /// How fast motions part.
@@ -83,7 +83,7 @@ pub struct Chaos {
     pub steps: usize,
     /// Displacement along the ground over the perturbed starts, after all steps.
     pub spread: Quantiles,
-    /// That of the unperturbed start.
+    /// The displacement from the unperturbed start.
     pub unmoved: f64,
 }
 
@@ -144,7 +144,7 @@ impl Chaos {
     }
 }
 
-/// The most that any of the distances had grown until so many steps, until one has parted.
+/// The largest growth of any of the distances by step, as long as all are small.
 fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
     let mut most: f64 = 1.0;
     let mut grown = Vec::new();
@@ -159,19 +159,19 @@ fn largest_growth(steps: &[usize], parting: &[Vec<f64>]) -> Vec<(usize, f64)> {
     grown
 }
 
-/// Doublings per step: the slope of a line through the logarithms of the distances, as long as
-/// they are small. The first steps, in which a perturbation turns towards what grows, count too:
-/// they are few.
+/// Doublings per step: the slope of a line through the logarithms of the distances, as long as these
+/// are small. The first steps, in which a perturbation turns towards the growing directions, count as
+/// well: they are few.
 fn growth_rate(steps: &[usize], distances: &[f64]) -> f64 {
     let count = distances.iter().take_while(|&&d| d < PARTED).count();
-    // Motions that have met again to the last bit are a rounding apart.
+    // Motions that agree to the last bit count as one rounding apart.
     let log = |d: &f64| d.max(f64::EPSILON).log2();
     let points = steps.iter().zip(distances).take(count);
     let points: Vec<[f64; 2]> = points.map(|(&n, d)| [n as f64, log(d)]).collect();
     slope(&points)
 }
 
-/// The slope of the straight line nearest to points; zero through fewer than two.
+/// The slope of the straight line nearest to some points; zero for fewer than two.
 fn slope(points: &[[f64; 2]]) -> f64 {
     let count = points.len().max(1) as f64;
     let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / count);

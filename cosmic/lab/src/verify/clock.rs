@@ -1,4 +1,4 @@
-//! Run times and memory of single pieces of work, measured alone.
+//! Run times and memory of pieces of work, each measured alone.
 
 use std::fs;
 use std::hint::black_box;
@@ -8,23 +8,23 @@ use super::probe::median;
 
 #[cfg(not(windows))]
 use cpu_time::ThreadTime as Clock;
-// Windows counts a thread's time in ticks of 16 ms: the clock on the wall is the better one there.
+// Windows counts a thread's time in ticks of 16 ms: wall time is more precise there.
 #[cfg(windows)]
 use std::time::Instant as Clock;
 
-/// Work that takes longer than this, s, is not done again.
+/// Work that takes longer than this, s, is not repeated.
 const LONG: f64 = 1.0;
-/// After this long there is no further round of works that take turns.
+/// Works that take turns begin no further round after this time.
 const LONGEST: Duration = Duration::from_secs(2);
 
-/// The processor time of this thread that a work takes.
+/// The processor time of this thread for a piece of work.
 pub(super) fn timed<T>(work: impl FnOnce() -> T) -> Duration {
     let start = Clock::now();
     black_box(work());
     start.elapsed()
 }
 
-/// The median processor time of up to so many runs of a work, in s.
+/// The median processor time of a piece of work over up to `repeats` runs, in s.
 pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64 {
     let (mut times, mut spent) = (Vec::new(), 0.0);
     while times.is_empty() || times.len() < repeats && spent < LONG {
@@ -35,8 +35,8 @@ pub(super) fn median_time<T>(repeats: usize, mut work: impl FnMut() -> T) -> f64
     median(times)
 }
 
-/// The least processor time of each work over some rounds, or over fewer where these take long, in
-/// s. Each round runs every work once, so that a disturbance of the machine meets all of them.
+/// The least processor time of each work over some rounds, or over fewer if these take long, in s. Each
+/// round runs every work once, so that a disturbance of the machine affects all of them.
 pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> T) -> Vec<f64> {
     let start = Clock::now();
     let mut least = vec![f64::INFINITY; works.len()];
@@ -51,9 +51,9 @@ pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> 
     least
 }
 
-/// The result of a work, its processor time and how many bytes it held at most beyond what was
-/// held before, where the system says. Numbers below a MiB are not to be trusted: the system
-/// counts pages, and not at once.
+/// The result of a piece of work, its processor time, and the most bytes that it held in addition to
+/// those held before, if the system tells. Do not trust numbers below a MiB: the system counts pages,
+/// and with a delay.
 pub(super) fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64>) {
     let measure = || {
         let _ballast = ballast();
@@ -64,21 +64,21 @@ pub(super) fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Opt
         let result = result.expect("the work was done");
         (result, time.as_secs_f64(), after)
     };
-    // A thread of its own has no spare buffers of earlier work.
+    // A new thread has no spare buffers of earlier work.
     std::thread::scope(|scope| {
         let done = scope.spawn(measure).join();
         done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
 }
 
-/// Blocks that fill the memory which earlier work gave back to the allocator and the allocator
-/// kept: what is measured would otherwise be found there, and not be seen.
+/// Blocks that fill the memory which the allocator kept from earlier work. Otherwise the measured work
+/// would use that memory, and the system would count none of it.
 fn ballast() -> Vec<Vec<u8>> {
-    /// Small enough to come from what is kept.
+    /// Small enough to come from the kept memory.
     const BLOCK: usize = 64 << 10;
     /// Enough for the system's count to be near the truth.
     const BLOCKS: usize = 32;
-    /// 256 MiB: more is not kept.
+    /// 256 MiB: allocators keep no more.
     const ROUNDS: usize = 128;
     let mut blocks = Vec::new();
     for _ in 0..ROUNDS {
@@ -87,7 +87,7 @@ fn ballast() -> Vec<Vec<u8>> {
         let risen = resident_memory()
             .unwrap_or(u64::MAX)
             .saturating_sub(before.unwrap_or(0));
-        // Fresh from the system, most of it.
+        // Most of the round came fresh from the system.
         if risen as usize > BLOCK * BLOCKS / 5 * 4 {
             break;
         }
@@ -95,12 +95,12 @@ fn ballast() -> Vec<Vec<u8>> {
     blocks
 }
 
-/// The most memory that this process has held so far, in bytes, where the system says.
+/// The most memory that this process has held so far, in bytes, if the system tells.
 pub fn peak_memory() -> Option<u64> {
     memory("VmHWM:")
 }
 
-/// The memory that this process holds, in bytes, where the system says.
+/// The memory that this process holds, in bytes, if the system tells.
 fn resident_memory() -> Option<u64> {
     memory("VmRSS:")
 }
@@ -113,7 +113,7 @@ fn memory(key: &str) -> Option<u64> {
     Some(kibibytes * 1024)
 }
 
-/// Lets the system count the peak from here on; whether it does.
+/// Makes the system count the peak from here on; true on success.
 fn forget_peak() -> bool {
     fs::write("/proc/self/clear_refs", "5").is_ok()
 }

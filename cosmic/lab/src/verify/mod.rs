@@ -1,5 +1,4 @@
-//! The program checks itself: what it computes against other ways to the same number, and what
-//! it costs.
+//! The program's checks of itself: its numbers against other ways to compute them, and their cost.
 
 mod accuracy;
 mod chaos;

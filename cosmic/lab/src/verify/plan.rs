@@ -1,8 +1,8 @@
-//! What a rollout computes in every step and what it leaves out, with what each costs or saves.
+//! The terms that a rollout computes in every step and those that it leaves out, with their costs and
+//! savings.
 //!
-//! The choice is made once, before the first step, by the scene and by the robot: a step holds no
-//! flag. What a term costs is measured by leaving it out of rollouts, and what is saved by a term
-//! that is left out by putting it back.
+//! Scene and robot decide once, before the first step: a step tests no flag. The cost of a term is
+//! measured by leaving it out of rollouts, the saving of an omitted one by putting it back.
 
 use super::clock::least_times;
 use super::speed::Subject;
@@ -17,34 +17,34 @@ use std::iter::once;
 
 /// Steps of a measured rollout.
 const STEPS: usize = 1024;
-/// Times that each is measured, in turns; the least counts, as the one least disturbed.
+/// Rounds of measurements; the least time counts, as the least disturbed one.
 const ROUNDS: usize = 15;
-/// The section's radius of gyration (m) with which bending is put back.
+/// The radius of gyration of the section (m) with which bending is put back.
 const SOME_BENDING: f64 = 0.01;
-/// A scale with which the controller sees something, and too little of it to act on.
+/// A scale with which the controller sees numbers that are too small to act on.
 const LEAST_SCALE: f64 = 1e-150;
 
 /// A term of a rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Term {
-    /// What it is.
+    /// Its name.
     pub name: &'static str,
-    /// Whether it is computed in every step.
+    /// True if every step computes it.
     pub kept: bool,
-    /// Why, or why not.
+    /// The reason.
     pub why: String,
-    /// Microseconds a step that it costs, or that are saved without it; where it was measured.
+    /// Its cost, or the saving without it, in microseconds per step; `None` if not measured.
     pub time: Option<f64>,
 }
 
-/// What a rollout of a case computes.
+/// The plan of a case's rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The terms, in the order of a step; those of gradients last.
     pub terms: Vec<Term>,
-    /// Microseconds a step, where they were measured.
+    /// Microseconds per step; `None` if not measured.
     pub step: Option<f64>,
-    /// What is to be said of the void edges of a layout; `None` for a mixture.
+    /// The void edges of a layout; `None` for a mixture.
     pub voids: Option<Voids>,
 }
 
@@ -60,7 +60,7 @@ impl Plan {
         }
     }
 
-    /// The plan, every term timed that can be put in or left out; the losses are for the gradients.
+    /// The plan with the times of all terms that can be put in or left out. The gradients are of `loss`.
     pub fn measured(case: &Case, loss: &LossSettings) -> Self {
         let (facts, voids) = (Facts::new(case), Voids::of(case));
         let rows = facts.rows(voids.as_ref());
@@ -96,7 +96,7 @@ impl Plan {
         plan
     }
 
-    /// Without outputs there is no network at all: what that saved is both layers.
+    /// Without outputs there is no network at all: that saved both layers.
     fn split_network(&mut self) {
         let output = self.term(OUTPUT).time;
         let hidden = &mut self.term(HIDDEN).time;
@@ -110,7 +110,7 @@ impl Plan {
         term.expect("a plan has every term")
     }
 
-    /// What the gradients that an update does not ask for would cost.
+    /// Adds the costs of the gradients that an update does not ask for.
     fn add_gradients(&mut self, case: &Case, loss: &LossSettings) {
         let subject = Subject::new(case, loss);
         let both = [DESIGN, CONTROLLER].concat();
@@ -132,7 +132,7 @@ const BY_DESIGN: &str = "gradient by the design";
 /// A rollout with a term put in or left out.
 type Variant = (Simulator, Body<f64>);
 
-/// A term, and the rollout that has it where the planned one has not, or the other way round.
+/// A term, and the rollout that computes it if the planned one does not, or the other way round.
 struct Row<'f> {
     term: Term,
     other: Option<Box<dyn Fn() -> Variant + 'f>>,
@@ -149,7 +149,7 @@ fn row<'f>(name: &'static str, kept: bool, why: impl Into<String>) -> Row<'f> {
 }
 
 impl<'f> Row<'f> {
-    /// The term can be turned over where this holds.
+    /// Adds the other rollout, if the condition holds.
     fn or(self, holds: bool, other: impl Fn() -> Variant + 'f) -> Self {
         let other: Box<dyn Fn() -> Variant + 'f> = Box::new(other);
         Self {
@@ -159,7 +159,7 @@ impl<'f> Row<'f> {
     }
 }
 
-/// What is known of a case's rollout, as far as terms depend on it.
+/// The facts about a rollout on which the terms depend.
 struct Facts<'a> {
     case: &'a Case,
     body: Body<f64>,
@@ -367,7 +367,7 @@ impl<'a> Facts<'a> {
     }
 }
 
-/// Leaves a single edge that strains.
+/// Keeps the first edge that strains, and no other.
 fn keep_first(strains: &mut [f64]) {
     let first = strains.iter().position(|strain| *strain != 0.0);
     for (edge, strain) in strains.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! A case as something that is run over and over, in any precision.
+//! A case that is run repeatedly, in any precision; small functions on numbers.
 
 use autodiff::Real;
 
@@ -29,7 +29,7 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// Steps from a start to the states observed.
+    /// The observed states of a rollout.
     pub(super) fn run<R: Real>(&self, start: &State<f64>, observed: Vec<usize>) -> Trajectory<R> {
         let mixture: Vec<[R; 3]> = self.mixture.iter().map(|m| m.map(R::lit)).collect();
         let (controller, start) = (self.case.controller.map(R::lit), start.map(R::lit));
@@ -37,7 +37,7 @@ impl<'a> Probe<'a> {
         (self.task).rollout(&mixture, &controller, &start, &span)
     }
 
-    /// The same from several starts, in f64.
+    /// The observed states of rollouts from several starts, in f64.
     pub(super) fn run_batch(
         &self,
         starts: &[State<f64>],
@@ -47,8 +47,8 @@ impl<'a> Probe<'a> {
         (self.task).rollout_many(&[&self.mixture], &self.case.controller, starts, &span)
     }
 
-    /// So many starts with every coordinate moved by `distance`, up or down; the same for every
-    /// case of so many nodes.
+    /// Starts with every coordinate moved by `distance`, up or down. Cases of equal size get equal
+    /// moves.
     pub(super) fn moved_starts(&self, count: usize, distance: f64) -> Vec<State<f64>> {
         let mut stream = stream(0, Purpose::Verification);
         let mut start = || perturbed(&self.case.start, distance, &mut stream);
@@ -72,13 +72,13 @@ pub(super) fn narrow<R: Real + Into<f64>>(trajectory: &Trajectory<R>) -> Traject
     }
 }
 
-/// The largest distance between two states' nodes, m; NaN where one is no number.
+/// The largest distance between the nodes of two states, m; NaN if any is NaN.
 pub(super) fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
     let pairs = a.x.iter().zip(&b.x);
     most(pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])))
 }
 
-/// The largest of numbers from 0 on; NaN, which `f64::max` would drop, where one is.
+/// The largest of 0 and some numbers; NaN, which `f64::max` would drop, if any is NaN.
 pub(super) fn most(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
 }
@@ -93,7 +93,7 @@ pub(super) fn norm(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
 }
 
-/// The median of some numbers; those that are no number count as the largest.
+/// The median; NaN counts as the largest number.
 pub(super) fn median(numbers: impl IntoIterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = numbers.into_iter().collect();
     sorted.sort_by(f64::total_cmp);

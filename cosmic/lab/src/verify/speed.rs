@@ -1,4 +1,4 @@
-//! What a step costs on this machine, in processor time of one thread.
+//! The cost of a step on this machine, in processor time of one thread.
 
 use std::hint::black_box;
 
@@ -18,13 +18,13 @@ use cosmic::simulator::Span;
 use cosmic::task::{Horizon, Task};
 use serde::Serialize;
 
-/// Steps of a measured rollout, where the case has as many.
+/// Steps of a measured rollout, unless the case has fewer.
 pub const MEASURED_STEPS: usize = 4096;
-/// Times that each measurement is taken; the least counts, as the one least disturbed.
+/// Repeats of each measurement; the least time counts, as the least disturbed one.
 const REPEATS: usize = 25;
 /// Starts that are run together.
 const STARTS: usize = 8;
-/// How far they are moved apart, m.
+/// The perturbation of their coordinates, m.
 const MOVED: f64 = 1e-9;
 
 /// Microseconds per step of one robot in one number type.
@@ -38,7 +38,7 @@ pub struct Times {
     pub value_and_controller_gradient: f64,
 }
 
-/// What steps cost, and what f32 costs in accuracy.
+/// The costs of steps, and the loss of accuracy in f32.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Speed {
     /// Steps of the measured rollouts.
@@ -47,29 +47,29 @@ pub struct Speed {
     pub double: Times,
     /// The same in f32.
     pub single: Times,
-    /// The case in f64, each of eight starts of its own that run together; losses are their mean.
+    /// The case in f64, per start of eight that run together; the loss is their mean.
     pub eight_starts: Times,
     /// A layout of the case's dominant materials within the scene's volume bounds, in f64.
     pub one_hot_double: Times,
     /// The same in f32.
     pub one_hot_single: Times,
-    /// The loss of that layout and its gradient by what each edge has of its own material, and so
-    /// by its stiffness and its strain: in f64 and in f32, microseconds per step. What the other
-    /// materials would do there is not asked for, nor what the controller tells passive edges.
+    /// The loss of that layout and its gradient by the share of each edge's own material, in f64 and in
+    /// f32, microseconds per step. The other materials are left out, and so are the controller's
+    /// outputs for passive edges.
     pub own_materials: [f64; 2],
-    /// The losses in the performance and in the stability projection and their gradients by the
-    /// design vectors, in f64, side by side as an optimisation takes them on one thread: for each,
+    /// The losses in the performance and in the stability projection and their gradients by the design
+    /// vectors, in f64, side by side as an optimisation takes them on one thread: for each of the two,
     /// microseconds per step.
     pub two_designs: f64,
-    /// The yardstick: nothing but the controller's two matrices times vectors in f64,
+    /// The yardstick: the controller's two matrix-vector products alone, in f64,
     /// microseconds per step.
     pub two_matvecs: f64,
-    /// How far gradients in f32 are from those in f64, over the scene's first and last horizon.
+    /// The errors of gradients in f32 over the scene's first and last horizon.
     pub single_errors: [GradientError; 2],
 }
 
-/// The distance of a gradient in f32 from the one in f64, as a share of that one's length. Both
-/// have the scene's bound on the cotangent.
+/// The distance of the gradient in f32 from that in f64, relative to the length of the latter. Both have
+/// the scene's bound on the cotangent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GradientError {
     /// Steps of the horizon.
@@ -81,7 +81,7 @@ pub struct GradientError {
 }
 
 impl Times {
-    /// Of two gradients, after the rollout.
+    /// From the times of the rollout and of both gradients.
     fn new([rollout, by_design, by_controller]: [f64; 3]) -> Self {
         Self {
             rollout,
@@ -91,20 +91,20 @@ impl Times {
     }
 }
 
-/// Measures a case with a scene's loss. What is done at once, the plan of the rollout and its sine
-/// table, is left out.
+/// Measures a case with a scene's loss. The plan of the rollout and its sine table, which are made once,
+/// are left out.
 pub fn measure(case: &Case, scene: &Scene) -> Speed {
     let layout = layout(case, &scene.volume);
     let [subject, one_hot] = [case, &layout].map(|case| Subject::new(case, &scene.loss));
     let steps = subject.steps();
     let matvecs = TwoMatvecs::new(case);
-    // In turns with the yardstick: what disturbs the machine disturbs both.
+    // In turns with the yardstick: a disturbance of the machine affects both.
     let [rollout, by_design, by_controller] = subject.works::<f64>();
     let yardstick = work(|| matvecs.run(steps));
     let [two_matvecs, double @ ..] =
         microseconds(steps, [yardstick, rollout, by_design, by_controller]);
     let [two_designs] = microseconds(2 * steps, [work(|| subject.two_gradients())]);
-    // One set after the other: a change of number type or size gives up the memory of the rows.
+    // One set after the other: a change of number type or size frees the memory of the rows.
     Speed {
         steps,
         double: Times::new(double),
@@ -131,14 +131,14 @@ fn work<'a, T>(run: impl Fn() -> T + 'a) -> Work<'a> {
     Box::new(move || drop(black_box(run())))
 }
 
-/// The least time of each work, taken by turns, in microseconds for each of so many steps.
+/// The least time of each work in microseconds per step. The works take turns.
 fn microseconds<const N: usize>(steps: usize, works: [Work; N]) -> [f64; N] {
     let times = least_times(REPEATS, &works, |work| work());
     std::array::from_fn(|k| times[k] * 1e6 / steps as f64)
 }
 
-/// The case with every edge of one material, as the hard snap gives it. Where all mixtures are
-/// alike, the materials that dominate are one and the same: the volume bounds see to actuators.
+/// The case with one material per edge, as the hard snap gives it. If all mixtures are alike, a single
+/// material dominates everywhere; the volume bounds ensure that there are actuators.
 fn layout(case: &Case, volume: &VolumeSettings) -> Case {
     let snapped = snap(&case.own_mixture(), &VolumeBounds::widened(volume, 0.0));
     Case {
@@ -148,7 +148,7 @@ fn layout(case: &Case, volume: &VolumeSettings) -> Case {
     }
 }
 
-/// What is measured: the rollout of a case, and its gradients.
+/// A benchmark case: a rollout and its gradients.
 pub struct Subject<'a> {
     case: &'a Case,
     task: Task,
@@ -160,8 +160,7 @@ pub struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// Plans rollouts of a case: [`MEASURED_STEPS`] steps, or as many as it has, though one where
-    /// it has none.
+    /// Plans rollouts of a case: [`MEASURED_STEPS`] steps, or as many as it has, but at least one.
     pub fn new(case: &'a Case, loss: &LossSettings) -> Self {
         let mut moving = case.clone();
         moving.physics.steps = case.physics.steps.max(1);
@@ -184,7 +183,7 @@ impl<'a> Subject<'a> {
         self.horizon.steps
     }
 
-    /// A plain rollout: its loss.
+    /// The loss of a plain rollout.
     pub fn rollout<R: Real>(&self) -> R {
         let inputs = self.inputs.lift::<R>();
         let mixture = self.case.mixture(self.case.projection, &inputs.z);
@@ -194,7 +193,7 @@ impl<'a> Subject<'a> {
         self.loss.loss(&seen)
     }
 
-    /// What the loss looks at.
+    /// The steps and nodes that the loss observes.
     fn span(&self) -> Span {
         Span {
             nodes: self.loss.nodes(),
@@ -208,8 +207,8 @@ impl<'a> Subject<'a> {
         self.gradient_over(blocks, &self.horizon)
     }
 
-    /// The loss of a frozen layout and its gradient by the share that each edge has of its own
-    /// material. The other shares are no variables: they are zero, and stay so.
+    /// The loss of a frozen layout and its gradient by the share of each edge's own material. The other
+    /// shares are constants: they are zero and stay so.
     pub fn own_gradient<R: Real>(&self) -> (R, Vec<R>) {
         self.inputs.lift().differentiate(DESIGN, |inputs| {
             let zero = Var::constant(R::zero());
@@ -233,7 +232,7 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// Eight plain rollouts from other starts: their mean loss.
+    /// The mean loss of eight plain rollouts from other starts.
     pub fn rollouts(&self) -> f64 {
         let mixture = self.case.mixture(self.case.projection, &self.inputs.z);
         self.mean_loss(&mixture, &self.inputs.controller)
@@ -254,7 +253,7 @@ impl<'a> Subject<'a> {
         R::sum(&losses) * R::lit(1.0 / STARTS as f64)
     }
 
-    /// The mixture that gradients are of: that of a frozen layout is its design vectors.
+    /// The mixture to differentiate by. That of a frozen layout is its design vectors.
     fn mixture<R: Real>(&self, inputs: &Inputs<R>) -> Vec<[R; 3]> {
         match self.case.frozen {
             Some(_) => inputs.z.clone(),
@@ -277,7 +276,7 @@ impl<'a> Subject<'a> {
         ]
     }
 
-    /// The same for eight starts together.
+    /// The works of eight starts together.
     fn works_of_eight(&self) -> [Work<'_>; 3] {
         [
             work(|| self.rollouts()),
@@ -286,7 +285,7 @@ impl<'a> Subject<'a> {
         ]
     }
 
-    /// What gradients in f32 are worth over so many steps.
+    /// The error of gradients in f32 over a horizon.
     fn single_error(&self, steps: usize, settings: &GradientSettings) -> GradientError {
         let horizon = Horizon {
             steps: steps.min(self.case.physics.steps),
@@ -336,7 +335,7 @@ impl TwoMatvecs {
         }
     }
 
-    /// Computes them so many times; returns the vector that was put in.
+    /// Computes them `steps` times; returns the input vector.
     pub fn run(self, steps: usize) -> Vec<f64> {
         let (inputs, hidden, edges) = (self.inputs, self.hidden, self.edges);
         let rollout = Rollout::new(self, steps);

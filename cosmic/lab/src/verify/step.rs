@@ -1,4 +1,4 @@
-//! A case's time step beside the one that its springs bear.
+//! A case's time step beside the stable ones.
 
 use super::probe::frequencies;
 use crate::report::sheet::Section;
@@ -7,7 +7,7 @@ use cosmic::case::Case;
 use cosmic::scene::{Integrator, Named, PhysicsSettings};
 use cosmic::simulator::stability::stable_step;
 
-/// The stable time steps of a case's start by every integrator.
+/// The stable time steps of a case at its start, for every integrator.
 pub fn stable_steps(case: &Case) -> Section {
     let frequencies = frequencies(case, &case.start.x);
     let asked = (case.physics.integrator, case.physics.substeps);
@@ -25,7 +25,7 @@ pub fn stable_steps(case: &Case) -> Section {
     };
     let is_unstable = |offer: &_| {
         let [exact, _] = limits(offer);
-        // A limit that is NaN bears no step.
+        // No step is below a limit that is NaN.
         let stable = case.physics.dt < exact;
         !stable
     };

@@ -1,4 +1,4 @@
-//! What the void edges of a layout do to a robot, and what leaving them out changes.
+//! The influence of a layout's void edges, and the effect of leaving them out.
 
 use super::clock::least_times;
 use super::probe::Probe;
@@ -10,14 +10,14 @@ use cosmic::scene::{PhysicsSettings, VoidEdges};
 use cosmic::simulator::{Simulator, Span};
 use serde::Serialize;
 
-/// Starts that run together, and how far they are moved apart, m.
+/// Starts that run together, and the perturbation of their coordinates, m.
 const EIGHT: usize = 8;
 const MOVED: f64 = 1e-9;
 
-/// A stiffness or a strain that is smaller than any rounding, and not zero: steps compute its edge.
+/// A stiffness or a strain below any rounding but not zero, so that steps compute its edge.
 const LEAST: f64 = 1e-150;
 
-/// Replaces zeros by numbers that change nothing, so that steps leave none of their edges out.
+/// Replaces zeros by numbers that change nothing, so that steps compute all edges.
 pub(super) fn keep_all(numbers: &mut [f64]) {
     for number in numbers.iter_mut().filter(|number| **number == 0.0) {
         *number = LEAST;
@@ -27,39 +27,39 @@ pub(super) fn keep_all(numbers: &mut [f64]) {
 /// The void edges of a one-hot layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Voids {
-    /// How many edges are void.
+    /// The number of void edges.
     pub edges: usize,
-    /// Whether steps leave them out: where the scene drops them, and where they have no stiffness.
+    /// True if steps leave them out: the scene drops them, or they have no stiffness.
     pub dropped: bool,
     /// Registers full of edges that a step in f64 goes through on this machine: with all edges,
     /// and without the void ones.
     pub registers: [usize; 2],
-    /// What all void edges of one node pull it with at most for every metre that they are
-    /// stretched or compressed, N/m.
+    /// The largest force of all void edges at one node, for each metre that they are stretched or
+    /// compressed, N/m.
     pub force: f64,
-    /// The bounds at the nodes that a solid edge holds, where there are any.
+    /// The bounds at the nodes that a solid edge holds, if there are any.
     pub body: Option<Pull>,
-    /// The bounds at the nodes that hang on void edges alone, where there are any.
+    /// The bounds at the nodes that only void edges hold, if there are any.
     pub detached: Option<Pull>,
-    /// Microseconds a step that are saved without them: of a single rollout, and of each of eight
-    /// that run together; where they were measured.
+    /// Microseconds per step saved without them: in a single rollout, and in each of eight that run
+    /// together; `None` if not measured.
     pub saving: Option<[f64; 2]>,
 }
 
-/// A bound on what void edges do to nodes, for every metre that they are stretched or compressed.
+/// A bound on the effect of void edges on nodes, for each metre that they are stretched or compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pull {
     /// On the acceleration, 1/s2.
     pub acceleration: f64,
-    /// On how far a node gets within the whole rollout, m/m: twice the way from rest under that
-    /// acceleration and the scene's damping, because what is joined to others swings about the way
-    /// that it would go alone. It holds while the motion does not multiply a small change, as a
+    /// On the displacement of a node within the whole rollout, m/m: twice the way from rest under that
+    /// acceleration and the scene's damping, because a node that is joined to others swings about the
+    /// way that it would go alone. It holds while the motion does not multiply small changes, as a
     /// chaotic gait does in the long run.
     pub displacement: f64,
 }
 
 impl Voids {
-    /// Of a case's layout; `None` for a mixture, of which no edge is void.
+    /// The void edges of a case's layout; `None` for a mixture, which has none.
     pub fn of(case: &Case) -> Option<Self> {
         let materials = case.frozen.as_ref()?;
         let is_void = |edge: usize| materials[edge] == Material::Void;
