@@ -1,11 +1,11 @@
-//! What an integrator makes of the energy of springs that nothing damps.
+//! The energy of undamped springs under an integrator.
 
 use crate::verify::probe::{Probe, most, narrow};
 use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::simulator::Store;
 
-/// By how much the lattice is stretched at the start.
+/// The stretch of the lattice at the start.
 const STRETCH: f64 = 0.02;
 /// How far the ground is lowered, m: out of reach, and not so far that heights above it lose
 /// digits in f32.

@@ -39,7 +39,7 @@ pub enum Precision {
 impl Precision {
     const ALL: [Self; 3] = [Self::Single, Self::Double, Self::DoubleDouble];
 
-    /// How it is called in tables.
+    /// The name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Single => "f32",
@@ -77,7 +77,7 @@ pub struct Run {
     pub dt: f64,
     /// Number type.
     pub precision: Precision,
-    /// Whether the scene asks for just this.
+    /// True for the scene's own method, time step and precision.
     pub is_default: bool,
     /// The largest distance of a node, m, after each of [`Accuracy::times`], from
     /// [`Accuracy::reference`], which is the same for all. `None` where it is below three times the
@@ -87,35 +87,35 @@ pub struct Run {
     pub held: [Option<f64>; 4],
     /// The same from a run in double-double that is alike in all else.
     pub rounding: [f64; 4],
-    /// The order at which `error` falls from the time step twice as long: the median over the times
-    /// at which both are known. `None` where there is none, and for the longest.
+    /// The order with which `error` falls from twice the time step: the median over the times at which
+    /// both are known. `None` if there are none, and for the longest time step.
     pub order: Option<f64>,
     /// Median processor time of the whole run, s.
     pub time: f64,
-    /// What becomes of the energy without damping, ground and controller.
+    /// The energy without damping, ground and controller.
     pub energy: Energy,
-    /// Whether the time step is below the stable one of the design at its start.
+    /// True if the time step is below the stable one of the design at its start.
     pub stable: bool,
-    /// Whether every position seen was finite and sane.
+    /// True if all observed positions were finite and sane.
     pub finite: bool,
 }
 
-/// What was found for a case.
+/// The errors of a case in every way to run it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accuracy {
-    /// When positions are compared, s.
+    /// The times at which positions are compared, s.
     pub times: [f64; 4],
-    /// Steps of the scene to those times.
+    /// The steps of the scene at these times.
     pub marks: [usize; 4],
-    /// What the errors of all rows are distances from.
+    /// The reference of the errors of all rows.
     pub reference: Reference,
-    /// What the integrators' own errors are distances from, for every time step from the longest
-    /// on: a controller whose output is held for longer makes another motion, so that no reference
+    /// The references of the integrators' own errors, for every time step from the longest on. A
+    /// controller that holds its output for longer makes another motion, so that no single reference
     /// serves all rows.
     pub held: Vec<Reference>,
     /// The rows, by method, time step and precision.
     pub runs: Vec<Run>,
-    /// How fast motions part.
+    /// How fast motions diverge.
     pub chaos: Chaos,
     /// Distance of neighbouring nodes, m.
     pub spacing: f64,
@@ -155,17 +155,17 @@ impl Accuracy {
         }
     }
 
-    /// The row that the scene asks for.
+    /// The row with the scene's own settings.
     ///
     /// # Panics
-    /// Never: it is among them.
+    /// Never: the row is among them.
     pub fn default_run(&self) -> &Run {
         let found = self.runs.iter().find(|run| run.is_default);
         found.expect("the scene's own method and time step are run")
     }
 }
 
-/// The methods offered, and the scene's own.
+/// The methods that are compared, and the scene's own.
 fn methods(own: Method) -> Vec<Method> {
     let offered = [1, 4].into_iter().flat_map(|substeps| {
         [Integrator::SymplecticEuler, Integrator::Leapfrog].map(|integrator| Method {
@@ -266,8 +266,8 @@ fn errors(seen: &Trajectory<f64>, truth: &Trajectory<f64>) -> [f64; 4] {
     std::array::from_fn(|k| distance(&seen.states[k], &truth.states[k]))
 }
 
-/// Orders from rows of the same method and precision with time steps twice as long. A row that went
-/// astray has an error, but none of its step.
+/// Sets the orders, from rows of equal method and precision with twice the time step. The error of a row
+/// that went astray says nothing of its time step.
 fn set_orders(runs: &mut [Run]) {
     let known = runs.to_vec();
     for run in runs {
@@ -281,11 +281,11 @@ fn set_orders(runs: &mut [Run]) {
     }
 }
 
-/// The median over the times of the power with which an error falls when the time step is halved.
+/// The power with which an error falls when the time step is halved, the median over the times.
 fn order(long: &[Option<f64>; 4], short: &[Option<f64>; 4]) -> Option<f64> {
     let pairs = long.iter().zip(short);
     let both = pairs.filter_map(|(long, short)| Some(((*long)? / (*short)?).log2()));
-    // Nothing falls from zero, nor to it by a power.
+    // An error of zero has no power.
     let orders: Vec<f64> = both.filter(|order| order.is_finite()).collect();
     (!orders.is_empty()).then(|| median(orders))
 }

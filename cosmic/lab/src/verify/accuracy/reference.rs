@@ -1,4 +1,4 @@
-//! What rows are compared with, and how far that can be trusted.
+//! The references of the errors, and their uncertainty.
 
 use rayon::prelude::*;
 
@@ -8,12 +8,12 @@ use cosmic::lattice::State;
 use cosmic::scene::Integrator;
 use cosmic::simulator::Trajectory;
 
-/// How many times shorter than the scene's time step the mechanical steps of a reference are: 64
-/// times shorter than the shortest of a row, but where the scene itself has more than four substeps.
+/// The scene's time step over the mechanical step of a reference: the latter is 64 times shorter than
+/// the shortest of any row, unless the scene itself has more than four substeps.
 pub(super) const FINER: usize = 2048;
-/// A distance from a reference is an error of the row's own from so many times the reference's
-/// uncertainty on. At three it is right to a third, and the ratio of two of them to
-/// (1 + 1/3) / (1 - 1/3) = 2: an order from them to one.
+/// A distance from a reference counts as an error of the row from this many uncertainties of the
+/// reference on. At three it is right to a third, the ratio of two of them to
+/// (1 + 1/3) / (1 - 1/3) = 2, and an order from them to one.
 pub(super) const RESOLVED: f64 = 3.0;
 
 /// A run so fine that it stands for the truth.
@@ -23,18 +23,17 @@ pub struct Reference {
     pub dt: f64,
     /// Length of its mechanical steps, s.
     pub substep: f64,
-    /// How far distances from it may be off, m, after each of [`super::Accuracy::times`]: the
-    /// largest distance of a node from a run by the other integrator with the same steps, or from
-    /// one with mechanical steps twice as long where that is larger. Infinite where one of the
-    /// three went astray.
+    /// The uncertainty of distances from it, m, after each of [`super::Accuracy::times`]: the largest
+    /// distance of a node from a run by the other integrator with equal steps, or from a run with
+    /// mechanical steps twice as long, whichever is larger. Infinite if one of the three went astray.
     pub uncertainty: [f64; 4],
     seen: Trajectory<f64>,
 }
 
 impl Reference {
-    /// Without `held`: the motion itself, whose controller steps as often as the mechanics. With
-    /// it: the motion whose controller holds its output for this share of the scene's time step,
-    /// which is another motion for every share.
+    /// Without `held`: the motion whose controller steps as often as the mechanics. With it: the
+    /// motion whose controller holds its output for this share of the scene's time step, which is
+    /// another motion for every share.
     pub(super) fn of(case: &Case, marks: [usize; 4], held: Option<f64>) -> Self {
         let share = held.unwrap_or(1.0);
         let ways = [
@@ -73,18 +72,18 @@ impl Reference {
         }
     }
 
-    /// Distances from it, m, where they are the errors of what was seen and not its own.
+    /// Distances from it, m; `None` where they may be errors of the reference itself.
     pub(super) fn errors(&self, seen: &Trajectory<f64>) -> [Option<f64>; 4] {
         let errors = errors(seen, &self.seen);
         std::array::from_fn(|k| {
             let least = RESOLVED * self.uncertainty[k];
-            // What is no number is an error beyond all bounds.
+            // NaN is an error beyond all bounds.
             let own = errors[k] >= least || errors[k].is_nan();
             (least.is_finite() && own).then_some(errors[k])
         })
     }
 
-    /// Whether it can be told from runs that are nearly as fine.
+    /// True if runs that are nearly as fine agree with it.
     pub(super) fn is_sound(&self) -> bool {
         self.uncertainty.iter().all(|u| u.is_finite())
     }

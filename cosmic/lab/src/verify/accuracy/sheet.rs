@@ -7,11 +7,11 @@ use crate::report::sheet::Section;
 use crate::table::{Standing, Table, TableOf};
 use cosmic::scene::Named;
 
-/// Which of the times the plot shows: the second, before chaos has its say.
+/// The index of the time that the plots show: the second, before chaos dominates.
 const SHOWN: usize = 1;
 
 impl Method {
-    /// How it is called in tables.
+    /// The name in tables.
     pub fn name(&self) -> String {
         let name = self.integrator.name().replace('_', " ");
         match self.substeps {
@@ -22,12 +22,12 @@ impl Method {
 }
 
 impl Run {
-    /// Whether its error is one of its time step.
+    /// True if its error comes from its time step.
     pub(super) fn is_sound(&self) -> bool {
         self.finite && self.stable
     }
 
-    /// What is to be said of it in a few words.
+    /// Its state in a few words.
     pub fn status(&self, spacing: f64) -> &'static str {
         match (self.finite, self.stable) {
             (false, _) => "diverged",
@@ -39,8 +39,7 @@ impl Run {
 }
 
 impl Accuracy {
-    /// Rows that fell short of what rounding allows, a default that diverged, and a reference that
-    /// did.
+    /// The failed checks: rows with too much rounding, a default or a reference that diverged.
     pub fn failures(&self) -> Vec<String> {
         let checked = self.checked();
         let wrong = checked.iter().filter(|run| !self.rounds_well(run));
@@ -64,9 +63,9 @@ impl Accuracy {
         self.runs.iter().filter(counts).collect()
     }
 
-    /// Whether rounding at the first time is no larger than a step's sums and the growth of
-    /// perturbations explain: 7 digits of the number type for the former, and as many for sums
-    /// over the steps. Later times are left to chaos.
+    /// True if the sums of a step and the growth of perturbations explain the rounding at the first
+    /// time: 7 binary digits for the former, and 7 for sums over the steps. Chaos rules at later
+    /// times.
     fn rounds_well(&self, run: &Run) -> bool {
         let unit = match run.precision {
             Precision::Single => f64::from(f32::EPSILON),
@@ -76,7 +75,7 @@ impl Accuracy {
         run.rounding[0] <= 128.0 * 128.0 * unit * growth
     }
 
-    /// Table, plots, and what is to be known of them.
+    /// The section of the sheet.
     pub fn section(&self) -> Section {
         Section {
             title: "Accuracy of trajectories".to_owned(),
@@ -127,14 +126,14 @@ impl Accuracy {
         ]
     }
 
-    /// When the default's error has grown, as perturbations do, to the distance of two nodes; empty
-    /// where nothing grows or no error was resolved.
+    /// The time at which the default's error has grown to the distance of two nodes; empty if nothing
+    /// grows or no error was resolved.
     fn parting(&self) -> String {
         let doubling = self.chaos.predictable.doubling;
         let Some(error) = self.default_run().error[0] else {
             return String::new();
         };
-        // From the first time on the error grows as perturbations do.
+        // From the first time on the error grows like a perturbation.
         let parted = self.marks[0] as f64 + (self.spacing / error).log2() * doubling;
         if !(doubling.is_finite() && parted.is_finite()) {
             return String::new();
@@ -197,12 +196,12 @@ impl Accuracy {
             .done()
     }
 
-    /// The names of one column for each of the times.
+    /// The names of columns with one number for each of the times.
     fn timed(&self, kind: &str) -> [String; 4] {
         self.times.map(|time| format!("{kind}_{time}"))
     }
 
-    /// A table of the runs that has the columns which identify a run.
+    /// A table of the runs with the columns that identify a run.
     fn rows(&self, name: &str, title: &str) -> TableOf<'_, Run> {
         let method = "integrator, and substeps where there are more than one";
         let dt = "time step of the controller, s";
@@ -253,7 +252,7 @@ impl Accuracy {
         }
     }
 
-    /// The default's point, where it has one.
+    /// The default's point, if it has one.
     fn marked(&self, along: impl Fn(&Run) -> f64) -> Option<([f64; 2], String)> {
         let default = self.default_run();
         let error = default.error[SHOWN].filter(|_| default.is_sound());
@@ -272,7 +271,7 @@ impl Accuracy {
         for &precision in precisions {
             for (k, method) in methods.iter().enumerate() {
                 let belongs = |run: &&Run| run.method == *method && run.precision == precision;
-                // Errors of runs that went astray would leave all others on one line.
+                // The errors of runs that went astray would press all others into one line.
                 let sound = self.runs.iter().filter(|run| run.is_sound());
                 let dashes = match precision {
                     Precision::Single => "6 4",
@@ -288,7 +287,7 @@ impl Accuracy {
     }
 }
 
-/// The error that a plot shows; one that is not resolved is left out there.
+/// The error that a plot shows; NaN, which is left out, if it is not resolved.
 fn shown(errors: [Option<f64>; 4]) -> f64 {
     errors[SHOWN].unwrap_or(f64::NAN)
 }

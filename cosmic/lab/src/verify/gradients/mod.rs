@@ -14,10 +14,10 @@ use cosmic::projection::Projection;
 use cosmic::scene::{Contact, Integrator};
 use cosmic::task::{Horizon, Task};
 
-/// How far above the ground a robot's lowest node is lifted where standing there is a kink, m.
+/// The height above the ground, m, to which a robot's lowest node is lifted off a kink.
 const LIFT: f64 = 1e-3;
 
-/// What was found for one group of parameters.
+/// The check of one group of parameters.
 #[derive(Clone, Debug)]
 pub struct Group {
     /// The name of its block of the inputs.
@@ -28,9 +28,9 @@ pub struct Group {
     pub norm: f64,
     /// Slopes along random directions.
     pub report: Report,
-    /// Whether the slopes are those of a robot lifted off the ground; see [`check_gradients`].
+    /// True if the slopes are those of a robot lifted off the ground; see [`check_gradients_of`].
     pub lifted: bool,
-    /// The report's verdict, and no better than a kink for a robot that had to be lifted.
+    /// The report's verdict; at best a kink for a robot that had to be lifted.
     pub verdict: Verdict,
 }
 
@@ -43,8 +43,8 @@ impl Group {
         agreed && self.norm == 0.0 && self.report.directions.iter().all(still)
     }
 
-    /// What the check says of this gradient made wrong, where it is smooth and so can be told from
-    /// a wrong one.
+    /// The verdict on this gradient made wrong; `None` unless the gradient is smooth, because only then
+    /// it can be told from a wrong one.
     fn control(&self) -> Option<NegativeControl> {
         let smooth = self.report.verdict == Verdict::Smooth;
         let verdict = self.report.control.filter(|_| smooth)?;
@@ -55,12 +55,12 @@ impl Group {
     }
 }
 
-/// A gradient that is wrong on purpose: a check that does not find it checks nothing.
+/// A gradient that is wrong on purpose. A check that misses it checks nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct NegativeControl {
     /// The group whose gradient was made wrong.
     pub group: &'static str,
-    /// What the check said of it.
+    /// The verdict of the check.
     pub verdict: Verdict,
 }
 
@@ -71,16 +71,16 @@ pub struct GradientCheck {
     pub steps: usize,
     /// One per block of the inputs.
     pub groups: Vec<Group>,
-    /// `None` where no group has a smooth gradient to make wrong, other than zero and what drowns
-    /// in the displacement's rounding.
+    /// `None` if no group has a smooth gradient to make wrong that is neither zero nor below the
+    /// displacement's rounding.
     pub control: Option<NegativeControl>,
-    /// About what rounding makes of the slopes, as a share of them: every step rounds the state,
-    /// which the motion magnifies as it does a change of the start, and slopes are magnified alike.
+    /// An estimate of the rounding of the slopes, as a share of them: every step rounds the state, and
+    /// the motion magnifies that like a change of the start, and slopes alike.
     pub rounding: f64,
 }
 
 impl GradientCheck {
-    /// What failed: groups whose gradient is wrong, and a negative control that was believed.
+    /// The failed checks: groups with a wrong gradient, and a negative control that was believed.
     pub fn failures(&self) -> Vec<String> {
         let wrong = |group: &&Group| group.verdict == Verdict::Wrong;
         let groups = self.groups.iter().filter(wrong).map(|g| g.name.to_owned());
@@ -89,15 +89,15 @@ impl GradientCheck {
         groups.chain(control).collect()
     }
 
-    /// How many checks were made.
+    /// The number of checks.
     pub fn total(&self) -> usize {
         self.groups.len() + usize::from(self.control.is_some())
     }
 }
 
-/// The share of the slopes that rounding may make up without a word: what a check allows for.
+/// The share of rounding in the slopes that a check accepts without a note.
 const WORN: f64 = 1e-6;
-/// [`GradientCheck::rounding`] is a guess, not a bound: this many of them are.
+/// This many times [`GradientCheck::rounding`], which is an estimate, make a bound.
 const SAFETY: f64 = 64.0;
 
 /// Checks the gradient of `-(s . x_0(T))`, the paper's loss, of a case; see [`check_gradients_of`].
@@ -106,20 +106,20 @@ pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> Gradient
     check_gradients_of(&loss, case, steps, options)
 }
 
-/// Checks the gradient of a loss, one's own or a scene's, of a case that is cut to so many steps,
-/// by every block of its inputs. Steps are to be few: a robot's motion is chaotic, and over
-/// thousands of steps no finite difference means anything.
+/// Checks the gradient of a loss by every block of a case's inputs. The case is cut to `steps` steps.
+/// Take few: a robot's motion is chaotic, and over thousands of steps no finite difference means
+/// anything.
 ///
-/// A node that stands exactly on the ground line sits on a kink of the positions, with one
-/// derivative upwards and one downwards; several such nodes take sides one by one, which no
-/// difference along a line shows. The derivatives by the positions are then checked of a robot that
-/// is lifted until its lowest node is 1 mm above. So are those by the velocities where a node
-/// starts on the ground line or below, and either leapfrog integrates, whose first drift comes
-/// before any force, or nothing has weight: a node at rest then touches the ground or not as it is
-/// moved.
+/// A node exactly on the ground line sits on a kink of the positions, with one derivative upwards and
+/// another downwards. Several such nodes take sides one by one, and no difference along a line shows
+/// that. The derivatives by the positions are then checked for a robot that is lifted until its lowest
+/// node is 1 mm above the ground. The derivatives by the velocities have a kink if a node starts on the
+/// ground line or below it, and if either leapfrog integrates, whose first drift comes before any force,
+/// or nothing has weight: then the velocity of a node decides whether it touches. They are checked for
+/// the lifted robot as well.
 ///
-/// Where the motion magnifies rounding until the slopes show it, differences that disagree prove
-/// nothing: the verdict is a kink, unless forward mode disagrees by more than rounding explains.
+/// If the motion magnifies rounding until it shows in the slopes, differences that disagree prove
+/// nothing. The verdict is then a kink, unless forward mode disagrees by more than rounding explains.
 pub fn check_gradients_of(
     loss: &impl Loss,
     case: &Case,
@@ -133,11 +133,11 @@ pub fn check_gradients_of(
     let lifted = touches.then(|| lifted(&case));
     let above = lifted.as_ref().map(|case| CaseLoss::new(case, loss));
     let rounding = here.rounding();
-    // Roundings of steps add up as they come.
+    // The roundings of steps add up at random.
     let steps_taken = case.physics.steps as f64;
     let options = &Options {
         noise: options.noise.max(f64::EPSILON * steps_taken.sqrt()),
-        // Those of one block are not those of the next.
+        // The names of one block are not those of the next.
         names: Vec::new(),
         ..options.clone()
     };
@@ -165,7 +165,7 @@ pub fn check_gradients_of(
     }
 }
 
-/// Whether rounding explains by how much forward and reverse mode differ.
+/// True if rounding explains the difference of forward and reverse mode.
 fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
     report.directions.iter().all(|direction| {
         let forward = direction.forward.unwrap_or(direction.gradient);
@@ -177,7 +177,7 @@ fn is_rounding(report: &Report, norm: f64, rounding: f64) -> bool {
 /// The rounding of heights in an incline's frame, m.
 const ON_LINE: f64 = 1e-12;
 
-/// Whether a node starts on the ground line, and whether one does there or below.
+/// True if a node starts on the ground line; true if a node starts there or below.
 fn stands_and_touches(case: &Case) -> [bool; 2] {
     let any = |is: fn(f64) -> bool| {
         case.physics.contact != Contact::None && heights(case).into_iter().any(is)
@@ -185,7 +185,7 @@ fn stands_and_touches(case: &Case) -> [bool; 2] {
     [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
 }
 
-/// Of all nodes above the ground line, m.
+/// The heights of all nodes above the ground line, m.
 fn heights(case: &Case) -> Vec<f64> {
     let state = case.start.to_ground(&Ground::from(&case.physics));
     state.x.iter().map(|x| x[1]).collect()
@@ -205,11 +205,11 @@ fn lifted(case: &Case) -> Case {
 struct CaseLoss<'a, L> {
     case: &'a Case,
     of: &'a L,
-    /// The same with the stability projection that its derivative is of.
+    /// The case with the softer stability projection, to which the derivative belongs.
     softer: Case,
     task: Task,
     inputs: Inputs<f64>,
-    /// The gradient that is checked, in the place of what it is taken by.
+    /// The gradient that is checked, each number in the place of its input.
     gradient: Inputs<f64>,
 }
 
@@ -241,13 +241,13 @@ impl<'a, L: Loss> CaseLoss<'a, L> {
             * largest(self.inputs.block(Block::X0))
     }
 
-    /// Checks the gradient by a block, where the motion magnifies rounding by so much.
+    /// Checks the gradient by a block.
     fn group(&self, block: Block, options: &Options, rounding: f64) -> Group {
         let gradient = self.gradient.block(block);
         let (report, length) = (self.check(block, gradient, options), norm(gradient));
         let magnified = rounding > WORN && is_rounding(&report, length, rounding);
-        // With a norm below the rounding, a change of the parameters by their unit moves the robot
-        // by less than rounding does.
+        // If the norm is below the rounding, a unit change of the parameters moves the robot by less
+        // than rounding does.
         let mut verdict = report.verdict;
         if magnified || length < rounding {
             verdict = verdict.min(Verdict::Kink);
@@ -292,8 +292,8 @@ impl<'a, L: Loss> CaseLoss<'a, L> {
         self.loss_of(&self.case.mixture(self.case.projection, &inputs.z), inputs)
     }
 
-    /// The function that differences are taken of. The derivative of the stability projection is
-    /// that of a softer one, so differences see the soft one's change on top of the sharp value.
+    /// The function of the differences. The stability projection has the derivative of a softer one, so
+    /// differences see the change of the soft projection on top of the sharp value.
     fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
         if self.case.projection == Projection::Performance || self.case.frozen.is_some() {
             return self.loss(inputs);

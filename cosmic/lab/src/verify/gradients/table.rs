@@ -1,4 +1,4 @@
-//! What the check of a gradient found, as text.
+//! The check of a gradient as text.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use autodiff::check::{Direction, WRONG_BY};
 
 use super::{GradientCheck, Group, LIFT, NegativeControl, WORN};
 
-/// A table, one row a group: the direction with the worst verdict and error.
+/// A table with a row per group: its direction with the worst verdict and error.
 impl fmt::Display for GradientCheck {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(

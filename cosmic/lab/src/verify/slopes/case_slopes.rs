@@ -1,5 +1,4 @@
-//! The displacement of a case as a function of its design and controller, and its gradient in
-//! every way there is.
+//! The displacement of a case as a function of design and controller, and all ways to its gradient.
 
 use autodiff::{Dual, Real, Var};
 use rand::RngExt;
@@ -16,7 +15,7 @@ use cosmic::task::{Horizon, Task};
 /// Directions along which slopes are compared.
 pub(super) const DIRECTIONS: usize = 8;
 
-/// Design vectors and weights; a frozen layout has no design to differentiate by.
+/// Design vectors and weights; of a frozen layout the weights alone.
 pub(super) struct CaseSlopes<'a> {
     case: &'a Case,
     task: Task,
@@ -49,13 +48,12 @@ impl<'a> CaseSlopes<'a> {
         }
     }
 
-    /// How many numbers the gradient has.
+    /// The count of numbers in the gradient.
     pub(super) fn numbers(&self) -> usize {
         self.directions[0].len()
     }
 
-    /// Minus the payload's position along the ground after so many steps, for each of `steps`,
-    /// which ascend.
+    /// Minus the payload's position along the ground after each of `steps`, which ascend.
     fn losses<R: Real>(&self, inputs: &Inputs<R>, steps: &[usize]) -> Vec<R> {
         let mixture = self.case.mixture(self.case.projection, &inputs.z);
         let (controller, start) = (&inputs.controller, &inputs.start);
@@ -122,7 +120,7 @@ impl<'a> CaseSlopes<'a> {
         })
     }
 
-    /// The driver's gradient that only the last `carried` of so many steps carry.
+    /// The driver's gradient over the last `carried` of the steps.
     pub(super) fn truncated(&self, steps: usize, carried: usize) -> Vec<f64> {
         let mut case = self.case.clone();
         case.physics.steps = steps;

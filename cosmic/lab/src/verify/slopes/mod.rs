@@ -1,4 +1,4 @@
-//! Gradients: error, time and memory of every way to one, over horizons.
+//! Gradients: error, time and memory of every way to compute one, over horizons.
 
 mod sheet;
 mod case_slopes;
@@ -12,20 +12,20 @@ use super::probe::{Probe, distance, most, narrow, norm};
 use case_slopes::{CaseSlopes, DIRECTIONS};
 use cosmic::case::Case;
 
-/// The longest horizon, and how many times it is halved.
+/// The longest horizon, and the number of its halvings.
 const LONGEST: usize = 4096;
 const HALVINGS: u32 = 6;
 /// Half-widths of central differences, along directions of length one.
 const WIDTHS: [f64; 10] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
-/// A full tape that would need more memory, in bytes, is left out and said to be.
+/// A full tape that would need more memory, in bytes, is left out with a note.
 const MOST_MEMORY: u64 = 3 << 30;
-/// A full tape and the driver round the same sums in another order: they may differ by this, or
-/// by as much as both may be wrong.
+/// A full tape and the driver round their sums in different orders: they may differ by this, or by as
+/// much as both may be wrong.
 const SAME: f64 = 1e-10;
-/// Starts from which gradients are compared, and how far they are moved, m.
+/// Starts from which gradients are compared, and the perturbation of their coordinates, m.
 const STARTS: usize = 8;
 const MOVED: f64 = 1e-9;
-/// A gradient without two right digits is worth nothing, and no check either.
+/// The error of a gradient without two right digits. Beyond it nothing can be checked.
 const WORTHLESS: f64 = 1e-2;
 
 /// A way to a gradient.
@@ -60,7 +60,7 @@ impl Way {
         Self::FullTape,
     ];
 
-    /// Whether it gives the whole gradient at once.
+    /// True if it gives the whole gradient at once.
     pub fn is_reverse(self) -> bool {
         !matches!(self, Self::Differences | Self::Duals | Self::SingleDuals)
     }
@@ -69,7 +69,7 @@ impl Way {
         matches!(self, Self::SingleDuals | Self::SingleDriver)
     }
 
-    /// Whether it should be right to rounding.
+    /// True if it should be right but for rounding.
     fn is_exact(self) -> bool {
         matches!(self, Self::Duals | Self::Driver | Self::FullTape)
     }
@@ -90,13 +90,13 @@ pub struct Slopes {
     pub time: f64,
     /// The time of a whole gradient, s; where it would take many times 8 slopes, that multiple.
     pub whole: f64,
-    /// Memory beyond what the program held before, bytes; `None` where the system does not say.
+    /// Memory in addition to that held before, bytes; `None` if the system does not tell.
     pub memory: Option<u64>,
-    /// Whether it was left out for its memory: what it would need is in `memory`.
+    /// True if it was left out because of its memory; `memory` is then an estimate.
     pub left_out: bool,
 }
 
-/// What was found for a case.
+/// The gradients of a case in every way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gradients {
     /// The horizons, ascending.
@@ -111,12 +111,11 @@ pub struct Gradients {
     /// The most that the slopes change, as a share, where the start is moved by 1e-9 m, per
     /// horizon.
     pub moved: Vec<f64>,
-    /// How far rounding moves a node of the motion in f64 at most until then, m: from
-    /// double-double, per horizon.
+    /// The largest distance of a node in f64 from that in double-double until each horizon, m.
     pub rounding: Vec<f64>,
-    /// How many numbers the gradient has.
+    /// The count of numbers in the gradient.
     pub numbers: usize,
-    /// How fast motions part.
+    /// How fast motions diverge.
     pub chaos: Chaos,
 }
 
@@ -213,10 +212,10 @@ impl Gradients {
         })
     }
 
-    /// The largest error that rounding in f64 explains: 7 binary digits for a step's sums and as
-    /// many for sums over the steps; and what the slopes change with a start that is moved as far
-    /// as rounding moves the motion, 4 binary digits on top, because motions are moved on their
-    /// way and not at the start.
+    /// The largest error that rounding in f64 explains: 7 binary digits for the sums of a step and 7
+    /// for sums over the steps. To this comes the change of the slopes with a start that is moved as
+    /// far as rounding moves the motion, with 4 binary digits on top, because rounding acts on the way
+    /// and not at the start.
     pub fn tolerance(&self, steps: usize) -> f64 {
         let horizon = self.horizons.iter().position(|at| *at == steps);
         horizon.map_or(f64::NAN, |k| {
@@ -224,20 +223,20 @@ impl Gradients {
         })
     }
 
-    /// Whether the driver's gradient and the full tape's may differ so much over a horizon.
-    /// Where no two digits are left they may differ in all.
+    /// True if the gradients of driver and full tape may differ this much over a horizon. If less than
+    /// two digits are left they may differ in all.
     pub fn may_differ(&self, steps: usize, difference: f64) -> bool {
         let allowed = self.tolerance(steps);
         difference <= SAME.max(2.0 * allowed) || allowed >= WORTHLESS
     }
 
-    /// Whether a row can be held against the truth: exact ways, while digits are left.
+    /// True if a row can be checked: an exact way, while digits are left.
     pub fn is_checked(&self, row: &Slopes) -> bool {
         let exact = row.way.is_exact() && !row.left_out;
         exact && self.tolerance(row.steps) < WORTHLESS
     }
 
-    /// Whether a checked row is wrong.
+    /// True if a checked row is wrong.
     pub fn is_wrong(&self, row: &Slopes) -> bool {
         // A NaN is not right.
         let right = row.error <= self.tolerance(row.steps);
@@ -279,7 +278,7 @@ fn moved(case: &Case, subject: &CaseSlopes, horizons: &[usize]) -> Vec<f64> {
     (0..horizons.len()).map(largest).collect()
 }
 
-/// How far the motion in f64 is from that in double-double at most until each horizon.
+/// The largest distance of the motion in f64 from that in double-double until each horizon.
 fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
     let probe = Probe::new(case);
     let last = horizons[horizons.len() - 1];
@@ -304,7 +303,7 @@ fn best(sweep: &[(f64, Vec<f64>)], horizon: usize) -> (f64, f64) {
 fn error(slopes: &[f64; DIRECTIONS], truth: &[f64; DIRECTIONS]) -> f64 {
     let away: Vec<f64> = slopes.iter().zip(truth).map(|(s, t)| s - t).collect();
     let size = norm(truth);
-    // Slopes that are all zero are right or wrong by themselves.
+    // If all slopes are zero, the error is absolute.
     norm(&away) / if size > 0.0 { size } else { 1.0 }
 }
 

@@ -6,7 +6,7 @@ use crate::report::sheet::Section;
 use crate::table::{Standing, Table};
 
 impl Way {
-    /// How it is called in tables.
+    /// The name in tables.
     pub fn name(self) -> String {
         match self {
             Self::Differences => "central differences, best h".to_owned(),
@@ -21,7 +21,7 @@ impl Way {
 }
 
 impl Gradients {
-    /// What failed: checked rows, and horizons at which driver and full tape differ.
+    /// The failed checks: rows, and horizons at which driver and full tape differ.
     pub fn failures(&self) -> Vec<String> {
         let wrong = self.slopes.iter().filter(|row| self.is_wrong(row));
         let rows = wrong.map(|row| format!("{} over {} steps", row.way.name(), row.steps));
@@ -36,7 +36,7 @@ impl Gradients {
         rows.count() + self.driver_against_tape.len()
     }
 
-    /// Tables, plots, and what is to be known of them.
+    /// The section of the sheet.
     pub fn section(&self) -> Section {
         Section {
             title: "Gradients".to_owned(),
@@ -136,7 +136,7 @@ impl Gradients {
             .done()
     }
 
-    /// What the gradient itself is like, a row per horizon.
+    /// The properties of the gradient, a row per horizon.
     fn horizon_table(&self) -> Table {
         let moved = "the most that the slopes change, as a share, from starts moved by 1e-9 m";
         let rounding = "how far rounding in f64 moves a node at most until then";

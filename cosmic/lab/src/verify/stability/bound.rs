@@ -1,4 +1,4 @@
-//! How much of the stable time step the cheap bound gives away.
+//! The part of the stable time step that the cheap bound gives away.
 
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
@@ -14,9 +14,9 @@ use cosmic::simulator::stability::Vibration;
 /// The bound on the largest frequency over that frequency, for random lattices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundRatio {
-    /// How many lattices.
+    /// The number of lattices.
     pub lattices: usize,
-    /// The least ratio: below 1 it would be no bound.
+    /// The least ratio. Below 1 the bound would be none.
     pub least: f64,
     /// The median.
     pub median: f64,

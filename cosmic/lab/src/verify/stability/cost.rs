@@ -1,11 +1,11 @@
-//! What the guard costs.
+//! The cost of the guard.
 
 use crate::verify::clock::timed;
 use crate::verify::probe::median;
 use cosmic::case::Case;
 use cosmic::simulator::Span;
 
-/// Times that both rollouts are measured.
+/// Repeats of both measurements.
 const REPEATS: usize = 300;
 /// Steps of a measured rollout, at most.
 const STEPS: usize = 4096;
@@ -17,13 +17,13 @@ pub struct GuardCost {
     pub plain: f64,
     /// Of a guarded one, likewise.
     pub guarded: f64,
-    /// What the guard adds, as a share of the plain rollout: the median over neighbouring pairs,
-    /// which a machine that is now faster and now slower does not bend.
+    /// The cost of the guard as a share of the plain rollout: the median over neighbouring pairs, which
+    /// changes of the machine's speed do not bias.
     pub share: f64,
 }
 
-/// Measures a case's rollout with and without the guard, by turns: what disturbs the machine
-/// disturbs both.
+/// Measures a case's rollout with and without the guard, in turns: a disturbance of the machine affects
+/// both.
 pub fn guard_cost(case: &Case) -> GuardCost {
     let mut case = case.clone();
     case.physics.steps = case.physics.steps.clamp(1, STEPS);
@@ -35,7 +35,7 @@ pub fn guard_cost(case: &Case) -> GuardCost {
     let guarded = || timed(|| task.guarded(&mixture, controller, start, &end)).as_secs_f64();
     let mut pairs: Vec<[f64; 2]> = Vec::new();
     for k in 0..REPEATS {
-        // By turns, and each as often first: what one leaves in the cache is to nobody's favour.
+        // Each is first as often as the other: the state of the cache favours neither.
         let early = (k % 2 == 1).then(&guarded);
         pairs.push([plain(), early.unwrap_or_else(&guarded)]);
     }

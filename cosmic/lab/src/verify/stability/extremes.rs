@@ -10,15 +10,15 @@ use cosmic::simulator::stability::stable_step;
 
 /// Steps of a trial: a vibration a twentieth beyond its limit grows a thousandfold in a dozen.
 const STEPS: usize = 512;
-/// The strain up to which frequencies are those at rest: their squares change by about as much, and
+/// The strain up to which frequencies count as those at rest. Their squares change by about as much, and
 /// the nearest trial is a twentieth from the limit.
 const LINEAR: f64 = 0.01;
-/// Time steps over the limit that are tried, under it and beyond.
+/// The time steps that are tried, as shares of the limit.
 const SHARES: [f64; 4] = [0.5, 0.95, 1.05, 2.0];
 
-/// A case with its own time step, and its robot with others around the limit, however long its
-/// rollout is. A robot that starts far from rest has no limit that holds for longer than its first
-/// step.
+/// A case with its own time step, and its robot with time steps around the limit, whatever the length of
+/// its rollout. A robot that starts far from rest has a limit that holds for its first step alone, and
+/// is tried with its own time step only.
 pub fn case_trials(case: &Case) -> Vec<Trial> {
     let mut case = case.clone();
     case.physics.steps = STEPS;
@@ -30,7 +30,7 @@ pub fn case_trials(case: &Case) -> Vec<Trial> {
     trials.0
 }
 
-/// The most that an edge is off its rest length at the start, as a share of it.
+/// The largest strain of an edge at the start.
 fn strain(case: &Case) -> f64 {
     let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
     most(edges.map(|(&edge, rest)| (length(&case.start.x, edge) / rest - 1.0).abs()))
@@ -69,7 +69,7 @@ fn robot(change: impl FnOnce(&mut Scene)) -> Case {
     case
 }
 
-/// Gives every edge a material by its number.
+/// Sets the material of every edge by its number.
 fn set_layout(case: &mut Case, material: impl Fn(usize) -> Material) {
     let edges = 0..case.lattice.edges.len();
     case.frozen = Some(edges.map(material).collect());

@@ -1,8 +1,8 @@
-//! Robots at the extremes: what the stable time step promises of each, and what it does.
+//! Robots at the extremes: the promise of the stable time step, and their motion.
 //!
-//! A row is stable where its time step is below what its largest frequency allows. Then nothing
-//! may grow; otherwise the check of the time step must have said so, and something must grow. No
-//! number that is not finite may go unannounced, whatever was expected.
+//! A row is stable if its time step is below the limit of its largest frequency. Then nothing may grow.
+//! Otherwise the check of the time step must have said so, and something must grow. No number may cease
+//! to be finite without a message.
 
 mod bound;
 mod cost;
@@ -19,24 +19,24 @@ use rayon::prelude::*;
 
 use cosmic::case::Case;
 
-/// Lattices over which the bound is held against the largest frequency.
+/// Lattices over which the bound is compared with the largest frequency.
 const LATTICES: usize = 600;
 
-/// All that is found of stability.
+/// The results on stability.
 #[derive(Clone, Debug)]
 pub struct Stability {
-    /// What became of the case and of every extreme.
+    /// The results of the case and of every extreme.
     pub found: Vec<Found>,
-    /// What the bound on the frequencies gives away.
+    /// The bound on the frequencies over the frequencies.
     pub bound: BoundRatio,
-    /// What the guard costs the case's rollout.
+    /// The cost of the guard in the case's rollout.
     pub guard: GuardCost,
 }
 
 impl Stability {
-    /// Sweeps the extremes, beside a case of one's own.
+    /// Tries a case and all extremes.
     pub fn of(case: &Case) -> Self {
-        // Alone: the others take all cores.
+        // Measured alone: the trials take all cores.
         let guard = guard_cost(case);
         let trials = [case_trials(case), extreme_trials()].concat();
         Self {

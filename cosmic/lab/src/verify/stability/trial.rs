@@ -1,4 +1,4 @@
-//! One robot and one time step, tried.
+//! The trial of a robot with a time step.
 
 use crate::verify::probe::most;
 use cosmic::case::Case;
@@ -8,53 +8,53 @@ use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::simulator::stability::stable_step;
 use cosmic::simulator::{Divergence, Grade, Guarded, Span, Store, length};
 
-/// How far the nodes of a free robot are moved at the start, as a share of its shortest edge:
-/// small beside the edges, so that springs answer as linear ones, and large beside the softening
-/// of their length (D4) and all roundings.
+/// The perturbation of a free robot's nodes at the start, as a share of its shortest edge. It is small
+/// beside the edges, so that springs answer linearly, and large beside the softening of their length
+/// (D4) and all roundings.
 const MOVED: f64 = 1e-6;
-/// Growth of a free robot's energy that no stable step shows. A step keeps an energy that differs
-/// from the true one; at the share `s` of the limit the true one swings by `1 / (1 - s^2)`, ten
-/// times at 0.95, and the springs' first lengthening counts for as much again.
+/// Growth of a free robot's energy that no stable step shows. A step conserves an energy that differs
+/// from the true one. At the share `s` of the limit the true energy swings by `1 / (1 - s^2)`, ten times
+/// at 0.95; the first lengthening of the springs allows for as much again.
 const ENERGY: f64 = 1e3;
-/// How much faster than anything that drives it a stable robot may get.
+/// The speed of a stable robot over that of anything that drives it, at most.
 const SPEED: f64 = 10.0;
 
-/// What a robot is surrounded by.
+/// The surroundings of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum World {
-    /// No ground, gravity or actuation: its energy is that of its vibrations, and is watched.
+    /// No ground, gravity or actuation: the energy of its vibrations is watched.
     Free,
-    /// All that its case has: it must not get faster than what drives it could make it.
+    /// The world of its case: its speed is watched, against that of what drives it.
     Driven,
 }
 
 /// A robot with a time step.
 #[derive(Clone, Debug)]
 pub struct Trial {
-    /// What is extreme.
+    /// The kind of extreme.
     pub group: &'static str,
-    /// What of it this is.
+    /// The robot in words.
     pub what: String,
     /// The robot.
     pub case: Case,
-    /// What it is surrounded by.
+    /// Its surroundings.
     pub world: World,
     /// The robot's largest frequency at rest, 1/s.
     pub frequency: f64,
 }
 
-/// What became of a robot.
+/// The outcome of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
     /// Nothing grew.
     Bounded,
-    /// Its energy, or its speed, grew by more than any stable step lets it.
+    /// Its energy, or its speed, grew beyond what a stable step allows.
     Grew,
     /// The guard found an absurd state.
     Diverged(Box<Divergence>),
 }
 
-/// What was expected of a trial, and what came of it.
+/// The expectation of a trial, and its outcome.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
     /// As in the trial.
@@ -65,33 +65,33 @@ pub struct Found {
     pub nodes: usize,
     /// The time step, s.
     pub dt: f64,
-    /// The smallest unstable time step by the bound, s; infinite where nothing vibrates.
+    /// The smallest unstable time step by the bound, s; infinite if nothing vibrates.
     pub bound: f64,
     /// The smallest unstable time step by the largest frequency, s.
     pub limit: f64,
-    /// What the check of the time step says beforehand.
+    /// The result of the check of the time step beforehand.
     pub grade: Grade,
-    /// What happened.
+    /// The outcome.
     pub outcome: Outcome,
-    /// The most energy over that of the start, for a free robot; else the highest speed over the
-    /// highest that it may have.
+    /// Of a free robot the largest energy, otherwise the largest speed, in units of the largest that a
+    /// stable step allows.
     pub growth: f64,
-    /// Whether a number was not finite although no divergence was found.
+    /// True if a number was not finite although no divergence was found.
     pub unannounced: bool,
 }
 
 impl Found {
-    /// Whether the time step is below the limit.
+    /// True if the time step is below the limit.
     pub fn expected_stable(&self) -> bool {
         self.dt < self.limit
     }
 
-    /// Whether the program said so: of instability by the check of the time step or by the guard.
+    /// True if the program announced an instability, by the check of the time step or by the guard.
     pub fn is_announced(&self) -> bool {
         self.grade == Grade::Unstable || matches!(self.outcome, Outcome::Diverged(_))
     }
 
-    /// Whether all is as it should be.
+    /// True if the outcome is as expected.
     pub fn is_ok(&self) -> bool {
         let stable = self.expected_stable();
         let grew = self.outcome != Outcome::Bounded;
@@ -106,7 +106,7 @@ impl Trial {
         let case = self.prepared();
         let (task, mixture) = (case.task(), case.own_mixture());
         let body = task.body(&mixture);
-        // About the lattice at rest, wherever its nodes start.
+        // For the lattice at rest, wherever its nodes start.
         let check = task.step_check(&mixture, &case.lattice.positions, 1.0);
         let span = Span::from_start((0..=case.physics.steps).collect());
         let guarded = task.guarded(&mixture, &case.controller, &case.start, &span);
@@ -118,7 +118,7 @@ impl Trial {
         let unannounced = !finite && guarded.divergence.is_none();
         let outcome = match guarded.divergence {
             Some(divergence) => Outcome::Diverged(Box::new(divergence)),
-            // A growth that is no number is one.
+            // NaN counts as growth.
             None if growth < 1.0 => Outcome::Bounded,
             None => Outcome::Grew,
         };
@@ -136,14 +136,14 @@ impl Trial {
         }
     }
 
-    /// The case as it is run: a free robot silenced, lifted off and given a push.
+    /// The case as it runs: a free robot is silenced, lifted off the ground and given a push.
     fn prepared(&self) -> Case {
         if self.world == World::Driven {
             return self.case.clone();
         }
         let mut case = silent(&self.case);
         case.physics.gravity = 0.0;
-        // Far below, and not so far that the sum with a height would lose its digits.
+        // Far below, but near enough for sums with a height to keep their digits.
         case.physics.ground_height = -1e3 * reach(&case);
         let shortest = case.lattice.rest_length.iter().copied();
         let limit = MOVED * shortest.fold(f64::INFINITY, f64::min);
@@ -155,7 +155,7 @@ impl Trial {
     }
 }
 
-/// A case whose actuators have no stroke: springs that stiffen are no stiffer for it either.
+/// The case with actuators that have no stroke, which would stretch springs that stiffen.
 pub(super) fn silent(case: &Case) -> Case {
     let mut case = case.clone();
     case.materials.max_strain = [0.0; 3];
@@ -181,9 +181,9 @@ fn energy_growth(case: &Case, body: &Body<f64>, guarded: &Guarded) -> f64 {
     most(states.map(|state| store.energy(state))) / (ENERGY * store.energy(&case.start))
 }
 
-/// The highest speed of any node over the highest it may have: [`SPEED`] times what gravity adds
-/// in the whole time, and what the fastest vibration makes of an actuator's stroke and of how far
-/// the edges are from rest at the start.
+/// The highest speed of any node over its bound: [`SPEED`] times the sum of what gravity adds in the
+/// whole time, and of what the fastest vibration makes of an actuator's stroke and of the distance of the
+/// edges from rest at the start.
 fn speed_growth(case: &Case, frequency: f64, guarded: &Guarded) -> f64 {
     let physics = &case.physics;
     let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
@@ -194,7 +194,7 @@ fn speed_growth(case: &Case, frequency: f64, guarded: &Guarded) -> f64 {
     let states = guarded.trajectory.states.iter();
     let speeds = states.flat_map(|s| s.v.iter().map(|v| v[0].hypot(v[1])));
     match most(speeds) {
-        // Of what nothing moves.
+        // Nothing moves.
         0.0 => 0.0,
         speed => speed / (SPEED * (fall + stroke * frequency)),
     }
