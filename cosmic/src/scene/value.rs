@@ -2,16 +2,20 @@
 
 use super::limits::Limits;
 use super::pass::{Pass, cycle};
+use std::fmt::Debug;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
 
 /// A value of a scene, whatever its type.
-pub(super) trait SettingValue {
+pub(super) trait SettingValue: Debug {
     /// What may stand in a file, as a phrase.
     fn allowed(&self, limits: &Limits) -> String;
-    /// The value as TOML. Numbers read back to the same bits.
-    fn toml(&self) -> String;
+    /// The value as TOML. Rust writes numbers, truth values and arrays of them as TOML does, with the
+    /// fewest digits that read back to the same bits.
+    fn toml(&self) -> String {
+        format!("{self:?}")
+    }
     /// Takes the value of a file.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()>;
 }
@@ -58,11 +62,6 @@ impl SettingValue for f64 {
         format!("a {} {limits}", Self::NOUN)
     }
 
-    fn toml(&self) -> String {
-        // The fewest digits that read back to the same bits.
-        format!("{self:?}")
-    }
-
     /// Written with or without a point. A number that overflows is infinite, and out of range.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
         let x = match value.get_ref() {
@@ -82,10 +81,6 @@ impl SettingValue for f64 {
 impl SettingValue for usize {
     fn allowed(&self, limits: &Limits) -> String {
         format!("a {} {limits}", Self::NOUN)
-    }
-
-    fn toml(&self) -> String {
-        self.to_string()
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
@@ -115,10 +110,6 @@ impl Number for usize {
 impl<T: Number, const N: usize> SettingValue for [T; N] {
     fn allowed(&self, limits: &Limits) -> String {
         format!("{N} {}s, each {limits}", T::NOUN)
-    }
-
-    fn toml(&self) -> String {
-        format!("[{}]", self.each_ref().map(T::toml).join(", "))
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
@@ -156,10 +147,6 @@ impl SettingValue for bool {
         "true or false".to_owned()
     }
 
-    fn toml(&self) -> String {
-        self.to_string()
-    }
-
     fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
         let read = value.get_ref().as_bool();
         *self = read.ok_or_else(|| wrong_kind(value))?;
@@ -168,7 +155,7 @@ impl SettingValue for bool {
 }
 
 /// An enumeration whose members have names in scene files.
-pub trait Named: Copy + PartialEq + 'static {
+pub trait Named: Copy + Debug + PartialEq + 'static {
     /// Every member with its name.
     const ALL: &'static [(&'static str, Self)];
 

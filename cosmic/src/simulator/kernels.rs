@@ -350,20 +350,12 @@ mod tests {
     #[test]
     fn springs() {
         let spring = Spring { dt: DT };
+        let cubic = 150.0;
         // Stretched, compressed, slack in one direction, and nearly without length.
         for [dx, dy] in [[0.08, 0.09], [-0.05, 0.02], [0.0, 0.1], [2e-3, 1e-3]] {
-            is_right(&spring, [dx, dy, 0.3, 4.0, 0.1, 0.35]);
-        }
-    }
-
-    #[test]
-    fn stiffening_springs() {
-        let spring = Stiffening {
-            spring: Spring { dt: DT },
-            cubic: 150.0,
-        };
-        for [dx, dy] in [[0.08, 0.09], [-0.05, 0.02], [0.0, 0.1], [2e-3, 1e-3]] {
-            is_right(&spring, [dx, dy, 0.3, 4.0, 0.1, 0.35]);
+            let given = [dx, dy, 0.3, 4.0, 0.1, 0.35];
+            is_right(&spring, given);
+            is_right(&Stiffening { spring, cubic }, given);
         }
     }
 
