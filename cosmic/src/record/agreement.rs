@@ -80,17 +80,14 @@ pub fn check_one_run(
 #[cfg(test)]
 mod tests {
     use super::check_one_run;
+    use crate::codesign::tests::tiny;
     use crate::record::files::read_json;
     use crate::record::trajectory_file::{FORMAT, TRAJECTORY};
     use crate::record::{DesignFile, RunPlan, optimise};
-    use crate::scene::Scene;
 
     #[test]
     fn files_of_two_seeds_are_told_apart() {
-        let text = "[lattice]\ncolumns = 3\nrows = 2\n[physics]\nsteps = 64\n[schedule]\n\
-                    iterations = 6\nattraction_from = 2\nsnap_at = 4\nhorizon = [32, 32]\n[loss]\n\
-                    window = 16";
-        let scene = Scene::parse("tiny", text).unwrap();
+        let scene = tiny();
         let folder = tempfile::tempdir().unwrap();
         let [a, b] = [1, 2].map(|seed| {
             let run = folder.path().join(seed.to_string());

@@ -137,8 +137,8 @@ fn median(before: &[Record], window: usize, of: fn(&Record) -> Option<f64>) -> O
 #[cfg(test)]
 mod tests {
     use super::{Halving, Rung, Standing, median};
-    use crate::codesign::{CoDesign, Record};
-    use crate::scene::Scene;
+    use crate::codesign::Record;
+    use crate::codesign::tests::{records, tiny};
 
     fn standing(seed: u64, merit: Option<f64>) -> Standing {
         Standing {
@@ -169,12 +169,10 @@ mod tests {
     /// A snap has no rollout over a horizon, and is no fall.
     #[test]
     fn the_snap_counts_neither_for_nor_against() {
-        let text = "[lattice]\ncolumns = 2\nrows = 2\n[physics]\nsteps = 16\n[loss]\nwindow = 4\n\
-                    every = 1\n[schedule]\niterations = 6\nattraction_from = 2\nsnap_at = 4\n\
-                    horizon = [16, 16]\nsnap_trials = 0\npolish_trials = 0";
-        let mut codesign = CoDesign::new(&Scene::parse("snapped", text).unwrap()).unwrap();
-        let mut progress = codesign.begin(0).unwrap();
-        let rows: Vec<Record> = (0..4).map(|_| codesign.iterate(&mut progress)).collect();
+        let mut scene = tiny();
+        scene.schedule.iterations = 4;
+        (scene.schedule.attraction_from, scene.schedule.snap_at) = (2, 4);
+        let rows = records(&scene);
         let reached = |row: &Record| row.displacement_horizon;
         assert_eq!(rows[3].displacement_horizon, None);
         assert_eq!(median(&rows, 1, reached), rows[2].displacement_horizon);

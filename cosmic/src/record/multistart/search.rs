@@ -147,9 +147,9 @@ fn copy(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
 mod tests {
     use super::{create, search};
     use crate::codesign::Record;
+    use crate::codesign::tests::tiny;
     use crate::record::multistart::starts::folder_of;
     use crate::record::{Observer, Run, RunPlan, optimise, resume};
-    use crate::scene::Scene;
     use rayon::ThreadPoolBuilder;
     use std::fs;
     use std::num::NonZeroUsize;
@@ -170,23 +170,12 @@ mod tests {
     }
 
     fn plan() -> RunPlan {
-        let text = "
-            [lattice]
-            columns = 3
-            rows = 2
-            [physics]
-            steps = 32
-            [schedule]
-            iterations = 60
-            attraction_from = 20
-            snap_at = 40
-            horizon = [32, 32]
-            [loss]
-            window = 16
-        ";
+        let mut scene = tiny();
+        scene.schedule.iterations = 60;
+        (scene.schedule.attraction_from, scene.schedule.snap_at) = (20, 40);
         RunPlan {
             starts: NonZeroUsize::new(3).unwrap(),
-            ..RunPlan::new("test", Scene::parse("test", text).unwrap(), 3)
+            ..RunPlan::new("test", scene, 3)
         }
     }
 
