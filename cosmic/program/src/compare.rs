@@ -1,6 +1,6 @@
 //! `cosmic compare`.
 
-use crate::output::{print, print_json};
+use crate::output::print_as;
 use clap::Args;
 use cosmic::error::Result;
 use cosmic::record::files::write_atomic;
@@ -28,9 +28,6 @@ impl Arguments {
             let page = comparison.to_html();
             write_atomic(path, |file| file.write_all(page.as_bytes()))?;
         }
-        if self.json {
-            return print_json(&comparison);
-        }
-        print(&comparison.to_text())
+        print_as(self.json, &comparison, &comparison.to_text())
     }
 }

@@ -70,15 +70,17 @@ pub(super) fn print_json(value: &impl serde::Serialize) -> Result<()> {
     print(&(text + "\n"))
 }
 
+/// Writes a result as JSON or as text.
+pub(super) fn print_as(json: bool, value: &impl serde::Serialize, text: &str) -> Result<()> {
+    if json { print_json(value) } else { print(text) }
+}
+
 /// Writes a result as JSON or as text, as the user asked for; nothing with `--quiet`.
 pub(super) fn answer(output: &Output, value: &impl serde::Serialize, text: &str) -> Result<()> {
-    if output.json {
-        print_json(value)
-    } else if output.quiet {
-        Ok(())
-    } else {
-        print(text)
+    if output.quiet && !output.json {
+        return Ok(());
     }
+    print_as(output.json, value, text)
 }
 
 /// Names the files that a command wrote, one a line.

@@ -1,7 +1,7 @@
 //! `cosmic robustness`.
 
 use crate::arguments::{Settings, seed, whole};
-use crate::output::{print, print_json};
+use crate::output::print_as;
 use clap::Args;
 use cosmic::error::{Error, Result};
 use cosmic::scene::RobustSettings;
@@ -87,11 +87,7 @@ impl Arguments {
         if let Some(path) = &self.out {
             found.write(path)?;
         }
-        if self.json {
-            print_json(&found)?;
-        } else {
-            print(&found.table().to_text())?;
-        }
+        print_as(self.json, &found, &found.table().to_text())?;
         judge(&found.runs)
     }
 }

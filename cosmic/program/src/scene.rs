@@ -1,7 +1,7 @@
 //! `cosmic scene`.
 
 use crate::arguments::{Output, Settings};
-use crate::output::{note, print, print_json};
+use crate::output::{note, print, print_as, print_json};
 use clap::{Args, Subcommand};
 use cosmic::codesign::Review;
 use cosmic::error::{Error, Result};
@@ -122,9 +122,5 @@ fn list(as_json: bool) -> Result<()> {
 }
 
 fn show(scene: &Scene, json: bool) -> Result<()> {
-    if json {
-        print_json(scene)
-    } else {
-        print(&scene.to_toml())
-    }
+    print_as(json, scene, &scene.to_toml())
 }

@@ -1,6 +1,6 @@
 //! `cosmic verify`.
 
-use crate::output::{note, print, print_json};
+use crate::output::{note, print_as};
 use crate::source::SourceArguments;
 use clap::Args;
 use cosmic::case::Case;
@@ -49,11 +49,7 @@ impl Arguments {
             subject: subject(&case),
             sections: sections.collect(),
         };
-        if self.json {
-            print_json(&sheet.to_json())?;
-        } else {
-            print(&sheet.to_text())?;
-        }
+        print_as(self.json, &sheet.to_json(), &sheet.to_text())?;
         if let Some(folder) = &self.out {
             for path in sheet.write(folder)? {
                 note(&path.display().to_string());
