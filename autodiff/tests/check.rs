@@ -341,11 +341,11 @@ fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {
 #[test]
 fn an_error_is_a_share_of_the_slope() {
     let report = claimed(|x| 2.0 * x[0], [&[0.3], &[4.0]], &Options::default());
-    // What is off in the differences of a line is rounding, 1e-16 over the step.
+    // Differences of a line are wrong by rounding alone, 1e-16 over the step.
     assert!((report.directions[0].error - 0.5).abs() < 1e-7, "{report}");
 }
 
-/// Whatever the unit of the value: tolerances are shares of the slope.
+/// Tolerances are shares of the slope.
 #[test]
 fn a_verdict_does_not_depend_on_the_unit() {
     for unit in [1e-12, 1.0, 1e12] {
@@ -370,7 +370,7 @@ fn a_verdict_does_not_depend_on_the_unit() {
     }
 }
 
-/// Neither an infinite point nor steps whose span is no float are a reason to stop.
+/// A check ends at an infinite point too, and with steps whose span is no float.
 #[test]
 fn any_point_and_any_span_of_steps_have_a_verdict() {
     struct Square;

@@ -1,4 +1,4 @@
-//! What a gradient check reports beside its verdict: the order of the remainder, the worst component
+//! The report of a gradient check beside its verdict: the order of the remainder, the worst component
 //! by its name, and what became of a gradient that is wrong on purpose.
 
 use crate::check::{Smooth, claimed, point, seeds};
@@ -126,7 +126,7 @@ fn noise_is_no_remainder() {
     let right = gradient(&Smooth, &x);
     let single =
         |x: &[f64]| f64::from(Smooth.eval(&x.iter().map(|&x| x as f32).collect::<Vec<_>>()));
-    // As good as random below 1e-11.
+    // Noise of 1e-11.
     let unsaid = |x: &[f64]| Smooth.eval(x) + 1e-11 * (1e15 * x[0]).sin();
     let cases: [(Value, f32); 2] = [(&single, f32::EPSILON), (&unsaid, 0.0)];
     for (value, noise) in cases {

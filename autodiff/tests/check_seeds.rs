@@ -59,7 +59,7 @@ fn rosenbrock(x: &[f64]) -> f64 {
     Rosenbrock.eval(x)
 }
 
-/// As good as random, in `[-1, 1)`, and the same for the same numbers.
+/// Noise in `[-1, 1)`, a function of its arguments.
 fn noise(x: &[f64]) -> f64 {
     let bits = x.iter().fold(0x1234_5678_u64, |bits, x| {
         let bits = (bits ^ x.to_bits()).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -238,7 +238,7 @@ fn one_wrong_component_of_a_thousand_is_named() {
     }
 }
 
-/// What varies over less than the smallest step is not seen, and smaller steps see it.
+/// A function that varies over less than the smallest step needs smaller steps.
 #[test]
 fn small_lengths_need_small_steps() {
     let x = 1e-9;

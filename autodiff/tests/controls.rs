@@ -167,7 +167,7 @@ fn starts_together_are_as_each_alone() {
     }
 }
 
-/// What is not asked for is not there, and leaves the rest as it is.
+/// Controls that are constants get no cotangent and do not change the others.
 #[test]
 fn controls_may_be_constants() {
     let x = point(2);

@@ -73,7 +73,7 @@ impl Case {
         ((high - value[0]) + (low - value[1]) - value[2]).abs() / value[0].abs()
     }
 
-    /// As the module's documentation says.
+    /// The error that the module's documentation allows.
     fn allowed(&self) -> f64 {
         match self.function.as_str() {
             "add" | "mul" | "div" | "sqrt" => 1e-31,

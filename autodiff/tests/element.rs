@@ -115,7 +115,7 @@ fn small_arguments_lose_no_digits() {
 #[test]
 fn functions_reach_as_far_as_those_of_floats() {
     let largest = f64::MAX;
-    // Of the largest floats, where the system's own functions overflow.
+    // For the largest floats, where the system's own functions overflow.
     fn ln_twice(x: f64) -> f64 {
         x.ln() + std::f64::consts::LN_2
     }

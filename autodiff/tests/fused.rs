@@ -365,7 +365,7 @@ fn the_value_of_a_rule_has_the_rule_s_derivative_in_nestings_too() {
     assert_same_derivatives(&rule, &root, &POINT);
 }
 
-/// What is a constant of an inner tape may be a variable of the outer mode.
+/// A constant of an inner tape may be a variable of the outer mode.
 #[test]
 fn constants_of_an_inner_tape_keep_their_outer_derivative() {
     /// `d/dw (w y(p))`, by an inner tape that takes `p` for a constant.

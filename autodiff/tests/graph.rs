@@ -72,7 +72,7 @@ impl Function for Loss {
     }
 }
 
-/// What has no stiffness pulls on nothing, and sums with zeros more have the same bits: left out,
+/// An edge without stiffness pulls on nothing, and more zeros do not change a sum's bits: left out,
 /// it changes neither the value nor any gradient but its own.
 #[test]
 fn edges_that_are_left_out_are_as_edges_that_give_zero() {

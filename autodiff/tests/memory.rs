@@ -1,4 +1,4 @@
-//! What a rollout's memory budget costs: how often a step is done again, to the last one.
+//! The price of a rollout's memory budget: how often a step is done again, counted exactly.
 
 use std::cell::Cell;
 use std::panic::catch_unwind;

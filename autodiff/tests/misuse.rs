@@ -1,4 +1,4 @@
-//! What a tape refuses, and what it does not record.
+//! Misuse that a tape refuses, and operations that it does not record.
 
 use crate::common::panic_message;
 use autodiff::{Array, Dual, Graph, Kernel, Program, Real, Tape, Var, gradient_of};

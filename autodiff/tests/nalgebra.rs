@@ -225,7 +225,7 @@ fn comparisons_and_signs_look_at_primals() {
     assert!(!ComplexField::is_finite(&infinite));
 }
 
-/// What nalgebra takes for a SIMD register is one number.
+/// nalgebra takes an element for a SIMD register of one number.
 #[test]
 fn an_element_is_a_register_of_one_lane() {
     let mut element = Element(1.0);

@@ -139,7 +139,7 @@ fn a_tape_may_be_swept_again_and_recorded_again() {
     }
 }
 
-/// What constants move, and squares, take a shorter way onto the tape.
+/// Sums with constants, and squares, take a shorter way onto the tape.
 struct Moved;
 
 impl Function for Moved {

@@ -6,7 +6,7 @@ use autodiff::Elementary;
 use autodiff::trace::{Traced, first_non_finite};
 use autodiff::{DoubleDouble, Dual, Mask, Real, Tape, Var};
 
-/// What an assigning operator makes of a number.
+/// The result of an assigning operator.
 fn assigned<R: Copy>(x: R, y: R, operator: fn(&mut R, R)) -> R {
     let mut result = x;
     operator(&mut result, y);
@@ -86,7 +86,7 @@ fn operations<R: Real>([x, y, z]: [R; 3]) -> Vec<(&'static str, R)> {
     [&methods, &elementary(x)[..]].concat()
 }
 
-/// Of both signs, at and near kinks, and where nothing is finite.
+/// Points of both signs, at and near kinks, and at infinity.
 fn points() -> Vec<[f64; 3]> {
     let of = [-2.5, -1.0, -0.0, 0.0, 1e-3, 0.7, 3.0, f64::INFINITY];
     let third = |i: usize, k: usize| of[(3 * i + k) % of.len()];

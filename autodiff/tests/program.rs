@@ -6,7 +6,7 @@ use autodiff::{
     Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient_of,
 };
 
-// As few as do where Miri interprets them.
+// Miri is slow: as few as suffice.
 const NODES: usize = if cfg!(miri) { 7 } else { 11 };
 
 /// The pull of an edge, from the difference of its ends and its stiffness.
@@ -145,7 +145,7 @@ fn an_array_may_lie_between_the_parts_of_the_new_state() {
     }
 }
 
-/// What a step works on, declared as it is needed.
+/// A step whose arrays are declared where it needs them.
 #[derive(Clone)]
 struct AsNeeded;
 

@@ -201,7 +201,7 @@ fn bounded<R: Real + Into<f64>>(seeds: &[[f64; 3]], steps: usize, norm: f64) -> 
 fn cotangents_of_any_size_are_bounded() {
     fn check<R: Real + PartialEq + Into<f64>>(sizes: &[f64], digits: f64) {
         for &size in sizes {
-            // Of norms 13, 13 and 0 in that size, beside one that squares can measure.
+            // Their norms are 13, 13 and 0 in that size; squares can measure the last one.
             let seeds = [[3.0, 4.0, 12.0], [-12.0, 3.0, -4.0], [0.0; 3]];
             let mut seeds = seeds.map(|seed| seed.map(|s| s * size)).to_vec();
             seeds.push([0.1; 3]);

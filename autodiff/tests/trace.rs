@@ -310,8 +310,8 @@ fn what_is_made_of_constants_is_a_constant() {
     assert_eq!(first_non_finite(&[1.0], |x| solved(x[0])), None);
 }
 
-/// What is blamed where every other lane is the root of an argument, or the argument of a root, and
-/// the others are constants, whichever of them is named first.
+/// The operation that is blamed where every other lane is the root of an argument, or the argument of
+/// a root, and the others are constants, whichever of them is named first.
 struct ChoicesByLanes;
 
 impl Vectorized<f64> for ChoicesByLanes {

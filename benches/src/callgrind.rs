@@ -13,9 +13,9 @@ pub enum CountError {
     /// Valgrind or the program cannot be started.
     #[error("cannot run {program}: {source}")]
     Start {
-        /// What should have been started.
+        /// The program.
         program: String,
-        /// What the system says.
+        /// The system's error.
         source: io::Error,
     },
     /// It ran, and went wrong.
@@ -34,7 +34,7 @@ pub enum CountError {
     },
 }
 
-/// Whether valgrind is there, and which.
+/// The version of valgrind, if it is installed.
 pub fn version() -> Option<String> {
     let output = Command::new("valgrind").arg("--version").output().ok()?;
     let said = String::from_utf8(output.stdout).ok()?;

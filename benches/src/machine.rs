@@ -1,4 +1,4 @@
-//! What benches ran on, and the pages of the documentation that they write.
+//! The machine of a bench, and the pages of the documentation that benches write.
 
 use std::path::Path;
 

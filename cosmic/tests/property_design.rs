@@ -1,4 +1,4 @@
-//! What holds of every design: projections, measures and the snap.
+//! Properties of every design: projections, measures and the snap.
 
 use cosmic::design::{Material, VolumeBounds, snap};
 use cosmic::objective::measures;

@@ -1,4 +1,4 @@
-//! What is written reads back to the same bits.
+//! Files read back to the bits that were written.
 
 use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Progress};
@@ -79,7 +79,7 @@ proptest! {
         }
         case.frozen = layout.then(|| vec![Material::Skeleton; 6]);
         let read = Case::parse("case.json", &case.to_json()).unwrap();
-        // What becomes of an optimisation, and how its controller began, is not a case's.
+        // A case holds no settings of an optimisation or of the start of its controller.
         let expected = Case {
             physics: cosmic::scene::PhysicsSettings {
                 unstable_step: read.physics.unstable_step,
@@ -94,7 +94,7 @@ proptest! {
         prop_assert_eq!(read, expected);
     }
 
-    /// What a snapshot holds, from any seed and after any number of iterations.
+    /// The content of a snapshot, for any seed and after any number of iterations.
     #[test]
     fn progress_and_plans(seed in any::<u64>(), iterations in 0..4usize, any in numbers()) {
         let mut codesign = CoDesign::new(&scene()).unwrap();

@@ -107,7 +107,7 @@ fn links_and_pipes_stay_what_they_are() {
     write_atomic(&link, |out| out.write_all(b"new")).unwrap();
     assert!(link.is_symlink());
     assert_eq!(fs::read(&file).unwrap(), b"new");
-    // Nor does a file become readable for others.
+    // A file keeps its permissions.
     let mode = || fs::metadata(&file).unwrap().permissions();
     fs::set_permissions(&file, PermissionsExt::from_mode(0o600)).unwrap();
     write_atomic(&file, |out| out.write_all(b"private")).unwrap();
@@ -166,7 +166,7 @@ fn a_process_killed_while_writing_leaves_the_old_file_whole() {
     victim.args(this_test).env(VICTIM, folder.path());
     let output = victim.output().unwrap();
     assert!(!output.status.success());
-    // What it was writing is still there, so it did die in the middle.
+    // The half-written file is still there: the process did die during the write.
     assert_eq!(names(folder.path()).len(), 2);
     assert_eq!(fs::read(&file).unwrap(), b"old");
 }

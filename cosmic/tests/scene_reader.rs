@@ -418,7 +418,7 @@ fn a_wrong_setting_is_shown_as_it_was_given() {
         report.contains("--set physics.steps=512\n  |                     ^^^"),
         "{report}"
     );
-    // What turns out wrong later is shown in the last setting, else in the scene.
+    // A fault found later is shown in the last setting of its key, or else in the scene.
     let shown = |name, settings: &[&str], key| {
         let error = fault(name, settings, key, "too long", "take less");
         error.map(|error| error.to_string())
@@ -433,7 +433,7 @@ fn a_wrong_setting_is_shown_as_it_was_given() {
     assert_eq!(shown("coulomb", &[], "physics.dt"), None);
 }
 
-/// Whatever is read, the answer is a scene or an error with a place inside the text.
+/// Any text is read as a scene or refused with a place inside the text.
 fn survives(text: &str) -> error::Result<()> {
     match Scene::parse("any", text) {
         Err(Error::Malformed { line, column, .. }) => {

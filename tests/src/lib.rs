@@ -1,4 +1,4 @@
-//! What the tests across both crates share: reading reference files and comparing with them.
+//! Shared by the tests across both crates: reading reference files and comparing with them.
 
 mod bare;
 pub mod readers;
@@ -36,9 +36,9 @@ pub fn stability_folder() -> PathBuf {
 pub struct Reference {
     /// Where it is.
     pub path: PathBuf,
-    /// What it holds, as text.
+    /// Its text.
     pub text: String,
-    /// What it holds, read.
+    /// Its JSON.
     pub json: Value,
 }
 

@@ -1,5 +1,5 @@
-//! What every reader of files must do with any bytes at all: read them, or say cleanly what is
-//! wrong. What was read is held against itself written out and read again.
+//! A reader of files must read any bytes at all, or say cleanly what is wrong with them. A value that was
+//! read is written out, read again and compared.
 //!
 //! Fuzzing drives these functions, and a test runs them over the corpus that fuzzing left.
 

@@ -16,7 +16,7 @@ fn parse(change: impl FnOnce(&mut Value)) -> Result<Case, Error> {
     Case::parse("case.json", &json.to_string())
 }
 
-/// What is said after a change of a case's JSON.
+/// The complaint after a change of a case's JSON.
 fn message(change: impl FnOnce(&mut Value)) -> String {
     let error = parse(change).expect_err("the change makes the case wrong");
     assert_eq!(error.exit_code(), 2, "{error}");
@@ -160,7 +160,7 @@ const LISTS: [(&str, usize); 7] = [
     ("al.thresholds", 4),
 ];
 
-/// What is said of a case with this value.
+/// The complaint about a case with this value.
 fn refused(pointer: &str, value: &str) -> String {
     let value = serde_json::from_str(value).expect("a JSON value");
     let text = message(|json| set(json, pointer, value));
@@ -272,7 +272,7 @@ fn what_is_written_reads_back_the_same() {
     }
 }
 
-/// Whatever a robot is made with is written: what is read back is the same robot.
+/// All settings of a robot are written: the robot read back is the same.
 #[test]
 fn a_robot_written_as_a_case_is_that_robot() {
     let mut scene = cosmic::scene::Scene::default();

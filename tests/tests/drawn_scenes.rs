@@ -84,7 +84,7 @@ fn gradients_of_drawn_robots_agree_with_differences() {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let scene = scene(&mut rng);
         let case = robot(&mut rng, &scene);
-        // What is refused for its time step grows without end: differences mean nothing.
+        // With a time step that is refused, motions grow without end: differences mean nothing.
         if case.step_check().accept(&case.physics).is_err() {
             continue;
         }

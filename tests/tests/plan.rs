@@ -1,4 +1,4 @@
-//! What a rollout leaves out, against the full simulator.
+//! Rollouts that leave terms out, against the full simulator.
 
 use autodiff::Real;
 use cosmic::case::Case;

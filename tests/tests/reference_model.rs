@@ -71,7 +71,7 @@ fn the_first_activation() {
     }
 }
 
-/// What a rollout runs: the raw state of the ground's frame into the folded first layer.
+/// A rollout feeds the raw state of the ground's frame into the folded first layer.
 #[test]
 fn the_first_activation_of_the_folded_controller() {
     for (reference, case) in cases() {

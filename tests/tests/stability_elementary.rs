@@ -22,11 +22,11 @@ fn tanh_and_its_derivative() {
     }
 }
 
-/// What an edge does in one step to the node at its tail, by the vector `d` to its head.
+/// The effect of an edge in one step on the node at its tail, by the vector `d` to its head.
 struct Pull {
     bare: Bare,
     d: [f64; 2],
-    /// What turns a velocity into the force that gave it: mass over time.
+    /// The factor from a velocity to the force that caused it: mass over time.
     per_kick: f64,
 }
 

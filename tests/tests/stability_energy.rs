@@ -112,7 +112,7 @@ fn lattice(case: &StabilityCase) -> (Bare, State<f64>) {
     )
 }
 
-/// Whatever its shape, a lattice whose nodes stand as they are laid out has no energy.
+/// A lattice of any shape has no energy while its nodes are in their places.
 #[test]
 fn regular_lattices_are_at_rest() {
     for (columns, rows) in [(1, 4), (2, 2), (2, 5), (3, 2), (6, 6), (5, 1)] {
@@ -131,7 +131,7 @@ fn regular_lattices_are_at_rest() {
     }
 }
 
-/// What is watched in a rollout, energies in parts of the first.
+/// Quantities watched in a rollout; energies are shares of the first.
 struct Watched {
     least: f64,
     most: f64,
@@ -157,7 +157,7 @@ impl Watched {
             let share = energy(&bare, state) / at_start;
             watched.least = watched.least.min(share);
             watched.most = watched.most.max(share);
-            // What is left over by whole windows is in no mean.
+            // Steps after the last whole window are in no mean.
             if let Some(mean) = watched.means.get_mut(step / window) {
                 *mean += share / window as f64;
             }

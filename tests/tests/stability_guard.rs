@@ -28,7 +28,7 @@ fn guarded(case: &Case) -> Guarded {
     let (task, controller, start) = (case.task(), &case.controller, &case.start);
     let span = Span::from_start(vec![0, 7, case.physics.steps]);
     let guarded = task.guarded(&mixture, controller, start, &span);
-    // What is delivered is what an unguarded rollout gives, NaN for NaN.
+    // The guard does not change the states of a rollout, NaN for NaN.
     let plain = task.rollout(&mixture, controller, start, &span);
     assert_eq!(format!("{:?}", guarded.trajectory), format!("{plain:?}"));
     guarded

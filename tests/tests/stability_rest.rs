@@ -57,7 +57,7 @@ fn physics(case: &StabilityCase) -> PhysicsSettings {
     }
 }
 
-/// Whether friction holds the lattice for good.
+/// True if friction holds the lattice for good.
 fn rests(physics: &PhysicsSettings) -> bool {
     let slope = physics.incline_deg.to_radians().tan();
     physics.contact == Contact::Infinite || physics.friction > slope

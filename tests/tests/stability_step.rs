@@ -57,7 +57,7 @@ fn an_unstable_step_is_refused_with_node_number_and_remedy() {
     let mut patient = scene.physics;
     patient.unstable_step = UnstableStep::Warn;
     assert!(check.accept(&patient).is_ok());
-    // Who is only warned has set that already.
+    // A scene that only warns has this setting already.
     let warned = check.to_string();
     let (before, _) = said
         .to_string()

@@ -239,8 +239,7 @@ fn mixtures_keep_what_they_have() {
     }
 }
 
-/// What does not pull is in no vibration either, and masses stay; nor does a robot as built get
-/// back what was dropped.
+/// Dropped edges are in no vibration, and masses stay. A robot as built does not get them back.
 #[test]
 fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
     let pairs = layouts(VoidEdges::Keep)

@@ -11,7 +11,7 @@ struct Draw {
     rng: ChaCha8Rng,
     /// Lengths of arrays: nodes, slots and one more.
     lens: [usize; 3],
-    /// Of the arrays so far.
+    /// Lengths of the arrays so far.
     arrays: Vec<usize>,
     matrices: Vec<[usize; 2]>,
 }
@@ -127,8 +127,8 @@ impl Draw {
         }
     }
 
-    /// What the states become: arrays that are there already, or new ones side by side in their
-    /// order, as the states are.
+    /// The arrays that the states become: some that are there already, or new ones side by side in
+    /// the order of the states.
     fn next(&mut self, states: &[usize], operations: &mut Vec<Operation>) -> Vec<usize> {
         let side_by_side = self.one_in(2);
         let next = states.iter().map(|&len| {

@@ -82,12 +82,12 @@ type Start<'a> = (&'a [Var<f64>], &'a [Var<f64>]);
 struct Rollouts {
     rollout: Rollout<Drawn>,
     starts: usize,
-    /// Whether they run side by side.
+    /// True if they run side by side.
     together: bool,
 }
 
 impl Rollouts {
-    /// What is seen after some steps.
+    /// The observed states.
     fn seen(&self, starts: &[Start]) -> Vec<Var<f64>> {
         let drawn = &self.rollout.model;
         let has_own = !drawn.parameters.is_empty();
@@ -109,7 +109,7 @@ impl Rollouts {
         starts.iter().flat_map(alone).collect()
     }
 
-    /// That, and the gradient of a sum over it by starts and what they have of their own.
+    /// The observed states, and the gradient of a sum over them by the starts and their own parameters.
     fn seen_and_gradient(&self) -> (Vec<f64>, Vec<f64>) {
         let drawn = &self.rollout.model;
         let (state, own) = (drawn.state_len(), drawn.parameters.first().copied());

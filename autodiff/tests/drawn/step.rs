@@ -77,11 +77,11 @@ pub(crate) struct Drawn {
     /// Rows and columns.
     pub(crate) matrices: Vec<[usize; 2]>,
     pub(crate) operations: Vec<Operation>,
-    /// What the states become.
+    /// The arrays that the states become.
     pub(crate) next: Vec<usize>,
 }
 
-/// What keeps sums over so many columns of order one.
+/// A factor that keeps sums over the columns of order one.
 fn scale<R: Real>([_, columns]: [usize; 2]) -> R {
     R::lit(1.0 / columns.max(1) as f64)
 }
@@ -257,7 +257,7 @@ impl Step for Drawn {
 }
 
 impl Drawn {
-    /// What the edges that the graph has do at its nodes.
+    /// The sums at the nodes over the edges that the graph has.
     fn tugs<R: Real>(&self, end: &[R], per_edge: &[R]) -> Vec<R> {
         let mut sums = vec![R::zero(); self.graph.nodes()];
         let slots = self.graph.slot_of_edge().iter().zip(&self.edges);

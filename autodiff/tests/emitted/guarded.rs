@@ -31,7 +31,7 @@ impl Kernel<2, 3> for Held {
     }
 }
 
-/// What is infinite or NaN behind a choice, or where its cotangent is zero.
+/// Infinities and NaN behind a choice, or where the cotangent is zero.
 #[derive(Clone, Copy)]
 pub(crate) struct Guarded {
     /// Any number, zero too.

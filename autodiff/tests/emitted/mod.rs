@@ -196,7 +196,7 @@ fn every_operation_is_emitted_with_its_derivative() {
     assert!(sound > 2000, "{sound} of {}", 64 * 3 * RESULTS);
 }
 
-/// Of a negative zero the slope is that from inside the domain, as everywhere in this crate: the
+/// At a negative zero the slope is that from inside the domain, as everywhere in this crate: the
 /// formula takes the sign off, unless what it is of has none.
 #[test]
 fn limits_at_negative_zero_are_taken_from_inside() {

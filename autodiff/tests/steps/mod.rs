@@ -2,7 +2,7 @@
 
 use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, gradient};
 
-// As few as do where Miri interprets them.
+// Miri is slow: as few as suffice.
 pub(crate) const STEPS: usize = if cfg!(miri) { 2 } else { 5 };
 
 /// A step, as a program and written out.

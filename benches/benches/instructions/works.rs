@@ -1,4 +1,4 @@
-//! What is counted: the works of the other benches.
+//! The counted works: those of the other benches.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -23,7 +23,7 @@ pub(crate) struct Work {
     pub(crate) units: f64,
 }
 
-/// What counts are compared to.
+/// The figure that counts are compared to.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Base {
     /// The first figure of the table.

@@ -1,4 +1,4 @@
-//! What a scalar tape costs: the gradient of one step of springs, on our tape, on those of other
+//! The cost of a scalar tape: the gradient of one step of springs, on our tape, on those of other
 //! crates and through our kernels. Answers are compared before anything is timed.
 //!
 //! - `cargo bench -p benches --bench tapes --features rivals,xad-rs --ignore-rust-version`
@@ -61,7 +61,7 @@ fn tapes() -> Vec<(&'static str, Gradient)> {
     ]
 }
 
-/// What this build leaves out.
+/// The tapes that this build leaves out.
 fn absent() -> Vec<Row> {
     let mut rows = Vec::new();
     let mut leave_out = |name, why| {

@@ -9,20 +9,20 @@ pub struct Comparison {
     pub field: String,
     /// Its `max |a - b| / max |b|`; infinite where lengths or integers differ.
     pub error: f64,
-    /// What the reference allows.
+    /// The error that the reference allows.
     pub tolerance: f64,
     /// How many fields were compared.
     pub fields: usize,
 }
 
 impl Comparison {
-    /// Whether the answer is right: something was compared, and all of it is close enough.
+    /// True if something was compared, and all of it is close enough.
     pub fn is_close(&self) -> bool {
         self.fields > 0 && self.error <= self.tolerance
     }
 }
 
-/// What a reference says about itself rather than about the answer.
+/// Fields of a reference that are not part of the answer.
 const DESCRIPTION: [&str; 4] = ["case", "kind", "tolerance", "digest"];
 
 /// Compares every field of a reference.
@@ -150,7 +150,7 @@ fn digest(answer: &Value, expected: &Value) -> Value {
 }
 
 impl Sparse {
-    /// Whether the parts have lengths that fit together, so that they can be reduced at all.
+    /// True if the lengths of the parts fit together, so that they can be reduced.
     fn fits(&self) -> bool {
         let entries = self.vals.len();
         self.rows.len() == self.residuals.len() + 1

@@ -43,7 +43,7 @@ impl Shape {
         self.dimension * (self.dimension + 1) / 2
     }
 
-    /// What [`Likelihood`] is given of a component.
+    /// Numbers of a component in the arguments of [`Likelihood`].
     #[inline(always)]
     fn packed(self) -> usize {
         1 + self.dimension + self.dimension * (self.dimension + 1) / 2
@@ -138,7 +138,7 @@ fn pack_rows<R: Real>(packed: &mut Vec<R>, diagonal: &[R], below: &[R]) {
 }
 
 impl Mixture {
-    /// What depends on no parameter.
+    /// The terms that depend on no parameter.
     fn constant(&self) -> f64 {
         let d = self.shape.dimension as f64;
         let freedom = d + self.m + 1.0;

@@ -34,7 +34,7 @@ pub trait Problem {
     /// Computes objective and derivative, from scratch.
     fn derivative(&mut self);
 
-    /// What the last [`objective`](Self::objective) and [`derivative`](Self::derivative) found:
+    /// The results of the last [`objective`](Self::objective) and [`derivative`](Self::derivative):
     /// `objective` and `gradient` or `jacobian`, as the reference answers name them.
     fn answer(&self) -> Value;
 }

@@ -8,7 +8,7 @@ use super::plan::{BAND, CLOCK, DIRECTIONS, H, JX, JY, ORIGIN, Plan, ROW, Registe
 use super::product::product;
 use super::sizes::{FEW, HIDDEN, NODES, SENSED, STATE};
 
-/// What is added to the square of a length, m^2 (D4).
+/// Added to the square of a length, m^2 (D4).
 const SOFTENING: f64 = 1e-12;
 
 /// Numbers of all edges by their tails, direction by direction, for two coordinates; zero where
@@ -21,7 +21,7 @@ impl<R: Real> Bands<R> {
     }
 }
 
-/// What edges from these nodes on add up to, less what edges to them do.
+/// Sums over the edges whose tails these nodes are, less those over the edges whose heads they are.
 #[inline(always)]
 pub(super) fn net<R: Real, L: Lane<R>>(band: &[R], node: usize) -> L {
     let mut parts = [L::zero(); DIRECTIONS.len()];
@@ -153,8 +153,8 @@ impl<R: Real, L: Lane<R>, const OUTPUTS: usize> Plan<R, L, OUTPUTS> {
         velocity
     }
 
-    /// Whether nodes at a height touch the ground, for how long they move, and whether that is a
-    /// time of impact between its bounds (D9).
+    /// A mask of the nodes that touch the ground, how long they move, and a mask of the times of impact
+    /// between their bounds (D9).
     #[inline(always)]
     pub(super) fn touch(&self, height: L, velocity: L) -> (L::Mask, L, L::Mask) {
         let (zero, dt) = (L::zero(), L::splat(self.dt));

@@ -27,7 +27,7 @@ pub use buffer::Buffer;
 use plan::{Plan, start};
 use sizes::{COLUMNS, EDGE_PLACES, EDGES, FEW, HIDDEN, NODES};
 
-/// What is asked for beside the loss: nothing, the gradient by the design, or by the controller.
+/// The gradient that is wanted beside the loss: none, by the design, or by the controller.
 /// Each is compiled on its own, as loops are spoilt by what else is in a function.
 const NOTHING: u8 = 0;
 const BY_DESIGN: u8 = 1;

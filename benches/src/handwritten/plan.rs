@@ -1,4 +1,4 @@
-//! What a rollout is made of: where everything lies, and the numbers that steps do not change.
+//! The plan of a rollout: where everything lies, and the numbers that steps do not change.
 
 use std::marker::PhantomData;
 

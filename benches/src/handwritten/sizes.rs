@@ -6,7 +6,7 @@ pub(super) const EDGES: usize = 110;
 pub(super) const HIDDEN: usize = 32;
 /// Numbers of a state: x, y, x velocity, y velocity of all nodes.
 pub(super) const STATE: usize = 4 * NODES;
-/// What the folded controller takes: the state, sine and cosine.
+/// Inputs of the folded controller: the state, sine and cosine.
 pub(super) const SENSED: usize = STATE + 2;
 /// Nodes and edges to whole registers of 16 numbers.
 pub(super) const NODE_PLACES: usize = 48;

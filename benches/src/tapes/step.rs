@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What the step asks of a number: the common ground of the tapes compared.
+/// The operations that the step needs: the common ground of the tapes compared.
 pub trait Number:
     Copy
     + Add<Output = Self>
@@ -48,14 +48,14 @@ pub const EDGES: usize = 110;
 
 /// Length of a step, s.
 pub const DT: f64 = 0.002;
-/// What damping leaves of a velocity in a step.
+/// The share of a velocity that damping leaves after a step.
 pub const DECAY: f64 = 0.960_789_439_152_323_2;
 /// Velocity that gravity adds in a step, m/s.
 pub const GRAVITY: f64 = -0.0096;
 /// Softens the length of an edge, m^2.
 pub const SOFTENING: f64 = 1e-12;
 
-/// What a step does not change and is not differentiated by.
+/// The constants of a step, by which it is not differentiated.
 pub struct Lattice {
     /// The nodes that each edge joins.
     pub edges: Vec<[usize; 2]>,

@@ -132,7 +132,7 @@ fn slim_lattices() {
     }
 }
 
-/// What is wrong with cases, tests of their reader show.
+/// The tests of the reader of cases show more of their faults.
 #[test]
 fn wrong_cases_and_designs_are_refused() {
     let folder = folder("");
@@ -206,7 +206,7 @@ fn files_that_are_no_json_are_refused_with_their_place() {
     }
 }
 
-/// As some editors write it, and whatever words it is described with.
+/// A byte order mark does not matter, nor does a description that names another format.
 #[test]
 fn a_case_is_told_by_what_it_holds() {
     let folder = folder("");

@@ -96,7 +96,7 @@ fn a_run_with_gradients_in_f32_goes_on_to_the_same_bytes() {
     let summary = bench.json("whole/summary.json");
     let departures = summary["departures"].to_string();
     assert!(departures.contains("gradient.precision"), "{departures}");
-    // What is delivered is of a rollout in f64, the one of every other command.
+    // The delivered figures come from a rollout in f64, as those of every other command do.
     bench.evaluated("whole");
     caught(&bench, "a", 60, "KILL");
     resume(&bench, "a").ok();
@@ -113,7 +113,7 @@ fn killed_again_and_again_it_ends_with_the_same_bytes() {
         await_rows(&bench, "a", wanted);
         child.kill().unwrap();
         child.wait().unwrap();
-        // What a process killed within a write leaves behind.
+        // A process killed during a write leaves this behind.
         if !bench.path("a/summary.json").exists() {
             bench.write("a/.cosmic-half", "{");
         }
@@ -256,7 +256,7 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
 #[test]
 fn a_history_that_is_missing_is_not_made_anew() {
     let bench = nearly_finished();
-    // What a run has that is not finished.
+    // A run that is not finished has this file.
     bench.write("a/.cosmic-lock", "");
     for name in ["history.jsonl", "history.csv", "designs.jsonl"] {
         let file = format!("a/{name}");

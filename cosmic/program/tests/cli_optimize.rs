@@ -159,7 +159,7 @@ fn a_limit_ends_the_run_early_and_leaves_the_phases_alone() {
     assert_eq!(summary["stop_reason"], "iteration_limit");
     let [whole, part] = ["whole", "part"].map(|run| bench.results(run));
     assert!(whole["history.jsonl"].starts_with(&part["history.jsonl"]));
-    // What is delivered is the soft robot that stands then: the design file says the same.
+    // The run delivers the soft robot of its last iteration, which the design file holds.
     let volume = bench.evaluated("part")["V"].as_f64().unwrap();
     // Means over 20 edges in two orders.
     assert!((volume - summary["V"].as_f64().unwrap()).abs() < 1e-15);

@@ -39,9 +39,9 @@ fn a_decided_robot_enters_after_the_snap() {
     );
     let materials = |run: &str| bench.json(&format!("{run}/design.json"))["materials"].clone();
     assert_eq!(materials("a").as_array().unwrap().len(), 20);
-    // What is made of it can be looked at as every run.
+    // The result can be drawn as every run.
     bench.cosmic("report b").ok();
-    // As many iterations as are asked for are done.
+    // The limit counts the iterations of this run alone.
     bench.run("c", "--from b/design.json --iterations 2");
     assert_eq!(iterations(&bench, "c"), [20, 21]);
     // It was made by its start and its scene.

@@ -125,8 +125,7 @@ fn a_task_without_any_slope_is_warned_of() {
     assert!(!said.error.contains("were zero"), "{said:?}");
 }
 
-/// What a scene's file may not say, a scene from elsewhere may not either: its run could not be
-/// resumed.
+/// A scene that is not from a file is checked as one: otherwise its run could not be resumed.
 #[test]
 fn a_scene_that_could_not_be_read_again_is_refused() {
     let bench = Bench::default();
@@ -219,7 +218,7 @@ fn a_design_that_becomes_unstable_stops_the_run_which_can_go_on() {
     refused(bench.cosmic("resume a"), "a");
     // Of several starts it is the search that can be gone on with.
     refused(bench.optimize("several", "--starts 2"), "several");
-    // Nor does a search take steps that are refused, however often it is asked to.
+    // A search stops at the same iteration each time it is resumed.
     let search = "[search]\nrungs = [5, 6, 6]\nkeep = [0.5, 0.5, 0.5]\nwindow = 2\n";
     bench.write("search.toml", text.to_owned() + search);
     let halving = "optimize search.toml --out halved --starts 2 --search halving --threads 1";

@@ -80,7 +80,7 @@ fn starts_are_ranked_by_their_task() {
     }
 }
 
-/// What is drawn in an iteration is drawn again alike after a pause.
+/// A pause does not change the random numbers of the iterations after it.
 #[test]
 fn robust_and_tilted_starts_are_paused_without_a_trace() {
     let more = "[robust]\nsamples = 2\n[start]\nkind = \"uniform\"\ntilt = 0.1\n";
@@ -104,7 +104,7 @@ fn the_search_depends_on_neither_threads_nor_interruptions() {
     bench.run("a", SEARCH);
     bench.run("b", &format!("{SEARCH} --threads 3"));
     assert_eq!(bench.results("a"), bench.results("b"));
-    // As if killed between two rungs: no summary, a survivor thrown back, another not begun.
+    // As if killed between two rungs: without a summary, one survivor behind, another not begun.
     let best = bench.json("a/summary.json")["seed"].as_u64().unwrap();
     let other = (0..5).find(|&seed| seed != best).unwrap();
     let whole = bench.results("a");

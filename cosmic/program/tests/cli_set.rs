@@ -2,7 +2,7 @@
 
 use crate::common::{Bench, scene};
 
-/// What values are read as, and what is refused, tests of the reader of scenes show.
+/// The tests of the reader of scenes show how values are read and which are refused.
 #[test]
 fn settings_are_taken_in_their_order() {
     let bench = Bench::default();

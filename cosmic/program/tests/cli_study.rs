@@ -80,7 +80,7 @@ fn an_ablation_has_its_document_tables_and_figures() {
     what_is_held_does_not_move(&bench);
 }
 
-/// What is not designed stays: the controller at its first weights, the materials as they were.
+/// Parts that are not designed stay: the controller at its first weights, the materials of the start.
 fn what_is_held_does_not_move(bench: &Bench) {
     let design = |trial: &str| bench.json(&format!("a-runs/runs/{trial}-0/design.json"));
     let [none, topology, material, all] =
@@ -163,7 +163,7 @@ fn more_seeds_join_and_other_scenes_do_not() {
     // Right by itself, but not under the study's scenes.
     let says = "error: the settings of base.toml do not go with the study's: the three-legged";
     refused("[lattice]\ncolumns = 2\n", says);
-    // Nor with what a study does with designs.
+    // A study also runs designs with twice the steps.
     let says = "half the time step and twice the steps";
     refused("[physics]\nsteps = 600000\n", says);
     assert!(!bench.path("c-runs").exists());

@@ -62,8 +62,8 @@ fn a_sweep_s_runs_are_those_of_optimize() {
     }
 }
 
-/// What is wrong with one scene is no reason not to do the others. All edges of this one become
-/// skeleton at the snap, too stiff for its time step.
+/// A sweep does the other runs if one scene is refused. All edges of this scene become skeleton at
+/// the snap, too stiff for its time step.
 #[test]
 fn runs_that_cannot_be_done_are_passed_over() {
     let bench = Bench::default();
@@ -88,7 +88,7 @@ fn runs_that_cannot_be_done_are_passed_over() {
     assert_eq!(counts(&bench), [0, 2, 2, 0]);
 }
 
-/// Nor is what has become of one run's files, or who works on it.
+/// A sweep does the other runs if one has damaged files or another process works on it.
 #[test]
 fn troubles_of_one_run_do_not_keep_from_the_others() {
     let bench = planned(&small(), "--iterations 4");
@@ -117,7 +117,7 @@ fn troubles_of_one_run_do_not_keep_from_the_others() {
     fs::remove_file(run(0, "stray")).unwrap();
     sweep("run s --index all").fails(4, &["run 1, tiny-1: "]);
     assert_eq!(counts(&bench), [0, 1, 2, 0]);
-    // What nobody reads harms nobody.
+    // `status` does not read summaries; `merge` does.
     fs::write(run(2, "summary.json"), "{").unwrap();
     assert_eq!(counts(&bench), [0, 1, 2, 0]);
     sweep("merge s").fails(2, &["tiny-2/summary.json"]);

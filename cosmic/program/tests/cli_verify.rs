@@ -57,7 +57,7 @@ fn a_scene_is_verified_into_a_folder() {
     assert_eq!(marked["dt_s"], 0.002);
     assert_eq!(marked["precision"], "f64");
 
-    // As many lines as rows, below the heading; every figure is there and on the page.
+    // A table has a line per row below its heading; every figure is a file and on the page.
     for table in sections
         .iter()
         .flat_map(|s| s["tables"].as_array().unwrap())

@@ -30,7 +30,7 @@ pub struct Ba {
     jacobian: Csr,
 }
 
-/// What is given.
+/// The data of an instance.
 struct Scene {
     cameras: Vec<[f64; CAMERA]>,
     points: Vec<[f64; 3]>,
@@ -143,7 +143,7 @@ impl Ba {
 }
 
 impl Scene {
-    /// What a reprojection depends on.
+    /// The numbers that a reprojection depends on.
     #[inline(always)]
     fn inputs(&self, observation: usize) -> [f64; INPUTS] {
         let [camera, point] = self.seen[observation];

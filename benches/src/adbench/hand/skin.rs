@@ -19,7 +19,7 @@ pub(super) struct Target {
     pub(super) u: [f64; 2],
 }
 
-/// What bones contribute to a vertex.
+/// The place of a vertex, from the contributions of the bones.
 #[inline(always)]
 pub(super) fn blend<R: Real>(bones: &[Affine<R>], weights: &[R], vertex: [R; 3]) -> [R; 3] {
     let mut sum = [R::zero(); 3];

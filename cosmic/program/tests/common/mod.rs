@@ -121,7 +121,7 @@ impl Bench {
         self.read(name).lines().map(row).collect()
     }
 
-    /// What two runs must have in common: all files but the snapshot, wall times taken out.
+    /// The files of a run without its snapshot and without wall times: equal runs have equal ones.
     pub(crate) fn results(&self, run: &str) -> BTreeMap<String, String> {
         let mut results = BTreeMap::new();
         collect(&self.path(run), "", &mut results);
