@@ -106,7 +106,7 @@ pub enum Error {
         /// What the robot came to: an [`Error::UnstableStep`].
         step: Box<Error>,
     },
-    /// A run that another process, or another thread of this one, is at work on.
+    /// A run that another process, or another thread of this process, works on.
     #[error("{}: another process is at work on this run", .0.display())]
     Taken(PathBuf),
     /// Results that are not all numbers although no simulated state diverged.
@@ -257,7 +257,7 @@ fn because(cause: Option<&str>) -> String {
     cause.map_or(String::new(), |cause| format!("; {cause}"))
 }
 
-/// What a sweep passed over beside the first.
+/// How many runs a sweep passed over besides the first.
 fn and_others(others: usize) -> String {
     match others {
         0 => String::new(),

@@ -21,11 +21,11 @@ pub enum Purpose {
     /// Robots and surroundings around the nominal ones: for gradients, and to choose controllers
     /// by.
     DomainRandomisation = 6,
-    /// The same, by which robustness is judged.
+    /// Robots and surroundings by which robustness is judged.
     Robustness = 7,
     /// Samples drawn again from a sample, to see how far its statistics are to be trusted.
     Bootstrap = 16,
-    /// Layouts drawn at random, to see what is no chance.
+    /// Layouts drawn at random, to tell a pattern from chance.
     Shuffle = 17,
 }
 

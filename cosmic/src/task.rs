@@ -14,7 +14,7 @@ use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
 use crate::simulator::stability::{Vibration, bound_of_any_design};
-use crate::simulator::{Divergence, Guarded, Overflow, Simulator, Span, StepCheck, Trajectory};
+use crate::simulator::{Guarded, Simulator, Span, StepCheck, Trajectory};
 
 /// Which steps carry a gradient (D11).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +57,7 @@ pub struct Task {
     pub sharpness: ProjectionSettings,
     /// The amounts that [`holds`] takes off the design vectors.
     holds: Vec<[f64; 3]>,
-    simulator: Simulator,
+    pub(crate) simulator: Simulator,
     /// How the robot as built differs from its design; `None` for the nominal one.
     variation: Option<Variation>,
 }
@@ -163,11 +163,6 @@ impl Task {
             .guarded(&self.body(mixture), controller, start, span)
     }
 
-    /// As [`Simulator::is_cleared`].
-    pub fn is_cleared(&self, last: &State<f64>) -> bool {
-        self.simulator.is_cleared(last)
-    }
-
     fn bodies<R: Real>(&self, mixtures: &[impl AsRef<[[R; 3]]>]) -> Vec<Body<R>> {
         mixtures.iter().map(|m| self.body(m.as_ref())).collect()
     }
@@ -184,31 +179,6 @@ impl Task {
         let vibration = Vibration::new(&self.lattice, &body, &self.physics, positions);
         let any_design = bound_of_any_design(&self.lattice, &self.materials, &self.physics);
         StepCheck::new(&vibration, any_design, faster, &self.physics)
-    }
-
-    /// Where the rollout of a mixture's robot diverges, if it does.
-    pub fn divergence(
-        &self,
-        mixture: &[[f64; 3]],
-        controller: &Controller<f64>,
-        start: &State<f64>,
-    ) -> Option<Divergence> {
-        let body = self.body(mixture);
-        self.simulator
-            .divergence(&body, controller, start, 0..self.physics.steps)
-    }
-
-    /// Where the reverse sweep of a mixture's robot overflows, for the payload's place along the
-    /// ground after the last step; `None` where it does not.
-    pub fn overflow(
-        &self,
-        mixture: &[[f64; 3]],
-        controller: &Controller<f64>,
-        start: &State<f64>,
-    ) -> Option<Overflow> {
-        let body = self.body(mixture);
-        self.simulator
-            .overflow(&body, controller, start, self.physics.steps)
     }
 
     /// The loss of a mixture's robot over a horizon, with the controller and the start of the inputs.

@@ -58,14 +58,14 @@ impl Case {
 
     /// Where the rollout diverges, if it does.
     pub fn divergence(&self) -> Option<Divergence> {
-        self.task()
-            .divergence(&self.own_mixture(), &self.controller, &self.start)
+        let (body, simulator, steps) = (self.body(), self.task().simulator, self.physics.steps);
+        simulator.divergence(&body, &self.controller, &self.start, 0..steps)
     }
 
     /// Where the reverse sweep of the gradient of the displacement overflows, if it does.
     pub fn overflow(&self) -> Option<Overflow> {
-        self.task()
-            .overflow(&self.own_mixture(), &self.controller, &self.start)
+        let (body, simulator, steps) = (self.body(), self.task().simulator, self.physics.steps);
+        simulator.overflow(&body, &self.controller, &self.start, steps)
     }
 
     /// The time step against the vibrations of the robot at rest in its first positions.
@@ -160,7 +160,8 @@ impl Case {
         }
     }
 
-    /// What the augmented Lagrangian adds, and its derivative by the design vectors where asked for.
+    /// The terms that the augmented Lagrangian adds, and their gradient by the design vectors if asked
+    /// for.
     fn augmentation(&self, projection: Projection, gradient: bool) -> (f64, Vec<f64>) {
         if gradient {
             let terms = |inputs: &Inputs<_>| self.penalties(projection, &inputs.z);
@@ -170,7 +171,7 @@ impl Case {
         }
     }
 
-    /// What the augmented Lagrangian adds to the loss, measured on a projection.
+    /// The terms that the augmented Lagrangian adds to the loss, measured on a projection.
     fn penalties<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> R {
         let measures = measures(&self.mixture(projection, z), self.sharpness.delta);
         self.lagrangian.terms(&measures, &self.thresholds)

@@ -164,8 +164,8 @@ impl Shapes<'_> {
         ))
     }
 
-    /// What has no physical meaning is refused, within the bounds of scenes; all else is the case's
-    /// affair.
+    /// Refuses numbers without a physical meaning: those that no scene may have. All other numbers
+    /// are the case's affair.
     fn meaning(&self, scene: &RawScene) -> Result<()> {
         for (section, key, value) in [
             ("physics", "substeps", scene.substeps as f64),

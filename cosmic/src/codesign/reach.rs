@@ -129,7 +129,7 @@ impl CoDesign {
         let reached = |(k, seen): (usize, &Trajectory<R>)| {
             let start = starts[k];
             let last = seen.at(steps).map(R::into);
-            if task.is_cleared(&last) {
+            if task.simulator.is_cleared(&last) {
                 return self.reached_at(start, &last, || self.loss.loss_of(seen).into());
             }
             // The watch in lanes stops earlier than the guard does. The guard decides.

@@ -37,7 +37,7 @@ pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds) -> Vec<Material> {
     materials
 }
 
-/// How many edges have another material than their largest entry's.
+/// The number of edges whose material is not that of their largest entry.
 pub fn flips(mixture: &[[f64; 3]], materials: &[Material]) -> usize {
     let flipped = |(m, row): &(&Material, &[f64; 3])| **m != dominant(row);
     materials.iter().zip(mixture).filter(flipped).count()

@@ -9,7 +9,7 @@ use std::ops::Range;
 /// Faults shown in full; a file that is no scene at all can have thousands.
 const SHOWN: usize = 10;
 
-/// What stands before a setting on the command line.
+/// The option in front of a setting on the command line.
 const OPTION: &str = "--set ";
 
 /// A text that sets keys of a scene.
@@ -28,7 +28,7 @@ impl<'t> SceneText<'t> {
         }
     }
 
-    /// What was said after `--set`. A word need not have quotes: `physics.contact=coulomb`.
+    /// The argument of `--set`. A word need not have quotes: `physics.contact=coulomb`.
     pub(super) fn option(setting: &'t str) -> Self {
         let is_word = |value: &str| {
             let letters = |c: char| c.is_alphanumeric() || c == '_';
@@ -97,7 +97,7 @@ fn show(source: &SceneText, fault: &Fault) -> String {
     Renderer::plain().render(&report)
 }
 
-/// The error for a file that is not text, at the first byte that is none.
+/// The error for a file that is not text, at the first byte that is not UTF-8.
 pub(super) fn not_text(file: &str, bytes: &[u8]) -> Error {
     let valid = bytes.utf8_chunks().next().map_or("", |chunk| chunk.valid());
     let byte = bytes.get(valid.len()).copied().unwrap_or_default();

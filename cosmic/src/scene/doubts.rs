@@ -1,4 +1,4 @@
-//! Settings that can be simulated, and that hardly anyone means.
+//! Settings that can be simulated and are probably a mistake.
 
 use super::{Contact, Scene, Setting, StartKind};
 use serde::Serialize;
@@ -12,7 +12,7 @@ pub struct Finding {
     pub settings: Vec<Setting>,
     /// What is wrong with them.
     pub says: String,
-    /// What would mend it; may be empty.
+    /// The change that would mend it; may be empty.
     pub remedy: String,
 }
 
@@ -42,10 +42,7 @@ impl fmt::Display for Finding {
         let settings: Vec<_> = settings
             .map(|s| format!("{} = {}", s.key, s.value))
             .collect();
-        write!(out, "{}", self.says)?;
-        if !settings.is_empty() {
-            write!(out, " ({})", settings.join(", "))?;
-        }
+        write!(out, "{} ({})", self.says, settings.join(", "))?;
         if !self.remedy.is_empty() {
             write!(out, "; {}", self.remedy)?;
         }
@@ -53,7 +50,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Something that a scene hardly means.
+/// A setting that is probably a mistake.
 struct Doubt {
     holds: fn(&Scene) -> bool,
     keys: &'static [&'static str],
@@ -124,7 +121,7 @@ const DOUBTS: [Doubt; 12] = [
 ];
 
 impl Scene {
-    /// What runs and is hardly meant, such as void that is stiffer than skeleton.
+    /// Settings that run and are probably a mistake, such as void that is stiffer than skeleton.
     pub fn doubts(&self) -> Vec<Finding> {
         let in_doubt = DOUBTS.iter().filter(|doubt| (doubt.holds)(self));
         in_doubt

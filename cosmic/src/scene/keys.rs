@@ -53,8 +53,8 @@ pub(super) fn sections() -> Vec<SectionKeys> {
     scene.sections().map(section).into()
 }
 
-/// What may stand at a key of a scene, such as `physics.dt`, in place of a number; `None` if that
-/// number may.
+/// The values that a scene allows at a key such as `physics.dt`, as a phrase; `None` if it allows this
+/// number.
 ///
 /// # Panics
 /// If no scene has the key.

@@ -94,7 +94,7 @@ impl SettingValue for usize {
     }
 }
 
-/// What an array may hold.
+/// The numbers that an array may hold.
 trait Number: SettingValue {
     const NOUN: &'static str;
 }

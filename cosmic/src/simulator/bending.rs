@@ -28,7 +28,7 @@ struct Pair {
     edges: [usize; 2],
 }
 
-/// What a pair of edges does to its nodes over a step.
+/// The impulses of a pair of edges on its nodes over a step.
 pub(super) struct BentPair {
     pub(super) nodes: [usize; 3],
     /// The impulse on each of them, N s.
@@ -88,7 +88,7 @@ impl Bending {
         })
     }
 
-    /// How many slots.
+    /// The number of slots.
     pub(super) fn slots(&self) -> usize {
         self.slots.len()
     }

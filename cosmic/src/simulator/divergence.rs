@@ -30,7 +30,7 @@ pub struct Divergence {
     pub position: [f64; 2],
     /// Its velocity, m/s.
     pub velocity: [f64; 2],
-    /// What in that step made it so.
+    /// The term of that step that caused it.
     pub term: Cause,
     /// The last states up to the absurd one.
     pub last: Trajectory<f64>,
@@ -136,7 +136,7 @@ impl Simulator {
         None
     }
 
-    /// What is known of a divergence, from the last states up to it.
+    /// The divergence that the last states end in.
     fn diagnose(
         &self,
         body: &Body<f64>,

@@ -4,7 +4,7 @@
 
 use autodiff::{Kernel, Real};
 
-/// What is added to the square of an edge's length, m^2: the length is smooth where its nodes
+/// Added to the square of an edge's length, m^2, so that the length is smooth where its nodes
 /// coincide (D4).
 pub(crate) const SOFTENING: f64 = 1e-12;
 
@@ -157,7 +157,7 @@ impl Drift {
     }
 }
 
-/// What a velocity becomes before its node drifts. As a kernel: a step of a node where there is no
+/// The change of a velocity before its node drifts. As a kernel: a step of a node where there is no
 /// ground; numbers as for [`Sticking`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flight {

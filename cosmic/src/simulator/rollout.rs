@@ -158,8 +158,8 @@ impl Simulator {
         seen.iter().map(|s| self.trajectory(s, span)).collect()
     }
 
-    /// The same states, but on a tape every operation of every step is an entry: what a rollout
-    /// costs without a driver. Cotangents are not bounded.
+    /// The states of [`rollout`](Simulator::rollout) without its driver: on a tape, every operation of
+    /// every step is an entry. Cotangents are not bounded. It shows the cost that the driver saves.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout).

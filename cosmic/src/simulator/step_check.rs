@@ -95,8 +95,8 @@ impl StepCheck {
         }
     }
 
-    /// What to warn of where this design stands the time step, and not every design that an
-    /// optimisation may make of it does.
+    /// A warning if the time step is safe for this design, but not for every design that an
+    /// optimisation may turn it into.
     pub fn of_other_designs(&self) -> Option<String> {
         let any = self.any_design.filter(|any| *any <= self.dt)?;
         (self.grade() == Grade::Safe).then(|| {
@@ -164,7 +164,7 @@ impl StepCheck {
         }
     }
 
-    /// What makes the step safe, of this design and of what may come of it.
+    /// A change that makes the step safe for this design and for any that it may turn into.
     fn remedy(&self) -> String {
         let limits = [self.bound.dt, self.any_design];
         let safe = limits.into_iter().flatten().fold(f64::INFINITY, f64::min);
@@ -184,7 +184,7 @@ impl StepCheck {
     }
 }
 
-/// What there is to warn of; empty for a safe step.
+/// The warning; empty for a safe step.
 impl fmt::Display for StepCheck {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(exact) = self.exact else {

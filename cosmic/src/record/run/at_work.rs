@@ -196,20 +196,15 @@ impl Run {
     /// the scene allows it.
     fn judge_step(&mut self, observer: &mut dyn Observer) -> Result<()> {
         let check = self.codesign.step_check(&self.progress);
-        let Progress {
-            iteration,
-            own_loss,
-            ..
-        } = self.progress;
+        let (iteration, own_loss) = (self.progress.iteration, self.progress.own_loss);
+        let begins = iteration == self.progress.before_first();
         let physics = &self.plan.scene.physics;
         check.accept_in(self.lock.folder(), iteration, own_loss, physics)?;
-        if iteration == self.progress.before_first()
-            && let Some(text) = check.of_other_designs()
-        {
+        if begins && let Some(text) = check.of_other_designs() {
             observer.warning(self, &text);
         }
         if check.grade() > self.warned {
-            let when = if iteration == self.progress.before_first() {
+            let when = if begins {
                 String::new()
             } else {
                 format!("after iteration {iteration}: ")
