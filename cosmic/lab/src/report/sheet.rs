@@ -17,7 +17,7 @@ pub const FORMAT: Format = Format {
 };
 
 /// One subject of a sheet.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Section {
     /// Its heading.
     pub title: String,
@@ -34,6 +34,14 @@ pub struct Section {
 }
 
 impl Section {
+    /// Counts a check, and its failure in a few words unless it holds.
+    pub(crate) fn check(&mut self, holds: bool, failure: impl Into<String>) {
+        self.checks += 1;
+        if !holds {
+            self.failures.push(failure.into());
+        }
+    }
+
     fn to_json(&self) -> Value {
         let table = |table: &Table| table.with_standings().to_json();
         json!({

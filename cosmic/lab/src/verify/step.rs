@@ -45,13 +45,12 @@ pub fn stable_steps(case: &Case) -> Section {
         .mark(Standing::Default, |offer| *offer == asked)
         .mark(Standing::Failed, is_unstable)
         .done();
-    let failure = "the scene's time step is beyond the stable one".to_owned();
-    Section {
+    let mut section = Section {
         title: "Stability".to_owned(),
-        notes: Vec::new(),
-        checks: 1,
-        failures: is_unstable(&asked).then_some(failure).into_iter().collect(),
         tables: vec![table],
-        figures: Vec::new(),
-    }
+        ..Section::default()
+    };
+    let failure = "the scene's time step is beyond the stable one";
+    section.check(!is_unstable(&asked), failure);
+    section
 }

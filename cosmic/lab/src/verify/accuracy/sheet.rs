@@ -39,30 +39,6 @@ impl Run {
 }
 
 impl Accuracy {
-    /// The failed checks: rows with too much rounding, a default or a reference that diverged.
-    pub fn failures(&self) -> Vec<String> {
-        let checked = self.checked();
-        let wrong = checked.iter().filter(|run| !self.rounds_well(run));
-        let row = |run: &&Run| {
-            let (method, precision) = (run.method.name(), run.precision.name());
-            format!("rounding of {method}, dt {}, {precision}", run.dt)
-        };
-        let mut failures: Vec<String> = wrong.map(row).collect();
-        if !self.default_run().finite {
-            failures.push("the scene's own run diverged".to_owned());
-        }
-        if !self.reference.is_sound() {
-            failures.push("the reference of the errors diverged".to_owned());
-        }
-        failures
-    }
-
-    /// Rows with a stable step in f32 and f64.
-    fn checked(&self) -> Vec<&Run> {
-        let counts = |run: &&Run| run.stable && run.precision != Precision::DoubleDouble;
-        self.runs.iter().filter(counts).collect()
-    }
-
     /// True if the sums of a step and the growth of perturbations explain the rounding at the first
     /// time: 7 binary digits for the former, and 7 for sums over the steps. Chaos rules at later
     /// times.
@@ -75,9 +51,10 @@ impl Accuracy {
         run.rounding[0] <= 128.0 * 128.0 * unit * growth
     }
 
-    /// The section of the sheet.
+    /// The section of the sheet. Rows with a stable step in f32 and f64 are checked, and that neither
+    /// the default nor the reference diverged.
     pub fn section(&self) -> Section {
-        Section {
+        let mut section = Section {
             title: "Accuracy of trajectories".to_owned(),
             notes: self.notes(),
             tables: vec![
@@ -87,9 +64,18 @@ impl Accuracy {
                 self.chaos.table(),
             ],
             figures: vec![self.work_precision(), self.over_time()],
-            checks: self.checked().len() + 2,
-            failures: self.failures(),
+            ..Section::default()
+        };
+        let counts = |run: &&Run| run.stable && run.precision != Precision::DoubleDouble;
+        for run in self.runs.iter().filter(counts) {
+            let (method, precision) = (run.method.name(), run.precision.name());
+            let failure = format!("rounding of {method}, dt {}, {precision}", run.dt);
+            section.check(self.rounds_well(run), failure);
         }
+        section.check(self.default_run().finite, "the scene's own run diverged");
+        let failure = "the reference of the errors diverged";
+        section.check(self.reference.is_sound(), failure);
+        section
     }
 
     fn notes(&self) -> Vec<String> {

@@ -21,24 +21,9 @@ impl Way {
 }
 
 impl Gradients {
-    /// The failed checks: rows, and horizons at which driver and full tape differ.
-    pub fn failures(&self) -> Vec<String> {
-        let wrong = self.slopes.iter().filter(|row| self.is_wrong(row));
-        let rows = wrong.map(|row| format!("{} over {} steps", row.way.name(), row.steps));
-        let pairs = self.horizons.iter().zip(&self.driver_against_tape);
-        let differ = pairs.filter(|(steps, difference)| !self.may_differ(**steps, **difference));
-        let pairs = differ.map(|(steps, _)| format!("driver against full tape over {steps} steps"));
-        rows.chain(pairs).collect()
-    }
-
-    fn checks(&self) -> usize {
-        let rows = self.slopes.iter().filter(|row| self.is_checked(row));
-        rows.count() + self.driver_against_tape.len()
-    }
-
-    /// The section of the sheet.
+    /// The section of the sheet. Rows are checked, and horizons at which there is a full tape.
     pub fn section(&self) -> Section {
-        Section {
+        let mut section = Section {
             title: "Gradients".to_owned(),
             notes: self.notes(),
             tables: vec![
@@ -48,9 +33,17 @@ impl Gradients {
                 self.chaos.table(),
             ],
             figures: vec![self.by_horizon(), self.by_time(), self.by_width()],
-            checks: self.checks(),
-            failures: self.failures(),
+            ..Section::default()
+        };
+        for row in self.slopes.iter().filter(|row| self.is_checked(row)) {
+            let failure = format!("{} over {} steps", row.way.name(), row.steps);
+            section.check(!self.is_wrong(row), failure);
         }
+        for (&steps, &difference) in self.horizons.iter().zip(&self.driver_against_tape) {
+            let failure = format!("driver against full tape over {steps} steps");
+            section.check(self.may_differ(steps, difference), failure);
+        }
+        section
     }
 
     fn notes(&self) -> Vec<String> {

@@ -1,4 +1,4 @@
-//! What was found of stability, as a section of a sheet.
+//! The results on stability as a section of a sheet.
 
 use super::{Outcome, Stability};
 use crate::report::sheet::Section;
@@ -7,19 +7,17 @@ use cosmic::simulator::Grade;
 use std::slice::from_ref;
 
 impl Stability {
-    /// Adds what was found to the section on the case's own stable time steps.
+    /// Adds the results to the section on the case's own stable time steps.
     pub fn section(&self, mut section: Section) -> Section {
-        let failed = self.found.iter().filter(|found| !found.is_ok());
-        let failures = failed.map(|f| format!("{}: {}", f.group, f.what));
-        section.failures.extend(failures);
+        for found in &self.found {
+            section.check(found.is_ok(), format!("{}: {}", found.group, found.what));
+        }
         // The bound must be one, to the last digits of the power iteration; NaN is none.
         let bound_holds = self.bound.least > 1.0 - 1e-9;
-        let below = "the bound is below the largest frequency".to_owned();
-        section.failures.extend((!bound_holds).then_some(below));
+        section.check(bound_holds, "the bound is below the largest frequency");
         let tables = [self.extremes(), self.bounds(), self.costs()];
         section.tables.extend(tables);
         section.notes.extend(self.notes());
-        section.checks += self.found.len() + 1;
         section
     }
 
