@@ -10,20 +10,20 @@ use tiny_skia::{
 use super::motion::{Motion, PAYLOAD, SKELETON, View};
 
 const SIZE: [u16; 2] = [480, 240];
-/// Colour of the marks on the ground.
+/// Colour of the ticks on the ground.
 const TICK: [u8; 3] = [0x99; 3];
 /// Width of the picture in the world, in widths of the lattice.
 const WIDTHS: f64 = 3.2;
-/// Seconds of the rollout from one frame to the next, and hundredths of a second it is shown.
+/// Seconds of the rollout from one frame to the next, and hundredths of a second that a frame shows.
 const FRAME: (f64, u16) = (0.1, 5);
-/// Pixels beyond the edges of a picture within which lines end that go on: wider than any of them.
+/// Pixels beyond the edges of a picture at which longer lines end: more than the width of any line.
 const BEYOND: f64 = 32.0;
 /// The most ticks across a picture.
 const MOST_TICKS: f64 = 100.0;
 
-/// Writes the whole rollout, twice as fast as it happens, faster where it is long, the camera
-/// beside the robot. Ticks stand every tenth of a metre along the ground, longer every whole one;
-/// where these are many, farther apart by powers of ten.
+/// Writes the whole rollout at double speed, faster if it is long. The camera moves with the robot. Ticks
+/// stand at every tenth of a metre along the ground, longer ones at whole metres; if these are too many,
+/// they are farther apart by powers of ten.
 ///
 /// # Errors
 /// What writing to `file` reports.
@@ -82,10 +82,10 @@ fn within([from, to]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
     (first <= last && finite).then_some(ends)
 }
 
-/// The colours of the picture in eight shades from white, and the nearest of them to any colour.
+/// The colours of the picture in eight shades from white, and for any colour the nearest of them.
 struct Palette {
     shades: Vec<[u8; 3]>,
-    /// By the upper five bits of red, green and blue.
+    /// Indices of shades by the upper five bits of red, green and blue.
     nearest: Vec<u8>,
 }
 
@@ -127,7 +127,7 @@ struct Picture<'m> {
 }
 
 impl<'m> Picture<'m> {
-    /// None if there is no memory for it.
+    /// `None` if there is no memory for it.
     fn new(motion: &'m Motion<'m>, index: usize) -> Option<Self> {
         let mut pixels = Pixmap::new(SIZE[0].into(), SIZE[1].into())?;
         pixels.fill(Color::WHITE);

@@ -1,11 +1,11 @@
-//! Numbers of several experiments side by side, each with the sample that it stands for.
+//! Bars of several experiments, each with its sample.
 
 use super::plot::{Axes, range};
 use super::svg::{BOLD, END, MUTED_LINE, Svg};
 use crate::table::decimals;
 
 const WIDTH: f64 = 960.0;
-/// Left edge of the bars at the least, and room for a letter of the names that stand before it.
+/// The least left edge of the bars, and the width of a letter of the names before it.
 const LEFT: f64 = 250.0;
 const LETTER: f64 = 6.5;
 const TOP: f64 = 56.0;
@@ -15,18 +15,18 @@ const ROW: f64 = 30.0;
 /// One experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// Its number; none is drawn as no bar.
+    /// Its number; `None` draws no bar.
     pub value: Option<f64>,
-    /// The sample that the number stands for.
+    /// The sample behind the number.
     pub points: Vec<f64>,
     /// A number to compare with.
     pub mark: Option<f64>,
 }
 
-/// Horizontal bars as SVG, from the first down: points are the samples, a tall stroke is what to
-/// compare with. Numbers that are not finite are not drawn.
+/// Horizontal bars as SVG, the first on top. Points are the samples, a tall stroke is the number to
+/// compare with. Numbers that are not finite are left out.
 pub fn bars(title: &str, unit: &str, bars: &[Bar]) -> String {
     let height = ROW * bars.len() as f64;
     let numbers = bars.iter().flat_map(|bar| {
@@ -58,7 +58,7 @@ pub fn bars(title: &str, unit: &str, bars: &[Bar]) -> String {
     svg.finish([width, TOP + height + 56.0], title)
 }
 
-/// One bar with its points and its mark, around a height of the drawing.
+/// Draws one bar with its points and its mark.
 fn draw(svg: &mut Svg, bar: &Bar, middle: f64, across: &dyn Fn(f64) -> f64) {
     let zero = across(0.0);
     if let Some(value) = bar.value.filter(|value| value.is_finite()) {

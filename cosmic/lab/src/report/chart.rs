@@ -1,4 +1,4 @@
-//! Charts with logarithmic axes: how an error falls with what is spent on it.
+//! Charts with logarithmic axes, for errors against costs.
 
 use super::plot::Axes;
 use super::svg::{BOLD, MUTED, Svg};
@@ -17,15 +17,15 @@ const NAMES: f64 = 270.0;
 pub struct LogChart {
     /// Its file's name.
     pub name: &'static str,
-    /// What it shows.
+    /// Its caption.
     pub caption: String,
-    /// Its heading: what is up, with its unit.
+    /// Its heading: the quantity upwards, with its unit.
     pub title: String,
-    /// What is along, with its unit.
+    /// The quantity along, with its unit.
     pub along: String,
     /// The lines.
     pub lines: Vec<Line>,
-    /// A point that is ringed, and what it is.
+    /// A point with a ring, and its name.
     pub marked: Option<([f64; 2], String)>,
 }
 
@@ -75,13 +75,13 @@ impl LogChart {
         if least > most {
             return [0.1, 1.0];
         }
-        // A little room, so that no dot sits on the frame; at least a decade in all.
+        // Some room, so that no dot sits on the frame; at least a decade in all.
         let room = 0.05_f64.max(0.5 * (1.0 - (most - least)));
         [least - room, most + room].map(|v| 10f64.powf(v))
     }
 }
 
-/// The points of a line that have two logarithms.
+/// The points of a line with two positive finite numbers.
 fn shown(line: &Line) -> impl Iterator<Item = [f64; 2]> {
     let fits = |p: &[f64; 2]| p.iter().all(|v| v.is_finite() && *v > 0.0);
     line.points.iter().copied().filter(fits)

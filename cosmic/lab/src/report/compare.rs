@@ -17,7 +17,7 @@ pub struct Comparison {
 /// One run.
 #[derive(Debug, Serialize)]
 struct ComparedRun {
-    /// The name of its folder, or the whole path where another run has that name.
+    /// The name of its folder, or the whole path if another run has that name.
     #[serde(rename = "run")]
     name: String,
     summary: Summary,
@@ -76,7 +76,7 @@ impl Comparison {
     }
 }
 
-/// The last part of a path, or all of a path that has none.
+/// The last part of a path, or the whole path if it has none.
 fn name(folder: &Path) -> String {
     let path = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let last = path.file_name().unwrap_or(path.as_os_str());

@@ -8,7 +8,7 @@ use cosmic::codesign::{Phase, Record};
 const WIDTH: f64 = 960.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 66.0;
-/// Height of a chart, and of a chart with what is above it.
+/// Height of a chart, without and with its titles.
 const HEIGHT: [f64; 2] = [130.0, 182.0];
 
 /// Displacement, volumes, binarisation measures and gradients, with the phases behind them.
@@ -43,18 +43,18 @@ pub(super) fn draw(run: &RunFiles) -> String {
     )
 }
 
-/// What one chart shows.
+/// The content of a chart.
 struct Chart {
     title: &'static str,
     lines: Vec<Line>,
-    /// Numbers that are marked by dashed lines.
+    /// Numbers with dashed lines.
     levels: Vec<f64>,
     range: [f64; 2],
     log: bool,
 }
 
 impl Chart {
-    /// A chart from zero, or from its least number if that is below.
+    /// A chart that begins at zero, or at its least number if that is negative.
     fn linear(title: &'static str, lines: Vec<Line>, levels: Vec<f64>) -> Self {
         let all = heights(&lines).chain(levels.iter().copied());
         let [low, high] = range(all, [0.0, 0.0]);
@@ -90,10 +90,10 @@ fn heights(lines: &[Line]) -> impl Iterator<Item = f64> {
         .flat_map(|line| line.points.iter().map(|p| p[1]))
 }
 
-/// The four charts of a run, from the first down.
+/// The four charts of a run, the first on top.
 fn charts(run: &RunFiles) -> [Chart; 4] {
     type Number<'n> = &'n dyn Fn(&Record) -> Option<f64>;
-    // The records that have a number, as points of a line of the k-th colour.
+    // A line of the records that have a number, in the k-th colour.
     let line = |name: &str, k: usize, number: Number| {
         let point = |r: &Record| Some([r.iteration as f64, number(r).filter(|v| v.is_finite())?]);
         let points = run.history.iter().filter_map(point);
@@ -137,7 +137,7 @@ fn charts(run: &RunFiles) -> [Chart; 4] {
     ]
 }
 
-/// The phases as bands behind a chart, named above the first.
+/// Draws the phases as bands behind a chart; the first chart has their names.
 fn draw_phases(svg: &mut Svg, axes: &Axes, history: &[Record], named: bool) {
     for part in history.chunk_by(|a, b| a.phase == b.phase) {
         let (Some(first), Some(last)) = (part.first(), part.last()) else {

@@ -1,4 +1,4 @@
-//! The files of a run, and of a design alone, as reports need them.
+//! The files of a run, or of a design alone, for reports.
 
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result, fits};
@@ -24,8 +24,8 @@ impl RobotFiles {
     /// Reads a design, and the scene beside it.
     ///
     /// # Errors
-    /// [`Error::Read`] where one is missing, [`Error::Malformed`] where one is not what it should
-    /// be, [`Error::Misfit`] or [`Error::Usage`] where they do not belong together.
+    /// [`Error::Read`] if one is missing, [`Error::Malformed`] if one is malformed, [`Error::Misfit`] or
+    /// [`Error::Usage`] if they do not belong together.
     pub fn read(path: &Path) -> Result<Self> {
         let scene = Scene::read(&path.with_file_name(run::SCENE))?;
         let design = DesignFile::read(path)?;
@@ -50,17 +50,17 @@ impl RobotFiles {
     }
 }
 
-/// What a finished run left behind, read and found to fit together.
+/// The files of a finished run, read and checked to fit together.
 pub struct RunFiles {
     /// The run's folder.
     pub folder: PathBuf,
     /// The delivered design and its scene.
     pub robot: RobotFiles,
-    /// What was reached.
+    /// The summary of the run.
     pub summary: Summary,
-    /// The iterations from first to last; empty where no history was kept.
+    /// The iterations from first to last; empty if no history was kept.
     pub history: Vec<Record>,
-    /// The designs that were kept on the way; empty in a run of before they were.
+    /// The designs kept on the way; empty in runs of older versions.
     pub designs: Vec<DesignRow>,
     /// The delivered design's rollout; at least one state.
     pub trajectory: TrajectoryFile,
@@ -72,7 +72,7 @@ impl RunFiles {
     /// # Errors
     /// Those of [`Summary::read`] and [`RobotFiles::read`], and the same of the other files.
     pub fn read(folder: &Path) -> Result<Self> {
-        // Written last: without it there is nothing to report on yet.
+        // Written last: without it the run is not finished.
         let summary = Summary::read(folder)?;
         let robot = RobotFiles::read(&folder.join(run::DESIGN))?;
         let trajectory = read_trajectory(folder, &robot)?;
@@ -87,13 +87,13 @@ impl RunFiles {
         })
     }
 
-    /// What a reader calls the run.
+    /// The title of the run in documents.
     pub(super) fn title(&self) -> String {
         format!("{}, seed {}", self.summary.scene, self.summary.seed)
     }
 }
 
-/// A row for every iteration; none where no history was kept.
+/// A row for every iteration; none if no history was kept.
 fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     let path = folder.join(history::LINES);
     if !path.exists() {

@@ -1,4 +1,4 @@
-//! The frame of every page: one file of HTML that fetches nothing.
+//! The frame of every page: a single file of HTML that fetches nothing.
 
 use crate::table::escape;
 

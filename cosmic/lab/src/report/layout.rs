@@ -5,10 +5,10 @@ use super::motion::{SKELETON, hex};
 use super::svg::{BOLD, MUTED_LINE, MUTED_MIDDLE, Svg};
 use cosmic::design::Material;
 
-/// Colour of actuators where no strain is shown.
+/// Colour of actuators without strain colours.
 const ACTUATOR: &str = "#d9541e";
 
-/// The colour of a material where no strain is shown.
+/// The colour of a material without strain colours.
 pub(super) fn colour(material: Material) -> String {
     match material {
         Material::Void => "#c4cad1".to_owned(),

@@ -1,4 +1,4 @@
-//! A robot in motion, as something to draw: coloured bars in the world's frame.
+//! A robot in motion for drawings: coloured bars in the frame of the world.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ pub(super) const SKELETON: [u8; 3] = [0x26, 0x2b, 0x33];
 /// Colour of the payload and its path.
 pub(super) const PAYLOAD: [u8; 3] = [0xe6, 0x8a, 0x00];
 
-/// The most moments of a rollout that are shown one after the other.
+/// The largest number of moments of a rollout in an animation.
 const MOST_FRAMES: usize = 2000;
 
 /// An actuator's colours, from the strongest contraction over rest to the strongest extension.
@@ -54,9 +54,9 @@ pub(super) struct Motion<'r> {
     pub(super) run: &'r RunFiles,
     /// Nodes that solid edges join to the payload.
     body: Vec<usize>,
-    /// Nodes that anything is drawn at.
+    /// Nodes at which something is drawn.
     seen: Vec<usize>,
-    /// Strain that has the full colour.
+    /// The strain with the full colour.
     pub(super) limit: f64,
 }
 
@@ -84,7 +84,7 @@ impl<'r> Motion<'r> {
         self.run.trajectory.steps[index] as f64 * self.run.trajectory.dt
     }
 
-    /// The last state at or before a time, the first if there is none.
+    /// The index of the last state at or before a time, or of the first state.
     pub(super) fn index_at(&self, time: f64) -> usize {
         // Half a step of tolerance: times are products of steps and dt.
         let step = (time / self.run.trajectory.dt + 0.5) as usize;
@@ -92,8 +92,8 @@ impl<'r> Motion<'r> {
         after.saturating_sub(1)
     }
 
-    /// States from the first to the last, so many seconds from one to the next or, where the
-    /// rollout is long, more; and the seconds.
+    /// The interval between frames, at least `seconds` and more if the rollout is long, and the states
+    /// at these intervals from the first on.
     pub(super) fn every(&self, seconds: f64) -> (f64, Vec<usize>) {
         let most = MOST_FRAMES as f64;
         let seconds = seconds.max(self.duration() / most);
@@ -170,7 +170,7 @@ impl<'r> Motion<'r> {
         bounds(self.body.iter().map(|&node| state.x[node]))
     }
 
-    /// Whether a bar is within a lattice's width of the payload's body.
+    /// True if a bar is within a lattice's width of the payload's body.
     pub(super) fn is_near(&self, bar: &Bar, state: &State<f64>) -> bool {
         let lattice = &self.scene().lattice;
         let width = lattice.columns as f64 * lattice.spacing;
@@ -179,7 +179,7 @@ impl<'r> Motion<'r> {
         (low[0] - width..high[0] + width).contains(&middle)
     }
 
-    /// The places of a state where anything is drawn.
+    /// The places of a state at which something is drawn.
     pub(super) fn places(&self, state: &'r State<f64>) -> impl Iterator<Item = [f64; 2]> {
         self.seen.iter().map(|&node| state.x[node])
     }
@@ -193,7 +193,7 @@ impl<'r> Motion<'r> {
         [mean(0), mean(1)]
     }
 
-    /// Where the ground is below or above a point, in the world.
+    /// The height of the ground at a place along, in the world.
     pub(super) fn ground_height(&self, x: f64) -> f64 {
         let [cos, sin] = self.ground().tangent();
         self.ground().height + x * sin / cos
@@ -228,7 +228,7 @@ fn seen(run: &RobotFiles) -> Vec<usize> {
     nodes.into_iter().collect()
 }
 
-/// Lower left and upper right corner of what holds all points.
+/// Lower left and upper right corner of the bounding box of points.
 pub(super) fn bounds(points: impl IntoIterator<Item = [f64; 2]>) -> [[f64; 2]; 2] {
     let none = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     points.into_iter().fold(none, |[low, high], p| {
@@ -239,7 +239,7 @@ pub(super) fn bounds(points: impl IntoIterator<Item = [f64; 2]>) -> [[f64; 2]; 2
     })
 }
 
-/// A colour as SVG and HTML write it.
+/// A colour in the notation of SVG and HTML.
 pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }

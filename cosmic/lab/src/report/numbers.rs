@@ -1,10 +1,10 @@
-//! The numbers of runs that are worth comparing.
+//! The numbers of runs for comparisons.
 
 use crate::table::{Cell, Column, TableOf};
 use cosmic::record::Summary;
 
-/// Adds the numbers of every run's summary to a table of runs. The loss is among them where one is
-/// ranked by it: by another task than to get far, or by a loss of its own.
+/// Adds the numbers of every run's summary to a table of runs. The loss is among them if a run is ranked
+/// by it, because of another task than distance or of a loss of its own.
 pub(super) fn with_numbers<'r, S>(
     table: TableOf<'r, S>,
     summary: impl Fn(&'r S) -> &'r Summary + Copy,

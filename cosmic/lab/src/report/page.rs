@@ -1,4 +1,4 @@
-//! The page of a run: one file of HTML that fetches nothing.
+//! The page of a run: a single file of HTML that fetches nothing.
 
 use serde_json::{Value, json};
 
@@ -11,7 +11,7 @@ use cosmic::design::Material;
 use cosmic::record::Summary;
 use std::slice::from_ref;
 
-/// The page of a run with its pictures of the robot and, where it has a history, of the convergence.
+/// The page of a run with its pictures of the robot and, if it has a history, of the convergence.
 pub(super) fn of_run(motion: &Motion, robot: &str, convergence: Option<&str>) -> String {
     let (run, summary) = (motion.run, &motion.run.summary);
     let about = format!(
@@ -39,7 +39,7 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
     html::page(title, &body.concat())
 }
 
-/// The heading, and the size of the lattice with more about the run.
+/// The heading, and a line with the size of the lattice and `about`.
 fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
     let (nodes, edges) = (robot.lattice.nodes(), robot.lattice.edges.len());
     let title = escape(title);
@@ -58,7 +58,7 @@ fn scene(robot: &RobotFiles) -> String {
     )
 }
 
-/// The four numbers to see first.
+/// The four most important numbers.
 fn figures(summary: &Summary) -> String {
     let ends = summary.displacement_p10.zip(summary.displacement_p90);
     let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
@@ -109,7 +109,7 @@ fn pairs(rows: Vec<Vec<Cell>>) -> String {
 
 /// The canvas, its controls, and the motion as data.
 fn player(motion: &Motion) -> String {
-    // Nothing in it can end the script element early: numbers and colours alone.
+    // Numbers and colours alone: nothing in it can end the script element early.
     let data = motion_data(motion);
     format!(
         "<h2>Motion</h2>\n<div class=\"player\"><canvas id=\"stage\" width=\"1920\" height=\"800\"></canvas>\n\
@@ -123,7 +123,7 @@ fn player(motion: &Motion) -> String {
     )
 }
 
-/// What the player draws: 25 frames a second, of a long rollout less, in thousandths of a cell.
+/// The data of the player: 25 frames a second, fewer for a long rollout, in thousandths of a cell.
 fn motion_data(motion: &Motion) -> Value {
     let RobotFiles {
         scene,

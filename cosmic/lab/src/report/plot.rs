@@ -12,12 +12,11 @@ pub(super) struct Axes {
     pub(super) x: [f64; 2],
     /// Least and largest number up.
     pub(super) y: [f64; 2],
-    /// Whether the numbers along, and those up, are spaced by their logarithms; then all are
-    /// positive.
+    /// True for logarithmic axes, along and up. Their numbers must be positive.
     pub(super) log: [bool; 2],
 }
 
-/// Colours that stay apart for colour-blind eyes.
+/// Colours that colour-blind readers can tell apart.
 const COLOURS: [&str; 8] = [
     "#0b62b8", "#d9541e", "#2a8f5b", "#8a4fb0", "#b8860b", "#1f2328", "#c2185b", "#00838f",
 ];
@@ -25,7 +24,7 @@ const COLOURS: [&str; 8] = [
 /// A named line of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// What it is of.
+    /// Its name.
     pub name: String,
     /// As in CSS.
     pub colour: &'static str,
@@ -51,7 +50,7 @@ impl Line {
         }
     }
 
-    /// How it is drawn.
+    /// The style of the line.
     pub(super) fn stroke(&self) -> String {
         let Self { colour, dashes, .. } = self;
         format!(
@@ -61,7 +60,7 @@ impl Line {
 }
 
 impl Axes {
-    /// Where a point of the chart is drawn; beyond the range at its end.
+    /// The place of a point in the drawing. A point beyond the range is drawn at its end.
     pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let scale = |v: f64| v.max(f64::MIN_POSITIVE).ln();
         let share = |v: f64, range: [f64; 2], log: bool| {
@@ -101,7 +100,7 @@ impl Axes {
         svg.text(middle, label, MIDDLE);
     }
 
-    /// The lines, and their names from the right end of the title's line.
+    /// Draws the lines, and their names right-aligned in the line of the title.
     pub(super) fn draw_lines(&self, svg: &mut Svg, lines: &[Line]) {
         let mut left = self.origin[0] + self.size[0];
         for Line { name, colour, .. } in lines.iter().rev() {
@@ -120,7 +119,7 @@ impl Axes {
     }
 }
 
-/// The least and largest finite numbers, widened to contain `always`; never of no width.
+/// The least and largest finite numbers, widened to contain `always`. The range has a width.
 pub(super) fn range(numbers: impl Iterator<Item = f64>, always: [f64; 2]) -> [f64; 2] {
     let finite = numbers.filter(|v| v.is_finite());
     let [least, most] = finite.fold(always, |[a, b], v| [a.min(v), b.max(v)]);
@@ -161,7 +160,7 @@ fn decades([from, to]: [f64; 2]) -> Vec<f64> {
         .collect()
 }
 
-/// A number as axes show it: as short as it can be.
+/// The shortest text of a number for axes.
 fn number(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
         return format!("{value:.0e}");

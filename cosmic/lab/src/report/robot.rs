@@ -12,7 +12,7 @@ const MARGIN: f64 = 24.0;
 const PANEL: f64 = (WIDTH - 2.0 * MARGIN) / 6.0;
 
 impl View {
-    /// The ground from one place along to another.
+    /// Draws the ground from one place along to another.
     fn draw_ground(&self, svg: &mut Svg, motion: &Motion, across: [f64; 2]) {
         let [from, to] = across.map(|x| self.place([x, motion.ground_height(x)]));
         svg.line(from, to, &format!(r#"{INK_LINE} stroke-width="1.5""#));
@@ -66,7 +66,7 @@ pub(super) fn draw(motion: &Motion) -> String {
     )
 }
 
-/// The whole rollout in one picture of the world; its lower edge.
+/// Draws the whole rollout in one picture of the world; returns its lower edge.
 fn draw_journey(svg: &mut Svg, motion: &Motion) -> f64 {
     let moments = moments(motion);
     let shown = moments
@@ -92,7 +92,7 @@ fn draw_journey(svg: &mut Svg, motion: &Motion) -> f64 {
         let state = &motion.states()[index];
         let mut bars = motion.bars(state);
         if index > 0 {
-            // What was left behind would lie across the first robots.
+            // Parts left behind would lie across the first robots.
             bars.retain(|bar| motion.is_near(bar, state));
         }
         view.draw_robot(svg, &bars, state.x[0]);
@@ -104,7 +104,7 @@ fn draw_journey(svg: &mut Svg, motion: &Motion) -> f64 {
     bottom + 12.0
 }
 
-/// The first state, the last, and as many between as stand side by side along the way.
+/// The first state, the last, and as many in between as fit side by side along the way.
 fn moments(motion: &Motion) -> Vec<usize> {
     let reached = |index: usize| motion.centre(&motion.states()[index])[0];
     let last = motion.states().len() - 1;
@@ -129,8 +129,8 @@ fn moments(motion: &Motion) -> Vec<usize> {
     moments
 }
 
-/// Six moments of the last whole period of the clock, each in a panel of its own; the lower edge of
-/// the panels.
+/// Draws six moments of the last whole period of the clock, each in its own panel; returns the lower
+/// edge of the panels.
 fn draw_gait(svg: &mut Svg, motion: &Motion, top: f64) -> f64 {
     let period = (TAU / motion.scene().controller.omega).min(motion.duration());
     let start = motion.duration() - period;
@@ -163,8 +163,7 @@ fn draw_gait(svg: &mut Svg, motion: &Motion, top: f64) -> f64 {
     bottom
 }
 
-/// The robot at the last of some states, and the payload's path through them, as far as the panel
-/// shows it.
+/// Draws the robot at the last of some states, and the payload's path through them, cut to the panel.
 fn draw_panel(svg: &mut Svg, motion: &Motion, states: RangeInclusive<usize>, view: &View) {
     let state = &motion.states()[*states.end()];
     let middle = motion.centre(state)[0];
@@ -179,7 +178,7 @@ fn draw_panel(svg: &mut Svg, motion: &Motion, states: RangeInclusive<usize>, vie
     view.draw_robot(svg, &bars, state.x[0]);
 }
 
-/// What the colours mean, from the right end of the first line.
+/// Draws the legend of the colours at the right end of the first line.
 fn draw_legend(svg: &mut Svg, motion: &Motion) {
     let (left, y) = (WIDTH - 430.0, 22.0);
     let end = r#"stroke-width="4" stroke-linecap="round""#;

@@ -1,4 +1,4 @@
-//! Sheets: the tables and figures of a check as one page, JSON, CSV and SVG files, and as text.
+//! Sheets: the tables and figures of a verification as a page, as JSON, CSV and SVG files, and as text.
 
 use super::chart::LogChart;
 use super::html;
@@ -10,26 +10,26 @@ use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// What a sheet's JSON file says it is.
+/// The format of a sheet's JSON file.
 pub const FORMAT: Format = Format {
     name: "cosmic-verification",
     version: 1,
 };
 
-/// One subject of a sheet.
+/// A section of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Section {
     /// Its heading.
     pub title: String,
-    /// What is to be known before its tables are read, a sentence or two each.
+    /// Explanations before its tables, a sentence or two each.
     pub notes: Vec<String>,
     /// Its tables, each in a file `name.csv` as well.
     pub tables: Vec<Table>,
     /// Its pictures, each in a file `name.svg` as well.
     pub figures: Vec<LogChart>,
-    /// How many checks were made.
+    /// The number of checks.
     pub checks: usize,
-    /// Those that failed, each in a few words.
+    /// The failed checks, each in a few words.
     pub failures: Vec<String>,
 }
 
@@ -102,19 +102,19 @@ fn marked(table: &Table) -> String {
     aligned(&lines)
 }
 
-/// All that a verification found.
+/// The results of a verification.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
     /// Its heading.
     pub title: String,
-    /// What it was made of and on, in a sentence.
+    /// A sentence about the case.
     pub subject: String,
-    /// One for each subject.
+    /// Its sections.
     pub sections: Vec<Section>,
 }
 
 impl Sheet {
-    /// An error where a check failed.
+    /// An error if a check failed.
     ///
     /// # Errors
     /// [`Error::CheckFailed`].
@@ -160,8 +160,8 @@ impl Sheet {
     }
 
     /// Writes `verify.html`, `verify.json`, a CSV file for every table and an SVG file for every
-    /// figure straight into a folder, and says which files these are. A table that several sections
-    /// have is one file.
+    /// figure into a folder, and returns the paths. A table that several sections share is written
+    /// once.
     ///
     /// # Errors
     /// [`Error::Write`].

@@ -1,5 +1,5 @@
-//! Drawings as SVG text. Coordinates are pixels, y downwards; attributes are written as they
-//! stand in the file.
+//! Drawings as SVG text. Coordinates are pixels, y downwards. Styles are attributes, copied into the
+//! file.
 
 use crate::table::escape;
 use std::fmt::Write;
@@ -12,7 +12,7 @@ pub(super) const MUTED: &str = "#656d76";
 pub(super) const INK_LINE: &str = r##"stroke="#1f2328""##;
 pub(super) const MUTED_LINE: &str = r##"stroke="#656d76""##;
 pub(super) const RULE_LINE: &str = r##"stroke="#d8dee4""##;
-/// Headings, texts that end at their place or have their middle there, and secondary ones.
+/// Headings, texts that end at their place or have their middle there, and secondary texts.
 pub(super) const BOLD: &str = r#"font-weight="600""#;
 pub(super) const END: &str = r#"text-anchor="end""#;
 pub(super) const MIDDLE: &str = r#"text-anchor="middle""#;
@@ -48,7 +48,7 @@ impl Svg {
         self.element("circle", place, style);
     }
 
-    /// A line through points. One point shows as a dot where the style has round caps.
+    /// A line through points. One point shows as a dot if the style has round caps.
     pub(super) fn polyline(&mut self, points: &[[f64; 2]], style: &str) {
         let text: Vec<String> = points
             .iter()
@@ -71,7 +71,7 @@ impl Svg {
         );
     }
 
-    /// What `draw` draws, with attributes of its own.
+    /// A group with common attributes; `draw` fills it.
     pub(super) fn group(&mut self, attributes: &str, draw: impl FnOnce(&mut Self)) {
         let _ = writeln!(self.body, "<g {attributes}>");
         draw(self);

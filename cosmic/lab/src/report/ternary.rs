@@ -1,4 +1,4 @@
-//! Where edges stand between the materials: a triangle whose corners are void, skeleton, actuator.
+//! The mixtures of edges in a triangle whose corners are void, skeleton and actuator.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use cosmic::design::Material;
 
 /// Width and height, pixels.
 const SIZE: [f64; 2] = [460.0, 420.0];
-/// Where the materials' corners are drawn.
+/// The corners of the materials, pixels.
 const CORNERS: [[f64; 2]; 3] = [[62.0, 362.0], [398.0, 362.0], [230.0, 79.0]];
 
 fn place(mixture: &[f64; 3]) -> [f64; 2] {
@@ -61,8 +61,8 @@ pub(super) fn draw_mixtures(robot: &RobotFiles) -> String {
     )
 }
 
-/// The way of every edge's mixture from the first iteration to the end, in the colour of the
-/// material that it became.
+/// The path of every edge's mixture from the first iteration to the end, in the colour of its final
+/// material.
 pub(super) fn draw_paths(run: &RunFiles) -> String {
     let mut svg = frame("Mixture of every edge on the way");
     let designs: Vec<Vec<[f64; 3]>> = (run.designs.iter())
@@ -88,7 +88,7 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
     )
 }
 
-/// Mixtures that fall on one spot of the picture: where, how many, of which material.
+/// Mixtures at one spot of the picture: the place, their number, their material.
 fn clusters(robot: &RobotFiles) -> Vec<([f64; 2], usize, Material)> {
     let mut spots = BTreeMap::new();
     let mixtures = robot.mixtures(&robot.design.z);

@@ -1,4 +1,4 @@
-//! Writing the report of a run, or of a design alone.
+//! The report of a run, or of a design alone.
 
 use super::files::{RobotFiles, RunFiles};
 use super::motion::Motion;
@@ -13,8 +13,8 @@ use cosmic::record::trajectory_file::TRAJECTORY;
 use std::path::{Path, PathBuf};
 
 /// Writes the report of a run's folder, or of a design, into that folder: `report.html`, `robot.svg`
-/// and, of a run, `convergence.svg` where it has a history, and `gait.gif`. The page holds all of its
-/// pictures and fetches nothing. Says which files were written.
+/// and, for a run, `convergence.svg` if it has a history, and `gait.gif`. The page holds all of its
+/// pictures and fetches nothing. Returns the paths.
 ///
 /// A folder without a run in it, or a file, is a design alone; its scene is `scene.toml` beside it.
 ///

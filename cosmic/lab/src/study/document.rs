@@ -201,7 +201,7 @@ pub(super) fn pictures(study: &Study, rows: &[&TrialRow], names: &[&str]) -> Str
     rows.iter().map(of).collect()
 }
 
-/// The end of every document.
+/// The end of every document: the command that made it.
 fn made_by(study: &Study) -> String {
     let name = study.kind.name();
     format!(
