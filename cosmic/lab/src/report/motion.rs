@@ -204,15 +204,16 @@ impl<'r> Motion<'r> {
     }
 }
 
+fn solid_edges(run: &RobotFiles) -> impl Iterator<Item = [usize; 2]> {
+    let edges = run.design.edges.iter().zip(&run.design.materials);
+    edges.filter(|(_, m)| m.is_solid()).map(|(e, _)| *e)
+}
+
 /// The nodes that solid edges join to node 0, ascending.
 fn body(run: &RobotFiles) -> Vec<usize> {
     let mut joined = vec![false; run.lattice.nodes()];
     joined[0] = true;
-    let edges = run.design.edges.iter().zip(&run.design.materials);
-    let solid: Vec<[usize; 2]> = edges
-        .filter(|(_, m)| m.is_solid())
-        .map(|(e, _)| *e)
-        .collect();
+    let solid: Vec<[usize; 2]> = solid_edges(run).collect();
     // A lattice is small: sweep until nothing joins any more.
     while let Some([i, j]) = solid.iter().find(|[i, j]| joined[*i] != joined[*j]) {
         (joined[*i], joined[*j]) = (true, true);
@@ -222,8 +223,7 @@ fn body(run: &RobotFiles) -> Vec<usize> {
 
 /// The payload's node and those of solid edges, ascending.
 fn seen(run: &RobotFiles) -> Vec<usize> {
-    let edges = run.design.edges.iter().zip(&run.design.materials);
-    let ends = edges.filter(|(_, m)| m.is_solid()).flat_map(|(e, _)| *e);
+    let ends = solid_edges(run).flatten();
     let nodes: BTreeSet<usize> = ends.chain([0]).collect();
     nodes.into_iter().collect()
 }

@@ -6,6 +6,7 @@ use super::results::StudyResults;
 use super::rows::TrialRow;
 use super::statistics::Statistics;
 use super::trials::{ABLATION, CONTROL, MATERIAL, TOPOLOGY, lines};
+use crate::report::Bar;
 use crate::table::decimals;
 
 /// Something that a trial may design: its name, its bit in [`ABLATION`], the paper's gain as a ratio.
@@ -33,12 +34,17 @@ fn means(results: &StudyResults, bit: u8, number: Number) -> [Option<f64>; 2] {
 }
 
 /// The bars of the paper's figure: for each entity its mean without and with, by the medians.
-pub(super) fn bars(results: &StudyResults) -> Vec<(String, Option<f64>)> {
+pub(super) fn bars(results: &StudyResults) -> Vec<Bar> {
+    let bar = |name, value| Bar {
+        name,
+        value,
+        ..Bar::default()
+    };
     let bars = |(name, bit, _): &Entity| {
         let [without, with] = means(results, *bit, |s| s.median);
         [
-            (format!("without {name}"), without),
-            (format!("with {name}"), with),
+            bar(format!("without {name}"), without),
+            bar(format!("with {name}"), with),
         ]
     };
     ENTITIES.iter().flat_map(bars).collect()

@@ -63,18 +63,9 @@ fn charts(kind: StudyKind, results: &StudyResults) -> Vec<(&'static str, String)
         ],
         StudyKind::Findings => vec![("trials", of("findings", title))],
         StudyKind::Ablation => {
-            let mean = |(name, value)| Bar {
-                name,
-                value,
-                points: Vec::new(),
-                mark: None,
-            };
-            let means: Vec<Bar> = ablation::bars(results).into_iter().map(mean).collect();
             let title_of_means = "Means of the medians of four trials each";
-            vec![
-                ("trials", of("ablation", title)),
-                ("entities", bars(title_of_means, "m", &means)),
-            ]
+            let means = bars(title_of_means, "m", &ablation::bars(results));
+            vec![("trials", of("ablation", title)), ("entities", means)]
         }
     }
 }
