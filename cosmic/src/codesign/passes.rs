@@ -21,6 +21,7 @@ const EVALUATE_EVERY: usize = 10;
 
 /// Constraints `f <= 0`: the four volume bounds, then the binarisation measures if the scene makes
 /// them constraints.
+#[derive(Default)]
 struct Constraints {
     values: Vec<f64>,
     jacobian: Vec<Vec<f64>>,
@@ -47,12 +48,7 @@ impl CoDesign {
         record.displacement_horizon = first.map(|slope| slope.displacement);
         record.merit_horizon = first.and_then(|slope| self.merit_horizon(slope));
 
-        let is_augmented = self.scene.binarisation.method == BinarisationMethod::Augmented;
-        let (rows, terms) = if is_augmented {
-            self.augmented(&at.inputs, progress, now)
-        } else {
-            self.constrained(&at.inputs, progress, now)
-        };
+        let (rows, terms) = self.rows_and_terms(&at.inputs, progress, now);
         let share = self.scene.schedule.stability_share;
         let before = progress.z.clone();
         let shares = [1.0 - share, share];
@@ -80,7 +76,7 @@ impl CoDesign {
         }
         clamp(&mut progress.z);
         let growth = self.scene.binarisation.penalty_growth;
-        if is_augmented {
+        if self.is_augmented() {
             let before = &progress.violations;
             progress
                 .lagrangian
@@ -171,37 +167,35 @@ impl CoDesign {
         measures(&mixture, self.scene.projection.delta)
     }
 
-    /// The volume bounds, and the gradient of the augmented Lagrangian's terms.
-    fn augmented(
-        &self,
-        inputs: &Inputs<f64>,
-        progress: &Progress,
-        now: &Schedule,
-    ) -> (Constraints, Vec<f64>) {
-        let thresholds = now.thresholds(&progress.first_measures);
-        let [solid, actuator, (_, terms)] = inputs.differentiate_each(DESIGN, |inputs| {
-            let measures = self.measured(&inputs.z);
-            let terms = progress.lagrangian.terms(&measures, &thresholds);
-            [measures.volume, measures.actuator_volume, terms]
-        });
-        (self.volume_rows(&[solid, actuator], now), terms)
+    /// True if the binarisation measures are augmented terms of the objective, and not constraints.
+    fn is_augmented(&self) -> bool {
+        self.scene.binarisation.method == BinarisationMethod::Augmented
     }
 
-    /// The bounds on the volumes and on the four measures, all of the performance projection (D10)
-    /// and with one scale. No terms are added to the gradient of the loss.
-    fn constrained(
+    /// The constraints of a design update, and the gradient of the augmented Lagrangian's terms; empty
+    /// if the measures are constraints. Those have the scale of the volumes and, as these, are of the
+    /// performance projection (D10).
+    fn rows_and_terms(
         &self,
         inputs: &Inputs<f64>,
         progress: &Progress,
         now: &Schedule,
     ) -> (Constraints, Vec<f64>) {
-        let scale = self.scene.mma.volume_row_scale;
         let thresholds = now.thresholds(&progress.first_measures);
+        if self.is_augmented() {
+            let [solid, actuator, (_, terms)] = inputs.differentiate_each(DESIGN, |inputs| {
+                let measures = self.measured(&inputs.z);
+                let terms = progress.lagrangian.terms(&measures, &thresholds);
+                [measures.volume, measures.actuator_volume, terms]
+            });
+            return (self.volume_rows(&[solid, actuator], now), terms);
+        }
         let [solid, actuator, measures @ ..] = inputs.differentiate_each(DESIGN, |inputs| {
             let measures = self.measured(&inputs.z);
             let [a, b, c, d] = measures.constrained();
             [measures.volume, measures.actuator_volume, a, b, c, d]
         });
+        let scale = self.scene.mma.volume_row_scale;
         let mut rows = self.volume_rows(&[solid, actuator], now);
         for ((value, mut gradient), threshold) in measures.into_iter().zip(thresholds) {
             gradient.iter_mut().for_each(|g| *g *= scale);
@@ -216,10 +210,7 @@ impl CoDesign {
         let scale = self.scene.mma.volume_row_scale;
         let bounds = now.volume_bounds();
         let row = |gradient: &[f64], sign: f64| gradient.iter().map(|g| sign * scale * g).collect();
-        let mut rows = Constraints {
-            values: Vec::new(),
-            jacobian: Vec::new(),
-        };
+        let mut rows = Constraints::default();
         for ((value, gradient), [least, most]) in
             volumes.iter().zip([bounds.solid, bounds.actuator])
         {

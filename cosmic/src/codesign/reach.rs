@@ -122,8 +122,8 @@ impl CoDesign {
             watched: true,
             ..span.clone()
         };
-        let rows = mixtures.iter().map(|mixture| mixture.as_ref().iter());
-        let lifted: Vec<Vec<_>> = rows.map(|m| m.map(|m| m.map(R::lit)).collect()).collect();
+        let lift = |mixture: &[[f64; 3]]| mixture.iter().map(|m| m.map(R::lit)).collect();
+        let lifted: Vec<Vec<_>> = mixtures.iter().map(|m| lift(m.as_ref())).collect();
         let from: Vec<State<R>> = starts.iter().map(|start| start.map(R::lit)).collect();
         let all = task.rollout_many(&lifted, &controller.map(R::lit), &from, &watched);
         let reached = |(k, seen): (usize, &Trajectory<R>)| {

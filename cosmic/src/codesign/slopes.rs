@@ -5,7 +5,6 @@ use autodiff::{Real, Var};
 use super::begin::CoDesign;
 use super::slope::{At, Slope};
 use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
-use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
 use crate::scene::GradientPrecision;
@@ -70,51 +69,45 @@ impl CoDesign {
     /// Several gradients in one call are all by the design: their rollouts share the controller.
     pub(super) fn slopes<const N: usize>(&self, sought: [Sought; N], at: &At) -> [Slope; N] {
         let horizon = &at.horizon;
-        self.means(at, |task, inputs| {
-            let found = match self.scene.gradient.precision {
-                GradientPrecision::F64 => self.differentiated(task, inputs, &sought, horizon),
-                GradientPrecision::F32 => self
-                    .differentiated::<f32, N>(task, &inputs.lift(), &sought, horizon)
-                    .map(|(loss, gradient, last)| {
-                        let gradient = gradient.into_iter().map(f64::from).collect();
-                        (f64::from(loss), gradient, last.map(f64::from))
-                    }),
-            };
-            found.map(|(loss, gradient, last)| {
-                let [displacement, _] = self.between(&inputs.start, &last);
-                Slope {
-                    gradient,
-                    loss,
-                    displacement,
-                }
-            })
+        self.means(at, |task, inputs| match self.scene.gradient.precision {
+            GradientPrecision::F64 => self.differentiated::<f64, N>(task, inputs, &sought, horizon),
+            GradientPrecision::F32 => self.differentiated::<f32, N>(task, inputs, &sought, horizon),
         })
     }
 
-    /// The loss, its gradients, and the states after the horizon.
-    fn differentiated<R: Real, const N: usize>(
+    /// The gradients of one task in the number type `R`.
+    fn differentiated<R: Real + Into<f64>, const N: usize>(
         &self,
         task: &Task,
-        inputs: &Inputs<R>,
+        inputs: &Inputs<f64>,
         sought: &[Sought; N],
         horizon: &Horizon,
-    ) -> [(R, Vec<R>, State<R>); N]
+    ) -> [Slope; N]
     where
         dyn AnyLoss: LossOf<Var<R>>,
     {
-        let mut last: [State<R>; N] = std::array::from_fn(|_| inputs.start.clone());
-        let found = inputs.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
+        let mut displacements = [0.0; N];
+        let in_type = inputs.lift::<R>();
+        let found = in_type.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
             let mixtures: [_; N] = std::array::from_fn(|k| sought[k].mixture(task, &copies[k].z));
             let losses = self.losses_of(task, &mixtures, &copies[0], horizon);
             std::array::from_fn(|k| {
                 let (loss, trajectory) = &losses[k];
-                last[k] = trajectory.at(trajectory.last_step()).map(Var::value);
+                let last = trajectory.at(trajectory.last_step());
+                let last = last.map(|x| x.value().into());
+                [displacements[k], _] = self.between(&inputs.start, &last);
                 *loss
             })
         });
-        let both = found.into_iter().zip(last);
-        let mut all = both.map(|((loss, gradient), last)| (loss, gradient, last));
-        std::array::from_fn(|_| all.next().expect("as many states as gradients"))
+        let mut slopes = found.map(|(loss, gradient)| Slope {
+            gradient: gradient.into_iter().map(R::into).collect(),
+            loss: loss.into(),
+            displacement: 0.0,
+        });
+        for (slope, displacement) in slopes.iter_mut().zip(displacements) {
+            slope.displacement = displacement;
+        }
+        slopes
     }
 
     /// The losses and their rollouts. With two goals a loss is the mean of the loss for the goal
