@@ -1,5 +1,4 @@
-//! Domain randomisation: robots as they are built, in surroundings as they are met, drawn around
-//! the nominal ones.
+//! Domain randomisation: robots and surroundings drawn at random around the nominal ones.
 
 use std::borrow::Cow;
 

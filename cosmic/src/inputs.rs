@@ -1,4 +1,4 @@
-//! What a rollout depends on, and derivatives by it.
+//! The inputs of a rollout, and derivatives by them.
 //!
 //! [`Inputs`] is all that a rollout can be differentiated by. Losses of it are written once over
 //! [`Real`]; [`Inputs::differentiate`] puts the blocks that are asked for on the reverse tape.
@@ -8,7 +8,7 @@ use autodiff::{Real, Tape, Var};
 use crate::controller::Controller;
 use crate::lattice::State;
 
-/// What a rollout depends on and may be differentiated by.
+/// All numbers that a rollout depends on and may be differentiated by.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inputs<R> {
     /// Design vectors, one per edge.

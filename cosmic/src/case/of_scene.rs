@@ -10,8 +10,8 @@ use crate::projection::Projection;
 use crate::scene::{Scene, StartKind};
 
 impl Case {
-    /// What a scene starts from: its start's design through the performance projection, or
-    /// exactly one-hot where that is a layout, and a controller drawn from a seed.
+    /// The robot that a scene starts from: its start's design through the performance projection, or
+    /// exactly one-hot if that is a layout, and a controller drawn from a seed.
     ///
     /// # Errors
     /// Where the scene's layout is drawn for another lattice.

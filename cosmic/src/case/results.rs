@@ -9,8 +9,8 @@ use crate::controller::Weights;
 use crate::lattice::State;
 use crate::simulator::Divergence;
 
-/// What a case's rollout gives. Gradients are there where they were asked for, the last two
-/// entries in stability cases alone.
+/// The results of a case. Gradients are present if they were asked for, the last two entries only in
+/// stability cases.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaseResults {
     /// Mixture per edge.
@@ -43,7 +43,7 @@ pub struct CaseResults {
     /// Its derivative by `z`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_augmented: Option<DesignGradient>,
-    /// The same with the measures taken on the performance projection.
+    /// The augmented objective with the measures taken on the performance projection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub augmented_performance_constraints: Option<f64>,
     /// Its derivative by `z`.

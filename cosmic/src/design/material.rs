@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What an edge is made of; in files 0, 1 and 2.
+/// The material of an edge; 0, 1 and 2 in files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Material {

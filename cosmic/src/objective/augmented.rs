@@ -44,7 +44,7 @@ impl AugmentedLagrangian {
         })
     }
 
-    /// What is added to the loss for measures above their thresholds.
+    /// The terms that are added to the loss for measures above their thresholds.
     pub fn terms<R: Real>(&self, measures: &Measures<R>, thresholds: &[f64; 4]) -> R {
         self.objective(R::zero(), violations(measures.constrained(), thresholds))
     }

@@ -12,7 +12,7 @@ use crate::scene::AdamSettings;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Adam(pub AdamSettings);
 
-/// What Adam remembers between updates.
+/// The state of Adam between updates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AdamState {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Departure {
     /// The setting, as `section.key`.
     pub option: String,
-    /// What it does that the paper does not.
+    /// The difference from the paper, in a sentence.
     pub says: String,
 }
 

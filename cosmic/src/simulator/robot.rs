@@ -125,8 +125,8 @@ impl Robot {
     }
 }
 
-/// What a robot's steps are given and do not change: arrays and matrices of a program, or the
-/// numbers in them.
+/// The parameters of a robot's steps, which no step changes: arrays and matrices of a program, or
+/// the numbers in them.
 pub(super) struct Parameters<A, M = A> {
     /// Stiffness of the edge in every slot of the graph, N/m.
     pub(super) stiffness: A,

@@ -193,19 +193,12 @@ impl Simulator {
             fits("initial positions", start.x.len(), nodes);
             fits("initial velocities", start.v.len(), nodes);
         }
-        let Controller {
-            hidden,
-            inputs: seen,
-            w1,
-            b1,
-            w2,
-            b2,
-        } = controller;
-        fits("what the controller sees", *seen, inputs);
-        fits("first weights", w1.len(), hidden * inputs);
-        fits("first biases", b1.len(), *hidden);
-        fits("second weights", w2.len(), edges * hidden);
-        fits("second biases", b2.len(), edges);
+        let (c, hidden) = (controller, controller.hidden);
+        fits("what the controller sees", c.inputs, inputs);
+        fits("first weights", c.w1.len(), hidden * inputs);
+        fits("first biases", c.b1.len(), hidden);
+        fits("second weights", c.w2.len(), edges * hidden);
+        fits("second biases", c.b2.len(), edges);
     }
 
     /// The rollout of a robot.

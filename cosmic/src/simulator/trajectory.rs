@@ -1,4 +1,4 @@
-//! What a rollout leaves behind.
+//! The states of a rollout.
 
 use crate::lattice::State;
 

@@ -8,7 +8,7 @@ use super::subproblem::{Elastic, Room, Subproblem};
 use crate::optimiser::error::{OptimiserError, check, check_finite, check_length, require};
 use crate::scene::MmaSettings;
 
-/// What the method remembers between updates.
+/// The state of the method between updates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MmaState {

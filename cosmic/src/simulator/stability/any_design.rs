@@ -39,17 +39,12 @@ pub fn bound_of_any_design(
 
 /// The most that an edge of some length can have of stiffness, N/m, and of that over its density.
 fn most_of_any_mixture(
-    MaterialSettings {
-        stiffness,
-        density,
-        max_strain,
-        ..
-    }: &MaterialSettings,
+    materials: &MaterialSettings,
     physics: &PhysicsSettings,
     length: f64,
 ) -> [f64; 2] {
     let actuator = Material::Actuator as usize;
-    let stroke = max_strain[actuator] * length;
+    let stroke = materials.max_strain[actuator] * length;
     // Springs that do not stiffen have their most at one of the ends.
     let parts = if physics.stiffening > 0.0 { PARTS } else { 1 };
     let mut most = [0.0_f64; 2];
@@ -61,7 +56,8 @@ fn most_of_any_mixture(
             let stiffer = stiffer(physics, more * stroke);
             for share in [less, more] {
                 let mean = |of: &[f64; 3]| (1.0 - share) * of[other] + share * of[actuator];
-                let (stiffness, density) = (stiffer * mean(stiffness), mean(density));
+                let stiffness = stiffer * mean(&materials.stiffness);
+                let density = mean(&materials.density);
                 let ratio = if stiffness > 0.0 {
                     stiffness / density
                 } else {
