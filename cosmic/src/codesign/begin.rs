@@ -9,7 +9,7 @@ use crate::design::{Material, dominant, one_hot, start_vectors};
 use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, Objective, measures};
-use crate::optimiser::{Adam, Mma, OptimiserError};
+use crate::optimiser::{Adam, Mma};
 use crate::projection::Projection;
 use crate::scene::{Scene, StartKind};
 use crate::simulator::StepCheck;
@@ -96,7 +96,8 @@ impl CoDesign {
         let variables = 3 * lattice.edges.len();
         let mma = || {
             let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
-            Mma::new(scene.mma.clone(), &lower, &upper).map_err(unusable)
+            Mma::new(scene.mma.clone(), &lower, &upper)
+                .map_err(|error| Error::Usage(format!("the scene's [mma] settings: {error}")))
         };
         Ok(Self {
             loss: Box::new(loss),
@@ -328,10 +329,6 @@ fn check_loss(loss: &impl Loss, scene: &Scene) -> Result<()> {
         return Err(Error::Usage("the loss looks at no node".into()));
     }
     Ok(())
-}
-
-fn unusable(error: OptimiserError) -> Error {
-    Error::Usage(format!("the scene's [mma] settings: {error}"))
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use super::begin::CoDesign;
 use super::progress::Progress;
 use super::reach::Reached;
 use super::schedule::Schedule;
+use super::slope::Slope;
 use super::slopes::Sought;
 use crate::design::{Material, flipped};
 use crate::projection::holds;
@@ -42,7 +43,7 @@ impl CoDesign {
         materials: &[Material],
     ) -> Vec<Vec<Material>> {
         let schedule = &self.scene.schedule;
-        let gradient = self.by_shares(progress, now);
+        let [Slope { gradient, .. }] = self.slopes([Sought::Shares], &self.point(progress, now));
         if !gradient.iter().all(|slope| slope.is_finite()) {
             // It predicts no gain.
             return Vec::new();
@@ -65,12 +66,6 @@ impl CoDesign {
         ranked.sort_by(|a, b| merit(b.0).total_cmp(&merit(a.0)));
         ranked.truncate(ranked.len().div_ceil(HEAT));
         ranked.into_iter().map(|(_, layout)| layout).collect()
-    }
-
-    /// The gradient of the loss by the shares of the materials in every edge.
-    fn by_shares(&self, progress: &Progress, now: &Schedule) -> Vec<f64> {
-        let [slope] = self.slopes([Sought::Shares], &self.point(progress, now));
-        slope.gradient
     }
 }
 
