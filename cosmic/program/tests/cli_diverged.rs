@@ -5,7 +5,6 @@ use crate::common::Bench;
 use crate::program::Told;
 use serde_json::{Value, json};
 use std::fs;
-use std::path::Path;
 
 /// A small robot in steps that are far too long.
 const WILD: &str = "dt = 0.5";
@@ -77,7 +76,7 @@ fn the_last_states_lie_beside_the_results() {
         // Beside a device is no place for a file.
         evaluate(&folder, "case.json --out /dev/null").fails(3, &[]);
         assert!(exists("diverged.json"));
-        assert!(!Path::new("/dev/diverged.json").exists());
+        assert!(!std::path::Path::new("/dev/diverged.json").exists());
     }
 }
 

@@ -1,7 +1,8 @@
 //! Runs that are stopped, killed or damaged, and `cosmic resume`.
 #![cfg(unix)]
 
-use crate::common::{Bench, scene, signal};
+use crate::background::signal;
+use crate::common::{Bench, scene};
 use crate::program::Told;
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,7 +1,8 @@
 //! `cosmic study` as a user meets it, in little: interrupted, resumed, with more seeds.
 #![cfg(unix)]
 
-use crate::common::{Bench, signal};
+use crate::background::signal;
+use crate::common::Bench;
 use crate::program::Told;
 use std::collections::BTreeMap;
 use std::fs;

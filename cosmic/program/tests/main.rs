@@ -2,6 +2,8 @@
 //!
 //! `cargo test -p cosmic-program --test all cli_report::` runs one module.
 
+#[cfg(unix)]
+mod background;
 mod common;
 mod program;
 

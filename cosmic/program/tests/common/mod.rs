@@ -1,15 +1,12 @@
 //! A folder for a test, and small runs of the program in it.
 
-use crate::program::{Told, command, cosmic_in};
+use crate::program::{Told, cosmic_in};
 use cosmic::record::RunPlan;
 use cosmic::scene::Scene;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// A folder for a test, with a scene in `tiny.toml`.
@@ -87,23 +84,6 @@ impl Bench {
         self.optimize(out, more).ok()
     }
 
-    /// The program at work in the folder.
-    pub(crate) fn start(&self, line: &str) -> Child {
-        let mut command = command(line);
-        command.stderr(Stdio::piped()).stdout(Stdio::piped());
-        command.current_dir(self.path("")).spawn().unwrap()
-    }
-
-    /// Waits until a file has at least so many lines.
-    pub(crate) fn await_lines(&self, name: &str, wanted: usize) {
-        let began = Instant::now();
-        while !self.path(name).exists() || self.lines(name) < wanted {
-            // No machine is so slow: something is wrong.
-            assert!(began.elapsed() < Duration::from_secs(300), "no {name}");
-            thread::sleep(Duration::from_millis(1));
-        }
-    }
-
     /// The complete lines of a file, which may be being written.
     pub(crate) fn lines(&self, name: &str) -> usize {
         let bytes = fs::read(self.path(name)).unwrap_or_default();
@@ -150,14 +130,6 @@ pub(crate) fn scene(iterations: usize, steps: usize, physics: &str) -> String {
         at(0.07),
         at(0.6),
     )
-}
-
-/// Sends a signal to a process.
-#[cfg(unix)]
-pub(crate) fn signal(child: &Child, name: &str) {
-    let id = child.id().to_string();
-    let sent = Command::new("kill").args(["-s", name, &id]).status();
-    assert!(sent.unwrap().success());
 }
 
 fn collect(folder: &Path, prefix: &str, results: &mut BTreeMap<String, String>) {
