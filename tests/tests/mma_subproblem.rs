@@ -204,7 +204,7 @@ fn row_fault(situation: &Situation, update: &Update, (i, value): (usize, f64)) -
         upper,
         ..
     } = situation;
-    let (y, multiplier) = (update.elastic[i], update.multipliers[i]);
+    let (y, multiplier) = (update.diagnostics.elastic[i], update.multipliers[i]);
     let changes = (0..lower.len()).map(|j| situation.jacobian[i][j].abs() * (upper[j] - lower[j]));
     let size = 1.0 + y + situation.constraints[i].abs() + changes.sum::<f64>();
     let excess = (value - y) / size;
@@ -271,7 +271,10 @@ fn random_subproblems_are_solved() {
         assert_eq!(fault, None, "seed {seed}: {situation:?} {update:?}");
         // A hundred steps is where the search gives up; among 400 000 problems one took 80, the
         // others at most 36.
-        assert!(update.newton_steps <= 50, "seed {seed}: {update:?}");
+        assert!(
+            update.diagnostics.newton_steps <= 50,
+            "seed {seed}: {update:?}"
+        );
     }
 }
 
@@ -286,7 +289,7 @@ fn wrong_solutions_are_found() {
         for i in 0..right.multipliers.len() {
             let mut wrong = right.clone();
             wrong.multipliers[i] += 1e-6 * (1.0 + right.multipliers[i]);
-            if right.elastic[i] > 0.0 {
+            if right.diagnostics.elastic[i] > 0.0 {
                 assert!(
                     fault(&situation, &state, &wrong).is_some(),
                     "seed {seed}: row {i}"

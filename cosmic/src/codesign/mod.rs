@@ -52,7 +52,7 @@ pub(crate) mod tests;
 
 pub use begin::CoDesign;
 pub use delivery::Delivery;
-pub use progress::{Candidate, MmaDiagnostics, Progress, Record, Settled};
+pub use progress::{Candidate, Progress, Record, Settled};
 pub use quantiles::Quantiles;
 pub use reach::Reached;
 pub use review::Review;

@@ -3,7 +3,7 @@
 use autodiff::Real;
 
 use super::begin::CoDesign;
-use super::progress::{Candidate, MmaDiagnostics, Progress, Record};
+use super::progress::{Candidate, Progress, Record};
 use super::reach::Reached;
 use super::schedule::{Phase, Schedule};
 use super::slope::Slope;
@@ -69,7 +69,7 @@ impl CoDesign {
             match self.mma[k].update(&mut progress.mma[k], &linearisation) {
                 Ok(update) => {
                     blend(&mut progress.z, &before, &update.point, shares[k]);
-                    record.mma[k] = Some(MmaDiagnostics::from(update));
+                    record.mma[k] = Some(update.diagnostics);
                 }
                 Err(_) => record.skipped += 1,
             }

@@ -8,7 +8,7 @@ use crate::controller::Controller;
 use crate::design::{Material, one_hot};
 use crate::error::{Result, fits};
 use crate::objective::AugmentedLagrangian;
-use crate::optimiser::{AdamState, MmaState, Update};
+use crate::optimiser::{AdamState, MmaDiagnostics, MmaState};
 use crate::scene::Pass;
 use crate::simulator::StepCheck;
 
@@ -191,7 +191,8 @@ pub struct Record {
     /// Norm of the gradient of the loss by the controller before any bound; `None` if the learning
     /// rate is zero, and if settling took an update back.
     pub controller_gradient: Option<f64>,
-    /// The solutions of the subproblems of both design updates.
+    /// The solutions of the subproblems of both design updates. Their constraints are scaled: the four
+    /// volume bounds come first, then the measures if they are constraints.
     pub mma: [Option<MmaDiagnostics>; 2],
     /// Gradients skipped in this iteration because they were not finite.
     pub skipped: usize,
@@ -199,26 +200,4 @@ pub struct Record {
     /// histories of older versions.
     #[serde(default)]
     pub time_step: Option<StepCheck>,
-}
-
-/// The solution of a subproblem of the design's optimiser.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MmaDiagnostics {
-    /// Newton steps of the dual.
-    pub newton_steps: usize,
-    /// Largest violation of the optimality conditions.
-    pub residual: f64,
-    /// Elastic variables of the scaled constraints: by how much each is not met. The four volume
-    /// bounds come first, then the measures if they are constraints.
-    pub elastic: Vec<f64>,
-}
-
-impl From<Update> for MmaDiagnostics {
-    fn from(update: Update) -> Self {
-        Self {
-            newton_steps: update.newton_steps,
-            residual: update.residual,
-            elastic: update.elastic,
-        }
-    }
 }

@@ -14,4 +14,4 @@ pub mod mma;
 
 pub use adam::{Adam, AdamState, bound_norm};
 pub use error::OptimiserError;
-pub use mma::{Linearisation, Mma, MmaState, Update};
+pub use mma::{Linearisation, Mma, MmaDiagnostics, MmaState, Update};

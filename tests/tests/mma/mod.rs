@@ -279,11 +279,11 @@ fn each_update_is_the_recorded_one() {
 /// Elastic variables always; multipliers where they are unique.
 fn compare_duals(name: &str, update: &Update, iteration: &Iteration) {
     let (elastic, exact) = (kept(&iteration.y_exact), kept(&iteration.lam_exact));
-    assert_eq!(update.elastic.len(), elastic.len(), "{name}");
+    assert_eq!(update.diagnostics.elastic.len(), elastic.len(), "{name}");
     for i in 0..elastic.len() {
         let what = |what: &str| format!("{name}: {what}[{i}]");
         // y = (lam - c) / d loses the ulps of c = 1000; 1e-10 leaves room for larger ones.
-        assert_near(&what("y"), update.elastic[i], elastic[i], 1e-10);
+        assert_near(&what("y"), update.diagnostics.elastic[i], elastic[i], 1e-10);
         // Two solvers that stop at different places of a set of solutions disagree by far; where
         // the record's two agree to its interior point's accuracy, the solution is a point.
         let unique = (iteration.lam[i] - exact[i]).abs() <= 1e-5 * exact[i].abs().max(1.0);
@@ -303,7 +303,11 @@ fn whole_runs_end_where_the_recorded_ones_do() {
         for _ in 0..case.iterations {
             let update = update(&mut mma, &mut state, &*problem, &x);
             // Constraints sum terms up to 1e3: some ulps of that.
-            assert!(update.residual <= 1e-10, "{}: {update:?}", case.name);
+            assert!(
+                update.diagnostics.residual <= 1e-10,
+                "{}: {update:?}",
+                case.name
+            );
             x = update.point;
         }
         let end = problem.linearise(&x).0[0];

@@ -40,19 +40,26 @@ pub struct Linearisation<'a> {
     pub jacobian: &'a [Vec<f64>],
 }
 
-/// The result of an update, and how the subproblem was solved.
+/// The result of an update.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Update {
     /// The new point, within the bounds.
     pub point: Vec<f64>,
     /// The constraints' multipliers. Not unique where constraints are degenerate; `point` is.
     pub multipliers: Vec<f64>,
-    /// The elastic variable of each constraint: how much of it the subproblem could not meet.
-    pub elastic: Vec<f64>,
+    /// How the subproblem was solved.
+    pub diagnostics: MmaDiagnostics,
+}
+
+/// The solution of a subproblem.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MmaDiagnostics {
     /// Newton steps of the dual's maximisation.
     pub newton_steps: usize,
     /// Largest violation of the subproblem's optimality conditions, in units of the constraints.
     pub residual: f64,
+    /// The elastic variable of each constraint: how much of it the subproblem could not meet.
+    pub elastic: Vec<f64>,
 }
 
 /// The method for one set of bounds, with its working memory.
@@ -220,14 +227,15 @@ impl Mma {
             // The clamp takes back the last rounding only.
             point[j] = (point[j] + step).clamp(self.lower[j], self.upper[j]);
         }
+        let extension = |&multiplier: &f64| elastic.extension(multiplier);
         Update {
             point,
-            elastic: (solution.multipliers.iter())
-                .map(|&multiplier| elastic.extension(multiplier))
-                .collect(),
+            diagnostics: MmaDiagnostics {
+                newton_steps: solution.newton_steps,
+                residual: solution.residual,
+                elastic: solution.multipliers.iter().map(extension).collect(),
+            },
             multipliers: solution.multipliers,
-            newton_steps: solution.newton_steps,
-            residual: solution.residual,
         }
     }
 }

@@ -20,4 +20,4 @@ mod dual;
 mod settings;
 mod method;
 
-pub use method::{Linearisation, Mma, MmaState, Update};
+pub use method::{Linearisation, Mma, MmaDiagnostics, MmaState, Update};

@@ -1,7 +1,7 @@
 //! The rows of `history.csv`.
 
 use super::rows::HistoryRow;
-use crate::codesign::MmaDiagnostics;
+use crate::optimiser::MmaDiagnostics;
 use crate::scene::Pass;
 
 /// The names of the table's columns.
