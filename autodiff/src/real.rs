@@ -267,6 +267,26 @@ pub trait Real:
     fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
         work.run::<Self>()
     }
+    /// Calls the method of `work` that is for this type.
+    #[inline(always)]
+    fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output {
+        work.other(of)
+    }
+}
+
+/// Work that plain floats have a function of their own for; see [`Real::by_type`]. The choice is made
+/// at compile time: for a float the generic code is not compiled.
+pub trait ByType {
+    /// What is worked on.
+    type Of<R: Real>;
+    /// What the work returns.
+    type Output;
+    /// Does the work for `f64`.
+    fn f64(self, of: Self::Of<f64>) -> Self::Output;
+    /// Does the work for `f32`.
+    fn f32(self, of: Self::Of<f32>) -> Self::Output;
+    /// Does the work for any other type.
+    fn other<R: Real>(self, of: Self::Of<R>) -> Self::Output;
 }
 
 /// A function of several slices that is differentiated as a whole.

@@ -5,7 +5,7 @@ use crate::net::{Loss, NODES, Net};
 use approx::assert_relative_eq;
 use autodiff::{
     CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var,
-    gradient_of, value_and_gradient,
+    gradient_of, value_and_gradient, value_and_gradient_of,
 };
 
 /// So many steps, or the few that Miri has time for.
@@ -380,4 +380,39 @@ fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
             "{count} steps after others in f32"
         );
     }
+}
+
+/// A model whose methods record different factors.
+#[derive(Clone)]
+struct Grows;
+
+impl Grows {
+    fn by<R: Real>(p: &mut Program<R>, factor: f64) {
+        let x = p.state(1);
+        let [next] = p.map(Times(factor), [x]);
+        p.advance(x, next);
+    }
+}
+
+impl Model for Grows {
+    fn record<R: Real>(&self, p: &mut Program<R>) {
+        Self::by(p, 2.0);
+    }
+    fn record_f64(&self, p: &mut Program<f64>) {
+        Self::by(p, 3.0);
+    }
+    fn record_f32(&self, p: &mut Program<f32>) {
+        Self::by(p, 5.0);
+    }
+}
+
+#[test]
+fn floats_alone_and_on_the_tape_run_what_a_model_records_for_them() {
+    let rollout = Rollout::new(Grows, 1);
+    assert_eq!(rollout.run(&[1.0_f64], &[]), [3.0]);
+    assert_eq!(rollout.run(&[1.0_f32], &[]), [5.0]);
+    let dual = rollout.run(&[Dual::<f64, 1>::variable(1.0, 0)], &[])[0];
+    assert_eq!((dual.value, dual.tangent), (2.0, [2.0]));
+    let slope = |x: &[Var<f64>]| rollout.run(x, &[])[0];
+    assert_eq!(value_and_gradient_of(slope, &[1.0]), (3.0, vec![3.0]));
 }

@@ -5,13 +5,40 @@ use std::sync::Arc;
 use super::checkpoints::Memory;
 use super::cotangent_bound::CotangentBound;
 use crate::arrays::Program;
-use crate::real::Real;
+use crate::real::{ByType, Real};
 
 /// A system that steps: its step is recorded as a program for any number type. It must own its data, or
 /// share them by an `Arc`, because the tape keeps it.
 pub trait Model: Clone + Send + Sync + 'static {
     /// Declares parameters, states, inputs and controls, records one step and advances every state.
     fn record<R: Real>(&self, program: &mut Program<R>);
+    /// [`record`](Self::record) for `f64`. Generic code is compiled by every crate that uses it. A model
+    /// for other crates overrides this method and [`record_f32`](Self::record_f32) with the very line of
+    /// their defaults: its kernels are then compiled once for floats, in the crate of the model.
+    fn record_f64(&self, program: &mut Program<f64>) {
+        self.record(program);
+    }
+    /// [`record`](Self::record) for `f32`; see [`record_f64`](Self::record_f64).
+    fn record_f32(&self, program: &mut Program<f32>) {
+        self.record(program);
+    }
+}
+
+/// Records a model by the method for the number type.
+pub(super) struct Recording<'a, M>(pub(super) &'a M);
+
+impl<'a, M: Model> ByType for Recording<'a, M> {
+    type Of<R: Real> = &'a mut Program<R>;
+    type Output = ();
+    fn f64(self, program: &mut Program<f64>) {
+        self.0.record_f64(program);
+    }
+    fn f32(self, program: &mut Program<f32>) {
+        self.0.record_f32(program);
+    }
+    fn other<R: Real>(self, program: &mut Program<R>) {
+        self.0.record(program);
+    }
 }
 
 /// `steps` steps of a model: [`Rollout::new`] has defaults, and the other fields are set by name,

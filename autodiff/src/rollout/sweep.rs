@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::checkpoints::Schedule;
 use super::progress::begin_step;
-use super::settings::{Model, Rollout};
+use super::settings::{Model, Recording, Rollout};
 use crate::arrays::{Aligned, Program, Watch};
 use crate::pool;
 use crate::real::Real;
@@ -37,7 +37,7 @@ impl<R: Real> Sweep<R> {
     /// Records the program and takes over the inputs: the start, or interleaved ones, then parameters.
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
         let mut program = Program::side_by_side(starts.count);
-        rollout.model.record(&mut program);
+        R::by_type(Recording(&rollout.model), &mut program);
         let mut program = program.finish();
         rollout.check(program.inputs_len());
         let mut parameters = program.parameters();

@@ -4,7 +4,7 @@
 use super::enter::{f32_lanes, f64_lanes};
 use crate::elementary::Elementary;
 use crate::math;
-use crate::real::{Real, Vectorized};
+use crate::real::{ByType, Real, Vectorized};
 
 macro_rules! impl_real_for_float {
     ($float:ident, $lanes:ident) => {
@@ -101,6 +101,10 @@ macro_rules! impl_real_for_float {
             #[inline(always)]
             fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
                 $lanes(work)
+            }
+            #[inline(always)]
+            fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output {
+                work.$float(of)
             }
         }
     };

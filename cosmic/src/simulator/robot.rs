@@ -198,4 +198,12 @@ impl Model for Robot {
             p.advance(state, next);
         }
     }
+
+    // Compiled here, once, for all who run robots.
+    fn record_f64(&self, p: &mut Program<f64>) {
+        self.record(p);
+    }
+    fn record_f32(&self, p: &mut Program<f32>) {
+        self.record(p);
+    }
 }

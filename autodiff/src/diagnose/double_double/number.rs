@@ -88,7 +88,8 @@ impl From<DoubleDouble> for f64 {
 }
 
 operators! {
-    #[inline]
+    // Calls: inlined, a kernel over duals of these is code for seconds of compiling.
+    #[inline(never)]
     impl[] DoubleDouble:
     // Hida, Li and Bailey's accurate sum: the bound of 3 * 2^-106 holds under cancellation too.
     a + b => {
