@@ -88,7 +88,7 @@ fn gradients_of_drawn_robots_agree_with_differences() {
         if case.step_check().accept(&case.physics).is_err() {
             continue;
         }
-        let check = check_gradients(&case, scene.physics.steps, &options);
+        let check = check_gradients(&case, None, scene.physics.steps, &options);
         assert!(
             check.failures().is_empty(),
             "seed {seed}: {check}\n{:?} {:?} {:?}",

@@ -162,7 +162,7 @@ fn gradients_are_right_with_every_integrator() {
             (physics.integrator, physics.substeps) = (integrator, substeps);
             (physics.contact, physics.friction) = (contact, 0.3);
             let case = Case::of_scene(&scene, 0).unwrap();
-            let check = check_gradients(&case, 48, &Options::default());
+            let check = check_gradients(&case, None, 48, &Options::default());
             assert!(
                 check.failures().is_empty(),
                 "{integrator:?}, {substeps} substeps, {contact:?}:\n{check}"

@@ -40,7 +40,7 @@ const OPTIONS: [&str; 3] = [
 #[test]
 fn gradients_agree_with_differences_and_forward_mode() {
     for physics in OPTIONS {
-        let check = check_gradients(&robot(physics), 48, &Options::default());
+        let check = check_gradients(&robot(physics), None, 48, &Options::default());
         for group in &check.groups {
             assert_eq!(group.verdict, Verdict::Smooth, "{physics}:\n{check}");
         }

@@ -62,7 +62,7 @@ fn every_block_under_every_contact_law_and_projection() {
                 let case = robot(contact, incline_deg, projection);
                 let name = format!("{contact:?}, {incline_deg} degrees, {projection:?}");
                 assert!(touches(&case) > 0, "{name}: nothing touches the ground");
-                let check = check_gradients(&case, STEPS, &Options::default());
+                let check = check_gradients(&case, None, STEPS, &Options::default());
                 assert_eq!(check.groups.len(), 7);
                 for group in &check.groups {
                     let text = format!("{name}, {}:\n{}", group.name, group.report);

@@ -6,10 +6,7 @@ use crate::source::{Source, SourceArguments};
 use autodiff::check::Options;
 use clap::Args;
 use cosmic::error::{Error, Result};
-use cosmic::ground::Ground;
-use cosmic::objective::{Displacement, Objective};
-use cosmic::scene::ObjectiveSettings;
-use cosmic_lab::verify::check_gradients_of;
+use cosmic_lab::verify::check_gradients;
 
 /// Check the program's own gradient against finite differences and forward mode
 ///
@@ -34,20 +31,6 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let Source { mut case, scene } = self.robot.read()?;
-        let (loss, of) = match scene {
-            Some(scene) => (
-                Objective::new(&scene.objective, &scene.loss, &scene.physics),
-                "its scene's loss",
-            ),
-            None => {
-                let far = ObjectiveSettings::default();
-                let at_end = Displacement::at_end(Ground::from(&case.physics)).settings;
-                (
-                    Objective::new(&far, &at_end, &case.physics),
-                    "the displacement",
-                )
-            }
-        };
         case.physics.steps = self.steps.min(case.physics.steps);
         if let Some(divergence) = case.divergence() {
             return Err(Error::from(&divergence));
@@ -59,8 +42,9 @@ impl Arguments {
             smallest_step: 1e-12,
             ..Options::default()
         };
-        let check = check_gradients_of(&loss, &case, self.steps, &options);
+        let check = check_gradients(&case, scene.as_ref(), self.steps, &options);
         let (name, steps) = (&self.robot.source, check.steps);
+        let of = scene.map_or("the displacement", |_| "its scene's loss");
         print(&format!(
             "gradient of {name} over {steps} steps, of {of} (over thousands of steps of a chaotic \
              motion finite differences mean nothing)\n{check}\n"

@@ -9,9 +9,9 @@ use super::probe::norm;
 use cosmic::case::Case;
 use cosmic::ground::Ground;
 use cosmic::inputs::{ALL, Block, Inputs};
-use cosmic::objective::{Displacement, Loss};
+use cosmic::objective::{Displacement, Loss, Objective};
 use cosmic::projection::Projection;
-use cosmic::scene::{Contact, Integrator};
+use cosmic::scene::{Contact, Integrator, ObjectiveSettings, Scene};
 use cosmic::task::{Horizon, Task};
 
 /// The height above the ground, m, to which a robot's lowest node is lifted off a kink.
@@ -100,9 +100,21 @@ const WORN: f64 = 1e-6;
 /// This many times [`GradientCheck::rounding`], which is an estimate, make a bound.
 const SAFETY: f64 = 64.0;
 
-/// Checks the gradient of `-(s . x_0(T))`, the paper's loss, of a case; see [`check_gradients_of`].
-pub fn check_gradients(case: &Case, steps: usize, options: &Options) -> GradientCheck {
-    let loss = Displacement::at_end(Ground::from(&case.physics));
+/// Checks the gradient of a scene's loss, or without a scene of `-(s . x_0(T))`, the paper's loss, of a
+/// case; see [`check_gradients_of`].
+pub fn check_gradients(
+    case: &Case,
+    scene: Option<&Scene>,
+    steps: usize,
+    options: &Options,
+) -> GradientCheck {
+    let loss = match scene {
+        Some(scene) => Objective::new(&scene.objective, &scene.loss, &scene.physics),
+        None => {
+            let at_end = Displacement::at_end(Ground::from(&case.physics)).settings;
+            Objective::new(&ObjectiveSettings::default(), &at_end, &case.physics)
+        }
+    };
     check_gradients_of(&loss, case, steps, options)
 }
 
@@ -324,7 +336,7 @@ mod tests {
     #[test]
     fn wrong_groups_and_believed_controls_are_failures() {
         let case = small([2, 2], |_| ());
-        let mut check = check_gradients(&case, 32, &Options::default());
+        let mut check = check_gradients(&case, None, 32, &Options::default());
         assert_eq!((check.steps, check.total()), (32, 8));
         assert!(check.failures().is_empty(), "{check}");
         check.groups[2].verdict = Verdict::Wrong;
@@ -339,7 +351,7 @@ mod tests {
         let case = small([2, 2], |scene| {
             (scene.physics.contact, scene.materials.stiffness) = (Contact::None, [1e-16; 3]);
         });
-        let check = check_gradients(&case, 32, &Options::default());
+        let check = check_gradients(&case, None, 32, &Options::default());
         assert!(check.failures().is_empty(), "{check}");
         let w1 = &check.groups[1];
         assert!(w1.norm > 0.0 && w1.norm < 1e-16, "{check}");
@@ -366,7 +378,7 @@ mod tests {
                 scene.physics.contact = Contact::None;
                 scene.materials.max_strain = [0.0; 3];
             });
-            let check = check_gradients(&case, steps, &Options::default());
+            let check = check_gradients(&case, None, steps, &Options::default());
             assert!(check.failures().is_empty(), "{check}");
             let z = &check.groups[0];
             assert!(0.0 < z.norm && z.norm < 1e-9, "{check}");
@@ -387,13 +399,13 @@ mod tests {
             (scene.controller.hidden, scene.controller.gain) = (4, [6.0, 6.0]);
             scene.controller.velocity_scale = 0.5;
         });
-        let check = check_gradients(&case, 200, &Options::default());
+        let check = check_gradients(&case, None, 200, &Options::default());
         assert!(
             check.rounding > 1.0 && check.failures().is_empty(),
             "{check}"
         );
         assert!(check.to_string().contains("take fewer steps"), "{check}");
-        let check = check_gradients(&case, 32, &Options::default());
+        let check = check_gradients(&case, None, 32, &Options::default());
         assert!(check.rounding < 1e-6 && check.control.is_some(), "{check}");
         assert!(check.failures().is_empty(), "{check}");
     }
@@ -403,7 +415,7 @@ mod tests {
     #[test]
     fn robots_that_stand_are_lifted_off_their_kinks() {
         let lifted = |change: &dyn Fn(&mut Scene)| {
-            let check = check_gradients(&small([2, 2], change), 32, &Options::default());
+            let check = check_gradients(&small([2, 2], change), None, 32, &Options::default());
             assert!(check.failures().is_empty(), "{check}");
             let lifted = check.groups.iter().filter(|group| group.lifted);
             lifted.map(|group| group.name).collect::<Vec<_>>()
