@@ -21,9 +21,10 @@ const EVERY: usize = 8;
 /// and to the curvature of contact.
 const SPENT: u32 = 7;
 
-/// The time for which a computation predicts single points of a motion.
+/// The divergence of a case's motions from perturbed starts, and the time for which a computation
+/// predicts single points of one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Predictable {
+pub struct Chaos {
     /// Steps in which a small perturbation doubles, the median over starts; infinite if it does not
     /// double once in the whole rollout.
     pub doubling: f64,
@@ -33,9 +34,15 @@ pub struct Predictable {
     /// stretch some directions for a while even if nothing grows for ever. Ends when the first start
     /// is beyond the range of small perturbations.
     pub grown: Vec<(usize, f64)>,
+    /// Steps of the whole rollout.
+    pub steps: usize,
+    /// Displacement along the ground over the perturbed starts, after all steps.
+    pub spread: Quantiles,
+    /// The displacement from the unperturbed start.
+    pub unmoved: f64,
 }
 
-impl Predictable {
+impl Chaos {
     /// Steps after which a number type of this many binary digits has lost all of them to rounding, such
     /// as [`f64::MANTISSA_DIGITS`].
     pub fn horizon(&self, digits: u32) -> f64 {
@@ -72,22 +79,7 @@ impl Predictable {
             single * self.dt,
         )
     }
-}
 
-/// The motions of a case from perturbed starts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Chaos {
-    /// How fast motions part.
-    pub predictable: Predictable,
-    /// Steps of the whole rollout.
-    pub steps: usize,
-    /// Displacement along the ground over the perturbed starts, after all steps.
-    pub spread: Quantiles,
-    /// The displacement from the unperturbed start.
-    pub unmoved: f64,
-}
-
-impl Chaos {
     /// Runs a case from 16 starts moved by 1e-9 m, and unmoved.
     pub fn of(case: &Case) -> Self {
         let (probe, steps) = (Probe::new(case), case.physics.steps);
@@ -112,11 +104,9 @@ impl Chaos {
         let doubles = rate * steps as f64 >= 1.0;
         let reached: Vec<f64> = moved.iter().map(|moved| reach(&moved.states)).collect();
         Self {
-            predictable: Predictable {
-                doubling: if doubles { 1.0 / rate } else { f64::INFINITY },
-                dt: case.physics.dt,
-                grown: largest_growth(&observed, &parting),
-            },
+            doubling: if doubles { 1.0 / rate } else { f64::INFINITY },
+            dt: case.physics.dt,
+            grown: largest_growth(&observed, &parting),
             steps,
             spread: Quantiles::of(&reached),
             unmoved: reach(&unmoved.states),
@@ -187,7 +177,7 @@ fn slope(points: &[[f64; 2]]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Chaos, Predictable, growth_rate, largest_growth, slope};
+    use super::{Chaos, growth_rate, largest_growth, slope};
     use crate::verify::probe::small;
 
     #[test]
@@ -206,24 +196,21 @@ mod tests {
         let parting = [vec![1e-9, 4e-9, 2e-9, 1e-3], vec![1e-9, 1e-9, 8e-9, 9e-9]];
         let grown = largest_growth(&[0, 8, 16, 24], &parting);
         assert_eq!(grown, [(0, 1.0), (8, 4.0), (16, 8.0)]);
-        let predictable = Predictable {
-            doubling: 10.0,
-            dt: 0.002,
-            grown,
-        };
-        assert_eq!(predictable.growth(12), 4.0 * 0.4f64.exp2());
-        assert_eq!(predictable.growth(36), 8.0 * 4.0);
     }
 
     /// A robot whose controller is silent comes to rest, and so do its neighbours.
     #[test]
     fn a_resting_robot_is_not_chaotic() {
-        let chaos = Chaos::of(&small([2, 2], |scene| {
+        let mut chaos = Chaos::of(&small([2, 2], |scene| {
             (scene.controller.gain, scene.physics.steps) = ([0.0; 2], 400);
         }));
-        assert_eq!(chaos.predictable.doubling, f64::INFINITY);
-        assert!(chaos.predictable.note().contains("do not double"));
+        assert_eq!(chaos.doubling, f64::INFINITY);
+        assert!(chaos.note().contains("do not double"));
         // The payload sags by micrometres.
         assert!(chaos.spread.p90 - chaos.spread.p10 < 1e-6, "{chaos:?}");
+        // Seen, and beyond that at the mean rate.
+        (chaos.doubling, chaos.grown) = (10.0, vec![(0, 1.0), (8, 4.0), (16, 8.0)]);
+        assert_eq!(chaos.growth(12), 4.0 * 0.4f64.exp2());
+        assert_eq!(chaos.growth(36), 8.0 * 4.0);
     }
 }

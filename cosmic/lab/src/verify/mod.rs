@@ -13,7 +13,7 @@ mod step;
 mod voids;
 
 pub use accuracy::{Accuracy, Energy, Method, Precision, Reference, Run};
-pub use chaos::{Chaos, Predictable};
+pub use chaos::Chaos;
 pub use clock::peak_memory;
 pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients, check_gradients_of};
 pub use plan::{Plan, Term};

@@ -47,7 +47,7 @@ impl Accuracy {
             Precision::Single => f64::from(f32::EPSILON),
             Precision::Double | Precision::DoubleDouble => f64::EPSILON,
         };
-        let growth = self.chaos.predictable.growth(self.marks[0]);
+        let growth = self.chaos.growth(self.marks[0]);
         run.rounding[0] <= 128.0 * 128.0 * unit * growth
     }
 
@@ -82,7 +82,7 @@ impl Accuracy {
         let [a, b, c, d] = self.times;
         let apart = self.reference.uncertainty.map(|u| format!("{u:.1e}"));
         vec![
-            self.chaos.predictable.note() + &self.parting(),
+            self.chaos.note() + &self.parting(),
             format!(
                 "Errors are the largest distance of a node, m, at {a}, {b}, {c} and {d} s. \
                  `error`: from one run for all rows, leapfrog with time steps of {:.1e} s, the \
@@ -115,7 +115,7 @@ impl Accuracy {
     /// The time at which the default's error has grown to the distance of two nodes; empty if nothing
     /// grows or no error was resolved.
     fn parting(&self) -> String {
-        let doubling = self.chaos.predictable.doubling;
+        let doubling = self.chaos.doubling;
         let Some(error) = self.default_run().error[0] else {
             return String::new();
         };
@@ -129,7 +129,7 @@ impl Accuracy {
              after {parted:.0} steps ({:.2} s): later errors against a finer run are those of \
              another motion.",
             self.times[0],
-            parted * self.chaos.predictable.dt
+            parted * self.chaos.dt
         )
     }
 

@@ -48,7 +48,7 @@ impl Gradients {
 
     fn notes(&self) -> Vec<String> {
         vec![
-            self.chaos.predictable.note(),
+            self.chaos.note(),
             format!(
                 "Of minus the payload's position along the ground after so many steps, by the {} \
                  numbers of design and controller. `error` and `angle`: of the slopes along \
