@@ -1,11 +1,7 @@
 //! Forward mode: the arithmetic of [`Dual`], a number that carries tangents.
 
-use std::iter::Sum;
-
-use num_traits::{FromPrimitive, One, Zero};
-
 use crate::dual::Dual;
-use crate::operators::operators;
+use crate::operators::{constants_by_f64, operators};
 use crate::real::{Fused, Real};
 use crate::rule::{self, by_rule};
 
@@ -155,41 +151,9 @@ operators! {
         }
         Dual { value: -a.value, tangent }
     },
+    0 => Self::constant(R::zero()),
+    1 => Self::constant(R::one()),
+    a == 0 => a.value.is_zero() && a.tangent.iter().all(R::is_zero),
 }
 
-impl<R: Real, const N: usize> Zero for Dual<R, N> {
-    #[inline(always)]
-    fn zero() -> Self {
-        Self::constant(R::zero())
-    }
-    #[inline(always)]
-    fn is_zero(&self) -> bool {
-        self.value.is_zero() && self.tangent.iter().all(R::is_zero)
-    }
-}
-
-impl<R: Real, const N: usize> One for Dual<R, N> {
-    #[inline(always)]
-    fn one() -> Self {
-        Self::constant(R::one())
-    }
-}
-
-impl<R: Real, const N: usize> Sum for Dual<R, N> {
-    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
-        terms.fold(Self::zero(), |sum, term| sum + term)
-    }
-}
-
-/// Constants.
-impl<R: Real, const N: usize> FromPrimitive for Dual<R, N> {
-    fn from_i64(value: i64) -> Option<Self> {
-        Self::from_f64(value as f64)
-    }
-    fn from_u64(value: u64) -> Option<Self> {
-        Self::from_f64(value as f64)
-    }
-    fn from_f64(value: f64) -> Option<Self> {
-        Some(Self::lit(value))
-    }
-}
+constants_by_f64! { [R: Real, const N: usize] Dual<R, N> }

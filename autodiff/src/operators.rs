@@ -1,6 +1,6 @@
-//! The operators of number types.
+//! The operators and identities of number types.
 
-/// Implements `+ - * /`, negation and the assigning operators for a number type:
+/// Implements `+ - * /`, negation, the assigning operators, `Zero`, `One` and `Sum` for a number type:
 ///
 /// ```text
 /// operators! {
@@ -10,10 +10,14 @@
 ///     a * b => Number(a.0 * b.0),
 ///     a / b => Number(a.0 / b.0),
 ///     -a => Number(-a.0),
+///     0 => Number(R::zero()),
+///     1 => Number(R::one()),
+///     a == 0 => a.0.is_zero(),
 /// }
 /// ```
 ///
-/// Attributes given first go to every method. The assigning operators follow from the others.
+/// Attributes given first go to every operator. The assigning operators and the sum, which is term by term,
+/// follow from the others.
 macro_rules! operators {
     (
         $(#[$attribute:meta])*
@@ -22,7 +26,10 @@ macro_rules! operators {
         $c:ident - $d:ident => $difference:expr,
         $e:ident * $f:ident => $product:expr,
         $g:ident / $h:ident => $quotient:expr,
-        -$i:ident => $negative:expr $(,)?
+        -$i:ident => $negative:expr,
+        0 => $zero:expr,
+        1 => $one:expr,
+        $j:ident == 0 => $is_zero:expr $(,)?
     ) => {
         $crate::operators::operator! {
             [$(#[$attribute])*] [$($generics)*] $number, Add add AddAssign add_assign, $a $b $sum
@@ -42,6 +49,28 @@ macro_rules! operators {
             fn neg(self) -> Self {
                 let $i = self;
                 $negative
+            }
+        }
+        impl<$($generics)*> num_traits::Zero for $number {
+            #[inline(always)]
+            fn zero() -> Self {
+                $zero
+            }
+            #[inline(always)]
+            fn is_zero(&self) -> bool {
+                let $j = *self;
+                $is_zero
+            }
+        }
+        impl<$($generics)*> num_traits::One for $number {
+            #[inline(always)]
+            fn one() -> Self {
+                $one
+            }
+        }
+        impl<$($generics)*> std::iter::Sum for $number {
+            fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+                terms.fold(num_traits::Zero::zero(), |sum, term| sum + term)
             }
         }
     };
@@ -71,4 +100,21 @@ macro_rules! operator {
     };
 }
 
-pub(crate) use {operator, operators};
+/// Makes constants of a number type from integers and floats, by way of f64.
+macro_rules! constants_by_f64 {
+    ([$($generics:tt)*] $number:ty) => {
+        impl<$($generics)*> num_traits::FromPrimitive for $number {
+            fn from_i64(value: i64) -> Option<Self> {
+                Self::from_f64(value as f64)
+            }
+            fn from_u64(value: u64) -> Option<Self> {
+                Self::from_f64(value as f64)
+            }
+            fn from_f64(value: f64) -> Option<Self> {
+                Some(Self::lit(value))
+            }
+        }
+    };
+}
+
+pub(crate) use {constants_by_f64, operator, operators};

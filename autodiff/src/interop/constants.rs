@@ -3,7 +3,7 @@
 use std::f64::consts;
 use std::iter::{Product, Sum};
 
-use num_traits::{FloatConst, One, Zero};
+use num_traits::{FloatConst, One};
 
 use super::element::Element;
 use crate::math::rounding;
@@ -49,12 +49,6 @@ impl<R: Real> FloatConst for Element<R> {
     }
     fn PI() -> Self {
         Self(rounding::pi())
-    }
-}
-
-impl<R: Real> Sum for Element<R> {
-    fn sum<I: Iterator<Item = Self>>(numbers: I) -> Self {
-        numbers.fold(Self::zero(), |sum, x| sum + x)
     }
 }
 

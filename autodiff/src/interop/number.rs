@@ -3,11 +3,11 @@
 use std::cmp::Ordering;
 use std::fmt;
 
-use num_traits::{Float, FromPrimitive, Num, One, Signed, Zero};
+use num_traits::{Float, Num, Signed, Zero};
 
 use super::element::Element;
 use crate::math::rounding::remainder;
-use crate::operators::{operator, operators};
+use crate::operators::{constants_by_f64, operator, operators};
 use crate::real::{Mask, Real};
 use crate::rule;
 
@@ -28,31 +28,15 @@ operators! {
     a * b => Self(a.0 * b.0),
     a / b => Self(a.0 / b.0),
     -a => Self(-a.0),
+    0 => Self(R::zero()),
+    1 => Self(R::one()),
+    // In every lane: algorithms branch on it.
+    a == 0 => (a.0.le(R::zero()) & R::zero().le(a.0)).all(),
 }
 
 // The exact remainder of a division with an integer quotient, of the dividend's sign, as `%` of floats.
 operator! {
     [#[inline]] [R: Real] Element<R>, Rem rem RemAssign rem_assign, a b Self(remainder(a.0, b.0))
-}
-
-impl<R: Real> Zero for Element<R> {
-    #[inline]
-    fn zero() -> Self {
-        Self(R::zero())
-    }
-    /// Whether the primal is zero, in every lane: algorithms branch on it.
-    #[inline]
-    fn is_zero(&self) -> bool {
-        let zero = R::zero();
-        (self.0.le(zero) & zero.le(self.0)).all()
-    }
-}
-
-impl<R: Real> One for Element<R> {
-    #[inline]
-    fn one() -> Self {
-        Self(R::one())
-    }
 }
 
 impl<R: Real> PartialEq for Element<R> {
@@ -102,18 +86,7 @@ impl<R: Real> Signed for Element<R> {
     }
 }
 
-/// Constants, by way of f64.
-impl<R: Real> FromPrimitive for Element<R> {
-    fn from_i64(value: i64) -> Option<Self> {
-        Self::from_f64(value as f64)
-    }
-    fn from_u64(value: u64) -> Option<Self> {
-        Self::from_f64(value as f64)
-    }
-    fn from_f64(value: f64) -> Option<Self> {
-        Some(Self::lit(value))
-    }
-}
+constants_by_f64! { [R: Real] Element<R> }
 
 impl<R: Real> fmt::Display for Element<R> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {

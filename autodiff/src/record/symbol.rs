@@ -2,7 +2,7 @@
 
 use std::ops::{BitAnd, BitOr, Not};
 
-use num_traits::{One, Zero};
+use num_traits::Zero;
 
 use super::operation::{Binary, Logic, Op, Place, Unary};
 use super::recording::current;
@@ -62,25 +62,14 @@ operators! {
     a * b => binary(Binary::Mul, a, b),
     a / b => binary(Binary::Div, a, b),
     -a => unary(Unary::Neg, a),
-}
-
-impl Zero for Symbol {
-    fn zero() -> Self {
-        Symbol::lit(0.0)
-    }
-    /// A question about the value: only a simplified recording, whose code is printed for all values, may
-    /// answer it by what it knows.
-    fn is_zero(&self) -> bool {
-        current(|recording| {
-            recording.unfit = true;
-            recording.is_simplified && recording.constant(self.0) == Some(0.0)
-        })
-    }
-}
-impl One for Symbol {
-    fn one() -> Self {
-        Symbol::lit(1.0)
-    }
+    0 => Symbol::lit(0.0),
+    1 => Symbol::lit(1.0),
+    // A question about the value: only a simplified recording, whose code is printed for all values, may
+    // answer it by what it knows.
+    a == 0 => current(|recording| {
+        recording.unfit = true;
+        recording.is_simplified && recording.constant(a.0) == Some(0.0)
+    }),
 }
 
 impl BitAnd for SymbolMask {

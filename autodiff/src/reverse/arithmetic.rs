@@ -1,13 +1,11 @@
 //! The arithmetic of variables.
 
-use std::iter::Sum;
-
-use num_traits::{FromPrimitive, One, Zero};
+use num_traits::Zero;
 
 use super::current::{self, CONSTANT};
 use super::fused;
 use super::var::Var;
-use crate::operators::operators;
+use crate::operators::{constants_by_f64, operators};
 use crate::real::{Fused, Real};
 use crate::rule::{self, by_rule};
 
@@ -132,42 +130,9 @@ operators! {
     a * b => a.product(b, a.value * b.value),
     a / b => a.apply2(b, rule::div(a.value, b.value)),
     -a => a.apply((-a.value, -R::one())),
+    0 => Self::constant(R::zero()),
+    1 => Self::constant(R::one()),
+    a == 0 => a.is_constant() && a.value.is_zero(),
 }
 
-impl<R: Real> Zero for Var<R> {
-    #[inline]
-    fn zero() -> Self {
-        Self::constant(R::zero())
-    }
-    #[inline]
-    fn is_zero(&self) -> bool {
-        self.is_constant() && self.value.is_zero()
-    }
-}
-
-impl<R: Real> One for Var<R> {
-    #[inline]
-    fn one() -> Self {
-        Self::constant(R::one())
-    }
-}
-
-/// Entry by entry; [`Real::sum`] of a slice is one entry.
-impl<R: Real> Sum for Var<R> {
-    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
-        terms.fold(Self::zero(), |sum, term| sum + term)
-    }
-}
-
-/// Constants.
-impl<R: Real> FromPrimitive for Var<R> {
-    fn from_i64(value: i64) -> Option<Self> {
-        Self::from_f64(value as f64)
-    }
-    fn from_u64(value: u64) -> Option<Self> {
-        Self::from_f64(value as f64)
-    }
-    fn from_f64(value: f64) -> Option<Self> {
-        Some(Self::lit(value))
-    }
-}
+constants_by_f64! { [R: Real] Var<R> }

@@ -1,9 +1,8 @@
 //! The pair of floats and its arithmetic.
 
 use std::cmp::Ordering;
-use std::iter::Sum;
 
-use num_traits::{FromPrimitive, One, Zero};
+use num_traits::FromPrimitive;
 
 use super::exact::{two_product, two_sum};
 use crate::math::Primitive;
@@ -119,30 +118,9 @@ operators! {
         high: -a.high,
         low: -a.low,
     },
-}
-
-impl Zero for DoubleDouble {
-    #[inline]
-    fn zero() -> Self {
-        Self::from(0.0)
-    }
-    #[inline]
-    fn is_zero(&self) -> bool {
-        self.high == 0.0
-    }
-}
-
-impl One for DoubleDouble {
-    #[inline]
-    fn one() -> Self {
-        Self::from(1.0)
-    }
-}
-
-impl Sum for DoubleDouble {
-    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
-        terms.fold(Self::zero(), |sum, term| sum + term)
-    }
+    0 => Self::from(0.0),
+    1 => Self::from(1.0),
+    a == 0 => a.high == 0.0,
 }
 
 impl PartialOrd for DoubleDouble {

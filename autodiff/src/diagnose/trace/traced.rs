@@ -2,7 +2,7 @@
 
 use std::panic::Location;
 
-use num_traits::{One, Zero};
+use num_traits::Zero;
 
 use super::origin::{CLEAN, Origin, count, note};
 use crate::operators::operators;
@@ -227,19 +227,7 @@ operators! {
     a * b => a.apply2("product", b, rule::mul(a.value, b.value)),
     a / b => a.apply2("quotient", b, rule::div(a.value, b.value)),
     -a => a.apply("negative", (-a.value, -R::one())),
-}
-
-impl<R: Real> Zero for Traced<R> {
-    fn zero() -> Self {
-        Self::constant(R::zero())
-    }
-    fn is_zero(&self) -> bool {
-        !self.active && self.value.is_zero()
-    }
-}
-
-impl<R: Real> One for Traced<R> {
-    fn one() -> Self {
-        Self::constant(R::one())
-    }
+    0 => Self::constant(R::zero()),
+    1 => Self::constant(R::one()),
+    a == 0 => !a.active && a.value.is_zero(),
 }

@@ -63,23 +63,9 @@ macro_rules! define_lanes {
             a * b => Self(unsafe { $mul(a.0, b.0) }),
             a / b => Self(unsafe { $div(a.0, b.0) }),
             -a => Self::lit(-0.0) - a,
-        }
-        impl Zero for $name {
-            #[inline(always)]
-            fn zero() -> Self {
-                Self::lit(0.0)
-            }
-            #[inline(always)]
-            fn is_zero(&self) -> bool {
-                let zero = Self::lit(0.0);
-                (self.le(zero) & zero.le(*self)).all()
-            }
-        }
-        impl One for $name {
-            #[inline(always)]
-            fn one() -> Self {
-                Self::lit(1.0)
-            }
+            0 => Self::lit(0.0),
+            1 => Self::lit(1.0),
+            a == 0 => (a.le(Self::lit(0.0)) & Self::lit(0.0).le(a)).all(),
         }
 
         impl Lane<$scalar> for $name {

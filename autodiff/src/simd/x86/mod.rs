@@ -12,7 +12,7 @@ mod define;
 use std::arch::x86_64::*;
 use std::ops::{BitAnd, BitOr, Not};
 
-use num_traits::{One, Zero};
+use num_traits::Zero;
 
 use crate::elementary::Elementary;
 use crate::math::{self, Abreast, Primitive};
