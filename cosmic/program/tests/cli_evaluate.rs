@@ -189,6 +189,8 @@ fn wrong_cases_and_designs_are_refused() {
     folder.write("scene.toml", wider.replace("columns = 3", "columns = 4"));
     let says = "error: expected 16 `edges`, found 11\n --> design.json:";
     evaluate(&folder, "design.json").fails(2, &[says]);
+    edit(&folder, "design.json", |json| json["colour"] = json!(1));
+    evaluate(&folder, "design.json").fails(2, &["unknown field `colour`"]);
 }
 
 /// NaN is not JSON; a half-written file ends in the middle.

@@ -106,13 +106,15 @@ fn run_of(folder: &Path, seed: u64, plan: &RunPlan, until: usize) -> Result<Opti
             iterations: plan.iterations,
             ..RunPlan::new(&plan.name, plan.scene.clone(), seed)
         };
-        return Run::create(&own, &of_one).map(Some);
+        let created = Run::create(&own, &of_one).map(Some);
+        return created.map_err(|error| of_search(error, folder));
     }
     let done = |snapshot: &Snapshot| snapshot.progress.as_ref().map_or(0, |p| p.iteration);
     take_up(&own)?
         .filter(|(_, snapshot)| done(snapshot) < until)
         .map(|(lock, snapshot)| Run::open(lock, snapshot))
         .transpose()
+        .map_err(|error| of_search(error, folder))
 }
 
 /// Names the folder of the search in place of the start's: it is the search that is resumed.
