@@ -143,12 +143,11 @@ impl Settings {
             // Results without a base may have any.
             let base = self.base.as_ref().and(settings.base.as_deref());
             let base = Scene::parse("--base", base.unwrap_or_default());
-            let base = base
-                .map_or(Vec::new(), |scene| scene.settings())
-                .into_iter();
-            let most = [["iterations".to_owned(), most]].into_iter();
-            most.chain(base.map(|s| [s.key, s.value]))
-                .collect::<Vec<_>>()
+            let mut all = vec![["iterations".to_owned(), most]];
+            if let Ok(base) = base {
+                all.extend(base.settings().into_iter().map(|s| [s.key, s.value]));
+            }
+            all
         };
         let mut pairs = settings(self).into_iter().zip(settings(now));
         let ([key, before], [_, now]) = pairs.find(|(before, now)| before != now)?;
