@@ -98,9 +98,17 @@ fn check<S: Real>(enter: impl FnOnce(All<S>) -> usize, bits: impl Fn(S) -> u64) 
     }
 }
 
+/// On a stack of its own: without optimisation each of the many lanes has a place there.
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn every_register_has_the_bits_of_scalars() {
+    let thread = std::thread::Builder::new().stack_size(64 << 20);
+    let checked = thread.spawn(registers_have_the_bits_of_scalars).unwrap();
+    checked.join().unwrap();
+}
+
+#[cfg(target_arch = "x86_64")]
+fn registers_have_the_bits_of_scalars() {
     #![allow(unsafe_code)]
     use super::enter::{f32_avx2, f32_avx512, f64_avx2, f64_avx512};
     let bits = (f64::to_bits, |x: f32| u64::from(x.to_bits()));
