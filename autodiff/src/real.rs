@@ -277,7 +277,7 @@ pub trait Real:
 /// Work that plain floats have a function of their own for; see [`Real::by_type`]. The choice is made
 /// at compile time: for a float the generic code is not compiled.
 pub trait ByType {
-    /// What is worked on.
+    /// The argument, for a number type.
     type Of<R: Real>;
     /// What the work returns.
     type Output;

@@ -1,4 +1,4 @@
-//! What can go wrong, with the numbers, and the exit code each case has.
+//! Errors, with their numbers and exit codes.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ pub enum Error {
     Misfit {
         /// The file's name as the user gave it.
         file: String,
-        /// What was counted.
+        /// The thing that was counted.
         what: String,
         /// The count that fits.
         expected: usize,
@@ -39,7 +39,7 @@ pub enum Error {
     /// No built-in scene and no file of that name.
     #[error("no built-in scene and no file is named `{name}`; {hint}")]
     NoScene {
-        /// What was asked for.
+        /// The figure that was asked for.
         name: String,
         /// A close name, or where to find them all.
         hint: String,
@@ -74,7 +74,7 @@ pub enum Error {
         position: [f64; 2],
         /// Its velocity, m/s.
         velocity: [f64; 2],
-        /// What in that step made it so.
+        /// The term that caused it.
         term: String,
     },
     /// A time step with which the robot's own vibrations grow.
@@ -91,7 +91,7 @@ pub enum Error {
         frequency: f64,
         /// The node that moves most in it.
         node: usize,
-        /// What to do.
+        /// The remedy, as an instruction.
         remedy: String,
     },
     /// A run whose robot has come to vibrate too fast for the time step. It is saved.
@@ -101,9 +101,9 @@ pub enum Error {
         run: PathBuf,
         /// The last iteration.
         iteration: usize,
-        /// Whether it is for a loss of one's own, with which no command goes on.
+        /// True if the caller supplied the loss: then no command resumes the run.
         own_loss: bool,
-        /// What the robot came to: an [`Error::UnstableStep`].
+        /// The unstable step of the new robot: an [`Error::UnstableStep`].
         step: Box<Error>,
     },
     /// A run that another process, or another thread of this process, works on.
@@ -123,7 +123,7 @@ pub enum Error {
     /// A check that ran to its end and found something wrong.
     #[error("{failed} of {total} checks failed: {what}")]
     CheckFailed {
-        /// What was checked.
+        /// The name of the check.
         what: String,
         /// Checks that failed.
         failed: usize,
@@ -155,12 +155,12 @@ pub enum Error {
         run: PathBuf,
         /// Iterations that are done.
         iteration: usize,
-        /// Whether it is for a loss of one's own, with which no command goes on.
+        /// True if the caller supplied the loss: then no command resumes the run.
         own_loss: bool,
     },
 }
 
-/// What fallible functions of this crate return.
+/// The result of fallible functions of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {

@@ -61,7 +61,7 @@ pub(crate) fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u
         .strip_prefix(MARK.to_string().as_bytes())
         .unwrap_or(json);
     let mut json = serde_json::Deserializer::from_slice(json);
-    // Of nothing at all it says column 0, where columns count from 1.
+    // For an empty text it says column 0; columns count from 1.
     let place = |error: &serde_json::Error| Position {
         line: lines + error.line(),
         column: error.column().max(1),

@@ -82,7 +82,7 @@ impl Task {
         }
     }
 
-    /// The same task for a robot as built, on ground of so many times the friction.
+    /// This task for a robot as built, on ground with `friction` times the friction.
     #[must_use]
     pub fn varied(&self, variation: Variation, friction: f64) -> Self {
         let physics = PhysicsSettings {
@@ -97,7 +97,7 @@ impl Task {
         }
     }
 
-    /// The same task, the same robots, with the goal behind where it was ahead.
+    /// This task with the goal in the opposite direction.
     #[must_use]
     pub fn turned_back(&self) -> Self {
         Self {

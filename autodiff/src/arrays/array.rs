@@ -6,7 +6,7 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Array {
     pub(super) id: usize,
-    /// Whether it lies among the parameters, or in the row of each step.
+    /// True for a parameter, false for an array in the row of each step.
     pub(super) parameter: bool,
     /// Where it begins there.
     pub(super) start: usize,
@@ -21,7 +21,7 @@ impl Array {
         self.len / self.starts
     }
 
-    /// Whether it holds none, like an array along the edges of a graph without edges.
+    /// True if the array holds no numbers, as one along the edges of a graph without edges.
     pub fn is_empty(self) -> bool {
         self.len == 0
     }
@@ -48,7 +48,7 @@ impl Matrix {
     }
 }
 
-/// What a parameter slot of a program expects.
+/// The declared shape of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Parameter {
     Array(Array),

@@ -63,7 +63,7 @@ struct LaneOfEnds {
     /// The place in scratch of the edges whose tails these nodes are, and a bit for each edge that exists.
     as_tail: usize,
     tails: u16,
-    /// The same for the edges whose heads these nodes are.
+    /// The place and the bits of the edges whose heads these nodes are.
     as_head: usize,
     heads: u16,
 }

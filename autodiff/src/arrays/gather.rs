@@ -13,7 +13,7 @@ pub(super) struct Gather {
     active: bool,
 }
 
-/// What goes where, in numbers of all starts.
+/// The copies that a gather makes, counted in numbers of all starts.
 struct Moves {
     /// Stretches of entries that are adjacent in input and output.
     runs: Vec<Run>,

@@ -1,4 +1,4 @@
-//! What a step is made of.
+//! The operations of a step.
 
 use super::array::Array;
 use super::row::{Bars, StepValues};

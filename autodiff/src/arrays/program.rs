@@ -25,7 +25,7 @@ pub struct Program<R: Real> {
     /// For each parameter, whether every start has its own; set by `load`.
     pub(super) own: Vec<bool>,
     pub(super) states: Vec<Array>,
-    /// What each part of the state becomes.
+    /// The new value of each part of the state.
     pub(super) next: Vec<Option<Array>>,
     pub(super) inputs: Vec<Array>,
     pub(super) controls: Vec<Control<R>>,

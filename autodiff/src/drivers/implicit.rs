@@ -143,7 +143,7 @@ fn constants<R: Real, const N: usize>(numbers: &[R]) -> Vec<Dual<R, N>> {
 /// derivatives come out right.
 struct Root<F>(F);
 
-/// What the reverse sweep needs: the root, and the parameters it was found for.
+/// The numbers that the reverse sweep needs: the root, and the parameters it was found for.
 struct RootAtPoint<R> {
     x: Vec<R>,
     p: Vec<R>,

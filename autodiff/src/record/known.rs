@@ -1,4 +1,4 @@
-//! What is known of a number from how it was made.
+//! Bounds on a number that follow from the way it was made.
 
 use super::operation::{Op, Unary};
 
@@ -35,7 +35,7 @@ use Range::{Bounded, Finite, Overflow, Singular};
 const CLEAR: f64 = 1e-12;
 
 impl Known {
-    /// Of either sign.
+    /// A number of either sign.
     pub(super) fn within(range: Range) -> Self {
         Self {
             least: f64::NEG_INFINITY,
@@ -55,7 +55,7 @@ impl Known {
         }
     }
 
-    /// Whether it is sure to be finite, so that its product with zero is zero.
+    /// True if the number is sure to be finite, so that its product with zero is zero.
     pub(super) fn is_finite(self) -> bool {
         self.range <= Finite
     }

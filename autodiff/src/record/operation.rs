@@ -78,7 +78,7 @@ pub(crate) enum Logic {
     Le,
     And,
     Or,
-    /// Of the first operand.
+    /// The negation of the first operand.
     Not,
 }
 

@@ -1,4 +1,4 @@
-//! What a recording holds, and the reverse sweep over it.
+//! The entries of a recording, and the reverse sweep over them.
 
 use super::fused_entry::FusedEntry;
 use super::index::{FUSED, LINEAR, NONE, SELECT, index};
@@ -17,7 +17,7 @@ pub(super) struct Arena<R: Real> {
     long: LongEntries<R>,
 }
 
-/// What does not fit into an entry.
+/// The operands that do not fit into an entry.
 struct LongEntries<R: Real> {
     /// The terms `(partial, parent)` of all linear entries, one entry after the other …
     terms: Vec<(R, u32)>,

@@ -52,7 +52,7 @@ pub(super) fn next_generation(name: u32) -> u32 {
     name << COUNT_BITS | count & ((1 << COUNT_BITS) - 1)
 }
 
-/// What a frame refers to.
+/// The recording that a frame refers to.
 #[derive(Clone, Copy)]
 struct Recording {
     /// `CONSTANT` where nothing is recorded.

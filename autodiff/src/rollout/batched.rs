@@ -133,7 +133,7 @@ impl<M: Model> Rollout<M> {
 pub(super) struct Batched<M> {
     pub(super) rollout: Rollout<M>,
     pub(super) starts: usize,
-    /// Of every parameter, whether each start has its own.
+    /// For every parameter, whether each start has its own.
     pub(super) own: Vec<bool>,
 }
 
@@ -158,7 +158,7 @@ impl StartGroup {
         interleaved
     }
 
-    /// What the starts of this group have of their own, interleaved.
+    /// The parameters of which each start of this group has its own, interleaved.
     fn own<R: Real>(&self, of_starts: &[&[R]]) -> Vec<R> {
         let len = of_starts[0].len();
         let of_starts = &of_starts[self.starts.clone()];

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-/// What the forward run of a rollout keeps for the reverse sweep. The gradient has the same bits.
+/// How many states the forward run of a rollout keeps for the reverse sweep. The gradient does not depend on it.
 ///
 /// ```
 /// use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient_of};

@@ -1,4 +1,4 @@
-//! What is stepped, and how.
+//! Models and the settings of their rollouts.
 
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ impl<'a, M: Model> ByType for Recording<'a, M> {
 /// `Rollout { observed: vec![10, 20], ..Rollout::new(model, 20) }`.
 #[derive(Clone, Debug)]
 pub struct Rollout<M> {
-    /// What is stepped.
+    /// The system that is stepped.
     pub model: M,
     /// How many steps.
     pub steps: usize,
@@ -63,14 +63,14 @@ pub struct Rollout<M> {
     pub state_bound: Option<f64>,
     /// Clips the cotangent; `None` gives the exact gradient.
     pub cotangent_bound: Option<CotangentBound>,
-    /// What the forward run keeps for the reverse sweep.
+    /// How many states the forward run keeps for the reverse sweep.
     pub memory: Memory,
 }
 
 /// A parameter of several rollouts.
 #[derive(Clone, Copy, Debug)]
 pub enum Given<'a, R> {
-    /// The same for all of them.
+    /// One for all of them.
     Shared(&'a [R]),
     /// One for each: an array or a control, not a matrix.
     Each(&'a [&'a [R]]),

@@ -117,7 +117,7 @@ struct Checkpoint<R> {
     state: Vec<R>,
 }
 
-/// What the forward run leaves for the reverse sweep.
+/// The record of a forward run, which the reverse sweep reads.
 pub struct Recorded<R: Real> {
     sweep: Sweep<R>,
     schedule: Schedule,

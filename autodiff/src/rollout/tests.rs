@@ -92,7 +92,7 @@ impl<R: Real> Several<R> {
         self.gradient_of(together, |seen| seen)
     }
 
-    /// The same over a choice of what is observed.
+    /// The gradient over a choice of the observed numbers.
     fn gradient_of(&self, together: bool, choice: impl Fn(Vec<Var<R>>) -> Vec<Var<R>>) -> Vec<R> {
         let x = [&self.starts, &self.own, &self.parameters]
             .map(|of| of.concat())
@@ -281,7 +281,7 @@ fn a_start_without_its_own_is_told() {
     several.loss.rollout.run_batch_with(&starts, &given);
 }
 
-/// Those of one start are counted, however many run together.
+/// The message counts the numbers of one start, however many run together.
 #[test]
 #[should_panic(expected = "parameter 0 of a program has 48 numbers: 47 are given")]
 fn too_few_numbers_of_each_start_are_counted() {

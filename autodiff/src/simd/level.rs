@@ -3,7 +3,7 @@
 /// Which registers lanes use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// What every processor of the target has; scalar code.
+    /// The instructions that every processor of the target has; scalar code.
     Baseline,
     /// 256-bit registers and fused multiply-add.
     Avx2,

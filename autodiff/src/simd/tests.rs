@@ -4,7 +4,7 @@ use super::{Lane, Vectorized, WIDEST};
 use crate::elementary::Elementary;
 use crate::real::{Mask, Real};
 
-/// What lanes do with one number.
+/// All functions of one number, in lanes.
 const FUNCTIONS: usize = 27;
 
 #[inline(always)]

@@ -2,7 +2,7 @@
 
 use crate::real::Lane;
 
-/// What arrays load and store registers with.
+/// Loads and stores of registers without bounds checks.
 pub(crate) trait Unchecked<S>: Lane<S> {
     /// [`load`](Lane::load) from place `at` on, without a check.
     ///

@@ -15,7 +15,7 @@ use std::path::Path;
 /// Carries out a run and shows its result.
 ///
 /// # Errors
-/// Those of `work`; [`Error::NoFigure`] where the run is done and its median diverged.
+/// The errors of `work`; [`Error::NoFigure`] where the run is done and its median diverged.
 pub(super) fn carry_out(
     folder: &Path,
     Work { threads, output }: &Work,

@@ -35,7 +35,7 @@ pub(super) struct RawCase {
     pub(super) projection: Projection,
     pub(super) al: RawLagrangian,
     pub(super) results: Option<RawResults>,
-    // What follows says how a case was made and how well it must be met: nothing to compute with.
+    // The fields below say how a case was made and how well it must be met. Nothing is computed from them.
     #[serde(rename = "tolerance")]
     _tolerance: Option<IgnoredAny>,
     #[serde(rename = "sensitivity")]
@@ -138,7 +138,7 @@ pub(super) struct RawLagrangian {
     pub(super) thresholds: Vec<f64>,
 }
 
-/// Of the results only the numbers of the recorded steps are read.
+/// The results; only the numbers of the recorded steps are read.
 #[derive(Deserialize)]
 pub(super) struct RawResults {
     #[serde(default)]

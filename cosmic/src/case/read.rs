@@ -33,7 +33,7 @@ pub struct Case {
     pub materials: MaterialSettings,
     /// Sharpness of the projections, and `delta`.
     pub sharpness: ProjectionSettings,
-    /// What the controller observes.
+    /// The terms that the controller observes.
     pub observation: ControllerSettings,
     /// Initial positions and velocities.
     pub start: State<f64>,
@@ -60,7 +60,7 @@ impl Case {
     /// Where the file cannot be read, or as [`parse`](Case::parse).
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = read_whole(path)?;
-        // What is no text is no JSON either, and the parser says where.
+        // Bytes that are no text are no JSON either, and the parser says where.
         Self::parse(
             &path.display().to_string(),
             &String::from_utf8_lossy(&bytes),

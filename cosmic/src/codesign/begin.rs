@@ -34,7 +34,7 @@ impl CoDesign {
     /// Prepares the optimisation of a scene.
     ///
     /// # Errors
-    /// Those of [`Scene::check`], and where the scene's optimiser settings do not fit one another.
+    /// The errors of [`Scene::check`], and where the scene's optimiser settings do not fit one another.
     pub fn new(scene: &Scene) -> Result<Self> {
         let objective = Objective::new(&scene.objective, &scene.loss, &scene.physics);
         Ok(Self {
@@ -401,7 +401,7 @@ mod tests {
         );
         assert!(said(|steps| vec![steps, 0, steps]).contains("[24, 0, 24]"));
         assert!(said(|_| Vec::new()).contains("[]"));
-        // Of every length that the horizon has on the way.
+        // Every length that the horizon takes on the way.
         let mut scene = tiny();
         (scene.schedule.horizon, scene.schedule.horizon_over) = ([12, 24], [1, 5]);
         let astray = Astray(|steps| vec![steps - usize::from(steps == 15)]);

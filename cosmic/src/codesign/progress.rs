@@ -159,7 +159,7 @@ pub struct Record {
     pub iteration: usize,
     /// The phase of the iteration.
     pub phase: Phase,
-    /// What the iteration updated; `None` for the snap.
+    /// The parts of the design that the iteration updated; `None` for the snap.
     pub pass: Option<Pass>,
     /// Displacement along the ground of a full rollout at the start of the iteration. Before the
     /// snap only some iterations have one.

@@ -1,4 +1,4 @@
-//! What there is to say of a scene before anyone optimises it.
+//! Errors and warnings about a scene before it is optimised.
 
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ use crate::scene::{Finding, Scene};
 pub struct Review {
     /// Why an optimisation would not begin.
     pub refusals: Vec<Finding>,
-    /// What an optimisation would warn of at its start, and settings that are hardly meant.
+    /// The warnings that an optimisation gives at its start, and settings that are hardly meant.
     pub warnings: Vec<Finding>,
 }
 
@@ -19,7 +19,7 @@ impl Review {
     /// Looks at a scene as [`CoDesign::begin`] does for a seed, without drawing a controller.
     ///
     /// # Errors
-    /// Those of [`CoDesign::new`], and where the scene's start is drawn for another lattice.
+    /// The errors of [`CoDesign::new`], and where the scene's start is drawn for another lattice.
     pub fn new(scene: &Scene, seed: u64) -> Result<Self> {
         const STEP: [&str; 2] = ["physics.dt", "physics.substeps"];
         let check = CoDesign::new(scene)?.step_check_at_start(seed)?;

@@ -1,4 +1,4 @@
-//! What changes over the iterations, as functions of the iteration (counted from 1).
+//! Settings that change over the iterations, as functions of the iteration (counted from 1).
 
 use serde::{Deserialize, Serialize};
 
@@ -63,7 +63,7 @@ impl<'a> Schedule<'a> {
         }
     }
 
-    /// What an iteration of the co-design updates.
+    /// The parts of the design that an iteration updates.
     pub(super) fn pass(&self) -> Pass {
         let cycle = &self.scene.schedule.cycle;
         cycle[(self.iteration - 1) % cycle.len()]

@@ -65,7 +65,7 @@ fn after_the_snap(trials: usize, seed: u64) -> f64 {
     let soft = codesign.mixture(&progress);
     codesign.iterate(&mut progress);
     let materials = progress.materials.as_ref().unwrap();
-    // Those of the layout that was chosen, not of the one that others were tried beside.
+    // The records of the layout that was chosen, not of the layout that it was compared with.
     assert_eq!(progress.flips, flips(&soft, materials));
     assert_eq!(codesign.mixture(&progress), one_hot::<f64>(materials));
     codesign.evaluate(&progress).merit

@@ -8,7 +8,7 @@ use crate::ground::Ground;
 use crate::scene::ControllerSettings;
 
 impl<R: Real> Controller<R> {
-    /// The same controller with a first layer that takes the raw state in the ground's frame.
+    /// This controller with a first layer that takes the raw state in the ground's frame.
     ///
     /// An observation is a fixed linear function of the state: mean, scales, the goal, the rotation
     /// of an incline; and clocks of one frequency are mixtures of one sine and one cosine. Folding
@@ -53,7 +53,7 @@ impl<R: Real> Controller<R> {
     }
 }
 
-/// What folding is done with.
+/// The settings with which a first layer is folded.
 struct Fold<'a, R> {
     settings: &'a ControllerSettings,
     ground: &'a Ground,
@@ -127,7 +127,7 @@ mod tests {
     use crate::random::{Purpose, stream, symmetric};
     use crate::scene::{ControllerSettings, LatticeSettings};
 
-    /// What a folded controller senses of a state in the ground's frame.
+    /// The inputs of a folded controller for a state in the ground's frame.
     fn sensed(state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
         let column = |points: &[[f64; 2]], k: usize| -> Vec<f64> {
             points.iter().map(|point| point[k]).collect()

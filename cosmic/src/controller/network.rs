@@ -117,7 +117,7 @@ mod tests {
         let c = controller(0);
         let largest = |w: &[f64]| w.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let (first, second) = (2.0 * (6.0f64 / 188.0).sqrt(), (6.0f64 / 142.0).sqrt());
-        // Of thousands of draws the largest is within a per cent of the limit.
+        // The largest of thousands of draws is within a per cent of the limit.
         assert!(largest(&c.w1) <= first && largest(&c.w1) > 0.99 * first);
         assert!(largest(&c.w2) <= second && largest(&c.w2) > 0.99 * second);
         assert!(c.b1.iter().chain(&c.b2).all(|&b| b == 0.0));

@@ -1,4 +1,4 @@
-//! What a controller observes.
+//! The observations of a controller.
 
 use std::f64::consts::TAU;
 
@@ -14,7 +14,7 @@ pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize 
     settings.clocks.saturating_add(2 + 4 * nodes)
 }
 
-/// What a controller observes: clocks; goal; offsets of the nodes from their unweighted mean (D3) as
+/// The observations of a controller: clocks; goal; offsets of the nodes from their unweighted mean (D3) as
 /// `x0, y0, x1, y1, ...`; velocities of the nodes likewise. Offsets and velocities are taken in
 /// the world's frame, the goal in the ground's (D3).
 ///

@@ -1,4 +1,4 @@
-//! What evolves in a rollout.
+//! The state that evolves in a rollout.
 
 use autodiff::Real;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! What an optimiser refuses, and the checks that all of them share.
+//! Errors of optimisers, and the checks that all optimisers share.
 
 /// Why an update was refused. The state is then as it was before.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -22,7 +22,7 @@ const APART: f64 = 1e-6;
 /// Checks that the files of a finished run belong together.
 ///
 /// # Errors
-/// Those of [`DesignFile::robot`]; [`Error::Usage`] with the first number that differs.
+/// The errors of [`DesignFile::robot`]; [`Error::Usage`] with the first number that differs.
 pub fn check_one_run(
     folder: &Path,
     scene: &Scene,
@@ -114,7 +114,7 @@ mod tests {
             );
         };
         assert!(check(&a.0, &a.1, &b.2).is_some() && check(&b.0, &a.1, &a.2).is_some());
-        // The same payload's displacement, by another motion.
+        // The payload's displacement agrees, the motion does not.
         let mut trajectory = a.2.clone();
         trajectory.states[1].x[3][1] += 1e-5;
         says(

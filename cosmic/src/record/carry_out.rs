@@ -104,7 +104,7 @@ pub fn resume(folder: &Path, observer: &mut dyn Observer) -> Result<Summary> {
 /// not change.
 ///
 /// # Errors
-/// Those of reading and writing a snapshot; [`Error::Usage`] if `scene.toml` is not the scene that
+/// The errors of reading and writing a snapshot; [`Error::Usage`] if `scene.toml` is not the scene that
 /// the run began with; [`Error::Taken`] if another process works on the run.
 pub fn allow_unstable(folder: &Path) -> Result<()> {
     let Some((_lock, mut snapshot)) = take_up(folder)? else {

@@ -64,7 +64,7 @@ impl DesignFile {
     /// Reads a design. [`robot`](Self::robot) checks that it fits a lattice.
     ///
     /// # Errors
-    /// Those of [`read_json`].
+    /// The errors of [`read_json`].
     pub fn read(path: &Path) -> Result<Self> {
         read_json(path, FORMAT)
     }

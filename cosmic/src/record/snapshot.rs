@@ -90,7 +90,7 @@ pub mod toml {
     /// Writes the scene's TOML as a string.
     ///
     /// # Errors
-    /// Those of the serializer.
+    /// The errors of the serializer.
     pub fn serialize<S: Serializer>(scene: &Scene, to: S) -> Result<S::Ok, S::Error> {
         to.serialize_str(&scene.to_toml())
     }
@@ -191,7 +191,7 @@ impl Snapshot<'_> {
     /// A folder's snapshot.
     ///
     /// # Errors
-    /// Those of [`read_json`].
+    /// The errors of [`read_json`].
     pub(super) fn read(folder: &Path) -> Result<Snapshot<'static>> {
         read_json(&folder.join(SNAPSHOT), FORMAT)
     }
@@ -201,7 +201,7 @@ impl Snapshot<'_> {
 /// may refuse a plan before any memory of its size is allocated.
 ///
 /// # Errors
-/// Those of [`resume`](super::resume) about the snapshot, and those of `accept`.
+/// The errors of [`resume`](super::resume) about the snapshot, and those of `accept`.
 pub fn check(
     path: &Path,
     bytes: &[u8],

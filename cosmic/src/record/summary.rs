@@ -30,9 +30,9 @@ pub struct Summary {
     pub scene: String,
     /// The seed.
     pub seed: u64,
-    /// Of one unperturbed rollout of the delivered design, x and y of the world.
+    /// Displacement of the payload in one unperturbed rollout of the delivered design, m: x and y of the world.
     pub displacement: [f64; 2],
-    /// Of that rollout, along the ground.
+    /// Displacement in that rollout along the ground, m.
     pub displacement_along: f64,
     /// 10 % quantile along the ground over perturbed starts.
     pub displacement_p10: Option<f64>,
@@ -167,7 +167,7 @@ impl Summary {
     /// The summary of a finished run.
     ///
     /// # Errors
-    /// Those of [`read_json`]; [`Error::Read`] for a run that is not finished.
+    /// The errors of [`read_json`]; [`Error::Read`] for a run that is not finished.
     pub fn read(folder: &Path) -> Result<Self> {
         read_json(&result_of(folder, SUMMARY)?, FORMAT)
     }

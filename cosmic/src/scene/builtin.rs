@@ -85,7 +85,7 @@ impl Scene {
     /// The text of a scene file.
     ///
     /// # Errors
-    /// Those of [`read`](Scene::read), except for faults that parsing finds.
+    /// The errors of [`read`](Scene::read), except for faults that parsing finds.
     pub fn text(path: &Path) -> Result<String> {
         text_of(path, &read_at_most(path, LARGEST)?).map(str::to_owned)
     }

@@ -6,7 +6,7 @@ use super::value::SettingValue;
 /// A setting in place, with all that its declaration says of it.
 pub(super) struct Field<'a> {
     pub(super) key: &'static str,
-    /// What it means, in sentences.
+    /// The meaning of the key, in sentences.
     pub(super) doc: &'static str,
     /// The unit; empty for a pure number, a name or a truth value.
     pub(super) unit: &'static str,
@@ -17,7 +17,7 @@ pub(super) struct Field<'a> {
 }
 
 impl Field<'_> {
-    /// What may stand at the key, as a phrase.
+    /// The values that the key may have, as a phrase.
     pub(super) fn allowed(&self) -> String {
         self.value.allowed(&self.limits)
     }
@@ -25,7 +25,7 @@ impl Field<'_> {
 
 /// A section of a scene file; [`settings`](super::settings) declares it.
 pub(super) trait Settings {
-    /// What the section is about, in a sentence.
+    /// The subject of the section, in a sentence.
     fn about(&self) -> &'static str;
     /// Its settings, in the order in which they are written.
     fn fields(&mut self) -> Vec<Field<'_>>;

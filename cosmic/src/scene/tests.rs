@@ -1,4 +1,4 @@
-//! What must hold between the structs, the declarations and the text.
+//! Structs, declarations and text agree.
 
 use super::check::conflicts;
 use super::limits::{Limits, within};

@@ -9,7 +9,7 @@ use toml::de::DeValue;
 
 /// A value of a scene, whatever its type.
 pub(super) trait SettingValue: Debug {
-    /// What may stand in a file, as a phrase.
+    /// The values that a file may hold, as a phrase.
     fn allowed(&self, limits: &Limits) -> String;
     /// The value as TOML. Rust writes numbers, truth values and arrays of them as TOML does, with the
     /// fewest digits that read back to the same bits.

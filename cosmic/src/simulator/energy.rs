@@ -6,7 +6,7 @@ use crate::lattice::{Lattice, State};
 use crate::projection::Body;
 use crate::scene::PhysicsSettings;
 
-/// What holds energy in a robot whose actuators are at rest.
+/// A store of energy in a robot whose actuators are at rest.
 pub struct Store<'a> {
     lattice: &'a Lattice,
     body: &'a Body<f64>,

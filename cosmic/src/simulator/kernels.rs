@@ -38,7 +38,7 @@ impl Kernel<6, 2> for Spring {
 /// length `e` (m) from the target. Numbers as for [`Spring`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stiffening {
-    /// The same spring by Hooke's law.
+    /// The spring by Hooke's law.
     pub(super) spring: Spring,
     /// The cubic coefficient `c`, 1/m^2.
     pub(super) cubic: f64,
@@ -137,7 +137,7 @@ impl Drift {
         [moving.fma(vx, x), moving.fma(vy, y), after(vx), after(vy)]
     }
 
-    /// The same for a node that is braked along the ground but never reversed (D5).
+    /// Place and velocity of a node that friction brakes along the ground but never reverses (D5).
     #[inline(always)]
     fn slide<R: Real>(&self, friction: f64, [x, y]: [R; 2], [vx, vy]: [R; 2]) -> [R; 4] {
         let (touches, moving) = self.touch(y, vy);

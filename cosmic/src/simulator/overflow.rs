@@ -151,7 +151,7 @@ mod tests {
         (simulator, body, controller, lattice.state_at_rest())
     }
 
-    /// What is found in blocks is where a sweep of all steps in one loses its cotangent.
+    /// The search by blocks finds the step at which a single sweep over all steps loses its cotangent.
     #[test]
     fn the_step_that_overflows_is_found() {
         const STEPS: usize = 8192;

@@ -89,7 +89,7 @@ impl Simulator {
         }
     }
 
-    /// The same world with another coefficient of friction; without an effect where nodes stick.
+    /// This world with another coefficient of friction, which has no effect where nodes stick.
     #[must_use]
     pub fn with_friction(&self, friction: f64) -> Self {
         let mut other = self.clone();
@@ -97,7 +97,7 @@ impl Simulator {
         other
     }
 
-    /// The same world with the goal behind where it was ahead.
+    /// This world with the goal in the opposite direction.
     #[must_use]
     pub fn turned_back(&self) -> Self {
         Self {

@@ -47,7 +47,7 @@ impl Default for Options {
 /// A function that returns the derivative along a given direction.
 pub type Along<'a> = &'a dyn Fn(&[f64]) -> f64;
 
-/// What [`check_directions`] is to check.
+/// The claim that [`check_directions`] checks.
 #[derive(Clone, Copy)]
 pub struct Claim<'a> {
     /// The point.

@@ -1,11 +1,11 @@
-//! What a gradient check found.
+//! The findings of a gradient check.
 
 use std::fmt;
 
 /// By how much the gradient of the negative control is wrong: one part in a hundred.
 pub const WRONG_BY: f64 = 0.01;
 
-/// What a check says of a gradient; ordered from good to bad.
+/// The verdict of a check; ordered from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
     /// The differences settle on the claimed slope, and from both sides.

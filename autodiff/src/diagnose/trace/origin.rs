@@ -1,4 +1,4 @@
-//! What is known of a trace that runs: its operations so far, and the origins found.
+//! The state of a running trace: its operations so far, and the origins found.
 
 use std::cell::RefCell;
 use std::fmt;
@@ -10,7 +10,7 @@ use crate::rollout::step;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct NonFinite {
-    /// What was computed.
+    /// The operation.
     pub operation: &'static str,
     /// Its number among all operations, from 1 on; 0 for an argument of the function.
     pub number: usize,

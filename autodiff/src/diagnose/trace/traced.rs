@@ -14,7 +14,7 @@ use crate::rule::{self, by_rule};
 #[derive(Clone, Copy, Debug)]
 pub struct Traced<R> {
     value: R,
-    /// Whether it depends on an argument: then partials matter.
+    /// True if the number depends on an argument: then partials matter.
     active: bool,
     pub(super) origin: Origin,
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use crate::record::operation::{Binary, Logic, Op, Place, Unary};
 use crate::record::recording::Recording;
 
-/// What a method is to compute, as places in a recording.
+/// The results of a method, as places in a recording.
 pub(super) struct Formula {
     /// How many inputs come first in the recording, and how many cotangents after them.
     pub(super) sizes: (usize, usize),

@@ -1,4 +1,4 @@
-//! What all registers have in common, as lanes and as numbers.
+//! The code that all registers share, as lanes and as numbers.
 
 /// Defines a register as a lane type. The instructions named first differ between instruction sets in
 /// a prefix alone; the expressions after them differ in more, and are best read where they are used

@@ -26,7 +26,7 @@ const MOST_TICKS: f64 = 100.0;
 /// they are farther apart by powers of ten.
 ///
 /// # Errors
-/// What writing to `file` reports.
+/// Errors of writing to `file`.
 pub(super) fn write(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
     let palette = Palette::new(motion);
     let mut encoder = Encoder::new(file, SIZE[0], SIZE[1], palette.shades.as_flattened())

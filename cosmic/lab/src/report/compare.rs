@@ -27,7 +27,7 @@ impl Comparison {
     /// Reads the summaries of runs.
     ///
     /// # Errors
-    /// Those of [`Summary::read`].
+    /// The errors of [`Summary::read`].
     pub fn read(folders: &[PathBuf]) -> Result<Self> {
         let names: Vec<String> = folders.iter().map(|folder| name(folder)).collect();
         let run = |(folder, name): (&PathBuf, &String)| {

@@ -70,7 +70,7 @@ impl RunFiles {
     /// Reads a finished run.
     ///
     /// # Errors
-    /// Those of [`Summary::read`] and [`RobotFiles::read`], and the same of the other files.
+    /// The errors of [`Summary::read`] and [`RobotFiles::read`], and the same of the other files.
     pub fn read(folder: &Path) -> Result<Self> {
         // Written last: without it the run is not finished.
         let summary = Summary::read(folder)?;

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// A folder without a run in it, or a file, is a design alone; its scene is `scene.toml` beside it.
 ///
 /// # Errors
-/// Those of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Write`](cosmic::Error::Write).
+/// The errors of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Write`](cosmic::Error::Write).
 pub fn write(path: &Path) -> Result<Vec<PathBuf>> {
     let (folder, design) = if path.is_file() {
         (path.with_file_name(""), path.to_owned())

@@ -37,7 +37,7 @@ impl Check {
     /// Measures the design of a finished run.
     ///
     /// # Errors
-    /// Those of reading the run's files.
+    /// The errors of reading the run's files.
     pub(super) fn measure(folder: &Path) -> Result<Self> {
         let summary = Summary::read(folder)?;
         let scene = Scene::read(&folder.join(run::SCENE))?;
@@ -80,7 +80,7 @@ impl Check {
     /// The check of a run.
     ///
     /// # Errors
-    /// Those of [`read_json`].
+    /// The errors of [`read_json`].
     pub(super) fn read(folder: &Path) -> Result<Self> {
         read_json(&folder.join(CHECK), FORMAT)
     }

@@ -18,7 +18,7 @@ const UNIT: &str =
 /// Draws a study's figures and returns the paths of their files.
 ///
 /// # Errors
-/// Those of reading the runs that are drawn; [`Error::Write`](cosmic::Error::Write).
+/// The errors of reading the runs that are drawn; [`Error::Write`](cosmic::Error::Write).
 pub(super) fn write(study: &Study, results: &StudyResults) -> Result<Vec<PathBuf>> {
     let folder = study.out.join(study.kind.name());
     make_folder(&folder)?;

@@ -54,7 +54,7 @@ const MOTIFS: [(&str, OfLayout); 4] = [
     ),
 ];
 
-/// Of the edges for which `is` gives an answer, the share for which it is true.
+/// The share of edges for which `is` is true, among those for which it gives an answer.
 fn share(materials: &[Material], is: impl Fn(usize, Material) -> Option<bool>) -> f64 {
     let edges = materials.iter().enumerate();
     let counted: Vec<bool> = edges.filter_map(|(e, &m)| is(e, m)).collect();
@@ -91,7 +91,7 @@ pub(super) struct MotifRow {
 /// Counts the motifs of every trial's designs.
 ///
 /// # Errors
-/// Those of reading the designs.
+/// The errors of reading the designs.
 pub(super) fn count(trials: &[TrialRow]) -> Result<Vec<MotifRow>> {
     let found: Vec<_> = trials.iter().map(found).collect::<Result<_>>()?;
     let row = |(k, (says, _)): (usize, &(&str, OfLayout))| MotifRow {

@@ -36,7 +36,7 @@ impl Study {
     /// The experiments.
     ///
     /// # Errors
-    /// Those of [`trials`].
+    /// The errors of [`trials`].
     pub(super) fn trials(&self) -> Result<Vec<Trial>> {
         trials(self.kind, &self.base)
     }
@@ -44,7 +44,7 @@ impl Study {
     /// Every experiment with every seed.
     ///
     /// # Errors
-    /// Those of [`trials`].
+    /// The errors of [`trials`].
     pub(super) fn plan(&self) -> Result<SweepPlan> {
         let scene = |Trial { name, scene, .. }| PlannedScene { name, scene };
         Ok(SweepPlan {

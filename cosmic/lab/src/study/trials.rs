@@ -83,7 +83,7 @@ const PAPER: [(&str, &str, Option<f64>); 8] = [
 /// The trials of a study over the settings of `base`.
 ///
 /// # Errors
-/// Those of [`Scene::parse`], if the base does not go with the study's own settings.
+/// The errors of [`Scene::parse`], if the base does not go with the study's own settings.
 pub(super) fn trials(kind: StudyKind, base: &Base) -> Result<Vec<Trial>> {
     match kind {
         StudyKind::Paper => paper(base),

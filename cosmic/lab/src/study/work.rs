@@ -55,7 +55,7 @@ impl Study {
     /// Completes the runs, one per thread, and measures the delivered designs.
     ///
     /// # Errors
-    /// Those of [`Sweep::run_all`] and those of keeping a run; [`Error::Usage`] where other processes are still
+    /// The errors of [`Sweep::run_all`] and those of keeping a run; [`Error::Usage`] where other processes are still
     /// at work on some.
     pub fn simulate(
         &self,

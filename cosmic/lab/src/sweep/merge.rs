@@ -75,7 +75,7 @@ pub fn survey(sweep: &Path, plan: &SweepPlan) -> SweepResults {
 /// The states of a sweep's runs, with the summaries of those that are done.
 ///
 /// # Errors
-/// Those of [`Summary::read`].
+/// The errors of [`Summary::read`].
 pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<SweepResults> {
     let mut results = survey(sweep, plan);
     for run in &mut results.runs {

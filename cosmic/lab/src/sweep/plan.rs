@@ -88,7 +88,7 @@ impl SweepPlan {
     /// Writes the plan into a new or empty folder.
     ///
     /// # Errors
-    /// Those of [`check`](Self::check); [`Error::Usage`] for a folder that holds something;
+    /// The errors of [`check`](Self::check); [`Error::Usage`] for a folder that holds something;
     /// [`Error::Write`].
     pub fn freeze(&self, folder: &Path) -> Result<()> {
         self.check()?;
@@ -137,7 +137,7 @@ impl SweepPlan {
     /// The plan of a folder.
     ///
     /// # Errors
-    /// Those of [`read_json`] and [`check`](Self::check); [`Error::Usage`] for a plan that was
+    /// The errors of [`read_json`] and [`check`](Self::check); [`Error::Usage`] for a plan that was
     /// edited after runs began.
     pub fn read(folder: &Path) -> Result<Self> {
         let [path, frozen] = [PLAN, FROZEN].map(|name| folder.join(name));

@@ -60,7 +60,7 @@ impl Sweep<'_> {
     /// Begins or resumes one run.
     ///
     /// # Errors
-    /// Those of [`record::optimise`] and [`record::resume`], except a result's divergence.
+    /// The errors of [`record::optimise`] and [`record::resume`], except a result's divergence.
     ///
     /// # Panics
     /// If the plan has no run of that number.
@@ -95,7 +95,7 @@ impl Sweep<'_> {
     /// fails for a reason of its own, such as its time step, is passed over.
     ///
     /// # Errors
-    /// Those of [`run_one`](Self::run_one). A run that was passed over is reported only if no other
+    /// The errors of [`run_one`](Self::run_one). A run that was passed over is reported only if no other
     /// is left.
     pub fn run_next(self, observer: &mut dyn Observer) -> Result<Option<Ended>> {
         let mut passed_over = BTreeMap::new();

@@ -326,7 +326,7 @@ pub struct TwoMatvecs {
 }
 
 impl TwoMatvecs {
-    /// Of the shapes of a case.
+    /// The mat-vecs of a case's controller.
     pub fn new(case: &Case) -> Self {
         Self {
             inputs: 4 * case.lattice.nodes(),

@@ -143,7 +143,7 @@ mod tests {
             .collect();
         assert_eq!(seen, [(1, 1.0), (10, 0.1), (20, 0.05)]);
         drop(history);
-        // What a run resumed after nine iterations goes on from; the other files have no rows.
+        // A run is resumed after nine iterations; the other files have no rows.
         for name in [LINES, TABLE] {
             fs::write(folder.path().join(name), "\n".repeat(10)).unwrap();
         }

@@ -207,7 +207,7 @@ mod tests {
             let run = folder.path().join(threads.to_string());
             let stopped = || optimise(&run, &plan(), &mut StopsAt(30));
             let error = on_threads(threads, stopped).unwrap_err();
-            // Of the search, not of a start.
+            // The warning is about the search, not about a start.
             let says = error.to_string();
             assert!(
                 error.exit_code() == 75 && !says.contains("starts"),
@@ -219,7 +219,7 @@ mod tests {
         }
     }
 
-    /// What fails is said, not that others were stopped because of it.
+    /// The error names the start that failed, not those that were stopped because of it.
     #[test]
     fn a_start_that_fails_is_named_and_the_others_are_saved() {
         let folder = tempfile::tempdir().unwrap();

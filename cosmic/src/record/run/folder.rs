@@ -70,7 +70,7 @@ pub(in crate::record) fn begin(folder: &Path) -> Result<Lock> {
 /// The lock on the folder of a run and its snapshot; `None` for a finished run.
 ///
 /// # Errors
-/// Those of [`Snapshot::read`]; [`Error::Taken`]; [`Error::Write`].
+/// The errors of [`Snapshot::read`]; [`Error::Taken`]; [`Error::Write`].
 pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot<'static>)>> {
     let is_finished = || folder.join(SUMMARY).exists();
     if is_finished() {

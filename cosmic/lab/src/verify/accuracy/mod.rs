@@ -83,9 +83,9 @@ pub struct Run {
     /// [`Accuracy::reference`], which is the same for all. `None` where it is below three times the
     /// uncertainty of that.
     pub error: [Option<f64>; 4],
-    /// The same from the one of [`Accuracy::held`] whose controller steps as this one's.
+    /// The errors against the reference of [`Accuracy::held`] whose controller steps at the same times.
     pub held: [Option<f64>; 4],
-    /// The same from a run in double-double that is alike in all else.
+    /// The errors against a double-double run with the same settings.
     pub rounding: [f64; 4],
     /// The order with which `error` falls from twice the time step: the median over the times at which
     /// both are known. `None` if there are none, and for the longest time step.

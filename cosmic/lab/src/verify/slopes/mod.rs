@@ -310,7 +310,7 @@ fn error(slopes: &[f64; DIRECTIONS], truth: &[f64; DIRECTIONS]) -> f64 {
 /// In degrees; small ones from the difference of the unit vectors, whose cosine would be 1.
 fn angle(slopes: &[f64; DIRECTIONS], truth: &[f64; DIRECTIONS]) -> f64 {
     if slopes == truth {
-        // Of two vectors of zeros too, which have no direction.
+        // Two vectors of zeros have no direction; their angle is 0 too.
         return 0.0;
     }
     let unit = |v: &[f64; DIRECTIONS]| v.map(|x| x / norm(v));
