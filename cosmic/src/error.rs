@@ -39,7 +39,7 @@ pub enum Error {
     /// No built-in scene and no file of that name.
     #[error("no built-in scene and no file is named `{name}`; {hint}")]
     NoScene {
-        /// The figure that was asked for.
+        /// The name that was asked for.
         name: String,
         /// A close name, or where to find them all.
         hint: String,
