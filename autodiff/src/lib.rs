@@ -285,7 +285,7 @@ pub use interop::Element;
 #[cfg(feature = "nalgebra")]
 pub use interop::nalgebra;
 pub use real::{Fused, Mask, Real};
-pub use record::emit;
+pub use record::{AnyProgram, emit};
 pub use reverse::{Tape, Var};
 pub use rollout::{CotangentBound, Given, Memory, Model, Rollout};
 

@@ -7,6 +7,7 @@ mod common;
 mod net;
 mod steps;
 
+mod any_program;
 mod batch;
 mod check;
 mod check_report;

@@ -2,8 +2,6 @@
 
 use autodiff::Real;
 
-use crate::scene::PhysicsSettings;
-
 /// The ground: a line through the point `(0, height)` of the world, inclined to the horizontal.
 ///
 /// Its frame has that point as origin, the [tangent](Ground::tangent) as first axis and the
@@ -14,15 +12,6 @@ pub struct Ground {
     pub height: f64,
     /// Angle to the horizontal in degrees, positive where the ground rises towards `+x`.
     pub incline_deg: f64,
-}
-
-impl From<&PhysicsSettings> for Ground {
-    fn from(physics: &PhysicsSettings) -> Self {
-        Self {
-            height: physics.ground_height,
-            incline_deg: physics.incline_deg,
-        }
-    }
 }
 
 impl Ground {

@@ -4,7 +4,7 @@ use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
 use crate::design::{self, Material};
-use crate::lattice::{Lattice, mean};
+use crate::lattice::{Body, Lattice, mean};
 use crate::scene::{MaterialSettings, PhysicsSettings, ProjectionSettings, VoidEdges};
 
 /// The two projections of the paper.
@@ -101,17 +101,6 @@ pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
     e.map(|e| e / sum)
 }
 
-/// The robot as the simulator sees it; a rollout does not change it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Body<R> {
-    /// Stiffness per edge, N/m.
-    pub stiffness: Vec<R>,
-    /// Relative change of length per edge at full activation (D8).
-    pub strain: Vec<R>,
-    /// Mass per node, kg.
-    pub mass: Vec<R>,
-}
-
 /// By which factors a robot as built differs from the one designed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
@@ -151,16 +140,6 @@ impl<R: Real> Body<R> {
                 .map(|m| m[Material::Actuator as usize] * strain)
                 .collect(),
             mass: node_masses(&edge_masses, lattice, physics),
-        }
-    }
-
-    /// The same body with every number replaced by a function of it.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Body<S> {
-        let each = |numbers: &[R]| numbers.iter().map(|&x| f(x)).collect();
-        Body {
-            stiffness: each(&self.stiffness),
-            strain: each(&self.strain),
-            mass: each(&self.mass),
         }
     }
 

@@ -7,9 +7,9 @@ use autodiff::{CotangentBound, Real};
 use crate::controller::Controller;
 use crate::ground::Ground;
 use crate::inputs::Inputs;
-use crate::lattice::{Lattice, State};
+use crate::lattice::{Body, Lattice, State};
 use crate::objective::{AnyLoss, Loss};
-use crate::projection::{self, Body, Projection, Variation, holds};
+use crate::projection::{self, Projection, Variation, holds};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };

@@ -4,8 +4,9 @@ use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Progress};
 use cosmic::design::Material;
 use cosmic::lattice::Lattice;
+use cosmic::laws::ContactLaw;
 use cosmic::record::{DesignFile, RunPlan};
-use cosmic::scene::{Contact, Integrator, Scene, VoidEdges};
+use cosmic::scene::{Integrator, Scene, VoidEdges};
 use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
 use proptest::prelude::*;
 use std::num::NonZeroUsize;
@@ -72,7 +73,7 @@ proptest! {
         case.lattice.positions.clone_from(&case.start.x);
         physics.substeps = substeps;
         if leapfrog {
-            (physics.integrator, physics.contact) = (Integrator::Leapfrog, Contact::Coulomb);
+            (physics.integrator, physics.contact) = (Integrator::Leapfrog, ContactLaw::coulomb());
         }
         if substeps == 2 {
             physics.void_edges = VoidEdges::Drop;

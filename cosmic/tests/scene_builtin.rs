@@ -1,6 +1,7 @@
 //! The built-in scenes against the folder they come from.
 
-use cosmic::scene::{BUILTIN, Contact, Scene, StartKind};
+use cosmic::laws::ContactLaw;
+use cosmic::scene::{BUILTIN, Scene, StartKind};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -47,7 +48,7 @@ fn the_scenes_differ_from_the_default_as_the_experiments_do() {
         (tilted.start.kind, tilted.start.tilt),
         (StartKind::Uniform, 0.1)
     );
-    assert_eq!(load("coulomb").physics.contact, Contact::Coulomb);
+    assert_eq!(load("coulomb").physics.contact, ContactLaw::coulomb());
     for baseline in [load("baseline_tall"), load("baseline_short")] {
         assert_eq!(baseline.start.kind, StartKind::Layout);
         assert_eq!(

@@ -1,9 +1,10 @@
 //! Wrong scenes: each is refused at its line and column, with what is wrong and what is allowed
 //! there.
 
+use cosmic::laws::ContactLaw;
 use cosmic::scene::{
-    Contact, GradientPrecision, Integrator, Layout, LossKind, Pass, PhysicsSettings, Scene,
-    SelectionKind, StartKind, fault,
+    GradientPrecision, Integrator, Layout, LossKind, Pass, PhysicsSettings, Scene, SelectionKind,
+    StartKind, fault,
 };
 use cosmic::{Error, error};
 use proptest::prelude::*;
@@ -333,7 +334,7 @@ fn single_settings_take_the_place_of_any_scene_s_own() {
     let set = scene.set(&settings).unwrap();
     assert_eq!(set.physics.gravity, 5.0);
     assert_eq!(set.controller.goal, [1.0, 0.5]);
-    assert_eq!(set.physics.contact, Contact::None);
+    assert_eq!(set.physics.contact, ContactLaw::none());
     assert_eq!(
         (set.start.layout, set.adam.gradient_norm),
         (Layout::Tall, None)

@@ -2,8 +2,8 @@
 
 use autodiff::Real;
 use cosmic::controller::{Controller, observation_length};
+use cosmic::lattice::Body;
 use cosmic::lattice::{Lattice, State};
-use cosmic::projection::Body;
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
 use cosmic::simulator::{Simulator, Span, Trajectory};
 

@@ -4,8 +4,9 @@
 use autodiff::check::Options;
 use cosmic::case::Case;
 use cosmic::design::Material;
+use cosmic::laws::ContactLaw;
 use cosmic::projection::Projection;
-use cosmic::scene::{Contact, Integrator, Scene, StartKind, VoidEdges};
+use cosmic::scene::{Integrator, Scene, StartKind, VoidEdges};
 use cosmic_lab::verify::check_gradients;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -31,7 +32,8 @@ fn scene(rng: &mut ChaCha8Rng) -> Scene {
     physics.damping = one_of(rng, &[0.0, 5.0, 20.0]);
     physics.ground_height = one_of(rng, &[0.0, 0.1]);
     physics.incline_deg = one_of(rng, &[0.0, 0.0, 10.0, -15.0]);
-    physics.contact = one_of(rng, &[Contact::None, Contact::Infinite, Contact::Coulomb]);
+    let contact = one_of(rng, &["none", "infinite", "coulomb"]);
+    physics.contact = ContactLaw::named(contact).expect("a law of the model");
     physics.friction = one_of(rng, &[0.0, 0.3, 2.5]);
     physics.stiffening = one_of(rng, &[0.0, 0.0, 500.0]);
     physics.bending_radius = one_of(rng, &[0.0, 0.0, 0.01]);

@@ -416,23 +416,35 @@ fn nothing_is_differentiated_by_hand() {
     assert_eq!(adjoints_by_hand(), Vec::<String>::new());
 }
 
-/// Derivatives of kernels whose body is not a call of the emitted code.
+/// Derivatives of kernels whose body is neither a call of the emitted code, nor of that by partials, nor
+/// of a law's own such function.
 fn adjoints_by_hand() -> Vec<String> {
     let mut found = Vec::new();
     for source in ["cosmic/src", "cosmic/lab/src", "cosmic/program/src"] {
         for SourceFile { path, code } in SourceTree::read(source).files.values() {
             let lines: Vec<&str> = code.lines().map(str::trim).collect();
             for (at, line) in lines.iter().enumerate() {
-                let derives = ["fn vjp", "fn vjp_with_results", "fn partials"]
-                    .iter()
-                    .any(|name| line.starts_with(name));
+                let name = line
+                    .strip_prefix("fn ")
+                    .and_then(|rest| rest.split('<').next());
+                let derives = |name: &str| name.contains("vjp") || name.contains("partials");
                 let body = lines[at..].iter().position(|line| line.ends_with('{'));
-                let calls = |body: usize| lines[at + body + 1].starts_with("self.emitted_");
-                if derives && !body.is_some_and(calls) {
+                let calls = |body: usize| is_a_call(lines[at + body + 1]);
+                if name.is_some_and(derives) && !body.is_some_and(calls) {
                     found.push(format!("{}: {line}", path.display()));
                 }
             }
         }
     }
     found
+}
+
+/// True for a call of emitted code, of the default by partials, or of a law's function.
+fn is_a_call(line: &str) -> bool {
+    let Some((callee, "x, y_bar)" | "self, x, y_bar)")) = line.split_once('(') else {
+        return false;
+    };
+    let name = callee.rsplit(['.', ':']).next().unwrap_or_default();
+    let of_law = callee.starts_with("C::") || callee.starts_with("L::");
+    name.starts_with("emitted_") || name == "vjp_by_partials" || of_law && name.ends_with("_vjp")
 }

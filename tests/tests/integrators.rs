@@ -3,7 +3,8 @@
 use autodiff::check::Options;
 use cosmic::case::Case;
 use cosmic::lattice::State;
-use cosmic::scene::{Contact, Integrator, PhysicsSettings, Scene};
+use cosmic::laws::ContactLaw;
+use cosmic::scene::{Integrator, PhysicsSettings, Scene};
 use cosmic::simulator::stability::stable_step;
 use cosmic_lab::verify::check_gradients;
 use cosmic_tests::Bare;
@@ -111,7 +112,7 @@ fn a_step_is_stable_up_to_its_limit() {
                 damping,
                 ..bare.physics
             };
-            let limit = stable_step(&bare.physics, omega);
+            let limit = stable_step(&bare.physics, omega, 0.0);
             let amplitude = |share: f64| {
                 let mut bare = bare.clone();
                 bare.physics.dt = share * limit;
@@ -142,7 +143,7 @@ fn an_idle_spring_is_stable_with_any_step() {
             integrator,
             ..PhysicsSettings::default()
         };
-        assert_eq!(stable_step(&physics, 0.0), f64::INFINITY);
+        assert_eq!(stable_step(&physics, 0.0, 0.0), f64::INFINITY);
     }
 }
 
@@ -153,14 +154,14 @@ fn gradients_are_right_with_every_integrator() {
         (Integrator::Leapfrog, 1),
         (Integrator::Leapfrog, 2),
     ] {
-        for contact in [Contact::Infinite, Contact::Coulomb] {
+        for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
             let mut scene = Scene::default();
             (scene.lattice.columns, scene.lattice.rows) = (2, 2);
             scene.lattice.drop = 0.002;
             scene.controller.hidden = 3;
             let physics = &mut scene.physics;
             (physics.integrator, physics.substeps) = (integrator, substeps);
-            (physics.contact, physics.friction) = (contact, 0.3);
+            (physics.contact, physics.friction) = (contact.clone(), 0.3);
             let case = Case::of_scene(&scene, 0).unwrap();
             let check = check_gradients(&case, None, 48, &Options::default());
             assert!(

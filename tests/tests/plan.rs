@@ -3,10 +3,11 @@
 use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::inputs::{ALL, CONTROLLER, Inputs};
+use cosmic::lattice::Body;
 use cosmic::lattice::State;
+use cosmic::laws::ContactLaw;
 use cosmic::objective::{Displacement, Loss};
-use cosmic::projection::Body;
-use cosmic::scene::{Contact, ControllerSettings, LossSettings, Scene};
+use cosmic::scene::{ControllerSettings, LossSettings, Scene};
 use cosmic::simulator::{Simulator, Span, Trajectory};
 use cosmic::task::Horizon;
 
@@ -161,7 +162,7 @@ fn what_is_not_sensed_changes_a_rollout_by_rounding_alone() {
 /// Far above the ground there is none; heights are rounded against it.
 #[test]
 fn a_ground_that_is_not_there_is_one_out_of_reach() {
-    let fall = |contact: Contact, drop: f64| {
+    let fall = |contact: ContactLaw, drop: f64| {
         let case = case("baseline_tall", |scene| {
             scene.physics.contact = contact;
             scene.lattice.drop = drop;
@@ -169,10 +170,15 @@ fn a_ground_that_is_not_there_is_one_out_of_reach() {
         end(&case, &simulator(&case), &case.body())
     };
     // A fall of 0.5 s from 4 m.
-    let planned = fall(Contact::None, 4.0);
-    for contact in [Contact::Infinite, Contact::Coulomb] {
-        assert_eq!(planned, fall(contact, 4.0), "{contact:?}");
+    let planned = fall(ContactLaw::none(), 4.0);
+    for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
+        assert_eq!(planned, fall(contact.clone(), 4.0), "{contact:?}");
     }
     // On the ground it is not the same: the test can fail.
-    assert!(farthest(&fall(Contact::None, 0.0), &fall(Contact::Infinite, 0.0)) > 0.1);
+    assert!(
+        farthest(
+            &fall(ContactLaw::none(), 0.0),
+            &fall(ContactLaw::infinite(), 0.0)
+        ) > 0.1
+    );
 }

@@ -3,10 +3,12 @@
 
 use cosmic::case::Case;
 use cosmic::controller::{clock, observation};
+use cosmic::generator::edges;
 use cosmic::ground::Ground;
-use cosmic::lattice::{State, edges};
+use cosmic::lattice::Body;
+use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss, measures, violations};
-use cosmic::projection::{Body, Projection, mixture};
+use cosmic::projection::{Projection, mixture};
 use cosmic::scene::{LossKind, LossSettings};
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{

@@ -6,9 +6,10 @@ use autodiff::{Function, Real};
 use cosmic::case::Case;
 use cosmic::ground::Ground;
 use cosmic::inputs::DESIGN;
+use cosmic::laws::ContactLaw;
 use cosmic::objective::Displacement;
 use cosmic::projection::Projection;
-use cosmic::scene::{Contact, HorizonMode, LossKind, LossSettings, Scene};
+use cosmic::scene::{HorizonMode, LossKind, LossSettings, Scene};
 use cosmic::task::{Horizon, Task};
 use cosmic_lab::verify::check_gradients;
 
@@ -16,7 +17,7 @@ use cosmic_lab::verify::check_gradients;
 const STEPS: usize = 90;
 
 /// A small robot that falls on the ground while it moves along it.
-fn robot(contact: Contact, incline_deg: f64, projection: Projection) -> Case {
+fn robot(contact: ContactLaw, incline_deg: f64, projection: Projection) -> Case {
     let mut scene = Scene::default();
     (scene.lattice.columns, scene.lattice.rows) = (3, 2);
     // High enough that nothing touches in the first step, low enough to fall in a third of the
@@ -56,10 +57,10 @@ fn touches(case: &Case) -> usize {
 
 #[test]
 fn every_block_under_every_contact_law_and_projection() {
-    for contact in [Contact::Infinite, Contact::Coulomb] {
+    for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
         for incline_deg in [0.0, 15.0] {
             for projection in [Projection::Performance, Projection::Stability] {
-                let case = robot(contact, incline_deg, projection);
+                let case = robot(contact.clone(), incline_deg, projection);
                 let name = format!("{contact:?}, {incline_deg} degrees, {projection:?}");
                 assert!(touches(&case) > 0, "{name}: nothing touches the ground");
                 let check = check_gradients(&case, None, STEPS, &Options::default());
@@ -102,7 +103,7 @@ impl Function for OfDesign<'_> {
 /// The loss that the optimiser takes: a mean over the last part of the rollout.
 #[test]
 fn the_mean_loss_of_a_rollout() {
-    let case = robot(Contact::Infinite, 0.0, Projection::Performance);
+    let case = robot(ContactLaw::infinite(), 0.0, Projection::Performance);
     for (wrong_by, expected) in [(0.0, Verdict::Smooth), (1e-3, Verdict::Wrong)] {
         let function = OfDesign {
             task: case.task(),
@@ -129,7 +130,7 @@ fn the_mean_loss_of_a_rollout() {
 #[test]
 fn the_tail_of_a_rollout() {
     const TAIL: usize = 40;
-    let case = robot(Contact::Coulomb, 15.0, Projection::Performance);
+    let case = robot(ContactLaw::coulomb(), 15.0, Projection::Performance);
     let task = case.task();
     let at_end = || Displacement::at_end(Ground::from(&case.physics));
     let horizon = Horizon {

@@ -4,7 +4,8 @@
 use autodiff::{Dual, Real, gradient_of};
 use cosmic::ground::Ground;
 use cosmic::lattice::State;
-use cosmic::scene::{Contact, PhysicsSettings};
+use cosmic::laws::ContactLaw;
+use cosmic::scene::PhysicsSettings;
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{Bare, StabilityCase, assert_near, number, stability_cases, stability_lists};
 use serde_json::{Value, json};
@@ -20,9 +21,9 @@ fn world(case: &Value) -> PhysicsSettings {
         ground_height: or("ground_height", 0.0),
         incline_deg: or("alpha_deg", 0.0),
         contact: match (case["ground_height"].as_f64(), case["contact"].as_str()) {
-            (None, _) => Contact::None,
-            (_, Some("coulomb")) => Contact::Coulomb,
-            (_, Some("infinite") | None) => Contact::Infinite,
+            (None, _) => ContactLaw::none(),
+            (_, Some("coulomb")) => ContactLaw::coulomb(),
+            (_, Some("infinite") | None) => ContactLaw::infinite(),
             (_, Some(other)) => panic!("no contact is called {other:?}: {case}"),
         },
         friction: or("mu", 0.0),
@@ -193,7 +194,7 @@ fn a_resting_node_keeps_its_bits() {
 fn friction_on_an_incline_has_the_classical_threshold() {
     for case in stability_cases("slid_down") {
         let mut physics = world(&case.case);
-        physics.contact = Contact::Coulomb;
+        physics.contact = ContactLaw::coulomb();
         physics.ground_height = 0.0;
         let ground = Ground::from(&physics);
         let run = |steps| {
@@ -219,7 +220,7 @@ fn friction_on_an_incline_has_the_classical_threshold() {
 fn friction_brakes_to_a_stop() {
     for case in stability_lists("braking", "stops_at_step") {
         let mut physics = world(&case.case);
-        physics.contact = Contact::Coulomb;
+        physics.contact = ContactLaw::coulomb();
         physics.ground_height = 0.0;
         let start = alone([0.0; 2], [case.number("v0"), 0.0]);
         let stop = case.number("stops_at_step") as usize;
@@ -232,10 +233,10 @@ fn friction_brakes_to_a_stop() {
 }
 
 /// Where a node ends that is dropped from a height while it moves sideways.
-fn thrown<R: Real>(case: &StabilityCase, row: &Value, contact: Contact, height: R) -> R {
+fn thrown<R: Real>(case: &StabilityCase, row: &Value, contact: &ContactLaw, height: R) -> R {
     let mut physics = world(&case.case_with_step(row));
     physics.ground_height = 0.0;
-    physics.contact = contact;
+    physics.contact = contact.clone();
     let steps = (case.number("T") / physics.dt).round() as usize;
     let start = alone([R::zero(), height], [R::lit(case.number("vx")), R::zero()]);
     Bare::free_node(physics).run_to_end(&start, steps).x[0][0]
@@ -266,17 +267,17 @@ fn the_end_of_a_bounce_by_the_drop_height() {
         assert!(!rows.is_empty());
         for row in rows {
             let laws = [
-                (Contact::Infinite, "x_infinite", "dx_dH_infinite"),
+                (ContactLaw::infinite(), "x_infinite", "dx_dH_infinite"),
                 (
-                    Contact::Coulomb,
+                    ContactLaw::coulomb(),
                     "x_coulomb",
                     "dx_dH_coulomb_of_discrete_map",
                 ),
             ];
             for (contact, place, slope) in laws {
                 let dual: Dual<f64, 1> = Dual::variable(height, 0);
-                let forward = thrown(&case, row, contact, dual);
-                let reverse = gradient_of(|h| thrown(&case, row, contact, h[0]), &[height]);
+                let forward = thrown(&case, row, &contact, dual);
+                let reverse = gradient_of(|h| thrown(&case, row, &contact, h[0]), &[height]);
                 for (got, key) in [
                     (forward.value, place),
                     (forward.tangent[0], slope),

@@ -2,7 +2,7 @@
 
 use autodiff::{Dual, Real, gradient_of};
 use cosmic::lattice::State;
-use cosmic::scene::Contact;
+use cosmic::laws::ContactLaw;
 use cosmic_tests::{Bare, StabilityCase, assert_near, number, numbers, stability_cases};
 use serde_json::json;
 
@@ -38,7 +38,7 @@ impl Pull {
         bare.physics.dt = dt;
         // A push sends one of the nodes down, a pull the other: no ground may stop them. Vectors
         // of 1e-7 m are exact only beside the origin, from which heights are measured.
-        (bare.physics.contact, bare.physics.ground_height) = (Contact::None, 0.0);
+        (bare.physics.contact, bare.physics.ground_height) = (ContactLaw::none(), 0.0);
         let d = case.numbers("d").try_into().expect("a vector");
         Self {
             bare,

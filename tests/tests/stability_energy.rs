@@ -1,9 +1,12 @@
 //! Undamped lattices over a million steps: the energy swings in a band and does not drift.
 
 use cosmic::design::Material;
-use cosmic::lattice::{State, edges};
-use cosmic::projection::{Body, one_hot};
-use cosmic::scene::{Contact, MaterialSettings, PhysicsSettings};
+use cosmic::generator::edges;
+use cosmic::lattice::Body;
+use cosmic::lattice::State;
+use cosmic::laws::ContactLaw;
+use cosmic::projection::one_hot;
+use cosmic::scene::{MaterialSettings, PhysicsSettings};
 use cosmic_tests::{Bare, StabilityCase, assert_near, number, stability_cases, stability_lists};
 use serde_json::{Value, json};
 
@@ -91,7 +94,7 @@ fn lattice(case: &StabilityCase) -> (Bare, State<f64>) {
         damping: 0.0,
         node_mass: 1e-4,
         payload_mass: 0.1,
-        contact: Contact::None,
+        contact: ContactLaw::none(),
         ground_height: 0.0,
         ..PhysicsSettings::default()
     };

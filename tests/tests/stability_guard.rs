@@ -3,7 +3,8 @@
 use cosmic::case::Case;
 use cosmic::design::{Material, one_hot};
 use cosmic::error::Error;
-use cosmic::scene::{Contact, Integrator, Scene, VoidEdges};
+use cosmic::laws::ContactLaw;
+use cosmic::scene::{Integrator, Scene, VoidEdges};
 use cosmic::simulator::{Cause, Divergence, Guarded, Span};
 
 /// A robot of 2x2 nodes far from any trouble.
@@ -40,14 +41,14 @@ fn diverges(case: &Case) -> Divergence {
 
 #[test]
 fn a_sane_rollout_is_delivered_as_it_is() {
-    for (incline_deg, contact) in [(0.0, Contact::Infinite), (15.0, Contact::Coulomb)] {
+    for (incline_deg, contact) in [(0.0, ContactLaw::infinite()), (15.0, ContactLaw::coulomb())] {
         for (integrator, substeps) in [
             (Integrator::SymplecticEuler, 1),
             (Integrator::SymplecticEuler, 3),
             (Integrator::Leapfrog, 2),
         ] {
             let case = case(|scene| {
-                (scene.physics.incline_deg, scene.physics.contact) = (incline_deg, contact);
+                (scene.physics.incline_deg, scene.physics.contact) = (incline_deg, contact.clone());
                 (scene.physics.integrator, scene.physics.substeps) = (integrator, substeps);
             });
             assert_eq!(guarded(&case).divergence, None);
@@ -67,7 +68,10 @@ fn a_state_that_is_absurd_for_a_moment_is_found() {
     let results = case.evaluate(false, &[300]).expect("300 is the last");
     assert!(!results.trajectory[&300].is_absurd());
     let found = results.divergence.expect("steps 1 and 2 are absurd");
-    assert_eq!((found.step, found.node, found.term), (0, 3, Cause::Motion));
+    assert_eq!(
+        (found.step, found.node, &found.term),
+        (0, 3, &Cause::Motion)
+    );
     assert!(found.velocity[1] < -1e6 && found.position[1] > 0.0);
     assert_eq!(found, diverges(&case));
 }
@@ -99,7 +103,10 @@ fn the_last_states_are_those_of_the_rollout() {
     case.start.v[2] = [1e4, 1e4];
     let found = diverges(&case);
     // From 0.1 m on by 10 km a step.
-    assert_eq!((found.step, found.node, found.term), (99, 2, Cause::Motion));
+    assert_eq!(
+        (found.step, found.node, &found.term),
+        (99, 2, &Cause::Motion)
+    );
     let mixture = case.own_mixture();
     let span = Span::from_start(found.last.steps.clone());
     let task = case.task();
@@ -186,7 +193,10 @@ fn the_term_to_blame_is_named() {
     let mut stiff = case(|scene| scene.materials.stiffness = [1e12; 3]);
     stiff.start.x[1] = stiff.start.x[0];
     let found = diverges(&stiff);
-    assert!(matches!(found.term, Cause::Spring { .. }), "{found:?}");
+    assert!(
+        found.term.to_string().starts_with("the spring of edge"),
+        "{found:?}"
+    );
 }
 
 /// Of the forces that a scene asks for beside Hooke's, the one that acts.
@@ -200,7 +210,10 @@ fn richer_physics_are_blamed_for_what_they_do() {
     });
     stiffening.start.x[1][0] += 0.05;
     let found = diverges(&stiffening);
-    assert!(matches!(found.term, Cause::Spring { .. }), "{found:?}");
+    assert!(
+        found.term.to_string().starts_with("the spring of edge"),
+        "{found:?}"
+    );
 
     let mut bent = case(|scene| {
         soft(scene);
@@ -209,13 +222,11 @@ fn richer_physics_are_blamed_for_what_they_do() {
     });
     bent.start.x[1][1] += 0.05;
     let found = diverges(&bent);
-    let Cause::Bending { nodes } = found.term else {
-        panic!("{found:?}")
-    };
-    assert!(nodes.contains(&found.node));
     let said = Error::from(&found).to_string();
-    let expected = format!("mostly by the bending of the bar over nodes {nodes:?}");
-    assert!(said.ends_with(&expected), "{said}");
+    let expected = "mostly by the bending of the bar over nodes [";
+    let (_, nodes) = said.split_once(expected).expect(&said);
+    let mut nodes = nodes.trim_end_matches(']').split(", ");
+    assert!(nodes.any(|node| node == found.node.to_string()), "{said}");
 }
 
 /// A file that shows it again, with what is known of it in its note.
@@ -235,8 +246,8 @@ fn a_divergence_is_replayed_from_its_file() {
 #[test]
 fn several_starts_together_are_watched_one_by_one() {
     const WRONG: usize = 3;
-    for contact in [Contact::Infinite, Contact::Coulomb] {
-        let case = case(|scene| scene.physics.contact = contact);
+    for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
+        let case = case(|scene| scene.physics.contact = contact.clone());
         let (task, mixture) = (case.task(), case.own_mixture());
         let mut starts = vec![case.start.clone(); 9];
         for (k, start) in starts.iter_mut().enumerate() {

@@ -2,9 +2,11 @@
 
 use cosmic::design::Material;
 use cosmic::ground::Ground;
+use cosmic::lattice::Body;
 use cosmic::lattice::State;
-use cosmic::projection::{Body, one_hot};
-use cosmic::scene::{Contact, MaterialSettings, PhysicsSettings};
+use cosmic::laws::ContactLaw;
+use cosmic::projection::one_hot;
+use cosmic::scene::{MaterialSettings, PhysicsSettings};
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{Bare, StabilityCase, relative_error, stability_cases};
 use serde_json::{Value, from_value};
@@ -49,8 +51,8 @@ fn physics(case: &StabilityCase) -> PhysicsSettings {
         ground_height: case.number("ground_height"),
         incline_deg: case.number("alpha_deg"),
         contact: match &case.case["contact"] {
-            Value::String(name) if name == "coulomb" => Contact::Coulomb,
-            _ => Contact::Infinite,
+            Value::String(name) if name == "coulomb" => ContactLaw::coulomb(),
+            _ => ContactLaw::infinite(),
         },
         friction: case.number("mu"),
         ..PhysicsSettings::default()
@@ -60,7 +62,7 @@ fn physics(case: &StabilityCase) -> PhysicsSettings {
 /// True if friction holds the lattice for good.
 fn rests(physics: &PhysicsSettings) -> bool {
     let slope = physics.incline_deg.to_radians().tan();
-    physics.contact == Contact::Infinite || physics.friction > slope
+    physics.contact == ContactLaw::infinite() || physics.friction > slope
 }
 
 /// The touch-down step by step, and then every hundredth step.

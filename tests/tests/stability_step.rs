@@ -2,7 +2,7 @@
 
 use cosmic::case::Case;
 use cosmic::codesign::CoDesign;
-use cosmic::projection::Body;
+use cosmic::lattice::Body;
 use cosmic::scene::{Scene, UnstableStep};
 use cosmic::simulator::stability::{Vibration, bound_of_any_design, step_limit};
 use cosmic::simulator::{Grade, StepCheck};
@@ -26,7 +26,7 @@ fn check(dt: f64) -> StepCheck {
 fn a_step_is_held_against_the_bound_and_beyond_it_against_the_frequency() {
     let loose = check(1.0);
     let exact = loose.exact.expect("a second is beyond any bound");
-    let [limit, bound] = [exact, loose.bound].map(|l| step_limit(l.frequency, 20.0));
+    let [limit, bound] = [exact, loose.bound].map(|l| step_limit(l.frequency, 20.0, 0.0));
     assert!(bound < limit && limit < 1.5 * bound, "{bound} {limit}");
     let grade = |dt: f64| check(dt).grade();
     assert_eq!(grade(0.99 * bound), Grade::Safe);
@@ -193,7 +193,11 @@ fn a_design_that_becomes_unstable_is_in_the_record() {
             let progress = c.begin(0)?;
             Ok(c.step_check(&progress).bound.frequency)
         });
-        step_limit(vibration.expect("2 ms are stable"), scene.physics.damping)
+        step_limit(
+            vibration.expect("2 ms are stable"),
+            scene.physics.damping,
+            0.0,
+        )
     };
     // All skeleton in place of a third of it: stiffer by more than the third left here.
     scene.physics.dt = 0.7 * limit(&scene);

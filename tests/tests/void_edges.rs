@@ -4,10 +4,12 @@ use autodiff::{Dual, Real};
 use cosmic::case::Case;
 use cosmic::design::Material::{self, Void};
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
+use cosmic::lattice::Body;
 use cosmic::lattice::State;
+use cosmic::laws::ContactLaw;
 use cosmic::objective::Displacement;
-use cosmic::projection::{Body, Variation};
-use cosmic::scene::{Contact, HorizonMode, PhysicsSettings, Scene, VoidEdges};
+use cosmic::projection::Variation;
+use cosmic::scene::{HorizonMode, PhysicsSettings, Scene, VoidEdges};
 use cosmic::simulator::stability::Vibration;
 use cosmic::simulator::{Simulator, Span};
 use cosmic::task::{Horizon, Task};
@@ -139,7 +141,7 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
     let worlds: [fn(&mut PhysicsSettings); 4] = [
         |_| (),
         |p| p.bending_radius = 0.02,
-        |p| (p.stiffening, p.contact) = (50.0, Contact::Coulomb),
+        |p| (p.stiffening, p.contact) = (50.0, ContactLaw::coulomb()),
         |p| (p.substeps, p.incline_deg) = (2, 10.0),
     ];
     for (layout, world) in layouts(VoidEdges::Drop)

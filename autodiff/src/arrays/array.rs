@@ -26,9 +26,14 @@ impl Array {
         self.len == 0
     }
 
+    /// Its number among the arrays of the program.
+    pub(crate) fn id(self) -> usize {
+        self.id
+    }
+
     /// Where it lies, among the parameters or in the row.
     #[inline(always)]
-    pub(super) fn range(self) -> Range<usize> {
+    pub(crate) fn range(self) -> Range<usize> {
         self.start..self.start + self.len
     }
 }

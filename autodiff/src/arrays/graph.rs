@@ -24,6 +24,14 @@ struct SlotLayout {
     slot_of_edge: Vec<usize>,
 }
 
+/// An edge by its slot and its nodes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SlotEdge {
+    pub(crate) slot: usize,
+    pub(crate) tail: usize,
+    pub(crate) head: usize,
+}
+
 /// Edges `(i, i + offset)`; the slot of tail `i` is `first_slot + i`.
 #[derive(Clone, Debug)]
 pub(super) struct OffsetGroup {
@@ -239,6 +247,25 @@ impl Graph {
             slots[slot] = value;
         }
         slots
+    }
+
+    /// The edges that are not left out, in the order of their slots.
+    pub(crate) fn edges_by_slot(&self) -> Vec<SlotEdge> {
+        let of_group = |group: &OffsetGroup| {
+            let OffsetGroup {
+                offset,
+                first_slot,
+                is_tail,
+                ..
+            } = group.clone();
+            let tails = (0..self.0.nodes).filter(move |&tail| is_tail.get(tail));
+            tails.map(move |tail| SlotEdge {
+                slot: first_slot + tail,
+                tail,
+                head: tail + offset,
+            })
+        };
+        self.0.groups.iter().flat_map(of_group).collect()
     }
 
     /// The largest offset: how far before the first slot a register may read.

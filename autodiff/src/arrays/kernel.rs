@@ -28,6 +28,13 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     /// The cotangents of `x`, given those of the results (a VJP).
     #[inline(always)]
     fn vjp<R: Real>(&self, x: [R; I], y_bar: [R; O]) -> [R; I] {
+        self.vjp_by_partials(x, y_bar)
+    }
+
+    /// The default of [`vjp`](Kernel::vjp), from [`partials`](Kernel::partials), for kernels that override
+    /// it for some cases only.
+    #[inline(always)]
+    fn vjp_by_partials<R: Real>(&self, x: [R; I], y_bar: [R; O]) -> [R; I] {
         let (_, by_x) = self.partials(x);
         let mut x_bar = [R::zero(); I];
         // Loops, not closures, which might be compiled without the caller's instruction set.

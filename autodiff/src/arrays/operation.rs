@@ -5,7 +5,7 @@ use super::row::{Bars, StepValues};
 use crate::real::Real;
 
 /// One recorded operation. Its outputs lie in the row after everything it reads.
-pub(super) trait Operation<R: Real>: Send {
+pub(crate) trait Operation<R: Real>: Send {
     fn outputs(&self) -> Vec<Array>;
     fn forward(&mut self, parameters: &[R], row: &mut [R]);
     /// Pulls the outputs' cotangents back: adds to the inputs' bars.

@@ -217,8 +217,14 @@ impl<R: Real> Program<R> {
     }
 
     /// New arrays for the outputs of an operation, one after the other.
-    pub(super) fn outputs<const O: usize>(&mut self, len: usize) -> [Array; O] {
+    pub(super) fn outputs(&mut self, len: usize, count: usize) -> Vec<Array> {
         self.align(false);
-        [(); O].map(|()| self.allocate(false, len))
+        (0..count).map(|_| self.allocate(false, len)).collect()
+    }
+
+    /// A new array for the output of an operation.
+    pub(super) fn output(&mut self, len: usize) -> Array {
+        self.align(false);
+        self.allocate(false, len)
     }
 }

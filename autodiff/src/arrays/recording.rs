@@ -7,6 +7,7 @@ use super::gather::Gather;
 use super::graph::Graph;
 use super::kernel::Kernel;
 use super::map::Map;
+use super::operation::Operation;
 use super::program::Program;
 use crate::real::Real;
 
@@ -52,15 +53,26 @@ impl<R: Real> Program<R> {
     where
         K: Kernel<I, O>,
     {
-        self.assert_known(&x);
+        let outputs = self.map_by(&x, O, |outputs| Map::new(kernel, x, arrays(outputs)));
+        arrays(&outputs)
+    }
+
+    /// Maps by an operation that is made for the outputs, one for each of so many results.
+    pub(crate) fn map_by<M: Operation<R> + 'static>(
+        &mut self,
+        x: &[Array],
+        results: usize,
+        map: impl FnOnce(&[Array]) -> M,
+    ) -> Vec<Array> {
+        self.assert_known(x);
         let len = x.first().expect("map: a kernel without inputs").len();
-        assert!(O > 0, "map: a kernel without results");
+        assert!(results > 0, "map: a kernel without results");
         assert!(
             x.iter().all(|a| a.len() == len),
             "map: the arrays differ in length"
         );
-        let outputs = self.outputs(len);
-        self.operations.push(Box::new(Map::new(kernel, x, outputs)));
+        let outputs = self.outputs(len, results);
+        self.operations.push(Box::new(map(&outputs)));
         outputs
     }
 
@@ -122,7 +134,7 @@ impl<R: Real> Program<R> {
             rows, matrix.rows,
             "dense: another number of places is true than the matrix has rows"
         );
-        let [output] = self.outputs(places.len());
+        let output = self.output(places.len());
         // The last register of a spread output is written whole: nothing else may lie there.
         self.align(false);
         let places = repeated(places, self.starts);
@@ -216,7 +228,23 @@ impl<R: Real> Program<R> {
     where
         K: Kernel<I, O>,
     {
-        self.assert_known(&ends);
+        let outputs = self.map_edges_by(graph, &ends, per_edge, O, |graph, outputs| {
+            EdgeMap::new(kernel, graph, ends, per_edge, arrays(outputs))
+        });
+        arrays(&outputs)
+    }
+
+    /// Maps over edges by an operation that is made for the graph of all starts and the outputs, one for
+    /// each of so many results.
+    pub(crate) fn map_edges_by<M: Operation<R> + 'static>(
+        &mut self,
+        graph: &Graph,
+        ends: &[Array],
+        per_edge: &[Array],
+        results: usize,
+        map: impl FnOnce(&Graph, &[Array]) -> M,
+    ) -> Vec<Array> {
+        self.assert_known(ends);
         self.assert_known(per_edge);
         let fits = ends.iter().all(|a| a.len() == graph.nodes());
         assert!(fits, "map_edges: an array of ends needs one value per node");
@@ -227,9 +255,8 @@ impl<R: Real> Program<R> {
         );
         let interleaved = graph.side_by_side(self.starts);
         self.margin = self.margin.max(interleaved.lead());
-        let outputs = self.outputs(graph.nodes());
-        let map = EdgeMap::new(kernel, &interleaved, ends, per_edge, outputs);
-        self.operations.push(Box::new(map));
+        let outputs = self.outputs(graph.nodes(), results);
+        self.operations.push(Box::new(map(&interleaved, &outputs)));
         outputs
     }
 
@@ -244,9 +271,14 @@ impl<R: Real> Program<R> {
             indices.iter().flatten().all(|&i| i < x.len()),
             "gather: an index is out of range"
         );
-        let [output] = self.outputs(indices.len());
+        let output = self.output(indices.len());
         self.operations
             .push(Box::new(Gather::new(x, indices, output)));
         output
     }
+}
+
+/// Handles by their number, which is known.
+fn arrays<const O: usize>(handles: &[Array]) -> [Array; O] {
+    std::array::from_fn(|k| handles[k])
 }

@@ -9,9 +9,9 @@ use crate::simd::{Lane, Unchecked};
 
 /// The values of a step: the parameters, which no step changes, and its row.
 #[derive(Clone, Copy)]
-pub(super) struct StepValues<'a, R> {
-    pub(super) parameters: &'a [R],
-    pub(super) row: &'a [R],
+pub(crate) struct StepValues<'a, R> {
+    pub(crate) parameters: &'a [R],
+    pub(crate) row: &'a [R],
 }
 
 impl<'a, R: Copy> StepValues<'a, R> {
@@ -25,7 +25,7 @@ impl<'a, R: Copy> StepValues<'a, R> {
         }
     }
     #[inline(always)]
-    pub(super) fn get(self, array: Array) -> &'a [R] {
+    pub(crate) fn get(self, array: Array) -> &'a [R] {
         &self.part(array)[array.range()]
     }
     /// `len` numbers from the start of an array on, without a check.
@@ -74,7 +74,7 @@ impl Reach {
 }
 
 /// The cotangents ("bars") in a reverse sweep, laid out as the values are.
-pub(super) struct Bars<'a, R> {
+pub(crate) struct Bars<'a, R> {
     pub(super) parameters: &'a mut [R],
     pub(super) row: &'a mut [R],
 }
@@ -89,7 +89,7 @@ impl<R> Bars<'_, R> {
         }
     }
     #[inline(always)]
-    pub(super) fn get_mut(&mut self, array: Array) -> &mut [R] {
+    pub(crate) fn get_mut(&mut self, array: Array) -> &mut [R] {
         &mut self.part_mut(array)[array.range()]
     }
 }

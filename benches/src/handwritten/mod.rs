@@ -18,9 +18,10 @@ use autodiff::{Real, Var};
 use cosmic::case::Case;
 use cosmic::controller::Controller;
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
+use cosmic::lattice::Body;
+use cosmic::laws::ContactLaw;
 use cosmic::objective::{Displacement, Loss};
-use cosmic::projection::Body;
-use cosmic::scene::{Contact, Integrator, LossSettings};
+use cosmic::scene::{Integrator, LossSettings};
 use cosmic::task::Task;
 
 pub use buffer::Buffer;
@@ -55,7 +56,7 @@ impl<'a> Handwritten<'a> {
         assert_eq!(case.lattice.edges.len(), EDGES, "edges");
         assert_eq!(case.controller.hidden, HIDDEN, "hidden units");
         let physics = &case.physics;
-        assert_eq!(physics.contact, Contact::Infinite, "contact");
+        assert_eq!(physics.contact, ContactLaw::infinite(), "contact");
         assert_eq!(physics.integrator, Integrator::SymplecticEuler);
         let others = [
             physics.incline_deg,

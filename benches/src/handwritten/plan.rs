@@ -7,8 +7,8 @@ use autodiff::simd::Lane;
 use cosmic::case::Case;
 use cosmic::controller::{Controller, clock};
 use cosmic::ground::Ground;
+use cosmic::lattice::Body;
 use cosmic::lattice::State;
-use cosmic::projection::Body;
 
 use super::buffer::Buffer;
 use super::sizes::{COLUMNS, EDGE_PLACES, EDGES, FEW, HIDDEN, NODE_PLACES, NODES, SENSED, STATE};

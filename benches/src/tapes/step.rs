@@ -68,7 +68,7 @@ pub struct Lattice {
 impl Default for Lattice {
     /// Edges 0.1 m long, and their diagonals.
     fn default() -> Self {
-        let edges = cosmic::lattice::edges(SIDE, SIDE);
+        let edges = cosmic::generator::edges(SIDE, SIDE);
         let length = |&[i, j]: &[usize; 2]| {
             if j - i == 1 || j - i == SIDE {
                 0.1

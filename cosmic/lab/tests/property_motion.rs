@@ -3,7 +3,8 @@
 use cosmic::case::Case;
 use cosmic::controller::Controller;
 use cosmic::lattice::State;
-use cosmic::scene::{Contact, Scene, StartKind};
+use cosmic::laws::ContactLaw;
+use cosmic::scene::{Scene, StartKind};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::verify::stability::{Outcome, Trial, World};
 use proptest::prelude::*;
@@ -114,7 +115,7 @@ proptest! {
         // In the air at first: on the ground's very line rounding decides what touches.
         case.start.x.iter_mut().for_each(|x| x[1] += 0.01);
         if coulomb {
-            case.physics.contact = Contact::Coulomb;
+            case.physics.contact = ContactLaw::coulomb();
         }
         let here = run(&case);
         case.physics.ground_height += moved[1];
@@ -136,7 +137,7 @@ proptest! {
     #[test]
     fn a_mirrored_robot_moves_in_mirrored_ways(mut case in robots(), coulomb in any::<bool>()) {
         if coulomb {
-            case.physics.contact = Contact::Coulomb;
+            case.physics.contact = ContactLaw::coulomb();
         }
         let seen = run(&case);
         case.controller = mirrored(&case);
@@ -167,6 +168,7 @@ proptest! {
             what: "any".to_owned(),
             world: World::Free,
             frequency: exact.frequency,
+            damping: 0.0,
             case,
         };
         let found = trial.run();

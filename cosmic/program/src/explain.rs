@@ -5,7 +5,8 @@ use crate::source::{Source, SourceArguments};
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::error::Result;
-use cosmic::scene::{Contact, Integrator};
+use cosmic::laws::{ContactLaw, ForceLaws};
+use cosmic::scene::Integrator;
 use cosmic::simulator::rounded_down;
 use cosmic::simulator::stability::{Vibration, bound_of_any_design, stable_step};
 use cosmic_lab::verify::{
@@ -75,7 +76,9 @@ struct RolloutFacts {
     dt: f64,
     integrator: Integrator,
     substeps: usize,
-    contact: Contact,
+    contact: ContactLaw,
+    /// Forces beside springs and bending.
+    forces: ForceLaws,
     /// Coefficient of Coulomb friction, where that is the contact law.
     friction: Option<f64>,
     /// Cubic coefficient of the springs, 1/m2; 0 for Hooke's law.
@@ -116,6 +119,7 @@ impl RolloutFacts {
         let body = case.body();
         let vibration = Vibration::new(lattice, &body, physics, &case.start.x);
         let largest_frequency = vibration.largest_frequency();
+        let damping = vibration.damping();
         Self {
             columns: lattice.columns,
             rows: lattice.rows,
@@ -125,8 +129,9 @@ impl RolloutFacts {
             dt: physics.dt,
             integrator: physics.integrator,
             substeps: physics.substeps,
-            contact: physics.contact,
-            friction: (physics.contact == Contact::Coulomb).then_some(physics.friction),
+            contact: physics.contact.clone(),
+            forces: physics.forces.clone(),
+            friction: (physics.contact.name() == "coulomb").then_some(physics.friction),
             stiffening: physics.stiffening,
             bending_radius: physics.bending_radius,
             incline_deg: physics.incline_deg,
@@ -135,11 +140,12 @@ impl RolloutFacts {
             controller: [controller.inputs, controller.hidden, controller.edges()],
             layout: case.frozen.is_some(),
             stable_dt: StableStep {
-                exact: stable_step(physics, largest_frequency),
-                bound: stable_step(physics, vibration.edge_bound()),
+                exact: stable_step(physics, largest_frequency, damping),
+                bound: stable_step(physics, vibration.edge_bound(), damping),
                 any_design: stable_step(
                     physics,
                     bound_of_any_design(lattice, &case.materials, physics),
+                    damping,
                 ),
                 largest_frequency,
             },
@@ -202,10 +208,14 @@ impl RolloutFacts {
                 "k (e + {cubic} e^3); the stable step has them off by their actuators' strokes"
             ),
         };
-        match self.bending_radius {
+        let mut text = match self.bending_radius {
             0.0 => format!("{law}; bars bend freely at nodes"),
             radius => format!("{law}; bars in line resist bending, radius of gyration {radius} m"),
+        };
+        for (name, about) in self.forces.about() {
+            text += &format!("; {}", said_of(name, about));
         }
+        text
     }
 
     fn ground_text(&self) -> String {
@@ -216,10 +226,10 @@ impl RolloutFacts {
     }
 
     fn contact_text(&self) -> String {
-        match (self.contact, self.friction) {
-            (Contact::None, _) => "none: there is no ground".to_owned(),
-            (_, Some(friction)) => format!("Coulomb friction, coefficient {friction}"),
-            _ => "infinite friction: a node stops where it touches".to_owned(),
+        let text = said_of(self.contact.name(), self.contact.about());
+        match self.friction {
+            Some(friction) => format!("{text}, coefficient {friction}"),
+            None => text,
         }
     }
 
@@ -249,6 +259,13 @@ impl RolloutFacts {
             100.0 * self.dt / exact
         )
     }
+}
+
+/// A law's name, and its sentence as part of another.
+fn said_of(name: &str, about: &str) -> String {
+    let mut rest = about.trim_end_matches('.').chars();
+    let first = rest.next().map(|c| c.to_lowercase().to_string());
+    format!("{name}: {}{}", first.unwrap_or_default(), rest.as_str())
 }
 
 /// The terms, those of a step first that are computed in it.

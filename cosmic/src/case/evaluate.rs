@@ -7,9 +7,9 @@ use crate::controller::{Weights, observation};
 use crate::error::Result;
 use crate::ground::Ground;
 use crate::inputs::{ALL, DESIGN, Inputs};
-use crate::lattice::State;
+use crate::lattice::{Body, State};
 use crate::objective::{Displacement, measures};
-use crate::projection::{self, Body, Projection, holds, one_hot};
+use crate::projection::{self, Projection, holds, one_hot};
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 

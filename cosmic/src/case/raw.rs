@@ -9,8 +9,9 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::controller::Weights;
 use crate::design::Material;
+use crate::laws::ContactLaw;
 use crate::projection::Projection;
-use crate::scene::{Contact, Integrator, VoidEdges};
+use crate::scene::{Integrator, VoidEdges};
 
 /// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
 pub(super) const FORMAT: &str = "cosmic-case";
@@ -70,12 +71,15 @@ pub(super) struct RawScene {
     #[serde(default = "single", skip_serializing_if = "is_single")]
     pub(super) substeps: usize,
     #[serde(deserialize_with = "word")]
-    pub(super) contact: Contact,
+    pub(super) contact: ContactLaw,
     pub(super) mu: f64,
     #[serde(default, skip_serializing_if = "is_default")]
     pub(super) stiffening: f64,
     #[serde(default, skip_serializing_if = "is_default")]
     pub(super) bending_radius: f64,
+    /// The chosen laws that the format has no keys for, as sections of a scene.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub(super) laws: String,
     #[serde(default, deserialize_with = "word")]
     #[serde(skip_serializing_if = "is_default")]
     pub(super) void_edges: VoidEdges,

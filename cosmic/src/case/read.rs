@@ -13,7 +13,7 @@ use crate::projection::Projection;
 use crate::reading::{from_json, placed, read_whole};
 use crate::scene::{
     ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
-    UnstableStep, allowed_instead,
+    Scene, UnstableStep, allowed_instead,
 };
 
 /// The longest rollout that a case may ask for, substeps counted: the clock is kept for every step
@@ -124,7 +124,7 @@ impl Shapes<'_> {
         let inputs = observation_length(&observation, nodes);
         Ok(Case {
             layout: layout(scene),
-            physics: physics(scene, raw.steps),
+            physics: physics(self.file, scene, raw.steps)?,
             materials: self.materials(scene)?,
             sharpness: ProjectionSettings {
                 beta: scene.beta,
@@ -303,8 +303,11 @@ fn layout(scene: &RawScene) -> LatticeSettings {
     }
 }
 
-fn physics(scene: &RawScene, steps: usize) -> PhysicsSettings {
-    PhysicsSettings {
+fn physics(file: &str, scene: &RawScene, steps: usize) -> Result<PhysicsSettings> {
+    let choice = format!("physics.contact={:?}", scene.contact.name());
+    let laws = Scene::default().set(&[choice])?;
+    let laws = laws.with(&format!("{file}, `laws`"), &scene.laws)?;
+    Ok(PhysicsSettings {
         dt: scene.dt,
         steps,
         integrator: scene.integrator,
@@ -315,12 +318,13 @@ fn physics(scene: &RawScene, steps: usize) -> PhysicsSettings {
         payload_mass: scene.payload_mass,
         ground_height: scene.ground_height,
         incline_deg: scene.alpha_deg,
-        contact: scene.contact,
+        contact: laws.physics.contact,
         friction: scene.mu,
         stiffening: scene.stiffening,
         bending_radius: scene.bending_radius,
+        forces: laws.physics.forces,
         void_edges: scene.void_edges,
         // A case is evaluated, and that never refuses.
         unstable_step: UnstableStep::Warn,
-    }
+    })
 }

@@ -187,14 +187,15 @@ mod tests {
     use super::first_best;
     use crate::codesign::CoDesign;
     use crate::codesign::tests::tiny;
-    use crate::scene::{Contact, GradientPrecision, Scene, TaskKind};
+    use crate::laws::ContactLaw;
+    use crate::scene::{GradientPrecision, Scene, TaskKind};
 
     /// A robot that falls along a steep slope for so long, by half of a second's square times its
     /// share of gravity, to where a watched rollout is looked at again and no state is absurd.
     #[test]
     fn what_is_nearly_absurd_has_not_diverged() {
         let mut scene = tiny();
-        scene.physics.contact = Contact::Coulomb;
+        scene.physics.contact = ContactLaw::coulomb();
         scene.physics.friction = 0.0;
         scene.physics.incline_deg = 60.0;
         scene.physics.gravity = 1000.0;

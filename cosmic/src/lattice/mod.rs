@@ -1,8 +1,10 @@
-//! The lattice: nodes on a square grid above the ground, edges between neighbours.
+//! Nodes and edges, the body that a design gives them, and the state that evolves.
 
 mod state;
-mod grid;
+mod truss;
+mod body;
 
-pub use grid::{Lattice, edges};
+pub use body::Body;
 pub use state::State;
 pub(crate) use state::mean;
+pub use truss::{Lattice, SOFTENING, length};

@@ -1,8 +1,8 @@
 //! Settings of what goes beyond the paper, all of it off by default: other tasks, robust designs,
 //! and a search over starts that drops the weak ones early.
 
-use super::limits::{DEVIATION, SHARE, within};
-use super::settings::settings;
+use crate::settings;
+use crate::settings::{DEVIATION, SHARE, within};
 
 settings! {
     /// What the robot is to do; what is reported is the displacement, whatever the task.

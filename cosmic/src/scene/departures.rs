@@ -1,8 +1,8 @@
 //! The options by which a scene departs from the paper on purpose.
 
 use super::{
-    BinarisationMethod, Contact, GradientPrecision, Integrator, Layout, LossKind, Scene,
-    SelectionKind, StartKind, TaskKind, VoidEdges,
+    BinarisationMethod, GradientPrecision, Integrator, Layout, LossKind, Scene, SelectionKind,
+    StartKind, TaskKind, VoidEdges,
 };
 use serde::{Deserialize, Serialize};
 
@@ -140,7 +140,7 @@ const KNOWN: [KnownDeparture; 24] = [
         says: "the performance projection moves nothing",
     },
     KnownDeparture {
-        in_force: |s| s.physics.contact == Contact::None,
+        in_force: |s| !s.physics.contact.has_ground(),
         option: "physics.contact",
         says: "there is no ground",
     },

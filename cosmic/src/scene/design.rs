@@ -1,7 +1,7 @@
 //! Settings of the design vectors: projections, start, volume bounds, binarisation.
 
-use super::limits::{ITERATIONS, SHARE, above, within};
-use super::settings::settings;
+use crate::settings;
+use crate::settings::{ITERATIONS, SHARE, above, within};
 
 settings! {
     /// The softmax projections from design vectors to mixtures.

@@ -1,6 +1,6 @@
 //! Settings that can be simulated and are probably a mistake.
 
-use super::{Contact, Scene, Setting, StartKind};
+use super::{Scene, Setting, StartKind};
 use serde::Serialize;
 use std::f64::consts::PI;
 use std::fmt;
@@ -89,17 +89,17 @@ const DOUBTS: [Doubt; 12] = [
         says: "gravity points up",
     },
     Doubt {
-        holds: |s| s.physics.contact == Contact::None && s.physics.gravity > 0.0,
+        holds: |s| !s.physics.contact.has_ground() && s.physics.gravity > 0.0,
         keys: &["physics.contact", "physics.gravity"],
         says: "the robot falls for good: there is no ground",
     },
     Doubt {
-        holds: |s| s.physics.contact == Contact::Coulomb && s.physics.friction == 0.0,
+        holds: |s| s.physics.contact.name() == "coulomb" && s.physics.friction == 0.0,
         keys: &["physics.friction", "physics.contact"],
         says: "nothing holds the robot's feet: the ground has no friction",
     },
     Doubt {
-        holds: |s| s.physics.contact != Contact::None && s.lattice.drop < 0.0,
+        holds: |s| s.physics.contact.has_ground() && s.lattice.drop < 0.0,
         keys: &["lattice.drop"],
         says: "the lowest nodes start below the ground",
     },

@@ -1,7 +1,7 @@
 //! Every key of a scene: found by name, and listed for the documentation.
 
 use super::Scene;
-use super::field::{Field, Settings};
+use crate::settings::{Field, Settings};
 use serde::Serialize;
 
 impl Scene {
@@ -13,17 +13,35 @@ impl Scene {
                 key: format!("{name}.{}", field.key),
                 value: field.value.toml(),
             };
-            section.fields().into_iter().map(setting).collect()
+            section
+                .fields()
+                .into_iter()
+                .map(setting)
+                .collect::<Vec<_>>()
         };
-        let sections: [Vec<_>; _] = scene.sections().map(of_section);
-        sections.into_iter().flatten().collect()
+        let mut settings: Vec<Setting> =
+            scene.sections().into_iter().flat_map(of_section).collect();
+        settings.extend(
+            scene
+                .physics
+                .law_sections()
+                .into_iter()
+                .flat_map(of_section),
+        );
+        settings
     }
 
     /// The setting of a key such as `physics.dt`, if there is one.
     pub(super) fn field(&mut self, path: &str) -> Option<Field<'_>> {
         let (section, key) = path.split_once('.')?;
-        let mut sections = self.sections().into_iter();
-        let (_, settings) = sections.find(|(name, _)| *name == section)?;
+        let is_law = self.sections().iter().all(|(name, _)| *name != section);
+        let mut sections = if is_law {
+            self.physics.law_sections()
+        } else {
+            self.sections().into()
+        };
+        let at = sections.iter().position(|(name, _)| *name == section)?;
+        let (_, settings) = sections.swap_remove(at);
         settings.fields().into_iter().find(|field| field.key == key)
     }
 }
@@ -43,14 +61,15 @@ pub(super) struct SectionKeys {
     pub(super) keys: Vec<&'static str>,
 }
 
-/// Every section of a scene.
-pub(super) fn sections() -> Vec<SectionKeys> {
-    let mut scene = Scene::default();
+/// Every section of a scene, those of its laws last.
+pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     let section = |(name, settings): (&'static str, &mut dyn Settings)| SectionKeys {
         name,
         keys: settings.fields().iter().map(|field| field.key).collect(),
     };
-    scene.sections().map(section).into()
+    let mut sections: Vec<_> = scene.sections().map(section).into();
+    sections.extend(scene.physics.law_sections().into_iter().map(section));
+    sections
 }
 
 /// The values that a scene allows at a key such as `physics.dt`, as a phrase; `None` if it allows this

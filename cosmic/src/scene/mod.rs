@@ -3,15 +3,11 @@
 //! A function takes the section it needs; only the co-design and what stands above it see the whole
 //! [`Scene`]. Units are SI. "Paper silent" marks a value that the paper leaves open.
 //!
-//! `settings!` declares every key once: type, default, range, unit, source and meaning. The reader,
+//! [`settings!`](crate::settings!) declares every key once: type, default, range, unit, source and meaning. The reader,
 //! the commented template and the tables in `docs/files.md` follow from the declarations. The order of
 //! `mod` is the architecture: a file imports files above it.
 
-mod limits;
 mod pass;
-mod value;
-mod field;
-mod settings;
 mod robot;
 mod design;
 mod optimisation;
@@ -31,6 +27,7 @@ pub use builtin::{BUILTIN, Builtin, fault};
 pub use departures::Departure;
 pub use doubts::Finding;
 
+pub use crate::settings::Named;
 pub use design::{
     BinarisationMethod, BinarisationSettings, Layout, ProjectionSettings, StartKind, StartSettings,
     VolumeSettings,
@@ -44,12 +41,11 @@ pub use optimisation::{
 };
 pub use pass::Pass;
 pub use robot::{
-    Contact, ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,
+    ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,
     UnstableStep, VoidEdges,
 };
-pub use value::Named;
 
-use settings::settings;
+use crate::settings;
 
 #[cfg(test)]
 mod tests;

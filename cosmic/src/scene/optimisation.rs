@@ -1,8 +1,8 @@
 //! Settings of the optimisation: schedule, both optimisers, gradient, loss, selection.
 
-use super::limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, above, within};
 use super::pass::Pass;
-use super::settings::settings;
+use crate::settings;
+use crate::settings::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, above, within};
 
 settings! {
     /// Which iteration does what.

@@ -1,6 +1,9 @@
 //! The passes of the co-design, and the letters that stand for them in `schedule.cycle`.
 
+use crate::settings::{Filled, Limits, SettingValue, json, misfit, word};
 use serde::{Deserialize, Serialize};
+use toml::Spanned;
+use toml::de::DeValue;
 
 /// What one iteration of the co-design updates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,4 +33,25 @@ pub(super) fn cycle(letters: &str) -> Option<Vec<Pass>> {
             .find(|pass| pass.letter() == letter)
     };
     letters.chars().map(pass).collect()
+}
+
+impl SettingValue for Vec<Pass> {
+    fn allowed(&self, limits: &Limits) -> String {
+        format!("letters d and c in quotes, their number {limits}")
+    }
+
+    fn toml(&self) -> String {
+        let letters: String = self.iter().map(|pass| pass.letter()).collect();
+        format!("{letters:?}")
+    }
+
+    fn json(&self) -> serde_json::Value {
+        json(self)
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
+        let read = cycle(word(value)?).filter(|passes| limits.contain(passes.len() as f64));
+        *self = read.ok_or_else(|| misfit(value, "cannot be"))?;
+        Ok(())
+    }
 }

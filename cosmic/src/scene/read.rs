@@ -2,9 +2,10 @@
 
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
-use super::value::kind;
 use super::{Scene, check};
 use crate::error::{Error, Result};
+use crate::laws;
+use crate::settings::kind;
 use std::collections::HashMap;
 use std::ops::Range;
 use toml::Spanned;
@@ -47,6 +48,9 @@ impl Scene {
         if reader.faults.is_empty() {
             Ok(reader.scene)
         } else {
+            reader
+                .faults
+                .sort_by_key(|fault| (fault.source, fault.span.start));
             Err(malformed(sources, reader.faults))
         }
     }
@@ -130,7 +134,11 @@ impl<'s, 't> Reader<'s, 't> {
         }
         match DeTable::parse(text) {
             Ok(document) => {
-                for (name, value) in document.get_ref() {
+                // Which laws there are, and so which sections, the physics say.
+                let sections = document.get_ref().iter();
+                let (first, then): (Vec<_>, Vec<_>) =
+                    sections.partition(|(name, _)| name.get_ref() == "physics");
+                for (name, value) in first.into_iter().chain(then) {
                     self.section(name.get_ref(), name.span(), value);
                 }
             }
@@ -142,8 +150,12 @@ impl<'s, 't> Reader<'s, 't> {
     }
 
     fn section(&mut self, name: &str, span: Range<usize>, value: &Spanned<DeValue>) {
-        let known = sections();
+        let known = sections(&mut self.scene);
         if known.iter().all(|section| section.name != name) {
+            if let Some(remedy) = laws::choosing(name) {
+                let message = format!("the law `{name}` is not chosen");
+                return self.fault(span, message, remedy);
+            }
             let owner = known.iter().find(|section| section.keys.contains(&name));
             let path = owner.map(|owner| format!("did you mean `{}.{name}`? ", owner.name));
             let names = suggest(name, known.iter().map(|section| section.name));
@@ -179,7 +191,7 @@ impl<'s, 't> Reader<'s, 't> {
     }
 
     fn unknown_key(&mut self, name: &str, key: &str, span: Range<usize>) {
-        let known = sections();
+        let known = sections(&mut self.scene);
         let owner = known.iter().find(|other| other.keys.contains(&key));
         let keys = known.iter().filter(|section| section.name == name);
         let hint = match owner {

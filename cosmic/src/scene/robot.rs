@@ -1,7 +1,14 @@
 //! Settings of the robot and its world: lattice, physics, materials, controller.
 
-use super::limits::{STEPS, within};
-use super::settings::settings;
+use std::sync::Arc;
+
+use crate::ground::Ground;
+use crate::lattice::Lattice;
+use crate::laws::{
+    AnyContact, AnyForce, Bending, ContactLaw, Force, ForceLaws, Hooke, OnBars, Stiffening,
+};
+use crate::settings;
+use crate::settings::{STEPS, SettingValue, Settings, within};
 
 settings! {
     /// The lattice: its size and where it stands (D1).
@@ -44,7 +51,7 @@ settings! {
         incline_deg: f64 = 0.0, allowed within(-80.0, 80.0), unit "degrees",
             source "paper: 0, and 15 for the incline";
         /// Contact law of the ground.
-        contact: Contact = Contact::Infinite,
+        contact: ContactLaw = ContactLaw::infinite(),
             source "paper: infinite friction, Coulomb for one case";
         /// Coefficient of friction, read for Coulomb contact alone.
         friction: f64 = 2.5, allowed within(0.0, 1e3), source "paper: 2.5";
@@ -52,6 +59,8 @@ settings! {
         stiffening: f64 = 0.0, allowed within(0.0, 1e6), unit "1/m2", source "paper: 0, Hooke's law";
         /// Radius of gyration of the bars' section; above 0 bars in line resist bending.
         bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", source "paper: 0";
+        /// Forces beside springs and bending, by the names of laws that the program was given.
+        forces: ForceLaws = ForceLaws::default(), source "the paper has none";
         /// Whether void edges pull: dropped, those of an exactly one-hot layout do not.
         void_edges: VoidEdges = VoidEdges::Keep, source "paper: they do";
         /// What an optimisation does about a time step with which the robot's vibrations grow.
@@ -96,16 +105,63 @@ settings! {
     }
 }
 
-settings! {
-    /// What a node's velocity becomes when it meets the ground.
-    enum Contact {
-        /// There is no ground.
-        None = "none",
-        /// The node stops.
-        Infinite = "infinite",
-        /// The normal part vanishes; friction shortens the tangential part and never reverses it
-        /// (D5).
-        Coulomb = "coulomb",
+impl From<&PhysicsSettings> for Ground {
+    fn from(physics: &PhysicsSettings) -> Self {
+        Self {
+            height: physics.ground_height,
+            incline_deg: physics.incline_deg,
+        }
+    }
+}
+
+impl PhysicsSettings {
+    /// The chosen laws that have settings, by their names.
+    pub(super) fn law_sections(&mut self) -> Vec<(&'static str, &mut dyn Settings)> {
+        let contact = (self.contact.name(), self.contact.settings());
+        let mut all: Vec<_> = [contact]
+            .into_iter()
+            .chain(self.forces.settings())
+            .collect();
+        all.retain_mut(|(_, law)| !law.fields().is_empty());
+        all
+    }
+
+    /// Laws that other keys do not choose, and the settings of all, as sections of a scene file; empty if
+    /// there are none.
+    pub(crate) fn laws_toml(&self) -> String {
+        let mut physics = self.clone();
+        let forces = self.forces.toml();
+        let mut text = match self.forces.laws().next() {
+            Some(_) => format!("[physics]\nforces = {forces}\n"),
+            None => String::new(),
+        };
+        for (name, law) in physics.law_sections() {
+            text += &format!("[{name}]\n");
+            for field in law.fields() {
+                text += &format!("{} = {}\n", field.key, field.value.toml());
+            }
+        }
+        text
+    }
+
+    /// The contact law in force.
+    pub(crate) fn contact_law(&self) -> Box<dyn AnyContact> {
+        self.contact.law().with_friction(self.friction)
+    }
+
+    /// The forces on a lattice, springs first.
+    pub(crate) fn forces_on(&self, lattice: &Lattice) -> Vec<Arc<dyn Force>> {
+        let (cubic, radius) = (self.stiffening, self.bending_radius);
+        let springs: Box<dyn AnyForce> = if cubic > 0.0 {
+            Box::new(OnBars(Stiffening { cubic }))
+        } else {
+            Box::new(OnBars(Hooke {}))
+        };
+        let bending = (radius > 0.0).then(|| -> Box<dyn AnyForce> { Box::new(Bending { radius }) });
+        let own = [springs].into_iter().chain(bending);
+        let own = own.filter_map(|law| law.on(lattice));
+        own.chain(self.forces.laws().filter_map(|law| law.on(lattice)))
+            .collect()
     }
 }
 

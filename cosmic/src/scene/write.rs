@@ -2,6 +2,8 @@
 
 use super::Scene;
 use crate::error::Result;
+use crate::settings::{Settings, Values};
+use serde::{Serialize, Serializer};
 
 impl Scene {
     /// Refuses settings that no scene file may have. A scene that was read always passes; one whose
@@ -17,7 +19,7 @@ impl Scene {
     /// The whole scene as commented TOML; [`Scene::parse`] reads it back to the same bits.
     pub fn to_toml(&self) -> String {
         let mut scene = self.clone();
-        let sections = scene.sections().map(|(name, settings)| {
+        let write = |(name, settings): (&str, &mut dyn Settings)| {
             let mut text = format!("# {}\n[{name}]\n", settings.about());
             for field in settings.fields() {
                 // The unit and the source end the sentence: "Time step, s (paper, table 2)."
@@ -28,7 +30,20 @@ impl Scene {
                 text += &format!("{} = {}\n", field.key, field.value.toml());
             }
             text
-        });
+        };
+        let mut sections: Vec<String> = scene.sections().map(write).into();
+        sections.extend(scene.physics.law_sections().into_iter().map(write));
         sections.join("\n")
+    }
+}
+
+/// Sections of keys, in the order of the text.
+impl Serialize for Scene {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let mut scene = self.clone();
+        let of = |(name, section): (&'static str, &mut dyn Settings)| (name, Values::of(section));
+        let mut sections: Vec<_> = scene.sections().map(of).into();
+        sections.extend(scene.physics.law_sections().into_iter().map(of));
+        serializer.collect_map(sections)
     }
 }

@@ -1,13 +1,12 @@
 //! The cause of an absurd state: which part of a step gave a node its velocity.
 
-use super::bending::BentPair;
 use super::rollout::Simulator;
 use crate::controller::{Controller, observation};
-use crate::lattice::State;
-use crate::projection::Body;
+use crate::lattice::{Body, State};
+use crate::laws::{Pose, Pull};
 
 /// A term of the step, by what it did to one node; displayed as part of a sentence.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Cause {
     /// The controller gives an edge of the node an activation that is no number.
     #[error("the controller's output for edge {edge}")]
@@ -15,20 +14,9 @@ pub enum Cause {
         /// The edge.
         edge: usize,
     },
-    /// An edge pushes or pulls the node more than anything else does.
-    #[error("the spring of edge {edge} {nodes:?}")]
-    Spring {
-        /// The edge.
-        edge: usize,
-        /// The nodes that it joins.
-        nodes: [usize; 2],
-    },
-    /// Two edges in line are bent, and push the node more than anything else does.
-    #[error("the bending of the bar over nodes {nodes:?}")]
-    Bending {
-        /// The nodes of the bar that they make.
-        nodes: [usize; 3],
-    },
+    /// A part of a law pushes or pulls the node more than anything else does.
+    #[error("{0}")]
+    Force(String),
     /// Gravity adds more to the velocity than anything else.
     #[error("gravity")]
     Gravity,
@@ -58,25 +46,26 @@ impl Simulator {
             return Cause::Controller { edge };
         }
         // The magnitude also clears the sign bit of NaN, which `total_cmp` would rank lowest.
-        let speed = |[x, y]: [f64; 2]| x.hypot(y).abs() / body.mass[node];
-        let spring = |&edge: &usize| {
-            let nodes = self.lattice.edges[edge];
-            let impulse = self.spring_impulse(body, edge, activation[edge], &before.x);
-            (Cause::Spring { edge, nodes }, speed(impulse))
-        };
+        let size = |[x, y]: [f64; 2]| x.hypot(y).abs();
         let mechanics = &self.robot.mechanics;
-        let bars = mechanics.bending_impulses(&body.stiffness, &before.x);
-        let bending = bars.into_iter().filter_map(|BentPair { nodes, impulses }| {
-            let place = nodes.iter().position(|&other| other == node)?;
-            Some((Cause::Bending { nodes }, speed(impulses[place])))
-        });
-        let gravity = mechanics.flight.gravity;
-        let decayed = before.v[node].map(|v| v * mechanics.flight.decay);
-        let mut terms: Vec<(Cause, f64)> = edges.iter().map(spring).chain(bending).collect();
-        terms.push((Cause::Gravity, gravity[0].hypot(gravity[1])));
-        terms.push((Cause::Motion, decayed[0].hypot(decayed[1])));
+        let pose = Pose {
+            lattice: &self.lattice,
+            body,
+            state: before,
+            activation: &activation,
+            time,
+        };
+        let forces = mechanics.forces.iter();
+        let pulls = forces.flat_map(|force| force.pulls(&pose, node));
+        let velocity = |force: [f64; 2]| size(force) * mechanics.push / body.mass[node];
+        let term = |Pull { part, force }: Pull| (Cause::Force(part), velocity(force));
+        let mut terms: Vec<(Cause, f64)> = pulls.map(term).collect();
+        let flight = &mechanics.flight;
+        terms.push((Cause::Gravity, size(flight.gravity)));
+        let kept = before.v[node].map(|v| v * flight.decay);
+        terms.push((Cause::Motion, size(kept)));
         // NaN ranks above every number, and of equals the last wins: motion that is no number.
-        let most = terms.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        let most = terms.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         most.map_or(Cause::Motion, |most| most.0)
     }
 
@@ -87,24 +76,5 @@ impl Simulator {
             .filter(|(_, (ends, stiffness))| ends.contains(&node) && **stiffness != 0.0)
             .map(|(edge, _)| edge)
             .collect()
-    }
-
-    /// The impulse of an edge with this activation on its tail, N s, between nodes at these places.
-    fn spring_impulse(
-        &self,
-        body: &Body<f64>,
-        edge: usize,
-        activation: f64,
-        x: &[[f64; 2]],
-    ) -> [f64; 2] {
-        let [[xi, yi], [xj, yj]] = self.lattice.edges[edge].map(|node| x[node]);
-        self.robot.mechanics.spring_impulse([
-            xj - xi,
-            yj - yi,
-            activation,
-            body.stiffness[edge],
-            self.lattice.rest_length[edge],
-            body.strain[edge],
-        ])
     }
 }

@@ -11,8 +11,7 @@ use super::rollout::{Simulator, Span};
 use super::trajectory::{ABSURD, Trajectory, WATCHED};
 use crate::controller::Controller;
 use crate::error::Error;
-use crate::lattice::State;
-use crate::projection::Body;
+use crate::lattice::{Body, State};
 
 /// States that the search holds at a time.
 const BLOCK: usize = 64;

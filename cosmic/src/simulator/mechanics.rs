@@ -1,16 +1,16 @@
-//! The mechanical part of a step: springs, flight and contact, as often as a scene asks for.
+//! The mechanical part of a step: forces, flight and contact, as often as a scene asks for.
 
-use autodiff::{Array, Graph, Kernel, Program, Real};
+use std::sync::Arc;
 
-use super::bending::{Bending, BentPair};
-use super::kernels::{
-    Drift, Flight, FreeDrift, Sliding, SlidingDrift, Spring, Sticking, StickingDrift, Stiffening,
-};
+use autodiff::{Array, Graph, Program, Real};
+
+use super::parameters::Parameters;
 use crate::ground::Ground;
 use crate::lattice::Lattice;
-use crate::scene::{Contact, Integrator, PhysicsSettings};
+use crate::laws::{AnyContact, Drift, Flight, Force, Step};
+use crate::scene::{Integrator, PhysicsSettings};
 
-/// Springs and flight of a mechanical step of length `h = dt / substeps`.
+/// The laws of a mechanical step of length `h = dt / substeps`.
 ///
 /// Symplectic Euler pushes for `h` with the forces at the start, and drifts for `h`. Leapfrog
 /// drifts for `h / 2`, pushes for `h` and drifts for `h / 2`, each drift with its own contact;
@@ -21,14 +21,12 @@ pub(super) struct Mechanics {
     substeps: usize,
     /// The drift before the forces are taken, where the integrator has one.
     first: Option<Drift>,
-    spring: Spring,
-    /// The cubic coefficient of the springs, 1/m^2; 0 for Hooke's law.
-    stiffening: f64,
-    /// `None` where bars bend freely.
-    pub(super) bending: Option<Bending>,
+    /// For how long the forces push, s.
+    pub(super) push: f64,
     pub(super) flight: Flight,
-    contact: Contact,
-    pub(super) friction: f64,
+    contact: Arc<dyn AnyContact>,
+    pub(super) forces: Vec<Arc<dyn Force>>,
+    ground: Ground,
 }
 
 impl Mechanics {
@@ -43,100 +41,78 @@ impl Mechanics {
                 (Some(half), half, h * decay.sqrt())
             }
         };
+        let ground = Ground::from(physics);
         Self {
             substeps: physics.substeps,
             first,
-            spring: Spring { dt: push },
-            stiffening: physics.stiffening,
-            bending: Bending::new(lattice, physics.bending_radius),
+            push,
             flight: Flight {
                 drift,
                 decay,
-                gravity: Ground::from(physics).vector_to_ground([0.0, -physics.gravity * push]),
+                gravity: ground.vector_to_ground([0.0, -physics.gravity * push]),
             },
-            contact: physics.contact,
-            friction: physics.friction,
+            contact: physics.contact_law().into(),
+            forces: physics.forces_on(lattice),
+            ground,
         }
     }
 
+    /// The same laws under another coefficient of friction.
+    pub(super) fn with_friction(&self, friction: f64) -> Self {
+        Self {
+            contact: self.contact.with_friction(friction).into(),
+            ..self.clone()
+        }
+    }
+
+    /// True if a force reads the time.
+    pub(super) fn needs_time(&self) -> bool {
+        self.forces.iter().any(|force| force.needs_time())
+    }
+
+    /// The numbers of each force that no step changes.
+    pub(super) fn constants(&self) -> impl Iterator<Item = Vec<Vec<f64>>> {
+        self.forces.iter().map(|force| force.constants())
+    }
+
     /// Records the state after the step: x, y, x velocity, y velocity of all nodes, from those
-    /// before it, four arrays per edge (activation, stiffness, rest length, strain), 1 / mass, and
-    /// the stiffness against bending where there is any.
+    /// before it, the activation of every slot, and the time for every node where it is needed.
     pub(super) fn record<R: Real>(
         &self,
         p: &mut Program<R>,
         graph: &Graph,
         state: [Array; 4],
-        edge: &[Array; 4],
-        inverse_mass: Array,
-        bending: Option<Array>,
+        given: &Parameters<Array, impl Sized>,
+        activation: Array,
+        time: Option<Array>,
     ) -> [Array; 4] {
-        let mut state = state;
+        let p = &mut p.any();
+        let [mut x, mut y, mut vx, mut vy] = state;
         for _ in 0..self.substeps {
             if let Some(drift) = self.first {
-                state = self.drift(p, drift, state);
+                [x, y, vx, vy] = self.contact.drift(p, drift, [x, y, vx, vy]);
             }
-            let [x, y, ..] = state;
-            let [jx, jy] = self.pull(p, graph, [x, y], edge, bending);
-            let [x, y, vx, vy] = state;
-            state = self.fly(p, [x, y, vx, vy, jx, jy, inverse_mass]);
+            let step = Step {
+                graph,
+                x: [x, y],
+                v: [vx, vy],
+                inverse_mass: given.inverse_mass,
+                activation,
+                stiffness: given.stiffness,
+                rest_length: given.rest_length,
+                strain: given.strain,
+                time,
+                dt: self.push,
+                ground: self.ground,
+            };
+            let mut impulses = None;
+            for (force, constants) in self.forces.iter().zip(&given.constants) {
+                impulses = Some(force.record(p, &step, constants, impulses));
+            }
+            let [jx, jy] = impulses.expect("springs are always there");
+            let node = [x, y, vx, vy, jx, jy, given.inverse_mass];
+            [x, y, vx, vy] = self.contact.fly(p, self.flight, node);
         }
-        state
-    }
-
-    /// The impulses on all nodes.
-    fn pull<R: Real>(
-        &self,
-        p: &mut Program<R>,
-        graph: &Graph,
-        place: [Array; 2],
-        edge: &[Array; 4],
-        bending: Option<Array>,
-    ) -> [Array; 2] {
-        let (spring, cubic) = (self.spring, self.stiffening);
-        let springs = if cubic > 0.0 {
-            p.map_edges(graph, Stiffening { spring, cubic }, place, edge)
-        } else {
-            p.map_edges(graph, spring, place, edge)
-        };
-        match self.bending.as_ref().zip(bending) {
-            None => springs,
-            Some((bending, stiffness)) => bending.record(p, stiffness, spring.dt, place, springs),
-        }
-    }
-
-    /// The impulse of one spring on its tail, N s, from what [`Spring`] takes.
-    pub(super) fn spring_impulse(&self, given: [f64; 6]) -> [f64; 2] {
-        let (spring, cubic) = (self.spring, self.stiffening);
-        if cubic > 0.0 {
-            Stiffening { spring, cubic }.eval(given)
-        } else {
-            spring.eval(given)
-        }
-    }
-
-    /// The impulses of bent bars on their nodes, N s, from the edges' stiffness and the nodes'
-    /// places; none where bars bend freely.
-    pub(super) fn bending_impulses(&self, stiffness: &[f64], x: &[[f64; 2]]) -> Vec<BentPair> {
-        let bending = self.bending.as_ref();
-        bending.map_or(Vec::new(), |b| b.impulses(stiffness, self.spring.dt, x))
-    }
-
-    fn drift<R: Real>(&self, p: &mut Program<R>, drift: Drift, node: [Array; 4]) -> [Array; 4] {
-        let friction = self.friction;
-        match self.contact {
-            Contact::None => p.map(FreeDrift(drift), node),
-            Contact::Infinite => p.map(StickingDrift(drift), node),
-            Contact::Coulomb => p.map(SlidingDrift { drift, friction }, node),
-        }
-    }
-
-    fn fly<R: Real>(&self, p: &mut Program<R>, node: [Array; 7]) -> [Array; 4] {
-        let (flight, friction) = (self.flight, self.friction);
-        match self.contact {
-            Contact::None => p.map(flight, node),
-            Contact::Infinite => p.map(Sticking(flight), node),
-            Contact::Coulomb => p.map(Sliding { flight, friction }, node),
-        }
+        [x, y, vx, vy]
     }
 }

@@ -1,15 +1,10 @@
 //! The simulator: from a body, a controller and a state to a trajectory.
 //!
-//! The physics stands in `kernels` and the order of a step in `robot`, each once, for every
-//! number type. Internally all is in the ground's frame, where contact is a sign of one
+//! The physics stands in [`laws`](crate::laws) and the order of a step in `robot` and `mechanics`, each
+//! once, for every number type. Internally all is in the ground's frame, where contact is a sign of one
 //! coordinate; states are given and returned in the world's.
 
-mod kernels;
-#[rustfmt::skip]
-mod adjoints;
-#[cfg(test)]
-mod emission;
-mod bending;
+mod parameters;
 mod mechanics;
 mod robot;
 mod energy;
@@ -23,7 +18,7 @@ mod overflow;
 
 pub use blame::Cause;
 pub use divergence::{Divergence, Guarded};
-pub use energy::{Store, length};
+pub use energy::Store;
 pub use overflow::Overflow;
 pub use rollout::{Simulator, Span};
 pub use step_check::{Grade, StepCheck, StepLimit, rounded_down};

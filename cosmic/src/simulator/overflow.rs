@@ -11,8 +11,7 @@ use autodiff::{Tape, Var};
 
 use super::rollout::{Planned, Simulator, Span};
 use crate::controller::Controller;
-use crate::lattice::State;
-use crate::projection::Body;
+use crate::lattice::{Body, State};
 
 /// Steps of a block.
 const BLOCK: usize = 64;
@@ -135,8 +134,7 @@ impl Sweep<'_> {
 mod tests {
     use super::Sweep;
     use crate::controller::Controller;
-    use crate::lattice::{Lattice, State};
-    use crate::projection::Body;
+    use crate::lattice::{Body, Lattice, State};
     use crate::scene::Scene;
     use crate::simulator::Simulator;
 

@@ -5,15 +5,15 @@ use std::ops::Range;
 use autodiff::{Array, Graph, Matrix, Model, Program, Real};
 
 use super::mechanics::Mechanics;
-use crate::lattice::Lattice;
-use crate::projection::Body;
+use super::parameters::{Network, Parameters};
+use crate::lattice::{Body, Lattice};
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
 /// The robot as a [`Model`]: what a rollout computes in every step is settled here, before it.
 ///
 /// - Parameters: see [`Parameters`].
 /// - State: x, y, x velocity, y velocity of all nodes in the ground's frame.
-/// - Inputs: `sin(omega t)`, `cos(omega t)`.
+/// - Inputs: `sin(omega t)`, `cos(omega t)`, and `t` where a force reads it.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub(super) graph: Graph,
@@ -120,49 +120,10 @@ impl Robot {
                 w2: p.matrix(outputs, hidden),
                 b2: p.parameter(outputs),
             }),
-            bending: (self.mechanics.bending.as_ref()).map(|bending| p.parameter(bending.slots())),
+            constants: (self.mechanics.constants())
+                .map(|arrays| arrays.iter().map(|a| p.parameter(a.len())).collect())
+                .collect(),
         }
-    }
-}
-
-/// The parameters of a robot's steps, which no step changes: arrays and matrices of a program, or
-/// the numbers in them.
-pub(super) struct Parameters<A, M = A> {
-    /// Stiffness of the edge in every slot of the graph, N/m.
-    pub(super) stiffness: A,
-    /// Rest length of the edge in every slot, m.
-    pub(super) rest_length: A,
-    /// Strain at full activation of the edge in every slot.
-    pub(super) strain: A,
-    /// 1 / mass of every node, 1/kg.
-    pub(super) inverse_mass: A,
-    /// The controller, where there are actuators.
-    pub(super) network: Option<Network<A, M>>,
-    /// Angular stiffness of the pair of edges in every slot, N m, where bars resist bending.
-    pub(super) bending: Option<A>,
-}
-
-/// The folded controller: of its first layer the [sensed columns](Robot::sensed_columns), of its
-/// second the rows of the [actuators](Robot::actuators).
-pub(super) struct Network<A, M = A> {
-    pub(super) w1: M,
-    pub(super) b1: A,
-    pub(super) w2: M,
-    pub(super) b2: A,
-}
-
-impl<T> Parameters<T> {
-    /// All of them, in the order in which [`Robot::declare`] declares them.
-    pub(super) fn in_order(self) -> Vec<T> {
-        let each = [
-            self.stiffness,
-            self.rest_length,
-            self.strain,
-            self.inverse_mass,
-        ];
-        let network = self.network.map(|n| [n.w1, n.b1, n.w2, n.b2]);
-        let rest = network.into_iter().flatten().chain(self.bending);
-        each.into_iter().chain(rest).collect()
     }
 }
 
@@ -171,6 +132,7 @@ impl Model for Robot {
         let given = self.declare(p);
         let [x, y, vx, vy] = [(); 4].map(|()| p.state(self.graph.nodes()));
         let clock = p.input(2);
+        let time = self.mechanics.needs_time().then(|| p.input(1));
 
         // 1. The controller looks at the state; without actuators it is not asked, and any array
         //    of the right length stands for its activation.
@@ -189,11 +151,11 @@ impl Model for Robot {
         };
 
         // 2. Every edge pulls on its nodes, and every node moves, until it meets the ground.
-        let edge = [activation, given.stiffness, given.rest_length, given.strain];
+        let at_nodes = vec![Some(0); self.graph.nodes()];
+        let time = time.map(|time| p.gather(time, &at_nodes));
         let state = [x, y, vx, vy];
-        let (inverse_mass, bending) = (given.inverse_mass, given.bending);
         let mechanics = &self.mechanics;
-        let next = mechanics.record(p, &self.graph, state, &edge, inverse_mass, bending);
+        let next = mechanics.record(p, &self.graph, state, &given, activation, time);
         for (state, next) in state.into_iter().zip(next) {
             p.advance(state, next);
         }

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use autodiff::{CotangentBound, Fused, Given, Memory, Real, Rollout};
 
-use super::robot::{Network, Parameters, Robot};
+use super::parameters::{Network, Parameters};
+use super::robot::Robot;
 use super::trajectory::{Trajectory, WATCHED};
 use crate::controller::{Controller, clock, observation_length};
 use crate::ground::Ground;
-use crate::lattice::{Lattice, State};
-use crate::projection::Body;
+use crate::lattice::{Body, Lattice, State};
 use crate::scene::{ControllerSettings, PhysicsSettings};
 
 /// Which steps are done, and what is looked at.
@@ -61,7 +61,7 @@ pub struct Simulator {
     pub(super) controller: ControllerSettings,
     /// Rest lengths in the slots of the robot's graph.
     rest_length: Vec<f64>,
-    /// Sine and cosine of the clock's phase, step by step.
+    /// Sine and cosine of the clock's phase, and the time if a force reads it, step by step.
     clock: Arc<[f64]>,
 }
 
@@ -75,9 +75,12 @@ impl Simulator {
         let robot = Robot::new(lattice, physics, controller);
         // A product, not a sum: the phase reaches 164 rad.
         let time = |step: usize| step as f64 * physics.dt;
-        let clock = (0..physics.steps)
-            .flat_map(|step| clock(controller, time(step)))
-            .collect();
+        let timed = robot.mechanics.needs_time();
+        let inputs = |step: usize| {
+            let clock = clock(controller, time(step));
+            clock.into_iter().chain(timed.then(|| time(step)))
+        };
+        let clock = (0..physics.steps).flat_map(inputs).collect();
         Self {
             lattice: lattice.clone(),
             dt: physics.dt,
@@ -93,7 +96,7 @@ impl Simulator {
     #[must_use]
     pub fn with_friction(&self, friction: f64) -> Self {
         let mut other = self.clone();
-        other.robot.mechanics.friction = friction;
+        other.robot.mechanics = self.robot.mechanics.with_friction(friction);
         other
     }
 
@@ -208,7 +211,10 @@ impl Simulator {
         // The whole clock is shared; a later part of it is copied.
         let clock = match span.first {
             0 => Arc::clone(&self.clock),
-            first => self.clock[2 * first..2 * (first + steps)].into(),
+            first => {
+                let inputs = 2 + usize::from(self.robot.mechanics.needs_time());
+                self.clock[inputs * first..inputs * (first + steps)].into()
+            }
         };
         let nodes = self.robot.graph.nodes();
         let entries = (0..4).flat_map(|k| (0..span.nodes).map(move |node| k * nodes + node));
@@ -249,15 +255,16 @@ impl Simulator {
         controller: &Controller<R>,
     ) -> Parameters<Vec<Vec<R>>> {
         let each = |of: &dyn Fn(&Body<R>) -> Vec<R>| bodies.iter().map(of).collect();
-        let rest_length = self.rest_length.iter().map(|&l| R::lit(l)).collect();
+        let shared = |numbers: Vec<f64>| vec![numbers.into_iter().map(R::lit).collect()];
         Parameters {
             stiffness: each(&|body| robot.graph.to_slots(&body.stiffness)),
-            rest_length: vec![rest_length],
+            rest_length: shared(self.rest_length.clone()),
             strain: each(&|body| robot.graph.to_slots(&body.strain)),
             inverse_mass: each(&|body| body.mass.iter().map(|m| m.recip()).collect()),
             network: self.network(robot, controller),
-            bending: (robot.mechanics.bending.as_ref())
-                .map(|bending| each(&|body| bending.stiffness(&body.stiffness))),
+            constants: (robot.mechanics.constants())
+                .map(|arrays| arrays.into_iter().map(shared).collect())
+                .collect(),
         }
     }
 

@@ -25,8 +25,8 @@ pub struct StepLimit {
 }
 
 impl StepLimit {
-    fn new(frequency: f64, node: usize, physics: &PhysicsSettings) -> Self {
-        let dt = stable_step(physics, frequency);
+    fn new(frequency: f64, damping: f64, node: usize, physics: &PhysicsSettings) -> Self {
+        let dt = stable_step(physics, frequency, damping);
         Self {
             frequency,
             dt: dt.is_finite().then_some(dt),
@@ -79,16 +79,18 @@ impl StepCheck {
         faster: f64,
         physics: &PhysicsSettings,
     ) -> Self {
-        let any_design = stable_step(physics, faster * bound_of_any);
+        // A vibration that is faster by a factor is of a node that is lighter by its square.
+        let damping = faster * faster * vibration.damping();
+        let any_design = stable_step(physics, faster * bound_of_any, damping);
         let frequency = faster * vibration.edge_bound();
-        let bound = StepLimit::new(frequency, vibration.bounding_node(), physics);
+        let bound = StepLimit::new(frequency, damping, vibration.bounding_node(), physics);
         let beyond = bound.share(physics.dt) >= 1.0;
         Self {
             dt: physics.dt,
             bound,
             exact: beyond.then(|| {
                 let (frequency, node) = vibration.fastest();
-                StepLimit::new(frequency, node, physics)
+                StepLimit::new(frequency, vibration.damping(), node, physics)
             }),
             substeps: physics.substeps,
             any_design: any_design.is_finite().then_some(any_design),

@@ -1,8 +1,8 @@
 //! The arithmetic of a replay: operations on blocks of lanes, with their partials.
 
 use crate::real::{Mask, Real};
-use crate::record::operation::{Binary, Logic, Unary};
-use crate::rule;
+use crate::record::arithmetic::binary;
+use crate::record::operation::Binary;
 
 /// A number of the recording for `W * L::N` points.
 pub(super) type Block<L, const W: usize> = [L; W];
@@ -50,68 +50,6 @@ pub(super) fn has_zero<L: Real, const W: usize>(block: Block<L, W>) -> bool {
         found = found | (block[w].le(zero) & zero.le(block[w]));
     }
     found.any()
-}
-
-/// A mask from the number that stands for it.
-#[inline(always)]
-pub(super) fn holds<L: Real>(mask: L) -> L::Mask {
-    L::lit(0.5).lt(mask)
-}
-
-/// The number that stands for a mask.
-#[inline(always)]
-pub(super) fn number<L: Real>(mask: L::Mask) -> L {
-    L::select(mask, L::one(), L::zero())
-}
-
-#[inline(always)]
-pub(super) fn logic<L: Real>(f: Logic, a: L, b: L) -> L {
-    let mask = match f {
-        Logic::Lt => a.lt(b),
-        Logic::Le => a.le(b),
-        Logic::And => holds(a) & holds(b),
-        Logic::Or => holds(a) | holds(b),
-        Logic::Not => !holds(a),
-    };
-    number(mask)
-}
-
-/// The value and the partial.
-#[inline(always)]
-pub(super) fn unary<L: Real>(f: Unary, x: L) -> (L, L) {
-    match f {
-        Unary::Neg => (-x, -L::one()),
-        Unary::Recip => rule::recip(x),
-        Unary::Sqrt => rule::sqrt(x),
-        Unary::Rsqrt => rule::rsqrt(x),
-        Unary::Exp => rule::exp(x),
-        Unary::Ln => rule::ln(x),
-        Unary::Sin => rule::sin(x),
-        Unary::Cos => rule::cos(x),
-        Unary::Tan => rule::tan(x),
-        Unary::Tanh => rule::tanh(x),
-        Unary::Abs => rule::abs(x),
-        Unary::Detach => (x.detach(), L::zero()),
-        Unary::Powi(exponent) => rule::powi(x, exponent),
-        Unary::Elementary(function) => function.rule(x),
-    }
-}
-
-/// The value and the partials.
-#[inline(always)]
-fn binary<L: Real>(f: Binary, a: L, b: L) -> (L, [L; 2]) {
-    let one = L::one();
-    match f {
-        Binary::Add => (a + b, [one, one]),
-        Binary::Sub => (a - b, [one, -one]),
-        Binary::Mul => rule::mul(a, b),
-        Binary::Div => rule::div(a, b),
-        Binary::Atan2 => rule::atan2(a, b),
-        Binary::Powf => rule::powf(a, b),
-        Binary::Hypot => rule::hypot(a, b),
-        Binary::Chain => (L::chain(a, b), [b, a]),
-        Binary::StraightThrough => (a.straight_through(b), [L::zero(), one]),
-    }
 }
 
 /// The frequent operations have loops of their own, so that the match is outside of the loop.

@@ -3,12 +3,10 @@
 //! Each number of the recording is a few registers wide: then the dispatch on an operation costs little
 //! beside the operation.
 
-use super::block::{
-    Block, add_product, chain, forward_binary, has_zero, holds, is_zero, logic, number,
-    reverse_binary, unary,
-};
+use super::block::{Block, add_product, chain, forward_binary, has_zero, is_zero, reverse_binary};
 use crate::pool;
 use crate::real::{Mask, Real};
+use crate::record::arithmetic::{holds, logic, number, unary};
 use crate::record::operation::{Binary, Op, Place, Unary};
 use crate::simd::{Lane, WIDEST};
 

@@ -10,8 +10,9 @@ use super::voids::{Voids, keep_all, saving_of_eight};
 use cosmic::case::Case;
 use cosmic::ground::Ground;
 use cosmic::inputs::{CONTROLLER, DESIGN};
-use cosmic::projection::Body;
-use cosmic::scene::{Contact, ControllerSettings, LossSettings, PhysicsSettings, VoidEdges};
+use cosmic::lattice::Body;
+use cosmic::laws::ContactLaw;
+use cosmic::scene::{ControllerSettings, LossSettings, PhysicsSettings, VoidEdges};
 use cosmic::simulator::{Simulator, Span};
 use std::iter::once;
 
@@ -224,6 +225,10 @@ impl<'a> Facts<'a> {
                 self.changed(|p, _| p.bending_radius = other(p.bending_radius, SOME_BENDING))
             }),
         ]);
+        rows.extend(physics.forces.about().into_iter().map(|(name, about)| {
+            let without = move || self.changed(|p, _| p.forces = p.forces.without(name));
+            row(name, true, about).or(true, without)
+        }));
         rows.extend(self.ground_rows());
         rows.extend([
             row(
@@ -335,32 +340,26 @@ impl<'a> Facts<'a> {
             "all is computed in the ground's frame; gravity and weights are turned once"
         };
         let nodes = format!("{} nodes", self.case.lattice.nodes());
-        let (contact, friction) = match physics.contact {
-            Contact::None => (
-                "there is no ground".to_owned(),
-                "there is no ground".to_owned(),
-            ),
-            Contact::Infinite => (
-                nodes,
-                "friction is infinite: nodes stick where they touch".to_owned(),
-            ),
-            Contact::Coulomb => (nodes, format!("coefficient {}", physics.friction)),
+        let (is_there, law) = (physics.contact.has_ground(), &physics.contact);
+        let is_coulomb = law.name() == "coulomb";
+        let (contact, friction) = match (is_there, is_coulomb) {
+            (false, _) => (law.about().to_owned(), law.about().to_owned()),
+            (true, false) => (nodes, law.about().to_owned()),
+            (true, true) => (nodes, format!("coefficient {}", physics.friction)),
         };
-        let (other_ground, other_friction) = match physics.contact {
-            Contact::None => (Contact::Infinite, Contact::Coulomb),
-            Contact::Infinite => (Contact::None, Contact::Coulomb),
-            Contact::Coulomb => (Contact::None, Contact::Infinite),
+        let sticking_if = |sticks: bool, other: fn() -> ContactLaw| {
+            if sticks {
+                ContactLaw::infinite()
+            } else {
+                other()
+            }
         };
-        let is_coulomb = physics.contact == Contact::Coulomb;
         [
-            row(
-                "contact with the ground",
-                physics.contact != Contact::None,
-                contact,
-            )
-            .or(true, move || self.changed(|p, _| p.contact = other_ground)),
+            row("contact with the ground", is_there, contact).or(true, move || {
+                self.changed(|p, _| p.contact = sticking_if(!is_there, ContactLaw::none))
+            }),
             row("Coulomb friction", is_coulomb, friction).or(true, move || {
-                self.changed(|p, _| p.contact = other_friction)
+                self.changed(|p, _| p.contact = sticking_if(is_coulomb, ContactLaw::coulomb))
             }),
             row("rotation of an incline", false, rotation),
         ]

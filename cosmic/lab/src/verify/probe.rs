@@ -56,12 +56,16 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// The largest frequency of a case's robot with its nodes at some positions, and the bound over the
-/// edges on it, 1/s.
-pub(super) fn frequencies(case: &Case, positions: &[[f64; 2]]) -> [f64; 2] {
+/// The largest frequency of a case's robot with its nodes at some positions, the bound over the edges on
+/// it, and the rate at which forces dampen a vibration at most, 1/s.
+pub(super) fn frequencies(case: &Case, positions: &[[f64; 2]]) -> [f64; 3] {
     let body = case.body();
     let vibration = Vibration::new(&case.lattice, &body, &case.physics, positions);
-    [vibration.largest_frequency(), vibration.edge_bound()]
+    [
+        vibration.largest_frequency(),
+        vibration.edge_bound(),
+        vibration.damping(),
+    ]
 }
 
 /// A trajectory rounded to f64.

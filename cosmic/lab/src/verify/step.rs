@@ -9,7 +9,7 @@ use cosmic::simulator::stability::stable_step;
 
 /// The stable time steps of a case at its start, for every integrator.
 pub fn stable_steps(case: &Case) -> Section {
-    let frequencies = frequencies(case, &case.start.x);
+    let [exact, bound, damping] = frequencies(case, &case.start.x);
     let asked = (case.physics.integrator, case.physics.substeps);
     let mut offered: Vec<_> = Integrator::ALL.iter().map(|(_, i)| (*i, 1)).collect();
     if !offered.contains(&asked) {
@@ -21,7 +21,7 @@ pub fn stable_steps(case: &Case) -> Section {
             substeps,
             ..case.physics.clone()
         };
-        frequencies.map(|frequency| stable_step(&physics, frequency))
+        [exact, bound].map(|frequency| stable_step(&physics, frequency, damping))
     };
     let is_unstable = |offer: &_| {
         let [exact, _] = limits(offer);

@@ -5,7 +5,7 @@ use super::probe::Probe;
 use autodiff::Graph;
 use cosmic::case::Case;
 use cosmic::design::Material;
-use cosmic::projection::Body;
+use cosmic::lattice::Body;
 use cosmic::scene::{PhysicsSettings, VoidEdges};
 use cosmic::simulator::{Simulator, Span};
 use serde::Serialize;

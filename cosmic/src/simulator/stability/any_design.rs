@@ -1,8 +1,10 @@
 //! The frequencies that any design of a lattice may have.
 
-use super::vibration::stiffer;
+use std::sync::Arc;
+
 use crate::design::Material;
 use crate::lattice::Lattice;
+use crate::laws::Force;
 use crate::scene::{MaterialSettings, PhysicsSettings};
 
 /// Parts of the shares that an actuator can have.
@@ -12,17 +14,17 @@ const PARTS: usize = 16;
 /// mixtures.
 ///
 /// A node has half of its edges' mass: `mu_i` of [`Vibration::edge_bound`](super::Vibration::edge_bound) is at
-/// most the largest `2 k / (density l)` of its edges, and at most their stiffness over the mass that is no edge's. A
-/// bar's `c` is at most `2 r^2` times the stiffness of an edge at the node that it pulls on, which
-/// bounds `nu_i` by `12 (r / l)^2 mu_i` with the shortest edge's `l`.
+/// most the largest `2 k / (density l)` of its edges, and at most their stiffness over the mass that is no edge's.
+/// What is no bar's adds [its own bound](Force::any_design).
 pub fn bound_of_any_design(
     lattice: &Lattice,
     materials: &MaterialSettings,
     physics: &PhysicsSettings,
 ) -> f64 {
+    let forces = physics.forces_on(lattice);
     let mut edges_of = vec![(0.0_f64, 0.0); lattice.nodes()];
     for (ends, &length) in lattice.edges.iter().zip(&lattice.rest_length) {
-        let [stiffness, ratio] = most_of_any_mixture(materials, physics, length);
+        let [stiffness, ratio] = most_of_any_mixture(materials, &forces, length);
         for &node in ends {
             let (largest, sum) = edges_of[node];
             edges_of[node] = (largest.max(2.0 * ratio / length), sum + stiffness);
@@ -33,30 +35,32 @@ pub fn bound_of_any_design(
     let sums = lattice.edges.iter().map(|&[i, j]| mu[i] + mu[j]);
     let of_edges = sums.fold(0.0, f64::max);
     let shortest = lattice.rest_length.iter().copied().fold(f64::MAX, f64::min);
-    let of_bars = 12.0 * (physics.bending_radius / shortest).powi(2);
-    (of_edges + of_bars * mu.into_iter().fold(0.0, f64::max)).sqrt()
+    let largest = mu.into_iter().fold(0.0, f64::max);
+    let others = forces
+        .iter()
+        .map(|f| f.any_design(largest, shortest, physics.node_mass));
+    (of_edges + others.sum::<f64>()).sqrt()
 }
 
 /// The most that an edge of some length can have of stiffness, N/m, and of that over its density.
 fn most_of_any_mixture(
     materials: &MaterialSettings,
-    physics: &PhysicsSettings,
+    forces: &[Arc<dyn Force>],
     length: f64,
 ) -> [f64; 2] {
     let actuator = Material::Actuator as usize;
     let stroke = materials.max_strain[actuator] * length;
-    // Springs that do not stiffen have their most at one of the ends.
-    let parts = if physics.stiffening > 0.0 { PARTS } else { 1 };
     let mut most = [0.0_f64; 2];
     for other in 0..3 {
         // Between two shares of actuator the ratio of sums is between those at them, and a spring
         // is at most as stiff as with the larger one.
-        for part in 1..=parts {
-            let [less, more] = [part - 1, part].map(|part| part as f64 / parts as f64);
-            let stiffer = stiffer(physics, more * stroke);
+        for part in 1..=PARTS {
+            let [less, more] = [part - 1, part].map(|part| part as f64 / PARTS as f64);
             for share in [less, more] {
                 let mean = |of: &[f64; 3]| (1.0 - share) * of[other] + share * of[actuator];
-                let stiffness = stiffer * mean(&materials.stiffness);
+                let k = mean(&materials.stiffness);
+                let of = |force: &Arc<dyn Force>| force.bar_stiffness(k, length, more * stroke);
+                let stiffness: f64 = forces.iter().map(of).sum();
                 let density = mean(&materials.density);
                 let ratio = if stiffness > 0.0 {
                     stiffness / density

@@ -3,20 +3,14 @@
 //! The frequencies of a lattice at rest are the roots of the eigenvalues of `M^-1 K`, where an edge
 //! of direction `n`, length `l` and target length `l0` adds
 //! `k (n n^T + (1 - l0 / l) (I - n n^T))` to `K`: the second part, the pull across a stretched
-//! edge, is negative for a compressed one. Two edges in line that resist bending with `c` (N m) add
-//! `c g g^T`, where `g . u` is the angle between them by displacements `u` of their three nodes.
-//!
-//! A stiffening spring, `k (e + c e^3)`, is taken as stiff as it is where its length is off by the
-//! stroke of its own actuator; what else pulls it longer makes it stiffer than that.
+//! edge, is negative for a compressed one. Every [force](crate::laws::Force) says what it adds.
 
 use nalgebra::{DVector, Matrix2, Vector2};
 
 use super::lanczos::largest_eigenpair;
-use crate::lattice::Lattice;
-use crate::projection::Body;
+use crate::lattice::{Body, Lattice, State, length};
+use crate::laws::{Angle, Pose, Stiffness};
 use crate::scene::PhysicsSettings;
-use crate::simulator::bending::{AngularSpring, Bending};
-use crate::simulator::kernels::SOFTENING;
 
 /// A robot linearised about a state in which it pulls on its nodes as the springs there do.
 #[derive(Clone, Debug)]
@@ -27,61 +21,51 @@ pub struct Vibration<'a> {
     along: Vec<Matrix2<f64>>,
     /// Per edge, the stiffness across it (`k (1 - l0 / l) (I - n n^T)`), of either sign.
     across: Vec<Matrix2<f64>>,
-    /// The bars that resist bending.
-    bars: Vec<BentBar>,
-}
-
-/// Two edges in line, the angle between which is `g . u`.
-#[derive(Clone, Copy, Debug)]
-struct BentBar {
-    nodes: [usize; 3],
-    /// `g` of each node, times the root of the angular stiffness.
-    by: [Vector2<f64>; 3],
-}
-
-impl BentBar {
-    fn new(spring: &AngularSpring, positions: &[[f64; 2]]) -> Self {
-        let place = |node: usize| Vector2::from(positions[node]);
-        let [before, middle, after] = spring.nodes.map(place);
-        let [a, b] = [middle - before, after - middle].map(softened_length);
-        let bar = after - before;
-        let across = Vector2::new(-bar.y, bar.x) / softened_length(bar);
-        let by = |turn: f64| across * (spring.stiffness.sqrt() * turn);
-        Self {
-            nodes: spring.nodes,
-            by: [by(1.0 / a), by(-(1.0 / a + 1.0 / b)), by(1.0 / b)],
-        }
-    }
+    /// All that forces add at the pose.
+    stiffness: Stiffness,
 }
 
 impl<'a> Vibration<'a> {
     /// A body whose nodes are at these positions (m, either frame), its actuators idle. Of the
-    /// physics the laws of springs and bars count.
+    /// physics the forces count.
     pub fn new(
         lattice: &'a Lattice,
         body: &'a Body<f64>,
         physics: &PhysicsSettings,
         positions: &[[f64; 2]],
     ) -> Self {
-        let edge = |(e, &[i, j]): (usize, &[usize; 2])| {
-            let [tail, head] = [i, j].map(|node| Vector2::from(positions[node]));
-            let length = softened_length(head - tail);
-            let direction = (head - tail) / length;
-            let rest = lattice.rest_length[e];
-            let k = stiffer(physics, body.strain[e] * rest) * body.stiffness[e];
-            let projector = direction * direction.transpose();
-            let pull = k * (1.0 - rest / length);
-            (k * projector, pull * (Matrix2::identity() - projector))
+        let state = State {
+            x: positions.to_vec(),
+            v: vec![[0.0; 2]; positions.len()],
         };
-        let (along, across) = lattice.edges.iter().enumerate().map(edge).unzip();
-        let bending = Bending::new(lattice, physics.bending_radius);
-        let springs = bending.map_or(Vec::new(), |bending| bending.springs(&body.stiffness));
+        let pose = Pose {
+            lattice,
+            body,
+            state: &state,
+            activation: &[],
+            time: 0.0,
+        };
+        let mut stiffness = Stiffness::none(lattice.nodes(), lattice.edges.len());
+        for force in physics.forces_on(lattice) {
+            force.stiffen(&pose, &mut stiffness);
+        }
+        let edge = |(&[i, j], &[along, across]): (&[usize; 2], &[f64; 2])| {
+            let [tail, head] = [i, j].map(|node| Vector2::from(positions[node]));
+            let direction = (head - tail) / length(positions, [i, j]);
+            let projector = direction * direction.transpose();
+            (
+                along * projector,
+                across * (Matrix2::identity() - projector),
+            )
+        };
+        let edges = lattice.edges.iter().zip(&stiffness.bars);
+        let (along, across) = edges.map(edge).unzip();
         Self {
             lattice,
             body,
             along,
             across,
-            bars: springs.iter().map(|s| BentBar::new(s, positions)).collect(),
+            stiffness,
         }
     }
 
@@ -156,11 +140,15 @@ impl<'a> Vibration<'a> {
             add(i, -pull);
             add(j, pull);
         }
-        for BentBar { nodes, by } in &self.bars {
+        for Angle { nodes, by } in &self.stiffness.angles {
+            let by = by.map(Vector2::from);
             let angle: f64 = nodes.iter().zip(by).map(|(&i, g)| g.dot(&at(i))).sum();
             for (&i, g) in nodes.iter().zip(by) {
                 add(i, g * angle);
             }
+        }
+        for (i, of_node) in self.stiffness.nodes.iter().enumerate() {
+            add(i, Matrix2::from(*of_node) * at(i));
         }
         product
     }
@@ -168,7 +156,8 @@ impl<'a> Vibration<'a> {
     /// The largest frequency that bars alone have at most, 1/s, and the node that it comes from.
     fn of_bars(&self) -> (f64, usize) {
         let mut sums = vec![Matrix2::zeros(); self.lattice.nodes()];
-        for BentBar { nodes, by } in &self.bars {
+        for Angle { nodes, by } in &self.stiffness.angles {
+            let by = by.map(Vector2::from);
             let all: f64 = by.iter().map(|g| g.norm()).sum();
             for (&i, g) in nodes.iter().zip(by).filter(|(_, g)| g.norm() > 0.0) {
                 sums[i] += g * g.transpose() * (all / g.norm());
@@ -180,10 +169,11 @@ impl<'a> Vibration<'a> {
         (square.sqrt(), node)
     }
 
-    /// Per node the largest eigenvalue of its own edges' stiffness over its mass, compressed edges
-    /// counted along themselves alone.
+    /// Per node the largest eigenvalue of its own and of its edges' stiffness over its mass, compressed
+    /// edges counted along themselves alone.
     fn node_frequencies(&self) -> Vec<f64> {
-        let mut sums = vec![Matrix2::zeros(); self.lattice.nodes()];
+        let of_nodes = self.stiffness.nodes.iter();
+        let mut sums: Vec<Matrix2<f64>> = of_nodes.map(|&of_node| of_node.into()).collect();
         let parts = self.along.iter().zip(&self.across);
         for (&[i, j], (along, across)) in self.lattice.edges.iter().zip(parts) {
             let is_stretched = across.trace() > 0.0;
@@ -195,6 +185,21 @@ impl<'a> Vibration<'a> {
         nodes
             .map(|(sum, mass)| largest_eigenvalue(sum) / mass)
             .collect()
+    }
+
+    /// A bound on the rates, 1/s, at which forces that grow with velocity dampen a vibration beside the
+    /// scene's own damping; 0 without such forces.
+    pub fn damping(&self) -> f64 {
+        let mut sums = vec![0.0; self.lattice.nodes()];
+        for (&[i, j], damping) in self.lattice.edges.iter().zip(&self.stiffness.bar_damping) {
+            sums[i] += 2.0 * damping.abs();
+            sums[j] += 2.0 * damping.abs();
+        }
+        let nodes = sums.iter().zip(&self.stiffness.node_damping);
+        let rates = nodes
+            .zip(&self.body.mass)
+            .map(|((a, b), mass)| (a + b) / mass);
+        rates.fold(0.0, f64::max)
     }
 
     /// The root of the largest `mu_i + mu_j` over the edges that have any stiffness, 1/s.
@@ -210,18 +215,8 @@ impl<'a> Vibration<'a> {
     }
 }
 
-/// How much stiffer springs are than at ease where their length is off by so much.
-pub(super) fn stiffer(physics: &PhysicsSettings, off: f64) -> f64 {
-    1.0 + 3.0 * physics.stiffening * off * off
-}
-
 fn largest_eigenvalue(of: &Matrix2<f64>) -> f64 {
     0.5 * of.trace() + (0.5 * (of.m11 - of.m22)).hypot(of.m12)
-}
-
-/// The length of an edge as its spring has it: coincident nodes have a direction of length zero.
-fn softened_length(edge: Vector2<f64>) -> f64 {
-    (edge.norm_squared() + SOFTENING).sqrt()
 }
 
 #[cfg(test)]
@@ -230,8 +225,8 @@ mod tests {
 
     use super::Vibration;
     use crate::design::Material;
-    use crate::lattice::Lattice;
-    use crate::projection::{Body, one_hot};
+    use crate::lattice::{Body, Lattice};
+    use crate::projection::one_hot;
     use crate::scene::{MaterialSettings, PhysicsSettings};
 
     /// The largest frequency, 1/s, from all eigenvalues of the dense matrix.

@@ -3,6 +3,7 @@
 use crate::verify::probe::{Probe, most, narrow};
 use autodiff::Real;
 use cosmic::case::Case;
+use cosmic::laws::ForceLaws;
 use cosmic::simulator::Store;
 
 /// The stretch of the lattice at the start.
@@ -10,8 +11,10 @@ const STRETCH: f64 = 0.02;
 /// How far the ground is lowered, m: out of reach, and not so far that heights above it lose
 /// digits in f32.
 const DEPTH: f64 = 1.0;
+const HAVE_ENERGY: &str = "springs and bending have an energy";
 
-/// The energy of a stretched robot let go: no damping, no gravity, no ground, no controller.
+/// The energy of a stretched robot let go: no damping, no gravity, no ground, no controller, no forces
+/// beside springs and bending.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energy {
     /// The largest departure from the energy at the start, as a share of it.
@@ -29,7 +32,7 @@ impl Energy {
         let store = Store::new(&free.lattice, &free.physics, &body);
         let seen = narrow(&Probe::new(&free).run::<R>(&free.start, (0..=steps).collect()));
         let energies = seen.states.iter().map(|state| store.energy(state));
-        let energies: Vec<f64> = energies.collect();
+        let energies: Vec<f64> = energies.collect::<Option<_>>().expect(HAVE_ENERGY);
         let first = energies[0];
         let away = energies.iter().map(|e| (e / first - 1.0).abs());
         let quarter = (energies.len() / 4).max(1);
@@ -48,6 +51,7 @@ fn released(case: &Case, steps: usize) -> Case {
     let physics = &mut case.physics;
     physics.steps = steps;
     (physics.damping, physics.gravity) = (0.0, 0.0);
+    physics.forces = ForceLaws::default();
     physics.ground_height -= DEPTH / physics.incline_deg.to_radians().cos();
     let origin = case.start.x[0];
     for x in &mut case.start.x {

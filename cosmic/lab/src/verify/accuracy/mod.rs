@@ -216,8 +216,8 @@ impl Group {
         let here = self.case(case, 1, 1);
         let at = self.marks(marks, 1);
         let [reference, held] = references;
-        let [frequency, _] = frequencies(&here, &here.start.x);
-        let stable = here.physics.dt < stable_step(&here.physics, frequency);
+        let [frequency, _, damping] = frequencies(&here, &here.start.x);
+        let stable = here.physics.dt < stable_step(&here.physics, frequency, damping);
         let motions = [
             self.motion::<f32>(&here, &at),
             self.motion::<f64>(&here, &at),

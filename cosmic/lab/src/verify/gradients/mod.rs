@@ -9,9 +9,10 @@ use super::probe::norm;
 use cosmic::case::Case;
 use cosmic::ground::Ground;
 use cosmic::inputs::{ALL, Block, Inputs};
+use cosmic::laws::ContactLaw;
 use cosmic::objective::{Displacement, Loss, Objective};
 use cosmic::projection::Projection;
-use cosmic::scene::{Contact, Integrator, ObjectiveSettings, Scene};
+use cosmic::scene::{Integrator, ObjectiveSettings, Scene};
 use cosmic::task::{Horizon, Task};
 
 /// The height above the ground, m, to which a robot's lowest node is lifted off a kink.
@@ -192,7 +193,7 @@ const ON_LINE: f64 = 1e-12;
 /// True if a node starts on the ground line; true if a node starts there or below.
 fn stands_and_touches(case: &Case) -> [bool; 2] {
     let any = |is: fn(f64) -> bool| {
-        case.physics.contact != Contact::None && heights(case).into_iter().any(is)
+        case.physics.contact != ContactLaw::none() && heights(case).into_iter().any(is)
     };
     [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
 }
@@ -331,7 +332,8 @@ impl<'a, L: Loss> CaseLoss<'a, L> {
 mod tests {
     use super::{Claim, Options, Verdict, check_directions, check_gradients, is_rounding};
     use crate::verify::probe::small;
-    use cosmic::scene::{Contact, Integrator, Scene};
+    use cosmic::laws::ContactLaw;
+    use cosmic::scene::{Integrator, Scene};
 
     #[test]
     fn wrong_groups_and_believed_controls_are_failures() {
@@ -349,7 +351,7 @@ mod tests {
     #[test]
     fn slopes_below_the_displacement_s_rounding_fail_nothing() {
         let case = small([2, 2], |scene| {
-            (scene.physics.contact, scene.materials.stiffness) = (Contact::None, [1e-16; 3]);
+            (scene.physics.contact, scene.materials.stiffness) = (ContactLaw::none(), [1e-16; 3]);
         });
         let check = check_gradients(&case, None, 32, &Options::default());
         assert!(check.failures().is_empty(), "{check}");
@@ -375,7 +377,7 @@ mod tests {
         for steps in [64, 256] {
             let case = small([3, 3], |scene| {
                 scene.controller.hidden = 4;
-                scene.physics.contact = Contact::None;
+                scene.physics.contact = ContactLaw::none();
                 scene.materials.max_strain = [0.0; 3];
             });
             let check = check_gradients(&case, None, steps, &Options::default());
@@ -394,7 +396,7 @@ mod tests {
             scene.lattice.drop = 0.01;
             (scene.physics.node_mass, scene.physics.payload_mass) = (1e-4, 0.0);
             (scene.physics.damping, scene.physics.stiffening) = (5.0, 80.0);
-            (scene.physics.contact, scene.physics.friction) = (Contact::Coulomb, 0.0);
+            (scene.physics.contact, scene.physics.friction) = (ContactLaw::coulomb(), 0.0);
             scene.materials.max_strain = [0.0, 0.0, 0.7];
             (scene.controller.hidden, scene.controller.gain) = (4, [6.0, 6.0]);
             scene.controller.velocity_scale = 0.5;
@@ -427,7 +429,7 @@ mod tests {
             let leaps = |s: &mut Scene| {
                 leapfrog(s);
                 s.physics.substeps = substeps;
-                s.physics.contact = Contact::Coulomb;
+                s.physics.contact = ContactLaw::coulomb();
             };
             assert_eq!(lifted(&leaps), ["x0", "v0"]);
         }
@@ -439,7 +441,7 @@ mod tests {
             s.lattice.drop = -0.003;
         };
         assert_eq!(lifted(&sunk), ["v0"]);
-        let nowhere = |s: &mut Scene| s.physics.contact = Contact::None;
+        let nowhere = |s: &mut Scene| s.physics.contact = ContactLaw::none();
         assert_eq!(lifted(&nowhere), Vec::<&str>::new());
     }
 }

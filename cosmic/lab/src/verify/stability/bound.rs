@@ -5,8 +5,8 @@ use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::verify::probe::median;
+use cosmic::lattice::Body;
 use cosmic::lattice::Lattice;
-use cosmic::projection::Body;
 use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::scene::{PhysicsSettings, Scene};
 use cosmic::simulator::stability::Vibration;

@@ -4,8 +4,9 @@ use super::trial::{Trial, World, silent};
 use crate::verify::probe::{frequencies, most};
 use cosmic::case::Case;
 use cosmic::design::Material;
-use cosmic::scene::{Contact, Integrator, Scene, StartKind};
-use cosmic::simulator::length;
+use cosmic::lattice::length;
+use cosmic::laws::ContactLaw;
+use cosmic::scene::{Integrator, Scene, StartKind};
 use cosmic::simulator::stability::stable_step;
 
 /// Steps of a trial: a vibration a twentieth beyond its limit grows a thousandfold in a dozen.
@@ -86,8 +87,8 @@ impl Trials {
             World::Free => silent(case),
             World::Driven => case.clone(),
         };
-        let [frequency, _] = frequencies(&case, &case.lattice.positions);
-        let limit = stable_step(&case.physics, frequency);
+        let [frequency, _, damping] = frequencies(&case, &case.lattice.positions);
+        let limit = stable_step(&case.physics, frequency, damping);
         if limit.is_infinite() {
             return;
         }
@@ -99,6 +100,7 @@ impl Trials {
                 case: case.clone(),
                 world,
                 frequency,
+                damping,
             });
         }
     }
@@ -110,11 +112,12 @@ impl Trials {
 
     /// Adds a robot in its world with its own time step.
     fn single(&mut self, group: &'static str, what: &str, case: Case) {
-        let [frequency, _] = frequencies(&case, &case.lattice.positions);
+        let [frequency, _, damping] = frequencies(&case, &case.lattice.positions);
         self.0.push(Trial {
             group,
             what: what.to_owned(),
             frequency,
+            damping,
             case,
             world: World::Driven,
         });
@@ -182,7 +185,7 @@ fn integrators_and_laws(trials: &mut Trials) {
 
 fn frictions_and_layouts(trials: &mut Trials) {
     for friction in [0.0, 2.5, 1e3, 1e12] {
-        let mut case = robot(|scene| scene.physics.contact = Contact::Coulomb);
+        let mut case = robot(|scene| scene.physics.contact = ContactLaw::coulomb());
         case.physics.friction = friction;
         case.frozen = None;
         trials.single("friction", &format!("Coulomb, {friction:e}"), case);

@@ -2,11 +2,11 @@
 
 use crate::verify::probe::most;
 use cosmic::case::Case;
-use cosmic::lattice::State;
-use cosmic::projection::Body;
+use cosmic::lattice::Body;
+use cosmic::lattice::{State, length};
 use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::simulator::stability::stable_step;
-use cosmic::simulator::{Divergence, Grade, Guarded, Span, Store, length};
+use cosmic::simulator::{Divergence, Grade, Guarded, Span, Store};
 
 /// The perturbation of a free robot's nodes at the start, as a share of its shortest edge. It is small
 /// beside the edges, so that springs answer linearly, and large beside the softening of their length
@@ -41,6 +41,8 @@ pub struct Trial {
     pub world: World,
     /// The robot's largest frequency at rest, 1/s.
     pub frequency: f64,
+    /// The rate, 1/s, at which its forces dampen a vibration at most.
+    pub damping: f64,
 }
 
 /// The outcome of a trial.
@@ -128,7 +130,7 @@ impl Trial {
             nodes: case.lattice.nodes(),
             dt: case.physics.dt,
             bound: check.bound.dt.unwrap_or(f64::INFINITY),
-            limit: stable_step(&case.physics, self.frequency),
+            limit: stable_step(&case.physics, self.frequency, self.damping),
             grade: check.grade(),
             outcome,
             growth,
@@ -178,7 +180,8 @@ fn is_finite(state: &State<f64>) -> bool {
 fn energy_growth(case: &Case, body: &Body<f64>, guarded: &Guarded) -> f64 {
     let store = Store::new(&case.lattice, &case.physics, body);
     let states = guarded.trajectory.states.iter();
-    most(states.map(|state| store.energy(state))) / (ENERGY * store.energy(&case.start))
+    let energy = |state| store.energy(state).unwrap_or(f64::NAN);
+    most(states.map(energy)) / (ENERGY * energy(&case.start))
 }
 
 /// The highest speed of any node over its bound: [`SPEED`] times the sum of what gravity adds in the

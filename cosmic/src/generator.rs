@@ -1,26 +1,8 @@
-//! Nodes on a square grid, and the edges between them.
+//! The generator of lattices: nodes on a square grid, and the edges between neighbours.
 
-use super::State;
 use crate::ground::Ground;
+use crate::lattice::Lattice;
 use crate::scene::LatticeSettings;
-
-/// Nodes and edges of a robot. Node 0 is at the bottom left and carries the payload.
-///
-/// All of it is constant: no derivative flows through the rest lengths or the masses that come
-/// from them, not even where the initial positions are variables.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Lattice {
-    /// Initial positions in the world's frame, one per node, in metres.
-    pub positions: Vec<[f64; 2]>,
-    /// Nodes `[i, j]` that an edge joins.
-    pub edges: Vec<[usize; 2]>,
-    /// Rest length per edge, in metres.
-    pub rest_length: Vec<f64>,
-    /// Nodes in a row.
-    pub columns: usize,
-    /// How many rows.
-    pub rows: usize,
-}
 
 impl Lattice {
     /// The lattice on a ground, turned with it (D1); each rest length is the plain initial distance
@@ -49,29 +31,6 @@ impl Lattice {
             columns,
             rows,
         }
-    }
-
-    /// How many nodes.
-    pub fn nodes(&self) -> usize {
-        self.positions.len()
-    }
-
-    /// The state in which the robot starts: its initial positions, everything at rest.
-    pub fn state_at_rest(&self) -> State<f64> {
-        State {
-            x: self.positions.clone(),
-            v: vec![[0.0; 2]; self.nodes()],
-        }
-    }
-
-    /// Heights of the edges' midpoints above the lowest row, in rows: 0 for an
-    /// edge along the lowest row, `rows - 1` for one along the topmost.
-    pub fn midpoint_rows(&self) -> Vec<f64> {
-        let row = |node: usize| (node / self.columns) as f64;
-        self.edges
-            .iter()
-            .map(|&[i, j]| 0.5 * (row(i) + row(j)))
-            .collect()
     }
 }
 

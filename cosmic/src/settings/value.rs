@@ -1,14 +1,13 @@
 //! The types that a setting can have: what may stand in a file, how it is read and written.
 
 use super::limits::Limits;
-use super::pass::{Pass, cycle};
 use std::fmt::Debug;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// A value of a scene, whatever its type.
-pub(super) trait SettingValue: Debug {
+/// The type of a setting.
+pub trait SettingValue: Debug {
     /// The values that a file may hold, as a phrase.
     fn allowed(&self, limits: &Limits) -> String;
     /// The value as TOML. Rust writes numbers, truth values and arrays of them as TOML does, with the
@@ -16,20 +15,26 @@ pub(super) trait SettingValue: Debug {
     fn toml(&self) -> String {
         format!("{self:?}")
     }
+    /// The value as JSON.
+    fn json(&self) -> serde_json::Value;
     /// Takes the value of a file.
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()>;
 }
 
 /// Why a value does not fit. A message reads "`physics.dt` is a text: "fast"", where `says` is the
 /// part between key and value.
-pub(super) struct Misfit {
-    pub(super) span: Range<usize>,
-    pub(super) says: String,
+pub struct Misfit {
+    /// The bytes of the value in its source.
+    pub span: Range<usize>,
+    /// The part of the message between key and value.
+    pub says: String,
 }
 
-type Filled<T> = Result<T, Misfit>;
+/// The result of reading a value.
+pub type Filled<T> = Result<T, Misfit>;
 
-fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
+/// A value that does not fit, and why.
+pub fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
     Misfit {
         span: value.span(),
         says: says.to_owned(),
@@ -40,12 +45,13 @@ fn out_of_range(value: &Spanned<DeValue>) -> Misfit {
     misfit(value, "is out of range:")
 }
 
-fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
+/// A value of another kind than the setting's.
+pub fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
     misfit(value, &format!("is {}:", kind(value)))
 }
 
 /// What a TOML value is, with its article.
-pub(super) fn kind(value: &Spanned<DeValue>) -> &'static str {
+pub fn kind(value: &Spanned<DeValue>) -> &'static str {
     match value.get_ref() {
         DeValue::String(_) => "a text",
         DeValue::Integer(_) => "a whole number",
@@ -60,6 +66,10 @@ pub(super) fn kind(value: &Spanned<DeValue>) -> &'static str {
 impl SettingValue for f64 {
     fn allowed(&self, limits: &Limits) -> String {
         format!("a {} {limits}", Self::NOUN)
+    }
+
+    fn json(&self) -> serde_json::Value {
+        json(self)
     }
 
     /// Written with or without a point. A number that overflows is infinite, and out of range.
@@ -83,6 +93,10 @@ impl SettingValue for usize {
         format!("a {} {limits}", Self::NOUN)
     }
 
+    fn json(&self) -> serde_json::Value {
+        json(self)
+    }
+
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
         let DeValue::Integer(n) = value.get_ref() else {
             return Err(wrong_kind(value));
@@ -95,7 +109,8 @@ impl SettingValue for usize {
 }
 
 /// The numbers that an array may hold.
-trait Number: SettingValue {
+pub trait Number: SettingValue {
+    /// The noun for such a number.
     const NOUN: &'static str;
 }
 
@@ -110,6 +125,10 @@ impl Number for usize {
 impl<T: Number, const N: usize> SettingValue for [T; N] {
     fn allowed(&self, limits: &Limits) -> String {
         format!("{N} {}s, each {limits}", T::NOUN)
+    }
+
+    fn json(&self) -> serde_json::Value {
+        self.iter().map(T::json).collect()
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
@@ -133,6 +152,10 @@ impl SettingValue for Option<f64> {
         self.map_or("\"off\"".to_owned(), |x| x.toml())
     }
 
+    fn json(&self) -> serde_json::Value {
+        json(self)
+    }
+
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
         *self = None;
         if value.get_ref().as_str() == Some("off") {
@@ -145,6 +168,10 @@ impl SettingValue for Option<f64> {
 impl SettingValue for bool {
     fn allowed(&self, _: &Limits) -> String {
         "true or false".to_owned()
+    }
+
+    fn json(&self) -> serde_json::Value {
+        json(self)
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
@@ -176,6 +203,10 @@ impl<T: Named> SettingValue for T {
         format!("{:?}", self.name())
     }
 
+    fn json(&self) -> serde_json::Value {
+        self.name().into()
+    }
+
     fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
         let word = word(value)?;
         let entry = T::ALL.iter().find(|(name, _)| *name == word);
@@ -184,23 +215,15 @@ impl<T: Named> SettingValue for T {
     }
 }
 
-impl SettingValue for Vec<Pass> {
-    fn allowed(&self, limits: &Limits) -> String {
-        format!("letters d and c in quotes, their number {limits}")
-    }
-
-    fn toml(&self) -> String {
-        let letters: String = self.iter().map(|pass| pass.letter()).collect();
-        format!("{letters:?}")
-    }
-
-    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
-        let read = cycle(word(value)?).filter(|passes| limits.contain(passes.len() as f64));
-        *self = read.ok_or_else(|| misfit(value, "cannot be"))?;
-        Ok(())
-    }
+/// The word that a text is.
+///
+/// # Errors
+/// [`Misfit`] for a value that is no text.
+pub fn word<'v>(value: &'v Spanned<DeValue>) -> Filled<&'v str> {
+    value.get_ref().as_str().ok_or_else(|| wrong_kind(value))
 }
 
-fn word<'v>(value: &'v Spanned<DeValue>) -> Filled<&'v str> {
-    value.get_ref().as_str().ok_or_else(|| wrong_kind(value))
+/// A value as JSON. Settings are numbers, names and lists of them, which all have a form there.
+pub fn json(value: &(impl serde::Serialize + ?Sized)) -> serde_json::Value {
+    serde_json::to_value(value).unwrap_or_default()
 }

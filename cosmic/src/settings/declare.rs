@@ -14,8 +14,9 @@
 ///
 /// The type and the default are Rust; `allowed` is for numbers, and `unit` for those that have one.
 /// From this follow the struct with public fields, its `Default`, its documentation, and
-/// [`Settings`](super::field::Settings), by which the reader, the template and the documentation of
+/// `Settings`, by which the reader, the template and the documentation of
 /// the keys are made. An `enum` lists its members with their names in files, the `scene` its sections.
+#[macro_export]
 macro_rules! settings {
     (
         $(#[doc = $about:literal])+
@@ -24,11 +25,11 @@ macro_rules! settings {
                 $(#[doc = $doc:literal])+
                 $key:ident: $type:ty = $default:expr
                 $(, allowed $limits:expr)? $(, unit $unit:literal)?, source $source:literal;
-            )+
+            )*
         }
     ) => {
         $(#[doc = $about])+
-        #[derive(Debug, Clone, PartialEq, serde::Serialize)]
+        #[derive(Debug, Clone, PartialEq)]
         pub struct $Settings {
             $(
                 $(#[doc = $doc])+
@@ -36,29 +37,38 @@ macro_rules! settings {
                     "\n\nDefault: `", stringify!($default), "`", $(" ", $unit,)? " (", $source, ")."
                 )]
                 pub $key: $type,
-            )+
+            )*
         }
 
         impl Default for $Settings {
             fn default() -> Self {
-                Self { $($key: $default,)+ }
+                Self { $($key: $default,)* }
             }
         }
 
-        impl super::field::Settings for $Settings {
+        impl $crate::settings::serde::Serialize for $Settings {
+            fn serialize<S: $crate::settings::serde::Serializer>(
+                &self,
+                serializer: S,
+            ) -> Result<S::Ok, S::Error> {
+                $crate::settings::Values::of(&mut self.clone()).serialize(serializer)
+            }
+        }
+
+        impl $crate::settings::Settings for $Settings {
             fn about(&self) -> &'static str {
                 concat!($($about),+).trim_ascii()
             }
 
-            fn fields(&mut self) -> Vec<super::field::Field<'_>> {
-                vec![$(super::field::Field {
+            fn fields(&mut self) -> Vec<$crate::settings::Field<'_>> {
+                vec![$($crate::settings::Field {
                     key: stringify!($key),
                     doc: concat!($($doc),+).trim_ascii(),
                     unit: concat!("", $($unit)?),
                     source: $source,
-                    limits: [$($limits,)? super::limits::Limits::NONE][0],
+                    limits: [$($limits,)? $crate::settings::Limits::NONE][0],
                     value: &mut self.$key,
-                },)+]
+                },)*]
             }
         }
     };
@@ -69,7 +79,7 @@ macro_rules! settings {
         }
     ) => {
         $(#[doc = $about])+
-        #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+        #[derive(Debug, Clone, Default, PartialEq)]
         pub struct $Scene {
             $($(#[doc = $doc])+ pub $section: $Settings,)+
         }
@@ -78,7 +88,7 @@ macro_rules! settings {
             /// Every section with its name, in the order in which they are written.
             fn sections(
                 &mut self,
-            ) -> [(&'static str, &mut dyn field::Settings); [$(stringify!($section)),+].len()] {
+            ) -> [(&'static str, &mut dyn $crate::settings::Settings); [$(stringify!($section)),+].len()] {
                 [$((stringify!($section), &mut self.$section),)+]
             }
         }
@@ -95,10 +105,8 @@ macro_rules! settings {
             $($(#[$doc])+ #[serde(rename = $name)] $Member,)+
         }
 
-        impl super::value::Named for $Choice {
+        impl $crate::settings::Named for $Choice {
             const ALL: &'static [(&'static str, Self)] = &[$(($name, Self::$Member),)+];
         }
     };
 }
-
-pub(super) use settings;

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// The finite numbers allowed: for arrays each entry, for a cycle its length.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Limits {
+pub struct Limits {
     low: f64,
     high: f64,
     low_included: bool,
@@ -12,16 +12,16 @@ pub(super) struct Limits {
 
 impl Limits {
     /// For values that are no numbers.
-    pub(super) const NONE: Limits = within(f64::MIN, f64::MAX);
+    pub const NONE: Limits = within(f64::MIN, f64::MAX);
 
     /// False for NaN and infinities too.
-    pub(super) fn contain(&self, x: f64) -> bool {
+    pub fn contain(&self, x: f64) -> bool {
         x <= self.high && (x > self.low || self.low_included && x == self.low)
     }
 }
 
 /// From `low` to `high`, both allowed.
-pub(super) const fn within(low: f64, high: f64) -> Limits {
+pub const fn within(low: f64, high: f64) -> Limits {
     Limits {
         low,
         high,
@@ -30,7 +30,7 @@ pub(super) const fn within(low: f64, high: f64) -> Limits {
 }
 
 /// Above `low`, up to `high`.
-pub(super) const fn above(low: f64, high: f64) -> Limits {
+pub const fn above(low: f64, high: f64) -> Limits {
     Limits {
         low,
         high,
@@ -39,15 +39,15 @@ pub(super) const fn above(low: f64, high: f64) -> Limits {
 }
 
 /// Numbers of an iteration; 0 is before the first one.
-pub(super) const ITERATIONS: Limits = within(0.0, 1e5);
+pub(crate) const ITERATIONS: Limits = within(0.0, 1e5);
 /// Lengths of rollouts and of parts of them.
-pub(super) const STEPS: Limits = within(1.0, 1e6);
+pub(crate) const STEPS: Limits = within(1.0, 1e6);
 /// Factors and costs that have no natural bound.
-pub(super) const POSITIVE: Limits = above(0.0, 1e6);
+pub(crate) const POSITIVE: Limits = above(0.0, 1e6);
 /// Shares of a whole.
-pub(super) const SHARE: Limits = within(0.0, 1.0);
+pub(crate) const SHARE: Limits = within(0.0, 1.0);
 /// Shares by which a positive number is off and stays positive.
-pub(super) const DEVIATION: Limits = within(0.0, 0.99);
+pub(crate) const DEVIATION: Limits = within(0.0, 0.99);
 
 impl fmt::Display for Limits {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {

@@ -1,0 +1,185 @@
+//! A program for code that does not know its number type.
+
+use std::marker::PhantomData;
+
+use super::interpreted::{Interpreted, ListedKernel, Points};
+use crate::arrays::{Array, Graph, Kernel, Program};
+use crate::real::{ByType, Real};
+
+/// A [`Program`] whose number type is not known: a parameter of methods of a trait object, which cannot be
+/// generic. [`Program::any`] makes one.
+///
+/// Operations are those of [`Program`]. A kernel is compiled for `f64` and `f32`, in the crate that calls
+/// this type, and records the very operations of [`Program`] there. All other number types interpret a
+/// list of its operations: the same numbers, some times slower. That list cannot stand for a kernel that
+/// asks whether a number [is zero](num_traits::Zero::is_zero) or whether [any](crate::Mask::any) lane's
+/// mask holds, nor for one that calls a [custom rule](crate::custom) or another
+/// [fused](Real::fused) function: such a kernel panics there.
+///
+/// ```
+/// use autodiff::{AnyProgram, Array, Kernel, Model, Program, Real, Rollout, gradient_of};
+/// use std::sync::Arc;
+///
+/// /// A part of a model that is chosen at run time.
+/// trait Force: Send + Sync {
+///     fn record(&self, program: &mut AnyProgram, x: Array) -> Array;
+/// }
+///
+/// struct Pull(f64);
+/// impl Force for Pull {
+///     fn record(&self, program: &mut AnyProgram, x: Array) -> Array {
+///         program.map(Spring(self.0), [x])[0]
+///     }
+/// }
+///
+/// struct Spring(f64);
+/// impl Kernel<1, 1> for Spring {
+///     #[inline(always)]
+///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///         [-R::lit(self.0) * x]
+///     }
+/// }
+///
+/// #[derive(Clone)]
+/// struct Relaxation(Arc<dyn Force>);
+/// impl Model for Relaxation {
+///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///         let x = program.state(1);
+///         let force = self.0.record(&mut program.any(), x);
+///         program.advance(x, force);
+///     }
+/// }
+///
+/// let rollout = Rollout::new(Relaxation(Arc::new(Pull(0.5))), 2);
+/// assert_eq!(rollout.run(&[8.0], &[]), [2.0]);
+/// assert_eq!(gradient_of(|x| rollout.run(x, &[])[0], &[8.0]), [0.25]);
+/// ```
+pub struct AnyProgram<'a>(Numbers<'a>);
+
+enum Numbers<'a> {
+    Double(&'a mut Program<f64>),
+    Single(&'a mut Program<f32>),
+    Other(&'a mut dyn Interpreter),
+}
+
+impl<R: Real> Program<R> {
+    /// This program, for code that does not know the number type.
+    pub fn any(&mut self) -> AnyProgram<'_> {
+        R::by_type(Any(PhantomData), self)
+    }
+}
+
+/// Makes an [`AnyProgram`] of a program that is borrowed for `'a`.
+struct Any<'a>(PhantomData<&'a ()>);
+
+impl<'a> ByType for Any<'a> {
+    type Of<R: Real> = &'a mut Program<R>;
+    type Output = AnyProgram<'a>;
+    fn f64(self, program: &'a mut Program<f64>) -> AnyProgram<'a> {
+        AnyProgram(Numbers::Double(program))
+    }
+    fn f32(self, program: &'a mut Program<f32>) -> AnyProgram<'a> {
+        AnyProgram(Numbers::Single(program))
+    }
+    fn other<R: Real>(self, program: &'a mut Program<R>) -> AnyProgram<'a> {
+        AnyProgram(Numbers::Other(program))
+    }
+}
+
+impl AnyProgram<'_> {
+    /// As [`Program::map`].
+    ///
+    /// # Panics
+    /// As that, and for the kernels that [cannot be interpreted](AnyProgram).
+    pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
+    where
+        K: Kernel<I, O>,
+    {
+        match &mut self.0 {
+            Numbers::Double(program) => program.map(kernel, x),
+            Numbers::Single(program) => program.map(kernel, x),
+            Numbers::Other(program) => array(program.map_listed(ListedKernel::new(&kernel), &x)),
+        }
+    }
+
+    /// As [`Program::map_edges`].
+    ///
+    /// # Panics
+    /// As that, and for the kernels that [cannot be interpreted](AnyProgram).
+    pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
+        &mut self,
+        graph: &Graph,
+        kernel: K,
+        ends: [Array; C],
+        per_edge: &[Array],
+    ) -> [Array; O]
+    where
+        K: Kernel<I, O>,
+    {
+        match &mut self.0 {
+            Numbers::Double(program) => program.map_edges(graph, kernel, ends, per_edge),
+            Numbers::Single(program) => program.map_edges(graph, kernel, ends, per_edge),
+            Numbers::Other(program) => {
+                let kernel = ListedKernel::new(&kernel);
+                array(program.map_edges_listed(graph, kernel, &ends, per_edge))
+            }
+        }
+    }
+
+    /// As [`Program::gather`].
+    ///
+    /// # Panics
+    /// As that.
+    pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
+        match &mut self.0 {
+            Numbers::Double(program) => program.gather(x, indices),
+            Numbers::Single(program) => program.gather(x, indices),
+            Numbers::Other(program) => program.gather_any(x, indices),
+        }
+    }
+}
+
+/// As many arrays as the kernel has results.
+fn array<const O: usize>(outputs: Vec<Array>) -> [Array; O] {
+    outputs.try_into().expect("one array for each result")
+}
+
+/// A program of a number type that interprets kernels.
+trait Interpreter {
+    fn map_listed(&mut self, kernel: ListedKernel, x: &[Array]) -> Vec<Array>;
+    fn map_edges_listed(
+        &mut self,
+        graph: &Graph,
+        kernel: ListedKernel,
+        ends: &[Array],
+        per_edge: &[Array],
+    ) -> Vec<Array>;
+    fn gather_any(&mut self, x: Array, indices: &[Option<usize>]) -> Array;
+}
+
+impl<R: Real> Interpreter for Program<R> {
+    fn map_listed(&mut self, kernel: ListedKernel, x: &[Array]) -> Vec<Array> {
+        let results = kernel.results();
+        self.map_by(x, results, |outputs| {
+            Interpreted::new(kernel, Points::elements(outputs), x, outputs)
+        })
+    }
+
+    fn map_edges_listed(
+        &mut self,
+        graph: &Graph,
+        kernel: ListedKernel,
+        ends: &[Array],
+        per_edge: &[Array],
+    ) -> Vec<Array> {
+        let results = kernel.results();
+        self.map_edges_by(graph, ends, per_edge, results, |graph, outputs| {
+            let inputs = [ends, per_edge].concat();
+            Interpreted::new(kernel, Points::edges(graph, ends.len()), &inputs, outputs)
+        })
+    }
+
+    fn gather_any(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
+        self.gather(x, indices)
+    }
+}

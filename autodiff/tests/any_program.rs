@@ -1,0 +1,171 @@
+//! Steps recorded by code that does not know the number type, against the same steps written out.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use autodiff::{DoubleDouble, Dual, Graph, Kernel, Model, Program, Real, Rollout, custom};
+
+use crate::steps::{Step, assert_same};
+
+/// A spring along an edge: `[difference of x, difference of y, stiffness]`.
+#[derive(Clone, Copy)]
+struct Spring;
+
+impl Kernel<3, 2> for Spring {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [dx, dy, stiffness]: [R; 3]) -> [R; 2] {
+        let length = dx.fma(dx, dy * dy + R::lit(1e-3)).sqrt();
+        let pull = R::select(length.lt(R::lit(0.5)), stiffness, stiffness * length) / length;
+        [pull * dx, pull * dy]
+    }
+}
+
+/// `[x, force, a value of the node's neighbour]` to the new `x`.
+#[derive(Clone, Copy)]
+struct Move;
+
+impl Kernel<3, 1> for Move {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, force, neighbour]: [R; 3]) -> [R; 1] {
+        let sum = R::sum(&[x, R::lit(0.1) * force, R::lit(0.05) * neighbour.sin()]);
+        [sum + R::dot(&[x, force], &[force, neighbour]) * R::lit(0.01)]
+    }
+}
+
+/// Masses that springs join; chosen at run time, as by a trait object.
+#[derive(Clone)]
+struct Truss {
+    graph: Graph,
+    /// Whether the program is recorded without its number type.
+    any: bool,
+}
+
+const EDGES: [[usize; 2]; 5] = [[0, 1], [1, 2], [0, 2], [1, 3], [2, 3]];
+/// The node before each, where there is one.
+const BEFORE: [Option<usize>; 4] = [None, Some(0), Some(1), Some(2)];
+
+impl Truss {
+    fn new(any: bool) -> Self {
+        let graph = Graph::new(4, &EDGES);
+        Self { graph, any }
+    }
+}
+
+impl Model for Truss {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let stiffness = program.parameter(self.graph.slots());
+        let state = [(); 2].map(|()| program.state(self.graph.nodes()));
+        let next = if self.any {
+            let mut program = program.any();
+            let forces = program.map_edges(&self.graph, Spring, state, &[stiffness]);
+            [0, 1].map(|k| {
+                let neighbour = program.gather(state[k], &BEFORE);
+                program.map(Move, [state[k], forces[k], neighbour])[0]
+            })
+        } else {
+            let forces = program.map_edges(&self.graph, Spring, state, &[stiffness]);
+            [0, 1].map(|k| {
+                let neighbour = program.gather(state[k], &BEFORE);
+                program.map(Move, [state[k], forces[k], neighbour])[0]
+            })
+        };
+        for (state, next) in state.into_iter().zip(next) {
+            program.advance(state, next);
+        }
+    }
+}
+
+impl Step for Truss {
+    fn shapes(&self) -> Vec<usize> {
+        vec![8, 5]
+    }
+
+    fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
+        vec![self.graph.to_slots(given[0])]
+    }
+
+    fn written_out<R: Real>(&self, state: &[R], parameters: &[&[R]]) -> Vec<R> {
+        let mut forces = [R::zero(); 8];
+        for (&[i, j], &stiffness) in EDGES.iter().zip(parameters[0]) {
+            let d = [0, 4].map(|k| state[k + j] - state[k + i]);
+            for (k, pull) in [0, 4].into_iter().zip(Spring.eval([d[0], d[1], stiffness])) {
+                forces[k + i] += pull;
+                forces[k + j] -= pull;
+            }
+        }
+        let moved = |k: usize| {
+            let before = BEFORE[k % 4].map_or(R::zero(), |i| state[k / 4 * 4 + i]);
+            Move.eval([state[k], forces[k], before])[0]
+        };
+        (0..8).map(moved).collect()
+    }
+}
+
+/// Values, gradients and second derivatives: floats by lanes, duals and tapes of duals interpreted.
+#[test]
+fn steps_without_a_number_type_are_the_steps_written_out() {
+    assert_same(Truss::new(true));
+    assert_same(Truss::new(false));
+}
+
+/// The numbers of both recordings are equal, bit for bit, whatever their type.
+#[test]
+fn interpreted_numbers_are_those_of_the_code() {
+    fn run<R: Real>(any: bool) -> Vec<R> {
+        let truss = Truss::new(any);
+        let number = |i: usize| R::lit((1.3 * i as f64 + 0.4).sin());
+        let start: Vec<R> = (0..8).map(number).collect();
+        let stiffness: Vec<R> = (8..13).map(number).collect();
+        let stiffness = truss.graph.to_slots(&stiffness);
+        Rollout::new(truss, 3).run(&start, &[&stiffness])
+    }
+    assert_eq!(run::<f64>(true), run::<f64>(false));
+    assert_eq!(run::<f32>(true), run::<f32>(false));
+    assert_eq!(run::<DoubleDouble>(true), run::<DoubleDouble>(false));
+    assert_eq!(run::<Dual<f64, 2>>(true), run::<Dual<f64, 2>>(false));
+}
+
+/// A square root by a rule of its own, of which a list of operations knows nothing.
+#[derive(Clone)]
+struct Root;
+
+impl custom::Rule for Root {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        x[0].sqrt()
+    }
+    fn partials<R: Real>(&self, x: &[R], y: R) -> Vec<R> {
+        vec![R::lit(0.5) / (y + x[0] - x[0])]
+    }
+}
+
+#[derive(Clone, Copy)]
+struct ByRule;
+
+impl Kernel<1, 1> for ByRule {
+    fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
+        [custom::apply(Root, &x)]
+    }
+}
+
+#[derive(Clone)]
+struct Rooted;
+
+impl Model for Rooted {
+    fn record<R: Real>(&self, program: &mut Program<R>) {
+        let x = program.state(1);
+        let [next] = program.any().map(ByRule, [x]);
+        program.advance(x, next);
+    }
+}
+
+#[test]
+fn a_kernel_that_a_list_cannot_stand_for_runs_on_floats_and_is_refused_elsewhere() {
+    let rollout = Rollout::new(Rooted, 2);
+    assert_eq!(rollout.run(&[16.0], &[]), [2.0]);
+    let dual = || rollout.run(&[Dual::<f64, 1>::variable(16.0, 0)], &[]);
+    let refused = catch_unwind(AssertUnwindSafe(dual)).unwrap_err();
+    let says = refused.downcast_ref::<String>().expect("a sentence");
+    assert!(
+        says.contains("ByRule") && says.contains("f64 and f32 alone"),
+        "{says}"
+    );
+}

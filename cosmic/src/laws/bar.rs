@@ -1,0 +1,248 @@
+//! Forces along bars.
+
+use std::sync::Arc;
+
+use autodiff::{AnyProgram, Array, Dual, Kernel, Real};
+
+use super::force::{AnyForce, Force, Pose, Pull, Step, add};
+use super::law::{Law, values};
+use super::stiffness::Stiffness;
+use crate::lattice::{Lattice, SOFTENING, length};
+use crate::settings::Settings;
+
+/// A bar, by the numbers that its tension may depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct Bar<R> {
+    /// Length, m.
+    pub length: R,
+    /// How fast the length grows, m/s; 0 unless the law [asks for it](BarForce::NEEDS_RATE).
+    pub rate: R,
+    /// The length that its actuator asks for (D8), m; the rest length if it is none.
+    pub target: R,
+    /// Length at rest, m.
+    pub rest_length: R,
+    /// Stiffness of its material, N/m: next to nothing for a void edge.
+    pub stiffness: R,
+    /// Strain at full activation.
+    pub strain: R,
+}
+
+/// A force along every bar. To write one, give it [settings](Law) and
+/// [`tension`](BarForce::tension); derivatives, lanes and files follow.
+///
+/// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
+pub trait BarForce: Law {
+    /// The noun for what the law makes of a bar, in messages.
+    const NOUN: &'static str = Self::NAME;
+    /// True if [`Bar::rate`] is read.
+    const NEEDS_RATE: bool = false;
+
+    /// The force with which the bar pulls its ends together, N. Like all generic code it selects and
+    /// never branches.
+    fn tension<R: Real>(&self, bar: Bar<R>) -> R;
+
+    /// The energy of the bar, J, of which the tension is the slope by its length; `None` if it has
+    /// none.
+    fn energy(&self, _bar: Bar<f64>) -> Option<f64> {
+        None
+    }
+
+    /// The adjoint of the impulse: an [emitted](autodiff::emit) one is faster.
+    #[inline(always)]
+    fn tension_vjp<R: Real>(tension: &Tension<Self>, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+        tension.vjp_by_partials(x, y_bar)
+    }
+}
+
+/// The impulse of an edge on its tail over a step, N s, from the edge's vector (m), activation,
+/// stiffness (N/m), rest length (m) and strain at full activation.
+#[derive(Clone, Debug)]
+pub struct Tension<L> {
+    /// The law.
+    pub law: L,
+    /// For how long it pulls, s.
+    pub dt: f64,
+}
+
+impl<L: BarForce> Tension<L> {
+    #[inline(always)]
+    fn impulse<R: Real>(&self, d: [R; 2], dv: [R; 2], edge: [R; 4]) -> [R; 2] {
+        let ([dx, dy], [activation, stiffness, rest_length, strain]) = (d, edge);
+        let length = dx.fma(dx, dy.fma(dy, R::lit(SOFTENING))).sqrt();
+        let rate = if L::NEEDS_RATE {
+            dx.fma(dv[0], dy * dv[1]) / length
+        } else {
+            R::zero()
+        };
+        let bar = Bar {
+            length,
+            rate,
+            target: rest_length * strain.fma(activation, R::one()),
+            rest_length,
+            stiffness,
+            strain,
+        };
+        let per_length = self.law.tension(bar) * R::lit(self.dt) / length;
+        [per_length * dx, per_length * dy]
+    }
+}
+
+impl<L: BarForce> Kernel<6, 2> for Tension<L> {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [dx, dy, u, stiffness, rest_length, strain]: [R; 6]) -> [R; 2] {
+        let edge = [u, stiffness, rest_length, strain];
+        self.impulse([dx, dy], [R::zero(); 2], edge)
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+        L::tension_vjp(self, x, y_bar)
+    }
+}
+
+/// [`Tension`] of a law that asks for the rate: the difference of the ends' velocities (m/s) follows
+/// the edge's vector.
+#[derive(Clone, Debug)]
+struct MovingTension<L>(Tension<L>);
+
+impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
+    #[inline(always)]
+    fn eval<R: Real>(&self, x: [R; 8]) -> [R; 2] {
+        let [dx, dy, dvx, dvy, u, stiffness, rest_length, strain] = x;
+        let edge = [u, stiffness, rest_length, strain];
+        self.0.impulse([dx, dy], [dvx, dvy], edge)
+    }
+}
+
+/// A law along bars as a force.
+#[derive(Clone, Debug)]
+pub(crate) struct OnBars<L>(pub(crate) L);
+
+impl<L: BarForce> OnBars<L> {
+    /// The bar of an edge in a pose.
+    fn bar(&self, pose: &Pose, edge: usize) -> Bar<f64> {
+        let ends = pose.lattice.edges[edge];
+        let length = length(&pose.state.x, ends);
+        let [d, dv] = [&pose.state.x, &pose.state.v]
+            .map(|of: &Vec<[f64; 2]>| [0, 1].map(|k| of[ends[1]][k] - of[ends[0]][k]));
+        let (strain, rest_length) = (pose.body.strain[edge], pose.lattice.rest_length[edge]);
+        let activation = pose.activation.get(edge).copied().unwrap_or(0.0);
+        Bar {
+            length,
+            rate: (d[0] * dv[0] + d[1] * dv[1]) / length,
+            target: rest_length * (1.0 + strain * activation),
+            rest_length,
+            stiffness: pose.body.stiffness[edge],
+            strain,
+        }
+    }
+
+    /// The slopes of the tension by length (N/m) and by rate (N s/m).
+    fn slopes(&self, bar: Bar<f64>) -> [f64; 2] {
+        let constant = Dual::constant;
+        let moving = Bar {
+            length: Dual::<f64, 2>::variable(bar.length, 0),
+            rate: Dual::variable(bar.rate, 1),
+            target: constant(bar.target),
+            rest_length: constant(bar.rest_length),
+            stiffness: constant(bar.stiffness),
+            strain: constant(bar.strain),
+        };
+        self.0.tension(moving).tangent
+    }
+
+    fn resting(stiffness: f64, rest_length: f64, off: f64) -> Bar<f64> {
+        Bar {
+            length: rest_length + off,
+            rate: 0.0,
+            target: rest_length,
+            rest_length,
+            stiffness,
+            strain: 0.0,
+        }
+    }
+}
+
+impl<L: BarForce> AnyForce for OnBars<L> {
+    fn name(&self) -> &'static str {
+        L::NAME
+    }
+    fn settings(&mut self) -> &mut dyn Settings {
+        &mut self.0
+    }
+    fn values(&self) -> Vec<(&'static str, String)> {
+        values(&self.0)
+    }
+    fn boxed(&self) -> Box<dyn AnyForce> {
+        Box::new(self.clone())
+    }
+    fn on(&self, _: &Lattice) -> Option<Arc<dyn Force>> {
+        Some(Arc::new(self.clone()))
+    }
+}
+
+impl<L: BarForce> Force for OnBars<L> {
+    fn record(
+        &self,
+        p: &mut AnyProgram,
+        step: &Step,
+        _: &[Array],
+        before: Option<[Array; 2]>,
+    ) -> [Array; 2] {
+        let (law, dt) = (self.0.clone(), step.dt);
+        let tension = Tension { law, dt };
+        let edge = [
+            step.activation,
+            step.stiffness,
+            step.rest_length,
+            step.strain,
+        ];
+        let impulses = if L::NEEDS_RATE {
+            let ([x, y], [vx, vy]) = (step.x, step.v);
+            p.map_edges(step.graph, MovingTension(tension), [x, y, vx, vy], &edge)
+        } else {
+            p.map_edges(step.graph, tension, step.x, &edge)
+        };
+        add(p, before, impulses)
+    }
+
+    fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
+        let edges = pose.lattice.edges.iter().enumerate();
+        let here = edges.filter(|(e, ends)| ends.contains(&node) && pose.body.stiffness[*e] != 0.0);
+        let pull = |(edge, &[i, j]): (usize, &[usize; 2])| {
+            let bar = self.bar(pose, edge);
+            let per_length = self.0.tension(bar) / bar.length;
+            let other = if i == node { j } else { i };
+            let x = &pose.state.x;
+            Pull {
+                part: format!("the {} of edge {edge} [{i}, {j}]", L::NOUN),
+                force: [0, 1].map(|k| per_length * (x[other][k] - x[node][k])),
+            }
+        };
+        here.map(pull).collect()
+    }
+
+    fn energy(&self, pose: &Pose) -> Option<f64> {
+        let edges = 0..pose.lattice.edges.len();
+        edges.map(|edge| self.0.energy(self.bar(pose, edge))).sum()
+    }
+
+    /// A bar is taken to be as stiff as it is where its length is off by the stroke of its own
+    /// actuator; what else pulls it longer makes a stiffening one stiffer than that.
+    fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
+        for edge in 0..pose.lattice.edges.len() {
+            let bar = self.bar(pose, edge);
+            let k =
+                self.bar_stiffness(bar.stiffness, bar.rest_length, bar.strain * bar.rest_length);
+            stiffness.bar(edge, k, k * (1.0 - bar.rest_length / bar.length));
+            if L::NEEDS_RATE {
+                stiffness.dampen_bar(edge, self.slopes(bar)[1]);
+            }
+        }
+    }
+
+    fn bar_stiffness(&self, k: f64, rest_length: f64, off: f64) -> f64 {
+        let ways = [off, -off].map(|off| self.slopes(Self::resting(k, rest_length, off))[0]);
+        ways[0].max(ways[1])
+    }
+}

@@ -1,0 +1,320 @@
+//! The laws that a scene may choose, and its choice.
+
+use std::fmt;
+use std::sync::RwLock;
+
+use toml::Spanned;
+use toml::de::DeValue;
+
+use super::bar::{BarForce, OnBars};
+use super::contact::{AnyContact, Contact};
+use super::coulomb::Coulomb;
+use super::force::AnyForce;
+use super::no_ground::NoGround;
+use super::node::{NodeForce, OnNodes};
+use super::sticking::Sticking;
+use crate::settings::{Filled, Limits, SettingValue, Settings, json, misfit, word, wrong_kind};
+
+/// A law that scenes may choose: made by [`contact`], [`on_bars`] or [`on_nodes`].
+pub struct Choice(Kind);
+
+enum Kind {
+    Contact(Box<dyn AnyContact>),
+    Force(Box<dyn AnyForce>),
+}
+
+/// A contact law, chosen by `physics.contact = "its_name"`.
+pub fn contact<C: Contact>() -> Choice {
+    Choice(Kind::Contact(Box::new(C::default())))
+}
+
+/// A force along bars, chosen by `physics.forces = ["its_name"]`.
+pub fn on_bars<L: BarForce>() -> Choice {
+    Choice(Kind::Force(Box::new(OnBars(L::default()))))
+}
+
+/// A force on nodes, chosen by `physics.forces = ["its_name"]`.
+pub fn on_nodes<L: NodeForce>() -> Choice {
+    Choice(Kind::Force(Box::new(OnNodes::new(L::default()))))
+}
+
+/// The laws that scenes may choose: the contact laws of this crate, then those added.
+static CHOICES: RwLock<Vec<Choice>> = RwLock::new(Vec::new());
+
+/// The contact laws of this crate, the default first.
+fn built_in() -> [Box<dyn AnyContact>; 3] {
+    [
+        Box::new(Sticking {}),
+        Box::new(NoGround {}),
+        Box::new(Coulomb::default()),
+    ]
+}
+
+/// Makes a law known to all scenes that this process reads from now on.
+///
+/// # Panics
+/// If its name is no word of lower case letters, digits and underscores, or names a law or a section
+/// of a scene already.
+pub fn add(choice: Choice) {
+    let name = choice.name();
+    let is_word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    assert!(
+        name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(is_word),
+        "a law is named by lower case letters, digits and underscores, not {name:?}"
+    );
+    let is_known =
+        contacts().iter().any(|c| c.name() == name) || forces().iter().any(|f| f.name() == name);
+    assert!(!is_known, "there is a law {name:?} already");
+    CHOICES.write().expect("no thread fails here").push(choice);
+}
+
+impl Choice {
+    fn name(&self) -> &'static str {
+        match &self.0 {
+            Kind::Contact(contact) => contact.name(),
+            Kind::Force(force) => force.name(),
+        }
+    }
+}
+
+/// The key of a scene that chooses a law, as a remedy; `None` if this program has no such law.
+pub(crate) fn choosing(name: &str) -> Option<String> {
+    if contacts().iter().any(|contact| contact.name() == name) {
+        return Some(format!("set physics.contact = {name:?}"));
+    }
+    let is_force = forces().iter().any(|force| force.name() == name);
+    is_force.then(|| format!("set physics.forces = [{name:?}]"))
+}
+
+fn contacts() -> Vec<Box<dyn AnyContact>> {
+    let choices = CHOICES.read().expect("no thread fails here");
+    let added = choices.iter().filter_map(|choice| match &choice.0 {
+        Kind::Contact(contact) => Some(contact.boxed()),
+        Kind::Force(_) => None,
+    });
+    built_in().into_iter().chain(added).collect()
+}
+
+fn forces() -> Vec<Box<dyn AnyForce>> {
+    let choices = CHOICES.read().expect("no thread fails here");
+    let added = choices.iter().filter_map(|choice| match &choice.0 {
+        Kind::Contact(_) => None,
+        Kind::Force(force) => Some(force.boxed()),
+    });
+    added.collect()
+}
+
+/// A contact law and its settings: the type of `physics.contact`.
+pub struct ContactLaw(Box<dyn AnyContact>);
+
+impl ContactLaw {
+    /// The law of that name, with its default settings; `None` if this program has none.
+    pub fn named(name: &str) -> Option<Self> {
+        let mut known = contacts().into_iter();
+        known.find(|contact| contact.name() == name).map(Self)
+    }
+
+    /// There is no ground.
+    pub fn none() -> Self {
+        Self(Box::new(NoGround {}))
+    }
+
+    /// A node stops where it touches the ground.
+    pub fn infinite() -> Self {
+        Self(Box::new(Sticking {}))
+    }
+
+    /// Coulomb friction (D5).
+    pub fn coulomb() -> Self {
+        Self(Box::new(Coulomb::default()))
+    }
+
+    /// The name.
+    pub fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    /// What the law says of itself, in a sentence.
+    pub fn about(&self) -> &'static str {
+        self.0.boxed().settings().about()
+    }
+
+    /// False if there is no ground at all.
+    pub fn has_ground(&self) -> bool {
+        self.0.has_ground()
+    }
+
+    pub(crate) fn law(&self) -> &dyn AnyContact {
+        &*self.0
+    }
+
+    pub(crate) fn settings(&mut self) -> &mut dyn Settings {
+        self.0.settings()
+    }
+}
+
+impl Clone for ContactLaw {
+    fn clone(&self) -> Self {
+        Self(self.0.boxed())
+    }
+}
+
+impl fmt::Debug for ContactLaw {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{:?}", self.name())
+    }
+}
+
+impl PartialEq for ContactLaw {
+    fn eq(&self, other: &Self) -> bool {
+        (self.name(), self.0.values()) == (other.name(), other.0.values())
+    }
+}
+
+impl<'de> serde::Deserialize<'de> for ContactLaw {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Self::named(&name).ok_or_else(|| {
+            let known = contacts();
+            let known: Vec<_> = known.iter().map(|c| format!("`{}`", c.name())).collect();
+            let expected = known.join(", ");
+            serde::de::Error::custom(format!(
+                "unknown variant `{name}`, expected one of {expected}"
+            ))
+        })
+    }
+}
+
+impl serde::Serialize for ContactLaw {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// The names of some laws in quotes, with a word between them.
+fn names<'n>(names: impl Iterator<Item = &'n str>, between: &str) -> String {
+    let quoted: Vec<String> = names.map(|name| format!("{name:?}")).collect();
+    quoted.join(between)
+}
+
+impl SettingValue for ContactLaw {
+    fn allowed(&self, _: &Limits) -> String {
+        names(contacts().iter().map(|contact| contact.name()), " or ")
+    }
+
+    fn json(&self) -> serde_json::Value {
+        json(self)
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
+        let name = word(value)?;
+        // A law that is named again keeps its settings.
+        if name != self.name() {
+            *self = Self::named(name).ok_or_else(|| misfit(value, "cannot be"))?;
+        }
+        Ok(())
+    }
+}
+
+/// Force laws and their settings: the type of `physics.forces`.
+#[derive(Default)]
+pub struct ForceLaws(Vec<Box<dyn AnyForce>>);
+
+impl ForceLaws {
+    /// The laws of these names, with their default settings; `None` if this program lacks one.
+    pub fn named(names: &[impl AsRef<str>]) -> Option<Self> {
+        let mut laws = Self::default();
+        let named = names.iter().map(|name| laws.law_of(name.as_ref()));
+        laws.0 = named.collect::<Option<_>>()?;
+        Some(laws)
+    }
+
+    /// The law of a name: with the settings that it has here, else with its defaults.
+    fn law_of(&self, name: &str) -> Option<Box<dyn AnyForce>> {
+        let here = self.0.iter().map(|force| force.boxed());
+        here.chain(forces()).find(|force| force.name() == name)
+    }
+
+    /// The name of each, and what it says of itself in a sentence.
+    pub fn about(&self) -> Vec<(&'static str, &'static str)> {
+        let about = |law: &dyn AnyForce| (law.name(), law.boxed().settings().about());
+        self.laws().map(about).collect()
+    }
+
+    /// All but the law of a name.
+    #[must_use]
+    pub fn without(&self, name: &str) -> Self {
+        let others = self.laws().filter(|law| law.name() != name);
+        Self(others.map(AnyForce::boxed).collect())
+    }
+
+    pub(crate) fn laws(&self) -> impl Iterator<Item = &dyn AnyForce> {
+        self.0.iter().map(|force| &**force)
+    }
+
+    pub(crate) fn settings(&mut self) -> impl Iterator<Item = (&'static str, &mut dyn Settings)> {
+        self.0
+            .iter_mut()
+            .map(|force| (force.name(), force.settings()))
+    }
+}
+
+impl Clone for ForceLaws {
+    fn clone(&self) -> Self {
+        Self(self.0.iter().map(|force| force.boxed()).collect())
+    }
+}
+
+impl fmt::Debug for ForceLaws {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_list()
+            .entries(self.laws().map(AnyForce::name))
+            .finish()
+    }
+}
+
+impl PartialEq for ForceLaws {
+    fn eq(&self, other: &Self) -> bool {
+        let all = |of: &Self| -> Vec<_> { of.laws().map(|f| (f.name(), f.values())).collect() };
+        all(self) == all(other)
+    }
+}
+
+impl serde::Serialize for ForceLaws {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.laws().map(AnyForce::name))
+    }
+}
+
+impl SettingValue for ForceLaws {
+    fn allowed(&self, _: &Limits) -> String {
+        let known = forces();
+        if known.is_empty() {
+            return "[]: this program has no forces to add".to_owned();
+        }
+        let names = names(known.iter().map(|force| force.name()), ", ");
+        format!("an array of names among {names}, each once")
+    }
+
+    fn json(&self) -> serde_json::Value {
+        json(self)
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
+        let entries = value
+            .get_ref()
+            .as_array()
+            .ok_or_else(|| wrong_kind(value))?;
+        let mut laws: Vec<Box<dyn AnyForce>> = Vec::new();
+        for entry in entries.iter() {
+            let law = self.law_of(word(entry)?);
+            let law = law.ok_or_else(|| misfit(entry, "cannot have"))?;
+            if laws.iter().any(|other| other.name() == law.name()) {
+                return Err(misfit(entry, "has twice"));
+            }
+            laws.push(law);
+        }
+        self.0 = laws;
+        Ok(())
+    }
+}

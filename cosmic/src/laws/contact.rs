@@ -1,0 +1,154 @@
+//! Contact laws: the velocity of a node that meets the ground.
+
+use std::fmt::Debug;
+
+use autodiff::{AnyProgram, Array, Kernel, Real};
+
+use super::law::{Law, values};
+use super::motion::{Drift, Flight};
+use crate::settings::Settings;
+
+/// A node that meets the ground.
+#[derive(Clone, Copy, Debug)]
+pub struct Impact<R> {
+    /// Its velocity before, m/s: along the ground, and out of it (negative).
+    pub velocity: [R; 2],
+    /// The time that is left of the drift, s.
+    pub rest: R,
+}
+
+/// What happens to a node that meets the ground. To write one, give it [settings](Law) and
+/// [`respond`](Contact::respond); derivatives, lanes and files follow.
+///
+/// Mark its methods `#[inline(always)]`: [`Kernel`] says why.
+pub trait Contact: Law {
+    /// False if there is no ground at all.
+    const HAS_GROUND: bool = true;
+
+    /// The velocity after the impact, m/s, which the node keeps for the rest of the drift. Like all
+    /// generic code it selects and never branches.
+    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2];
+
+    /// A node at `place` (m) that drifts with `velocity`: its new `[x, y, vx, vy]`.
+    #[inline(always)]
+    fn drift<R: Real>(&self, drift: &Drift, place: [R; 2], velocity: [R; 2]) -> [R; 4] {
+        let [x, y] = place;
+        let [vx, vy] = velocity;
+        let (touches, moving) = drift.touch(y, vy);
+        let rest = R::lit(drift.dt) - moving;
+        let [ax, ay] = self.respond(Impact { velocity, rest });
+        let after = |way: R| R::select(touches, rest * way, R::zero());
+        [
+            moving.fma(vx, x) + after(ax),
+            moving.fma(vy, y) + after(ay),
+            R::select(touches, ax, vx),
+            R::select(touches, ay, vy),
+        ]
+    }
+
+    /// The law under another coefficient of friction, where it has one: that of the scene, and those
+    /// drawn for a robot that must stand several.
+    #[must_use]
+    fn with_friction(self, _friction: f64) -> Self {
+        self
+    }
+
+    /// The adjoint of a step: an [emitted](autodiff::emit) one is faster.
+    #[inline(always)]
+    fn flying_vjp<R: Real>(flying: &Flying<Self>, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+        flying.vjp_by_partials(x, y_bar)
+    }
+
+    /// The adjoint of a drift that nothing pushes.
+    #[inline(always)]
+    fn drifting_vjp<R: Real>(drifting: &Drifting<Self>, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+        drifting.vjp_by_partials(x, y_bar)
+    }
+}
+
+/// A step of a node: from `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new
+/// `[x, y, vx, vy]`.
+#[derive(Clone, Debug)]
+pub struct Flying<C> {
+    /// The push, and the drift after it.
+    pub flight: Flight,
+    /// What happens at the ground.
+    pub contact: C,
+}
+
+impl<C: Contact> Kernel<7, 4> for Flying<C> {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
+        let v = self.flight.velocity([vx, vy], [jx, jy], inverse_mass);
+        self.contact.drift(&self.flight.drift, [x, y], v)
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+        C::flying_vjp(self, x, y_bar)
+    }
+}
+
+/// A drift that nothing pushes: from `[x, y, vx, vy]` to the new ones.
+#[derive(Clone, Debug)]
+pub struct Drifting<C> {
+    /// The drift.
+    pub drift: Drift,
+    /// What happens at the ground.
+    pub contact: C,
+}
+
+impl<C: Contact> Kernel<4, 4> for Drifting<C> {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
+        self.contact.drift(&self.drift, [x, y], [vx, vy])
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+        C::drifting_vjp(self, x, y_bar)
+    }
+}
+
+/// A [`Contact`] behind a pointer.
+pub(crate) trait AnyContact: Debug + Send + Sync {
+    fn name(&self) -> &'static str;
+    fn has_ground(&self) -> bool;
+    fn settings(&mut self) -> &mut dyn Settings;
+    fn values(&self) -> Vec<(&'static str, String)>;
+    fn boxed(&self) -> Box<dyn AnyContact>;
+    fn with_friction(&self, friction: f64) -> Box<dyn AnyContact>;
+    /// The state of all nodes after a step; see [`Flying`].
+    fn fly(&self, p: &mut AnyProgram, flight: Flight, node: [Array; 7]) -> [Array; 4];
+    /// The state of all nodes after a drift; see [`Drifting`].
+    fn drift(&self, p: &mut AnyProgram, drift: Drift, node: [Array; 4]) -> [Array; 4];
+}
+
+impl<C: Contact> AnyContact for C {
+    fn name(&self) -> &'static str {
+        C::NAME
+    }
+    fn has_ground(&self) -> bool {
+        C::HAS_GROUND
+    }
+    fn settings(&mut self) -> &mut dyn Settings {
+        self
+    }
+    fn values(&self) -> Vec<(&'static str, String)> {
+        values(self)
+    }
+    fn boxed(&self) -> Box<dyn AnyContact> {
+        Box::new(self.clone())
+    }
+    fn with_friction(&self, friction: f64) -> Box<dyn AnyContact> {
+        Box::new(self.clone().with_friction(friction))
+    }
+    fn fly(&self, p: &mut AnyProgram, flight: Flight, node: [Array; 7]) -> [Array; 4] {
+        let contact = self.clone();
+        p.map(Flying { flight, contact }, node)
+    }
+    fn drift(&self, p: &mut AnyProgram, drift: Drift, node: [Array; 4]) -> [Array; 4] {
+        let contact = self.clone();
+        p.map(Drifting { drift, contact }, node)
+    }
+}

@@ -1,0 +1,69 @@
+//! Coulomb friction: it shortens the velocity along the ground and never reverses it (D5).
+
+use autodiff::Real;
+
+use super::contact::{Contact, Drifting, Flying, Impact};
+use super::law::Law;
+use super::motion::Drift;
+use crate::settings::{Field, Settings};
+
+/// The normal part of the velocity vanishes; friction brakes the part along the ground.
+#[derive(Clone, Debug, Default)]
+pub struct Coulomb {
+    /// Coefficient of friction: the scene's `physics.friction`.
+    pub friction: f64,
+}
+
+impl Settings for Coulomb {
+    fn about(&self) -> &'static str {
+        "The normal part of the velocity vanishes; friction brakes the part along the ground."
+    }
+    fn fields(&mut self) -> Vec<Field<'_>> {
+        Vec::new()
+    }
+}
+
+impl Law for Coulomb {
+    const NAME: &'static str = "coulomb";
+}
+
+impl Contact for Coulomb {
+    #[inline(always)]
+    fn respond<R: Real>(&self, Impact { velocity, .. }: Impact<R>) -> [R; 2] {
+        let ([along, out], friction) = (velocity, R::lit(self.friction));
+        let left = along.abs() - friction * out.abs();
+        let braked = along.signum() * left.max(R::zero());
+        // Without friction nothing holds a node at rest: no kink is there, and no derivative of
+        // one.
+        [R::select(R::zero().lt(friction), braked, along), R::zero()]
+    }
+
+    // Without a way out of the ground after the impact, which is none.
+    #[inline(always)]
+    fn drift<R: Real>(&self, drift: &Drift, [x, y]: [R; 2], [vx, vy]: [R; 2]) -> [R; 4] {
+        let (touches, moving) = drift.touch(y, vy);
+        let rest = R::lit(drift.dt) - moving;
+        let velocity = [vx, vy];
+        let [braked, _] = self.respond(Impact { velocity, rest });
+        [
+            moving.fma(vx, x) + R::select(touches, rest * braked, R::zero()),
+            moving.fma(vy, y),
+            R::select(touches, braked, vx),
+            R::select(touches, R::zero(), vy),
+        ]
+    }
+
+    fn with_friction(self, friction: f64) -> Self {
+        Self { friction }
+    }
+
+    #[inline(always)]
+    fn flying_vjp<R: Real>(flying: &Flying<Self>, x: [R; 7], y_bar: [R; 4]) -> [R; 7] {
+        flying.emitted_vjp(x, y_bar)
+    }
+
+    #[inline(always)]
+    fn drifting_vjp<R: Real>(drifting: &Drifting<Self>, x: [R; 4], y_bar: [R; 4]) -> [R; 4] {
+        drifting.emitted_vjp(x, y_bar)
+    }
+}

@@ -1,0 +1,96 @@
+//! Writes `adjoints.rs`, and tests that it is up to date.
+
+use autodiff::emit::{adjoint, assert_fresh};
+
+use super::bar::Tension;
+use super::bending::{Bend, Total};
+use super::contact::{Contact, Drifting, Flying};
+use super::coulomb::Coulomb;
+use super::force::Sum;
+use super::hooke::Hooke;
+use super::motion::{Drift, Flight};
+use super::no_ground::NoGround;
+use super::sticking::Sticking;
+use super::stiffening::Stiffening;
+
+const HEADER: &str = "\
+//! Adjoints of the kernels, emitted from recordings of them: not to be edited. After a change of
+//! a kernel: `EMIT=1 cargo test -p cosmic-codesign --lib adjoints_are_fresh`.
+
+use autodiff::Real;
+
+use super::bar::Tension;
+use super::bending::{Bend, Total};
+use super::contact::{Drifting, Flying};
+use super::coulomb::Coulomb;
+use super::force::Sum;
+use super::hooke::Hooke;
+use super::no_ground::NoGround;
+use super::stiffening::Stiffening;
+use super::sticking::Sticking;
+";
+
+/// The adjoints of a step and of a drift under a contact law with these fields.
+fn of_contact<C: Contact>(name: &str, fields: &[&str], build: impl Fn(&[f64]) -> C) -> [String; 2] {
+    let of_flight = [
+        "self.flight.drift.dt",
+        "self.flight.decay",
+        "self.flight.gravity[0]",
+        "self.flight.gravity[1]",
+    ];
+    let flying = |v: &[f64]| Flying {
+        flight: Flight {
+            drift: Drift { dt: v[0] },
+            decay: v[1],
+            gravity: [v[2], v[3]],
+        },
+        contact: build(&v[4..]),
+    };
+    let drifting = |v: &[f64]| Drifting {
+        drift: Drift { dt: v[0] },
+        contact: build(&v[1..]),
+    };
+    [
+        adjoint(
+            &format!("Flying<{name}>"),
+            &[&of_flight, fields].concat(),
+            flying,
+        ),
+        adjoint(
+            &format!("Drifting<{name}>"),
+            &[&["self.drift.dt"], fields].concat(),
+            drifting,
+        ),
+    ]
+}
+
+#[test]
+fn adjoints_are_fresh() {
+    let [free, sticking] = [
+        of_contact("NoGround", &[], |_| NoGround {}),
+        of_contact("Sticking", &[], |_| Sticking {}),
+    ];
+    let coulomb = of_contact("Coulomb", &["self.contact.friction"], |v| Coulomb {
+        friction: v[0],
+    });
+    let bars = [
+        adjoint("Tension<Hooke>", &["self.dt"], |v| Tension {
+            law: Hooke {},
+            dt: v[0],
+        }),
+        adjoint("Tension<Stiffening>", &["self.law.cubic", "self.dt"], |v| {
+            Tension {
+                law: Stiffening { cubic: v[0] },
+                dt: v[1],
+            }
+        }),
+        adjoint("Bend", &["self.section", "self.dt"], |v| Bend {
+            section: v[0],
+            dt: v[1],
+        }),
+        adjoint("Total", &[], |_| Total),
+        adjoint("Sum", &[], |_| Sum),
+    ];
+    let all = [&free[..], &sticking, &coulomb, &bars].concat();
+    assert_fresh("src/laws/adjoints.rs", HEADER, &all);
+}

@@ -1,0 +1,147 @@
+//! Forces: the terms of a step that push nodes.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use autodiff::{AnyProgram, Array, Graph, Kernel, Real};
+
+use super::stiffness::Stiffness;
+use crate::ground::Ground;
+use crate::lattice::{Body, Lattice, State};
+use crate::settings::Settings;
+
+/// The arrays of a step when forces are taken. Those over the nodes are in the ground's frame.
+pub struct Step<'a> {
+    /// The edges, and the slots in which arrays along them lie.
+    pub graph: &'a Graph,
+    /// Coordinates of the nodes along the ground and above it, m.
+    pub x: [Array; 2],
+    /// Their velocities, m/s.
+    pub v: [Array; 2],
+    /// 1 / mass of every node, 1/kg.
+    pub inverse_mass: Array,
+    /// The controller's output for every slot.
+    pub activation: Array,
+    /// Stiffness of the edge in every slot, N/m.
+    pub stiffness: Array,
+    /// Rest length of the edge in every slot, m.
+    pub rest_length: Array,
+    /// Strain at full activation of the edge in every slot.
+    pub strain: Array,
+    /// The time, s, for every node; there if a force [asks for it](Force::needs_time).
+    pub time: Option<Array>,
+    /// For how long the forces push, s.
+    pub dt: f64,
+    /// The ground, by whose frame positions and velocities go.
+    pub ground: Ground,
+}
+
+/// A robot at an instant, in the world's frame, for questions that are not asked in every step.
+#[derive(Clone, Copy, Debug)]
+pub struct Pose<'a> {
+    /// Nodes and edges.
+    pub lattice: &'a Lattice,
+    /// Stiffness, strains and masses.
+    pub body: &'a Body<f64>,
+    /// Positions and velocities.
+    pub state: &'a State<f64>,
+    /// The controller's output for every edge; empty for idle actuators.
+    pub activation: &'a [f64],
+    /// The time, s.
+    pub time: f64,
+}
+
+/// The force of a part of a law on one node.
+#[derive(Clone, Debug)]
+pub struct Pull {
+    /// The part, as a sentence names it: "the spring of edge 3 [1, 2]".
+    pub part: String,
+    /// The force, N.
+    pub force: [f64; 2],
+}
+
+/// A force on the nodes of one lattice.
+///
+/// Most are a [force on every node](super::NodeForce) or [along every bar](super::BarForce). What
+/// is neither implements this trait: [`Bending`](super::Bending) is an example.
+pub trait Force: Debug + Send + Sync {
+    /// Arrays of numbers that no step changes, which [`record`](Force::record) is given.
+    fn constants(&self) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
+    /// True if [`Step::time`] is read.
+    fn needs_time(&self) -> bool {
+        false
+    }
+
+    /// Records the impulses on all nodes over a step, N s: those of the forces before it, if there are
+    /// any, plus its own.
+    fn record(
+        &self,
+        p: &mut AnyProgram,
+        step: &Step,
+        constants: &[Array],
+        before: Option<[Array; 2]>,
+    ) -> [Array; 2];
+
+    /// The force of each part on a node.
+    fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull>;
+
+    /// The potential energy, J, of which the force is the slope; `None` if it has none.
+    fn energy(&self, pose: &Pose) -> Option<f64>;
+
+    /// Adds the slopes of the force to those of a pose: they decide which time step is stable.
+    fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness);
+
+    /// The stiffness of a bar, N/m, whose material has the stiffness `k`, where its length is off by
+    /// so much from the target.
+    fn bar_stiffness(&self, _k: f64, _rest_length: f64, _off: f64) -> f64 {
+        0.0
+    }
+
+    /// A bound on the squares of the frequencies, 1/s^2, that the force adds in any design:
+    /// `node` is the largest that a node has by its bars alone, `shortest` the length of the
+    /// shortest bar (m), `least_mass` of the lightest node (kg).
+    fn any_design(&self, _node: f64, _shortest: f64, _least_mass: f64) -> f64 {
+        0.0
+    }
+}
+
+/// A force law with its settings, behind a pointer.
+pub(crate) trait AnyForce: Debug + Send + Sync {
+    fn name(&self) -> &'static str;
+    fn settings(&mut self) -> &mut dyn Settings;
+    fn values(&self) -> Vec<(&'static str, String)>;
+    fn boxed(&self) -> Box<dyn AnyForce>;
+    /// The force on a lattice; `None` if nothing is there for it to act on.
+    fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
+}
+
+/// A sum.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sum;
+
+impl Kernel<2, 1> for Sum {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+        [a + b]
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real>(&self, x: [R; 2], y_bar: [R; 1]) -> [R; 2] {
+        self.emitted_vjp(x, y_bar)
+    }
+}
+
+/// Impulses and those before them.
+pub(super) fn add(
+    p: &mut AnyProgram,
+    before: Option<[Array; 2]>,
+    impulses: [Array; 2],
+) -> [Array; 2] {
+    let Some(before) = before else {
+        return impulses;
+    };
+    [0, 1].map(|k| p.map(Sum, [before[k], impulses[k]])[0])
+}

@@ -1,0 +1,34 @@
+//! Hooke's law: tension in proportion to the change of length.
+
+use autodiff::Real;
+
+use super::bar::{Bar, BarForce, Tension};
+use super::law::Law;
+
+crate::settings! {
+    /// Tension in proportion to the change of length.
+    struct Hooke {}
+}
+
+impl Law for Hooke {
+    const NAME: &'static str = "hooke";
+}
+
+impl BarForce for Hooke {
+    const NOUN: &'static str = "spring";
+
+    #[inline(always)]
+    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+        bar.stiffness * (bar.length - bar.target)
+    }
+
+    fn energy(&self, bar: Bar<f64>) -> Option<f64> {
+        let change = bar.length - bar.target;
+        Some(0.5 * bar.stiffness * change * change)
+    }
+
+    #[inline(always)]
+    fn tension_vjp<R: Real>(tension: &Tension<Self>, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+        tension.emitted_vjp(x, y_bar)
+    }
+}

@@ -1,0 +1,47 @@
+//! Laws: the terms of a step. One file each, by the same traits as a user's.
+//!
+//! A law is a type with [settings](Law) and one generic method: the [velocity](Contact::respond) of a node
+//! that meets the ground, the [tension](BarForce::tension) of a bar, the [force](NodeForce::force) on a
+//! node. What is none of these is a [`Force`]. From the method follow its derivatives, its SIMD lanes and
+//! its part in the stable time step. [`add`] makes a law known to scenes.
+
+mod law;
+mod motion;
+mod stiffness;
+mod contact;
+mod no_ground;
+mod sticking;
+mod coulomb;
+mod force;
+mod bar;
+mod node;
+mod hooke;
+mod stiffening;
+mod bending;
+mod choice;
+#[rustfmt::skip]
+mod adjoints;
+#[cfg(test)]
+mod emission;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use bar::OnBars;
+pub use bar::{Bar, BarForce, Tension};
+pub(crate) use bending::Bending;
+pub(crate) use choice::choosing;
+pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes};
+pub(crate) use contact::AnyContact;
+pub use contact::{Contact, Drifting, Flying, Impact};
+pub use coulomb::Coulomb;
+pub(crate) use force::AnyForce;
+pub use force::{Force, Pose, Pull, Step};
+pub use hooke::Hooke;
+pub use law::Law;
+pub use motion::{Drift, Flight};
+pub use no_ground::NoGround;
+pub use node::{Node, NodeForce};
+pub use sticking::Sticking;
+pub use stiffening::Stiffening;
+pub(crate) use stiffness::Angle;
+pub use stiffness::Stiffness;

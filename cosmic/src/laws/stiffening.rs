@@ -1,0 +1,51 @@
+//! Springs that grow stiffer as they are stretched or compressed: `k (e + c e^3)` for a change of
+//! length `e` (m) from the target.
+
+use autodiff::Real;
+
+use super::bar::{Bar, BarForce, Tension};
+use super::law::Law;
+use crate::settings::{Field, Settings};
+
+/// A spring that grows stiffer as it is stretched or compressed.
+#[derive(Clone, Debug, Default)]
+pub struct Stiffening {
+    /// The cubic coefficient `c`, 1/m^2: the scene's `physics.stiffening`.
+    pub cubic: f64,
+}
+
+impl Settings for Stiffening {
+    fn about(&self) -> &'static str {
+        "Springs that grow stiffer as they are stretched or compressed."
+    }
+    fn fields(&mut self) -> Vec<Field<'_>> {
+        Vec::new()
+    }
+}
+
+impl Law for Stiffening {
+    const NAME: &'static str = "stiffening";
+}
+
+impl BarForce for Stiffening {
+    const NOUN: &'static str = "spring";
+
+    #[inline(always)]
+    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+        let change = bar.length - bar.target;
+        let growth = (R::lit(self.cubic) * change).fma(change, R::one());
+        bar.stiffness * change * growth
+    }
+
+    fn energy(&self, bar: Bar<f64>) -> Option<f64> {
+        let change = bar.length - bar.target;
+        let square = change * change;
+        // The integral of k (e + c e^3).
+        Some(0.5 * bar.stiffness * square * (1.0 + 0.5 * self.cubic * square))
+    }
+
+    #[inline(always)]
+    fn tension_vjp<R: Real>(tension: &Tension<Self>, x: [R; 6], y_bar: [R; 2]) -> [R; 6] {
+        tension.emitted_vjp(x, y_bar)
+    }
+}

@@ -1,0 +1,59 @@
+//! A setting in place, with what its declaration says of it.
+
+use serde::{Serialize, Serializer};
+use serde_json::Value;
+
+use super::limits::Limits;
+use super::value::SettingValue;
+
+/// A setting in place, with all that its declaration says of it.
+pub struct Field<'a> {
+    /// The key within its section.
+    pub key: &'static str,
+    /// The meaning of the key, in sentences.
+    pub doc: &'static str,
+    /// The unit; empty for a pure number, a name or a truth value.
+    pub unit: &'static str,
+    /// Where the default comes from: the paper, a decision (D1 to D11), an experiment.
+    pub source: &'static str,
+    /// The allowed range of its numbers.
+    pub limits: Limits,
+    /// The value itself.
+    pub value: &'a mut dyn SettingValue,
+}
+
+impl Field<'_> {
+    /// The values that the key may have, as a phrase.
+    pub fn allowed(&self) -> String {
+        self.value.allowed(&self.limits)
+    }
+}
+
+/// A section of a scene file; [`settings!`](crate::settings!) declares it.
+pub trait Settings {
+    /// The subject of the section, in a sentence.
+    fn about(&self) -> &'static str;
+    /// Its settings, in the order in which they are written.
+    fn fields(&mut self) -> Vec<Field<'_>>;
+}
+
+/// The keys of a section with their values as JSON, in the order in which they are written.
+pub struct Values(Vec<(&'static str, Value)>);
+
+impl Values {
+    /// Those of a section.
+    pub fn of(section: &mut dyn Settings) -> Self {
+        let fields = section.fields().into_iter();
+        Self(
+            fields
+                .map(|field| (field.key, field.value.json()))
+                .collect(),
+        )
+    }
+}
+
+impl Serialize for Values {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(key, value)| (key, value)))
+    }
+}

@@ -1,0 +1,16 @@
+//! Settings: keys of a scene file, each declared once with its type, default, range, unit, source and
+//! meaning.
+
+mod limits;
+mod value;
+mod field;
+mod declare;
+
+pub use field::{Field, Settings, Values};
+pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};
+pub use limits::{Limits, above, within};
+#[doc(hidden)]
+pub use serde;
+pub use value::{
+    Filled, Misfit, Named, Number, SettingValue, json, kind, misfit, word, wrong_kind,
+}; // for `settings!` in other crates
