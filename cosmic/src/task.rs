@@ -8,7 +8,7 @@ use crate::controller::Controller;
 use crate::ground::Ground;
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
-use crate::objective::{AnyLoss, Loss};
+use crate::objective::{Loss, LossOf};
 use crate::projection::{self, Projection, Variation, holds};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
@@ -187,7 +187,7 @@ impl Task {
         &self,
         mixture: &[[R; 3]],
         inputs: &Inputs<R>,
-        loss: &impl Loss,
+        loss: &(impl Loss + LossOf<R> + ?Sized),
         horizon: &Horizon,
     ) -> R {
         self.losses(&[mixture], inputs, loss, horizon).remove(0)
@@ -199,11 +199,11 @@ impl Task {
         &self,
         mixtures: &[impl AsRef<[[R; 3]]>],
         inputs: &Inputs<R>,
-        loss: &impl Loss,
+        loss: &(impl Loss + LossOf<R> + ?Sized),
         horizon: &Horizon,
     ) -> Vec<R> {
         let trajectories = self.over_horizon(mixtures, inputs, loss, horizon);
-        trajectories.iter().map(|seen| loss.loss(seen)).collect()
+        trajectories.iter().map(|seen| loss.loss_of(seen)).collect()
     }
 
     /// What a loss looks at, of robots with one controller from one start.
@@ -211,20 +211,32 @@ impl Task {
         &self,
         mixtures: &[impl AsRef<[[R; 3]]>],
         inputs: &Inputs<R>,
-        loss: &dyn AnyLoss,
+        loss: &(impl Loss + ?Sized),
         horizon: &Horizon,
     ) -> Vec<Trajectory<R>> {
         let steps = horizon.steps.min(self.physics.steps);
-        let mut span = Span {
+        let seen = Span {
             nodes: loss.nodes(),
             cotangent_bound: horizon.cotangent_bound,
             ..Span::from_start(loss.observed(steps))
         };
+        self.over_span(mixtures, inputs, seen, horizon.mode)
+    }
+
+    /// Robots with one controller over the steps of a horizon. Nothing in it depends on the loss: it is
+    /// compiled once.
+    fn over_span<R: Real>(
+        &self,
+        mixtures: &[impl AsRef<[[R; 3]]>],
+        inputs: &Inputs<R>,
+        mut span: Span,
+        mode: HorizonMode,
+    ) -> Vec<Trajectory<R>> {
         let (simulator, controller) = (&self.simulator, &inputs.controller);
         let bodies = self.bodies(mixtures);
         let mut starts = vec![inputs.start.clone(); bodies.len()];
-        if horizon.mode == HorizonMode::Tail {
-            span.first = self.physics.steps - steps;
+        if mode == HorizonMode::Tail {
+            span.first = self.physics.steps - span.steps();
             let head = Span::from_start(vec![span.first]);
             // Bodies are made before they are detached: a layout whose derivative is asked for
             // keeps its void edges, before the horizon too.

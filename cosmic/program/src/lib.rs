@@ -24,6 +24,8 @@ mod completions;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use cosmic::error::Result;
+use cosmic::laws::{self, Choice};
+use cosmic::objective::{self, Loss};
 use output::{complain, written};
 use std::process::ExitCode;
 
@@ -72,14 +74,83 @@ impl Command {
     }
 }
 
-/// Runs the command that the process was started with. The exit code is 0, or the error's own
-/// ([`cosmic::Error::exit_code`]).
-pub fn run() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(request) => return refuse(&request),
-    };
-    exit_code(cli.command.run())
+/// The program, with what its author adds to it.
+///
+/// ```no_run
+/// use autodiff::Real;
+/// use cosmic::laws::{Contact, Impact, Law, contact};
+///
+/// cosmic::settings! {
+///     /// A node leaves the ground as fast as it meets it.
+///     struct Trampoline {}
+/// }
+///
+/// impl Law for Trampoline {
+///     const NAME: &'static str = "trampoline";
+/// }
+///
+/// impl Contact for Trampoline {
+///     #[inline(always)]
+///     fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
+///         let [along, out] = impact.velocity;
+///         [along, -out]
+///     }
+/// }
+///
+/// fn main() -> std::process::ExitCode {
+///     let program = cosmic_program::Program::new().with(contact::<Trampoline>());
+///     // `cosmic optimize bounce`, and every other command.
+///     program.scene("bounce", "[physics]\ncontact = \"trampoline\"").run()
+/// }
+/// ```
+#[derive(Debug, Default)]
+pub struct Program(());
+
+impl Program {
+    /// The program as it ships.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a law: scenes choose it by its name, see [`cosmic::laws::Choice`].
+    ///
+    /// # Panics
+    /// As [`cosmic::laws::add`].
+    #[must_use]
+    pub fn with(self, law: Choice) -> Self {
+        laws::add(law);
+        self
+    }
+
+    /// Adds a loss: scenes choose it by `objective.own_loss = "its_name"`.
+    ///
+    /// # Panics
+    /// As [`cosmic::objective::add`].
+    #[must_use]
+    pub fn with_loss(self, name: &'static str, loss: impl Loss + 'static) -> Self {
+        objective::add(name, loss);
+        self
+    }
+
+    /// Adds a scene with a name, from its TOML. The last one added is what an omitted scene means.
+    ///
+    /// # Panics
+    /// As [`cosmic::scene::add`].
+    #[must_use]
+    pub fn scene(self, name: &'static str, text: &'static str) -> Self {
+        cosmic::scene::add(name, text);
+        self
+    }
+
+    /// Runs the command that the process was started with. The exit code is 0, or the error's own
+    /// ([`cosmic::Error::exit_code`]).
+    pub fn run(self) -> ExitCode {
+        let cli = match Cli::try_parse() {
+            Ok(cli) => cli,
+            Err(request) => return refuse(&request),
+        };
+        exit_code(cli.command.run())
+    }
 }
 
 /// Shows help or the version (exit 0), or the mistake in the arguments (exit 2).

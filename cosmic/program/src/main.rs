@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cosmic_program::run()
+    cosmic_program::Program::new().run()
 }

@@ -9,7 +9,7 @@ use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::run::SCENE;
 use cosmic::record::{RunPlan, Search, Summary, optimise, optimise_with};
-use cosmic::scene::{BUILTIN, Scene, UnstableStep, fault};
+use cosmic::scene::{self, Scene, UnstableStep, fault};
 use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -118,7 +118,7 @@ impl Arguments {
                 source = file.display().to_string();
             }
             (named, _) => {
-                source = named.clone().unwrap_or(BUILTIN[0].name.to_owned());
+                source = named.clone().unwrap_or(scene::all()[0].name.to_owned());
                 scene = Scene::load(&source)?;
                 name = name_of(Path::new(&source));
             }

@@ -5,7 +5,7 @@ use crate::output::{note, print, print_as, print_json};
 use clap::{Args, Subcommand};
 use cosmic::codesign::Review;
 use cosmic::error::{Error, Result};
-use cosmic::scene::{BUILTIN, Builtin, Finding, Scene, fault};
+use cosmic::scene::{self, Builtin, Finding, Scene, fault};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -113,12 +113,13 @@ fn refused(file: &Path, settings: &Settings, refusal: &Finding) -> Error {
 fn list(as_json: bool) -> Result<()> {
     if as_json {
         let entry = |scene: Builtin| json!({ "name": scene.name, "about": scene.about() });
-        return print_json(&BUILTIN.map(entry));
+        return print_json(&scene::all().into_iter().map(entry).collect::<Vec<_>>());
     }
-    let width = BUILTIN.map(|scene| scene.name.len()).into_iter().max();
+    let scenes = scene::all();
+    let width = scenes.iter().map(|scene| scene.name.len()).max();
     let width = width.unwrap_or(0);
     let line = |scene: Builtin| format!("{:width$}  {}\n", scene.name, scene.about());
-    print(&BUILTIN.map(line).concat())
+    print(&scenes.into_iter().map(line).collect::<String>())
 }
 
 fn show(scene: &Scene, json: bool) -> Result<()> {

@@ -9,7 +9,7 @@ use cosmic::reading::{MARK, placed, read_whole};
 use cosmic::record::run::{DESIGN, SCENE};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, design_file};
-use cosmic::scene::{BUILTIN, Scene};
+use cosmic::scene::{self, Scene};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ const SEED: u64 = 0;
 #[derive(Debug, Clone, Args)]
 pub(super) struct SourceArguments {
     /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
-    #[arg(value_name = "SCENE", default_value = BUILTIN[0].name)]
+    #[arg(value_name = "SCENE", default_value = scene::all()[0].name)]
     pub(super) source: String,
     #[command(flatten)]
     pub(super) settings: Settings,
@@ -44,7 +44,7 @@ impl Source {
     /// design in it, a file by its content. Every file is read once: a pipe has no second time.
     pub(super) fn read(name: &str, settings: &Settings) -> Result<Self> {
         let scene = || Self::of_scene(settings.load(name)?);
-        if BUILTIN.iter().any(|builtin| builtin.name == name) {
+        if scene::named(name).is_some() {
             return scene();
         }
         let path = Path::new(name);

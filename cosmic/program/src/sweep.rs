@@ -7,7 +7,7 @@ use crate::progress::{Many, Progress, told};
 use crate::source::name_of;
 use clap::{Args, Subcommand};
 use cosmic::error::{Error, Result};
-use cosmic::scene::BUILTIN;
+use cosmic::scene;
 use cosmic_lab::sweep::{
     Ended, MergedRun, PlannedScene, RunOutcome, RunState, Sweep, SweepPlan, merge, survey,
     write_results,
@@ -29,7 +29,7 @@ enum Action {
     /// Fix scenes and seeds in a new folder
     Plan {
         /// Built-in scenes or TOML files
-        #[arg(value_name = "SCENE", default_value = BUILTIN[0].name)]
+        #[arg(value_name = "SCENE", default_value = scene::all()[0].name)]
         scenes: Vec<String>,
         #[command(flatten)]
         settings: Settings,

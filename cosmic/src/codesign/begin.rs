@@ -1,5 +1,7 @@
 //! An optimisation that is ready to begin, and the states before its first iteration.
 
+use std::sync::Arc;
+
 use autodiff::CotangentBound;
 
 use super::progress::Progress;
@@ -8,7 +10,7 @@ use crate::controller::Controller;
 use crate::design::{Material, dominant, one_hot, start_vectors};
 use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
-use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, Objective, measures};
+use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
 use crate::optimiser::{Adam, Mma};
 use crate::projection::Projection;
 use crate::scene::{Scene, StartKind};
@@ -19,7 +21,7 @@ use crate::task::{Horizon, Task};
 pub struct CoDesign {
     pub(super) scene: Scene,
     pub(super) task: Task,
-    pub(super) loss: Box<dyn AnyLoss>,
+    pub(super) loss: Arc<dyn AnyLoss>,
     /// True if the caller supplied the loss in place of the scene's objective.
     pub(super) own_loss: bool,
     pub(super) start: State<f64>,
@@ -36,10 +38,9 @@ impl CoDesign {
     /// # Errors
     /// The errors of [`Scene::check`], and where the scene's optimiser settings do not fit one another.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let objective = Objective::new(&scene.objective, &scene.loss, &scene.physics);
         Ok(Self {
             own_loss: false,
-            ..Self::with_loss(scene, objective)?
+            ..Self::of_loss(scene, of_scene(scene))?
         })
     }
 
@@ -89,9 +90,13 @@ impl CoDesign {
     /// As [`new`](Self::new); [`Error::Usage`] if the loss looks at no node, or if, for any horizon
     /// of the schedule, its observed steps do not ascend to the last step.
     pub fn with_loss(scene: &Scene, loss: impl Loss + 'static) -> Result<Self> {
+        Self::of_loss(scene, Arc::new(loss))
+    }
+
+    fn of_loss(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
         // A run writes its scene and reads it again: the scene has to be valid as a file.
         scene.check()?;
-        check_loss(&loss, scene)?;
+        check_loss(&*loss, scene)?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let variables = 3 * lattice.edges.len();
         let mma = || {
@@ -100,7 +105,7 @@ impl CoDesign {
                 .map_err(|error| Error::Usage(format!("the scene's [mma] settings: {error}")))
         };
         Ok(Self {
-            loss: Box::new(loss),
+            loss,
             own_loss: true,
             start: lattice.state_at_rest(),
             mma: [mma()?, mma()?],
@@ -311,7 +316,7 @@ fn is_finite(c: &Controller<f64>) -> bool {
 }
 
 /// Refuses a loss that looks at steps that a rollout does not have.
-fn check_loss(loss: &impl Loss, scene: &Scene) -> Result<()> {
+fn check_loss(loss: &dyn AnyLoss, scene: &Scene) -> Result<()> {
     let horizon = |iteration| Schedule { scene, iteration }.horizon();
     let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();
     lengths.push(scene.physics.steps);

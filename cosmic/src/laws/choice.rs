@@ -41,11 +41,11 @@ pub fn on_nodes<L: NodeForce>() -> Choice {
 /// The laws that scenes may choose: the contact laws of this crate, then those added.
 static CHOICES: RwLock<Vec<Choice>> = RwLock::new(Vec::new());
 
-/// The contact laws of this crate, the default first.
+/// The contact laws of this crate.
 fn built_in() -> [Box<dyn AnyContact>; 3] {
     [
-        Box::new(Sticking {}),
         Box::new(NoGround {}),
+        Box::new(Sticking {}),
         Box::new(Coulomb::default()),
     ]
 }
@@ -199,7 +199,8 @@ fn names<'n>(names: impl Iterator<Item = &'n str>, between: &str) -> String {
 
 impl SettingValue for ContactLaw {
     fn allowed(&self, _: &Limits) -> String {
-        names(contacts().iter().map(|contact| contact.name()), " or ")
+        let names = names(contacts().iter().map(|contact| contact.name()), " or ");
+        format!("{names}; another law needs the program that brings it")
     }
 
     fn json(&self) -> serde_json::Value {
@@ -290,7 +291,7 @@ impl SettingValue for ForceLaws {
     fn allowed(&self, _: &Limits) -> String {
         let known = forces();
         if known.is_empty() {
-            return "[]: this program has no forces to add".to_owned();
+            return "[]; a force needs the program that brings it".to_owned();
         }
         let names = names(known.iter().map(|force| force.name()), ", ");
         format!("an array of names among {names}, each once")

@@ -1,16 +1,20 @@
-//! A loss behind a pointer.
+//! A loss behind a pointer, and those that scenes choose by name.
 //!
-//! An optimisation evaluates its loss in four number types. Through a pointer, a user's loss is
-//! compiled for these four in the user's crate, and the simulator only in this one: it is not
+//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. Through a pointer,
+//! a user's loss is compiled for these in the user's crate, and the simulator only in this one: it is not
 //! compiled again for every loss, nor without optimisation where the user's crate is.
 
-use autodiff::{Real, Var};
+use std::sync::{Arc, RwLock};
 
-use super::Loss;
+use autodiff::{Dual, Real, Var};
+
+use super::{Loss, Objective};
+use crate::scene::{OwnLoss, Scene};
 use crate::simulator::Trajectory;
 
 /// The loss of trajectories of one number type.
-pub(crate) trait LossOf<R> {
+pub trait LossOf<R> {
+    /// The loss of a trajectory.
     fn loss_of(&self, trajectory: &Trajectory<R>) -> R;
 }
 
@@ -20,10 +24,39 @@ impl<L: Loss, R: Real> LossOf<R> for L {
     }
 }
 
-/// Any [`Loss`], in all four number types.
-pub(crate) trait AnyLoss:
-    Loss + LossOf<f64> + LossOf<f32> + LossOf<Var<f64>> + LossOf<Var<f32>>
+/// Any [`Loss`], in all five number types.
+pub trait AnyLoss:
+    Loss + LossOf<f64> + LossOf<f32> + LossOf<Var<f64>> + LossOf<Var<f32>> + LossOf<Dual<f64, 1>>
 {
 }
 
 impl<L: Loss> AnyLoss for L {}
+
+/// The losses that scenes may choose, by their names.
+static LOSSES: RwLock<Vec<(&'static str, Arc<dyn AnyLoss>)>> = RwLock::new(Vec::new());
+
+/// Makes a loss known to all scenes that this process reads from now on, which choose it by
+/// `objective.own_loss = "its_name"`.
+///
+/// # Panics
+/// If the name is taken.
+pub fn add(name: &'static str, loss: impl Loss + 'static) {
+    OwnLoss::add(name);
+    let mut losses = LOSSES.write().expect("no thread fails here");
+    losses.push((name, Arc::new(loss)));
+}
+
+/// The loss of a scene: that of its task, or the one it names.
+pub fn of_scene(scene: &Scene) -> Arc<dyn AnyLoss> {
+    let losses = LOSSES.read().expect("no thread fails here");
+    let own = scene.objective.own_loss.name();
+    let own = own.and_then(|own| losses.iter().find(|(name, _)| *name == own));
+    match own {
+        Some((_, loss)) => Arc::clone(loss),
+        None => Arc::new(Objective::new(
+            &scene.objective,
+            &scene.loss,
+            &scene.physics,
+        )),
+    }
+}

@@ -1,13 +1,13 @@
 //! From a trajectory to a loss, from a mixture to its measures, and from both to the objective.
 
 mod loss;
-mod any;
 mod displacement;
 mod measures;
 mod augmented;
 mod tasks;
+mod any;
 
-pub(crate) use any::{AnyLoss, LossOf};
+pub use any::{AnyLoss, LossOf, add, of_scene};
 pub use augmented::{AugmentedLagrangian, violations};
 pub use displacement::Displacement;
 pub use loss::Loss;

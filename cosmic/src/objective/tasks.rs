@@ -121,7 +121,7 @@ mod tests {
     use super::{Loss, Objective};
     use crate::lattice::State;
     use crate::scene::Named;
-    use crate::scene::{LossSettings, ObjectiveSettings, PhysicsSettings, TaskKind};
+    use crate::scene::{LossSettings, ObjectiveSettings, OwnLoss, PhysicsSettings, TaskKind};
     use crate::simulator::Trajectory;
 
     fn objective(task: TaskKind) -> Objective {
@@ -130,6 +130,7 @@ mod tests {
             target: 1.0,
             settle: 0.5,
             energy_price: 0.25,
+            own_loss: OwnLoss::default(),
         };
         let loss = LossSettings {
             window: 2,

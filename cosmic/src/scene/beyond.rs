@@ -2,13 +2,21 @@
 //! and a search over starts that drops the weak ones early.
 
 use crate::settings;
-use crate::settings::{DEVIATION, SHARE, within};
+use std::sync::RwLock;
+
+use serde::Serialize;
+use toml::Spanned;
+use toml::de::DeValue;
+
+use crate::settings::{DEVIATION, Filled, Limits, SHARE, SettingValue, json, misfit, within, word};
 
 settings! {
     /// What the robot is to do; what is reported is the displacement, whatever the task.
     struct ObjectiveSettings {
         /// To get far, to reach a point and stop, to climb, to go back, or to save energy.
         task: TaskKind = TaskKind::Far, source "paper: far";
+        /// A loss in place of the task's, by a name that the program was given.
+        own_loss: OwnLoss = OwnLoss::default(), source "the paper has none";
         /// For "reach": where to, along the ground from its origin.
         target: f64 = 1.0, allowed within(-1e3, 1e3), unit "m", source "beyond the paper";
         /// For "reach": the time in which a speed at the target counts as a distance.
@@ -71,5 +79,64 @@ settings! {
         keep: [f64; 3] = [0.34, 0.5, 0.5], allowed SHARE, source "beyond the paper";
         /// Iterations up to a rung over which a start's displacement is judged, by their median.
         window: usize = 10, allowed within(1.0, 1e5), source "beyond the paper";
+    }
+}
+
+/// The name of a loss that this process was [given](crate::objective::add), or none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct OwnLoss(Option<&'static str>);
+
+/// The names of all losses given.
+static LOSSES: RwLock<Vec<&'static str>> = RwLock::new(Vec::new());
+
+impl OwnLoss {
+    /// Makes a name known to the scenes that are read from now on.
+    ///
+    /// # Panics
+    /// If it is known already, or means that there is none.
+    pub(crate) fn add(name: &'static str) {
+        let mut known = LOSSES.write().expect("no thread fails here");
+        assert!(
+            name != "off" && !known.contains(&name),
+            "there is a loss {name:?} already"
+        );
+        known.push(name);
+    }
+
+    /// The name; `None` for the task's own loss.
+    pub fn name(self) -> Option<&'static str> {
+        self.0
+    }
+
+    fn known() -> Vec<&'static str> {
+        LOSSES.read().expect("no thread fails here").clone()
+    }
+}
+
+impl SettingValue for OwnLoss {
+    fn allowed(&self, _: &Limits) -> String {
+        let names = ["off"].into_iter().chain(Self::known());
+        names
+            .map(|name| format!("{name:?}"))
+            .collect::<Vec<_>>()
+            .join(" or ")
+    }
+
+    fn toml(&self) -> String {
+        format!("{:?}", self.0.unwrap_or("off"))
+    }
+
+    fn json(&self) -> serde_json::Value {
+        json(self)
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
+        let word = word(value)?;
+        let name = Self::known().into_iter().find(|name| *name == word);
+        if name.is_none() && word != "off" {
+            return Err(misfit(value, "cannot be"));
+        }
+        self.0 = name;
+        Ok(())
     }
 }

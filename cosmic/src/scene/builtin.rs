@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::reading::{read_at_most, too_long};
 use std::io::ErrorKind;
 use std::path::Path;
+use std::sync::RwLock;
 
 /// A scene that ships with the crate.
 #[derive(Debug, Clone, Copy)]
@@ -52,6 +53,32 @@ pub const BUILTIN: [Builtin; 9] = builtin![
     "tilted",
 ];
 
+/// The scenes that this process was given beside those that ship with the crate.
+static ADDED: RwLock<Vec<Builtin>> = RwLock::new(Vec::new());
+
+/// Gives this process a scene with a name. The last one given is what an omitted scene means.
+///
+/// # Panics
+/// If there is a scene of that name already.
+pub fn add(name: &'static str, text: &'static str) {
+    assert!(named(name).is_none(), "there is a scene {name:?} already");
+    ADDED
+        .write()
+        .expect("no thread fails here")
+        .insert(0, Builtin { name, text });
+}
+
+/// Every scene with a name, the default first: those [given](add), then the [`BUILTIN`] ones.
+pub fn all() -> Vec<Builtin> {
+    let added = ADDED.read().expect("no thread fails here");
+    added.iter().chain(&BUILTIN).copied().collect()
+}
+
+/// The scene of a name, if there is one.
+pub fn named(name: &str) -> Option<Builtin> {
+    all().into_iter().find(|builtin| builtin.name == name)
+}
+
 /// The largest scene file read; a complete scene has some ten thousand bytes.
 const LARGEST: u64 = 1 << 20;
 
@@ -61,13 +88,13 @@ impl Scene {
     /// # Errors
     /// [`Error::NoScene`] where there is neither, otherwise those of [`Scene::read`].
     pub fn load(name: &str) -> Result<Scene> {
-        if let Some(builtin) = BUILTIN.iter().find(|builtin| builtin.name == name) {
+        if let Some(builtin) = named(name) {
             return Scene::parse(builtin.name, builtin.text);
         }
         Scene::read(Path::new(name)).map_err(|error| match error {
             Error::Read { source, .. } if source.kind() == ErrorKind::NotFound => Error::NoScene {
                 name: name.to_string(),
-                hint: suggest(name, BUILTIN.iter().map(|builtin| builtin.name)),
+                hint: suggest(name, all().iter().map(|builtin| builtin.name)),
             },
             other => other,
         })
@@ -117,7 +144,7 @@ pub fn fault(
     message: &str,
     remedy: &str,
 ) -> Option<Error> {
-    let builtin = BUILTIN.iter().find(|builtin| builtin.name == name);
+    let builtin = named(name);
     let path = Path::new(name);
     let text = match builtin {
         Some(builtin) => Some(builtin.text.to_owned()),

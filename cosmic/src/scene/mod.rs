@@ -22,8 +22,8 @@ mod read;
 mod write;
 mod builtin;
 
-pub use beyond::{ObjectiveSettings, RobustSettings, SearchSettings, TaskKind};
-pub use builtin::{BUILTIN, Builtin, fault};
+pub use beyond::{ObjectiveSettings, OwnLoss, RobustSettings, SearchSettings, TaskKind};
+pub use builtin::{BUILTIN, Builtin, add, all, fault, named};
 pub use departures::Departure;
 pub use doubts::Finding;
 

@@ -45,7 +45,7 @@ impl Span {
     }
 
     /// How many steps are done.
-    pub(super) fn steps(&self) -> usize {
+    pub(crate) fn steps(&self) -> usize {
         self.observed.last().copied().unwrap_or(0)
     }
 }

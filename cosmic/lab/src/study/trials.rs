@@ -1,7 +1,7 @@
 //! The experiments of the studies, as built-in scenes with changes.
 
 use cosmic::error::{Error, Result};
-use cosmic::scene::{BUILTIN, Scene};
+use cosmic::scene::{Scene, named};
 use serde::Serialize;
 
 /// The kind of a study.
@@ -95,7 +95,7 @@ pub(super) fn trials(kind: StudyKind, base: &Base) -> Result<Vec<Trial>> {
 impl Base {
     /// A built-in scene over these settings, with changes.
     fn scene(&self, name: &str, changes: &[&str]) -> Result<Scene> {
-        let builtin = BUILTIN.iter().find(|builtin| builtin.name == name);
+        let builtin = named(name);
         let text = builtin.map_or("", |builtin| builtin.text);
         let below = Scene::parse(&self.file, &self.text)?;
         let place = format!("changes of {name}");

@@ -2,6 +2,8 @@
 
 mod table;
 
+use std::sync::Arc;
+
 use autodiff::check::{Claim, Direction, Options, Report, Verdict, check_directions};
 use autodiff::{Dual, Real};
 
@@ -10,7 +12,7 @@ use cosmic::case::Case;
 use cosmic::ground::Ground;
 use cosmic::inputs::{ALL, Block, Inputs};
 use cosmic::laws::ContactLaw;
-use cosmic::objective::{Displacement, Loss, Objective};
+use cosmic::objective::{AnyLoss, Displacement, LossOf, Objective, of_scene};
 use cosmic::projection::Projection;
 use cosmic::scene::{Integrator, ObjectiveSettings, Scene};
 use cosmic::task::{Horizon, Task};
@@ -110,13 +112,14 @@ pub fn check_gradients(
     options: &Options,
 ) -> GradientCheck {
     let loss = match scene {
-        Some(scene) => Objective::new(&scene.objective, &scene.loss, &scene.physics),
+        Some(scene) => of_scene(scene),
         None => {
             let at_end = Displacement::at_end(Ground::from(&case.physics)).settings;
-            Objective::new(&ObjectiveSettings::default(), &at_end, &case.physics)
+            let task = ObjectiveSettings::default();
+            Arc::new(Objective::new(&task, &at_end, &case.physics))
         }
     };
-    check_gradients_of(&loss, case, steps, options)
+    check_gradients_of(&*loss, case, steps, options)
 }
 
 /// Checks the gradient of a loss by every block of a case's inputs. The case is cut to `steps` steps.
@@ -134,7 +137,7 @@ pub fn check_gradients(
 /// If the motion magnifies rounding until it shows in the slopes, differences that disagree prove
 /// nothing. The verdict is then a kink, unless forward mode disagrees by more than rounding explains.
 pub fn check_gradients_of(
-    loss: &impl Loss,
+    loss: &dyn AnyLoss,
     case: &Case,
     steps: usize,
     options: &Options,
@@ -215,9 +218,9 @@ fn lifted(case: &Case) -> Case {
 }
 
 /// The loss of a case as a function of its inputs.
-struct CaseLoss<'a, L> {
+struct CaseLoss<'a> {
     case: &'a Case,
-    of: &'a L,
+    of: &'a dyn AnyLoss,
     /// The case with the softer stability projection, to which the derivative belongs.
     softer: Case,
     task: Task,
@@ -226,8 +229,8 @@ struct CaseLoss<'a, L> {
     gradient: Inputs<f64>,
 }
 
-impl<'a, L: Loss> CaseLoss<'a, L> {
-    fn new(case: &'a Case, of: &'a L) -> Self {
+impl<'a> CaseLoss<'a> {
+    fn new(case: &'a Case, of: &'a dyn AnyLoss) -> Self {
         let mut softer = case.clone();
         softer.sharpness.beta_stability = softer.sharpness.beta_straight_through;
         let mut subject = Self {
@@ -301,7 +304,10 @@ impl<'a, L: Loss> CaseLoss<'a, L> {
     }
 
     /// The function whose gradient is checked.
-    fn loss<R: Real>(&self, inputs: &Inputs<R>) -> R {
+    fn loss<R: Real>(&self, inputs: &Inputs<R>) -> R
+    where
+        dyn AnyLoss + 'a: LossOf<R>,
+    {
         self.loss_of(&self.case.mixture(self.case.projection, &inputs.z), inputs)
     }
 
@@ -322,7 +328,10 @@ impl<'a, L: Loss> CaseLoss<'a, L> {
         self.loss_of(&moved, inputs)
     }
 
-    fn loss_of<R: Real>(&self, mixture: &[[R; 3]], inputs: &Inputs<R>) -> R {
+    fn loss_of<R: Real>(&self, mixture: &[[R; 3]], inputs: &Inputs<R>) -> R
+    where
+        dyn AnyLoss + 'a: LossOf<R>,
+    {
         let horizon = Horizon::head(self.case.physics.steps);
         self.task.loss(mixture, inputs, self.of, &horizon)
     }

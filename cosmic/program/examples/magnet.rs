@@ -1,0 +1,51 @@
+//! A magnet that pulls the nodes of the lattice's top row, and no others.
+//!
+//! `cargo run --release -p cosmic-program --example magnet -- optimize --iterations 8 --out runs/magnet`
+
+use std::process::ExitCode;
+
+use autodiff::Real;
+use cosmic::lattice::Lattice;
+use cosmic::laws::{Law, Node, NodeForce, on_nodes};
+use cosmic::settings::within;
+use cosmic_program::Program;
+
+cosmic::settings! {
+    /// A magnet at a place of the world. Nodes of the top row are of iron.
+    struct Magnet {
+        /// Where it is.
+        place: [f64; 2] = [3.0, 1.0], allowed within(-1e3, 1e3), unit "m", source "an example";
+        /// Its pull at a distance of a metre.
+        pull: f64 = 0.02, allowed within(0.0, 1e3), unit "N", source "an example";
+        /// Its size: nearer than that the pull fades.
+        size: f64 = 0.3, allowed within(1e-3, 1e2), unit "m", source "an example";
+    }
+}
+
+impl Law for Magnet {
+    const NAME: &'static str = "magnet";
+}
+
+impl NodeForce for Magnet {
+    fn weight(&self, node: usize, lattice: &Lattice) -> f64 {
+        let height = |node: usize| lattice.positions[node][1];
+        let top = (0..lattice.nodes()).map(height).fold(f64::MIN, f64::max);
+        f64::from(u8::from(top - height(node) < 1e-9))
+    }
+
+    #[inline(always)]
+    fn force<R: Real>(&self, node: Node<R>) -> [R; 2] {
+        let d = [0, 1].map(|k| R::lit(self.place[k]) - node.x[k]);
+        let square = R::dot(&d, &d) + R::lit(self.size * self.size);
+        let pull = node.weight * R::lit(self.pull) * square.rsqrt() / square;
+        [pull * d[0], pull * d[1]]
+    }
+}
+
+fn main() -> ExitCode {
+    let scene = "[physics]\nforces = [\"magnet\"]";
+    Program::new()
+        .with(on_nodes::<Magnet>())
+        .scene("magnet", scene)
+        .run()
+}

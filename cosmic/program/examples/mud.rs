@@ -1,0 +1,39 @@
+//! Viscous ground: mud slows a node down while it touches, at a rate, where friction stops it at once.
+//!
+//! `cargo run --release -p cosmic-program --example mud -- optimize --iterations 8 --out runs/mud`
+
+use std::process::ExitCode;
+
+use autodiff::Real;
+use cosmic::laws::{Contact, Impact, Law, contact};
+use cosmic::settings::within;
+use cosmic_program::Program;
+
+cosmic::settings! {
+    /// Ground of mud: it slows down whatever touches it.
+    struct Mud {
+        /// Rate at which a velocity along the ground decays.
+        rate: f64 = 500.0, allowed within(0.0, 1e5), unit "1/s", source "an example";
+    }
+}
+
+impl Law for Mud {
+    const NAME: &'static str = "mud";
+}
+
+impl Contact for Mud {
+    #[inline(always)]
+    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
+        let [along, _] = impact.velocity;
+        let left = (-R::lit(self.rate) * impact.rest).exp();
+        [along * left, R::zero()]
+    }
+}
+
+fn main() -> ExitCode {
+    let scene = "[physics]\ncontact = \"mud\"\n[mud]\nrate = 300.0";
+    Program::new()
+        .with(contact::<Mud>())
+        .scene("mud", scene)
+        .run()
+}

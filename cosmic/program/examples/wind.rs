@@ -1,0 +1,50 @@
+//! A force field in place and time: gusts that run over the ground and grow with height.
+//!
+//! `cargo run --release -p cosmic-program --example wind -- optimize --iterations 8 --out runs/wind`
+
+use std::f64::consts::TAU;
+use std::process::ExitCode;
+
+use autodiff::Real;
+use cosmic::laws::{Law, Node, NodeForce, on_nodes};
+use cosmic::settings::within;
+use cosmic_program::Program;
+
+cosmic::settings! {
+    /// Gusts of wind: each node is dragged along with the air around it.
+    struct Wind {
+        /// Speed of the air a metre above the ground, at the peak of a gust.
+        speed: f64 = -1.0, allowed within(-50.0, 50.0), unit "m/s", source "an example";
+        /// Drag of a node.
+        drag: f64 = 0.01, allowed within(0.0, 10.0), unit "N s/m", source "an example";
+        /// Time from gust to gust.
+        period: f64 = 2.0, allowed within(1e-3, 1e3), unit "s", source "an example";
+        /// Distance from gust to gust.
+        wavelength: f64 = 3.0, allowed within(1e-3, 1e3), unit "m", source "an example";
+    }
+}
+
+impl Law for Wind {
+    const NAME: &'static str = "wind";
+}
+
+impl NodeForce for Wind {
+    const NEEDS_TIME: bool = true;
+
+    #[inline(always)]
+    fn force<R: Real>(&self, node: Node<R>) -> [R; 2] {
+        let ([x, y], [vx, vy]) = (node.x, node.v);
+        let phase = node.time * R::lit(TAU / self.period) - x * R::lit(TAU / self.wavelength);
+        let gust = R::lit(0.5) + R::lit(0.5) * phase.sin();
+        let (air, drag) = (R::lit(self.speed) * y * gust, R::lit(self.drag));
+        [drag * (air - vx), -drag * vy]
+    }
+}
+
+fn main() -> ExitCode {
+    let scene = "[physics]\nforces = [\"wind\"]\n[wind]\nspeed = -0.5";
+    Program::new()
+        .with(on_nodes::<Wind>())
+        .scene("wind", scene)
+        .run()
+}
