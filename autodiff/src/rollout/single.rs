@@ -2,7 +2,7 @@
 
 use super::progress::Running;
 use super::settings::{Model, Rollout};
-use super::sweep::{Recorded, Starts, Sweep};
+use super::sweep::{Recorded, Starts, Stepper};
 use crate::real::{Fused, Real};
 
 impl<M: Model> Rollout<M> {
@@ -45,7 +45,7 @@ impl<M: Model> Rollout<M> {
     /// The observed numbers, interleaved for several starts.
     pub(super) fn forward<R: Real>(&self, starts: Starts, inputs: &[&[R]]) -> Vec<R> {
         let _running = Running::start();
-        let mut sweep = Sweep::new(self, starts, inputs);
+        let mut sweep = Stepper::new(self, starts, inputs);
         let mut row = sweep.row(inputs[0]);
         let places = self.places(starts.count, sweep.state_len());
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());

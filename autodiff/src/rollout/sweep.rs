@@ -3,9 +3,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::checkpoints::Schedule;
+use super::checkpoints::CheckpointSchedule;
 use super::progress::begin_step;
-use super::settings::{Model, Recording, Rollout};
+use super::settings::{Model, RecordModel, Rollout};
 use crate::arrays::{Aligned, Program, Watch};
 use crate::pool;
 use crate::real::Real;
@@ -24,7 +24,7 @@ impl Starts<'_> {
 }
 
 /// A program with its parameters.
-pub(super) struct Sweep<R: Real> {
+pub(super) struct Stepper<R: Real> {
     program: Program<R>,
     parameters: Aligned<R>,
     /// The inputs of all steps.
@@ -33,11 +33,11 @@ pub(super) struct Sweep<R: Real> {
     watch: Option<Watch<R>>,
 }
 
-impl<R: Real> Sweep<R> {
+impl<R: Real> Stepper<R> {
     /// Records the program and takes over the inputs: the start, or interleaved ones, then parameters.
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
         let mut program = Program::side_by_side(starts.count);
-        R::by_type(Recording(&rollout.model), &mut program);
+        R::by_type(RecordModel(&rollout.model), &mut program);
         let mut program = program.finish();
         rollout.check(program.inputs_len());
         let mut parameters = program.parameters();
@@ -119,8 +119,8 @@ struct Checkpoint<R> {
 
 /// The record of a forward run, which the reverse sweep reads.
 pub struct Recorded<R: Real> {
-    sweep: Sweep<R>,
-    schedule: Schedule,
+    sweep: Stepper<R>,
+    schedule: CheckpointSchedule,
     steps: usize,
     /// States from which the reverse sweep runs forward again; the start is the first.
     checkpoints: Vec<Checkpoint<R>>,
@@ -131,11 +131,12 @@ pub struct Recorded<R: Real> {
 }
 
 impl<R: Real> Recorded<R> {
-    /// Arguments as for [`Sweep::new`].
+    /// Arguments as for [`Stepper::new`].
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
-        let sweep = Sweep::new(rollout, starts, inputs);
+        let sweep = Stepper::new(rollout, starts, inputs);
         let (stride, row) = (sweep.program.stride(), sweep.row(inputs[0]));
-        let schedule = Schedule::new(rollout.memory, rollout.steps, [sweep.state_len(), stride]);
+        let schedule =
+            CheckpointSchedule::new(rollout.memory, rollout.steps, [sweep.state_len(), stride]);
         let leaf = schedule.leaf.min(rollout.steps);
         let kept = leaf.saturating_sub(1).checked_mul(stride);
         let kept = kept.and_then(|kept| kept.checked_add(row.len()));
@@ -164,7 +165,7 @@ impl<R: Real> Recorded<R> {
         self.sweep.state_len()
     }
 
-    /// [`Sweep::apply_state_bound`] after the first run forward. Steps that the reverse sweep runs again
+    /// [`Stepper::apply_state_bound`] after the first run forward. Steps that the reverse sweep runs again
     /// are not checked again.
     pub(super) fn apply_state_bound(&mut self, seen: &mut [R]) {
         let last = self.row_after(self.steps);
@@ -287,7 +288,7 @@ impl<R: Real> Recorded<R> {
         state_bar: &mut Vec<R>,
         at: &mut impl FnMut(usize, &mut Vec<R>),
     ) {
-        let Sweep {
+        let Stepper {
             program,
             parameters,
             ..

@@ -1,7 +1,7 @@
 //! Checks along directions.
 
 use super::report::{Component, Direction, Report, Verdict};
-use super::slopes::{self, Slopes};
+use super::slopes::{self, Quotients};
 use super::taylor;
 use crate::drivers::{self, Function};
 
@@ -238,7 +238,7 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
             verdict = Verdict::Wrong;
         }
         let control = judge.control(&sweep, verdict, unsure);
-        let Slopes {
+        let Quotients {
             step,
             left,
             central,

@@ -2,7 +2,7 @@
 
 use std::panic::Location;
 
-use super::origin::{CLEAN, NonFinite, Outer, RUNNING, Search, note};
+use super::origin::{CLEAN, NonFinite, Outer, RUNNING, Trace, note};
 use super::traced::Traced;
 use crate::real::{Mask, Real};
 
@@ -32,7 +32,7 @@ pub fn first_non_finite<R: Real>(
     function: impl FnOnce(&[Traced<R>]) -> Vec<Traced<R>>,
 ) -> Option<NonFinite> {
     let place = Location::caller();
-    let _outer = Outer(RUNNING.replace(Some(Search::default())));
+    let _outer = Outer(RUNNING.replace(Some(Trace::default())));
     let argument = |(i, &value): (usize, &R)| {
         let origin = if value.finite().all() {
             CLEAN
