@@ -30,10 +30,10 @@ pub struct Program<R: Real> {
     pub(super) inputs: Vec<Array>,
     pub(super) controls: Vec<Control<R>>,
     /// How many numbers the inputs of a step have, which all starts share.
-    pub(super) inputs_len: usize,
+    pub(crate) inputs_len: usize,
     pub(super) operations: Vec<Box<dyn Operation<R>>>,
     /// From how many starts it runs at once, their numbers interleaved.
-    pub(super) starts: usize,
+    pub(crate) starts: usize,
     /// How many numbers the parameters' arrays and a step's row take so far.
     pub(super) ends: [usize; 2],
     pub(super) layout: RowLayout,

@@ -41,11 +41,6 @@ impl<R: Real> Program<R> {
         self.layout.reach.max(self.ends[1]) + self.padding()
     }
 
-    /// From how many starts it runs at once.
-    pub(crate) fn starts(&self) -> usize {
-        self.starts
-    }
-
     /// The distance from the start of a row to the start of the next.
     pub(crate) fn stride(&self) -> usize {
         self.layout.stride
@@ -54,11 +49,6 @@ impl<R: Real> Program<R> {
     /// The number of scalars in a state, over all starts.
     pub(crate) fn state_len(&self) -> usize {
         self.states.iter().map(|a| a.len).sum()
-    }
-
-    /// How many input numbers a step takes.
-    pub(crate) fn inputs_len(&self) -> usize {
-        self.inputs_len
     }
 
     /// Takes over the parameters of a rollout over `steps` steps, checking their lengths. Where `own`

@@ -44,15 +44,6 @@ thread_local! {
     pub(super) static RUNNING: RefCell<Option<Trace>> = const { RefCell::new(None) };
 }
 
-/// Puts the outer trace back, also when the function panics.
-pub(super) struct Outer(pub(super) Option<Trace>);
-
-impl Drop for Outer {
-    fn drop(&mut self) {
-        RUNNING.replace(self.0.take());
-    }
-}
-
 /// A place in `Trace::found`.
 pub(super) type Origin = u32;
 
