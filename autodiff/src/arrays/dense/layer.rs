@@ -99,23 +99,16 @@ impl<R: Real> Spread<R> {
 impl<R: Real> DenseLayer<R> {
     /// `numbers` counts the entries of all matrices of the program, which share the caches.
     pub(in crate::arrays) fn new(layer: Layer, numbers: usize) -> Self {
-        let Layer {
-            matrix,
-            x,
-            bias,
-            output,
-            places,
-            tanh,
-        } = layer;
-        let (columns, starts) = (matrix.columns, output.starts);
+        let (matrix, starts) = (layer.matrix, layer.output.starts);
+        let columns = matrix.columns;
         Self {
-            inputs: joined(x),
-            inputs_active: x.iter().map(|a| a.id).collect(),
-            spread: Spread::new(places, starts),
+            inputs: joined(layer.x),
+            inputs_active: layer.x.iter().map(|a| a.id).collect(),
+            spread: Spread::new(layer.places, starts),
             matrix,
-            bias,
-            output,
-            tanh,
+            bias: layer.bias,
+            output: layer.output,
+            tanh: layer.tanh,
             weights: PackedMatrix::zero(matrix.rows, columns, starts, numbers),
             transposed: PackedMatrix::zero(columns, matrix.rows, starts, numbers),
             weights_bar: Panels::zero(matrix.rows, columns),

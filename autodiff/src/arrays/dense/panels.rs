@@ -36,9 +36,9 @@ const PARTED: RangeInclusive<usize> = 36 << 10..=128 << 10;
 /// That saves a tenth of a rollout's time: `cosmic explain --measure`.
 pub(super) struct Panels<R> {
     entries: Aligned<R>,
-    rows: usize,
-    columns: usize,
-    panels: Vec<Panel>,
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    pub(super) panels: Vec<Panel>,
 }
 
 /// A few registers of rows.
@@ -143,18 +143,6 @@ impl<R: Real> Panels<R> {
             columns,
             panels,
         }
-    }
-
-    pub(super) fn panels(&self) -> &[Panel] {
-        &self.panels
-    }
-
-    pub(super) fn rows(&self) -> usize {
-        self.rows
-    }
-
-    pub(super) fn columns(&self) -> usize {
-        self.columns
     }
 
     pub(super) fn fill_zero(&mut self) {
