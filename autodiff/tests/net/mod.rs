@@ -11,6 +11,11 @@ pub(crate) struct Net {
     pub(crate) hidden: usize,
 }
 
+/// Takes so many numbers off the front at each call.
+pub(crate) fn taken_from<'a, R>(mut rest: &'a [R]) -> impl FnMut(usize) -> &'a [R] {
+    move |len| rest.split_off(..len).expect("as long as its parts")
+}
+
 pub(crate) const NODES: usize = 12;
 
 impl Net {
@@ -122,13 +127,8 @@ impl Loss {
 
 impl Function for Loss {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        let (start, mut rest) = x.split_at(2 * NODES);
-        let mut parameters = Vec::new();
-        for len in self.rollout.model.shapes() {
-            let (part, others) = rest.split_at(len);
-            parameters.push(part);
-            rest = others;
-        }
+        let (start, rest) = x.split_at(2 * NODES);
+        let parameters = self.rollout.model.shapes().map(taken_from(rest));
         let seen = self.rollout.run(start, &parameters);
         let weighted = seen
             .iter()
