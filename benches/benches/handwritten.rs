@@ -3,16 +3,13 @@
 //! - `cargo bench -p benches --bench handwritten`
 //! - the same with `-- --table` writes `docs/handwritten.md`.
 
-use std::fmt::Write as _;
 use std::hint::black_box;
 use std::time::Instant;
 
 use autodiff::Real;
 use benches::handwritten::{Buffer, Handwritten};
-use benches::machine::{machine, write_page};
-use cosmic::case::Case;
+use benches::machine::{built_in, machine, row, write_page};
 use cosmic::inputs::{CONTROLLER, DESIGN};
-use cosmic::scene::Scene;
 use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
 /// Times that each measurement is taken, in turns; the least counts.
@@ -37,8 +34,7 @@ fn page() -> String {
     );
     let mut matvecs = f64::INFINITY;
     for (name, scene) in SCENES {
-        let scene = Scene::load(scene).expect("the scene is built in");
-        let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
+        let (scene, case) = built_in(scene);
         let subject = Subject::new(&case, &scene.loss);
         let two = TwoMatvecs::new(&case);
         let by_hand = Handwritten::new(&case, &scene.loss, MEASURED_STEPS);
@@ -73,11 +69,7 @@ fn rows(table: &mut String, name: &str, Times([generic, by_hand]): &Times) {
         ("by hand", by_hand.map(per_step), 3),
         ("generic over by hand", ratio, 2),
     ] {
-        let _ = write!(table, "| {name}: {what}");
-        for figure in figures {
-            let _ = write!(table, " | {figure:.digits$}");
-        }
-        *table += " |\n";
+        row(table, &format!("{name}: {what}"), &figures, digits);
     }
 }
 

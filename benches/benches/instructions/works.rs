@@ -5,12 +5,11 @@ use std::path::Path;
 
 use autodiff::Real;
 use benches::adbench::{self, Problem};
-use benches::tapes::rivals::{self, Gradient};
+use benches::machine::built_in;
+use benches::tapes::rivals::{Gradient, plain, tapes};
 use benches::tapes::step::Lattice;
 use benches::tapes::{inputs, kernels};
-use cosmic::case::Case;
 use cosmic::inputs::{CONTROLLER, DESIGN};
-use cosmic::scene::Scene;
 use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
 /// Work to be counted. Its setup is done anew in every process, whatever the repetitions.
@@ -21,6 +20,16 @@ pub(crate) struct Work {
     pub(crate) repeats: u64,
     /// Units of a repetition, such as time steps.
     pub(crate) units: f64,
+}
+
+impl Work {
+    fn new(repeats: u64, units: usize, run: impl Fn(u64) + 'static) -> Self {
+        Self {
+            run: Box::new(run),
+            repeats,
+            units: units as f64,
+        }
+    }
 }
 
 /// The figure that counts are compared to.
@@ -51,7 +60,7 @@ impl Table {
 
 /// All tables.
 pub(crate) fn tables() -> Vec<Table> {
-    vec![robot(), tapes(), problems()]
+    vec![robot(), scalar_tapes(), problems()]
 }
 
 fn robot() -> Table {
@@ -79,43 +88,26 @@ fn robot() -> Table {
     }
 }
 
-fn case(scene: &Scene) -> Case {
-    Case::of_scene(scene, 0).expect("a built-in scene is complete")
-}
-
-fn load(scene: &str) -> Scene {
-    Scene::load(scene).expect("the scene is built in")
-}
-
 fn matvecs(scene: &'static str) -> Work {
     let run = move |repeats| {
-        let matvecs = TwoMatvecs::new(&case(&load(scene)));
+        let matvecs = TwoMatvecs::new(&built_in(scene).1);
         for _ in 0..repeats {
             black_box(matvecs.run(MEASURED_STEPS));
         }
     };
-    Work {
-        run: Box::new(run),
-        repeats: 1,
-        units: MEASURED_STEPS as f64,
-    }
+    Work::new(1, MEASURED_STEPS, run)
 }
 
 /// Work on a rollout of a scene's robot.
 fn rollout(scene: &'static str, work: impl Fn(&Subject<'_>) + 'static) -> Work {
     let run = move |repeats| {
-        let scene = load(scene);
-        let case = case(&scene);
+        let (scene, case) = built_in(scene);
         let subject = Subject::new(&case, &scene.loss);
         for _ in 0..repeats {
             work(&subject);
         }
     };
-    Work {
-        run: Box::new(run),
-        repeats: 1,
-        units: MEASURED_STEPS as f64,
-    }
+    Work::new(1, MEASURED_STEPS, run)
 }
 
 fn in_type<R: Real>(scene: &'static str) -> Vec<Work> {
@@ -133,39 +125,32 @@ fn in_type<R: Real>(scene: &'static str) -> Vec<Work> {
 /// Steps of the rollouts that kernels are counted in.
 const STEPS: usize = 256;
 
-fn tapes() -> Table {
+fn scalar_tapes() -> Table {
     let row = |name: &str, work| (name.to_owned(), vec![work]);
+    let mut rows = vec![row("primal, scalar f64", spring_step(1, plain))];
+    rows.extend(
+        tapes()
+            .into_iter()
+            .map(|(name, tape)| row(name, spring_step(1, tape))),
+    );
+    rows.extend([
+        row(
+            "primal, kernels in lanes",
+            spring_step(STEPS, || kernels::value(&Lattice::default(), STEPS)),
+        ),
+        row(
+            "kernels of this crate",
+            spring_step(STEPS, || kernels::gradient(&Lattice::default(), STEPS)),
+        ),
+    ]);
     Table {
         title: "Scalar tapes",
         about: "The gradient of one step of springs, as in [speed.md](speed.md). In brackets: \
                 times the primal.",
         columns: &["one step", "instructions"],
-        rows: vec![
-            row("primal, scalar f64", spring_step(1, || Box::new(plain))),
-            row("`Tape` of this crate", spring_step(1, rivals::ours)),
-            #[cfg(feature = "xad-rs")]
-            row("xad-rs 1.0", spring_step(1, rivals::xad::gradient)),
-            #[cfg(feature = "rivals")]
-            row("reverse 0.2", spring_step(1, rivals::reverse::gradient)),
-            #[cfg(feature = "rivals")]
-            row("ad_trait 0.3", spring_step(1, rivals::ad_trait::gradient)),
-            #[cfg(feature = "rivals")]
-            row("echidna 0.15", spring_step(1, rivals::echidna::gradient)),
-            row(
-                "primal, kernels in lanes",
-                spring_step(STEPS, || kernels::value(&Lattice::default(), STEPS)),
-            ),
-            row(
-                "kernels of this crate",
-                spring_step(STEPS, || kernels::gradient(&Lattice::default(), STEPS)),
-            ),
-        ],
+        rows,
         base: Base::Table,
     }
-}
-
-fn plain(lattice: &Lattice, inputs: &[f64]) -> (f64, Vec<f64>) {
-    (lattice.step(inputs), Vec::new())
 }
 
 fn spring_step(steps: usize, gradient: impl Fn() -> Gradient + 'static) -> Work {
@@ -175,11 +160,7 @@ fn spring_step(steps: usize, gradient: impl Fn() -> Gradient + 'static) -> Work 
             black_box(gradient(&lattice, black_box(&inputs)));
         }
     };
-    Work {
-        run: Box::new(run),
-        repeats: 16,
-        units: steps as f64,
-    }
+    Work::new(16, steps, run)
 }
 
 fn problems() -> Table {
@@ -207,9 +188,5 @@ fn problem(case: adbench::Case, work: impl Fn(&mut dyn Problem) + 'static) -> Wo
             work(&mut *problem);
         }
     };
-    Work {
-        run: Box::new(run),
-        repeats: 2,
-        units: 1.0,
-    }
+    Work::new(2, 1, run)
 }

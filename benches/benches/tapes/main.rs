@@ -10,7 +10,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use benches::machine::write_page;
-use benches::tapes::rivals::{self, Gradient};
+use benches::tapes::rivals::{self, Gradient, tapes};
 use benches::tapes::step::Lattice;
 use benches::tapes::{inputs, kernels};
 
@@ -46,21 +46,6 @@ fn main() {
     write_page("speed.md", || document::page(&table));
 }
 
-/// The tapes in this build.
-fn tapes() -> Vec<(&'static str, Gradient)> {
-    vec![
-        ("`Tape` of this crate", rivals::ours()),
-        #[cfg(feature = "xad-rs")]
-        ("xad-rs 1.0", rivals::xad::gradient()),
-        #[cfg(feature = "rivals")]
-        ("reverse 0.2", rivals::reverse::gradient()),
-        #[cfg(feature = "rivals")]
-        ("ad_trait 0.3", rivals::ad_trait::gradient()),
-        #[cfg(feature = "rivals")]
-        ("echidna 0.15", rivals::echidna::gradient()),
-    ]
-}
-
 /// The tapes that this build leaves out.
 fn absent() -> Vec<Row> {
     let mut rows = Vec::new();
@@ -86,35 +71,29 @@ fn absent() -> Vec<Row> {
 }
 
 fn subjects(lattice: &Lattice) -> Vec<Subject> {
-    let plain: Gradient = Box::new(|lattice, inputs| (lattice.step(inputs), Vec::new()));
-    let one = |(name, run)| Subject {
-        name,
-        steps: 1,
-        run,
-    };
-    let many = |(name, run)| Subject {
-        name,
-        steps: STEPS,
-        run,
-    };
-    let mut subjects = vec![one(("primal, scalar f64", plain))];
-    subjects.extend(tapes().into_iter().map(one));
-    subjects.push(many((
-        "primal, kernels in lanes",
+    let (value, gradient) = (
         kernels::value(lattice, STEPS),
-    )));
-    subjects.push(many((
-        "kernels of this crate",
         kernels::gradient(lattice, STEPS),
-    )));
-    subjects
+    );
+    let subject = |(name, steps, run)| Subject { name, steps, run };
+    let tapes = tapes().into_iter().map(|(name, tape)| (name, 1, tape()));
+    [("primal, scalar f64", 1, rivals::plain())]
+        .into_iter()
+        .chain(tapes)
+        .chain([
+            ("primal, kernels in lanes", STEPS, value),
+            ("kernels of this crate", STEPS, gradient),
+        ])
+        .map(subject)
+        .collect()
 }
 
 /// Every tape must agree with ours, and ours with the kernels' adjoints.
 fn compare(lattice: &Lattice, inputs: &[f64]) {
     let (value, gradient) = rivals::ours()(lattice, inputs);
     let kernels = ("kernels", kernels::gradient(lattice, 1));
-    for (name, mut other) in tapes().into_iter().chain([kernels]) {
+    let tapes = tapes().into_iter().map(|(name, tape)| (name, tape()));
+    for (name, mut other) in tapes.chain([kernels]) {
         let (its_value, its_gradient) = other(lattice, inputs);
         assert_eq!(gradient.len(), its_gradient.len(), "{name}");
         // Sums of about 100 terms in another order: 100 roundings of the largest, at most.

@@ -178,18 +178,16 @@ impl<R: Real, const OUTPUTS: usize, const WANTED: u8> Vectorized<R>
 #[cfg(test)]
 mod tests {
     use autodiff::Real;
-    use cosmic::case::Case;
     use cosmic::inputs::{CONTROLLER, DESIGN};
-    use cosmic::scene::Scene;
     use cosmic_lab::verify::Subject;
 
     use super::{Buffer, Handwritten};
+    use crate::machine::built_in;
 
     /// Compares the specialist's numbers with those of generic code. Both add up the same terms in
     /// another order: `rounding` is what that may make of a component, as a share of the largest.
     fn agrees<R: Real + Into<f64>>(scene: &str, rounding: f64) {
-        let scene = Scene::load(scene).unwrap();
-        let mut case = Case::of_scene(&scene, 0).unwrap();
+        let (scene, mut case) = built_in(scene);
         case.physics.steps = 100;
         let subject = Subject::new(&case, &scene.loss);
         let handwritten = Handwritten::new(&case, &scene.loss, 100);

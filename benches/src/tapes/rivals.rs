@@ -41,6 +41,29 @@ impl Number for Var<f64> {
     }
 }
 
+/// What makes a gradient, with memory of its own.
+pub type Maker = fn() -> Gradient;
+
+/// The tapes in this build, by name.
+pub fn tapes() -> Vec<(&'static str, Maker)> {
+    vec![
+        ("`Tape` of this crate", ours),
+        #[cfg(feature = "xad-rs")]
+        ("xad-rs 1.0", xad::gradient),
+        #[cfg(feature = "rivals")]
+        ("reverse 0.2", reverse::gradient),
+        #[cfg(feature = "rivals")]
+        ("ad_trait 0.3", ad_trait::gradient),
+        #[cfg(feature = "rivals")]
+        ("echidna 0.15", echidna::gradient),
+    ]
+}
+
+/// The step alone, as plain numbers.
+pub fn plain() -> Gradient {
+    Box::new(|lattice, inputs| (lattice.step(inputs), Vec::new()))
+}
+
 /// The tape of this workspace.
 pub fn ours() -> Gradient {
     let mut tape = Tape::new();
