@@ -19,7 +19,7 @@ const SCENES: [(&str, &str); 2] = [("mixture", "stability"), ("one-hot", "baseli
 
 /// The least times of generic code and of code by hand, s: rollout, value and design gradient,
 /// value and controller gradient.
-struct Times([[f64; 3]; 2]);
+struct LeastTimes([[f64; 3]; 2]);
 
 fn main() {
     let page = page();
@@ -62,7 +62,7 @@ fn page() -> String {
 }
 
 /// Three rows of the table: both times and their ratio.
-fn rows(table: &mut String, name: &str, Times([generic, by_hand]): &Times) {
+fn rows(table: &mut String, name: &str, LeastTimes([generic, by_hand]): &LeastTimes) {
     let ratio = std::array::from_fn(|k| generic[k] / by_hand[k]);
     for (what, figures, digits) in [
         ("generic", generic.map(per_step), 3),
@@ -76,7 +76,7 @@ fn rows(table: &mut String, name: &str, Times([generic, by_hand]): &Times) {
 fn times<R: Real>(
     (subject, by_hand): (&Subject, &Handwritten),
     yardstick: &mut dyn FnMut(),
-) -> Times {
+) -> LeastTimes {
     let mut least = [[f64::INFINITY; 3]; 2];
     let mut rows = Buffer::default();
     for _ in 0..ROUNDS {
@@ -101,7 +101,7 @@ fn times<R: Real>(
             *least = time.min(*least);
         }
     }
-    Times(least)
+    LeastTimes(least)
 }
 
 /// Microseconds a step, of the seconds of a rollout.

@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 use benches::machine::{built_in, machine, row};
 use cosmic_lab::verify::measure;
 
-use crate::Row;
+use crate::TapeRow;
 
 /// The table of tapes; the first row is the primal that ratios are taken to.
-pub(crate) fn tapes(rows: &[Row]) -> String {
+pub(crate) fn tapes(rows: &[TapeRow]) -> String {
     let primal = rows[0].time.unwrap_or(f64::NAN);
     let mut table = String::from("| one step | us | times the primal |\n| --- | --- | --- |\n");
-    for Row { name, time } in rows {
+    for TapeRow { name, time } in rows {
         let row = match time {
             Ok(time) => format!("| {name} | {time:.3} | {:.1} |", time / primal),
             Err(why) => format!("| {name} | {why} | |"),

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use benches::machine::write_page;
 use benches::tapes::rivals::{self, Gradient, tapes};
-use benches::tapes::step::Lattice;
+use benches::tapes::step::SpringLattice;
 use benches::tapes::{inputs, kernels};
 
 /// Steps of the rollouts that kernels are timed in.
@@ -23,20 +23,20 @@ const ROUNDS: usize = 300;
 const SPAN: f64 = 2e-3;
 
 /// A row of the table.
-pub(crate) struct Row {
+pub(crate) struct TapeRow {
     pub(crate) name: &'static str,
     /// Microseconds a step, or why there are none.
     pub(crate) time: Result<f64, &'static str>,
 }
 
-struct Subject {
+struct TimedTape {
     name: &'static str,
     steps: usize,
     run: Gradient,
 }
 
 fn main() {
-    let lattice = Lattice::default();
+    let lattice = SpringLattice::default();
     let inputs = inputs();
     compare(&lattice, &inputs);
     let mut rows = time(&mut subjects(&lattice), &lattice, &inputs);
@@ -47,10 +47,10 @@ fn main() {
 }
 
 /// The tapes that this build leaves out.
-fn absent() -> Vec<Row> {
+fn absent() -> Vec<TapeRow> {
     let mut rows = Vec::new();
     let mut leave_out = |name, why| {
-        rows.push(Row {
+        rows.push(TapeRow {
             name,
             time: Err(why),
         })
@@ -70,12 +70,12 @@ fn absent() -> Vec<Row> {
     rows
 }
 
-fn subjects(lattice: &Lattice) -> Vec<Subject> {
+fn subjects(lattice: &SpringLattice) -> Vec<TimedTape> {
     let (value, gradient) = (
         kernels::value(lattice, STEPS),
         kernels::gradient(lattice, STEPS),
     );
-    let subject = |(name, steps, run)| Subject { name, steps, run };
+    let subject = |(name, steps, run)| TimedTape { name, steps, run };
     let tapes = tapes().into_iter().map(|(name, tape)| (name, 1, tape()));
     [("primal, scalar f64", 1, rivals::plain())]
         .into_iter()
@@ -89,7 +89,7 @@ fn subjects(lattice: &Lattice) -> Vec<Subject> {
 }
 
 /// Every tape must agree with ours, and ours with the kernels' adjoints.
-fn compare(lattice: &Lattice, inputs: &[f64]) {
+fn compare(lattice: &SpringLattice, inputs: &[f64]) {
     let (value, gradient) = rivals::ours()(lattice, inputs);
     let kernels = ("kernels", kernels::gradient(lattice, 1));
     let tapes = tapes().into_iter().map(|(name, tape)| (name, tape()));
@@ -113,7 +113,7 @@ fn compare(lattice: &Lattice, inputs: &[f64]) {
 }
 
 /// Microseconds a step, the least of many rounds.
-fn time(subjects: &mut [Subject], lattice: &Lattice, inputs: &[f64]) -> Vec<Row> {
+fn time(subjects: &mut [TimedTape], lattice: &SpringLattice, inputs: &[f64]) -> Vec<TapeRow> {
     let mut least = vec![f64::INFINITY; subjects.len()];
     for round in 0..=ROUNDS {
         for (subject, least) in subjects.iter_mut().zip(&mut least) {
@@ -128,7 +128,7 @@ fn time(subjects: &mut [Subject], lattice: &Lattice, inputs: &[f64]) -> Vec<Row>
         }
     }
     let rows = subjects.iter().zip(least);
-    rows.map(|(subject, seconds)| Row {
+    rows.map(|(subject, seconds)| TapeRow {
         name: subject.name,
         time: Ok(seconds * 1e6 / subject.steps as f64),
     })

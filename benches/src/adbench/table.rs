@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::measure::{Effort, seconds};
-use super::{Case, Error, Problem, answer, open};
+use super::{DataFile, Error, Problem, answer, open};
 use crate::machine::machine;
 
 /// Times that others published or measured, in milliseconds: hand-written C++ derivatives.
@@ -15,7 +15,7 @@ const ANCHORS: [(&str, f64, f64); 4] = [
 ];
 
 /// Measured times of a case, in seconds.
-struct Row {
+struct CaseTimes {
     objective: f64,
     derivative: f64,
     error: f64,
@@ -25,7 +25,7 @@ struct Row {
 ///
 /// # Errors
 /// If a case cannot be read or its answer is wrong.
-pub fn page(cases: &[Case], effort: Effort) -> Result<String, Error> {
+pub fn page(cases: &[DataFile], effort: Effort) -> Result<String, Error> {
     let mut page = heading(effort);
     for case in cases {
         let row = measure(case, effort)?;
@@ -46,7 +46,7 @@ pub fn page(cases: &[Case], effort: Effort) -> Result<String, Error> {
     Ok(page)
 }
 
-fn measure(case: &Case, effort: Effort) -> Result<Row, Error> {
+fn measure(case: &DataFile, effort: Effort) -> Result<CaseTimes, Error> {
     let mut problem: Box<dyn Problem> = open(case.kind, &case.file, None)?;
     problem.derivative();
     problem.objective();
@@ -59,7 +59,7 @@ fn measure(case: &Case, effort: Effort) -> Result<Row, Error> {
             tolerance: comparison.tolerance,
         });
     }
-    Ok(Row {
+    Ok(CaseTimes {
         objective: seconds(effort, || problem.objective()),
         derivative: seconds(effort, || problem.derivative()),
         error: comparison.error,

@@ -2,10 +2,10 @@
 
 use autodiff::{Real, Tape, Var};
 
-use super::step::{Lattice, Number};
+use super::step::{Number, SpringLattice};
 
 /// Differentiates the step: its value and gradient. Memory is kept where the tape can keep it.
-pub type Gradient = Box<dyn FnMut(&Lattice, &[f64]) -> (f64, Vec<f64>)>;
+pub type Gradient = Box<dyn FnMut(&SpringLattice, &[f64]) -> (f64, Vec<f64>)>;
 
 impl Number for f64 {
     #[inline(always)]

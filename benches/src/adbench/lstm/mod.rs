@@ -23,7 +23,7 @@ const PER_LAYER: usize = 8;
 
 /// An instance, with memory for its results.
 pub struct Lstm {
-    loss: Loss,
+    loss: LanguageLoss,
     /// The layers' weights, then those of input and output, in the order of the file.
     parameters: Vec<f64>,
     value: f64,
@@ -31,7 +31,7 @@ pub struct Lstm {
 }
 
 /// The objective as a function of the parameters.
-struct Loss {
+struct LanguageLoss {
     rollout: Rollout<Cells>,
     start: Vec<f64>,
 }
@@ -195,7 +195,7 @@ fn layer<R: Real>(program: &mut Program<R>, x: Array, [weights, state]: [&[Array
     new_hidden
 }
 
-impl Function for Loss {
+impl Function for LanguageLoss {
     fn eval<R: Real>(&self, parameters: &[R]) -> R {
         let Cells { bits, .. } = self.rollout.model;
         let constants = |values: &[f64]| values.iter().map(|&v| R::lit(v)).collect::<Vec<R>>();
@@ -240,7 +240,7 @@ impl Lstm {
             ..Rollout::new(Cells { layers, bits }, characters - 1)
         };
         Ok(Self {
-            loss: Loss { rollout, start },
+            loss: LanguageLoss { rollout, start },
             parameters,
             value: 0.0,
             gradient: Vec::new(),
