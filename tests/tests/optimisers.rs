@@ -1,7 +1,9 @@
 //! Every optimiser on every problem: it converges, and a run that is saved, read back and resumed
 //! ends with the same bits.
 
-use autodiff::{Function, Real, VectorFunction, gradient, jacobian};
+use std::marker::PhantomData;
+
+use autodiff::{Real, Var, VectorFunction, gradient_of, jacobian};
 use cosmic::objective::AugmentedLagrangian;
 use cosmic::optimiser::{Adam, AdamState, Linearisation, Mma, MmaState};
 use cosmic::scene::MmaSettings;
@@ -110,9 +112,9 @@ impl Optimiser for Moving {
     fn update<P: Problem>(state: &mut MmaState, x: &mut [f64]) {
         let at = Linearisation {
             point: x,
-            objective_gradient: &gradient(&Objective::<P>::NEW, x),
+            objective_gradient: &gradient_of(P::objective, x),
             constraints: &P::constraints(x),
-            jacobian: &jacobian(&Objective::<P>::NEW, x),
+            jacobian: &jacobian(&Constraints::<P>(PhantomData), x),
         };
         let update = Self::method::<P>().update(state, &at);
         x.copy_from_slice(&update.expect("finite input").point);
@@ -145,7 +147,9 @@ impl Optimiser for Adaptive {
         )
     }
     fn update<P: Problem>((adam, augmented, last): &mut Self::State, x: &mut [f64]) {
-        let slopes = gradient(&Augmented::<P>(augmented, Objective::NEW), x);
+        let objective =
+            |x: &[Var<f64>]| augmented.objective(P::objective(x), violations::<P, _>(x));
+        let slopes = gradient_of(objective, x);
         let done = adam.updates as f64 / Self::UPDATES as f64;
         let rate = 0.02 * (1.0 - done);
         (Adam::default().update(adam, x, &slopes, rate)).expect("a finite gradient");
@@ -166,31 +170,12 @@ fn violations<P: Problem, R: Real>(x: &[R]) -> [R; 4] {
     })
 }
 
-/// A problem's functions as the drivers take them.
-struct Objective<P>(std::marker::PhantomData<P>);
+/// A problem's constraints as the drivers take them.
+struct Constraints<P>(PhantomData<P>);
 
-impl<P> Objective<P> {
-    const NEW: Self = Objective(std::marker::PhantomData);
-}
-
-impl<P: Problem> Function for Objective<P> {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        P::objective(x)
-    }
-}
-
-impl<P: Problem> VectorFunction for Objective<P> {
+impl<P: Problem> VectorFunction for Constraints<P> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         P::constraints(x)
-    }
-}
-
-struct Augmented<'a, P>(&'a AugmentedLagrangian, Objective<P>);
-
-impl<P: Problem> Function for Augmented<'_, P> {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        self.0
-            .objective(Function::eval(&self.1, x), violations::<P, R>(x))
     }
 }
 

@@ -98,6 +98,14 @@ impl Model for Net {
     }
 }
 
+/// A sum of squares of different weights.
+pub(crate) fn weighted_squares<R: Real>(of: &[R]) -> R {
+    let terms = of.iter().enumerate();
+    terms.fold(R::zero(), |sum, (i, &x)| {
+        sum + x * x * R::lit(1.0 + 0.1 * i as f64)
+    })
+}
+
 /// A loss of the observed states, as a function of start and parameters in one vector.
 #[derive(Clone)]
 pub(crate) struct Loss {
@@ -130,10 +138,6 @@ impl Function for Loss {
         let (start, rest) = x.split_at(2 * NODES);
         let parameters = self.rollout.model.shapes().map(taken_from(rest));
         let seen = self.rollout.run(start, &parameters);
-        let weighted = seen
-            .iter()
-            .enumerate()
-            .map(|(i, &s)| s * s * R::lit(1.0 + i as f64 * 0.1));
-        weighted.fold(R::zero(), |a, b| a + b)
+        weighted_squares(&seen)
     }
 }

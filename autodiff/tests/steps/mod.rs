@@ -1,6 +1,6 @@
 //! Steps as programs, against the same steps written out.
 
-use crate::net::taken_from;
+use crate::net::{taken_from, weighted_squares};
 use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, gradient};
 
 // Miri is slow: as few as suffice.
@@ -37,10 +37,7 @@ impl<M: Step> Function for Steps<M> {
                 self.model.written_out(&state, given)
             }),
         };
-        let weighted = last.iter().enumerate();
-        weighted.fold(R::zero(), |sum, (i, &s)| {
-            sum + s * s * R::lit(1.0 + 0.1 * i as f64)
-        })
+        weighted_squares(&last)
     }
 }
 
