@@ -9,6 +9,15 @@ use cosmic::simulator::Trajectory;
 use cosmic_tests::{Bare, StabilityCase, assert_near, number, stability_cases, stability_lists};
 use serde_json::{Value, json};
 
+/// The world of a case, with a ground at height zero that has this contact.
+fn on_ground(case: &StabilityCase, contact: Contact) -> PhysicsSettings {
+    PhysicsSettings {
+        contact,
+        ground_height: 0.0,
+        ..case.world()
+    }
+}
+
 /// The free node of a world and its companion, both in the same state.
 fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
     State {
@@ -171,9 +180,7 @@ fn a_resting_node_keeps_its_bits() {
 #[test]
 fn friction_on_an_incline_has_the_classical_threshold() {
     for case in stability_cases("slid_down") {
-        let mut physics = case.world();
-        physics.contact = Contact::Coulomb;
-        physics.ground_height = 0.0;
+        let physics = on_ground(&case, Contact::Coulomb);
         let ground = Ground::from(&physics);
         let run = |steps| {
             let bare = Bare::free_node(physics.clone());
@@ -197,9 +204,7 @@ fn friction_on_an_incline_has_the_classical_threshold() {
 #[test]
 fn friction_brakes_to_a_stop() {
     for case in stability_lists("braking", "stops_at_step") {
-        let mut physics = case.world();
-        physics.contact = Contact::Coulomb;
-        physics.ground_height = 0.0;
+        let physics = on_ground(&case, Contact::Coulomb);
         let start = alone([0.0; 2], [case.number("v0"), 0.0]);
         let stop = case.number("stops_at_step") as usize;
         let seen = Bare::free_node(physics).run(&start, vec![stop - 1, stop, stop + 9]);
@@ -214,9 +219,7 @@ fn friction_brakes_to_a_stop() {
 fn thrown<R: Real>(case: &StabilityCase, row: &Value, contact: Contact, height: R) -> R {
     let mut case_of_row = case.clone();
     case_of_row.case["dt"] = row["dt"].clone();
-    let mut physics = case_of_row.world();
-    physics.ground_height = 0.0;
-    physics.contact = contact;
+    let physics = on_ground(&case_of_row, contact);
     let steps = (case.number("T") / physics.dt).round() as usize;
     let start = alone([R::zero(), height], [R::lit(case.number("vx")), R::zero()]);
     Bare::free_node(physics).run_to_end(&start, steps).x[0][0]
