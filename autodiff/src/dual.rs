@@ -1,7 +1,6 @@
 //! The pair of forward mode; its arithmetic is in `forward`.
 
-use std::cmp::Ordering;
-use std::fmt;
+use crate::operators::by_primal;
 
 /// A value and its tangents along `N` directions at once.
 ///
@@ -24,23 +23,4 @@ pub struct Dual<R, const N: usize> {
     pub tangent: [R; N],
 }
 
-impl<R: PartialEq, const N: usize> PartialEq for Dual<R, N> {
-    #[inline(always)]
-    fn eq(&self, other: &Self) -> bool {
-        self.value == other.value
-    }
-}
-
-impl<R: PartialOrd, const N: usize> PartialOrd for Dual<R, N> {
-    #[inline(always)]
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        self.value.partial_cmp(&other.value)
-    }
-}
-
-/// The primal.
-impl<R: fmt::Display, const N: usize> fmt::Display for Dual<R, N> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.value.fmt(formatter)
-    }
-}
+by_primal! { [, const N: usize] Dual<R, N> }

@@ -262,6 +262,7 @@ pub mod simd;
 pub mod fused;
 mod forward;
 mod pool;
+mod restored;
 mod reverse;
 pub mod custom;
 pub mod arrays;

@@ -117,4 +117,27 @@ macro_rules! constants_by_f64 {
     };
 }
 
-pub(crate) use {constants_by_f64, operator, operators};
+/// Compares and displays numbers over `R` by their primal, the field `value`.
+macro_rules! by_primal {
+    ([$($generics:tt)*] $number:ty) => {
+        impl<R: PartialEq $($generics)*> PartialEq for $number {
+            #[inline(always)]
+            fn eq(&self, other: &Self) -> bool {
+                self.value == other.value
+            }
+        }
+        impl<R: PartialOrd $($generics)*> PartialOrd for $number {
+            #[inline(always)]
+            fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+                self.value.partial_cmp(&other.value)
+            }
+        }
+        impl<R: std::fmt::Display $($generics)*> std::fmt::Display for $number {
+            fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                self.value.fmt(formatter)
+            }
+        }
+    };
+}
+
+pub(crate) use {by_primal, constants_by_f64, operator, operators};

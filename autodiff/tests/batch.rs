@@ -54,6 +54,11 @@ fn data(count: usize) -> Vec<[f64; 2]> {
         .collect()
 }
 
+/// So many data, the first whole numbers by turns.
+fn by_turns(count: u8, numbers: u8) -> Vec<[f64; 1]> {
+    (0..count).map(|i| [f64::from(i % numbers)]).collect()
+}
+
 const AT: [f64; 3] = [0.7, -0.4, 1.2];
 
 fn assert_close(got: &[f64], expected: &[f64], what: &str) {
@@ -64,16 +69,17 @@ fn assert_close(got: &[f64], expected: &[f64], what: &str) {
 
 /// The gradient is that of forward mode, which replays nothing. Not of all modes of `common`: each
 /// takes seconds to compile for each summand.
-fn assert_modes_agree<S: Summand>(total: &Total<S>, at: &[f64], what: &str) {
-    assert_close(&gradient(total, at), &forward_gradient(total, at), what);
+fn assert_modes_agree<S: Summand>(summand: S, data: &[impl AsRef<[f64]>], at: &[f64]) {
+    let total = Total(Sum::new(summand, data));
+    let (reverse, forward) = (gradient(&total, at), forward_gradient(&total, at));
+    assert_close(&reverse, &forward, &format!("{} data", data.len()));
 }
 
 #[test]
 fn replayed_gradients_are_those_of_forward_mode() {
     // Fewer data than lanes, whole blocks, and what is left over of one.
     for count in [1, 7, 8, 32, 33, 100] {
-        let total = Total(Sum::new(Everything, &data(count)));
-        assert_modes_agree(&total, &AT, &format!("{count} data"));
+        assert_modes_agree(Everything, &data(count), &AT);
     }
 }
 
@@ -153,10 +159,8 @@ fn a_replay_does_not_take_the_branch_of_another_datum() {
     let data = [-1.0, 2.0, 0.0, -3.0, 0.5].map(|x| [x]);
     let turned: Vec<[f64; 1]> = data.iter().rev().copied().collect();
     for data in [&data[..], &turned] {
-        let skips = Total(Sum::new(Skips, data));
-        assert_modes_agree(&skips, &[2.0], "any");
-        let zeros = Total(Sum::new(ChoosesByZero, data));
-        assert_modes_agree(&zeros, &[2.0], "zero");
+        assert_modes_agree(Skips, data, &[2.0]);
+        assert_modes_agree(ChoosesByZero, data, &[2.0]);
     }
     // 3 x where it is not positive, 2 a x where it is.
     let skips = Total(Sum::new(Skips, &data));
@@ -167,6 +171,7 @@ fn a_replay_does_not_take_the_branch_of_another_datum() {
 fn no_data_sum_to_zero() {
     let total = Total(Sum::new(Everything, &data(0)));
     assert_eq!(Function::eval(&total, &AT), 0.0);
+    assert_eq!(gradient(&total, &AT), [0.0; 3]);
 }
 
 /// Working memory goes from one gradient to the next, also of another number type and length.
@@ -238,7 +243,7 @@ impl Summand for WithRule {
 fn a_custom_rule_inside_keeps_its_derivative() {
     let total = Total(Sum::new(WithRule, &data(40)));
     let at = [0.9, 1.7];
-    assert_modes_agree(&total, &at, "rule");
+    assert_modes_agree(WithRule, &data(40), &at);
     let (value, by_shared) = autodiff::value_and_gradient(&total, &at);
     assert_close(&[value], &[Function::eval(&total, &at)], "value");
     // The rule's own derivative is zero almost everywhere: it is not what came out.
@@ -260,9 +265,7 @@ impl Summand for Guarded {
 
 #[test]
 fn a_term_that_is_not_selected_passes_no_infinity() {
-    let data: Vec<[f64; 1]> = (0..50).map(|i| [f64::from(i % 3)]).collect();
-    let total = Total(Sum::new(Guarded, &data));
-    assert_modes_agree(&total, &[2.0], "guarded");
+    assert_modes_agree(Guarded, &by_turns(50, 3), &[2.0]);
 }
 
 /// Products of rows with the same numbers, one after the other, which go back two at a time: equally
@@ -305,8 +308,7 @@ impl Summand for Rows {
 fn rows_with_the_same_numbers_go_back_together() {
     let at = [0.7, -0.4, 1.2, 0.3, -0.9, 0.5];
     for count in [5, 70] {
-        let total = Total(Sum::new(Rows, &data(count)));
-        assert_modes_agree(&total, &at, "rows");
+        assert_modes_agree(Rows, &data(count), &at);
     }
 }
 
@@ -333,9 +335,7 @@ impl Summand for RowsOfArguments {
 #[test]
 fn rows_of_a_datum_alone_go_back_together() {
     let data: Vec<[f64; 1]> = data(40).iter().map(|&[x, _]| [x]).collect();
-    let total = Total(Sum::new(RowsOfArguments, &data));
-    let at = [0.7, -0.4, 1.2];
-    assert_modes_agree(&total, &at, "rows");
+    assert_modes_agree(RowsOfArguments, &data, &AT);
 }
 
 /// A term with the gradient of another sum inside, which is a constant.
@@ -363,9 +363,7 @@ impl Summand for Outer {
 
 #[test]
 fn a_sum_s_gradient_may_be_taken_within_a_term() {
-    let data = [[0.3], [-0.7], [1.1]];
-    let total = Total(Sum::new(Outer, &data));
-    assert_modes_agree(&total, &[0.5], "within");
+    assert_modes_agree(Outer, &[[0.3], [-0.7], [1.1]], &[0.5]);
 }
 
 /// Two rows with an infinite number where the first does not count.
@@ -384,8 +382,8 @@ impl Summand for GuardedRows {
 
 #[test]
 fn a_row_that_is_not_selected_passes_no_infinity() {
-    let data: Vec<[f64; 1]> = (0..50).map(|i| [f64::from(i % 3)]).collect();
-    let by_shared = gradient(&Total(Sum::new(GuardedRows, &data)), &[2.0, 3.0]);
+    let total = Total(Sum::new(GuardedRows, &by_turns(50, 3)));
+    let by_shared = gradient(&total, &[2.0, 3.0]);
     // 1 at 17 data and 1/2 at 16; of the row that counts everywhere it is infinite.
     assert_eq!(by_shared, [17.0 + 0.5 * 16.0, f64::INFINITY]);
 }
@@ -424,10 +422,9 @@ impl Summand for Above {
 #[test]
 fn an_infinite_cotangent_passes_a_choice_on_one_side_alone() {
     for count in [3, 40] {
-        let data: Vec<[f64; 1]> = (0..count).map(|i| [f64::from(i % 5)]).collect();
-        let total = Total(Sum::new(Above, &data));
-        assert_modes_agree(&total, &[0.5], "above");
-        assert!(gradient(&total, &[0.5])[0] < 0.0);
+        let data = by_turns(count, 5);
+        assert_modes_agree(Above, &data, &[0.5]);
+        assert!(gradient(&Total(Sum::new(Above, &data)), &[0.5])[0] < 0.0);
     }
 }
 
@@ -442,10 +439,4 @@ impl Summand for Apart {
         let soft = (a * a * a).straight_through(a * b);
         a.detach() * b * datum[0] + soft * b
     }
-}
-
-#[test]
-fn no_data_have_a_gradient_of_zero() {
-    let total = Total(Sum::new(Above, &[] as &[[f64; 1]]));
-    assert_eq!(gradient(&total, &[0.5]), [0.0]);
 }

@@ -186,16 +186,21 @@ fn a_wrong_slope_at_a_kink_is_still_wrong() {
     }
 }
 
+/// A claimed slope at a point against differences and the slope by forward mode.
+fn with_forward(value: fn(f64) -> f64, x: f64, [reverse, forward]: [f64; 2]) -> Report {
+    let forward = |direction: &[f64]| forward * direction[0];
+    let claim = Claim {
+        x: &[x],
+        gradient: &[reverse],
+        forward: Some(&forward),
+    };
+    check_directions(|x| value(x[0]), &claim, &Options::default())
+}
+
 #[test]
 fn a_second_source_that_disagrees_is_wrong() {
     for slope in [2.1, f64::INFINITY, f64::NAN] {
-        let forward = |direction: &[f64]| slope * direction[0];
-        let claim = Claim {
-            x: &[1.0],
-            gradient: &[2.0],
-            forward: Some(&forward),
-        };
-        let report = check_directions(|x| x[0] * x[0], &claim, &Options::default());
+        let report = with_forward(|x| x * x, 1.0, [2.0, slope]);
         assert_eq!(report.verdict, Verdict::Wrong, "{report}");
     }
 }
@@ -204,15 +209,7 @@ fn a_second_source_that_disagrees_is_wrong() {
 /// sources differ there, as behind a saturated `tanh`, neither is wrong.
 #[test]
 fn sources_may_disagree_below_the_value_s_last_digit() {
-    let verdict = |x: f64, disagree: f64| {
-        let forward = |direction: &[f64]| disagree * direction[0];
-        let claim = Claim {
-            x: &[x],
-            gradient: &[0.0],
-            forward: Some(&forward),
-        };
-        check_directions(|_| 0.1, &claim, &Options::default()).verdict
-    };
+    let verdict = |x, disagree| with_forward(|_| 0.1, x, [0.0, disagree]).verdict;
     assert_eq!(verdict(0.5, 1e-37), Verdict::Smooth);
     assert_eq!(verdict(0.5, 1e-15), Verdict::Wrong);
     assert_eq!(verdict(1e3, 1e-18), Verdict::Wrong);

@@ -69,6 +69,10 @@ fn noise(x: &[f64]) -> f64 {
     (bits >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
+fn sines(x: &[f64]) -> f64 {
+    x.iter().map(|x| x.sin()).sum()
+}
+
 /// Squares of the residuals of a model that fits its data, at the point of `x.len()` components.
 fn misfit(x: &[f64]) -> f64 {
     let at = point(x.len());
@@ -194,12 +198,11 @@ fn a_kink_inside_a_narrow_term_is_a_kink() {
 
 #[test]
 fn noise_is_no_kink() {
-    let smooth = |x: &[f64]| x.iter().map(|x| x.sin()).sum::<f64>();
     let slopes: Vec<f64> = point(5).iter().map(|x| x.cos()).collect();
     let subject = |size: f64, factor: f64| {
         let slopes: Vec<f64> = slopes.iter().map(|slope| factor * slope).collect();
         Subject::new(
-            move |x: &[f64]| smooth(x) + size * noise(x),
+            move |x: &[f64]| sines(x) + size * noise(x),
             &point(5),
             &slopes,
         )
@@ -226,12 +229,11 @@ fn noise_is_no_kink() {
 
 #[test]
 fn one_wrong_component_of_a_thousand_is_named() {
-    let sum = |x: &[f64]| x.iter().map(|x| x.sin()).sum::<f64>();
     let x = point(1000);
     for wrong in [1e-4, 1e-2, 1.0] {
         let mut claimed: Vec<f64> = x.iter().map(|x| x.cos()).collect();
         claimed[417] *= 1.0 + wrong;
-        for report in Subject::new(sum, &x, &claimed).reports(Options::default()) {
+        for report in Subject::new(sines, &x, &claimed).reports(Options::default()) {
             assert_eq!(report.verdict, Verdict::Wrong, "{wrong:e}\n{report}");
             assert_eq!(report.worst.index, 417, "{wrong:e}\n{report}");
         }
@@ -258,12 +260,11 @@ fn small_lengths_need_small_steps() {
 /// Three tolerances off, at any scale of the function.
 #[test]
 fn small_errors_are_wrong() {
-    let sum = |x: &[f64]| x.iter().map(|x| x.sin()).sum::<f64>();
     let slopes: Vec<f64> = point(5).iter().map(|x| x.cos()).collect();
     for scale in [1e-300, 1e-6, 1.0, 1e6, 1e305] {
         for (factor, verdict) in [(1.0, Verdict::Smooth), (1.0 + 3e-6, Verdict::Wrong)] {
             let claimed: Vec<f64> = slopes.iter().map(|slope| scale * factor * slope).collect();
-            let value = |x: &[f64]| scale * sum(x);
+            let value = |x: &[f64]| scale * sines(x);
             let reports = Subject::new(value, &point(5), &claimed).reports(Options::default());
             let same = reports.iter().filter(|report| report.verdict == verdict);
             // Directions that happen to be nearly at right angles to the error do not show it.

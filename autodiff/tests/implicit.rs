@@ -152,6 +152,8 @@ fn wide_numbers_give_wide_derivatives() {
     let p = POINT.map(DoubleDouble::from);
     // Rounding of double-doubles, as above.
     assert_close(&gradient(&IMPLICIT, &p), &gradient(&UNROLLED, &p), 1e-29);
+    let [implicit, unrolled] = [IMPLICIT, UNROLLED].map(|solution| jacobian(&solution, &p));
+    assert_close(&implicit.concat(), &unrolled.concat(), 1e-29);
 }
 
 #[test]

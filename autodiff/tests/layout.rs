@@ -1,6 +1,6 @@
 //! Where the arrays of a step lie, and what is refused because it would lie nowhere.
 
-use crate::common::panic_message;
+use crate::common::{assert_refused, panic_message};
 use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
 /// Lanes that are set out are written whole: what is declared next begins behind them.
@@ -136,12 +136,6 @@ impl Model for Huge {
     }
 }
 
-#[test]
-#[should_panic(expected = "longer than any memory")]
-fn arrays_whose_lengths_overflow_are_refused() {
-    Rollout::new(Huge(8), 1).run(&[1.0; 8], &[]);
-}
-
 /// A matrix whose size is a multiple of what a `usize` counts to.
 #[derive(Clone)]
 struct HugeMatrix;
@@ -152,12 +146,6 @@ impl Model for HugeMatrix {
         p.matrix(side, side);
         p.advance(x, x);
     }
-}
-
-#[test]
-#[should_panic(expected = "longer than any memory")]
-fn matrices_whose_sizes_overflow_are_refused() {
-    Rollout::new(HugeMatrix, 1).run(&[1.0], &[&[]]);
 }
 
 /// A state beside inputs of no memory's length.
@@ -173,9 +161,12 @@ impl Model for ManyInputs {
 }
 
 #[test]
-#[should_panic(expected = "numbers: a rollout has 0")]
-fn inputs_that_no_memory_holds_are_missing() {
-    Rollout::new(ManyInputs, 2).run(&[1.0], &[]);
+fn sizes_beyond_any_memory_are_refused() {
+    let too_long = "longer than any memory";
+    assert_refused(too_long, || Rollout::new(Huge(8), 1).run(&[1.0; 8], &[]));
+    assert_refused(too_long, || Rollout::new(HugeMatrix, 1).run(&[1.0], &[&[]]));
+    let missing = "numbers: a rollout has 0";
+    assert_refused(missing, || Rollout::new(ManyInputs, 2).run(&[1.0], &[]));
 }
 
 #[test]
@@ -192,26 +183,23 @@ fn starts_whose_arrays_overflow_are_refused() {
 }
 
 #[test]
-#[should_panic(expected = "has 1 numbers in a state: the entries [")]
-fn entries_are_counted_in_each_start() {
+fn starts_and_entries_that_do_not_fit_are_told() {
+    let rollout = Rollout::new(SetOutBefore, 1);
+    let parameters: [&[f64]; 2] = [&[], &[0.25]];
+    assert_refused(
+        "has 2 numbers, where the parts of the model's state have 1 together",
+        || rollout.run(&[1.0, 2.0], &parameters),
+    );
+    assert_refused("one has 2 numbers, the first 1", || {
+        rollout.run_batch(&[&[1.0], &[1.0, 2.0]], &parameters)
+    });
     let rollout = Rollout {
         entries: Some(vec![1 << (usize::BITS - 1)]),
-        ..Rollout::new(SetOutBefore, 1)
+        ..rollout
     };
-    rollout.run_batch(&[&[1.0], &[2.0]], &[&[], &[0.25]]);
-}
-
-#[test]
-#[should_panic(expected = "has 2 numbers, where the parts of the model's state have 1 together")]
-fn a_start_of_another_length_is_told_with_both() {
-    Rollout::new(SetOutBefore, 1).run(&[1.0, 2.0], &[&[], &[0.25]]);
-}
-
-#[test]
-#[should_panic(expected = "one has 2 numbers, the first 1")]
-fn starts_of_different_lengths_are_told_with_both() {
-    let starts: [&[f64]; 2] = [&[1.0], &[1.0, 2.0]];
-    Rollout::new(SetOutBefore, 1).run_batch(&starts, &[&[], &[0.25]]);
+    assert_refused("has 1 numbers in a state: the entries [", || {
+        rollout.run_batch(&[&[1.0], &[2.0]], &parameters)
+    });
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! nalgebra's algorithms on elements: against f64, differences, and the equations they solve.
 
-use crate::common::{assert_close, differences};
+use crate::common::{assert_close, differences, unit};
 use ::nalgebra::{
     ComplexField, DMatrix, RealField, SMatrix, SVector, SimdValue, UnitQuaternion, Vector3,
     convert, try_convert,
@@ -9,7 +9,8 @@ use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::implicit::{Residual, root};
 use autodiff::nalgebra::{Element, rotation, vector};
 use autodiff::{
-    DoubleDouble, Dual, Function, Real, VectorFunction, gradient, hessian, jacobian, jvp,
+    DoubleDouble, Dual, Function, Real, VectorFunction, gradient, gradient_of, hessian, jacobian,
+    jvp,
 };
 
 const SIZE: usize = 4;
@@ -97,16 +98,8 @@ fn factorisations_differentiate_like_the_equations_they_solve() {
         let forward = jacobian(&factors, &POINT).concat();
         assert_close(&forward, &by_equations, 1e-13);
         // The first value by reverse mode.
-        let reverse = gradient(&First(factors), &POINT);
+        let reverse = gradient_of(|p| VectorFunction::eval(&factors, p)[0], &POINT);
         assert_close(&reverse, &by_equations[..3], 1e-13);
-    }
-}
-
-struct First(Factors);
-
-impl Function for First {
-    fn eval<R: Real>(&self, p: &[R]) -> R {
-        VectorFunction::eval(&self.0, p)[0]
     }
 }
 
@@ -131,10 +124,8 @@ fn a_cholesky_solve_agrees_with_differences_of_the_plain_one() {
     );
     for j in 0..3 {
         let slopes = differences(plain, &POINT, j, f64::EPSILON.cbrt());
-        let mut direction = [0.0; 3];
-        direction[j] = 1.0;
         // Truncation h^2 times third derivatives of some 10, rounding eps / h.
-        assert_close(&jvp(&Cholesky, &POINT, &direction).1, &slopes, 1e-8);
+        assert_close(&jvp(&Cholesky, &POINT, &unit(3, j)).1, &slopes, 1e-8);
     }
 }
 
@@ -176,15 +167,8 @@ fn static_matrices_work_in_every_number() {
     assert!((determinant(DoubleDouble::from(0.7)).to_f64() - double).abs() < 1e-15);
     assert!((f64::from(determinant(0.7_f32)) - double).abs() < 1e-6);
     let dual = determinant(Dual::<f64, 1>::variable(0.7, 0));
-    let slope = gradient(&Determinant, &[0.7])[0];
+    let slope = gradient_of(|x| determinant(x[0]), &[0.7])[0];
     assert!((dual.tangent[0] - slope).abs() < 1e-14);
-
-    struct Determinant;
-    impl Function for Determinant {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            determinant(x[0])
-        }
-    }
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Derivatives of derivatives: no mode may confuse its own perturbation with another's.
 
-use crate::common::{assert_close, assert_gradient, differences, forward_gradient, gradients};
+use crate::common::{
+    assert_close, assert_gradient, differences, forward_gradient, gradients, unit,
+};
 use autodiff::{
     Dual, Function, Real, Tape, Var, VectorFunction, gradient, gradient_of, hessian,
     hessian_vector, jacobian, jvp, vjp,
@@ -72,8 +74,7 @@ fn hessians_agree_in_all_four_nestings() {
         }
     }
     for i in 0..POINT.len() {
-        let mut unit = [0.0; POINT.len()];
-        unit[i] = 1.0;
+        let unit = unit(POINT.len(), i);
         let row = &forward_over_reverse[i];
         assert_close(&hessian_vector(&Mixed, &POINT, &unit).1, row, 0.0);
         assert_close(&jvp(&Slope::<true>, &POINT, &unit).1, row, ROUNDING);
@@ -92,17 +93,22 @@ fn jacobians_agree_by_rows_and_by_columns() {
     for (values, arguments) in [(2, 3), (3, 2), (9, 9), (1, 6), (11, 6)] {
         let function = Rectangle { values };
         let x: Vec<f64> = (0..arguments).map(|i| 0.3 + 0.1 * i as f64).collect();
-        let unit = |n: usize, i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
         let jacobian = jacobian(&function, &x);
         assert_eq!(jacobian.len(), values);
         for i in 0..values {
-            let row: Vec<f64> = unit(values, i);
-            assert_close(&vjp(&function, &x, &row).1, &jacobian[i], ROUNDING);
+            assert_close(
+                &vjp(&function, &x, &unit(values, i)).1,
+                &jacobian[i],
+                ROUNDING,
+            );
         }
         for j in 0..arguments {
-            let direction: Vec<f64> = unit(arguments, j);
             let column: Vec<f64> = jacobian.iter().map(|row| row[j]).collect();
-            assert_close(&jvp(&function, &x, &direction).1, &column, ROUNDING);
+            assert_close(
+                &jvp(&function, &x, &unit(arguments, j)).1,
+                &column,
+                ROUNDING,
+            );
         }
     }
 }

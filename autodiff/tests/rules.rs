@@ -5,7 +5,7 @@ use crate::common::assert_gradient;
 use autodiff::{Function, Real, gradient};
 use num_dual::{Dual64, DualNum};
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Unary {
     Exp,
     Sin,
@@ -31,6 +31,17 @@ const BY_RATIO: [Unary; 7] = [Sqrt, Rsqrt, Recip, Ln, Abs, Cube, InverseSquare];
 
 const ANGLES: [f64; 9] = [-30.0, -1.0, -1e-8, 0.0, 1e-300, 1e-3, 0.5, 3.0, 12.0];
 const RATIOS: [f64; 9] = [1e-300, 1e-100, 1e-8, 0.3, 1.0, 7.5, 1e8, 1e90, 1e300];
+
+/// Every function of one number, with arguments of its own.
+fn unary() -> impl Iterator<Item = (Unary, f64)> {
+    let pairs = |(functions, arguments): (&'static [Unary], [f64; 9])| {
+        let of = move |&function: &Unary| arguments.map(|x| (function, x));
+        functions.iter().flat_map(of)
+    };
+    [(&BY_DISTANCE[..], ANGLES), (&BY_RATIO[..], RATIOS)]
+        .into_iter()
+        .flat_map(pairs)
+}
 
 impl Function for Unary {
     fn eval<R: Real>(&self, x: &[R]) -> R {
@@ -83,6 +94,13 @@ enum Binary {
 }
 
 use Binary::*;
+
+/// Every function of two numbers at all pairs of these.
+fn binary(of: &[f64]) -> impl Iterator<Item = (Binary, [f64; 2])> {
+    let all = [Product, Quotient, Hypot, Atan2, Powf, MulAdd, Difference];
+    let pairs = of.iter().flat_map(|&a| of.iter().map(move |&b| [a, b]));
+    pairs.flat_map(move |pair| all.map(|function| (function, pair)))
+}
 
 impl Function for Binary {
     fn eval<R: Real>(&self, x: &[R]) -> R {
@@ -139,57 +157,45 @@ fn assert_close_to_difference(
 
 #[test]
 fn unary_functions_agree_with_differences() {
-    for (functions, arguments) in [(&BY_DISTANCE[..], ANGLES), (&BY_RATIO[..], RATIOS)] {
-        for function in functions {
-            for x in arguments {
-                let size = if arguments == ANGLES { 0.1 } else { x };
-                assert_close_to_difference(function, &[x], &[size]);
-            }
-        }
+    for (function, x) in unary() {
+        let size = if BY_RATIO.contains(&function) { x } else { 0.1 };
+        assert_close_to_difference(&function, &[x], &[size]);
     }
 }
 
 #[test]
 fn unary_functions_agree_with_num_dual() {
-    for (functions, arguments) in [(&BY_DISTANCE[..], ANGLES), (&BY_RATIO[..], RATIOS)] {
-        for &function in functions {
-            for x in arguments {
-                let other = function.of_num_dual(Dual64::from_re(x).derivative());
-                let ours = gradient(&function, &[x])[0];
-                if !other.eps.is_normal() || !ours.is_normal() {
-                    continue; // Over- or underflow on the way, at another place in each crate.
-                }
-                // Both compute the textbook partial in a handful of operations. tanh alone
-                // cancels in 1 - tanh^2, where an ulp of 1 in each crate is the best to be had.
-                let floor = if matches!(function, Tanh) {
-                    2.0 * f64::EPSILON
-                } else {
-                    0.0
-                };
-                let error = (ours - other.eps).abs();
-                let allowed = 8.0 * f64::EPSILON * ours.abs() + floor;
-                assert!(
-                    error <= allowed,
-                    "{function:?} at {x}: {ours}, num-dual {}",
-                    other.eps
-                );
-            }
+    for (function, x) in unary() {
+        let other = function.of_num_dual(Dual64::from_re(x).derivative());
+        let ours = gradient(&function, &[x])[0];
+        if !other.eps.is_normal() || !ours.is_normal() {
+            continue; // Over- or underflow on the way, at another place in each crate.
         }
+        // Both compute the textbook partial in a handful of operations. tanh alone
+        // cancels in 1 - tanh^2, where an ulp of 1 in each crate is the best to be had.
+        let floor = if matches!(function, Tanh) {
+            2.0 * f64::EPSILON
+        } else {
+            0.0
+        };
+        let error = (ours - other.eps).abs();
+        let allowed = 8.0 * f64::EPSILON * ours.abs() + floor;
+        assert!(
+            error <= allowed,
+            "{function:?} at {x}: {ours}, num-dual {}",
+            other.eps
+        );
     }
 }
 
 #[test]
 fn binary_functions_agree_with_differences() {
     let benign = [0.3, 1.0, 2.5, 40.0];
-    for function in [Product, Quotient, Hypot, Atan2, Powf, MulAdd, Difference] {
-        for a in benign {
-            for b in benign {
-                // x^y varies by x over x / y, by y over 1 / ln x, at least over 0.01 here.
-                let powf = matches!(function, Powf);
-                let sizes = if powf { [0.01 * a, 0.1] } else { [a, b] };
-                assert_close_to_difference(&function, &[a, b], &sizes);
-            }
-        }
+    for (function, [a, b]) in binary(&benign) {
+        // x^y varies by x over x / y, by y over 1 / ln x, at least over 0.01 here.
+        let powf = matches!(function, Powf);
+        let sizes = if powf { [0.01 * a, 0.1] } else { [a, b] };
+        assert_close_to_difference(&function, &[a, b], &sizes);
     }
     // Squares of these leave the range of f64; angle, distance and their partials do not.
     for (y, x) in [
@@ -213,48 +219,34 @@ fn binary_functions_agree_with_differences() {
 
 #[test]
 fn all_modes_agree_to_the_bit() {
-    for function in BY_DISTANCE {
-        for x in ANGLES.into_iter().chain([-1e300, -800.0, 800.0, 1e16]) {
-            assert_gradient(&function, &[x], &gradient(&function, &[x]));
-        }
+    let far = [-1e300, -800.0, 800.0, 1e16].map(|x| BY_DISTANCE.map(|f| (f, x)));
+    let ends = [f64::MIN_POSITIVE, 5e-324, f64::MAX].map(|x| BY_RATIO.map(|f| (f, x)));
+    let further = far.into_iter().flatten().chain(ends.into_iter().flatten());
+    for (function, x) in unary().chain(further) {
+        assert_gradient(&function, &[x], &gradient(&function, &[x]));
     }
-    for function in BY_RATIO {
-        for x in RATIOS
-            .into_iter()
-            .chain([f64::MIN_POSITIVE, 5e-324, f64::MAX])
-        {
-            assert_gradient(&function, &[x], &gradient(&function, &[x]));
-        }
-    }
-    for function in [Product, Quotient, Hypot, Atan2, Powf, MulAdd, Difference] {
-        for a in RATIOS {
-            for b in RATIOS {
-                assert_gradient(&function, &[a, b], &gradient(&function, &[a, b]));
-            }
-        }
+    for (function, at) in binary(&RATIOS) {
+        assert_gradient(&function, &at, &gradient(&function, &at));
     }
 }
 
 #[test]
 fn single_precision_follows_double() {
-    for (functions, arguments) in [(&BY_DISTANCE[..], ANGLES), (&BY_RATIO[..], RATIOS)] {
-        for function in functions {
-            for x in arguments.map(|x| x as f32) {
-                let single = gradient(function, &[x])[0];
-                let double = gradient(function, &[f64::from(x)])[0];
-                if !single.is_normal() || !(double as f32).is_normal() {
-                    continue; // Over- or underflow on the way.
-                }
-                // A handful of operations, and the cancellation of tanh as above.
-                let eps = f64::from(f32::EPSILON);
-                let floor = f64::from(u8::from(matches!(function, Tanh))) * 2.0 * eps;
-                let error = (f64::from(single) - double).abs();
-                let allowed = 16.0 * eps * double.abs() + floor;
-                assert!(
-                    error <= allowed,
-                    "{function:?} at {x}: {single}, f64 {double}"
-                );
-            }
+    for (function, x) in unary() {
+        let x = x as f32;
+        let single = gradient(&function, &[x])[0];
+        let double = gradient(&function, &[f64::from(x)])[0];
+        if !single.is_normal() || !(double as f32).is_normal() {
+            continue; // Over- or underflow on the way.
         }
+        // A handful of operations, and the cancellation of tanh as above.
+        let eps = f64::from(f32::EPSILON);
+        let floor = f64::from(u8::from(matches!(function, Tanh))) * 2.0 * eps;
+        let error = (f64::from(single) - double).abs();
+        let allowed = 16.0 * eps * double.abs() + floor;
+        assert!(
+            error <= allowed,
+            "{function:?} at {x}: {single}, f64 {double}"
+        );
     }
 }

@@ -3,16 +3,13 @@
 //! - `cargo bench -p benches --bench handwritten`
 //! - the same with `-- --table` writes `docs/handwritten.md`.
 
-use std::fmt::Write as _;
 use std::hint::black_box;
 use std::time::Instant;
 
 use autodiff::Real;
 use benches::handwritten::{Buffer, Handwritten};
-use benches::machine::{machine, write_page};
-use cosmic::case::Case;
+use benches::machine::{built_in, machine, row, write_page};
 use cosmic::inputs::{CONTROLLER, DESIGN};
-use cosmic::scene::Scene;
 use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
 /// Times that each measurement is taken, in turns; the least counts.
@@ -22,7 +19,7 @@ const SCENES: [(&str, &str); 2] = [("mixture", "stability"), ("one-hot", "baseli
 
 /// The least times of generic code and of code by hand, s: rollout, value and design gradient,
 /// value and controller gradient.
-struct Times([[f64; 3]; 2]);
+struct LeastTimes([[f64; 3]; 2]);
 
 fn main() {
     let page = page();
@@ -37,8 +34,7 @@ fn page() -> String {
     );
     let mut matvecs = f64::INFINITY;
     for (name, scene) in SCENES {
-        let scene = Scene::load(scene).expect("the scene is built in");
-        let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
+        let (scene, case) = built_in(scene);
         let subject = Subject::new(&case, &scene.loss);
         let two = TwoMatvecs::new(&case);
         let by_hand = Handwritten::new(&case, &scene.loss, MEASURED_STEPS);
@@ -66,25 +62,21 @@ fn page() -> String {
 }
 
 /// Three rows of the table: both times and their ratio.
-fn rows(table: &mut String, name: &str, Times([generic, by_hand]): &Times) {
+fn rows(table: &mut String, name: &str, LeastTimes([generic, by_hand]): &LeastTimes) {
     let ratio = std::array::from_fn(|k| generic[k] / by_hand[k]);
     for (what, figures, digits) in [
         ("generic", generic.map(per_step), 3),
         ("by hand", by_hand.map(per_step), 3),
         ("generic over by hand", ratio, 2),
     ] {
-        let _ = write!(table, "| {name}: {what}");
-        for figure in figures {
-            let _ = write!(table, " | {figure:.digits$}");
-        }
-        *table += " |\n";
+        row(table, &format!("{name}: {what}"), &figures, digits);
     }
 }
 
 fn times<R: Real>(
     (subject, by_hand): (&Subject, &Handwritten),
     yardstick: &mut dyn FnMut(),
-) -> Times {
+) -> LeastTimes {
     let mut least = [[f64::INFINITY; 3]; 2];
     let mut rows = Buffer::default();
     for _ in 0..ROUNDS {
@@ -109,7 +101,7 @@ fn times<R: Real>(
             *least = time.min(*least);
         }
     }
-    Times(least)
+    LeastTimes(least)
 }
 
 /// Microseconds a step, of the seconds of a rollout.

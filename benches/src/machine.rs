@@ -1,6 +1,11 @@
-//! The machine of a bench, and the pages of the documentation that benches write.
+//! What benches share: the machine, the built-in robots, and the pages of the documentation that
+//! they write.
 
+use std::fmt::Write as _;
 use std::path::Path;
+
+use cosmic::case::Case;
+use cosmic::scene::Scene;
 
 /// Processor and registers.
 pub fn machine() -> String {
@@ -14,6 +19,25 @@ pub fn machine() -> String {
     let [family, model] = kind;
     let level = autodiff::simd::level();
     format!("{name} (family {family}, model {model}), {level:?} lanes")
+}
+
+/// A built-in scene and its first case.
+///
+/// # Panics
+/// If there is no scene of that name.
+pub fn built_in(scene: &str) -> (Scene, Case) {
+    let scene = Scene::load(scene).expect("the scene is built in");
+    let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
+    (scene, case)
+}
+
+/// Appends a table's row: a name and figures, with so many digits.
+pub fn row(table: &mut String, name: &str, figures: &[f64], digits: usize) {
+    *table += &format!("| {name}");
+    for figure in figures {
+        let _ = write!(table, " | {figure:.digits$}");
+    }
+    *table += " |\n";
 }
 
 /// Writes a page of `docs` if the program was called with `--table`.

@@ -75,14 +75,13 @@ impl Bare {
             w2: vec![R::zero(); edges],
             b2: vec![R::zero(); edges],
         };
-        let lift = |numbers: &[f64]| numbers.iter().map(|&x| R::lit(x)).collect();
-        let body = Body {
-            stiffness: lift(&self.body.stiffness),
-            strain: lift(&self.body.strain),
-            mass: lift(&self.body.mass),
-        };
         let simulator = Simulator::new(&self.lattice, &physics, &settings);
-        simulator.rollout(&body, &silent, start, &Span::from_start(observed))
+        simulator.rollout(
+            &self.body.map(R::lit),
+            &silent,
+            start,
+            &Span::from_start(observed),
+        )
     }
 
     /// The last of so many steps.

@@ -9,8 +9,13 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use cosmic::case::Case;
+use cosmic::design::Material;
+use cosmic::lattice::Body;
 use cosmic::lattice::Lattice;
-use serde_json::Value;
+use cosmic::laws::ContactLaw;
+use cosmic::projection::one_hot;
+use cosmic::scene::{MaterialSettings, PhysicsSettings};
+use serde_json::{Value, from_value};
 
 /// The folder of reference cases: `REFERENCE_DIR` where that is set, else the project's own.
 pub fn reference_folder() -> PathBuf {
@@ -19,16 +24,55 @@ pub fn reference_folder() -> PathBuf {
 
 /// The project's own reference cases.
 pub fn own_reference_folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/reference")
+    workspace().join("tests/data/reference")
 }
 
-/// Stiff and extreme cases: the folder `stability` of the reference cases, else the project's own.
-pub fn stability_folder() -> PathBuf {
-    let folder = reference_folder().join("stability");
-    if folder.is_dir() {
-        return folder;
+/// A folder of the reference cases by its name, else the project's own of that name.
+pub fn reference_subfolder(name: &str) -> PathBuf {
+    let given = reference_folder().join(name);
+    match given.is_dir() {
+        true => given,
+        false => own_reference_folder().join(name),
     }
-    own_reference_folder().join("stability")
+}
+
+/// The folder of the whole workspace.
+pub fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// What lies directly in a folder, by name.
+///
+/// # Panics
+/// If it cannot be listed.
+pub fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder)
+        .unwrap_or_else(|error| panic!("cannot list {}: {error}", folder.display()));
+    let path = |entry: std::io::Result<std::fs::DirEntry>| entry.expect("an entry is readable");
+    let mut paths: Vec<_> = entries.map(|entry| path(entry).path()).collect();
+    paths.sort();
+    paths
+}
+
+/// The files in a folder and below that have one of these extensions.
+///
+/// # Panics
+/// If a folder cannot be listed.
+pub fn files_below(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
+    let below = entries(folder)
+        .into_iter()
+        .flat_map(|path| match path.is_dir() {
+            true => files_below(&path, extensions),
+            false => vec![path],
+        });
+    below
+        .filter(|path| has_extension(path, extensions))
+        .collect()
+}
+
+fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    extensions.iter().any(|one| extension == *one)
 }
 
 /// A reference file: its path, its text, and the JSON in it.
@@ -55,6 +99,20 @@ impl Reference {
     pub fn case(&self) -> Case {
         Case::parse(&self.name(), &self.text).unwrap_or_else(|error| panic!("{error}"))
     }
+
+    /// Asserts that a result is the expected one, within one of the tolerances of the file.
+    ///
+    /// # Panics
+    /// If it is not, or the file does not state that tolerance.
+    pub fn check(&self, result: &str, tolerance: &str, [got, expected]: [&[f64]; 2]) {
+        let name = self.name();
+        let bound = number(&self.json["tolerance"], tolerance);
+        let error = relative_error(got, expected);
+        assert!(
+            error <= bound,
+            "{name}: {result} is off by {error:e}, allowed are {bound:e}"
+        );
+    }
 }
 
 /// Every `*.json` file directly in a folder, by name.
@@ -62,17 +120,9 @@ impl Reference {
 /// # Panics
 /// Where there is none: a test that reads no case shows nothing.
 pub fn references(folder: &Path) -> Vec<Reference> {
-    let entries = std::fs::read_dir(folder)
-        .unwrap_or_else(|error| panic!("cannot list {}: {error}", folder.display()));
-    let mut paths: Vec<PathBuf> = entries
-        .map(|entry| entry.expect("the folder can be listed").path())
-        .filter(|path| {
-            path.extension()
-                .is_some_and(|extension| extension == "json")
-        })
-        .collect();
+    let mut paths = entries(folder);
+    paths.retain(|path| has_extension(path, &["json"]));
     assert!(!paths.is_empty(), "no case in {}", folder.display());
-    paths.sort();
     paths.into_iter().map(read).collect()
 }
 
@@ -140,6 +190,55 @@ impl StabilityCase {
         }
     }
 
+    /// The case's edges: pairs of nodes.
+    ///
+    /// # Panics
+    /// If it has none.
+    pub fn edges(&self) -> Vec<[usize; 2]> {
+        from_value(self.case["edges"].clone()).expect("pairs")
+    }
+
+    /// The lattice's stiffnesses and masses, every edge of the case's material.
+    ///
+    /// # Panics
+    /// If the case has no materials, or other masses.
+    pub fn body(&self, lattice: &Lattice, physics: &PhysicsSettings) -> Body<f64> {
+        let materials: Vec<Material> = from_value(self.case["state"].clone()).expect("materials");
+        let mixture = one_hot(&materials);
+        let body = Body::new(&mixture, lattice, &MaterialSettings::default(), physics);
+        // A dozen roundings of sums.
+        assert!(relative_error(&body.mass, &self.numbers("node_mass")) < 1e-14);
+        body
+    }
+
+    /// The world of the case: without a height of the ground there is none, and what else it does
+    /// not state is flat, frictionless and undamped.
+    ///
+    /// # Panics
+    /// If the case has no time step or gravity, or an unknown contact.
+    pub fn world(&self) -> PhysicsSettings {
+        let case = &self.case;
+        let or = |key: &str, otherwise: f64| case[key].as_f64().unwrap_or(otherwise);
+        let usual = PhysicsSettings::default();
+        PhysicsSettings {
+            dt: self.number("dt"),
+            gravity: self.number("gravity"),
+            damping: or("gamma", 0.0),
+            node_mass: or("m_eps", usual.node_mass),
+            payload_mass: or("payload_mass", usual.payload_mass),
+            ground_height: or("ground_height", 0.0),
+            incline_deg: or("alpha_deg", 0.0),
+            contact: match (case["ground_height"].as_f64(), case["contact"].as_str()) {
+                (None, _) => ContactLaw::none(),
+                (_, Some("coulomb")) => ContactLaw::coulomb(),
+                (_, Some("infinite") | None) => ContactLaw::infinite(),
+                (_, Some(other)) => panic!("no contact is called {other:?}: {case}"),
+            },
+            friction: or("mu", 0.0),
+            ..usual
+        }
+    }
+
     /// Columns and rows.
     fn sizes(&self) -> [usize; 2] {
         ["columns", "rows"].map(|key| self.number(key) as usize)
@@ -184,7 +283,10 @@ pub fn stability_lists(list: &str, kind: &str) -> Vec<StabilityCase> {
         };
         of_kind.map(with_file).collect::<Vec<_>>()
     };
-    let folders = [stability_folder(), own_reference_folder().join("stability")];
+    let folders = [
+        reference_subfolder("stability"),
+        own_reference_folder().join("stability"),
+    ];
     let mut found =
         (folders.iter()).map(|folder| references(folder).into_iter().flat_map(of_kind).collect());
     let cases: Option<Vec<_>> = found.find(|cases: &Vec<_>| !cases.is_empty());

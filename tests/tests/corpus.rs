@@ -2,19 +2,16 @@
 
 use std::fs;
 use std::panic::catch_unwind;
-use std::path::Path;
 
 use cosmic_tests::readers::READERS;
+use cosmic_tests::{entries, workspace};
 
 #[test]
 fn no_file_of_the_corpus_makes_a_reader_panic() {
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/corpus");
+    let corpus = workspace().join("tests/data/corpus");
     for (name, read) in READERS {
-        let folder = corpus.join(name);
-        let entries = fs::read_dir(&folder).expect("a corpus can be listed");
         let (mut read_well, mut refused) = (0, 0);
-        for entry in entries {
-            let path = entry.expect("a corpus can be listed").path();
+        for path in entries(&corpus.join(name)) {
             let bytes = fs::read(&path).expect("a file of a corpus can be read");
             match catch_unwind(|| read(&bytes)) {
                 Ok(Ok(())) => read_well += 1,

@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use cosmic_tests::{files_below, workspace};
+
 /// The sources of every crate whose architecture is held.
 const SOURCES: [&str; 6] = [
     "autodiff/src",
@@ -38,23 +40,15 @@ struct Mention {
 
 impl SourceTree {
     fn read(source: &str) -> Self {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("..")
-            .join(source);
-        let mut files = BTreeMap::new();
-        let mut folders = vec![root.clone()];
-        while let Some(folder) = folders.pop() {
-            for entry in fs::read_dir(&folder).expect("a folder of sources can be listed") {
-                let path = entry.expect("an entry of a folder can be read").path();
-                if path.is_dir() {
-                    folders.push(path);
-                } else if path.extension().is_some_and(|extension| extension == "rs") {
-                    let code = without_comments_and_tests(&fs::read_to_string(&path).unwrap());
-                    files.insert(module_of(&path, &root), SourceFile { path, code });
-                }
-            }
+        let root = workspace().join(source);
+        let file = |path: PathBuf| {
+            let code = without_comments_and_tests(&fs::read_to_string(&path).unwrap());
+            (module_of(&path, &root), SourceFile { path, code })
+        };
+        let paths = files_below(&root, &["rs"]).into_iter();
+        Self {
+            files: paths.map(file).collect(),
         }
-        Self { files }
     }
 
     /// The modules of the crate's root from top to bottom.
@@ -380,15 +374,19 @@ fn the_test_sees_circles() {
     );
 }
 
+/// The files of the application.
+fn application() -> impl Iterator<Item = SourceFile> {
+    let sources = ["cosmic/src", "cosmic/lab/src", "cosmic/program/src"].into_iter();
+    sources.flat_map(|source| SourceTree::read(source).files.into_values())
+}
+
 /// Lines of the application's code that hold any of the words, as `file: line`.
 fn lines_with(words: &[&str]) -> Vec<String> {
     let mut found = Vec::new();
-    for source in ["cosmic/src", "cosmic/lab/src", "cosmic/program/src"] {
-        for SourceFile { path, code } in SourceTree::read(source).files.values() {
-            let holds = |line: &&str| words.iter().any(|word| line.contains(word));
-            let named = |line: &str| format!("{}: {}", path.display(), line.trim());
-            found.extend(code.lines().filter(holds).map(named));
-        }
+    for SourceFile { path, code } in application() {
+        let holds = |line: &&str| words.iter().any(|word| line.contains(word));
+        let named = |line: &str| format!("{}: {}", path.display(), line.trim());
+        found.extend(code.lines().filter(holds).map(named));
     }
     found
 }
@@ -420,19 +418,17 @@ fn nothing_is_differentiated_by_hand() {
 /// of a law's own such function.
 fn adjoints_by_hand() -> Vec<String> {
     let mut found = Vec::new();
-    for source in ["cosmic/src", "cosmic/lab/src", "cosmic/program/src"] {
-        for SourceFile { path, code } in SourceTree::read(source).files.values() {
-            let lines: Vec<&str> = code.lines().map(str::trim).collect();
-            for (at, line) in lines.iter().enumerate() {
-                let name = line
-                    .strip_prefix("fn ")
-                    .and_then(|rest| rest.split('<').next());
-                let derives = |name: &str| name.contains("vjp") || name.contains("partials");
-                let body = lines[at..].iter().position(|line| line.ends_with('{'));
-                let calls = |body: usize| is_a_call(lines[at + body + 1]);
-                if name.is_some_and(derives) && !body.is_some_and(calls) {
-                    found.push(format!("{}: {line}", path.display()));
-                }
+    for SourceFile { path, code } in application() {
+        let lines: Vec<&str> = code.lines().map(str::trim).collect();
+        for (at, line) in lines.iter().enumerate() {
+            let name = line
+                .strip_prefix("fn ")
+                .and_then(|rest| rest.split('<').next());
+            let derives = |name: &str| name.contains("vjp") || name.contains("partials");
+            let body = lines[at..].iter().position(|line| line.ends_with('{'));
+            let calls = |body: usize| is_a_call(lines[at + body + 1]);
+            if name.is_some_and(derives) && !body.is_some_and(calls) {
+                found.push(format!("{}: {line}", path.display()));
             }
         }
     }

@@ -2,21 +2,8 @@
 //! fifty times slower, and nothing says so.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 
-/// The files of a folder and below that may hold code.
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).expect("a folder can be listed") {
-        let path = entry.expect("an entry can be read").path();
-        match path.is_dir() {
-            true => found.extend(files(&path)),
-            false => found.push(path),
-        }
-    }
-    found.retain(|path| path.extension().is_some_and(|e| e == "rs" || e == "md"));
-    found
-}
+use cosmic_tests::{files_below, workspace};
 
 /// A line of code, in documentation too.
 fn code(line: &str) -> &str {
@@ -48,7 +35,7 @@ fn kernels(text: &str) -> (usize, Vec<String>) {
 
 #[test]
 fn kernels_are_inlined() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = workspace();
     let mut seen = 0;
     for folder in [
         "autodiff/src",
@@ -57,7 +44,7 @@ fn kernels_are_inlined() {
         "benches/src",
         "benches/benches",
     ] {
-        for file in files(&root.join(folder)) {
+        for file in files_below(&root.join(folder), &["rs", "md"]) {
             let text = fs::read_to_string(&file).expect("a source file can be read");
             let (here, wrong) = kernels(&text);
             // The crate's own tests are about numbers.

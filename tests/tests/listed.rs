@@ -4,21 +4,17 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use cosmic_tests::{entries, workspace};
+
 /// The folders of tests that are one binary, and how many there are at least.
 fn folders() -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = workspace();
     let packages = ["autodiff", "cosmic", "tests"].map(|package| root.join(package));
-    let inner = subfolders(&root.join("cosmic"));
+    let inner = entries(&root.join("cosmic"));
     let tests = (packages.into_iter().chain(inner)).map(|package| package.join("tests"));
     tests
         .filter(|tests| tests.join("main.rs").is_file())
         .collect()
-}
-
-fn subfolders(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder).expect("a folder can be listed");
-    let paths = entries.map(|entry| entry.expect("a folder can be listed").path());
-    paths.filter(|path| path.is_dir()).collect()
 }
 
 /// The modules that lie in a folder, and those of them that its `main.rs` or the manifest names.
@@ -28,9 +24,8 @@ fn modules(tests: &Path) -> (BTreeSet<String>, BTreeSet<String>) {
         read(tests.join("main.rs")),
         read(tests.join("../Cargo.toml")),
     );
-    let entries = fs::read_dir(tests).expect("a folder can be listed");
-    let there: BTreeSet<String> = entries
-        .map(|entry| entry.expect("a folder can be listed").path())
+    let there: BTreeSet<String> = entries(tests)
+        .into_iter()
         .filter(|path| path.extension().is_some_and(|e| e == "rs") || path.join("mod.rs").is_file())
         .map(|path| {
             path.file_stem()

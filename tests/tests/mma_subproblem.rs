@@ -286,14 +286,15 @@ fn wrong_solutions_are_found() {
     for seed in 0..200 {
         let situation = situation(seed);
         let (right, state) = situation.update();
+        let assert_found = |wrong: &Update, what: String| {
+            let found = fault(&situation, &state, wrong);
+            assert!(found.is_some(), "seed {seed}: {what}");
+        };
         for i in 0..right.multipliers.len() {
             let mut wrong = right.clone();
             wrong.multipliers[i] += 1e-6 * (1.0 + right.multipliers[i]);
             if right.diagnostics.elastic[i] > 0.0 {
-                assert!(
-                    fault(&situation, &state, &wrong).is_some(),
-                    "seed {seed}: row {i}"
-                );
+                assert_found(&wrong, format!("row {i}"));
                 multipliers += 1;
             }
         }
@@ -306,10 +307,7 @@ fn wrong_solutions_are_found() {
             let mut wrong = right.clone();
             wrong.point[j] += 1e-3 * (beta - alpha);
             if alpha < right.point[j] && wrong.point[j] < beta {
-                assert!(
-                    fault(&situation, &state, &wrong).is_some(),
-                    "seed {seed}: variable {j}"
-                );
+                assert_found(&wrong, format!("variable {j}"));
                 variables += 1;
             }
         }

@@ -42,26 +42,25 @@ fn smooth<F: VectorFunction>(function: F, x: &[f64]) {
 }
 
 /// The mixture of a design.
-struct Mixtures<'a> {
-    case: &'a Case,
-    projection: Projection,
-}
+struct Mixtures<'a>(&'a Case, Projection);
 
 impl VectorFunction for Mixtures<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let Case {
             sharpness, lattice, ..
-        } = self.case;
+        } = self.0;
         let holds = holds(sharpness, lattice);
-        mixture(self.projection, x.as_chunks().0, sharpness, &holds).into_flattened()
+        mixture(self.1, x.as_chunks().0, sharpness, &holds).into_flattened()
     }
 }
 
 #[test]
 fn performance_projections() {
     for case in &cases() {
-        let projection = Projection::Performance;
-        smooth(Mixtures { case, projection }, case.z.as_flattened());
+        smooth(
+            Mixtures(case, Projection::Performance),
+            case.z.as_flattened(),
+        );
     }
 }
 
@@ -74,10 +73,7 @@ fn projections_with_held_materials() {
         case.sharpness.beta_stability = case.sharpness.beta_straight_through;
         let z = case.z.clone().into_flattened();
         for projection in [Projection::Performance, Projection::Stability] {
-            let mixtures = Mixtures {
-                case: &case,
-                projection,
-            };
+            let mixtures = Mixtures(&case, projection);
             assert_ne!(
                 mixtures.eval(&z),
                 mixture(projection, &case.z, &case.sharpness, &[]).into_flattened()
@@ -92,22 +88,12 @@ fn projections_with_held_materials() {
 #[test]
 fn stability_projections() {
     for mut case in cases() {
-        let projection = Projection::Stability;
         let sharp = case.sharpness.beta_stability;
         case.sharpness.beta_stability = case.sharpness.beta_straight_through;
         let z = case.z.clone().into_flattened();
-        smooth(
-            Mixtures {
-                case: &case,
-                projection,
-            },
-            &z,
-        );
+        smooth(Mixtures(&case, Projection::Stability), &z);
         case.sharpness.beta_stability = sharp;
-        let function = Mixtures {
-            case: &case,
-            projection,
-        };
+        let function = Mixtures(&case, Projection::Stability);
         let direction: Vec<f64> = (0..z.len()).map(|i| (2.3 * i as f64).sin()).collect();
         let cotangent: Vec<f64> = (0..z.len()).map(|i| (1.1 * i as f64).cos()).collect();
         let (_, tangent) = jvp(&function, &z, &direction);
@@ -122,15 +108,15 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The loss of a trajectory by the positions in it.
-struct Losses<'a> {
-    loss: &'a Displacement,
-    steps: usize,
-}
+/// Steps of the trajectories that losses look at.
+const OBSERVED: usize = 40;
 
-impl VectorFunction for Losses<'_> {
+/// The loss of a trajectory by the positions in it.
+struct Losses(Displacement);
+
+impl VectorFunction for Losses {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let steps = self.loss.observed(self.steps);
+        let steps = self.0.observed(OBSERVED);
         let nodes = x.len() / (2 * steps.len());
         let states = x.chunks_exact(2 * nodes).map(|x| State {
             x: x.as_chunks().0.to_vec(),
@@ -140,7 +126,7 @@ impl VectorFunction for Losses<'_> {
             states: states.collect(),
             steps,
         };
-        vec![self.loss.loss(&trajectory)]
+        vec![self.0.loss(&trajectory)]
     }
 }
 
@@ -159,17 +145,16 @@ fn losses() {
                     every: 4,
                 },
             };
-            let states = loss.observed(40).len();
+            let states = loss.observed(OBSERVED).len();
             let positions: Vec<f64> = (0..states * 6).map(|i| (i as f64).cos()).collect();
-            smooth(
-                Losses {
-                    loss: &loss,
-                    steps: 40,
-                },
-                &positions,
-            );
+            smooth(Losses(loss), &positions);
         }
     }
+}
+
+fn performance<R: Real>(case: &Case, z: &[R]) -> Vec<[R; 3]> {
+    let z = z.as_chunks().0;
+    mixture(Projection::Performance, z, &case.sharpness, &[])
 }
 
 /// Masses, and strains and stiffnesses of the size of masses, of a design.
@@ -178,12 +163,7 @@ struct Bodies<'a>(&'a Case);
 impl VectorFunction for Bodies<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0;
-        let mixture = mixture(
-            Projection::Performance,
-            x.as_chunks().0,
-            &case.sharpness,
-            &[],
-        );
+        let mixture = performance(case, x);
         let body = Body::new(&mixture, &case.lattice, &case.materials, &case.physics);
         let stiffness = body.stiffness.into_iter().map(|k| k * R::lit(1e-4));
         [body.mass, body.strain, stiffness.collect()].concat()
@@ -206,12 +186,7 @@ struct Objectives<'a>(&'a Case);
 impl VectorFunction for Objectives<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0;
-        let mixture = mixture(
-            Projection::Performance,
-            x.as_chunks().0,
-            &case.sharpness,
-            &[],
-        );
+        let mixture = performance(case, x);
         let m = measures(&mixture, case.sharpness.delta);
         let violations = violations(m.constrained(), &case.thresholds);
         let augmented = case.lagrangian.objective(R::zero(), violations);
@@ -253,11 +228,7 @@ impl Activations<'_> {
             controller, start, ..
         } = self.0;
         let mut rest = x;
-        let mut take = |count: usize| {
-            let (front, back) = rest.split_at(count);
-            rest = back;
-            front.to_vec()
-        };
+        let mut take = |count| rest.split_off(..count).expect("a number each").to_vec();
         let read = Controller {
             hidden: controller.hidden,
             inputs: controller.inputs,
@@ -280,18 +251,6 @@ impl VectorFunction for Activations<'_> {
     }
 }
 
-#[test]
-fn activations() {
-    for mut case in cases() {
-        for goal_relative in [false, true] {
-            case.observation.goal_relative = goal_relative;
-            let function = Activations(&case);
-            let point = function.point();
-            smooth(function, &point);
-        }
-    }
-}
-
 /// The folded first layer by the weights that are folded.
 struct FoldedWeights<'a>(Activations<'a>);
 
@@ -305,13 +264,13 @@ impl VectorFunction for FoldedWeights<'_> {
 }
 
 #[test]
-fn folded_weights() {
+fn activations_and_folded_weights() {
     for mut case in cases() {
         for goal_relative in [false, true] {
             case.observation.goal_relative = goal_relative;
-            let function = FoldedWeights(Activations(&case));
-            let point = function.0.point();
-            smooth(function, &point);
+            let point = Activations(&case).point();
+            smooth(Activations(&case), &point);
+            smooth(FoldedWeights(Activations(&case)), &point);
         }
     }
 }

@@ -1,23 +1,28 @@
 //! Every optimiser on every problem: it converges, and a run that is saved, read back and resumed
 //! ends with the same bits.
 
-use autodiff::{Function, Real, VectorFunction, gradient, jacobian};
+use std::marker::PhantomData;
+
+use autodiff::{Real, Var, VectorFunction, gradient_of, jacobian};
 use cosmic::objective::AugmentedLagrangian;
 use cosmic::optimiser::{Adam, AdamState, Linearisation, Mma, MmaState};
 use cosmic::scene::MmaSettings;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+/// The box of both variables.
+const BOX: (f64, f64) = (-2.0, 2.0);
+
 /// A function to minimise within a box, `f_0`, and what is wanted at most 0.
 trait Problem {
     const NAME: &'static str;
     const START: [f64; 2];
-    /// The box of both variables.
-    const BOX: (f64, f64);
     const MINIMISER: [f64; 2];
 
     fn objective<R: Real>(x: &[R]) -> R;
-    fn constraints<R: Real>(x: &[R]) -> Vec<R>;
+    fn constraints<R: Real>(_: &[R]) -> Vec<R> {
+        vec![]
+    }
 }
 
 /// A convex quadratic whose minimum lies outside the box, at a face.
@@ -26,16 +31,12 @@ struct Quadratic;
 impl Problem for Quadratic {
     const NAME: &'static str = "quadratic";
     const START: [f64; 2] = [-1.5, -1.0];
-    const BOX: (f64, f64) = (-2.0, 2.0);
     /// The first variable at its bound, the second where the remaining parabola is least.
     const MINIMISER: [f64; 2] = [2.0, -0.5];
 
     fn objective<R: Real>(x: &[R]) -> R {
         let (first, second) = (x[0] - R::lit(5.0), x[1] + R::lit(0.5));
         first * first + R::lit(2.0) * second * second
-    }
-    fn constraints<R: Real>(_: &[R]) -> Vec<R> {
-        vec![]
     }
 }
 
@@ -45,15 +46,11 @@ struct Rosenbrock;
 impl Problem for Rosenbrock {
     const NAME: &'static str = "Rosenbrock";
     const START: [f64; 2] = [-1.0, 0.5];
-    const BOX: (f64, f64) = (-2.0, 2.0);
     const MINIMISER: [f64; 2] = [1.0, 1.0];
 
     fn objective<R: Real>(x: &[R]) -> R {
         let (across, along) = (x[1] - x[0] * x[0], R::one() - x[0]);
         R::lit(5.0) * across * across + along * along
-    }
-    fn constraints<R: Real>(_: &[R]) -> Vec<R> {
-        vec![]
     }
 }
 
@@ -63,7 +60,6 @@ struct Disc;
 impl Problem for Disc {
     const NAME: &'static str = "disc";
     const START: [f64; 2] = [1.8, 0.2];
-    const BOX: (f64, f64) = (-2.0, 2.0);
     /// By symmetry on the diagonal, at distance 1.
     const MINIMISER: [f64; 2] = [std::f64::consts::FRAC_1_SQRT_2; 2];
 
@@ -99,7 +95,7 @@ impl Moving {
             asymin: 1e-5,
             ..MmaSettings::default()
         };
-        Mma::new(parameters, &[P::BOX.0; 2], &[P::BOX.1; 2]).expect("usable settings")
+        Mma::new(parameters, &[BOX.0; 2], &[BOX.1; 2]).expect("usable settings")
     }
 }
 
@@ -116,9 +112,9 @@ impl Optimiser for Moving {
     fn update<P: Problem>(state: &mut MmaState, x: &mut [f64]) {
         let at = Linearisation {
             point: x,
-            objective_gradient: &gradient(&Objective::<P>::NEW, x),
+            objective_gradient: &gradient_of(P::objective, x),
             constraints: &P::constraints(x),
-            jacobian: &jacobian(&Objective::<P>::NEW, x),
+            jacobian: &jacobian(&Constraints::<P>(PhantomData), x),
         };
         let update = Self::method::<P>().update(state, &at);
         x.copy_from_slice(&update.expect("finite input").point);
@@ -151,11 +147,13 @@ impl Optimiser for Adaptive {
         )
     }
     fn update<P: Problem>((adam, augmented, last): &mut Self::State, x: &mut [f64]) {
-        let slopes = gradient(&Augmented::<P>(augmented, Objective::NEW), x);
+        let objective =
+            |x: &[Var<f64>]| augmented.objective(P::objective(x), violations::<P, _>(x));
+        let slopes = gradient_of(objective, x);
         let done = adam.updates as f64 / Self::UPDATES as f64;
         let rate = 0.02 * (1.0 - done);
         (Adam::default().update(adam, x, &slopes, rate)).expect("a finite gradient");
-        x.iter_mut().for_each(|x| *x = x.clamp(P::BOX.0, P::BOX.1));
+        x.iter_mut().for_each(|x| *x = x.clamp(BOX.0, BOX.1));
         let violations = violations::<P, f64>(x);
         augmented.update(&violations, last, Self::PENALTY_GROWTH);
         *last = violations;
@@ -172,31 +170,12 @@ fn violations<P: Problem, R: Real>(x: &[R]) -> [R; 4] {
     })
 }
 
-/// A problem's functions as the drivers take them.
-struct Objective<P>(std::marker::PhantomData<P>);
+/// A problem's constraints as the drivers take them.
+struct Constraints<P>(PhantomData<P>);
 
-impl<P> Objective<P> {
-    const NEW: Self = Objective(std::marker::PhantomData);
-}
-
-impl<P: Problem> Function for Objective<P> {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        P::objective(x)
-    }
-}
-
-impl<P: Problem> VectorFunction for Objective<P> {
+impl<P: Problem> VectorFunction for Constraints<P> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         P::constraints(x)
-    }
-}
-
-struct Augmented<'a, P>(&'a AugmentedLagrangian, Objective<P>);
-
-impl<P: Problem> Function for Augmented<'_, P> {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        self.0
-            .objective(Function::eval(&self.1, x), violations::<P, R>(x))
     }
 }
 

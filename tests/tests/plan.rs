@@ -117,12 +117,7 @@ fn the_gradient_by_weights_is_that_of_the_full_simulator() {
     let gradient = |body: &Body<f64>| {
         case.inputs()
             .differentiate(CONTROLLER, |inputs: &Inputs<_>| {
-                let lift = |numbers: &[f64]| numbers.iter().map(|&x| Real::lit(x)).collect();
-                let body = Body {
-                    stiffness: lift(&body.stiffness),
-                    strain: lift(&body.strain),
-                    mass: lift(&body.mass),
-                };
+                let body = body.map(Real::lit);
                 let span = Span::from_start(vec![STEPS]);
                 let seen = simulator.rollout(&body, &inputs.controller, &inputs.start, &span);
                 seen.states[0].x[5][0]

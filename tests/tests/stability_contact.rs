@@ -10,24 +10,12 @@ use cosmic::simulator::Trajectory;
 use cosmic_tests::{Bare, StabilityCase, assert_near, number, stability_cases, stability_lists};
 use serde_json::{Value, json};
 
-/// The world of a case: without a height of the ground there is none, and what else it does not
-/// state is flat, frictionless and undamped.
-fn world(case: &Value) -> PhysicsSettings {
-    let or = |key: &str, otherwise: f64| case[key].as_f64().unwrap_or(otherwise);
+/// The world of a case, with a ground at height zero that has this contact.
+fn on_ground(case: &StabilityCase, contact: ContactLaw) -> PhysicsSettings {
     PhysicsSettings {
-        dt: number(case, "dt"),
-        gravity: number(case, "gravity"),
-        damping: or("gamma", 0.0),
-        ground_height: or("ground_height", 0.0),
-        incline_deg: or("alpha_deg", 0.0),
-        contact: match (case["ground_height"].as_f64(), case["contact"].as_str()) {
-            (None, _) => ContactLaw::none(),
-            (_, Some("coulomb")) => ContactLaw::coulomb(),
-            (_, Some("infinite") | None) => ContactLaw::infinite(),
-            (_, Some(other)) => panic!("no contact is called {other:?}: {case}"),
-        },
-        friction: or("mu", 0.0),
-        ..PhysicsSettings::default()
+        contact,
+        ground_height: 0.0,
+        ..case.world()
     }
 }
 
@@ -45,7 +33,7 @@ fn node<R: Real>(state: &State<R>) -> [R; 4] {
 }
 
 fn check_flight(case: &StabilityCase) {
-    let bare = Bare::free_node(world(&case.case));
+    let bare = Bare::free_node(case.world());
     let start = alone(
         [0.0, case.number("y0")],
         [case.number("vx"), case.number("vy")],
@@ -107,7 +95,7 @@ fn terminal_velocity() {
     let damped: Vec<_> = cases.filter(|case| case.number("gamma") > 0.0).collect();
     assert!(!damped.is_empty(), "no case of a damped flight");
     for case in damped {
-        let physics = world(&case.case);
+        let physics = case.world();
         // After 40 decay times exp(-40) = 4e-18 is left of the start.
         let steps = (40.0 / (physics.damping * physics.dt)).ceil() as usize;
         let end = Bare::free_node(physics).run_to_end(&alone([0.0; 2], [0.0; 2]), steps);
@@ -125,7 +113,7 @@ struct Landing {
 
 impl Landing {
     fn new(case: &StabilityCase) -> Self {
-        let physics = world(&case.case);
+        let physics = case.world();
         let pair = |key: &str| case.numbers(key).try_into().expect("two numbers");
         let steps = case.number("steps") as usize;
         let start = alone(pair("x0"), pair("v0"));
@@ -193,9 +181,7 @@ fn a_resting_node_keeps_its_bits() {
 #[test]
 fn friction_on_an_incline_has_the_classical_threshold() {
     for case in stability_cases("slid_down") {
-        let mut physics = world(&case.case);
-        physics.contact = ContactLaw::coulomb();
-        physics.ground_height = 0.0;
+        let physics = on_ground(&case, ContactLaw::coulomb());
         let ground = Ground::from(&physics);
         let run = |steps| {
             let bare = Bare::free_node(physics.clone());
@@ -219,9 +205,7 @@ fn friction_on_an_incline_has_the_classical_threshold() {
 #[test]
 fn friction_brakes_to_a_stop() {
     for case in stability_lists("braking", "stops_at_step") {
-        let mut physics = world(&case.case);
-        physics.contact = ContactLaw::coulomb();
-        physics.ground_height = 0.0;
+        let physics = on_ground(&case, ContactLaw::coulomb());
         let start = alone([0.0; 2], [case.number("v0"), 0.0]);
         let stop = case.number("stops_at_step") as usize;
         let seen = Bare::free_node(physics).run(&start, vec![stop - 1, stop, stop + 9]);
@@ -233,27 +217,13 @@ fn friction_brakes_to_a_stop() {
 }
 
 /// Where a node ends that is dropped from a height while it moves sideways.
-fn thrown<R: Real>(case: &StabilityCase, row: &Value, contact: &ContactLaw, height: R) -> R {
-    let mut physics = world(&case.case_with_step(row));
-    physics.ground_height = 0.0;
-    physics.contact = contact.clone();
+fn thrown<R: Real>(case: &StabilityCase, row: &Value, contact: ContactLaw, height: R) -> R {
+    let mut case_of_row = case.clone();
+    case_of_row.case["dt"] = row["dt"].clone();
+    let physics = on_ground(&case_of_row, contact);
     let steps = (case.number("T") / physics.dt).round() as usize;
     let start = alone([R::zero(), height], [R::lit(case.number("vx")), R::zero()]);
     Bare::free_node(physics).run_to_end(&start, steps).x[0][0]
-}
-
-/// A case whose time steps are listed apart.
-trait Discrete {
-    /// The case with the time step of a row.
-    fn case_with_step(&self, row: &Value) -> Value;
-}
-
-impl Discrete for StabilityCase {
-    fn case_with_step(&self, row: &Value) -> Value {
-        let mut case = self.case.clone();
-        case["dt"] = row["dt"].clone();
-        case
-    }
 }
 
 #[test]
@@ -276,8 +246,8 @@ fn the_end_of_a_bounce_by_the_drop_height() {
             ];
             for (contact, place, slope) in laws {
                 let dual: Dual<f64, 1> = Dual::variable(height, 0);
-                let forward = thrown(&case, row, &contact, dual);
-                let reverse = gradient_of(|h| thrown(&case, row, &contact, h[0]), &[height]);
+                let forward = thrown(&case, row, contact.clone(), dual);
+                let reverse = gradient_of(|h| thrown(&case, row, contact.clone(), h[0]), &[height]);
                 for (got, key) in [
                     (forward.value, place),
                     (forward.tangent[0], slope),

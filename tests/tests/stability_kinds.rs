@@ -1,6 +1,6 @@
 //! Every stability file is of a kind that some test knows, and every kind is there.
 
-use cosmic_tests::{references, stability_folder};
+use cosmic_tests::{reference_subfolder, references};
 use serde_json::Value;
 
 /// A list of a file, a key that only cases of one kind have, and the tests of that kind.
@@ -30,7 +30,7 @@ fn kind(list: &str, case: &Value) -> Option<&'static str> {
 #[test]
 fn every_case_is_of_a_known_kind_and_every_kind_has_cases() {
     let mut seen = Vec::new();
-    for reference in references(&stability_folder()) {
+    for reference in references(&reference_subfolder("stability")) {
         for list in ["cases", "linear", "braking"] {
             for case in reference.json[list].as_array().into_iter().flatten() {
                 let kind = kind(list, case);

@@ -1,15 +1,11 @@
 //! Dropped lattices come to rest on the ground, or slide, over a hundred thousand steps.
 
-use cosmic::design::Material;
 use cosmic::ground::Ground;
-use cosmic::lattice::Body;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
-use cosmic::projection::one_hot;
-use cosmic::scene::{MaterialSettings, PhysicsSettings};
+use cosmic::scene::PhysicsSettings;
 use cosmic::simulator::Trajectory;
-use cosmic_tests::{Bare, StabilityCase, relative_error, stability_cases};
-use serde_json::{Value, from_value};
+use cosmic_tests::{Bare, StabilityCase, stability_cases};
 
 /// A lattice of one material an edge, every actuator idle.
 struct Dropped {
@@ -19,15 +15,10 @@ struct Dropped {
 
 impl Dropped {
     fn new(case: &StabilityCase) -> Self {
-        let physics = physics(case);
+        let physics = case.world();
         let positions: Vec<[f64; 2]> = case.numbers("x0").as_chunks().0.to_vec();
-        let edges: Vec<[usize; 2]> = from_value(case.case["edges"].clone()).expect("pairs");
-        let lattice = case.lattice_at(positions, edges);
-        let states: Vec<Material> = from_value(case.case["state"].clone()).expect("materials");
-        let mixture = one_hot(&states);
-        let mut body = Body::new(&mixture, &lattice, &MaterialSettings::default(), &physics);
-        // A dozen roundings of sums.
-        assert!(relative_error(&body.mass, &case.numbers("node_mass")) < 1e-14);
+        let lattice = case.lattice_at(positions, case.edges());
+        let mut body = case.body(&lattice, &physics);
         body.strain.fill(0.0);
         let start = lattice.state_at_rest();
         Self {
@@ -38,24 +29,6 @@ impl Dropped {
             },
             start,
         }
-    }
-}
-
-fn physics(case: &StabilityCase) -> PhysicsSettings {
-    PhysicsSettings {
-        dt: case.number("dt"),
-        gravity: case.number("gravity"),
-        damping: case.number("gamma"),
-        node_mass: case.number("m_eps"),
-        payload_mass: case.number("payload_mass"),
-        ground_height: case.number("ground_height"),
-        incline_deg: case.number("alpha_deg"),
-        contact: match &case.case["contact"] {
-            Value::String(name) if name == "coulomb" => ContactLaw::coulomb(),
-            _ => ContactLaw::infinite(),
-        },
-        friction: case.number("mu"),
-        ..PhysicsSettings::default()
     }
 }
 

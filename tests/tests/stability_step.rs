@@ -16,10 +16,12 @@ fn scene(dt: f64) -> Scene {
     scene
 }
 
+fn case(scene: &Scene) -> Case {
+    Case::of_scene(scene, 0).expect("any lattice starts so")
+}
+
 fn check(dt: f64) -> StepCheck {
-    Case::of_scene(&scene(dt), 0)
-        .expect("any lattice starts so")
-        .step_check()
+    case(&scene(dt)).step_check()
 }
 
 #[test]
@@ -145,9 +147,7 @@ fn of_a_step_that_other_designs_do_not_bear_it_is_said() {
 fn nothing_that_vibrates_is_safe_with_any_step() {
     let mut scene = scene(1.0);
     scene.materials.stiffness = [0.0; 3];
-    let check = Case::of_scene(&scene, 0)
-        .expect("any lattice starts so")
-        .step_check();
+    let check = case(&scene).step_check();
     assert_eq!((check.grade(), check.bound.dt), (Grade::Safe, None));
 }
 
@@ -220,9 +220,6 @@ fn a_design_that_becomes_unstable_is_in_the_record() {
 /// A scene's own time step is a row like the others: verify refuses nothing, and fails.
 #[test]
 fn an_unstable_scene_fails_the_verification() {
-    let failures = |dt: f64| {
-        let case = Case::of_scene(&scene(dt), 0).expect("any lattice starts so");
-        stable_steps(&case).failures
-    };
+    let failures = |dt: f64| stable_steps(&case(&scene(dt))).failures;
     assert_eq!((failures(0.002).len(), failures(0.05).len()), (0, 1));
 }

@@ -1,13 +1,10 @@
 //! Vibrations: one oscillator, chains of extreme stiffness and mass, and the time steps with
 //! which they stay bounded.
 
-use cosmic::lattice::Body;
-use cosmic::lattice::{Lattice, State};
-use cosmic::projection::one_hot;
-use cosmic::scene::{MaterialSettings, PhysicsSettings};
+use cosmic::lattice::State;
+use cosmic::scene::PhysicsSettings;
 use cosmic::simulator::stability::{Vibration, phase_limit, step_limit};
-use cosmic_tests::{Bare, StabilityCase, assert_near, numbers, relative_error, stability_cases};
-use serde_json::from_value;
+use cosmic_tests::{Bare, StabilityCase, assert_near, numbers, stability_cases};
 
 /// Two nodes of unit mass to either side of the origin, so that the extension of
 /// their spring swings with the case's frequency.
@@ -187,29 +184,18 @@ fn limits_of_chains() {
     }
 }
 
-/// A lattice with one material an edge, and its positions.
-fn lattice(case: &StabilityCase) -> (Lattice, Body<f64>, Vec<[f64; 2]>) {
-    let edges = from_value(case.case["edges"].clone()).expect("pairs");
-    let lattice = case.lattice(edges);
-    let physics = PhysicsSettings {
-        node_mass: case.number("m_eps"),
-        payload_mass: case.number("payload_mass"),
-        ..PhysicsSettings::default()
-    };
-    let states: Vec<_> = from_value(case.case["state"].clone()).expect("materials");
-    let mixture = one_hot(&states);
-    let body = Body::new(&mixture, &lattice, &MaterialSettings::default(), &physics);
-    let positions = case.numbers("positions").as_chunks().0.to_vec();
-    (lattice, body, positions)
-}
-
 #[test]
 fn stable_steps_of_lattices() {
     for case in stability_cases("omega_bound_edge") {
-        let (lattice, body, positions) = lattice(&case);
-        // A dozen roundings of sums.
-        assert!(relative_error(&body.mass, &case.numbers("node_mass")) < 1e-14);
-        let vibration = Vibration::new(&lattice, &body, &PhysicsSettings::default(), &positions);
+        let lattice = case.lattice(case.edges());
+        let physics = PhysicsSettings {
+            node_mass: case.number("m_eps"),
+            payload_mass: case.number("payload_mass"),
+            ..PhysicsSettings::default()
+        };
+        let body = case.body(&lattice, &physics);
+        let positions: Vec<[f64; 2]> = case.numbers("positions").as_chunks().0.to_vec();
+        let vibration = Vibration::new(&lattice, &body, &physics, &positions);
         let tolerance = case.of_file("tolerance_rel");
         let check = |key: &str, got: f64| {
             let expected = case.number(key);

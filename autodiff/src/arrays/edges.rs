@@ -7,7 +7,7 @@ use super::array::Array;
 use super::dense::Aligned;
 use super::graph::Graph;
 use super::kernel::Kernel;
-use super::operation::Operation;
+use super::operation::{Forward, Operation, Reverse};
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized, WIDEST, lanes};
@@ -217,14 +217,14 @@ where
         self.sums.to_vec()
     }
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        R::vectorize(ForwardEdges {
+        R::vectorize(Forward {
             map: self,
             parameters,
             row,
         });
     }
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        R::vectorize(ReverseEdges {
+        R::vectorize(Reverse {
             map: self,
             values,
             bars,
@@ -235,14 +235,8 @@ where
     }
 }
 
-struct ForwardEdges<'a, R, K, const C: usize, const I: usize, const O: usize> {
-    map: &'a mut EdgeMap<R, K, C, I, O>,
-    parameters: &'a [R],
-    row: &'a mut [R],
-}
-
 impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
-    for ForwardEdges<'_, R, K, C, I, O>
+    for Forward<'_, EdgeMap<R, K, C, I, O>, R>
 where
     R: Real,
     K: Kernel<I, O>,
@@ -250,11 +244,7 @@ where
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let Self {
-            map,
-            parameters,
-            row,
-        } = self;
+        let (map, parameters, row) = (self.map, self.parameters, self.row);
         map.reach.check(parameters, row);
         map.plan.check::<R, L>();
         let EdgePlan { room, .. } = map.plan;
@@ -280,14 +270,8 @@ where
     }
 }
 
-struct ReverseEdges<'a, 'b, R, K, const C: usize, const I: usize, const O: usize> {
-    map: &'a mut EdgeMap<R, K, C, I, O>,
-    values: &'a StepValues<'a, R>,
-    bars: &'a mut Bars<'b, R>,
-}
-
 impl<R, K, const C: usize, const I: usize, const O: usize> Vectorized<R>
-    for ReverseEdges<'_, '_, R, K, C, I, O>
+    for Reverse<'_, '_, EdgeMap<R, K, C, I, O>, R>
 where
     R: Real,
     K: Kernel<I, O>,

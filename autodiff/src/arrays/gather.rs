@@ -16,15 +16,15 @@ pub(super) struct Gather {
 /// The copies that a gather makes, counted in numbers of all starts.
 struct Moves {
     /// Stretches of entries that are adjacent in input and output.
-    runs: Vec<Run>,
+    runs: Vec<CopyRun>,
     /// Single entries that are copied to adjacent places, whose length together is `len`.
-    spreads: Vec<Run>,
+    spreads: Vec<CopyRun>,
     /// How many numbers are interleaved for an entry.
     starts: usize,
 }
 
 /// `len` numbers of the output, and where they come from.
-struct Run {
+struct CopyRun {
     from: usize,
     to: usize,
     len: usize,
@@ -53,7 +53,7 @@ impl Moves {
                 (&mut runs, rising)
             };
             let [from, place, numbers] = [from, to, len].map(|n| n * starts);
-            moves.push(Run {
+            moves.push(CopyRun {
                 from,
                 to: place,
                 len: numbers,
@@ -122,14 +122,14 @@ impl<R: Real> Vectorized<R> for ForwardGather<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        for &Run { from, to, len } in &self.moves.runs {
+        for &CopyRun { from, to, len } in &self.moves.runs {
             for i in (0..len).step_by(L::N) {
                 let value = L::load_up_to(&self.from[from + i..from + len]);
                 value.store_up_to(&mut self.to[to + i..to + len]);
             }
         }
         let starts = self.moves.starts;
-        for &Run { from, to, len } in &self.moves.spreads {
+        for &CopyRun { from, to, len } in &self.moves.spreads {
             // `starts` numbers at a time would be one lane of a masked register.
             if starts == 1 {
                 self.to[to..to + len].fill(self.from[from]);
@@ -160,7 +160,7 @@ impl<R: Real> Vectorized<R> for ReverseGather<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        for &Run { from, to, len } in &self.moves.runs {
+        for &CopyRun { from, to, len } in &self.moves.runs {
             for i in (0..len).step_by(L::N) {
                 let bar = L::load_up_to(&self.from[to + i..to + len]);
                 let place = &mut self.to[from + i..from + len];
@@ -168,7 +168,7 @@ impl<R: Real> Vectorized<R> for ReverseGather<'_, R> {
             }
         }
         let starts = self.moves.starts;
-        for &Run { from, to, len } in &self.moves.spreads {
+        for &CopyRun { from, to, len } in &self.moves.spreads {
             let bars = &self.from[to..to + len];
             if starts == 1 {
                 let mut sums = [R::zero(); SUMS];

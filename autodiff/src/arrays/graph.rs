@@ -5,6 +5,7 @@
 //! work on edges loads shifted, contiguous data in place of gathering. A group has a **slot** for
 //! every node that could be a tail; slots without an edge are ghosts, which take no part.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::real::Real;
@@ -19,8 +20,6 @@ struct SlotLayout {
     nodes: usize,
     groups: Vec<OffsetGroup>,
     slots: usize,
-    /// The largest offset, see [`Graph::lead`].
-    lead: usize,
     slot_of_edge: Vec<usize>,
 }
 
@@ -102,12 +101,10 @@ impl Graph {
                 "edge [{i}, {j}] does not ascend within {nodes} nodes"
             );
         }
-        let mut offsets: Vec<usize> = edges.iter().map(|[i, j]| j - i).collect();
-        offsets.sort_unstable();
-        offsets.dedup();
+        let offsets: BTreeSet<usize> = edges.iter().map(|[i, j]| j - i).collect();
         let mut slots = 0;
         let mut groups = Vec::new();
-        for &offset in &offsets {
+        for offset in offsets {
             // Whole registers, so that no register has slots of two groups.
             let len = (nodes - offset).next_multiple_of(WIDEST);
             let [is_tail, is_head] = [(); 2].map(|()| Bits::none(nodes));
@@ -130,12 +127,10 @@ impl Graph {
             group.first_slot + i
         };
         let slot_of_edge = edges.iter().map(place).collect();
-        let lead = offsets.last().copied().unwrap_or(0);
         Self(Arc::new(SlotLayout {
             nodes,
             groups,
             slots,
-            lead,
             slot_of_edge,
         }))
     }
@@ -183,7 +178,6 @@ impl Graph {
             nodes: layout.nodes * count,
             groups: layout.groups.iter().map(group).collect(),
             slots: layout.slots * count,
-            lead: layout.lead * count,
             slot_of_edge: layout.slot_of_edge.iter().map(|s| s * count).collect(),
         }))
     }
@@ -271,7 +265,7 @@ impl Graph {
     /// The largest offset: how far before the first slot a register may read.
     #[inline(always)]
     pub(super) fn lead(&self) -> usize {
-        self.0.lead
+        self.0.groups.last().map_or(0, |group| group.offset)
     }
 
     #[inline(always)]

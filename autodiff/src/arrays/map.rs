@@ -3,7 +3,7 @@
 
 use super::array::Array;
 use super::kernel::Kernel;
-use super::operation::Operation;
+use super::operation::{Forward, Operation, Reverse};
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, Vectorized};
@@ -49,14 +49,14 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Operation<R> for 
         self.outputs.to_vec()
     }
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        R::vectorize(ForwardMap {
+        R::vectorize(Forward {
             map: self,
             parameters,
             row,
         });
     }
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        R::vectorize(ReverseMap {
+        R::vectorize(Reverse {
             map: self,
             values,
             bars,
@@ -101,12 +101,6 @@ trait Lanes<R, const O: usize> {
     }
 }
 
-struct ForwardMap<'a, K, R, const I: usize, const O: usize> {
-    map: &'a Map<K, I, O>,
-    parameters: &'a [R],
-    row: &'a mut [R],
-}
-
 struct ForwardLanes<'a, K, R, const I: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
@@ -134,16 +128,12 @@ where
 }
 
 impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for ForwardMap<'_, K, R, I, O>
+    for Forward<'_, Map<K, I, O>, R>
 {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let Self {
-            map,
-            parameters,
-            row,
-        } = self;
+        let (map, parameters, row) = (self.map, self.parameters, self.row);
         map.reach.check(parameters, row);
         let Array { start, len, .. } = map.outputs[0];
         let (row, after) = row.split_at_mut(start);
@@ -158,12 +148,6 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
             lanes.lanes::<L, true>(len);
         }
     }
-}
-
-struct ReverseMap<'a, 'b, K, R, const I: usize, const O: usize> {
-    map: &'a Map<K, I, O>,
-    values: &'a StepValues<'a, R>,
-    bars: &'a mut Bars<'b, R>,
 }
 
 struct ReverseLanes<'a, K, R, const I: usize, const O: usize> {
@@ -201,7 +185,7 @@ where
 }
 
 impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> Vectorized<R>
-    for ReverseMap<'_, '_, K, R, I, O>
+    for Reverse<'_, '_, Map<K, I, O>, R>
 {
     type Output = ();
     #[inline(always)]

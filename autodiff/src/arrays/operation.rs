@@ -17,3 +17,17 @@ pub(crate) trait Operation<R: Real>: Send {
     /// Adds the cotangents of matrices (row-major) after the last step of a sweep.
     fn matrix_bars(&mut self, _parameter_bars: &mut [Vec<R>]) {}
 }
+
+/// An operation's work forward, to be done in lanes.
+pub(super) struct Forward<'a, T, R> {
+    pub(super) map: &'a mut T,
+    pub(super) parameters: &'a [R],
+    pub(super) row: &'a mut [R],
+}
+
+/// An operation's work in reverse.
+pub(super) struct Reverse<'a, 'b, T, R> {
+    pub(super) map: &'a mut T,
+    pub(super) values: &'a StepValues<'a, R>,
+    pub(super) bars: &'a mut Bars<'b, R>,
+}

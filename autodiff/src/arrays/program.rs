@@ -2,7 +2,7 @@
 
 use super::array::{Array, Matrix, Parameter, TOO_LONG, checked_sum};
 use super::operation::Operation;
-use super::row::Layout;
+use super::row::RowLayout;
 use crate::real::Real;
 use crate::simd::lanes;
 
@@ -30,13 +30,13 @@ pub struct Program<R: Real> {
     pub(super) inputs: Vec<Array>,
     pub(super) controls: Vec<Control<R>>,
     /// How many numbers the inputs of a step have, which all starts share.
-    pub(super) inputs_len: usize,
+    pub(crate) inputs_len: usize,
     pub(super) operations: Vec<Box<dyn Operation<R>>>,
     /// From how many starts it runs at once, their numbers interleaved.
-    pub(super) starts: usize,
+    pub(crate) starts: usize,
     /// How many numbers the parameters' arrays and a step's row take so far.
     pub(super) ends: [usize; 2],
-    pub(super) layout: Layout,
+    pub(super) layout: RowLayout,
     /// How many numbers of a later row each operation prefetches, in whole cache lines.
     pub(super) prefetch_len: usize,
     /// How far past the arrays lanes may reach, beyond their own width.
@@ -57,7 +57,7 @@ impl<R: Real> Default for Program<R> {
             operations: Vec::new(),
             starts: 1,
             ends: [0; 2],
-            layout: Layout::default(),
+            layout: RowLayout::default(),
             prefetch_len: 0,
             margin: 0,
         }

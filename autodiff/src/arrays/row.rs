@@ -166,7 +166,7 @@ pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, at: usize, n: usize, lane: L
 
 /// How rows follow one another.
 #[derive(Debug, Default)]
-pub(super) struct Layout {
+pub(super) struct RowLayout {
     /// The distance from the start of a row to the start of the next.
     pub(super) stride: usize,
     /// The distance from the start of a row to the end of the new state in the next.
@@ -178,7 +178,7 @@ pub(super) struct Layout {
     pub(super) moves: Vec<(Array, Array)>,
 }
 
-impl Layout {
+impl RowLayout {
     /// From the parts of the state, what they become, and the row's length.
     ///
     /// Rows can overlap, the new state being the start of the next row, if it stands at the end of this

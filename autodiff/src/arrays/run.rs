@@ -3,7 +3,7 @@
 use super::array::{Array, Parameter, repeated};
 use super::dense::Aligned;
 use super::program::{Control, Program};
-use super::row::{Bars, Layout, StepValues};
+use super::row::{Bars, RowLayout, StepValues};
 use crate::real::Real;
 use crate::simd::{WIDEST, prefetch};
 
@@ -15,7 +15,7 @@ impl<R: Real> Program<R> {
     pub(crate) fn finish(mut self) -> Self {
         let next: Option<Vec<Array>> = self.next.iter().copied().collect();
         let next = next.expect("a part of the state is never advanced");
-        self.layout = Layout::new(&self.states, &next, self.ends[1]);
+        self.layout = RowLayout::new(&self.states, &next, self.ends[1]);
         let share = self.layout.stride.div_ceil(self.operations.len().max(1));
         self.prefetch_len = share.next_multiple_of(Aligned::<R>::LINE);
         self
@@ -41,11 +41,6 @@ impl<R: Real> Program<R> {
         self.layout.reach.max(self.ends[1]) + self.padding()
     }
 
-    /// From how many starts it runs at once.
-    pub(crate) fn starts(&self) -> usize {
-        self.starts
-    }
-
     /// The distance from the start of a row to the start of the next.
     pub(crate) fn stride(&self) -> usize {
         self.layout.stride
@@ -54,11 +49,6 @@ impl<R: Real> Program<R> {
     /// The number of scalars in a state, over all starts.
     pub(crate) fn state_len(&self) -> usize {
         self.states.iter().map(|a| a.len).sum()
-    }
-
-    /// How many input numbers a step takes.
-    pub(crate) fn inputs_len(&self) -> usize {
-        self.inputs_len
     }
 
     /// Takes over the parameters of a rollout over `steps` steps, checking their lengths. Where `own`
@@ -205,7 +195,7 @@ impl<R: Real> Program<R> {
 
     /// Moves the new state to the start of the same row, for a rollout that keeps no rows.
     pub(crate) fn rewind(&self, row: &mut [R]) {
-        let Layout { stride, reach, .. } = self.layout;
+        let RowLayout { stride, reach, .. } = self.layout;
         row.copy_within(stride..reach, 0);
     }
 
@@ -231,7 +221,7 @@ impl<R: Real> Program<R> {
             row: &mut row_bars[..],
         };
         // Only up to the next row: past that, the new state's cotangents are set below.
-        let Layout { stride, state, .. } = &self.layout;
+        let RowLayout { stride, state, .. } = &self.layout;
         bars.row[..self.ends[1].min(*stride)].fill(R::zero());
         if self.layout.moves.is_empty() {
             // The new state begins the next row.

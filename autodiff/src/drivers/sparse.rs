@@ -7,7 +7,7 @@
 //! Mathematics 13, 1974). A tridiagonal one of any size takes three.
 
 use super::jacobian::{VectorFunction, jacobian};
-use super::seed::CHUNK;
+use super::seed::{CHUNK, seeded_along};
 use crate::dual::Dual;
 use crate::real::Real;
 
@@ -137,14 +137,7 @@ impl Pattern {
             self.columns(),
             "a sparse Jacobian needs one argument per column of its pattern"
         );
-        let seed = |(&value, &color)| {
-            if (first..first + CHUNK).contains(&color) {
-                Dual::variable(value, color - first)
-            } else {
-                Dual::constant(value)
-            }
-        };
-        x.iter().zip(&self.color_of_column).map(seed).collect()
+        seeded_along(x, self.color_of_column.iter().copied(), first)
     }
 
     /// Writes the entries of these colours, from the values at [`seeded`](Self::seeded) arguments.

@@ -42,6 +42,7 @@ impl<R: Real> Element<R> {
 
 impl<R: Real> Float for Element<R> {
     functions! {}
+    functions! { of_reals }
 
     fn nan() -> Self {
         Self::lit(f64::NAN)
@@ -109,20 +110,8 @@ impl<R: Real> Float for Element<R> {
     fn to_radians(self) -> Self {
         self * Self(rounding::pi::<R>() / R::lit(180.0))
     }
-    fn max(self, other: Self) -> Self {
-        Self(self.0.max(other.0))
-    }
-    fn min(self, other: Self) -> Self {
-        Self(self.0.min(other.0))
-    }
-    fn clamp(self, least: Self, most: Self) -> Self {
-        Self(self.0.clamp(least.0, most.0))
-    }
     fn abs_sub(self, other: Self) -> Self {
         Self(R::select(self.0.le(other.0), R::zero(), self.0 - other.0))
-    }
-    fn atan2(self, x: Self) -> Self {
-        Self(self.0.atan2(x.0))
     }
     /// # Panics
     /// Always: a primitive number has no derivative.

@@ -1,6 +1,7 @@
-//! The functions that num-traits' `Float` and nalgebra's `ComplexField` have in common.
+//! The functions that num-traits' `Float` has in common with nalgebra's `ComplexField` and `RealField`.
 
-/// The methods of both traits, with one body each.
+/// The methods of `Float` and `ComplexField`, with one body each; with `of_reals` those of `Float` and
+/// `RealField`.
 macro_rules! functions {
     () => {
         $crate::interop::functions::functions! {
@@ -48,6 +49,20 @@ macro_rules! functions {
         }
         fn sin_cos(self) -> (Self, Self) {
             (self.sin(), self.cos())
+        }
+    };
+    (of_reals) => {
+        fn max(self, other: Self) -> Self {
+            Self(self.0.max(other.0))
+        }
+        fn min(self, other: Self) -> Self {
+            Self(self.0.min(other.0))
+        }
+        fn clamp(self, least: Self, most: Self) -> Self {
+            Self(self.0.clamp(least.0, most.0))
+        }
+        fn atan2(self, x: Self) -> Self {
+            Self(self.0.atan2(x.0))
         }
     };
     (methods [$($method:ident)*] table [$($function:ident $entry:ident),*]) => {

@@ -12,96 +12,50 @@ use super::primitive::Primitive;
 #[derive(Clone, Copy)]
 pub(crate) struct Abreast<P, const N: usize>(pub(crate) [P; N]);
 
+/// Methods that do an operation on each of the numbers.
+macro_rules! on_each {
+    ($($method:ident($($operand:ident),*)),*) => {
+        $(
+            #[inline(always)]
+            fn $method(mut self $(, $operand: Self)*) -> Self {
+                for n in 0..N {
+                    self.0[n] = self.0[n].$method($($operand.0[n]),*);
+                }
+                self
+            }
+        )*
+    };
+}
+
 impl<P: Primitive, const N: usize> Add for Abreast<P, N> {
     type Output = Self;
-    #[inline(always)]
-    fn add(mut self, other: Self) -> Self {
-        for n in 0..N {
-            self.0[n] = self.0[n] + other.0[n];
-        }
-        self
-    }
+    on_each! { add(other) }
 }
 
 impl<P: Primitive, const N: usize> Sub for Abreast<P, N> {
     type Output = Self;
-    #[inline(always)]
-    fn sub(mut self, other: Self) -> Self {
-        for n in 0..N {
-            self.0[n] = self.0[n] - other.0[n];
-        }
-        self
-    }
+    on_each! { sub(other) }
 }
 
 impl<P: Primitive, const N: usize> Mul for Abreast<P, N> {
     type Output = Self;
-    #[inline(always)]
-    fn mul(mut self, other: Self) -> Self {
-        for n in 0..N {
-            self.0[n] = self.0[n] * other.0[n];
-        }
-        self
-    }
+    on_each! { mul(other) }
 }
 
 impl<P: Primitive, const N: usize> Div for Abreast<P, N> {
     type Output = Self;
-    #[inline(always)]
-    fn div(mut self, other: Self) -> Self {
-        for n in 0..N {
-            self.0[n] = self.0[n] / other.0[n];
-        }
-        self
-    }
+    on_each! { div(other) }
 }
 
 impl<P: Primitive, const N: usize> Primitive for Abreast<P, N> {
-    const EXP_TERMS: usize = P::EXP_TERMS;
-    const SIN_TERMS: usize = P::SIN_TERMS;
-    const LN_2: [f64; 2] = P::LN_2;
-    const PI_2: [f64; 3] = P::PI_2;
-    const ROUNDING: f64 = P::ROUNDING;
-    const EXP_RANGE: [f64; 2] = P::EXP_RANGE;
-    const TANH_ONE: f64 = P::TANH_ONE;
+    type Scalar = P::Scalar;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {
         Self([P::constant(value); N])
     }
-    #[inline(always)]
-    fn mul_add(mut self, a: Self, b: Self) -> Self {
-        for n in 0..N {
-            self.0[n] = self.0[n].mul_add(a.0[n], b.0[n]);
-        }
-        self
-    }
-    #[inline(always)]
-    fn exp2_integer(mut self) -> Self {
-        for n in 0..N {
-            self.0[n] = self.0[n].exp2_integer();
-        }
-        self
-    }
-    #[inline(always)]
-    fn where_less(mut self, bound: Self, if_less: Self, otherwise: Self) -> Self {
-        for n in 0..N {
-            self.0[n] = self.0[n].where_less(bound.0[n], if_less.0[n], otherwise.0[n]);
-        }
-        self
-    }
-    #[inline(always)]
-    fn magnitude(mut self) -> Self {
-        for n in 0..N {
-            self.0[n] = self.0[n].magnitude();
-        }
-        self
-    }
-    #[inline(always)]
-    fn with_sign_of(mut self, other: Self) -> Self {
-        for n in 0..N {
-            self.0[n] = self.0[n].with_sign_of(other.0[n]);
-        }
-        self
+    on_each! {
+        mul_add(a, b), exp2_integer(), where_less(bound, if_less, otherwise), magnitude(),
+        with_sign_of(other)
     }
 }

@@ -15,20 +15,22 @@ use std::ops::{Add, Div, Mul, Sub};
 pub(crate) trait Primitive:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
+    /// The float that these are of: it says what differs between single and double precision.
+    type Scalar: Primitive;
     /// The highest power of the exponential's series, an odd one.
-    const EXP_TERMS: usize;
+    const EXP_TERMS: usize = Self::Scalar::EXP_TERMS;
     /// Terms of the sine's and cosine's series after the first: powers up to `2 SIN_TERMS + 1`.
-    const SIN_TERMS: usize;
+    const SIN_TERMS: usize = Self::Scalar::SIN_TERMS;
     /// `ln 2` as a sum of floats, largest first.
-    const LN_2: [f64; 2];
+    const LN_2: [f64; 2] = Self::Scalar::LN_2;
     /// `pi / 2` as a sum of floats, largest first.
-    const PI_2: [f64; 3];
+    const PI_2: [f64; 3] = Self::Scalar::PI_2;
     /// Adding and taking off this number rounds to an integer, ties to even.
-    const ROUNDING: f64;
+    const ROUNDING: f64 = Self::Scalar::ROUNDING;
     /// Below and above, the exponential is 0 and infinity.
-    const EXP_RANGE: [f64; 2];
+    const EXP_RANGE: [f64; 2] = Self::Scalar::EXP_RANGE;
     /// From here on `tanh` rounds to 1.
-    const TANH_ONE: f64;
+    const TANH_ONE: f64 = Self::Scalar::TANH_ONE;
 
     fn constant(value: f64) -> Self;
     /// `self * a + b` with one rounding: not MinGW's own, which has two.
@@ -49,26 +51,16 @@ pub(crate) trait Primitive:
 }
 
 /// `1/k!`, `k = 0 ... 17`.
-const INVERSE_FACTORIAL: [f64; 18] = [
-    1.0,
-    1.0,
-    1.0 / 2.0,
-    1.0 / 6.0,
-    1.0 / 24.0,
-    1.0 / 120.0,
-    1.0 / 720.0,
-    1.0 / 5040.0,
-    1.0 / 40320.0,
-    1.0 / 362880.0,
-    1.0 / 3628800.0,
-    1.0 / 39916800.0,
-    1.0 / 479001600.0,
-    1.0 / 6227020800.0,
-    1.0 / 87178291200.0,
-    1.0 / 1307674368000.0,
-    1.0 / 20922789888000.0,
-    1.0 / 355687428096000.0,
-];
+const INVERSE_FACTORIAL: [f64; 18] = {
+    let (mut inverses, mut factorial, mut k) = ([1.0; 18], 1.0, 1);
+    while k < 18 {
+        // Exact, because 17! is below 2^53: an inverse is rounded once.
+        factorial *= k as f64;
+        inverses[k] = 1.0 / factorial;
+        k += 1;
+    }
+    inverses
+};
 
 /// `x - n sum(parts)`, part by part. A loop, not a fold: a closure that is not inlined would be
 /// compiled without the lanes' instructions.
@@ -215,6 +207,7 @@ macro_rules! operations {
 }
 
 impl Primitive for f64 {
+    type Scalar = Self;
     const EXP_TERMS: usize = 13;
     const SIN_TERMS: usize = 8;
     const LN_2: [f64; 2] = [std::f64::consts::LN_2, 2.3190468138462996e-17];
@@ -231,6 +224,7 @@ impl Primitive for f64 {
 }
 
 impl Primitive for f32 {
+    type Scalar = Self;
     const EXP_TERMS: usize = 7;
     const SIN_TERMS: usize = 5;
     // Parts of single precision each.

@@ -60,10 +60,6 @@ impl Known {
         self.range <= Finite
     }
 
-    pub(super) fn negated(self) -> Self {
-        Self::within(self.range)
-    }
-
     pub(super) fn plus(self, other: Self) -> Self {
         Self {
             least: self.least + other.least,

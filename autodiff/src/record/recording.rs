@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use super::known::{Known, Range};
 use super::operation::{Binary, Op, Place, Unary};
+use crate::restored::Restored;
 
 /// The operations, each at the place of its result.
 ///
@@ -33,18 +34,9 @@ thread_local! {
     static CURRENT: RefCell<Recording> = RefCell::default();
 }
 
-/// Puts an outer recording back, also when the code panics.
-struct Outer(Recording);
-
-impl Drop for Outer {
-    fn drop(&mut self) {
-        CURRENT.replace(std::mem::take(&mut self.0));
-    }
-}
-
 /// Runs `code` with a recording that is to be the current one, and returns both results.
 pub(crate) fn record<T>(recording: Recording, code: impl FnOnce() -> T) -> (T, Recording) {
-    let _outer = Outer(CURRENT.replace(recording));
+    let _outer = Restored::set(&CURRENT, recording);
     let result = code();
     (result, CURRENT.take())
 }
@@ -203,7 +195,7 @@ impl Recording {
             },
             Op::Unary(f, x) => of(x).through(f),
             Op::Binary(Binary::Add, [a, b]) => of(a).plus(of(b)),
-            Op::Binary(Binary::Sub, [a, b]) => of(a).plus(of(b).negated()),
+            Op::Binary(Binary::Sub, [a, b]) => of(a).plus(Known::within(of(b).range)),
             Op::Binary(Binary::Mul | Binary::Chain, [a, b]) => product(a, b),
             Op::Binary(Binary::StraightThrough, [hard, soft]) => Known {
                 least: of(hard).least,

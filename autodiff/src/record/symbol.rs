@@ -104,8 +104,30 @@ impl Mask for SymbolMask {
     }
 }
 
+/// Methods that record one operation, of one number and of two.
+macro_rules! recorded {
+    ($($method:ident $op:ident),*; $($method_of_two:ident $op_of_two:ident),*) => {
+        $(
+            fn $method(self) -> Self {
+                unary(Unary::$op, self)
+            }
+        )*
+        $(
+            fn $method_of_two(self, other: Self) -> Self {
+                binary(Binary::$op_of_two, self, other)
+            }
+        )*
+    };
+}
+
 impl Real for Symbol {
     type Mask = SymbolMask;
+
+    recorded! {
+        recip Recip, sqrt Sqrt, rsqrt Rsqrt, exp Exp, ln Ln, sin Sin, cos Cos, tan Tan, tanh Tanh,
+        abs Abs, detach Detach;
+        atan2 Atan2, powf Powf, hypot Hypot, straight_through StraightThrough
+    }
 
     fn lit(value: f64) -> Self {
         push(Op::Constant(value.to_bits()))
@@ -122,56 +144,11 @@ impl Real for Symbol {
     fn fma(self, factor: Self, term: Self) -> Self {
         push(Op::Fma([self.0, factor.0, term.0]))
     }
-    fn recip(self) -> Self {
-        unary(Unary::Recip, self)
-    }
-    fn sqrt(self) -> Self {
-        unary(Unary::Sqrt, self)
-    }
-    fn rsqrt(self) -> Self {
-        unary(Unary::Rsqrt, self)
-    }
-    fn exp(self) -> Self {
-        unary(Unary::Exp, self)
-    }
-    fn ln(self) -> Self {
-        unary(Unary::Ln, self)
-    }
-    fn sin(self) -> Self {
-        unary(Unary::Sin, self)
-    }
-    fn cos(self) -> Self {
-        unary(Unary::Cos, self)
-    }
-    fn tan(self) -> Self {
-        unary(Unary::Tan, self)
-    }
-    fn tanh(self) -> Self {
-        unary(Unary::Tanh, self)
-    }
-    fn atan2(self, x: Self) -> Self {
-        binary(Binary::Atan2, self, x)
-    }
     fn powi(self, exponent: i32) -> Self {
         unary(Unary::Powi(exponent), self)
     }
-    fn powf(self, exponent: Self) -> Self {
-        binary(Binary::Powf, self, exponent)
-    }
     fn elementary(self, function: Elementary) -> Self {
         unary(Unary::Elementary(function), self)
-    }
-    fn abs(self) -> Self {
-        unary(Unary::Abs, self)
-    }
-    fn hypot(self, other: Self) -> Self {
-        binary(Binary::Hypot, self, other)
-    }
-    fn detach(self) -> Self {
-        unary(Unary::Detach, self)
-    }
-    fn straight_through(self, soft: Self) -> Self {
-        binary(Binary::StraightThrough, self, soft)
     }
     fn chain(partial: Self, cotangent: Self) -> Self {
         binary(Binary::Chain, partial, cotangent)

@@ -78,10 +78,11 @@ impl<R: Real> Arena<R> {
         self.entries.reserve(1);
     }
 
-    /// Appends an entry and returns its index.
-    fn push(&mut self, entry: Entry<R>) -> u32 {
+    /// Appends an entry that is described elsewhere and returns its index.
+    fn push_mark(&mut self, parents: [u32; 2], zero: R) -> u32 {
         let index = index(self.entries.len());
-        self.entries.push(entry);
+        let partials = [zero, zero];
+        self.entries.push(Entry { partials, parents });
         index
     }
 
@@ -90,10 +91,7 @@ impl<R: Real> Arena<R> {
         let entry = index(self.long.linear.len());
         self.long.linear.push(self.long.terms.len());
         self.long.terms.extend(terms);
-        self.push(Entry {
-            partials: [zero, zero],
-            parents: [LINEAR, entry],
-        })
+        self.push_mark([LINEAR, entry], zero)
     }
 
     /// Appends a choice of one or the other parent in every lane. Not as partials of 0 and 1: an
@@ -101,23 +99,16 @@ impl<R: Real> Arena<R> {
     pub(super) fn push_select(&mut self, mask: R::Mask, parents: [u32; 2], zero: R) -> u32 {
         let select = index(self.long.selects.len());
         self.long.selects.push((mask, parents));
-        self.push(Entry {
-            partials: [zero, zero],
-            parents: [SELECT, select],
-        })
+        self.push_mark([SELECT, select], zero)
     }
 
     /// Appends a fused entry and one entry for each of its outputs; returns the first's index.
     pub(super) fn push_fused(&mut self, fused: FusedEntry<R>, zero: R) -> u32 {
         let (first, outputs) = (index(self.long.fused.len()), fused.outputs);
         self.long.fused.push(fused);
-        let entry = |parents| Entry {
-            partials: [zero, zero],
-            parents,
-        };
-        let first = self.push(entry([FUSED, first]));
+        let first = self.push_mark([FUSED, first], zero);
         for _ in 1..outputs {
-            self.push(entry([NONE, NONE]));
+            self.push_mark([NONE, NONE], zero);
         }
         first
     }

@@ -54,7 +54,7 @@ pub(super) fn next_generation(name: u32) -> u32 {
 
 /// The recording that a frame refers to.
 #[derive(Clone, Copy)]
-struct Recording {
+struct CurrentRecording {
     /// `CONSTANT` where nothing is recorded.
     generation: u32,
     /// The capacity of `entries`.
@@ -71,7 +71,7 @@ struct Recording {
 /// without touching the arena; the length of the arena's vector is set in [`Frame::arena`].
 #[derive(Clone)]
 struct Frame {
-    recording: Cell<Recording>,
+    recording: Cell<CurrentRecording>,
     len: Cell<u32>,
 }
 
@@ -80,7 +80,7 @@ thread_local! {
     /// frames lie on the stack, each in the [`enter`] that replaced it here.
     static INNERMOST: Frame = const {
         Frame {
-            recording: Cell::new(Recording {
+            recording: Cell::new(CurrentRecording {
                 generation: CONSTANT,
                 room: 0,
                 entries: ptr::null_mut(),
@@ -154,7 +154,7 @@ struct Open<'a, R: Real> {
 
 impl<R: Real> Drop for Open<'_, R> {
     fn drop(&mut self) {
-        self.frame.recording.set(Recording {
+        self.frame.recording.set(CurrentRecording {
             room: self.arena.room(),
             entries: self.arena.entries.as_mut_ptr().cast(),
             ..self.frame.recording.get()
@@ -184,7 +184,7 @@ pub(super) fn enter<R: Real, T>(
 ) -> T {
     let outer = INNERMOST.with(Frame::clone);
     let len = arena.entries.len() as u32;
-    let recording = Recording {
+    let recording = CurrentRecording {
         generation,
         room: len,
         entries: ptr::null_mut(),

@@ -1,11 +1,9 @@
 //! The reverse variable, and how its operations are recorded.
 
-use std::cmp::Ordering;
-use std::fmt;
-
 use super::arena::Entry;
 use super::current::{self, CONSTANT};
 use super::index::NONE;
+use crate::operators::by_primal;
 use crate::real::Real;
 
 /// A value whose history a [`Tape`](crate::Tape) records; 16 bytes for f64.
@@ -166,23 +164,4 @@ fn mixed() -> ! {
     )
 }
 
-impl<R: PartialEq> PartialEq for Var<R> {
-    #[inline]
-    fn eq(&self, other: &Self) -> bool {
-        self.value == other.value
-    }
-}
-
-impl<R: PartialOrd> PartialOrd for Var<R> {
-    #[inline]
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        self.value.partial_cmp(&other.value)
-    }
-}
-
-/// The primal.
-impl<R: fmt::Display> fmt::Display for Var<R> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.value.fmt(formatter)
-    }
-}
+by_primal! { [] Var<R> }

@@ -297,17 +297,13 @@ impl<M: Model> Fused for Batched<M> {
                 match (own, &mut bars[..]) {
                     (true, _) => bars.extend(group.parted(bar)),
                     (false, []) => bars.push(bar.clone()),
-                    (false, [sum, ..]) => add(sum, bar),
+                    (false, [sum, ..]) => {
+                        sum.iter_mut().zip(bar).for_each(|(sum, &bar)| *sum += bar);
+                    }
                 }
             }
         }
         start_bars.extend(parameter_bars.into_iter().flatten());
         start_bars
-    }
-}
-
-fn add<R: Real>(sum: &mut [R], bar: &[R]) {
-    for (sum, &bar) in sum.iter_mut().zip(bar) {
-        *sum += bar;
     }
 }

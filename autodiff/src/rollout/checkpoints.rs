@@ -59,14 +59,14 @@ pub enum Memory {
 
 /// The schedule of a reverse sweep.
 #[derive(Debug)]
-pub(super) struct Schedule {
+pub(super) struct CheckpointSchedule {
     /// How many steps have their rows kept at once.
     pub(super) leaf: usize,
     /// Checkpoints that may be held at once, the start's included.
     checkpoints: usize,
 }
 
-impl Schedule {
+impl CheckpointSchedule {
     /// From the lengths of a state and of a row.
     pub(super) fn new(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
         let all = Self {
@@ -124,12 +124,12 @@ fn binomial(s: usize, t: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{Memory, Schedule};
+    use super::{CheckpointSchedule, Memory};
 
     /// Runs the schedule of the sweep on step numbers alone: the steps done forward, and the most
     /// numbers held.
     fn simulate(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> (usize, usize) {
-        let schedule = Schedule::new(memory, steps, [state, row]);
+        let schedule = CheckpointSchedule::new(memory, steps, [state, row]);
         let (mut stack, mut end, mut done, mut most) = (vec![0], steps, steps, 0);
         while schedule.leaf < steps && end > 0 {
             let top = *stack.last().expect("the start is below all");
@@ -182,6 +182,6 @@ mod tests {
                                25 numbers: 5 states do"
     )]
     fn too_small_a_budget_is_told() {
-        Schedule::new(Memory::States(3), 100, [10, 25]);
+        CheckpointSchedule::new(Memory::States(3), 100, [10, 25]);
     }
 }

@@ -25,9 +25,9 @@ pub trait Model: Clone + Send + Sync + 'static {
 }
 
 /// Records a model by the method for the number type.
-pub(super) struct Recording<'a, M>(pub(super) &'a M);
+pub(super) struct RecordModel<'a, M>(pub(super) &'a M);
 
-impl<'a, M: Model> ByType for Recording<'a, M> {
+impl<'a, M: Model> ByType for RecordModel<'a, M> {
     type Of<R: Real> = &'a mut Program<R>;
     type Output = ();
     fn f64(self, program: &mut Program<f64>) {

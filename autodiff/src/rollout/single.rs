@@ -1,8 +1,8 @@
 //! Rollouts as one fused function.
 
-use super::progress::Running;
+use super::progress::running;
 use super::settings::{Model, Rollout};
-use super::sweep::{Recorded, Starts, Sweep};
+use super::sweep::{Recorded, Starts, Stepper};
 use crate::real::{Fused, Real};
 
 impl<M: Model> Rollout<M> {
@@ -44,21 +44,21 @@ impl<M: Model> Rollout<M> {
 
     /// The observed numbers, interleaved for several starts.
     pub(super) fn forward<R: Real>(&self, starts: Starts, inputs: &[&[R]]) -> Vec<R> {
-        let _running = Running::start();
-        let mut sweep = Sweep::new(self, starts, inputs);
-        let mut row = sweep.row(inputs[0]);
-        let places = self.places(starts.count, sweep.state_len());
+        let _running = running();
+        let mut stepper = Stepper::new(self, starts, inputs);
+        let mut row = stepper.row(inputs[0]);
+        let places = self.places(starts.count, stepper.state_len());
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
-                let state = sweep.state(&row);
+                let state = stepper.state(&row);
                 seen.extend(places.iter().map(|&i| state[i]));
             }
             if step < self.steps {
-                sweep.step_in_place(step, &mut row);
+                stepper.step_in_place(step, &mut row);
             }
         }
-        sweep.apply_state_bound(self.steps, &row, &mut seen);
+        stepper.apply_state_bound(self.steps, &row, &mut seen);
         seen
     }
 
@@ -68,7 +68,7 @@ impl<M: Model> Rollout<M> {
         starts: Starts,
         inputs: &[&[R]],
     ) -> (Vec<R>, Recorded<R>) {
-        let _running = Running::start();
+        let _running = running();
         let mut recorded = Recorded::new(self, starts, inputs);
         let places = self.places(starts.count, recorded.state_len());
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
@@ -93,7 +93,7 @@ impl<M: Model> Rollout<M> {
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
-        let _running = Running::start();
+        let _running = running();
         let state_len = saved.state_len();
         let places = self.places(starts, state_len);
         let mut seeds = self

@@ -3,9 +3,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::checkpoints::Schedule;
+use super::checkpoints::CheckpointSchedule;
 use super::progress::begin_step;
-use super::settings::{Model, Recording, Rollout};
+use super::settings::{Model, RecordModel, Rollout};
 use crate::arrays::{Aligned, Program, Watch};
 use crate::pool;
 use crate::real::Real;
@@ -24,7 +24,7 @@ impl Starts<'_> {
 }
 
 /// A program with its parameters.
-pub(super) struct Sweep<R: Real> {
+pub(super) struct Stepper<R: Real> {
     program: Program<R>,
     parameters: Aligned<R>,
     /// The inputs of all steps.
@@ -33,13 +33,13 @@ pub(super) struct Sweep<R: Real> {
     watch: Option<Watch<R>>,
 }
 
-impl<R: Real> Sweep<R> {
+impl<R: Real> Stepper<R> {
     /// Records the program and takes over the inputs: the start, or interleaved ones, then parameters.
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
         let mut program = Program::side_by_side(starts.count);
-        R::by_type(Recording(&rollout.model), &mut program);
+        R::by_type(RecordModel(&rollout.model), &mut program);
         let mut program = program.finish();
-        rollout.check(program.inputs_len());
+        rollout.check(program.inputs_len);
         let mut parameters = program.parameters();
         let (start, given) = inputs.split_first().expect("a rollout has a start");
         assert_eq!(
@@ -97,7 +97,7 @@ impl<R: Real> Sweep<R> {
         if steps > 0 {
             watch.look(&self.program, row);
         }
-        let verdicts = watch.verdicts(self.program.starts());
+        let verdicts = watch.verdicts(self.program.starts);
         for (seen, verdict) in seen.iter_mut().zip(verdicts.iter().cycle()) {
             *seen = R::select(verdict.finite(), *seen, *verdict);
         }
@@ -119,8 +119,8 @@ struct Checkpoint<R> {
 
 /// The record of a forward run, which the reverse sweep reads.
 pub struct Recorded<R: Real> {
-    sweep: Sweep<R>,
-    schedule: Schedule,
+    stepper: Stepper<R>,
+    schedule: CheckpointSchedule,
     steps: usize,
     /// States from which the reverse sweep runs forward again; the start is the first.
     checkpoints: Vec<Checkpoint<R>>,
@@ -131,11 +131,12 @@ pub struct Recorded<R: Real> {
 }
 
 impl<R: Real> Recorded<R> {
-    /// Arguments as for [`Sweep::new`].
+    /// Arguments as for [`Stepper::new`].
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
-        let sweep = Sweep::new(rollout, starts, inputs);
-        let (stride, row) = (sweep.program.stride(), sweep.row(inputs[0]));
-        let schedule = Schedule::new(rollout.memory, rollout.steps, [sweep.state_len(), stride]);
+        let stepper = Stepper::new(rollout, starts, inputs);
+        let (stride, row) = (stepper.program.stride(), stepper.row(inputs[0]));
+        let schedule =
+            CheckpointSchedule::new(rollout.memory, rollout.steps, [stepper.state_len(), stride]);
         let leaf = schedule.leaf.min(rollout.steps);
         let kept = leaf.saturating_sub(1).checked_mul(stride);
         let kept = kept.and_then(|kept| kept.checked_add(row.len()));
@@ -146,7 +147,7 @@ impl<R: Real> Recorded<R> {
             );
         };
         let mut rows = pooled_rows(kept);
-        sweep.program.set_state(&mut rows, inputs[0]);
+        stepper.program.set_state(&mut rows, inputs[0]);
         Self {
             checkpoints: vec![Checkpoint {
                 step: 0,
@@ -156,20 +157,20 @@ impl<R: Real> Recorded<R> {
             schedule,
             rows,
             row,
-            sweep,
+            stepper,
         }
     }
 
     pub(super) fn state_len(&self) -> usize {
-        self.sweep.state_len()
+        self.stepper.state_len()
     }
 
-    /// [`Sweep::apply_state_bound`] after the first run forward. Steps that the reverse sweep runs again
+    /// [`Stepper::apply_state_bound`] after the first run forward. Steps that the reverse sweep runs again
     /// are not checked again.
     pub(super) fn apply_state_bound(&mut self, seen: &mut [R]) {
         let last = self.row_after(self.steps);
-        self.sweep.apply_state_bound(self.steps, last, seen);
-        self.sweep.watch = None;
+        self.stepper.apply_state_bound(self.steps, last, seen);
+        self.stepper.watch = None;
     }
 
     /// Whether the rows of all steps are kept.
@@ -180,7 +181,7 @@ impl<R: Real> Recorded<R> {
     /// During the first run forward: the row that begins with the state after `step` steps.
     fn row_after(&self, step: usize) -> &[R] {
         if self.keeps_all() {
-            &self.rows[step * self.sweep.program.stride()..]
+            &self.rows[step * self.stepper.program.stride()..]
         } else {
             &self.row
         }
@@ -188,7 +189,7 @@ impl<R: Real> Recorded<R> {
 
     /// During the first run forward: the state after `step` steps.
     pub(super) fn state(&self, step: usize) -> Vec<R> {
-        self.sweep.state(self.row_after(step))
+        self.stepper.state(self.row_after(step))
     }
 
     /// A step of the first run forward. Keeps its row, or the checkpoint that the schedule has before it.
@@ -196,33 +197,30 @@ impl<R: Real> Recorded<R> {
         if self.keeps_all() {
             return self.step_to_row(step, step);
         }
-        let last = self
-            .checkpoints
-            .last()
-            .map_or(0, |checkpoint| checkpoint.step);
-        if self
-            .schedule
-            .split(last..self.steps, self.checkpoints.len())
-            == Some(step)
-        {
+        let last = self.checkpoints.last().map_or(0, |last| last.step);
+        let held = self.checkpoints.len();
+        if self.schedule.split(last..self.steps, held) == Some(step) {
             self.checkpoints.push(self.checkpoint(step));
         }
-        self.sweep.step_in_place(step, &mut self.row);
+        self.stepper.step_in_place(step, &mut self.row);
     }
 
     /// Does a step in the row with this index, and prefetches the next.
     fn step_to_row(&mut self, step: usize, row: usize) {
-        let (stride, len) = (self.sweep.program.stride(), self.sweep.program.row_len());
+        let (stride, len) = (
+            self.stepper.program.stride(),
+            self.stepper.program.row_len(),
+        );
         let row = &mut self.rows[row * stride..];
         let next = row[stride..].as_ptr();
-        self.sweep.step(step, &mut row[..len], Some(next));
+        self.stepper.step(step, &mut row[..len], Some(next));
     }
 
     /// The state in the single row.
     fn checkpoint(&self, step: usize) -> Checkpoint<R> {
         Checkpoint {
             step,
-            state: self.sweep.state(&self.row),
+            state: self.stepper.state(&self.row),
         }
     }
 
@@ -235,8 +233,8 @@ impl<R: Real> Recorded<R> {
         state_bar: &mut Vec<R>,
         mut at: impl FnMut(usize, &mut Vec<R>),
     ) -> Vec<Vec<R>> {
-        self.sweep.program.set_active(wanted);
-        let mut bars = self.sweep.program.bars();
+        self.stepper.program.set_active(wanted);
+        let mut bars = self.stepper.program.bars();
         let mut stack = self.checkpoints.clone();
         let mut end = self.steps;
         at(end, state_bar);
@@ -254,7 +252,7 @@ impl<R: Real> Recorded<R> {
                 let top = top.clone();
                 self.run_again(&top, first);
                 let state = self.checkpoint(first).state;
-                self.sweep.program.set_state(&mut self.rows, &state);
+                self.stepper.program.set_state(&mut self.rows, &state);
                 for step in first..end {
                     self.step_to_row(step, step - first);
                 }
@@ -262,21 +260,16 @@ impl<R: Real> Recorded<R> {
             self.reverse_rows(first..end, &mut bars, state_bar, &mut at);
             end = first;
             // Checkpoints of steps that are done serve nothing any more.
-            while stack
-                .last()
-                .is_some_and(|checkpoint| checkpoint.step >= end)
-            {
-                stack.pop();
-            }
+            stack.retain(|checkpoint| checkpoint.step < end);
         }
-        self.sweep.program.parameter_bars(&bars[0])
+        self.stepper.program.parameter_bars(&bars[0])
     }
 
     /// Steps on from a checkpoint, within the single row.
     fn run_again(&mut self, from: &Checkpoint<R>, to: usize) {
-        self.sweep.program.set_state(&mut self.row, &from.state);
+        self.stepper.program.set_state(&mut self.row, &from.state);
         for step in from.step..to {
-            self.sweep.step_in_place(step, &mut self.row);
+            self.stepper.step_in_place(step, &mut self.row);
         }
     }
 
@@ -287,18 +280,14 @@ impl<R: Real> Recorded<R> {
         state_bar: &mut Vec<R>,
         at: &mut impl FnMut(usize, &mut Vec<R>),
     ) {
-        let Sweep {
-            program,
-            parameters,
-            ..
-        } = &mut self.sweep;
-        let (stride, len) = (program.stride(), program.row_len());
+        let stepper = &mut self.stepper;
+        let (stride, len) = (stepper.program.stride(), stepper.program.row_len());
         for step in steps.clone().rev() {
             let place = (step - steps.start) * stride;
             let soon = self.rows[place.saturating_sub(stride)..].as_ptr();
             let row = &self.rows[place..][..len];
-            program.reverse_step(parameters, row, bars, state_bar, soon);
-            program.note_controls(&bars[1], step);
+            (stepper.program).reverse_step(&stepper.parameters, row, bars, state_bar, soon);
+            stepper.program.note_controls(&bars[1], step);
             at(step, state_bar);
         }
     }

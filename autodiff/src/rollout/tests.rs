@@ -3,7 +3,7 @@
 #[path = "../../tests/net/mod.rs"]
 mod net;
 
-use net::{Loss, NODES};
+use net::{Loss, NODES, taken_from};
 use num_traits::Zero;
 
 use super::batched::Batched;
@@ -26,22 +26,19 @@ impl<R: Real> Several<R> {
     fn new(count: usize, steps: usize) -> Self {
         let loss = Loss::new(steps);
         let x: Vec<R> = loss.point().into_iter().map(R::lit).collect();
-        let (start, mut rest) = x.split_at(2 * NODES);
+        let (start, rest) = x.split_at(2 * NODES);
         let moved = |k: usize| {
             let by = |i: usize| R::lit(0.1 * ((k * NODES + i) as f64).cos());
             (start.iter().enumerate())
                 .map(|(i, &x)| x + by(i))
                 .collect()
         };
-        let mut take = |len: usize| {
-            let (part, others) = rest.split_at(len);
-            rest = others;
-            part.to_vec()
-        };
+        let mut take = taken_from(rest);
+        let shapes = loss.rollout.model.shapes();
         Self {
             starts: (0..count).map(moved).collect(),
             own: Vec::new(),
-            parameters: loss.rollout.model.shapes().map(&mut take).to_vec(),
+            parameters: shapes.map(|len| take(len).to_vec()).to_vec(),
             loss,
         }
     }
@@ -99,12 +96,8 @@ impl<R: Real> Several<R> {
             .concat();
         gradient_of(
             |x: &[Var<R>]| {
-                let mut rest = x;
-                let mut take = |of: &Vec<R>| {
-                    let (part, others) = rest.split_at(of.len());
-                    rest = others;
-                    part.to_vec()
-                };
+                let mut part = taken_from(x);
+                let mut take = |of: &Vec<R>| part(of.len()).to_vec();
                 let variables = Several {
                     loss: self.loss.clone(),
                     starts: self.starts.iter().map(&mut take).collect(),

@@ -1,7 +1,5 @@
 //! Plain floats as a [`Real`].
 
-#[cfg(target_arch = "x86_64")]
-use super::enter::{f32_lanes, f64_lanes};
 use crate::elementary::Elementary;
 use crate::math;
 use crate::real::{ByType, Real, Vectorized};
@@ -100,7 +98,10 @@ macro_rules! impl_real_for_float {
             }
             #[inline(always)]
             fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
-                $lanes(work)
+                #[cfg(target_arch = "x86_64")]
+                return super::enter::$lanes(work);
+                #[cfg(not(target_arch = "x86_64"))]
+                work.run::<Self>()
             }
             #[inline(always)]
             fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output {
@@ -112,13 +113,3 @@ macro_rules! impl_real_for_float {
 
 impl_real_for_float!(f64, f64_lanes);
 impl_real_for_float!(f32, f32_lanes);
-
-#[cfg(not(target_arch = "x86_64"))]
-fn f64_lanes<V: Vectorized<f64>>(work: V) -> V::Output {
-    work.run::<f64>()
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
-    work.run::<f32>()
-}

@@ -123,7 +123,8 @@ fn registers_have_the_bits_of_scalars() {
     }
 }
 
-/// Expanding and compressing the numbers 1, 2, ... by all bits, and taking turns, against one by one.
+/// Masking, expanding and compressing the numbers 1, 2, ... by all bits, and taking turns, against one
+/// by one.
 struct MoveLanes;
 
 impl<S: Real> Vectorized<S> for MoveLanes {
@@ -141,17 +142,17 @@ impl<S: Real> Vectorized<S> for MoveLanes {
                 assert!(is(number, numbers[k / 2] + S::lit(more)));
             }
         }
-        let (mut expanded, mut compressed) = (vec![S::zero(); L::N], vec![S::zero(); L::N]);
+        let [mut masked, mut expanded, mut compressed] = [(); 3].map(|()| vec![S::zero(); L::N]);
         for bits in 0..=u16::MAX >> (WIDEST - L::N) {
+            L::select(L::mask(bits), lane, L::zero()).store(&mut masked);
             lane.expand(bits).store(&mut expanded);
             lane.compress(bits).store(&mut compressed);
             let mut first = 0;
             for k in 0..L::N {
                 let set = bits >> k & 1 == 1;
-                assert!(is(
-                    expanded[k],
-                    if set { numbers[first] } else { S::zero() }
-                ));
+                let if_set = |number| if set { number } else { S::zero() };
+                assert!(is(masked[k], if_set(numbers[k])));
+                assert!(is(expanded[k], if_set(numbers[first.min(L::N - 1)])));
                 if set {
                     assert!(is(compressed[first], numbers[k]));
                     first += 1;
@@ -182,31 +183,4 @@ fn lanes_move_to_set_bits_and_back() {
     }
     f64::vectorize(MoveLanes);
     f32::vectorize(MoveLanes);
-}
-
-/// Masks from bits and back, lane by lane.
-struct Masks;
-
-impl Vectorized<f64> for Masks {
-    type Output = Vec<Vec<f64>>;
-    #[inline(always)]
-    fn run<L: Lane<f64>>(self) -> Vec<Vec<f64>> {
-        let mut all = Vec::new();
-        let mut bits = 0;
-        while bits < 1 << L::N {
-            let mut lanes = vec![0.0; L::N];
-            L::select(L::mask(bits), L::one(), L::zero()).store(&mut lanes);
-            all.push(lanes);
-            bits += 1;
-        }
-        all
-    }
-}
-
-#[test]
-fn masks_hold_one_bit_a_lane() {
-    for (bits, lanes) in f64::vectorize(Masks).iter().enumerate() {
-        let expected: Vec<f64> = (0..lanes.len()).map(|k| (bits >> k & 1) as f64).collect();
-        assert_eq!(lanes, &expected);
-    }
 }

@@ -13,14 +13,16 @@ impl<F: Function> VectorFunction for Scalar<'_, F> {
     }
 }
 
+/// So many zeros, one of which is a one.
+pub(crate) fn unit<R: Real>(len: usize, one: usize) -> Vec<R> {
+    let mut unit = vec![R::zero(); len];
+    unit[one] = R::one();
+    unit
+}
+
 /// The gradient by forward mode, one direction at a time.
 pub(crate) fn forward_gradient<R: Real>(function: &impl Function, x: &[R]) -> Vec<R> {
-    let along = |i: usize| {
-        let direction: Vec<R> = (0..x.len())
-            .map(|j| if i == j { R::one() } else { R::zero() })
-            .collect();
-        jvp(&Scalar(function), x, &direction).1[0]
-    };
+    let along = |i: usize| jvp(&Scalar(function), x, &unit(x.len(), i)).1[0];
     (0..x.len()).map(along).collect()
 }
 
@@ -113,4 +115,11 @@ pub(crate) fn panic_message<T>(action: impl FnOnce() -> T) -> String {
         Ok(message) => *message,
         Err(panic) => (*panic.downcast::<&str>().expect("a panic with a sentence")).into(),
     }
+}
+
+/// Asserts that an action panics with a sentence in which these words are.
+#[track_caller]
+pub(crate) fn assert_refused<T>(words: &str, action: impl FnOnce() -> T) {
+    let message = panic_message(action);
+    assert!(message.contains(words), "{message}, not {words}");
 }

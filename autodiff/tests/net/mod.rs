@@ -11,6 +11,11 @@ pub(crate) struct Net {
     pub(crate) hidden: usize,
 }
 
+/// Takes so many numbers off the front at each call.
+pub(crate) fn taken_from<'a, R>(mut rest: &'a [R]) -> impl FnMut(usize) -> &'a [R] {
+    move |len| rest.split_off(..len).expect("as long as its parts")
+}
+
 pub(crate) const NODES: usize = 12;
 
 impl Net {
@@ -93,6 +98,14 @@ impl Model for Net {
     }
 }
 
+/// A sum of squares of different weights.
+pub(crate) fn weighted_squares<R: Real>(of: &[R]) -> R {
+    let terms = of.iter().enumerate();
+    terms.fold(R::zero(), |sum, (i, &x)| {
+        sum + x * x * R::lit(1.0 + 0.1 * i as f64)
+    })
+}
+
 /// A loss of the observed states, as a function of start and parameters in one vector.
 #[derive(Clone)]
 pub(crate) struct Loss {
@@ -122,18 +135,9 @@ impl Loss {
 
 impl Function for Loss {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        let (start, mut rest) = x.split_at(2 * NODES);
-        let mut parameters = Vec::new();
-        for len in self.rollout.model.shapes() {
-            let (part, others) = rest.split_at(len);
-            parameters.push(part);
-            rest = others;
-        }
+        let (start, rest) = x.split_at(2 * NODES);
+        let parameters = self.rollout.model.shapes().map(taken_from(rest));
         let seen = self.rollout.run(start, &parameters);
-        let weighted = seen
-            .iter()
-            .enumerate()
-            .map(|(i, &s)| s * s * R::lit(1.0 + i as f64 * 0.1));
-        weighted.fold(R::zero(), |a, b| a + b)
+        weighted_squares(&seen)
     }
 }

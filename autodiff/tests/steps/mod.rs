@@ -1,5 +1,6 @@
 //! Steps as programs, against the same steps written out.
 
+use crate::net::{taken_from, weighted_squares};
 use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, gradient};
 
 // Miri is slow: as few as suffice.
@@ -27,13 +28,8 @@ struct Steps<M> {
 
 impl<M: Step> Function for Steps<M> {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        let mut rest = x;
-        let mut parts = Vec::new();
-        for len in self.model.shapes() {
-            let (part, others) = rest.split_at(len);
-            parts.push(part);
-            rest = others;
-        }
+        let shapes = self.model.shapes().into_iter();
+        let parts: Vec<&[R]> = shapes.map(taken_from(x)).collect();
         let (start, given) = (parts[0], &parts[1..]);
         let last = match self.as_program {
             true => self.rollout(start, given),
@@ -41,10 +37,7 @@ impl<M: Step> Function for Steps<M> {
                 self.model.written_out(&state, given)
             }),
         };
-        let weighted = last.iter().enumerate();
-        weighted.fold(R::zero(), |sum, (i, &s)| {
-            sum + s * s * R::lit(1.0 + 0.1 * i as f64)
-        })
+        weighted_squares(&last)
     }
 }
 

@@ -1,9 +1,9 @@
 //! The page `docs/instructions.md`.
 
-use crate::works::{Base, Table};
+use crate::works::{ComparedTo, CountTable};
 
 /// The page, from the counts of all works in order.
-pub(crate) fn page(tables: &[Table], counts: &[f64], valgrind: &str) -> String {
+pub(crate) fn page(tables: &[CountTable], counts: &[f64], valgrind: &str) -> String {
     let mut page = format!(
         "# Instructions\n\n\
          What [speed.md](speed.md) and [adbench.md](adbench.md) time, in instructions: a busy \
@@ -22,8 +22,8 @@ pub(crate) fn page(tables: &[Table], counts: &[f64], valgrind: &str) -> String {
     page
 }
 
-fn section(table: &Table, counts: &mut impl Iterator<Item = f64>) -> String {
-    let Table {
+fn section(table: &CountTable, counts: &mut impl Iterator<Item = f64>) -> String {
+    let CountTable {
         title,
         about,
         columns,
@@ -34,7 +34,7 @@ fn section(table: &Table, counts: &mut impl Iterator<Item = f64>) -> String {
     let mut base = None;
     for (name, works) in &table.rows {
         text += &format!("| {name} |");
-        if table.base == Base::Row {
+        if table.base == ComparedTo::Row {
             base = None;
         }
         for count in counts.by_ref().take(works.len()) {

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 use benches::callgrind::{self, CountError};
 use benches::machine::write_page;
-use works::{Table, tables};
+use works::{CountTable, tables};
 
 /// The argument that makes this program do the work of that number, so many times: how it calls
 /// itself under valgrind.
@@ -45,8 +45,8 @@ fn main() -> ExitCode {
 }
 
 /// Does one work, by its number among all.
-fn work_of(tables: &[Table], work: &str, repeats: &str) -> ExitCode {
-    let mut works = tables.iter().flat_map(Table::works);
+fn work_of(tables: &[CountTable], work: &str, repeats: &str) -> ExitCode {
+    let mut works = tables.iter().flat_map(CountTable::works);
     let found = work.parse().ok().and_then(|work| works.nth(work));
     match (found, repeats.parse()) {
         (Some(work), Ok(repeats)) => {
@@ -61,9 +61,9 @@ fn work_of(tables: &[Table], work: &str, repeats: &str) -> ExitCode {
 }
 
 /// Instructions a unit of every work of every table, in order.
-fn count(tables: &[Table]) -> Result<Vec<f64>, CountError> {
-    let all = tables.iter().flat_map(Table::works).count();
-    let works = tables.iter().flat_map(Table::works).enumerate();
+fn count(tables: &[CountTable]) -> Result<Vec<f64>, CountError> {
+    let all = tables.iter().flat_map(CountTable::works).count();
+    let works = tables.iter().flat_map(CountTable::works).enumerate();
     works
         .map(|(number, work)| {
             eprintln!("counting work {} of {all}", number + 1);

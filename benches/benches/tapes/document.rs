@@ -2,18 +2,16 @@
 
 use std::fmt::Write as _;
 
-use benches::machine::machine;
-use cosmic::case::Case;
-use cosmic::scene::Scene;
-use cosmic_lab::verify::{Times, measure};
+use benches::machine::{built_in, machine, row};
+use cosmic_lab::verify::measure;
 
-use crate::Row;
+use crate::TapeRow;
 
 /// The table of tapes; the first row is the primal that ratios are taken to.
-pub(crate) fn tapes(rows: &[Row]) -> String {
+pub(crate) fn tapes(rows: &[TapeRow]) -> String {
     let primal = rows[0].time.unwrap_or(f64::NAN);
     let mut table = String::from("| one step | us | times the primal |\n| --- | --- | --- |\n");
-    for Row { name, time } in rows {
+    for TapeRow { name, time } in rows {
         let row = match time {
             Ok(time) => format!("| {name} | {time:.3} | {:.1} |", time / primal),
             Err(why) => format!("| {name} | {why} | |"),
@@ -55,12 +53,10 @@ fn rollouts() -> String {
         "| design | rollout | value and design gradient | value and controller gradient | \
          two mat-vecs |\n| --- | --- | --- | --- | --- |\n",
     );
-    let scene = Scene::load("stability").expect("the scene is built in");
-    let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
-    let mixture = measure(&case, &scene);
-    let scene = Scene::load("baseline_tall").expect("the scene is built in");
-    let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
-    let one_hot = measure(&case, &scene);
+    let [mixture, one_hot] = ["stability", "baseline_tall"].map(|scene| {
+        let (scene, case) = built_in(scene);
+        measure(&case, &scene)
+    });
     let unit = mixture.two_matvecs;
     for (name, times) in [
         ("mixture, f64", mixture.double),
@@ -70,8 +66,14 @@ fn rollouts() -> String {
         ("mixture, each of eight starts", mixture.eight_starts),
         ("one-hot, each of eight starts", one_hot.eight_starts),
     ] {
-        row(&mut table, name, (times, unit), (1.0, 3));
-        row(&mut table, "… in mat-vecs", (times, unit), (unit, 2));
+        let figures = [
+            times.rollout,
+            times.value_and_design_gradient,
+            times.value_and_controller_gradient,
+            unit,
+        ];
+        row(&mut table, name, &figures, 3);
+        row(&mut table, "… in mat-vecs", &figures.map(|f| f / unit), 2);
     }
     let [own, own_f32] = one_hot.own_materials;
     let _ = write!(
@@ -98,24 +100,4 @@ fn rollouts() -> String {
          at its start and as shares of their length, by {first}, by {last}.\n"
     );
     table
-}
-
-/// A row of figures in some unit, with so many digits.
-fn row(
-    table: &mut String,
-    name: &str,
-    (times, matvecs): (Times, f64),
-    (unit, digits): (f64, usize),
-) {
-    let figures = [
-        times.rollout,
-        times.value_and_design_gradient,
-        times.value_and_controller_gradient,
-        matvecs,
-    ];
-    let _ = write!(table, "| {name}");
-    for figure in figures {
-        let _ = write!(table, " | {:.digits$}", figure / unit);
-    }
-    *table += " |\n";
 }

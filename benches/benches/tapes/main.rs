@@ -10,8 +10,8 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use benches::machine::write_page;
-use benches::tapes::rivals::{self, Gradient};
-use benches::tapes::step::Lattice;
+use benches::tapes::rivals::{self, Gradient, tapes};
+use benches::tapes::step::SpringLattice;
 use benches::tapes::{inputs, kernels};
 
 /// Steps of the rollouts that kernels are timed in.
@@ -23,20 +23,20 @@ const ROUNDS: usize = 300;
 const SPAN: f64 = 2e-3;
 
 /// A row of the table.
-pub(crate) struct Row {
+pub(crate) struct TapeRow {
     pub(crate) name: &'static str,
     /// Microseconds a step, or why there are none.
     pub(crate) time: Result<f64, &'static str>,
 }
 
-struct Subject {
+struct TimedTape {
     name: &'static str,
     steps: usize,
     run: Gradient,
 }
 
 fn main() {
-    let lattice = Lattice::default();
+    let lattice = SpringLattice::default();
     let inputs = inputs();
     compare(&lattice, &inputs);
     let mut rows = time(&mut subjects(&lattice), &lattice, &inputs);
@@ -46,26 +46,11 @@ fn main() {
     write_page("speed.md", || document::page(&table));
 }
 
-/// The tapes in this build.
-fn tapes() -> Vec<(&'static str, Gradient)> {
-    vec![
-        ("`Tape` of this crate", rivals::ours()),
-        #[cfg(feature = "xad-rs")]
-        ("xad-rs 1.0", rivals::xad::gradient()),
-        #[cfg(feature = "rivals")]
-        ("reverse 0.2", rivals::reverse::gradient()),
-        #[cfg(feature = "rivals")]
-        ("ad_trait 0.3", rivals::ad_trait::gradient()),
-        #[cfg(feature = "rivals")]
-        ("echidna 0.15", rivals::echidna::gradient()),
-    ]
-}
-
 /// The tapes that this build leaves out.
-fn absent() -> Vec<Row> {
+fn absent() -> Vec<TapeRow> {
     let mut rows = Vec::new();
     let mut leave_out = |name, why| {
-        rows.push(Row {
+        rows.push(TapeRow {
             name,
             time: Err(why),
         })
@@ -85,36 +70,30 @@ fn absent() -> Vec<Row> {
     rows
 }
 
-fn subjects(lattice: &Lattice) -> Vec<Subject> {
-    let plain: Gradient = Box::new(|lattice, inputs| (lattice.step(inputs), Vec::new()));
-    let one = |(name, run)| Subject {
-        name,
-        steps: 1,
-        run,
-    };
-    let many = |(name, run)| Subject {
-        name,
-        steps: STEPS,
-        run,
-    };
-    let mut subjects = vec![one(("primal, scalar f64", plain))];
-    subjects.extend(tapes().into_iter().map(one));
-    subjects.push(many((
-        "primal, kernels in lanes",
+fn subjects(lattice: &SpringLattice) -> Vec<TimedTape> {
+    let (value, gradient) = (
         kernels::value(lattice, STEPS),
-    )));
-    subjects.push(many((
-        "kernels of this crate",
         kernels::gradient(lattice, STEPS),
-    )));
-    subjects
+    );
+    let subject = |(name, steps, run)| TimedTape { name, steps, run };
+    let tapes = tapes().into_iter().map(|(name, tape)| (name, 1, tape()));
+    [("primal, scalar f64", 1, rivals::plain())]
+        .into_iter()
+        .chain(tapes)
+        .chain([
+            ("primal, kernels in lanes", STEPS, value),
+            ("kernels of this crate", STEPS, gradient),
+        ])
+        .map(subject)
+        .collect()
 }
 
 /// Every tape must agree with ours, and ours with the kernels' adjoints.
-fn compare(lattice: &Lattice, inputs: &[f64]) {
+fn compare(lattice: &SpringLattice, inputs: &[f64]) {
     let (value, gradient) = rivals::ours()(lattice, inputs);
     let kernels = ("kernels", kernels::gradient(lattice, 1));
-    for (name, mut other) in tapes().into_iter().chain([kernels]) {
+    let tapes = tapes().into_iter().map(|(name, tape)| (name, tape()));
+    for (name, mut other) in tapes.chain([kernels]) {
         let (its_value, its_gradient) = other(lattice, inputs);
         assert_eq!(gradient.len(), its_gradient.len(), "{name}");
         // Sums of about 100 terms in another order: 100 roundings of the largest, at most.
@@ -134,7 +113,7 @@ fn compare(lattice: &Lattice, inputs: &[f64]) {
 }
 
 /// Microseconds a step, the least of many rounds.
-fn time(subjects: &mut [Subject], lattice: &Lattice, inputs: &[f64]) -> Vec<Row> {
+fn time(subjects: &mut [TimedTape], lattice: &SpringLattice, inputs: &[f64]) -> Vec<TapeRow> {
     let mut least = vec![f64::INFINITY; subjects.len()];
     for round in 0..=ROUNDS {
         for (subject, least) in subjects.iter_mut().zip(&mut least) {
@@ -149,7 +128,7 @@ fn time(subjects: &mut [Subject], lattice: &Lattice, inputs: &[f64]) -> Vec<Row>
         }
     }
     let rows = subjects.iter().zip(least);
-    rows.map(|(subject, seconds)| Row {
+    rows.map(|(subject, seconds)| TapeRow {
         name: subject.name,
         time: Ok(seconds * 1e6 / subject.steps as f64),
     })

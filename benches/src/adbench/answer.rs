@@ -4,7 +4,7 @@ use serde_json::{Map, Value};
 
 /// How far an answer is from its reference.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comparison {
+pub struct AnswerCheck {
     /// The field that is furthest off.
     pub field: String,
     /// Its `max |a - b| / max |b|`; infinite where lengths or integers differ.
@@ -15,7 +15,7 @@ pub struct Comparison {
     pub fields: usize,
 }
 
-impl Comparison {
+impl AnswerCheck {
     /// True if something was compared, and all of it is close enough.
     pub fn is_close(&self) -> bool {
         self.fields > 0 && self.error <= self.tolerance
@@ -26,8 +26,8 @@ impl Comparison {
 const DESCRIPTION: [&str; 4] = ["case", "kind", "tolerance", "digest"];
 
 /// Compares every field of a reference.
-pub fn compare(answer: &Value, reference: &Value) -> Comparison {
-    let mut comparison = Comparison {
+pub fn compare(answer: &Value, reference: &Value) -> AnswerCheck {
+    let mut comparison = AnswerCheck {
         field: String::new(),
         error: 0.0,
         tolerance: reference["tolerance"].as_f64().unwrap_or(0.0),
@@ -45,7 +45,7 @@ pub fn compare(answer: &Value, reference: &Value) -> Comparison {
     comparison
 }
 
-impl Comparison {
+impl AnswerCheck {
     fn add(&mut self, name: &str, got: &Value, expected: &Value) {
         if let Value::Object(parts) = expected {
             for (part, expected) in parts {

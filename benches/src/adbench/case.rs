@@ -13,7 +13,7 @@ use super::{Kind, Problem};
 
 /// A data file with its reference answer.
 #[derive(Clone, Debug)]
-pub struct Case {
+pub struct DataFile {
     /// Its name, that of its files.
     pub name: String,
     /// The problem.
@@ -58,7 +58,7 @@ pub fn open(kind: Kind, file: &Path, model: Option<&Path>) -> Result<Box<dyn Pro
 ///
 /// # Errors
 /// If there are none, or one cannot be read.
-pub fn cases(folder: &Path) -> Result<Vec<Case>, Error> {
+pub fn cases(folder: &Path) -> Result<Vec<DataFile>, Error> {
     let references = folder.join("reference");
     let unreadable = |source| Error::Unreadable {
         path: references.clone(),
@@ -84,7 +84,7 @@ pub fn cases(folder: &Path) -> Result<Vec<Case>, Error> {
     Ok(cases)
 }
 
-fn case(folder: &Path, path: &Path) -> Result<Case, Error> {
+fn case(folder: &Path, path: &Path) -> Result<DataFile, Error> {
     let malformed = |what: String| Error::Malformed {
         path: path.to_owned(),
         what,
@@ -98,7 +98,7 @@ fn case(folder: &Path, path: &Path) -> Result<Case, Error> {
     let (name, kind) = (text("case")?, text("kind")?);
     let missing = || malformed(format!("'{kind}' is no kind of problem"));
     let (kind, data) = Kind::of(&kind).ok_or_else(missing)?;
-    Ok(Case {
+    Ok(DataFile {
         file: folder.join("data").join(data).join(format!("{name}.txt")),
         kind,
         name,

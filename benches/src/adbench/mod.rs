@@ -23,7 +23,7 @@ pub mod table;
 
 use serde_json::Value;
 
-pub use case::{Case, cases, open};
+pub use case::{DataFile, cases, open};
 pub use input::Error;
 
 /// An instance of a problem, with memory for its results.

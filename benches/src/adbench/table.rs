@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::measure::{Effort, seconds};
-use super::{Case, Error, Problem, answer, open};
+use super::{DataFile, Error, Problem, answer, open};
 use crate::machine::machine;
 
 /// Times that others published or measured, in milliseconds: hand-written C++ derivatives.
@@ -14,22 +14,14 @@ const ANCHORS: [(&str, f64, f64); 4] = [
     ("lstm_l2_c1024", 1.16, 7.39),
 ];
 
-/// Measured times of a case, in seconds.
-struct Row {
-    objective: f64,
-    derivative: f64,
-    error: f64,
-}
-
 /// Checks and measures all cases, and returns the page.
 ///
 /// # Errors
 /// If a case cannot be read or its answer is wrong.
-pub fn page(cases: &[Case], effort: Effort) -> Result<String, Error> {
+pub fn page(cases: &[DataFile], effort: Effort) -> Result<String, Error> {
     let mut page = heading(effort);
     for case in cases {
-        let row = measure(case, effort)?;
-        let (objective, derivative) = (row.objective * 1e3, row.derivative * 1e3);
+        let ([objective, derivative], error) = measure(case, effort)?;
         let anchor = ANCHORS.iter().find(|(name, ..)| *name == case.name);
         let anchor = anchor.map_or("| |".to_owned(), |(_, objective, derivative)| {
             format!("{objective} | {derivative} |")
@@ -37,16 +29,16 @@ pub fn page(cases: &[Case], effort: Effort) -> Result<String, Error> {
         // Writing to a string cannot fail.
         let _ = writeln!(
             page,
-            "| {} | {objective:.4} | {derivative:.4} | {:.2} | {:.0e} | {anchor}",
+            "| {} | {objective:.4} | {derivative:.4} | {:.2} | {error:.0e} | {anchor}",
             case.name,
             derivative / objective,
-            row.error,
         );
     }
     Ok(page)
 }
 
-fn measure(case: &Case, effort: Effort) -> Result<Row, Error> {
+/// How long objective and derivative of a case take, ms, and the error of its answer.
+fn measure(case: &DataFile, effort: Effort) -> Result<([f64; 2], f64), Error> {
     let mut problem: Box<dyn Problem> = open(case.kind, &case.file, None)?;
     problem.derivative();
     problem.objective();
@@ -59,11 +51,9 @@ fn measure(case: &Case, effort: Effort) -> Result<Row, Error> {
             tolerance: comparison.tolerance,
         });
     }
-    Ok(Row {
-        objective: seconds(effort, || problem.objective()),
-        derivative: seconds(effort, || problem.derivative()),
-        error: comparison.error,
-    })
+    let objective = seconds(effort, || problem.objective());
+    let derivative = seconds(effort, || problem.derivative());
+    Ok(([objective * 1e3, derivative * 1e3], comparison.error))
 }
 
 fn heading(effort: Effort) -> String {

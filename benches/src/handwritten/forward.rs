@@ -4,7 +4,7 @@ use autodiff::Real;
 use autodiff::simd::Lane;
 
 use super::buffer::{Buffer, prefetch};
-use super::plan::{BAND, CLOCK, DIRECTIONS, H, JX, JY, ORIGIN, Plan, ROW, Register, U};
+use super::plan::{BAND, CLOCK, DIRECTIONS, H, JX, JY, ORIGIN, ROW, Register, RobotPlan, U};
 use super::product::product;
 use super::sizes::{FEW, HIDDEN, NODES, SENSED, STATE};
 
@@ -36,7 +36,7 @@ pub(super) fn net<R: Real, L: Lane<R>>(band: &[R], node: usize) -> L {
 /// the rows of all if they are wanted.
 #[inline(always)]
 pub(super) fn run<R: Real, L: Lane<R>, const OUTPUTS: usize>(
-    plan: &Plan<R, L, OUTPUTS>,
+    plan: &RobotPlan<R, L, OUTPUTS>,
     start: &[R],
     (observed, keep): (&[usize], bool),
     rows: &mut Buffer<R>,
@@ -76,7 +76,7 @@ pub(super) struct Edges<L> {
     pub(super) change: L,
 }
 
-impl<R: Real, L: Lane<R>, const OUTPUTS: usize> Plan<R, L, OUTPUTS> {
+impl<R: Real, L: Lane<R>, const OUTPUTS: usize> RobotPlan<R, L, OUTPUTS> {
     /// Hidden units and activations of a row's state.
     #[inline(always)]
     fn control(&self, row: &mut [R]) {

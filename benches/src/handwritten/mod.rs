@@ -25,7 +25,7 @@ use cosmic::scene::{Integrator, LossSettings};
 use cosmic::task::Task;
 
 pub use buffer::Buffer;
-use plan::{Plan, start};
+use plan::{RobotPlan, start};
 use sizes::{COLUMNS, EDGE_PLACES, EDGES, FEW, HIDDEN, NODES};
 
 /// The gradient that is wanted beside the loss: none, by the design, or by the controller.
@@ -120,8 +120,8 @@ impl<'a> Handwritten<'a> {
         let outputs: Vec<usize> = (0..EDGES).filter(wants_output).collect();
         let given = (&body, &network, &outputs[..]);
         match outputs.len() <= FEW {
-            true => R::vectorize(Run::<R, FEW, WANTED>(self, given, rows)),
-            false => R::vectorize(Run::<R, EDGE_PLACES, WANTED>(self, given, rows)),
+            true => R::vectorize(RunInLanes::<R, FEW, WANTED>(self, given, rows)),
+            false => R::vectorize(RunInLanes::<R, EDGE_PLACES, WANTED>(self, given, rows)),
         }
     }
 
@@ -149,21 +149,21 @@ fn along<R: Real>(numbers: &[&[Var<R>]], cotangents: &[Vec<R>]) -> Var<R> {
 
 /// A rollout in lanes: of a body, a network and the edges that want outputs, ascending; and the
 /// memory for rows.
-struct Run<'a, R, const OUTPUTS: usize, const WANTED: u8>(
+struct RunInLanes<'a, R, const OUTPUTS: usize, const WANTED: u8>(
     &'a Handwritten<'a>,
     (&'a Body<R>, &'a Controller<R>, &'a [usize]),
     &'a mut Buffer<R>,
 );
 
 impl<R: Real, const OUTPUTS: usize, const WANTED: u8> Vectorized<R>
-    for Run<'_, R, OUTPUTS, WANTED>
+    for RunInLanes<'_, R, OUTPUTS, WANTED>
 {
     type Output = (R, Vec<Vec<R>>);
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> Self::Output {
         let Self(by_hand, given, rows) = self;
         let observed = &by_hand.observed[..];
-        let plan = Plan::<R, L, OUTPUTS>::new(by_hand.case, given, by_hand.steps);
+        let plan = RobotPlan::<R, L, OUTPUTS>::new(by_hand.case, given, by_hand.steps);
         let keep = WANTED != NOTHING;
         let sum = forward::run(&plan, &start(by_hand.case), (observed, keep), rows);
         let bar = R::lit(-1.0 / observed.len() as f64);
@@ -179,18 +179,16 @@ impl<R: Real, const OUTPUTS: usize, const WANTED: u8> Vectorized<R>
 #[cfg(test)]
 mod tests {
     use autodiff::Real;
-    use cosmic::case::Case;
     use cosmic::inputs::{CONTROLLER, DESIGN};
-    use cosmic::scene::Scene;
     use cosmic_lab::verify::Subject;
 
     use super::{Buffer, Handwritten};
+    use crate::machine::built_in;
 
     /// Compares the specialist's numbers with those of generic code. Both add up the same terms in
     /// another order: `rounding` is what that may make of a component, as a share of the largest.
     fn agrees<R: Real + Into<f64>>(scene: &str, rounding: f64) {
-        let scene = Scene::load(scene).unwrap();
-        let mut case = Case::of_scene(&scene, 0).unwrap();
+        let (scene, mut case) = built_in(scene);
         case.physics.steps = 100;
         let subject = Subject::new(&case, &scene.loss);
         let handwritten = Handwritten::new(&case, &scene.loss, 100);

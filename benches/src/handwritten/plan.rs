@@ -42,7 +42,7 @@ pub(super) struct Register {
 }
 
 /// All that a rollout needs, with so many places for outputs of the controller.
-pub(super) struct Plan<R, L, const OUTPUTS: usize> {
+pub(super) struct RobotPlan<R, L, const OUTPUTS: usize> {
     pub(super) steps: usize,
     pub(super) registers: Vec<Register>,
     /// Every edge's place in registers, and the edges of the outputs.
@@ -65,7 +65,7 @@ pub(super) struct Plan<R, L, const OUTPUTS: usize> {
     lanes: PhantomData<L>,
 }
 
-impl<R: Real, L: Lane<R>, const OUTPUTS: usize> Plan<R, L, OUTPUTS> {
+impl<R: Real, L: Lane<R>, const OUTPUTS: usize> RobotPlan<R, L, OUTPUTS> {
     /// Plans a rollout of a body and a network, with outputs of the controller for the edges that
     /// want one.
     pub(super) fn new(

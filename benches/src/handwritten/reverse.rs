@@ -5,12 +5,12 @@ use autodiff::simd::Lane;
 
 use super::buffer::{Buffer, prefetch};
 use super::forward::{Bands, Edges, net};
-use super::plan::{CLOCK, H, JX, JY, Plan, ROW, U};
+use super::plan::{CLOCK, H, JX, JY, ROW, RobotPlan, U};
 use super::product::{BATCH, Pairs, outer, product};
 use super::sizes::{EDGE_PLACES, EDGES, HIDDEN, NODE_PLACES, NODES, SENSED, STATE};
 
 /// Cotangents and where they are gathered.
-struct Sweep<R, const OUTPUTS: usize> {
+struct Cotangents<R, const OUTPUTS: usize> {
     /// By the state after a step, and of that before it what does not pass through the controller.
     state: [R; STATE + 16],
     before: [R; STATE + 16],
@@ -37,39 +37,39 @@ struct Sweep<R, const OUTPUTS: usize> {
 /// biases, from that of every position of the payload along the ground that was observed.
 #[inline(always)]
 pub(super) fn run<R: Real, L: Lane<R>, const OUTPUTS: usize, const DESIGN: bool>(
-    plan: &Plan<R, L, OUTPUTS>,
+    plan: &RobotPlan<R, L, OUTPUTS>,
     (observed, bar): (&[usize], R),
     rows: &[R],
 ) -> Vec<Vec<R>> {
-    let mut sweep = Sweep::new(plan);
+    let mut bars = Cotangents::new(plan);
     let mut wanted = observed.iter().rev().peekable();
     for step in (0..plan.steps).rev() {
         if wanted.next_if_eq(&&(step + 1)).is_some() {
-            sweep.state[0] += bar;
+            bars.state[0] += bar;
         }
         let row = &rows[step * ROW..][..ROW];
         // Bit by bit: the loads of this step would wait behind all of them.
         let (first, rest) = rows[step.saturating_sub(2) * ROW..][..ROW].split_at(ROW / 4);
         let (second, rest) = rest.split_at(ROW / 4);
         prefetch(first);
-        sweep.nodes::<L, DESIGN>(plan, row);
+        bars.nodes::<L, DESIGN>(plan, row);
         prefetch(second);
-        sweep.edges::<L, DESIGN>(plan, row);
+        bars.edges::<L, DESIGN>(plan, row);
         prefetch(rest);
-        sweep.network::<L, DESIGN>(plan, row, step % BATCH);
+        bars.network::<L, DESIGN>(plan, row, step % BATCH);
         if !DESIGN && step.is_multiple_of(BATCH) {
             let steps = (plan.steps - step).min(BATCH);
-            sweep.weights::<L>(&rows[step * ROW..], steps);
+            bars.weights::<L>(&rows[step * ROW..], steps);
         }
     }
     match DESIGN {
-        true => sweep.by_body(plan),
-        false => sweep.by_network(plan),
+        true => bars.by_body(plan),
+        false => bars.by_network(plan),
     }
 }
 
-impl<R: Real, const OUTPUTS: usize> Sweep<R, OUTPUTS> {
-    fn new<L>(plan: &Plan<R, L, OUTPUTS>) -> Self {
+impl<R: Real, const OUTPUTS: usize> Cotangents<R, OUTPUTS> {
+    fn new<L>(plan: &RobotPlan<R, L, OUTPUTS>) -> Self {
         Self {
             state: [R::zero(); STATE + 16],
             before: [R::zero(); STATE + 16],
@@ -90,7 +90,11 @@ impl<R: Real, const OUTPUTS: usize> Sweep<R, OUTPUTS> {
 
     /// Back through contact and flight.
     #[inline(always)]
-    fn nodes<L: Lane<R>, const DESIGN: bool>(&mut self, plan: &Plan<R, L, OUTPUTS>, row: &[R]) {
+    fn nodes<L: Lane<R>, const DESIGN: bool>(
+        &mut self,
+        plan: &RobotPlan<R, L, OUTPUTS>,
+        row: &[R],
+    ) {
         let (zero, decay) = (L::zero(), L::splat(plan.decay));
         // From the last nodes to the first: lanes behind an array's last node lie in the next one.
         for node in (0..NODES).step_by(L::N).rev() {
@@ -124,7 +128,11 @@ impl<R: Real, const OUTPUTS: usize> Sweep<R, OUTPUTS> {
 
     /// Back through the springs.
     #[inline(always)]
-    fn edges<L: Lane<R>, const DESIGN: bool>(&mut self, plan: &Plan<R, L, OUTPUTS>, row: &[R]) {
+    fn edges<L: Lane<R>, const DESIGN: bool>(
+        &mut self,
+        plan: &RobotPlan<R, L, OUTPUTS>,
+        row: &[R],
+    ) {
         for (k, at) in plan.registers.iter().enumerate() {
             let Edges {
                 d,
@@ -170,7 +178,7 @@ impl<R: Real, const OUTPUTS: usize> Sweep<R, OUTPUTS> {
     #[inline(always)]
     fn network<L: Lane<R>, const DESIGN: bool>(
         &mut self,
-        plan: &Plan<R, L, OUTPUTS>,
+        plan: &RobotPlan<R, L, OUTPUTS>,
         row: &[R],
         of_batch: usize,
     ) {
@@ -245,7 +253,7 @@ impl<R: Real, const OUTPUTS: usize> Sweep<R, OUTPUTS> {
         }
     }
 
-    fn by_body<L>(&self, plan: &Plan<R, L, OUTPUTS>) -> Vec<Vec<R>> {
+    fn by_body<L>(&self, plan: &RobotPlan<R, L, OUTPUTS>) -> Vec<Vec<R>> {
         let by_edge = |of: &[R], factor: R| plan.places.iter().map(|&k| of[k] * factor).collect();
         vec![
             by_edge(&self.stiffness, plan.dt),
@@ -254,7 +262,7 @@ impl<R: Real, const OUTPUTS: usize> Sweep<R, OUTPUTS> {
         ]
     }
 
-    fn by_network<L>(&self, plan: &Plan<R, L, OUTPUTS>) -> Vec<Vec<R>> {
+    fn by_network<L>(&self, plan: &RobotPlan<R, L, OUTPUTS>) -> Vec<Vec<R>> {
         let entries = (0..HIDDEN).flat_map(|unit| (0..SENSED).map(move |s| s * HIDDEN + unit));
         let mut w2 = vec![R::zero(); EDGES * HIDDEN];
         let mut b2 = vec![R::zero(); EDGES];

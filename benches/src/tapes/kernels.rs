@@ -3,7 +3,7 @@
 use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
 
 use super::rivals::Gradient;
-use super::step::{DECAY, DT, EDGES, GRAVITY, Lattice, NODES, SOFTENING};
+use super::step::{DECAY, DT, EDGES, GRAVITY, NODES, SOFTENING, SpringLattice};
 
 /// The impulse of an edge on its tail, from `[dx, dy, stiffness, rest length]`.
 pub struct Spring;
@@ -68,7 +68,7 @@ struct Steps {
 }
 
 impl Steps {
-    fn new(lattice: &Lattice, steps: usize) -> Self {
+    fn new(lattice: &SpringLattice, steps: usize) -> Self {
         let graph = Graph::new(NODES, &lattice.edges);
         Self {
             rest_length: graph.to_slots(&lattice.rest_length),
@@ -77,7 +77,7 @@ impl Steps {
         }
     }
 
-    /// Inputs as for [`Lattice::step`].
+    /// Inputs as for [`SpringLattice::step`].
     fn sum<R: Real>(&self, inputs: &[R]) -> R {
         let (state, stiffness) = inputs.split_at(4 * NODES);
         let part = |k: usize| (0..NODES).map(move |i| state[4 * i + k]);
@@ -91,13 +91,13 @@ impl Steps {
 }
 
 /// Value alone: a plain rollout.
-pub fn value(lattice: &Lattice, steps: usize) -> Gradient {
+pub fn value(lattice: &SpringLattice, steps: usize) -> Gradient {
     let rollout = Steps::new(lattice, steps);
     Box::new(move |_, inputs| (rollout.sum(inputs), Vec::new()))
 }
 
 /// Value and gradient of the same rollout.
-pub fn gradient(lattice: &Lattice, steps: usize) -> Gradient {
+pub fn gradient(lattice: &SpringLattice, steps: usize) -> Gradient {
     let rollout = Steps::new(lattice, steps);
     let mut tape = Tape::new();
     Box::new(move |_, inputs| {

@@ -12,7 +12,7 @@ pub mod step;
 use step::{EDGES, NODES};
 
 /// Positions, velocities (a few of them into the ground) and stiffness, as for
-/// [`Lattice::step`](step::Lattice::step).
+/// [`SpringLattice::step`](step::SpringLattice::step).
 pub fn inputs() -> Vec<f64> {
     let wobble = |i: usize| ((i * 7919) % 97) as f64 / 97.0 - 0.5;
     let node = |i: usize| {

@@ -2,10 +2,10 @@
 
 use autodiff::{Real, Tape, Var};
 
-use super::step::{Lattice, Number};
+use super::step::{Number, SpringLattice};
 
 /// Differentiates the step: its value and gradient. Memory is kept where the tape can keep it.
-pub type Gradient = Box<dyn FnMut(&Lattice, &[f64]) -> (f64, Vec<f64>)>;
+pub type Gradient = Box<dyn FnMut(&SpringLattice, &[f64]) -> (f64, Vec<f64>)>;
 
 impl Number for f64 {
     #[inline(always)]
@@ -39,6 +39,29 @@ impl Number for Var<f64> {
     fn fma(self, factor: Self, term: Self) -> Self {
         Real::fma(self, factor, term)
     }
+}
+
+/// What makes a gradient, with memory of its own.
+pub type Maker = fn() -> Gradient;
+
+/// The tapes in this build, by name.
+pub fn tapes() -> Vec<(&'static str, Maker)> {
+    vec![
+        ("`Tape` of this crate", ours),
+        #[cfg(feature = "xad-rs")]
+        ("xad-rs 1.0", xad::gradient),
+        #[cfg(feature = "rivals")]
+        ("reverse 0.2", reverse::gradient),
+        #[cfg(feature = "rivals")]
+        ("ad_trait 0.3", ad_trait::gradient),
+        #[cfg(feature = "rivals")]
+        ("echidna 0.15", echidna::gradient),
+    ]
+}
+
+/// The step alone, as plain numbers.
+pub fn plain() -> Gradient {
+    Box::new(|lattice, inputs| (lattice.step(inputs), Vec::new()))
 }
 
 /// The tape of this workspace.

@@ -56,7 +56,7 @@ pub const GRAVITY: f64 = -0.0096;
 pub const SOFTENING: f64 = 1e-12;
 
 /// The constants of a step, by which it is not differentiated.
-pub struct Lattice {
+pub struct SpringLattice {
     /// The nodes that each edge joins.
     pub edges: Vec<[usize; 2]>,
     /// By edge, m.
@@ -65,7 +65,7 @@ pub struct Lattice {
     pub inverse_mass: Vec<f64>,
 }
 
-impl Default for Lattice {
+impl Default for SpringLattice {
     /// Edges 0.1 m long, and their diagonals.
     fn default() -> Self {
         let edges = cosmic::generator::edges(SIDE, SIDE);
@@ -84,7 +84,7 @@ impl Default for Lattice {
     }
 }
 
-impl Lattice {
+impl SpringLattice {
     /// The sum of all positions and velocities after a step from `[x, y, vx, vy]`, node by node,
     /// and then the stiffness of every edge. The ground is at height 0 and holds what touches it.
     pub fn step<T: Number>(&self, inputs: &[T]) -> T {

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use cosmic::optimiser::{Linearisation, Mma, MmaState, Update};
 use cosmic::scene::MmaSettings;
-use cosmic_tests::{Reference, own_reference_folder, reference_folder, references};
+use cosmic_tests::{Reference, own_reference_folder, reference_subfolder, references};
 use problems::Problem;
 use serde::Deserialize;
 use serde_json::Value;
@@ -65,13 +65,7 @@ struct Iteration {
 /// Every case that can be computed: those in the folder `mma` of the reference cases, else the
 /// project's own. The output names the others.
 fn cases() -> Vec<Case> {
-    let given = reference_folder().join("mma");
-    let folder = if given.is_dir() {
-        given
-    } else {
-        own_reference_folder().join("mma")
-    };
-    let (cases, others) = read_cases(&folder);
+    let (cases, others) = read_cases(&reference_subfolder("mma"));
     others.iter().for_each(|why| eprintln!("left out: {why}"));
     assert!(!cases.is_empty(), "no case can be computed: {others:?}");
     cases

@@ -7,10 +7,10 @@ use super::super::array::{Array, Matrix};
 use super::super::operation::Operation;
 use super::super::row::{Bars, StepValues, joined};
 use super::aligned::Aligned;
+use super::epilogue::Epilogue;
 use super::outer::{OuterProducts, Pending};
-use super::output::Output;
 use super::panels::Panels;
-use super::product::{Product, Weights};
+use super::product::{MatrixProduct, PackedMatrix};
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
@@ -36,9 +36,9 @@ pub(in crate::arrays) struct DenseLayer<R> {
     spread: Option<Spread<R>>,
     tanh: bool,
     /// `W`, for `W x`.
-    weights: Weights<R>,
+    weights: PackedMatrix<R>,
     /// `W^T`, for `W^T y_bar`.
-    transposed: Weights<R>,
+    transposed: PackedMatrix<R>,
     /// The cotangent of `W`.
     weights_bar: Panels<R>,
     /// Inputs and output cotangents of the last steps, not yet added to `weights_bar`.
@@ -99,25 +99,18 @@ impl<R: Real> Spread<R> {
 impl<R: Real> DenseLayer<R> {
     /// `numbers` counts the entries of all matrices of the program, which share the caches.
     pub(in crate::arrays) fn new(layer: Layer, numbers: usize) -> Self {
-        let Layer {
-            matrix,
-            x,
-            bias,
-            output,
-            places,
-            tanh,
-        } = layer;
-        let (columns, starts) = (matrix.columns, output.starts);
+        let (matrix, starts) = (layer.matrix, layer.output.starts);
+        let columns = matrix.columns;
         Self {
-            inputs: joined(x),
-            inputs_active: x.iter().map(|a| a.id).collect(),
-            spread: Spread::new(places, starts),
+            inputs: joined(layer.x),
+            inputs_active: layer.x.iter().map(|a| a.id).collect(),
+            spread: Spread::new(layer.places, starts),
             matrix,
-            bias,
-            output,
-            tanh,
-            weights: Weights::zero(matrix.rows, columns, starts, numbers),
-            transposed: Weights::zero(columns, matrix.rows, starts, numbers),
+            bias: layer.bias,
+            output: layer.output,
+            tanh: layer.tanh,
+            weights: PackedMatrix::zero(matrix.rows, columns, starts, numbers),
+            transposed: PackedMatrix::zero(columns, matrix.rows, starts, numbers),
             weights_bar: Panels::zero(matrix.rows, columns),
             batch: Pending::new(starts, matrix.rows, columns),
             packed: Vec::with_capacity(columns * starts),
@@ -131,10 +124,10 @@ impl<R: Real> DenseLayer<R> {
 
     /// Adds `W^T y_bar` to the cotangents of the inputs.
     fn reverse_inputs(&mut self, bars: &mut Bars<R>) {
-        let mut product = Product {
+        let mut product = MatrixProduct {
             matrix: &self.transposed,
             x: self.batch.current(),
-            output: Output {
+            output: Epilogue {
                 bias: None,
                 y: &mut [],
                 places: &[],
@@ -217,10 +210,10 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
         let (row, output) = row.split_at_mut(self.output.start);
         let values = StepValues { parameters, row };
-        let mut product = Product {
+        let mut product = MatrixProduct {
             matrix: &self.weights,
             x: input(&self.inputs, &mut self.packed, values),
-            output: Output {
+            output: Epilogue {
                 bias: Some(values.get(self.bias)),
                 y: &mut [],
                 places: &[],

@@ -1,7 +1,7 @@
 //! Dense layers: a matrix times a vector, its layout in memory and its derivatives.
 
 mod aligned;
-mod output;
+mod epilogue;
 mod panels;
 mod tiles;
 mod product;

@@ -158,9 +158,9 @@ impl<R: Real> Vectorized<R> for OuterProducts<'_, R> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
-        let (columns, stride) = (self.to.columns(), self.to.rows().next_multiple_of(L::N));
-        for k in 0..self.to.panels().len() {
-            let panel = self.to.panels()[k];
+        let (columns, stride) = (self.to.columns, self.to.rows.next_multiple_of(L::N));
+        for k in 0..self.to.panels.len() {
+            let panel = self.to.panels[k];
             let part = PendingRows {
                 batch: self.batch,
                 columns,

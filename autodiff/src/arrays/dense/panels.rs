@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use super::aligned::Aligned;
-use super::output::Output;
+use super::epilogue::Epilogue;
 use crate::real::Real;
 use crate::simd::{Lane, lanes};
 
@@ -36,9 +36,9 @@ const PARTED: RangeInclusive<usize> = 36 << 10..=128 << 10;
 /// That saves a tenth of a rollout's time: `cosmic explain --measure`.
 pub(super) struct Panels<R> {
     entries: Aligned<R>,
-    rows: usize,
-    columns: usize,
-    panels: Vec<Panel>,
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    pub(super) panels: Vec<Panel>,
 }
 
 /// A few registers of rows.
@@ -145,18 +145,6 @@ impl<R: Real> Panels<R> {
         }
     }
 
-    pub(super) fn panels(&self) -> &[Panel] {
-        &self.panels
-    }
-
-    pub(super) fn rows(&self) -> usize {
-        self.rows
-    }
-
-    pub(super) fn columns(&self) -> usize {
-        self.columns
-    }
-
     pub(super) fn fill_zero(&mut self) {
         self.entries.fill(R::zero());
     }
@@ -188,7 +176,7 @@ impl<R: Real> Panels<R> {
     /// Gives `A x` to the output, for `K` interleaved vectors, one or two. The order of summation does not
     /// depend on the width of registers: each phase by itself, then the four sums.
     #[inline(always)]
-    pub(super) fn times<L: Lane<R>, const K: usize>(&self, x: &[R], output: &mut Output<R>) {
+    pub(super) fn times<L: Lane<R>, const K: usize>(&self, x: &[R], output: &mut Epilogue<R>) {
         // A constant condition: of the two branches only the one that is taken is compiled.
         if const { L::N == 1 && size_of::<L>() > size_of::<f64>() } {
             return self.times_rolled::<L>(x, output);
@@ -215,7 +203,7 @@ impl<R: Real> Panels<R> {
     /// [`times`](Self::times) for numbers too large for a register: duals, variables, double-doubles.
     /// Unrolling the loops for each of these types, as for registers, does not make them faster, and
     /// was a quarter of the time it took to compile a program with a network.
-    fn times_rolled<L: Lane<R>>(&self, x: &[R], output: &mut Output<R>) {
+    fn times_rolled<L: Lane<R>>(&self, x: &[R], output: &mut Epilogue<R>) {
         for panel in &self.panels {
             let (mut sums, mut places) = ([[L::zero(); PANEL]; PHASES], panel.places);
             for x in x.chunks(columns_of_chunk(panel.lanes)) {
@@ -241,7 +229,7 @@ impl<R: Real> Panels<R> {
         panel: Panel,
         from: usize,
         x: &[R],
-        output: &mut Output<R>,
+        output: &mut Epilogue<R>,
     ) {
         // All sums stay in registers from the first column to the last.
         let mut sums = [[[L::zero(); K]; H]; PHASES];
@@ -297,8 +285,8 @@ impl<R: Real> Panels<R> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::output::Output;
-    use super::super::product::{Product, Weights};
+    use super::super::epilogue::Epilogue;
+    use super::super::product::{MatrixProduct, PackedMatrix};
     use super::{CHUNK, ChunkPlaces, PAGE, Panels, SHARES};
     use crate::simd::{Level, at_most, lanes, level};
 
@@ -334,19 +322,19 @@ mod tests {
         assert_eq!(seen, rows * columns);
         assert!(panels.entries.len() >= CHUNK);
         let matrix = match vectors {
-            1 => Weights::One(panels),
-            _ => Weights::Two(panels),
+            1 => PackedMatrix::One(panels),
+            _ => PackedMatrix::Two(panels),
         };
         let side_by_side = |column| (0..vectors).map(move |k| x_at(column, k));
         let x: Vec<f64> = (0..columns).flat_map(side_by_side).collect();
         let (bias, mut y) = (vec![0.5; rows * vectors], vec![0.0; rows * vectors]);
-        let output = Output {
+        let output = Epilogue {
             bias: Some(&bias),
             y: &mut y,
             places: &[],
             tanh: false,
         };
-        let product = Product {
+        let product = MatrixProduct {
             matrix: &matrix,
             x: &x,
             output,

@@ -1,19 +1,19 @@
 //! Products of a layer's matrix with the vector of one start, or the interleaved ones of several.
 
-use super::output::Output;
+use super::epilogue::Epilogue;
 use super::panels::Panels;
 use super::tiles::Tiles;
 use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
 /// A matrix, stored for products with the vectors of one start, of two, or of one for each lane.
-pub(super) enum Weights<R> {
+pub(super) enum PackedMatrix<R> {
     One(Panels<R>),
     Two(Panels<R>),
     Lane(Tiles<R>),
 }
 
-impl<R: Real> Weights<R> {
+impl<R: Real> PackedMatrix<R> {
     /// Zeros, for this many starts. `numbers` counts the entries of all matrices whose products
     /// alternate, this one's included.
     pub(super) fn zero(rows: usize, columns: usize, starts: usize, numbers: usize) -> Self {
@@ -34,26 +34,26 @@ impl<R: Real> Weights<R> {
 }
 
 /// `y = bias + A x`, or `y += A x` without a bias; then `tanh` of it where asked.
-pub(super) struct Product<'a, R> {
-    pub(super) matrix: &'a Weights<R>,
+pub(super) struct MatrixProduct<'a, R> {
+    pub(super) matrix: &'a PackedMatrix<R>,
     pub(super) x: &'a [R],
-    pub(super) output: Output<'a, R>,
+    pub(super) output: Epilogue<'a, R>,
 }
 
-impl<R: Real> Product<'_, R> {
+impl<R: Real> MatrixProduct<'_, R> {
     #[inline(always)]
     pub(super) fn run(self) {
         let Self { matrix, x, output } = self;
         match matrix {
-            Weights::One(panels) => R::vectorize(OfPanels::<R, 1>(panels, x, output)),
-            Weights::Two(panels) => R::vectorize(OfPanels::<R, 2>(panels, x, output)),
-            Weights::Lane(tiles) => R::vectorize(OfTiles(tiles, x, output)),
+            PackedMatrix::One(panels) => R::vectorize(OfPanels::<R, 1>(panels, x, output)),
+            PackedMatrix::Two(panels) => R::vectorize(OfPanels::<R, 2>(panels, x, output)),
+            PackedMatrix::Lane(tiles) => R::vectorize(OfTiles(tiles, x, output)),
         }
     }
 }
 
 /// With `K` vectors. Each `K`, and tiles, have an entry of their own: all in one would be slower.
-struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Output<'a, R>);
+struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Epilogue<'a, R>);
 
 impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
     type Output = ();
@@ -67,7 +67,7 @@ impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
     }
 }
 
-struct OfTiles<'a, R>(&'a Tiles<R>, &'a [R], Output<'a, R>);
+struct OfTiles<'a, R>(&'a Tiles<R>, &'a [R], Epilogue<'a, R>);
 
 impl<R: Real> Vectorized<R> for OfTiles<'_, R> {
     type Output = ();

@@ -3,7 +3,7 @@
 //! Each lane is a start: a weight that has been read serves all of them.
 
 use super::aligned::Aligned;
-use super::output::Output;
+use super::epilogue::Epilogue;
 use super::panels::PHASES;
 use crate::real::Real;
 use crate::simd::Lane;
@@ -44,7 +44,7 @@ impl<R: Real> Tiles<R> {
     /// Gives `A x` to the output, summed in the order of [`Panels`](super::panels::Panels::times): each
     /// start has the bits that it has alone.
     #[inline(always)]
-    pub(super) fn times<L: Lane<R>>(&self, x: &[R], output: &mut Output<R>) {
+    pub(super) fn times<L: Lane<R>>(&self, x: &[R], output: &mut Epilogue<R>) {
         for first in (0..self.rows).step_by(TILE) {
             // Two phases at a time, in the order (0 + 1) + (2 + 3), which panels have too.
             let phase = |phase| self.phase::<L>(x, first, phase);

@@ -1,7 +1,7 @@
 //! Checks along directions.
 
 use super::report::{Component, Direction, Report, Verdict};
-use super::slopes::{self, Slopes};
+use super::slopes;
 use super::taylor;
 use crate::drivers::{self, Function};
 
@@ -238,19 +238,13 @@ impl<F: Fn(&[f64]) -> f64> Checker<'_, F> {
             verdict = Verdict::Wrong;
         }
         let control = judge.control(&sweep, verdict, unsure);
-        let Slopes {
-            step,
-            left,
-            central,
-            right,
-            noise: _,
-        } = slopes;
+        let (step, central) = (slopes.step, slopes.central);
         Direction {
             gradient: claimed,
             forward,
-            left,
+            left: slopes.left,
             central,
-            right,
+            right: slopes.right,
             step,
             taylor: taylor::order(&sweep, claimed, step),
             error: (claimed - central).abs() / judge.scale(central),

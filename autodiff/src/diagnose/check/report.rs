@@ -128,19 +128,12 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            out,
-            "{:>9} {:>15} {:>15} {:>15} {:>15} {:>15} {:>8} {:>8} {:>7}  verdict",
-            "direction",
-            "gradient",
-            "forward",
-            "left",
-            "central",
-            "right",
-            "step",
-            "error",
-            "taylor"
-        )?;
+        write!(out, "{:>9} ", "direction")?;
+        for slope in ["gradient", "forward", "left", "central", "right"] {
+            write!(out, "{slope:>15} ")?;
+        }
+        let [step, error, taylor] = ["step", "error", "taylor"];
+        writeln!(out, "{step:>8} {error:>8} {taylor:>7}  verdict")?;
         let or_dash = |shown: Option<String>| shown.unwrap_or_else(|| "-".into());
         for (i, row) in self.directions.iter().enumerate() {
             let forward = or_dash(row.forward.map(|slope| format!("{slope:.8e}")));

@@ -15,7 +15,7 @@ use super::report::{Verdict, WRONG_BY};
 
 /// The difference quotients of one step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Slopes {
+pub(super) struct Quotients {
     pub(super) step: f64,
     pub(super) left: f64,
     pub(super) central: f64,
@@ -24,7 +24,7 @@ pub(super) struct Slopes {
     pub(super) noise: f64,
 }
 
-impl Slopes {
+impl Quotients {
     /// The distance between the left and the right slope.
     fn gap(&self) -> f64 {
         (self.right - self.left).abs()
@@ -60,10 +60,10 @@ pub(super) fn sweep(
     steps: impl Iterator<Item = f64>,
     noise: f64,
     size: f64,
-) -> Vec<Slopes> {
+) -> Vec<Quotients> {
     let slopes = |step: f64| {
         let (behind, ahead) = (value(-step), value(step));
-        let mut slopes = Slopes {
+        let mut slopes = Quotients {
             step,
             left: (here - behind) / step,
             central: (ahead - behind) / (2.0 * step),
@@ -81,20 +81,20 @@ pub(super) fn sweep(
 /// How much the slope changes over the middle step, for a scale where the slope and the gradient are
 /// zero. It is extrapolated from that larger step whose slope changes least for its length, because a
 /// jump beside the point is no change of the slope.
-pub(super) fn change(sweep: &[Slopes], claimed: f64) -> f64 {
+pub(super) fn change(sweep: &[Quotients], claimed: f64) -> f64 {
     let middle = sweep.len() / 2;
-    let change = |slopes: &Slopes| slopes.steepest(claimed) / slopes.step * sweep[middle].step;
+    let change = |slopes: &Quotients| slopes.steepest(claimed) / slopes.step * sweep[middle].step;
     let changes = sweep[..=middle].iter().map(change);
     // Values that are not finite set no scale.
     let least = changes.filter(|change| change.is_finite()).reduce(f64::min);
     least.unwrap_or(0.0)
 }
 
-fn central(slopes: &Slopes) -> f64 {
+fn central(slopes: &Quotients) -> f64 {
     slopes.central
 }
 
-fn plateau(sweep: &[Slopes], slope: impl Fn(&Slopes) -> f64, level: usize) -> Plateau {
+fn plateau(sweep: &[Quotients], slope: impl Fn(&Quotients) -> f64, level: usize) -> Plateau {
     let [before, here, after] = [-1, 0, 1].map(|i: isize| {
         let level = level.saturating_add_signed(i).min(sweep.len() - 1);
         slope(&sweep[level])
@@ -110,7 +110,7 @@ fn plateau(sweep: &[Slopes], slope: impl Fn(&Slopes) -> f64, level: usize) -> Pl
 }
 
 /// The plateau with the least spread, if any quotient is finite.
-fn settled(sweep: &[Slopes], slope: impl Fn(&Slopes) -> f64) -> Option<Plateau> {
+fn settled(sweep: &[Quotients], slope: impl Fn(&Quotients) -> f64) -> Option<Plateau> {
     (1..sweep.len().saturating_sub(1))
         .map(|level| plateau(sweep, &slope, level))
         .filter(|plateau| plateau.spread.is_finite())
@@ -120,20 +120,20 @@ fn settled(sweep: &[Slopes], slope: impl Fn(&Slopes) -> f64) -> Option<Plateau> 
 /// The observed noise of the values: by how much, in the median, those at smaller steps than the
 /// plateau's `level` miss its central slope. Noise, and a jump beside the point, moves each side its own
 /// way and shows here; a kink, a cusp or a spike at the point moves both sides alike and does not.
-pub(super) fn missed(sweep: &[Slopes], level: usize) -> f64 {
-    let miss = |slopes: &Slopes| (slopes.central - sweep[level].central).abs() * slopes.step;
+pub(super) fn missed(sweep: &[Quotients], level: usize) -> f64 {
+    let miss = |slopes: &Quotients| (slopes.central - sweep[level].central).abs() * slopes.step;
     let mut misses: Vec<f64> = sweep[level + 1..].iter().map(miss).collect();
     misses.sort_by(f64::total_cmp);
     misses[misses.len() / 2]
 }
 
 /// Whether the values bend by more than their noise, both the observed one (`missed`) and the stated one.
-fn bends(slopes: &Slopes, missed: f64) -> bool {
+fn bends(slopes: &Quotients, missed: f64) -> bool {
     slopes.gap() * slopes.step > Judge::BENT * missed && slopes.gap() > Judge::SAFETY * slopes.noise
 }
 
 /// Whether the gap between left and right slope grows as the step shrinks.
-fn grows_apart(sweep: &[Slopes]) -> bool {
+fn grows_apart(sweep: &[Quotients]) -> bool {
     sweep.len() > 2 && sweep[2].gap() > 2.0 * sweep[0].gap()
 }
 
@@ -174,7 +174,7 @@ impl Judge {
     }
 
     /// The verdict, the slopes that it rests on, and by how much they may be off.
-    pub(super) fn verdict(&self, sweep: &[Slopes]) -> (Verdict, Slopes, f64) {
+    pub(super) fn verdict(&self, sweep: &[Quotients]) -> (Verdict, Quotients, f64) {
         let Some(best) = settled(sweep, central).filter(|best| self.settles(best)) else {
             // No plateau to compare with: the function is rough, or its slope infinite.
             return (Verdict::Kink, sweep[sweep.len() / 2], f64::INFINITY);
@@ -209,7 +209,7 @@ impl Judge {
     /// the differences may be off; `None` unless they are sure enough of the claimed one.
     pub(super) fn control(
         &self,
-        sweep: &[Slopes],
+        sweep: &[Quotients],
         verdict: Verdict,
         unsure: f64,
     ) -> Option<Verdict> {
@@ -237,12 +237,13 @@ impl Judge {
     /// Whether the left and the right slope stay apart, or grow apart, somewhere from the plateau down:
     /// at a smooth point their gap shrinks like the step. Over four levels, because over three noise may
     /// keep them apart by chance.
-    fn stays_apart(&self, sweep: &[Slopes], best: &Plateau) -> bool {
+    fn stays_apart(&self, sweep: &[Quotients], best: &Plateau) -> bool {
         let missed = missed(sweep, best.level);
         let first = best.level.min(sweep.len().saturating_sub(4));
-        let seen =
-            |slopes: &Slopes| slopes.gap() > self.tolerance * self.typical && bends(slopes, missed);
-        let stays = |pair: &[Slopes]| pair[1].gap() > Self::STAYS * pair[0].gap();
+        let seen = |slopes: &Quotients| {
+            slopes.gap() > self.tolerance * self.typical && bends(slopes, missed)
+        };
+        let stays = |pair: &[Quotients]| pair[1].gap() > Self::STAYS * pair[0].gap();
         sweep[first..].windows(4).any(|levels| {
             let ends = [levels[0], levels[3]];
             stays(&ends) && levels.windows(2).all(stays) && levels.iter().all(seen)
@@ -252,11 +253,11 @@ impl Judge {
     /// The plateau with the least spread among those at smaller steps where the left and the right slope
     /// come together. If there is one, it was not a kink that kept them apart at larger steps, but a
     /// narrow term.
-    fn closer(&self, sweep: &[Slopes], best: &Plateau) -> Option<Plateau> {
+    fn closer(&self, sweep: &[Quotients], best: &Plateau) -> Option<Plateau> {
         let together = |closer: &Plateau| {
             let levels = &sweep[closer.level - 1..=closer.level + 1];
             let missed = missed(sweep, closer.level);
-            let shrinks = |pair: &[Slopes]| pair[1].gap() < Self::STAYS * pair[0].gap();
+            let shrinks = |pair: &[Quotients]| pair[1].gap() < Self::STAYS * pair[0].gap();
             levels.windows(2).all(shrinks) && levels.iter().all(|slopes| bends(slopes, missed))
         };
         (best.level + 1..sweep.len() - 1)
@@ -267,7 +268,7 @@ impl Judge {
     }
 
     /// Whether the two sides settle on different slopes, with the claimed one between them.
-    fn between_sides(&self, sweep: &[Slopes]) -> bool {
+    fn between_sides(&self, sweep: &[Quotients]) -> bool {
         let left = settled(sweep, |slopes| slopes.left).filter(|left| self.settles(left));
         let right = settled(sweep, |slopes| slopes.right).filter(|right| self.settles(right));
         let (Some(left), Some(right)) = (left, right) else {

@@ -1,6 +1,6 @@
 //! The order at which the remainder of the linear approximation by the claimed slope falls.
 
-use super::slopes::{Slopes, missed};
+use super::slopes::{Quotients, missed};
 
 /// A remainder of this many times the noise is clear of it: then noise changes a local order by a
 /// twentieth at most, with steps half a decade apart.
@@ -15,10 +15,10 @@ const LOCAL: usize = 5;
 /// those ahead and behind, so that a change of sign on one side is not taken for a fall. The noise is
 /// the larger of the stated and the observed, below the plateau at step `rests`. `None` where no two
 /// neighbouring steps are clear.
-pub(super) fn order(sweep: &[Slopes], slope: f64, rests: f64) -> Option<f64> {
+pub(super) fn order(sweep: &[Quotients], slope: f64, rests: f64) -> Option<f64> {
     let level = sweep.iter().position(|slopes| slopes.step == rests)?;
     let missed = missed(sweep, level);
-    let clear = |slopes: &Slopes| {
+    let clear = |slopes: &Quotients| {
         let remainder = slopes.step * slopes.steepest(slope);
         let noise = missed.max(slopes.step * slopes.noise);
         let is_clear = remainder.is_finite() && remainder > CLEAR * noise;

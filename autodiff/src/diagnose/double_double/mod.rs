@@ -38,7 +38,6 @@
 
 mod exact;
 mod number;
-mod functions;
 mod real;
 
 pub use number::DoubleDouble;

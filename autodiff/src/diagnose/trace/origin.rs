@@ -35,25 +35,16 @@ impl fmt::Display for NonFinite {
 
 /// The trace that runs on this thread.
 #[derive(Default)]
-pub(super) struct Search {
+pub(super) struct Trace {
     operations: usize,
     pub(super) found: Vec<NonFinite>,
 }
 
 thread_local! {
-    pub(super) static RUNNING: RefCell<Option<Search>> = const { RefCell::new(None) };
+    pub(super) static RUNNING: RefCell<Option<Trace>> = const { RefCell::new(None) };
 }
 
-/// Puts the outer trace back, also when the function panics.
-pub(super) struct Outer(pub(super) Option<Search>);
-
-impl Drop for Outer {
-    fn drop(&mut self) {
-        RUNNING.replace(self.0.take());
-    }
-}
-
-/// A place in `Search::found`.
+/// A place in `Trace::found`.
 pub(super) type Origin = u32;
 
 /// The origin of numbers with nothing to blame. The largest, so that the minimum of several origins is

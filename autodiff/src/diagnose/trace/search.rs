@@ -2,9 +2,10 @@
 
 use std::panic::Location;
 
-use super::origin::{CLEAN, NonFinite, Outer, RUNNING, Search, note};
+use super::origin::{CLEAN, NonFinite, RUNNING, Trace, note};
 use super::traced::Traced;
 use crate::real::{Mask, Real};
+use crate::restored::Restored;
 
 /// The first operation whose value or partial is infinite or NaN and reaches a result of
 /// `function` at `x`, or the first argument that is so itself.
@@ -32,7 +33,7 @@ pub fn first_non_finite<R: Real>(
     function: impl FnOnce(&[Traced<R>]) -> Vec<Traced<R>>,
 ) -> Option<NonFinite> {
     let place = Location::caller();
-    let _outer = Outer(RUNNING.replace(Some(Search::default())));
+    let _outer = Restored::set(&RUNNING, Some(Trace::default()));
     let argument = |(i, &value): (usize, &R)| {
         let origin = if value.finite().all() {
             CLEAN

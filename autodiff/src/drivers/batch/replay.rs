@@ -18,10 +18,10 @@ pub(super) struct Replay<'a, R, L, const W: usize> {
     ops: &'a [Op],
     /// How many operations are inputs. They come first.
     inputs: usize,
-    memory: Box<Memory<R, L, W>>,
+    memory: Box<ReplayBuffers<R, L, W>>,
 }
 
-struct Memory<R, L, const W: usize> {
+struct ReplayBuffers<R, L, const W: usize> {
     /// The arguments that all points share.
     shared: Vec<R>,
     /// Their cotangents, in each lane summed over its points.
@@ -38,8 +38,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Reuses the memory of the thread's last replay of this number type.
     #[inline(always)]
     pub(super) fn new(ops: &'a [Op], inputs: usize, shared: &[R]) -> Self {
-        let mut memory = pool::take::<Memory<R, L, W>>().unwrap_or_else(|| {
-            Box::new(Memory {
+        let mut memory = pool::take::<ReplayBuffers<R, L, W>>().unwrap_or_else(|| {
+            Box::new(ReplayBuffers {
                 shared: Vec::new(),
                 shared_bars: Vec::new(),
                 values: Vec::new(),
@@ -317,7 +317,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         if len == 0 {
             return;
         }
-        let Memory {
+        let ReplayBuffers {
             shared,
             shared_bars,
             values,

@@ -54,30 +54,24 @@ impl<R: Real> SubsetOf<Self> for Element<R> {
 }
 
 /// Floats become constants. The way back would lose the derivative: it does not exist.
-impl<R: Real> SubsetOf<Element<R>> for f64 {
-    fn to_superset(&self) -> Element<R> {
-        Element::lit(*self)
-    }
-    fn from_superset_unchecked(_: &Element<R>) -> Self {
-        no_float()
-    }
-    fn is_in_subset(_: &Element<R>) -> bool {
-        false
-    }
+macro_rules! constants_from {
+    ($($float:ident)*) => {
+        $(
+            impl<R: Real> SubsetOf<Element<R>> for $float {
+                fn to_superset(&self) -> Element<R> {
+                    Element::lit((*self).into())
+                }
+                fn from_superset_unchecked(_: &Element<R>) -> Self {
+                    no_float()
+                }
+                fn is_in_subset(_: &Element<R>) -> bool {
+                    false
+                }
+            }
+        )*
+    };
 }
-
-/// As for f64.
-impl<R: Real> SubsetOf<Element<R>> for f32 {
-    fn to_superset(&self) -> Element<R> {
-        Element::lit((*self).into())
-    }
-    fn from_superset_unchecked(_: &Element<R>) -> Self {
-        no_float()
-    }
-    fn is_in_subset(_: &Element<R>) -> bool {
-        false
-    }
-}
+constants_from! { f64 f32 }
 
 fn no_float() -> ! {
     panic!(
@@ -198,6 +192,7 @@ macro_rules! constants {
 }
 
 impl<R: Real> RealField for Element<R> {
+    functions! { of_reals }
     fn is_sign_positive(&self) -> bool {
         !self.is_sign_negative()
     }
@@ -206,18 +201,6 @@ impl<R: Real> RealField for Element<R> {
     }
     fn copysign(self, sign: Self) -> Self {
         num_traits::Float::copysign(self, sign)
-    }
-    fn max(self, other: Self) -> Self {
-        Self(self.0.max(other.0))
-    }
-    fn min(self, other: Self) -> Self {
-        Self(self.0.min(other.0))
-    }
-    fn clamp(self, min: Self, max: Self) -> Self {
-        Self(self.0.clamp(min.0, max.0))
-    }
-    fn atan2(self, other: Self) -> Self {
-        Self(self.0.atan2(other.0))
     }
     fn min_value() -> Option<Self> {
         Some(<Self as num_traits::Float>::min_value())

@@ -138,13 +138,7 @@ macro_rules! define_lanes {
         }
 
         impl Primitive for $name {
-            const EXP_TERMS: usize = <$scalar as Primitive>::EXP_TERMS;
-            const SIN_TERMS: usize = <$scalar as Primitive>::SIN_TERMS;
-            const LN_2: [f64; 2] = <$scalar as Primitive>::LN_2;
-            const PI_2: [f64; 3] = <$scalar as Primitive>::PI_2;
-            const EXP_RANGE: [f64; 2] = <$scalar as Primitive>::EXP_RANGE;
-            const TANH_ONE: f64 = <$scalar as Primitive>::TANH_ONE;
-            const ROUNDING: f64 = <$scalar as Primitive>::ROUNDING;
+            type Scalar = $scalar;
 
             #[inline(always)]
             fn constant(value: f64) -> Self {

@@ -4,7 +4,7 @@ use autodiff::Dual;
 use autodiff::simd::{Lane, Vectorized};
 use num_traits::Zero;
 
-use super::model::Model;
+use super::model::HandModel;
 use super::skin::{FINGERS, GLOBAL, JOINTS, THETA, Target, blend, residual};
 use super::transform::{Affine, lift, splat};
 
@@ -21,7 +21,7 @@ pub(super) struct Skin {
 
 /// Poses all vertices.
 pub(super) struct Pose<'a> {
-    pub(super) model: &'a Model,
+    pub(super) model: &'a HandModel,
     pub(super) bones: &'a [Affine<f64>],
     pub(super) global: &'a Affine<f64>,
     pub(super) skin: &'a mut Skin,
@@ -50,7 +50,7 @@ impl Vectorized<f64> for Pose<'_> {
 
 /// Poses all vertices, with derivatives.
 pub(super) struct PoseDerivatives<'a> {
-    pub(super) model: &'a Model,
+    pub(super) model: &'a HandModel,
     /// Each along the directions of its own finger.
     pub(super) bones: &'a [Affine<Dual<f64, JOINTS>>],
     pub(super) global: &'a Affine<Dual<f64, GLOBAL>>,

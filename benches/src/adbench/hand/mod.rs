@@ -16,7 +16,7 @@ use autodiff::{Dual, Real};
 use serde_json::{Value, json};
 
 use self::lanes::{Pose, PoseDerivatives, ResidualDerivatives, Residuals, Skin};
-use self::model::Model;
+use self::model::HandModel;
 use self::skin::{FINGERS, GLOBAL, JOINTS, THETA, Target};
 use self::transform::Affine;
 use super::input::{self, Error, Tokens};
@@ -27,7 +27,7 @@ const NO_ROTATION: f64 = 1e-4;
 
 /// An instance, with memory for its results.
 pub struct Hand {
-    model: Model,
+    model: HandModel,
     theta: [f64; THETA],
     targets: Vec<Target>,
     skin: Skin,
@@ -43,7 +43,7 @@ impl Hand {
     /// # Errors
     /// If a file cannot be read or is not in the format.
     pub fn read(path: &Path, model: &Path) -> Result<Self, Error> {
-        let model = Model::read(model)?;
+        let model = HandModel::read(model)?;
         let text = input::read(path)?;
         let numbers = text.split_ascii_whitespace().count();
         let mut tokens = Tokens::new(path, &text);
@@ -142,7 +142,7 @@ fn seeded<const N: usize>(numbers: &[f64]) -> Vec<Dual<f64, N>> {
 /// The transformations of all bones, given the angles of the fingers. One bone hangs on another,
 /// so lanes have nothing to do here; what helps is the instruction set that they are entered with.
 struct Bones<'a, R> {
-    model: &'a Model,
+    model: &'a HandModel,
     angles: &'a [R],
 }
 

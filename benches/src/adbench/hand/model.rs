@@ -6,7 +6,7 @@ use super::super::input::{self, Error, Tokens};
 use super::transform::Affine;
 
 /// A hand model. Vertices are stored by coordinate and weights by bone, padded to whole registers.
-pub(super) struct Model {
+pub(super) struct HandModel {
     pub(super) bones: Vec<Bone>,
     pub(super) vertices: [Vec<f64>; 3],
     /// Per bone, its weight for every vertex.
@@ -32,7 +32,7 @@ const PADDING: usize = 16;
 /// Numbers of a vertex that the model holds and this objective does not use.
 const UNUSED: usize = 5;
 
-impl Model {
+impl HandModel {
     /// Reads `bones.txt`, `vertices.txt` and `triangles.txt` of a folder.
     pub(super) fn read(folder: &Path) -> Result<Self, Error> {
         let bones = lines(&folder.join("bones.txt"), bone)?;

@@ -23,7 +23,7 @@ const PER_LAYER: usize = 8;
 
 /// An instance, with memory for its results.
 pub struct Lstm {
-    loss: Loss,
+    loss: LanguageLoss,
     /// The layers' weights, then those of input and output, in the order of the file.
     parameters: Vec<f64>,
     value: f64,
@@ -31,7 +31,7 @@ pub struct Lstm {
 }
 
 /// The objective as a function of the parameters.
-struct Loss {
+struct LanguageLoss {
     rollout: Rollout<Cells>,
     start: Vec<f64>,
 }
@@ -58,16 +58,28 @@ struct Prediction;
 /// The loss so far, and that of a character: `sum_j x_j y_j`, `2 + sum_j exp y_j`, `sum_j x_j`.
 struct Add;
 
+/// The adjoint of a kernel of so many inputs and results: what is emitted.
+macro_rules! by_emitted {
+    ($inputs:literal, $results:literal) => {
+        #[inline(always)]
+        fn vjp_with_results<R: Real>(
+            &self,
+            x: [R; $inputs],
+            y: [R; $results],
+            y_bar: [R; $results],
+        ) -> [R; $inputs] {
+            self.emitted_vjp_with_results(x, y, y_bar)
+        }
+    };
+}
+
 impl Kernel<3, 1> for Gate {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, weight, bias]: [R; 3]) -> [R; 1] {
         [(R::lit(0.5) * x.fma(weight, bias)).tanh()]
     }
 
-    #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
-        self.emitted_vjp_with_results(x, y, y_bar)
-    }
+    by_emitted! { 3, 1 }
 }
 
 /// `1 / (1 + exp(-z))`, given `tanh(z / 2)`.
@@ -82,10 +94,7 @@ impl Kernel<3, 1> for Change {
         [x.fma(weight, bias).tanh()]
     }
 
-    #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
-        self.emitted_vjp_with_results(x, y, y_bar)
-    }
+    by_emitted! { 3, 1 }
 }
 
 impl Kernel<4, 2> for Cell {
@@ -95,10 +104,7 @@ impl Kernel<4, 2> for Cell {
         [new, new.tanh()]
     }
 
-    #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 2], y_bar: [R; 2]) -> [R; 4] {
-        self.emitted_vjp_with_results(x, y, y_bar)
-    }
+    by_emitted! { 4, 2 }
 }
 
 impl Kernel<2, 1> for Hidden {
@@ -107,10 +113,7 @@ impl Kernel<2, 1> for Hidden {
         [opened(output) * squashed]
     }
 
-    #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 1], y_bar: [R; 1]) -> [R; 2] {
-        self.emitted_vjp_with_results(x, y, y_bar)
-    }
+    by_emitted! { 2, 1 }
 }
 
 impl Kernel<2, 1> for Product {
@@ -119,10 +122,7 @@ impl Kernel<2, 1> for Product {
         [a * b]
     }
 
-    #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 2], y: [R; 1], y_bar: [R; 1]) -> [R; 2] {
-        self.emitted_vjp_with_results(x, y, y_bar)
-    }
+    by_emitted! { 2, 1 }
 }
 
 impl Kernel<4, 2> for Prediction {
@@ -132,10 +132,7 @@ impl Kernel<4, 2> for Prediction {
         [y.exp(), y * next]
     }
 
-    #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 2], y_bar: [R; 2]) -> [R; 4] {
-        self.emitted_vjp_with_results(x, y, y_bar)
-    }
+    by_emitted! { 4, 2 }
 }
 
 impl Kernel<4, 1> for Add {
@@ -144,10 +141,7 @@ impl Kernel<4, 1> for Add {
         [loss + matched - ones * normaliser.ln()]
     }
 
-    #[inline(always)]
-    fn vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 1], y_bar: [R; 1]) -> [R; 4] {
-        self.emitted_vjp_with_results(x, y, y_bar)
-    }
+    by_emitted! { 4, 1 }
 }
 
 impl Model for Cells {
@@ -195,7 +189,7 @@ fn layer<R: Real>(program: &mut Program<R>, x: Array, [weights, state]: [&[Array
     new_hidden
 }
 
-impl Function for Loss {
+impl Function for LanguageLoss {
     fn eval<R: Real>(&self, parameters: &[R]) -> R {
         let Cells { bits, .. } = self.rollout.model;
         let constants = |values: &[f64]| values.iter().map(|&v| R::lit(v)).collect::<Vec<R>>();
@@ -240,7 +234,7 @@ impl Lstm {
             ..Rollout::new(Cells { layers, bits }, characters - 1)
         };
         Ok(Self {
-            loss: Loss { rollout, start },
+            loss: LanguageLoss { rollout, start },
             parameters,
             value: 0.0,
             gradient: Vec::new(),

@@ -26,7 +26,7 @@ enum Command {
     /// Hand tracking, simple or complicated: residuals and Jacobian.
     Hand(Instance),
     /// Checks and times all cases of a folder, and writes the table.
-    Table(Table),
+    Table(TableArguments),
 }
 
 #[derive(Args)]
@@ -43,7 +43,7 @@ struct Instance {
 }
 
 #[derive(Args)]
-struct Table {
+struct TableArguments {
     /// The folder of cases: `data` and `reference`.
     #[arg(long, env = "ADBENCH_DIR", default_value = "tests/data/adbench")]
     cases: PathBuf,
@@ -84,7 +84,7 @@ fn answer(kind: Kind, instance: &Instance) -> Outcome {
     write(&instance.out, &problem.answer().to_string())
 }
 
-fn write_table(options: &Table) -> Outcome {
+fn write_table(options: &TableArguments) -> Outcome {
     let seconds = |value: f64, name: &str| {
         Duration::try_from_secs_f64(value).map_err(|error| format!("--{name}: {error}"))
     };

@@ -1,10 +1,10 @@
-//! Where the rows of a product go: bias, activation, places.
+//! The epilogue of a product: bias, activation, and the places of its rows.
 
 use crate::real::Real;
 use crate::simd::Lane;
 
-/// Where a product goes.
-pub(super) struct Output<'a, R> {
+/// What is done with a product, and where it goes.
+pub(super) struct Epilogue<'a, R> {
     pub(super) bias: Option<&'a [R]>,
     pub(super) y: &'a mut [R],
     /// Which registers of `y` are rows, if not all in their order; only where each lane is a start.
@@ -12,7 +12,7 @@ pub(super) struct Output<'a, R> {
     pub(super) tanh: bool,
 }
 
-impl<R: Real> Output<'_, R> {
+impl<R: Real> Epilogue<'_, R> {
     /// Takes the sums of `H` registers of rows, from the row `first` on, for each of `K` vectors; the
     /// output interleaves them.
     #[inline(always)]

@@ -1,0 +1,25 @@
+//! Values of a thread that change for a while.
+
+use std::cell::RefCell;
+use std::thread::LocalKey;
+
+/// Puts an earlier value of the thread back when it is dropped, also by a panic.
+pub(crate) struct Restored<T: Default + 'static> {
+    key: &'static LocalKey<RefCell<T>>,
+    before: T,
+}
+
+impl<T: Default> Restored<T> {
+    /// Sets the value for as long as the result lives.
+    #[must_use]
+    pub(crate) fn set(key: &'static LocalKey<RefCell<T>>, value: T) -> Self {
+        let before = key.replace(value);
+        Self { key, before }
+    }
+}
+
+impl<T: Default> Drop for Restored<T> {
+    fn drop(&mut self) {
+        self.key.set(std::mem::take(&mut self.before));
+    }
+}
