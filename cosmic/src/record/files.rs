@@ -60,7 +60,11 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     // Data before name: otherwise a power cut could leave the new name with no bytes behind it.
     file.as_file().sync_all()?;
     file.persist(path)?;
-    sync_folder(folder)
+    // On Unix a rename is on the disk once its folder is.
+    if cfg!(unix) {
+        File::open(folder)?.sync_all()?;
+    }
+    Ok(())
 }
 
 /// Prefix of the names of temporary files.
@@ -124,15 +128,6 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// Flushes a rename to the disk. On Unix that needs a sync of the folder.
-fn sync_folder(folder: &Path) -> io::Result<()> {
-    if cfg!(unix) {
-        File::open(folder)?.sync_all()
-    } else {
-        Ok(())
-    }
-}
-
 /// A body with its format in front.
 #[derive(Serialize)]
 struct Stamped<'b, T> {
@@ -143,6 +138,11 @@ struct Stamped<'b, T> {
 }
 
 impl Format {
+    /// A kind of file and its version.
+    pub const fn new(name: &'static str, version: u32) -> Self {
+        Self { name, version }
+    }
+
     fn stamp<T>(self, body: &T) -> Stamped<'_, T> {
         Stamped {
             format: self.name,
