@@ -357,8 +357,8 @@ mod tests {
         }
     }
 
-    /// A loss of one's own is optimised as the built-in one that it is the same as: to the bit, in
-    /// both precisions.
+    /// A caller's loss gives the same bits as the built-in loss of the same formula, in both
+    /// precisions.
     #[test]
     fn an_own_loss_is_optimised_as_a_built_in_one() {
         for precision in [GradientPrecision::F64, GradientPrecision::F32] {

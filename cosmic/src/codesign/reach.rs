@@ -189,10 +189,10 @@ mod tests {
     use crate::codesign::tests::tiny;
     use crate::scene::{Contact, GradientPrecision, Scene, TaskKind};
 
-    /// A robot that falls along a steep slope for so long, by half of a second's square times its
-    /// share of gravity, to where a watched rollout is looked at again and no state is absurd.
+    /// A robot falls along a steep slope for 40 s: far enough that the watch in lanes stops and the
+    /// guard decides, and not so far that a state is absurd.
     #[test]
-    fn what_is_nearly_absurd_has_not_diverged() {
+    fn a_nearly_absurd_state_has_not_diverged() {
         let mut scene = tiny();
         scene.physics.contact = Contact::Coulomb;
         scene.physics.friction = 0.0;
@@ -211,7 +211,7 @@ mod tests {
         assert!(delivery.spread.p10.is_finite(), "{delivery:?}");
     }
 
-    /// On the way in the scene's precision; what is quoted in f64.
+    /// Rollouts of the optimisation have the scene's precision, quoted figures f64.
     #[test]
     fn rollouts_on_the_way_have_the_precision_of_gradients() {
         let check = |mut scene: Scene| {
