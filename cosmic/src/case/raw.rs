@@ -20,6 +20,10 @@ pub(super) const VERSION: u32 = 1;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[expect(
+    dead_code,
+    reason = "the last fields are known to the format and not read"
+)]
 pub(super) struct RawCase {
     pub(super) format: Option<String>,
     pub(super) version: Option<u32>,
@@ -37,16 +41,11 @@ pub(super) struct RawCase {
     pub(super) al: RawLagrangian,
     pub(super) results: Option<RawResults>,
     // The fields below say how a case was made and how well it must be met. Nothing is computed from them.
-    #[serde(rename = "tolerance")]
-    _tolerance: Option<IgnoredAny>,
-    #[serde(rename = "sensitivity")]
-    _sensitivity: Option<IgnoredAny>,
-    #[serde(rename = "coverage")]
-    _coverage: Option<IgnoredAny>,
-    #[serde(rename = "name")]
-    _name: Option<IgnoredAny>,
-    #[serde(rename = "note")]
-    _note: Option<IgnoredAny>,
+    tolerance: Option<IgnoredAny>,
+    sensitivity: Option<IgnoredAny>,
+    coverage: Option<IgnoredAny>,
+    name: Option<IgnoredAny>,
+    note: Option<IgnoredAny>,
 }
 
 /// Declares the keys of an object of a case: the form that each has in the file, and the setting of a
@@ -103,7 +102,7 @@ keys! {
     // Written only where it is not the paper's: such a case is read by any program of the format.
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     integrator: Integrator = physics.integrator,
-    #[serde(default = "single", skip_serializing_if = "is_single")]
+    #[serde(default = "one", skip_serializing_if = "is_one")]
     substeps: usize = physics.substeps,
     #[serde(deserialize_with = "word")]
     contact: Contact = physics.contact,
@@ -127,7 +126,7 @@ keys! {
     beta_stab: f64 = projection.beta_stability,
     beta_ste: f64 = projection.beta_straight_through,
     delta: f64 = projection.delta,
-    #[serde(default = "single", skip_serializing_if = "is_single")]
+    #[serde(default = "one", skip_serializing_if = "is_one")]
     penalisation: usize = materials.penalisation,
     #[serde(default, skip_serializing_if = "is_default")]
     hold_materials: f64 = projection.hold_materials,
@@ -174,15 +173,11 @@ fn word<'de, T: DeserializeOwned, D: Deserializer<'de>>(given: D) -> Result<T, D
     T::deserialize(StringDeserializer::new(String::deserialize(given)?))
 }
 
-fn one() -> f64 {
-    1.0
+fn one<T: From<u8>>() -> T {
+    T::from(1)
 }
 
-fn single() -> usize {
-    1
-}
-
-fn is_single(option: &usize) -> bool {
+fn is_one(option: &usize) -> bool {
     *option == 1
 }
 

@@ -88,10 +88,7 @@ mod tests {
 
     #[test]
     fn a_penalty_that_fell_for_long_grows_again() {
-        let mut lagrangian = AugmentedLagrangian {
-            multiplier: [0.0; 4],
-            penalty: [1.0; 4],
-        };
+        let mut lagrangian = AugmentedLagrangian::new(1.0);
         for _ in 0..400 {
             lagrangian.update(&[0.0; 4], &[1.0; 4], 10.0);
         }

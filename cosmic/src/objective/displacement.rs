@@ -74,8 +74,7 @@ mod tests {
             },
             settings: LossSettings {
                 kind,
-                window: 2048,
-                every: 16,
+                ..LossSettings::default()
             },
         }
     }

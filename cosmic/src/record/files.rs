@@ -12,9 +12,10 @@ use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
 
 /// The first two keys of a JSON file, `format` and `version`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Format {
     /// The kind of file, such as `cosmic-design`.
+    #[serde(rename = "format")]
     pub name: &'static str,
     /// Raised by each change that older readers would misread.
     pub version: u32,
@@ -131,8 +132,8 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
 /// A body with its format in front.
 #[derive(Serialize)]
 struct Stamped<'b, T> {
-    format: &'static str,
-    version: u32,
+    #[serde(flatten)]
+    format: Format,
     #[serde(flatten)]
     body: &'b T,
 }
@@ -143,17 +144,9 @@ impl Format {
         Self { name, version }
     }
 
-    fn stamp<T>(self, body: &T) -> Stamped<'_, T> {
-        Stamped {
-            format: self.name,
-            version: self.version,
-            body,
-        }
-    }
-
     /// `format`, `version` and the body's keys as one line of JSON.
     pub(in crate::record) fn line<T: Serialize>(self, body: &T) -> String {
-        let text = serde_json::to_string(&self.stamp(body));
+        let text = serde_json::to_string(&Stamped { format: self, body });
         text.expect("plain numbers and string keys serialise") + "\n"
     }
 }
@@ -165,7 +158,7 @@ impl Format {
 /// [`Error::Write`].
 pub fn write_json<T: Serialize>(path: &Path, format: Format, body: &T) -> Result<()> {
     write_atomic(path, |file| {
-        serde_json::to_writer(&mut *file, &format.stamp(body))?;
+        serde_json::to_writer(&mut *file, &Stamped { format, body })?;
         writeln!(file)
     })
 }
