@@ -255,8 +255,12 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
     let history = bench.read("a/history.jsonl");
     let (short, _) = history.trim_end().rsplit_once('\n').unwrap();
     bench.write("a/history.jsonl", short);
+    let files = ["history.jsonl", "history.csv", "designs.jsonl"];
+    let histories = || files.map(|name| bench.read(&format!("a/{name}")));
+    let before = histories();
     let says = "history.jsonl: expected 24 lines up to the snapshot, found 22";
     resume(&bench, "a").fails(2, &[says]);
+    assert_eq!(histories(), before);
     bench.write("a/history.jsonl", history);
     bench.write("a/scene.toml", "");
     resume(&bench, "a").fails(2, &["not the scene that the run began with"]);
