@@ -61,10 +61,8 @@ impl Case {
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = read_whole(path)?;
         // Bytes that are no text are no JSON either, and the parser says where.
-        Self::parse(
-            &path.display().to_string(),
-            &String::from_utf8_lossy(&bytes),
-        )
+        let text = String::from_utf8_lossy(&bytes);
+        Self::parse(&path.display().to_string(), &text)
     }
 
     /// Reads a case from text; `file` names it in messages.

@@ -26,11 +26,6 @@ pub struct Reached {
 }
 
 impl Reached {
-    const NOWHERE: Self = Self {
-        moved: [f64::NAN; 2],
-        merit: f64::NAN,
-    };
-
     pub(super) fn along(&self) -> f64 {
         self.moved[0]
     }
@@ -136,7 +131,8 @@ impl CoDesign {
             let mixture = mixtures[k % mixtures.len()].as_ref();
             let guarded = task.guarded(mixture, controller, start, &span);
             if guarded.divergence.is_some() {
-                return Reached::NOWHERE;
+                let (moved, merit) = ([f64::NAN; 2], f64::NAN);
+                return Reached { moved, merit };
             }
             let seen = &guarded.trajectory;
             let loss = || LossOf::<f64>::loss_of(&*self.loss, seen);

@@ -87,13 +87,8 @@ impl<'a> Schedule<'a> {
     /// Thresholds of the binarisation measures, which come down from the first measures.
     pub(super) fn thresholds(&self, first: &[f64; 4]) -> [f64; 4] {
         let settings = &self.scene.binarisation;
-        first.map(|g| {
-            ramp(
-                self.iteration,
-                [g, settings.threshold.min(g)],
-                settings.threshold_over,
-            )
-        })
+        let ends = |g: f64| [g, settings.threshold.min(g)];
+        first.map(|g| ramp(self.iteration, ends(g), settings.threshold_over))
     }
 
     /// The confidence above which an edge is drawn to its material, and the nudge.

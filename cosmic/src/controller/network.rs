@@ -85,10 +85,8 @@ impl<R: Copy> Controller<R> {
 
 /// `tanh(W input + b)`, `W` row by row.
 fn layer<R: Real>(weights: &[R], biases: &[R], input: &[R]) -> Vec<R> {
-    dense(weights, input, biases)
-        .into_iter()
-        .map(R::tanh)
-        .collect()
+    let sums = dense(weights, input, biases).into_iter();
+    sums.map(R::tanh).collect()
 }
 
 #[cfg(test)]

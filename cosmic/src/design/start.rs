@@ -56,10 +56,8 @@ pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Materia
             lattice.columns, lattice.rows
         )));
     }
-    Ok(numbers
-        .into_iter()
-        .map(|number| Material::ALL[usize::from(number)])
-        .collect())
+    let material = |number| Material::ALL[usize::from(number)];
+    Ok(numbers.into_iter().map(material).collect())
 }
 
 /// Share of a filled lattice's edges that are actuators: the most of the paper's table 2.
