@@ -62,22 +62,16 @@ mod tests {
 
     #[test]
     fn without_ranges_the_domain_is_the_nominal_one() {
-        let scene = Scene::parse("tiny", "[lattice]\ncolumns = 3\nrows = 2").unwrap();
-        let lattice = Lattice::new(&scene.lattice, &scene.physics);
+        let none = "[robust]\nsamples = 1\nstart = 0\nfriction = 0\nstiffness = 0\nmass = 0";
+        let scene = Scene::parse("none", none).unwrap();
         let task = &Task::new(
-            lattice,
+            Lattice::sample(3, 2, 0.0),
             &scene.physics,
             &scene.controller,
             &scene.materials,
             &scene.projection,
         );
-        let none = RobustSettings {
-            samples: 1,
-            start: 0.0,
-            friction: 0.0,
-            stiffness: 0.0,
-            mass: 0.0,
-        };
+        let none = scene.robust;
         let domain = draw(task, &none, &mut stream(3, Purpose::DomainRandomisation));
         assert_eq!(domain.start, task.lattice.state_at_rest());
         assert_eq!(domain.task.physics, task.physics);

@@ -307,13 +307,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn interrupted_runs_say_how_to_go_on() {
-        assert!(go_on(Path::new("runs/a"), false).ends_with("cosmic resume runs/a"));
-        let own = go_on(Path::new("runs/a"), true);
-        assert!(!own.contains("cosmic") && own.contains("resume_with"));
-    }
-
-    #[test]
     fn paths_are_one_word_of_a_command() {
         for (path, word) in [
             ("runs/a-1.2", "runs/a-1.2"),

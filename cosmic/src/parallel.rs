@@ -15,9 +15,8 @@ pub struct Crew {
 }
 
 impl Crew {
-    /// As many jobs at a time as `threads`, or as cores where that is `None`, each on a single
-    /// thread: what a job itself would do in parallel it does on that one, and its wall time is
-    /// that of one core.
+    /// `threads` jobs at a time, or one per core if that is `None`, each on a single thread. Parallel
+    /// code within a job runs on that thread too, so its wall time is that of one core.
     pub fn of_one(threads: Option<NonZeroUsize>) -> Self {
         let cores = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         Self {
@@ -46,8 +45,8 @@ impl Crew {
 /// Why the lock on the results is never poisoned.
 const NO_PANIC: &str = "no push panics";
 
-/// Does the jobs from number 0 to `jobs`, lower numbers first, and gives what came of them in that
-/// order. The flag that a job is given tells it when another one has failed.
+/// Does the jobs from number 0 to `jobs`, lower numbers first, and returns their results in that
+/// order. The flag that a job receives is set once another job has failed.
 ///
 /// # Errors
 /// The first error; no further job is begun after it.

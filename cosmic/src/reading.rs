@@ -180,26 +180,7 @@ pub(crate) fn malformed(file: &str, place: Position, message: &str) -> Error {
 
 #[cfg(test)]
 mod tests {
-    use super::{Error, from_json, placed, read_at_most, read_whole};
-    use std::path::Path;
-
-    #[test]
-    fn a_file_is_read_whole_or_not_at_all() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("a");
-        std::fs::write(&file, [7; 100]).unwrap();
-        assert_eq!(read_whole(&file).unwrap(), [7; 100]);
-        assert_eq!(read_at_most(&file, 100).unwrap().len(), 100);
-        let long = read_at_most(&file, 99).unwrap_err();
-        assert!(long.exit_code() == 2 && long.to_string().contains("99 bytes"));
-        assert_eq!(
-            read_whole(&folder.path().join("b"))
-                .unwrap_err()
-                .exit_code(),
-            4
-        );
-        assert_eq!(read_whole(folder.path()).unwrap_err().exit_code(), 4);
-    }
+    use super::{Error, from_json, placed};
 
     #[test]
     fn what_is_wrong_in_json_is_named_with_its_keys() {
@@ -246,7 +227,7 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn what_does_not_end_is_refused() {
-        let endless = read_whole(Path::new("/dev/zero")).unwrap_err();
+        let endless = super::read_whole("/dev/zero".as_ref()).unwrap_err();
         assert_eq!(endless.exit_code(), 2);
     }
 }

@@ -311,6 +311,7 @@ fn unreadable_files_are_told_from_malformed_ones() {
     }
     fs::write(folder.path().join("huge.toml"), vec![b'#'; 2 << 20]).unwrap();
     assert_eq!(code("huge.toml"), 2);
+    assert!(read("huge.toml").to_string().contains("1048576 bytes"));
 }
 
 /// The refusal of `--set` with these settings of the default scene.

@@ -132,7 +132,15 @@ fn several_starts_go_on_where_they_were() {
         let child = bench.start(&format!("optimize tiny.toml --out {name} --starts 2"));
         await_rows(&bench, &format!("{name}/starts/1"), 40);
         signal(&child, name);
-        assert_eq!(child.wait_with_output().unwrap().status.code(), code);
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), code);
+        if code.is_some() {
+            // The search is resumed, not a start.
+            let error = Told::of(output).error;
+            let how = format!("; go on with: cosmic resume {name}\n");
+            assert!(error.ends_with(&how), "{error}");
+            assert!(!bench.path(name).join("summary.json").exists());
+        }
         resume(&bench, name).ok();
         assert_eq!(bench.results(name), bench.results("whole"));
     }
@@ -247,8 +255,12 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
     let history = bench.read("a/history.jsonl");
     let (short, _) = history.trim_end().rsplit_once('\n').unwrap();
     bench.write("a/history.jsonl", short);
+    let files = ["history.jsonl", "history.csv", "designs.jsonl"];
+    let histories = || files.map(|name| bench.read(&format!("a/{name}")));
+    let before = histories();
     let says = "history.jsonl: expected 24 lines up to the snapshot, found 22";
     resume(&bench, "a").fails(2, &[says]);
+    assert_eq!(histories(), before);
     bench.write("a/history.jsonl", history);
     bench.write("a/scene.toml", "");
     resume(&bench, "a").fails(2, &["not the scene that the run began with"]);

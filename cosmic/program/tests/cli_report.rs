@@ -201,13 +201,14 @@ fn files_of_another_run_do_not_fit() {
     // A summary of another design, and of another rollout.
     for (key, other) in [
         ("/V", "design.json"),
+        ("/V_act", "design.json"),
         ("/displacement/0", "trajectory.json"),
     ] {
         let mut wrong = bench.json("run/summary.json");
         let number = wrong.pointer_mut(key).unwrap();
         *number = (number.as_f64().unwrap() + 1e-6).into();
         let changed = number.to_string();
-        let says = ["summary.json", other, &changed];
+        let says = ["summary.json", other, &changed, "not all of one run"];
         refused(&bench, "summary.json", wrong.to_string(), &says);
     }
     bench.cosmic("report run --quiet").ok();

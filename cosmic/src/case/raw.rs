@@ -1,5 +1,5 @@
-//! The keys of a case file, before any shape is checked: that of arrays too, as a length that does
-//! not fit is told with the one that does.
+//! The keys of a case file before any shape is checked. Arrays are lists of any length here, so that
+//! the error for a wrong length can state the expected one.
 
 use std::collections::BTreeMap;
 
@@ -9,9 +9,10 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::controller::Weights;
 use crate::design::Material;
-use crate::laws::ContactLaw;
+use crate::error::{self, fits};
+use crate::laws::{ContactLaw, ForceLaws};
 use crate::projection::Projection;
-use crate::scene::{Integrator, VoidEdges};
+use crate::scene::{Integrator, Scene, VoidEdges};
 
 /// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
 pub(super) const FORMAT: &str = "cosmic-case";
@@ -20,6 +21,10 @@ pub(super) const VERSION: u32 = 1;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[expect(
+    dead_code,
+    reason = "the last fields are known to the format and not read"
+)]
 pub(super) struct RawCase {
     pub(super) format: Option<String>,
     pub(super) version: Option<u32>,
@@ -37,101 +42,150 @@ pub(super) struct RawCase {
     pub(super) al: RawLagrangian,
     pub(super) results: Option<RawResults>,
     // The fields below say how a case was made and how well it must be met. Nothing is computed from them.
-    #[serde(rename = "tolerance")]
-    _tolerance: Option<IgnoredAny>,
-    #[serde(rename = "sensitivity")]
-    _sensitivity: Option<IgnoredAny>,
-    #[serde(rename = "coverage")]
-    _coverage: Option<IgnoredAny>,
-    #[serde(rename = "name")]
-    _name: Option<IgnoredAny>,
-    #[serde(rename = "note")]
-    _note: Option<IgnoredAny>,
+    tolerance: Option<IgnoredAny>,
+    sensitivity: Option<IgnoredAny>,
+    coverage: Option<IgnoredAny>,
+    name: Option<IgnoredAny>,
+    note: Option<IgnoredAny>,
 }
 
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawScene {
-    pub(super) columns: usize,
-    pub(super) rows: usize,
-    pub(super) spacing: f64,
-    pub(super) origin_x: f64,
-    pub(super) drop: f64,
-    pub(super) ground_height: f64,
-    pub(super) alpha_deg: f64,
-    pub(super) gravity: f64,
-    pub(super) gamma: f64,
-    pub(super) m_eps: f64,
-    pub(super) payload_mass: f64,
-    pub(super) dt: f64,
+/// Declares the keys of an object of a case: the form that each has in the file, and the setting of a
+/// scene that it stands for. From this follow the object, and the ways from and to a scene. Behind the
+/// semicolon is an object within it.
+macro_rules! keys {
+    (
+        $Keys:ident, $path:literal,
+        $($(#[$attribute:meta])* $key:ident: $form:ty = $section:ident.$setting:ident,)+
+        $(; $part:ident: $Part:ty)?
+    ) => {
+        #[derive(Deserialize, Serialize)]
+        #[serde(deny_unknown_fields)]
+        pub(super) struct $Keys {
+            $($(#[$attribute])* pub(super) $key: $form,)+
+            $(pub(super) $part: $Part,)?
+        }
+
+        impl $Keys {
+            pub(super) fn of(scene: &Scene) -> Self {
+                Self {
+                    $($key: scene.$section.$setting.clone().into(),)+
+                    $($part: <$Part>::of(scene),)?
+                }
+            }
+
+            /// Takes the settings over into a scene; `file` is named where a length does not fit.
+            pub(super) fn set(&self, scene: &mut Scene, file: &str) -> error::Result<()> {
+                $(
+                    let key = concat!($path, ".", stringify!($key));
+                    scene.$section.$setting = self.$key.value(file, key)?;
+                )+
+                $(self.$part.set(scene, file)?;)?
+                Ok(())
+            }
+        }
+    };
+}
+
+keys! {
+    RawScene, "scene",
+    columns: usize = lattice.columns,
+    rows: usize = lattice.rows,
+    spacing: f64 = lattice.spacing,
+    origin_x: f64 = lattice.origin_x,
+    drop: f64 = lattice.drop,
+    ground_height: f64 = physics.ground_height,
+    alpha_deg: f64 = physics.incline_deg,
+    gravity: f64 = physics.gravity,
+    gamma: f64 = physics.damping,
+    m_eps: f64 = physics.node_mass,
+    payload_mass: f64 = physics.payload_mass,
+    dt: f64 = physics.dt,
     // Written only where it is not the paper's: such a case is read by any program of the format.
-    #[serde(default, deserialize_with = "word")]
-    #[serde(skip_serializing_if = "is_default")]
-    pub(super) integrator: Integrator,
-    #[serde(default = "single", skip_serializing_if = "is_single")]
-    pub(super) substeps: usize,
-    #[serde(deserialize_with = "word")]
-    pub(super) contact: ContactLaw,
-    pub(super) mu: f64,
+    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
+    integrator: Integrator = physics.integrator,
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    substeps: usize = physics.substeps,
+    contact: ContactLaw = physics.contact,
+    mu: f64 = physics.friction,
     #[serde(default, skip_serializing_if = "is_default")]
-    pub(super) stiffening: f64,
+    stiffening: f64 = physics.stiffening,
     #[serde(default, skip_serializing_if = "is_default")]
-    pub(super) bending_radius: f64,
-    /// The chosen laws that the format has no keys for, as sections of a scene.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub(super) laws: String,
-    #[serde(default, deserialize_with = "word")]
-    #[serde(skip_serializing_if = "is_default")]
-    pub(super) void_edges: VoidEdges,
-    pub(super) omega: f64,
-    pub(super) n_cpg: usize,
-    pub(super) goal: Vec<f64>,
+    bending_radius: f64 = physics.bending_radius,
+    #[serde(default, skip_serializing_if = "is_default")]
+    forces: ForceLaws = physics.forces,
+    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
+    void_edges: VoidEdges = physics.void_edges,
+    omega: f64 = controller.omega,
+    n_cpg: usize = controller.clocks,
+    goal: Vec<f64> = controller.goal,
     #[serde(default = "one")]
-    pub(super) goal_scale: f64,
+    goal_scale: f64 = controller.goal_scale,
     #[serde(default)]
-    pub(super) goal_relative: bool,
-    pub(super) offset_scale: f64,
-    pub(super) velocity_scale: f64,
-    pub(super) beta: f64,
-    pub(super) beta_stab: f64,
-    pub(super) beta_ste: f64,
-    pub(super) delta: f64,
-    #[serde(default = "single", skip_serializing_if = "is_single")]
-    pub(super) penalisation: usize,
+    goal_relative: bool = controller.goal_relative,
+    offset_scale: f64 = controller.offset_scale,
+    velocity_scale: f64 = controller.velocity_scale,
+    beta: f64 = projection.beta,
+    beta_stab: f64 = projection.beta_stability,
+    beta_ste: f64 = projection.beta_straight_through,
+    delta: f64 = projection.delta,
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    penalisation: usize = materials.penalisation,
     #[serde(default, skip_serializing_if = "is_default")]
-    pub(super) hold_materials: f64,
-    pub(super) library: RawLibrary,
+    hold_materials: f64 = projection.hold_materials,
+    ; library: RawLibrary
 }
 
-/// One of a few words. Taken as a text first: of what is none, the parser of JSON itself would say
-/// no more than that it expected a value.
+keys! {
+    RawLibrary, "scene.library",
+    k: Vec<f64> = materials.stiffness,
+    rho: Vec<f64> = materials.density,
+    a_max: Vec<f64> = materials.max_strain,
+}
+
+/// The form of a setting in a case file.
+trait Form<T> {
+    fn value(&self, file: &str, key: &str) -> error::Result<T>;
+}
+
+impl<T: Clone> Form<T> for T {
+    fn value(&self, _: &str, _: &str) -> error::Result<T> {
+        Ok(self.clone())
+    }
+}
+
+impl<const N: usize> Form<[f64; N]> for Vec<f64> {
+    fn value(&self, file: &str, key: &str) -> error::Result<[f64; N]> {
+        array(file, key, self)
+    }
+}
+
+/// `N` numbers.
+pub(super) fn array<T: Copy, const N: usize>(
+    file: &str,
+    key: &str,
+    numbers: &[T],
+) -> error::Result<[T; N]> {
+    fits(file, &format!("entries in `{key}`"), numbers.len(), N)?;
+    Ok(std::array::from_fn(|k| numbers[k]))
+}
+
+/// One of a few words. It is read as a text first: for a value of any other type the JSON parser
+/// itself would only say that it expected a value.
 fn word<'de, T: DeserializeOwned, D: Deserializer<'de>>(given: D) -> Result<T, D::Error> {
     T::deserialize(StringDeserializer::new(String::deserialize(given)?))
 }
 
-fn one() -> f64 {
-    1.0
+fn one<T: From<u8>>() -> T {
+    T::from(1)
 }
 
-fn single() -> usize {
-    1
-}
-
-fn is_single(option: &usize) -> bool {
+fn is_one(option: &usize) -> bool {
     *option == 1
 }
 
 /// Options beyond the format's first version are written where they are used.
 fn is_default<T: Default + PartialEq>(option: &T) -> bool {
     *option == T::default()
-}
-
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawLibrary {
-    pub(super) k: Vec<f64>,
-    pub(super) rho: Vec<f64>,
-    pub(super) a_max: Vec<f64>,
 }
 
 #[derive(Deserialize, Serialize)]

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use super::raw::{FORMAT, RawCase, RawScene, VERSION};
+use super::raw::{FORMAT, RawCase, RawScene, VERSION, array};
 use crate::controller::{Controller, observation_length};
 use crate::design::Material;
 use crate::error::{Error, Result, fits, some};
@@ -16,8 +16,8 @@ use crate::scene::{
     Scene, UnstableStep, allowed_instead,
 };
 
-/// The longest rollout that a case may ask for, substeps counted: the clock is kept for every step
-/// of it, and a slip of the pen should end neither in a lack of memory nor never.
+/// The longest rollout that a case may ask for, substeps counted. The clock is stored for every step:
+/// without a limit, a typing error could exhaust the memory or run for ever.
 const LONGEST: usize = 10_000_000;
 
 /// A case, its shapes checked against one another.
@@ -61,10 +61,8 @@ impl Case {
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = read_whole(path)?;
         // Bytes that are no text are no JSON either, and the parser says where.
-        Self::parse(
-            &path.display().to_string(),
-            &String::from_utf8_lossy(&bytes),
-        )
+        let text = String::from_utf8_lossy(&bytes);
+        Self::parse(&path.display().to_string(), &text)
     }
 
     /// Reads a case from text; `file` names it in messages.
@@ -112,7 +110,6 @@ impl Shapes<'_> {
         self.format(raw)?;
         self.meaning(&raw.scene)?;
         self.length(raw.steps, raw.scene.substeps)?;
-        let scene = &raw.scene;
         let lattice = self.lattice(raw)?;
         let (nodes, edges) = (lattice.nodes(), lattice.edges.len());
         self.fits("rows of `v0`", raw.v0.len(), nodes)?;
@@ -120,19 +117,19 @@ impl Shapes<'_> {
         if let Some(materials) = &raw.materials {
             self.fits("entries in `materials`", materials.len(), edges)?;
         }
-        let observation = self.observation(scene, raw.controller.b1.len())?;
-        let inputs = observation_length(&observation, nodes);
+        let mut scene = Scene::default();
+        raw.scene.set(&mut scene, self.file)?;
+        scene.controller.hidden = raw.controller.b1.len();
+        scene.physics.steps = raw.steps;
+        // A case is evaluated, and that never refuses.
+        scene.physics.unstable_step = UnstableStep::Warn;
+        let inputs = observation_length(&scene.controller, nodes);
         Ok(Case {
-            layout: layout(scene),
-            physics: physics(self.file, scene, raw.steps)?,
-            materials: self.materials(scene)?,
-            sharpness: ProjectionSettings {
-                beta: scene.beta,
-                beta_stability: scene.beta_stab,
-                beta_straight_through: scene.beta_ste,
-                delta: scene.delta,
-                hold_materials: scene.hold_materials,
-            },
+            layout: scene.lattice,
+            physics: scene.physics,
+            materials: scene.materials,
+            sharpness: scene.projection,
+            observation: scene.controller,
             start: State {
                 x: lattice.positions.clone(),
                 v: self.rows("v0", &raw.v0)?,
@@ -142,13 +139,12 @@ impl Shapes<'_> {
             controller: raw.controller.controller(inputs, edges, self.file)?,
             projection: raw.projection,
             lagrangian: AugmentedLagrangian {
-                multiplier: self.array("al.lambda", &raw.al.lambda)?,
-                penalty: self.array("al.tau", &raw.al.tau)?,
+                multiplier: array(self.file, "al.lambda", &raw.al.lambda)?,
+                penalty: array(self.file, "al.tau", &raw.al.tau)?,
             },
-            thresholds: self.array("al.thresholds", &raw.al.thresholds)?,
+            thresholds: array(self.file, "al.thresholds", &raw.al.thresholds)?,
             listed_steps: self.listed_steps(raw)?,
             lattice,
-            observation,
         })
     }
 
@@ -215,30 +211,6 @@ impl Shapes<'_> {
         ))
     }
 
-    fn observation(&self, scene: &RawScene, hidden: usize) -> Result<ControllerSettings> {
-        Ok(ControllerSettings {
-            hidden,
-            clocks: scene.n_cpg,
-            omega: scene.omega,
-            goal: self.array("scene.goal", &scene.goal)?,
-            goal_scale: scene.goal_scale,
-            goal_relative: scene.goal_relative,
-            offset_scale: scene.offset_scale,
-            velocity_scale: scene.velocity_scale,
-            ..ControllerSettings::default()
-        })
-    }
-
-    fn materials(&self, scene: &RawScene) -> Result<MaterialSettings> {
-        let library = &scene.library;
-        Ok(MaterialSettings {
-            penalisation: scene.penalisation,
-            stiffness: self.array("scene.library.k", &library.k)?,
-            density: self.array("scene.library.rho", &library.rho)?,
-            max_strain: self.array("scene.library.a_max", &library.a_max)?,
-        })
-    }
-
     fn lattice(&self, raw: &RawCase) -> Result<Lattice> {
         let RawScene { columns, rows, .. } = raw.scene;
         let nodes = columns.saturating_mul(rows);
@@ -278,53 +250,11 @@ impl Shapes<'_> {
 
     /// Rows of `N` numbers each.
     fn rows<T: Copy, const N: usize>(&self, name: &str, rows: &[Vec<T>]) -> Result<Vec<[T; N]>> {
-        let row = |(i, row): (usize, &Vec<T>)| self.array(&format!("{name}[{i}]"), row);
+        let row = |(i, row): (usize, &Vec<T>)| array(self.file, &format!("{name}[{i}]"), row);
         rows.iter().enumerate().map(row).collect()
-    }
-
-    /// `N` numbers.
-    fn array<T: Copy, const N: usize>(&self, name: &str, numbers: &[T]) -> Result<[T; N]> {
-        self.fits(&format!("entries in `{name}`"), numbers.len(), N)?;
-        Ok(std::array::from_fn(|k| numbers[k]))
     }
 
     fn fits(&self, what: &str, found: usize, expected: usize) -> Result<()> {
         fits(self.file, what, found, expected)
     }
-}
-
-fn layout(scene: &RawScene) -> LatticeSettings {
-    LatticeSettings {
-        columns: scene.columns,
-        rows: scene.rows,
-        spacing: scene.spacing,
-        origin_x: scene.origin_x,
-        drop: scene.drop,
-    }
-}
-
-fn physics(file: &str, scene: &RawScene, steps: usize) -> Result<PhysicsSettings> {
-    let choice = format!("physics.contact={:?}", scene.contact.name());
-    let laws = Scene::default().set(&[choice])?;
-    let laws = laws.with(&format!("{file}, `laws`"), &scene.laws)?;
-    Ok(PhysicsSettings {
-        dt: scene.dt,
-        steps,
-        integrator: scene.integrator,
-        substeps: scene.substeps,
-        gravity: scene.gravity,
-        damping: scene.gamma,
-        node_mass: scene.m_eps,
-        payload_mass: scene.payload_mass,
-        ground_height: scene.ground_height,
-        incline_deg: scene.alpha_deg,
-        contact: laws.physics.contact,
-        friction: scene.mu,
-        stiffening: scene.stiffening,
-        bending_radius: scene.bending_radius,
-        forces: laws.physics.forces,
-        void_edges: scene.void_edges,
-        // A case is evaluated, and that never refuses.
-        unstable_step: UnstableStep::Warn,
-    })
 }

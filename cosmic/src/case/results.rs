@@ -111,36 +111,15 @@ fn collect_nulls(value: &Value, key: &str, names: &mut Vec<String>) {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use serde_json::Value;
 
-    use super::{CaseResults, DesignGradient};
-    use crate::lattice::State;
+    use crate::case::{Case, CaseResults, DesignGradient};
+    use crate::scene::Scene;
 
     fn results() -> CaseResults {
-        let state = |x: f64| State {
-            x: vec![[x, 0.1]],
-            v: vec![[-0.0, 1e-300]],
-        };
-        CaseResults {
-            z_projected: vec![[0.1 + 0.2, 1.0 / 3.0, 5e-324]],
-            node_mass: vec![1e-4],
-            u0: vec![-1.0],
-            trajectory: BTreeMap::from([(0, state(0.1)), (2, state(0.3)), (10, state(0.7))]),
-            l_disp: -0.7,
-            displacement: 0.6,
-            volume: 2.0 / 3.0,
-            actuator_volume: 0.25,
-            g_bin: 4.122307339926579e-9,
-            g_ortho: [1.0 / 7.0, 1e22, f64::MAX],
-            grad_l_disp: None,
-            augmented: 0.0,
-            grad_augmented: None,
-            augmented_performance_constraints: None,
-            grad_augmented_performance_constraints: None,
-            divergence: None,
-        }
+        let scene = Scene::parse("small", "[lattice]\ncolumns = 2\nrows = 2").unwrap();
+        let case = Case::of_scene(&scene, 0).unwrap();
+        case.evaluate(false, &[0, 2, 10]).unwrap()
     }
 
     #[test]

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::Case;
-use super::raw::{FORMAT, RawLagrangian, RawLibrary, RawScene, VERSION};
+use super::raw::{FORMAT, RawLagrangian, RawScene, VERSION};
 use crate::controller::Weights;
 use crate::design::Material;
 use crate::lattice::State;
 use crate::projection::Projection;
+use crate::scene::Scene;
 use crate::simulator::Divergence;
 
 /// The keys of a file that [`Case::parse`] reads back.
@@ -69,7 +70,7 @@ impl Case {
             format: FORMAT,
             version: VERSION,
             note: None,
-            scene: self.raw_scene(),
+            scene: RawScene::of(&self.scene()),
             edges: &self.lattice.edges,
             l0: &self.lattice.rest_length,
             x0: &self.start.x,
@@ -88,48 +89,15 @@ impl Case {
         }
     }
 
-    fn raw_scene(&self) -> RawScene {
-        let (layout, physics) = (&self.layout, &self.physics);
-        let (sharpness, observation) = (&self.sharpness, &self.observation);
-        RawScene {
-            columns: layout.columns,
-            rows: layout.rows,
-            spacing: layout.spacing,
-            origin_x: layout.origin_x,
-            drop: layout.drop,
-            ground_height: physics.ground_height,
-            alpha_deg: physics.incline_deg,
-            gravity: physics.gravity,
-            gamma: physics.damping,
-            m_eps: physics.node_mass,
-            payload_mass: physics.payload_mass,
-            dt: physics.dt,
-            integrator: physics.integrator,
-            substeps: physics.substeps,
-            contact: physics.contact.clone(),
-            mu: physics.friction,
-            stiffening: physics.stiffening,
-            bending_radius: physics.bending_radius,
-            laws: physics.laws_toml(),
-            void_edges: physics.void_edges,
-            omega: observation.omega,
-            n_cpg: observation.clocks,
-            goal: observation.goal.to_vec(),
-            goal_scale: observation.goal_scale,
-            goal_relative: observation.goal_relative,
-            offset_scale: observation.offset_scale,
-            velocity_scale: observation.velocity_scale,
-            beta: sharpness.beta,
-            beta_stab: sharpness.beta_stability,
-            beta_ste: sharpness.beta_straight_through,
-            delta: sharpness.delta,
-            penalisation: self.materials.penalisation,
-            hold_materials: sharpness.hold_materials,
-            library: RawLibrary {
-                k: self.materials.stiffness.to_vec(),
-                rho: self.materials.density.to_vec(),
-                a_max: self.materials.max_strain.to_vec(),
-            },
+    /// The settings of the case in a scene.
+    fn scene(&self) -> Scene {
+        Scene {
+            lattice: self.layout.clone(),
+            physics: self.physics.clone(),
+            materials: self.materials.clone(),
+            projection: self.sharpness.clone(),
+            controller: self.observation.clone(),
+            ..Scene::default()
         }
     }
 }

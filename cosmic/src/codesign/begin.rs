@@ -25,8 +25,8 @@ pub struct CoDesign {
     /// True if the caller supplied the loss in place of the scene's objective.
     pub(super) own_loss: bool,
     pub(super) start: State<f64>,
-    /// The design's optimiser, for each projection.
-    pub(super) mma: [Mma; 2],
+    /// The design's optimiser; it has a state for each projection.
+    pub(super) mma: Mma,
     pub(super) adam: Adam,
     /// The last mixture whose time step was checked: a frozen layout is checked once.
     pub(super) checked: Option<(Vec<[f64; 3]>, StepCheck)>,
@@ -99,16 +99,14 @@ impl CoDesign {
         check_loss(&*loss, scene)?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let variables = 3 * lattice.edges.len();
-        let mma = || {
-            let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
-            Mma::new(scene.mma.clone(), &lower, &upper)
-                .map_err(|error| Error::Usage(format!("the scene's [mma] settings: {error}")))
-        };
+        let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
+        let mma = Mma::new(scene.mma.clone(), &lower, &upper)
+            .map_err(|error| Error::Usage(format!("the scene's [mma] settings: {error}")))?;
         Ok(Self {
             loss,
             own_loss: true,
             start: lattice.state_at_rest(),
-            mma: [mma()?, mma()?],
+            mma,
             adam: Adam(scene.adam.clone()),
             task: Task::new(
                 lattice,
@@ -166,7 +164,9 @@ impl CoDesign {
                 z[edge]
             )));
         }
-        if !is_finite(&controller) {
+        let c = &controller;
+        let weights = [&c.w1, &c.b1, &c.w2, &c.b2].map(|part| part.iter().all(|w| w.is_finite()));
+        if weights.contains(&false) {
             return Err(Error::Usage(
                 "the controller to begin with has weights that are not finite".into(),
             ));
@@ -221,7 +221,7 @@ impl CoDesign {
             entered: None,
             own_loss: self.own_loss,
             iteration: 0,
-            mma: [0, 1].map(|k: usize| self.mma[k].init(z.as_flattened())),
+            mma: [(); 2].map(|()| self.mma.init(z.as_flattened())),
             adam: self.adam.init(controller.weights()),
             lagrangian: AugmentedLagrangian::new(self.scene.binarisation.penalty),
             first_measures,
@@ -310,11 +310,6 @@ impl CoDesign {
     }
 }
 
-fn is_finite(c: &Controller<f64>) -> bool {
-    let mut weights = [&c.w1, &c.b1, &c.w2, &c.b2].into_iter().flatten();
-    weights.all(|weight| weight.is_finite())
-}
-
 /// Refuses a loss that looks at steps that a rollout does not have.
 fn check_loss(loss: &dyn AnyLoss, scene: &Scene) -> Result<()> {
     let horizon = |iteration| Schedule { scene, iteration }.horizon();
@@ -362,8 +357,8 @@ mod tests {
         }
     }
 
-    /// A loss of one's own is optimised as the built-in one that it is the same as: to the bit, in
-    /// both precisions.
+    /// A caller's loss gives the same bits as the built-in loss of the same formula, in both
+    /// precisions.
     #[test]
     fn an_own_loss_is_optimised_as_a_built_in_one() {
         for precision in [GradientPrecision::F64, GradientPrecision::F32] {

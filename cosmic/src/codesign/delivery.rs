@@ -14,7 +14,7 @@ use crate::domain::{Domain, draw, perturbed};
 use crate::lattice::State;
 use crate::random::{Purpose, stream};
 use crate::scene::SelectionKind;
-use crate::simulator::{Divergence, Guarded, Span, Trajectory};
+use crate::simulator::{Divergence, Span, Trajectory};
 use crate::task::together;
 
 /// Steps from one state of a delivery's trajectory to the next.
@@ -62,17 +62,17 @@ impl CoDesign {
         let selections = self.selections(progress, &entrants);
         // The last iterate comes first: it wins a tie.
         let best = first_best(selections.iter().map(|s| s.p50));
-        let Entrant {
-            iteration,
-            controller,
-            ..
-        } = entrants[best];
+        let chosen = &entrants[best];
+        let controller = &chosen.controller;
 
         let domains = self.perturbed_starts(progress.seed, Purpose::Judgement);
         let last = (best > 0).then_some(&progress.controller);
         let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
         let spreads = self.spreads(&mixture, &judged, &domains);
-        let guarded = self.shown_rollout(&mixture, controller);
+        let steps = self.scene.physics.steps;
+        let kept = (0..steps).step_by(KEEP_EVERY).chain([steps]).collect();
+        let span = Span::from_start(kept);
+        let guarded = (self.task).guarded(&mixture, controller, &self.start, &span);
         let trajectory = &guarded.trajectory;
         let moved = match guarded.divergence {
             Some(_) => [f64::NAN; 2],
@@ -84,7 +84,7 @@ impl CoDesign {
             z: progress.z.clone(),
             materials: self.materials(progress),
             controller: controller.clone(),
-            iteration,
+            iteration: chosen.iteration,
             displacement: self.task.ground().vector_to_world(moved),
             along: moved[0],
             selection: selections[best],
@@ -110,25 +110,26 @@ impl CoDesign {
     }
 
     /// The controllers to choose from, each once, the last iterate first.
-    fn entrants<'a>(&self, progress: &'a Progress) -> Vec<Entrant<'a>> {
-        let candidates = progress.candidates.iter();
+    fn entrants(&self, progress: &Progress) -> Vec<Candidate> {
+        let candidates = progress.candidates.iter().cloned();
         let (same, others): (Vec<_>, Vec<_>) =
             candidates.partition(|c| c.controller == progress.controller);
-        let mut entrants = vec![Entrant {
+        let mut entrants = vec![Candidate {
             iteration: progress.iteration,
-            controller: &progress.controller,
+            // Entrants are compared by their spreads alone.
+            merit: f64::NAN,
+            controller: progress.controller.clone(),
             spread: same.first().and_then(|c| c.spread),
         }];
         if self.scene.selection.kind == SelectionKind::Median {
-            entrants.extend(others.into_iter().map(Entrant::from));
+            entrants.extend(others);
         }
         entrants
     }
 
     /// Rolls every candidate out in the domains that controllers are chosen by.
     pub(super) fn judge_candidates(&self, progress: &mut Progress) {
-        let entrants: Vec<_> = progress.candidates.iter().map(Entrant::from).collect();
-        let spreads = self.selections(progress, &entrants);
+        let spreads = self.selections(progress, &progress.candidates);
         for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
             // JSON has no minus infinity, the quantile of diverged rollouts.
             candidate.spread = Some(spread).filter(|s| s.p10.is_finite());
@@ -137,22 +138,13 @@ impl CoDesign {
 
     /// The merits of controllers over the domains that controllers are chosen by; known merits are
     /// not computed again.
-    fn selections(&self, progress: &Progress, entrants: &[Entrant]) -> Vec<Quantiles> {
+    fn selections(&self, progress: &Progress, entrants: &[Candidate]) -> Vec<Quantiles> {
         let domains = self.selecting_domains(progress.seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());
-        let unknown: Vec<_> = unknown.map(|e| e.controller).collect();
+        let unknown: Vec<_> = unknown.map(|e| &e.controller).collect();
         let mut found = (self.spreads(&self.mixture(progress), &unknown, &domains)).into_iter();
-        let spread = |e: &Entrant| e.spread.or_else(|| found.next().map(|s| s.merit));
+        let spread = |e: &Candidate| e.spread.or_else(|| found.next().map(|s| s.merit));
         entrants.iter().map_while(spread).collect()
-    }
-
-    /// The unperturbed rollout, with enough states for an animation.
-    fn shown_rollout(&self, mixture: &[[f64; 3]], controller: &Controller<f64>) -> Guarded {
-        let steps = self.scene.physics.steps;
-        let mut kept: Vec<usize> = (0..steps).step_by(KEEP_EVERY).collect();
-        kept.push(steps);
-        let span = Span::from_start(kept);
-        self.task.guarded(mixture, controller, &self.start, &span)
     }
 
     /// The domains that controllers are chosen by: scattered where the robot is to be robust.
@@ -206,25 +198,6 @@ impl CoDesign {
             merit: spread(reached, |r| r.merit),
         };
         reached.chunks_exact(domains.len()).map(of).collect()
-    }
-}
-
-/// A controller to choose from.
-struct Entrant<'a> {
-    /// The iteration that produced it.
-    iteration: usize,
-    controller: &'a Controller<f64>,
-    /// Its merits over the domains that controllers are chosen by, if they are known.
-    spread: Option<Quantiles>,
-}
-
-impl<'a> From<&'a Candidate> for Entrant<'a> {
-    fn from(candidate: &'a Candidate) -> Self {
-        Self {
-            iteration: candidate.iteration,
-            controller: &candidate.controller,
-            spread: candidate.spread,
-        }
     }
 }
 

@@ -88,21 +88,12 @@ impl CoDesign {
             iteration: now.iteration,
             phase: now.phase(),
             pass,
-            displacement: None,
-            displacement_horizon: None,
-            merit_horizon: None,
             horizon: now.horizon(),
             volume: measures.volume,
             actuator_volume: measures.actuator_volume,
             measures: measures.constrained(),
             violations: violations(measures.constrained(), &thresholds),
-            multipliers: [0.0; 4],
-            penalties: [0.0; 4],
-            design_gradient: [None; 2],
-            controller_gradient: None,
-            mma: [None, None],
-            skipped: 0,
-            time_step: None,
+            ..Record::default()
         }
     }
 }

@@ -66,7 +66,7 @@ impl CoDesign {
                 constraints: &rows.values,
                 jacobian: &rows.jacobian,
             };
-            match self.mma[k].update(&mut progress.mma[k], &linearisation) {
+            match self.mma.update(&mut progress.mma[k], &linearisation) {
                 Ok(update) => {
                     blend(&mut progress.z, &before, &update.point, shares[k]);
                     record.mma[k] = Some(update.diagnostics);

@@ -83,16 +83,13 @@ impl Progress {
         fits("adam.mean_square", self.adam.mean_square.len(), weights)?;
         let candidates = self.candidates.iter().map(|c| &c.controller);
         let settled = self.settled.iter().map(|s| &s.controller);
-        for controller in [&self.controller]
-            .into_iter()
+        for controller in std::iter::once(&self.controller)
             .chain(candidates)
             .chain(settled)
         {
-            let expected = controller_sizes(&other.controller);
-            for ((what, found), (_, expected)) in
-                controller_sizes(controller).into_iter().zip(expected)
-            {
-                fits(what, found, expected)?;
+            let sizes = [controller, &other.controller].map(controller_sizes);
+            for ((what, found), (_, expected)) in sizes[0].iter().zip(sizes[1]) {
+                fits(what, *found, expected)?;
             }
         }
         for mma in &self.mma {
@@ -153,7 +150,7 @@ pub struct Settled {
 }
 
 /// The record of one iteration. Lengths in metres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Counted from 1.
     pub iteration: usize,

@@ -26,11 +26,6 @@ pub struct Reached {
 }
 
 impl Reached {
-    const NOWHERE: Self = Self {
-        moved: [f64::NAN; 2],
-        merit: f64::NAN,
-    };
-
     pub(super) fn along(&self) -> f64 {
         self.moved[0]
     }
@@ -136,7 +131,8 @@ impl CoDesign {
             let mixture = mixtures[k % mixtures.len()].as_ref();
             let guarded = task.guarded(mixture, controller, start, &span);
             if guarded.divergence.is_some() {
-                return Reached::NOWHERE;
+                let (moved, merit) = ([f64::NAN; 2], f64::NAN);
+                return Reached { moved, merit };
             }
             let seen = &guarded.trajectory;
             let loss = || LossOf::<f64>::loss_of(&*self.loss, seen);
@@ -190,10 +186,10 @@ mod tests {
     use crate::laws::ContactLaw;
     use crate::scene::{GradientPrecision, Scene, TaskKind};
 
-    /// A robot that falls along a steep slope for so long, by half of a second's square times its
-    /// share of gravity, to where a watched rollout is looked at again and no state is absurd.
+    /// A robot falls along a steep slope for 40 s: far enough that the watch in lanes stops and the
+    /// guard decides, and not so far that a state is absurd.
     #[test]
-    fn what_is_nearly_absurd_has_not_diverged() {
+    fn a_nearly_absurd_state_has_not_diverged() {
         let mut scene = tiny();
         scene.physics.contact = ContactLaw::coulomb();
         scene.physics.friction = 0.0;
@@ -212,7 +208,7 @@ mod tests {
         assert!(delivery.spread.p10.is_finite(), "{delivery:?}");
     }
 
-    /// On the way in the scene's precision; what is quoted in f64.
+    /// Rollouts of the optimisation have the scene's precision, quoted figures f64.
     #[test]
     fn rollouts_on_the_way_have_the_precision_of_gradients() {
         let check = |mut scene: Scene| {

@@ -99,15 +99,11 @@ impl CoDesign {
                 *loss
             })
         });
-        let mut slopes = found.map(|(loss, gradient)| Slope {
-            gradient: gradient.into_iter().map(R::into).collect(),
-            loss: loss.into(),
-            displacement: 0.0,
-        });
-        for (slope, displacement) in slopes.iter_mut().zip(displacements) {
-            slope.displacement = displacement;
-        }
-        slopes
+        std::array::from_fn(|k| Slope {
+            gradient: found[k].1.iter().map(|&g| g.into()).collect(),
+            loss: found[k].0.into(),
+            displacement: displacements[k],
+        })
     }
 
     /// The losses and their rollouts. With two goals a loss is the mean of the loss for the goal

@@ -125,7 +125,7 @@ mod tests {
     use crate::ground::Ground;
     use crate::lattice::{Lattice, State};
     use crate::random::{Purpose, stream, symmetric};
-    use crate::scene::{ControllerSettings, LatticeSettings};
+    use crate::scene::ControllerSettings;
 
     /// The inputs of a folded controller for a state in the ground's frame.
     fn sensed(state: &State<f64>, clock: [f64; 2]) -> Vec<f64> {
@@ -154,12 +154,7 @@ mod tests {
 
     /// Compares the folded controller with the observation and the network as they are defined.
     fn check(settings: &ControllerSettings, ground: &Ground) {
-        let size = LatticeSettings {
-            columns: 3,
-            rows: 2,
-            ..LatticeSettings::default()
-        };
-        let lattice = Lattice::new(&size, *ground);
+        let lattice = Lattice::sample(3, 2, 0.0);
         let state = random_state(lattice.nodes());
         let mut controller = Controller::xavier(settings, &lattice, 0);
         controller.b1.fill(0.2);

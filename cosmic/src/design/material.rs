@@ -88,25 +88,7 @@ pub fn attract(z: &mut [[f64; 3]], mixture: &[[f64; 3]], confidence: f64, nudge:
 
 #[cfg(test)]
 mod tests {
-    use super::{Material, attract, dominant, one_hot, vectors_of_mixture};
-
-    #[test]
-    fn files_hold_materials_as_numbers() {
-        let layout: Vec<Material> = serde_json::from_str("[0, 1, 2]").unwrap();
-        assert_eq!(layout, Material::ALL);
-        assert_eq!(serde_json::to_string(&layout).unwrap(), "[0,1,2]");
-        let wrong = serde_json::from_str::<Material>("3").unwrap_err();
-        assert!(wrong.to_string().contains("3 is no material"));
-    }
-
-    #[test]
-    fn a_layout_survives_one_hot() {
-        let layout = [Material::Actuator, Material::Void, Material::Skeleton];
-        let vectors = one_hot(&layout);
-        assert_eq!(vectors[0], [0.0, 0.0, 1.0]);
-        let back: Vec<_> = vectors.iter().map(dominant).collect();
-        assert_eq!(back, layout);
-    }
+    use super::{attract, vectors_of_mixture};
 
     #[test]
     fn vectors_keep_the_ratios_of_the_mixture() {

@@ -56,10 +56,8 @@ pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Materia
             lattice.columns, lattice.rows
         )));
     }
-    Ok(numbers
-        .into_iter()
-        .map(|number| Material::ALL[usize::from(number)])
-        .collect())
+    let material = |number| Material::ALL[usize::from(number)];
+    Ok(numbers.into_iter().map(material).collect())
 }
 
 /// Share of a filled lattice's edges that are actuators: the most of the paper's table 2.
@@ -108,44 +106,41 @@ mod tests {
     use crate::lattice::Lattice;
     use crate::scene::{Layout, StartKind, StartSettings};
 
-    fn start(kind: StartKind) -> StartSettings {
-        StartSettings {
+    /// The start of a kind on a lattice of so many nodes.
+    fn vectors(kind: StartKind, lattice: &Lattice) -> Result<Vec<[f64; 3]>> {
+        let settings = StartSettings {
             kind,
+            void: 0.05,
             ..StartSettings::default()
+        };
+        start_vectors(&settings, lattice, 20.0, 0)
+    }
+
+    #[test]
+    fn starts_have_their_shares_of_void() {
+        let (lattice, one_row) = (Lattice::sample(6, 6, 0.0), Lattice::sample(4, 1, 0.0));
+        let third = 1.0 / 3.0;
+        let upwards = lattice.midpoint_rows();
+        let upwards = upwards.iter().map(|row| third + 0.12 * row / 5.0);
+        let legs = layout_materials(Layout::Short, &lattice).unwrap();
+        let beside = legs.iter().map(|m| if m.is_solid() { third } else { 0.05 });
+        for (kind, lattice, void) in [
+            (StartKind::Uniform, &lattice, vec![third; 110]),
+            (StartKind::Filled, &lattice, vec![0.05; 110]),
+            (StartKind::Stability, &lattice, upwards.collect()),
+            (StartKind::Stability, &one_row, vec![third; 3]),
+            (StartKind::ThreeLegged, &lattice, beside.collect()),
+        ] {
+            let z = vectors(kind, lattice).unwrap();
+            assert_eq!(z.len(), void.len());
+            for (z, void) in z.into_iter().zip(void) {
+                // A third of everything is exact.
+                assert!(z[1] == z[2] && (void != third || z == [third; 3]), "{z:?}");
+                let e = z.map(|z| (20.0 * z).exp());
+                // exp multiplies the roundings of z by 20.
+                assert!((e[0] / (e[0] + e[1] + e[2]) - void).abs() < 1e-14, "{z:?}");
+            }
         }
-    }
-
-    /// The default start of a kind on a lattice of so many nodes.
-    fn vectors(kind: StartKind, columns: usize, rows: usize) -> Result<Vec<[f64; 3]>> {
-        let lattice = Lattice::sample(columns, rows, 0.0);
-        start_vectors(&start(kind), &lattice, 20.0, 0)
-    }
-
-    /// The void entry of the softmax of a design vector.
-    fn void(z: &[f64; 3]) -> f64 {
-        let e = z.map(|z| (20.0 * z).exp());
-        e[0] / (e[0] + e[1] + e[2])
-    }
-
-    #[test]
-    fn the_uniform_start_is_a_third_of_everything() {
-        let z = vectors(StartKind::Uniform, 6, 6).unwrap();
-        assert_eq!(z, vec![[1.0 / 3.0; 3]; 110]);
-    }
-
-    #[test]
-    fn the_stability_start_thins_out_upwards() {
-        let z = vectors(StartKind::Stability, 6, 6).unwrap();
-        // exp multiplies the roundings of z by 20.
-        assert!((void(&z[0]) - 1.0 / 3.0).abs() < 1e-14);
-        assert!((void(&z[109]) - (1.0 / 3.0 + 0.12)).abs() < 1e-14);
-        assert!(z.iter().all(|z| z[1] == z[2]));
-    }
-
-    #[test]
-    fn one_row_has_a_stability_start_too() {
-        let z = vectors(StartKind::Stability, 4, 1).unwrap();
-        assert_eq!(z, vec![[1.0 / 3.0; 3]; 3]);
     }
 
     #[test]
@@ -157,18 +152,6 @@ mod tests {
         }
         assert_eq!(filled(&lattice), materials);
         assert!(materials.contains(&Material::Actuator));
-    }
-
-    #[test]
-    fn the_three_legged_start_thins_out_beside_its_layout() {
-        let lattice = Lattice::sample(6, 6, 0.0);
-        let layout = layout_materials(Layout::Short, &lattice).unwrap();
-        let z = vectors(StartKind::ThreeLegged, 6, 6).unwrap();
-        for (material, z) in layout.iter().zip(&z) {
-            let share = if material.is_solid() { 1.0 / 3.0 } else { 0.6 };
-            // exp multiplies the roundings of z by 20.
-            assert!((void(z) - share).abs() < 1e-14);
-        }
     }
 
     #[test]
@@ -184,7 +167,8 @@ mod tests {
             assert_eq!((solid, actuators), (55, 22));
             let settings = StartSettings {
                 layout,
-                ..start(StartKind::Layout)
+                kind: StartKind::Layout,
+                ..StartSettings::default()
             };
             let z = start_vectors(&settings, &lattice, 20.0, 0).unwrap();
             assert_eq!(z.iter().map(dominant).collect::<Vec<_>>(), materials);
@@ -206,19 +190,8 @@ mod tests {
     }
 
     #[test]
-    fn the_filled_start_has_little_void() {
-        let settings = StartSettings {
-            void: 0.05,
-            ..start(StartKind::Filled)
-        };
-        let z = start_vectors(&settings, &Lattice::sample(3, 2, 0.0), 20.0, 0).unwrap();
-        // exp multiplies the roundings of z by 20.
-        assert!(z.iter().all(|z| (void(z) - 0.05).abs() < 1e-14));
-    }
-
-    #[test]
     fn a_layout_for_another_lattice_is_refused() {
-        let error = vectors(StartKind::Layout, 5, 5).unwrap_err();
+        let error = vectors(StartKind::Layout, &Lattice::sample(5, 5, 0.0)).unwrap_err();
         assert!(error.to_string().contains("has 5x5"));
     }
 }

@@ -13,7 +13,7 @@ const VOID: [f64; 2] = [0.001, 0.999];
 /// lattice. Along an axis that is from nothing at one side to `2 tilt` at the opposite, along a
 /// diagonal from `-0.4 tilt` in one corner to `2.4 tilt` in the other.
 ///
-/// No direction is preferred: a search over seeds finds out by itself which side should be thin.
+/// No direction is preferred: a search over seeds finds the side that should be thin.
 pub(super) fn tilted(void: &[f64], lattice: &Lattice, tilt: f64, seed: u64) -> Vec<f64> {
     let angle = symmetric(&mut stream(seed, Purpose::Tilt), 0.5 * TAU);
     let (sin, cos) = angle.sin_cos();

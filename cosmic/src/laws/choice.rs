@@ -3,6 +3,8 @@
 use std::fmt;
 use std::sync::RwLock;
 
+use serde::de::{self, Error as _};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -13,7 +15,9 @@ use super::force::AnyForce;
 use super::no_ground::NoGround;
 use super::node::{NodeForce, OnNodes};
 use super::sticking::Sticking;
-use crate::settings::{Filled, Limits, SettingValue, Settings, json, misfit, word, wrong_kind};
+use crate::settings::{
+    Filled, Limits, SettingValue, Settings, Values, json, misfit, read_json, word, wrong_kind,
+};
 
 /// A law that scenes may choose: made by [`contact`], [`on_bars`] or [`on_nodes`].
 pub struct Choice(Kind);
@@ -171,23 +175,71 @@ impl PartialEq for ContactLaw {
     }
 }
 
-impl<'de> serde::Deserialize<'de> for ContactLaw {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let name = String::deserialize(deserializer)?;
-        Self::named(&name).ok_or_else(|| {
-            let known = contacts();
-            let known: Vec<_> = known.iter().map(|c| format!("`{}`", c.name())).collect();
-            let expected = known.join(", ");
-            serde::de::Error::custom(format!(
-                "unknown variant `{name}`, expected one of {expected}"
-            ))
-        })
+/// A law in JSON: its name, or an object of its name and its settings.
+struct LawFile {
+    name: String,
+    settings: serde_json::Map<String, serde_json::Value>,
+}
+
+impl<'de> Deserialize<'de> for LawFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = serde_json::Value::deserialize(deserializer)?;
+        let (name, settings) = match value {
+            serde_json::Value::String(name) => (name, serde_json::Map::new()),
+            serde_json::Value::Object(law) => match law.into_iter().next() {
+                Some((name, serde_json::Value::Object(settings))) => (name, settings),
+                _ => return Err(D::Error::custom("expected an object of a law's settings")),
+            },
+            other => {
+                return Err(D::Error::custom(format!(
+                    "expected the name of a law, found {other}"
+                )));
+            }
+        };
+        Ok(Self { name, settings })
     }
 }
 
-impl serde::Serialize for ContactLaw {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
+impl LawFile {
+    /// Takes the settings over into those of the law.
+    fn fill<E: de::Error>(self, law: &mut dyn Settings) -> Result<(), E> {
+        for (key, value) in self.settings {
+            let field = law.fields().into_iter().find(|field| field.key == key);
+            let field = field.ok_or_else(|| {
+                E::custom(format!("the law `{}` has no setting `{key}`", self.name))
+            })?;
+            read_json(field, &value).map_err(E::custom)?;
+        }
+        Ok(())
+    }
+}
+
+/// Writes a law as [`LawFile`] reads it.
+fn law_json(name: &'static str, settings: &mut dyn Settings) -> serde_json::Value {
+    if settings.fields().is_empty() {
+        return name.into();
+    }
+    serde_json::Map::from_iter([(name.to_owned(), json(&Values::of(settings)))]).into()
+}
+
+impl<'de> Deserialize<'de> for ContactLaw {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let file = LawFile::deserialize(deserializer)?;
+        let Some(mut law) = Self::named(&file.name) else {
+            let known = contacts();
+            let known: Vec<_> = known.iter().map(|c| format!("`{}`", c.name())).collect();
+            let (name, expected) = (file.name, known.join(", "));
+            let says = format!("unknown variant `{name}`, expected one of {expected}");
+            return Err(D::Error::custom(says));
+        };
+        file.fill(law.settings())?;
+        Ok(law)
+    }
+}
+
+impl Serialize for ContactLaw {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        law_json(self.name(), self.0.boxed().settings()).serialize(serializer)
     }
 }
 
@@ -281,9 +333,30 @@ impl PartialEq for ForceLaws {
     }
 }
 
-impl serde::Serialize for ForceLaws {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.laws().map(AnyForce::name))
+impl<'de> Deserialize<'de> for ForceLaws {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let law = |file: LawFile| {
+            let law = Self::default().law_of(&file.name);
+            let unknown = || format!("this program has no force `{}`", file.name);
+            let mut law = law.ok_or_else(|| D::Error::custom(unknown()))?;
+            file.fill(law.settings())?;
+            Ok(law)
+        };
+        let files = Vec::<LawFile>::deserialize(deserializer)?;
+        files
+            .into_iter()
+            .map(law)
+            .collect::<Result<_, _>>()
+            .map(Self)
+    }
+}
+
+impl Serialize for ForceLaws {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(
+            self.laws()
+                .map(|law| law_json(law.name(), law.boxed().settings())),
+        )
     }
 }
 

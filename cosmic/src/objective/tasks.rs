@@ -120,29 +120,25 @@ impl Loss for Objective {
 mod tests {
     use super::{Loss, Objective};
     use crate::lattice::State;
-    use crate::scene::Named;
-    use crate::scene::{LossSettings, ObjectiveSettings, OwnLoss, PhysicsSettings, TaskKind};
+    use crate::scene::{Named, Scene, TaskKind};
     use crate::simulator::Trajectory;
 
     fn objective(task: TaskKind) -> Objective {
-        let settings = ObjectiveSettings {
-            task,
-            target: 1.0,
-            settle: 0.5,
-            energy_price: 0.25,
-            own_loss: OwnLoss::default(),
-        };
-        let loss = LossSettings {
-            window: 2,
-            every: 1,
-            ..LossSettings::default()
-        };
-        let physics = PhysicsSettings {
-            dt: 0.5,
-            damping: 2.0,
-            ..PhysicsSettings::default()
-        };
-        Objective::new(&settings, &loss, &physics)
+        let text = "
+            [objective]
+            target = 1.0
+            settle = 0.5
+            energy_price = 0.25
+            [loss]
+            window = 2
+            every = 1
+            [physics]
+            dt = 0.5
+            damping = 2.0
+        ";
+        let mut scene = Scene::parse("tasks", text).unwrap();
+        scene.objective.task = task;
+        Objective::new(&scene.objective, &scene.loss, &scene.physics)
     }
 
     /// A payload, and a node that rests, after 1, 2 and 3 steps.

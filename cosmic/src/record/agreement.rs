@@ -106,26 +106,13 @@ mod tests {
         };
         assert_eq!(check(&a.0, &a.1, &a.2), None);
         assert_eq!(check(&b.0, &b.1, &b.2), None);
-        let says = |found: Option<String>, words: &str| {
-            let text = found.expect("files of two runs");
-            assert!(
-                text.contains(words) && text.contains("not all of one run"),
-                "{text}"
-            );
-        };
         assert!(check(&a.0, &a.1, &b.2).is_some() && check(&b.0, &a.1, &a.2).is_some());
         // The payload's displacement agrees, the motion does not.
         let mut trajectory = a.2.clone();
         trajectory.states[1].x[3][1] += 1e-5;
-        says(
-            check(&a.0, &a.1, &trajectory),
-            "trajectory.json: after 16 steps",
-        );
-        let mut summary = a.1.clone();
-        summary.actuator_volume += 0.1;
-        says(check(&a.0, &summary, &a.2), "`V_act`");
-        let mut summary = a.1.clone();
-        summary.displacement[0] += 0.1;
-        says(check(&a.0, &summary, &a.2), "`displacement`");
+        let text = check(&a.0, &a.1, &trajectory).expect("another motion");
+        for words in ["trajectory.json: after 16 steps", "not all of one run"] {
+            assert!(text.contains(words), "{text}");
+        }
     }
 }

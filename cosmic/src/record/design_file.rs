@@ -14,10 +14,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The format of a design file.
-pub const FORMAT: Format = Format {
-    name: "cosmic-design",
-    version: 1,
-};
+pub const FORMAT: Format = Format::new("cosmic-design", 1);
 
 /// The design's place in a run's folder.
 pub const DESIGN: &str = "design.json";

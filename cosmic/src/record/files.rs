@@ -12,9 +12,10 @@ use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
 
 /// The first two keys of a JSON file, `format` and `version`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Format {
     /// The kind of file, such as `cosmic-design`.
+    #[serde(rename = "format")]
     pub name: &'static str,
     /// Raised by each change that older readers would misread.
     pub version: u32,
@@ -60,7 +61,11 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     // Data before name: otherwise a power cut could leave the new name with no bytes behind it.
     file.as_file().sync_all()?;
     file.persist(path)?;
-    sync_folder(folder)
+    // On Unix a rename is on the disk once its folder is.
+    if cfg!(unix) {
+        File::open(folder)?.sync_all()?;
+    }
+    Ok(())
 }
 
 /// Prefix of the names of temporary files.
@@ -124,36 +129,24 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// Flushes a rename to the disk. On Unix that needs a sync of the folder.
-fn sync_folder(folder: &Path) -> io::Result<()> {
-    if cfg!(unix) {
-        File::open(folder)?.sync_all()
-    } else {
-        Ok(())
-    }
-}
-
 /// A body with its format in front.
 #[derive(Serialize)]
 struct Stamped<'b, T> {
-    format: &'static str,
-    version: u32,
+    #[serde(flatten)]
+    format: Format,
     #[serde(flatten)]
     body: &'b T,
 }
 
 impl Format {
-    fn stamp<T>(self, body: &T) -> Stamped<'_, T> {
-        Stamped {
-            format: self.name,
-            version: self.version,
-            body,
-        }
+    /// A kind of file and its version.
+    pub const fn new(name: &'static str, version: u32) -> Self {
+        Self { name, version }
     }
 
     /// `format`, `version` and the body's keys as one line of JSON.
     pub(in crate::record) fn line<T: Serialize>(self, body: &T) -> String {
-        let text = serde_json::to_string(&self.stamp(body));
+        let text = serde_json::to_string(&Stamped { format: self, body });
         text.expect("plain numbers and string keys serialise") + "\n"
     }
 }
@@ -165,7 +158,7 @@ impl Format {
 /// [`Error::Write`].
 pub fn write_json<T: Serialize>(path: &Path, format: Format, body: &T) -> Result<()> {
     write_atomic(path, |file| {
-        serde_json::to_writer(&mut *file, &format.stamp(body))?;
+        serde_json::to_writer(&mut *file, &Stamped { format, body })?;
         writeln!(file)
     })
 }

@@ -10,10 +10,7 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// The format of a snapshot.
-pub const FORMAT: Format = Format {
-    name: "cosmic-snapshot",
-    version: 1,
-};
+pub const FORMAT: Format = Format::new("cosmic-snapshot", 1);
 
 /// The name of the snapshot in the folder of a run.
 pub const SNAPSHOT: &str = "snapshot.json";

@@ -11,10 +11,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// The format of a summary.
-pub const FORMAT: Format = Format {
-    name: "cosmic-summary",
-    version: 1,
-};
+pub const FORMAT: Format = Format::new("cosmic-summary", 1);
 
 /// The name of the summary in the folder of a run. A folder with a summary is that of a finished run.
 pub const SUMMARY: &str = "summary.json";

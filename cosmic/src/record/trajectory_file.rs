@@ -5,10 +5,7 @@ use crate::lattice::State;
 use serde::{Deserialize, Serialize};
 
 /// The format of a trajectory file.
-pub const FORMAT: Format = Format {
-    name: "cosmic-trajectory",
-    version: 1,
-};
+pub const FORMAT: Format = Format::new("cosmic-trajectory", 1);
 
 /// The name of the trajectory in the folder of a run.
 pub const TRAJECTORY: &str = "trajectory.json";

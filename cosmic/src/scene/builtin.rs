@@ -21,12 +21,8 @@ pub struct Builtin {
 impl Builtin {
     /// The file's first line, which says what the scene is.
     pub fn about(&self) -> &'static str {
-        self.text
-            .lines()
-            .next()
-            .unwrap_or_default()
-            .trim_start_matches('#')
-            .trim()
+        let first = self.text.lines().next().unwrap_or_default();
+        first.trim_start_matches('#').trim()
     }
 }
 

@@ -13,20 +13,17 @@ pub(super) struct Conflict {
 
 /// Every conflict of a scene.
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
-    let mut found = Found(Vec::new());
-    phases(scene, &mut found);
-    horizons(scene, &mut found);
-    starts(scene, &mut found);
-    volumes(scene, &mut found);
-    spans(scene, &mut found);
-    searches(scene, &mut found);
+    let mut found = Conflicts(Vec::new());
+    for rule in [phases, horizons, starts, volumes, spans, searches] {
+        rule(scene, &mut found);
+    }
     found.0
 }
 
 /// The conflicts found so far.
-struct Found(Vec<Conflict>);
+struct Conflicts(Vec<Conflict>);
 
-impl Found {
+impl Conflicts {
     /// Notes a conflict unless `holds`.
     fn require(&mut self, holds: bool, keys: [&'static str; 2], says: String) {
         if !holds {
@@ -36,7 +33,7 @@ impl Found {
 }
 
 /// Phases follow one another. Without a snap there is no attraction either.
-fn phases(scene: &Scene, found: &mut Found) {
+fn phases(scene: &Scene, found: &mut Conflicts) {
     let schedule = &scene.schedule;
     let (snap, last) = (schedule.snap_at, schedule.iterations);
     found.require(
@@ -54,7 +51,7 @@ fn phases(scene: &Scene, found: &mut Found) {
 
 /// The steps that carry the gradient are steps of the rollout, and a mean loss averages some of
 /// them.
-fn horizons(scene: &Scene, found: &mut Found) {
+fn horizons(scene: &Scene, found: &mut Conflicts) {
     let [first, last] = scene.schedule.horizon;
     let (shortest, longest) = (first.min(last), first.max(last));
     let steps = scene.physics.steps;
@@ -83,7 +80,7 @@ fn horizons(scene: &Scene, found: &mut Found) {
 
 /// A layout is one-hot from the start, and not tilted; everything else has to be snapped. The
 /// three-legged layouts belong to one lattice.
-fn starts(scene: &Scene, found: &mut Found) {
+fn starts(scene: &Scene, found: &mut Conflicts) {
     let (start, snap) = (&scene.start, scene.schedule.snap_at);
     let is_layout = start.kind == StartKind::Layout;
     let snapped = ["schedule.snap_at", "start.kind"];
@@ -118,7 +115,7 @@ fn starts(scene: &Scene, found: &mut Found) {
 }
 
 /// Actuators are solid.
-fn volumes(scene: &Scene, found: &mut Found) {
+fn volumes(scene: &Scene, found: &mut Conflicts) {
     let (least, most) = (scene.volume.actuator[0], scene.volume.solid[1]);
     found.require(
         least <= most,
@@ -128,7 +125,7 @@ fn volumes(scene: &Scene, found: &mut Found) {
 }
 
 /// The first entry of a pair is the lower one.
-fn spans(scene: &Scene, found: &mut Found) {
+fn spans(scene: &Scene, found: &mut Conflicts) {
     let iterations = |span: [usize; 2]| span.map(|iteration| iteration as f64);
     let (volume, schedule) = (&scene.volume, &scene.schedule);
     let thresholds = scene.binarisation.threshold_over;
@@ -147,7 +144,7 @@ fn spans(scene: &Scene, found: &mut Found) {
 /// Asymptotes have room, rungs ascend, and the second goal goes with the task far alone. A second
 /// goal is pursued by the negative of the first one's loss. For another task that would be to spend
 /// energy, to keep away from a target, or to run away from both goals.
-fn searches(scene: &Scene, found: &mut Found) {
+fn searches(scene: &Scene, found: &mut Conflicts) {
     let (least, most) = (scene.mma.asymin, scene.mma.asymax);
     found.require(
         least <= most,

@@ -8,7 +8,7 @@ use crate::laws::{
     AnyContact, AnyForce, Bending, ContactLaw, Force, ForceLaws, Hooke, OnBars, Stiffening,
 };
 use crate::settings;
-use crate::settings::{STEPS, SettingValue, Settings, within};
+use crate::settings::{STEPS, Settings, within};
 
 settings! {
     /// The lattice: its size and where it stands (D1).
@@ -124,24 +124,6 @@ impl PhysicsSettings {
             .collect();
         all.retain_mut(|(_, law)| !law.fields().is_empty());
         all
-    }
-
-    /// Laws that other keys do not choose, and the settings of all, as sections of a scene file; empty if
-    /// there are none.
-    pub(crate) fn laws_toml(&self) -> String {
-        let mut physics = self.clone();
-        let forces = self.forces.toml();
-        let mut text = match self.forces.laws().next() {
-            Some(_) => format!("[physics]\nforces = {forces}\n"),
-            None => String::new(),
-        };
-        for (name, law) in physics.law_sections() {
-            text += &format!("[{name}]\n");
-            for field in law.fields() {
-                text += &format!("{} = {}\n", field.key, field.value.toml());
-            }
-        }
-        text
     }
 
     /// The contact law in force.

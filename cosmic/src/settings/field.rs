@@ -2,6 +2,7 @@
 
 use serde::{Serialize, Serializer};
 use serde_json::Value;
+use toml::de::DeTable;
 
 use super::limits::Limits;
 use super::value::SettingValue;
@@ -56,4 +57,23 @@ impl Serialize for Values {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(self.0.iter().map(|(key, value)| (key, value)))
     }
+}
+
+/// Sets a setting to a value in JSON, which for numbers, texts, truth values and arrays of them is written
+/// as in TOML.
+///
+/// # Errors
+/// A sentence that names the key, the value and what is allowed.
+pub fn read_json(field: Field, json: &Value) -> Result<(), String> {
+    let text = format!("value = {json}");
+    let allowed = field.allowed();
+    let table = DeTable::parse(&text).map_err(|_| "is no setting".to_owned());
+    let read = table.and_then(|table| match table.get_ref().iter().next() {
+        Some((_, value)) => field
+            .value
+            .read(value, &field.limits)
+            .map_err(|misfit| misfit.says),
+        None => Err("is no setting".to_owned()),
+    });
+    read.map_err(|says| format!("`{}` {says} {json}; allowed: {allowed}", field.key))
 }

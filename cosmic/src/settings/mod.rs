@@ -6,11 +6,9 @@ mod value;
 mod field;
 mod declare;
 
-pub use field::{Field, Settings, Values};
+pub use field::{Field, Settings, Values, read_json};
 pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};
 pub use limits::{Limits, above, within};
 #[doc(hidden)]
 pub use serde;
-pub use value::{
-    Filled, Misfit, Named, Number, SettingValue, json, kind, misfit, word, wrong_kind,
-}; // for `settings!` in other crates
+pub use value::{Filled, Misfit, Named, SettingValue, json, kind, misfit, word, wrong_kind}; // for `settings!` in other crates

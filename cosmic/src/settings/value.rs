@@ -109,20 +109,20 @@ impl SettingValue for usize {
 }
 
 /// The numbers that an array may hold.
-pub trait Number: SettingValue {
+pub trait ArrayNumber: SettingValue {
     /// The noun for such a number.
     const NOUN: &'static str;
 }
 
-impl Number for f64 {
+impl ArrayNumber for f64 {
     const NOUN: &'static str = "number";
 }
 
-impl Number for usize {
+impl ArrayNumber for usize {
     const NOUN: &'static str = "whole number";
 }
 
-impl<T: Number, const N: usize> SettingValue for [T; N] {
+impl<T: ArrayNumber, const N: usize> SettingValue for [T; N] {
     fn allowed(&self, limits: &Limits) -> String {
         format!("{N} {}s, each {limits}", T::NOUN)
     }

@@ -5,10 +5,7 @@ use crate::record::files::Format;
 use serde::{Deserialize, Serialize};
 
 /// The format of every line of `history.jsonl`.
-pub const FORMAT: Format = Format {
-    name: "cosmic-history",
-    version: 1,
-};
+pub const FORMAT: Format = Format::new("cosmic-history", 1);
 
 /// The history as JSON lines.
 pub const LINES: &str = "history.jsonl";
@@ -16,10 +13,7 @@ pub const LINES: &str = "history.jsonl";
 pub const TABLE: &str = "history.csv";
 
 /// The format of every line of `designs.jsonl`.
-pub const DESIGNS_FORMAT: Format = Format {
-    name: "cosmic-designs",
-    version: 1,
-};
+pub const DESIGNS_FORMAT: Format = Format::new("cosmic-designs", 1);
 /// The design vectors on the way, as JSON lines.
 pub const DESIGNS: &str = "designs.jsonl";
 

@@ -5,7 +5,7 @@
 //! rank a start are in its own history. So an interrupted search resumes from the folders of its
 //! starts alone, with the same ranks.
 
-use super::starts::{folder_of, pause, seeds, side_by_side};
+use super::starts::{folder_of, run_of, seeds, side_by_side};
 use crate::codesign::Record;
 use crate::error::{Result, fits};
 use crate::record::files::{Format, write_json};
@@ -17,10 +17,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The format of the record of a search.
-pub const FORMAT: Format = Format {
-    name: "cosmic-search",
-    version: 1,
-};
+pub const FORMAT: Format = Format::new("cosmic-search", 1);
 
 /// The record's place in the folder of several starts.
 pub const SEARCH: &str = "search.json";
@@ -73,8 +70,10 @@ pub(super) fn climb(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) 
         if iteration >= plan.last_iteration() || left.len() == 1 {
             break;
         }
-        let standings = side_by_side(&left, observer, |seed, observer| {
-            pause(folder, plan, seed, iteration, observer)?;
+        let standings = side_by_side(folder, &left, observer, |seed, observer| {
+            if let Some(mut run) = run_of(folder, seed, plan, iteration)? {
+                run.advance(iteration, observer)?;
+            }
             let rows = rows(&folder_of(folder, seed), iteration)?;
             let displacement = median(&rows, settings.window, |row| row.displacement_horizon);
             let merit = match plan.scene.objective.task {
@@ -140,30 +139,28 @@ mod tests {
     use crate::codesign::Record;
     use crate::codesign::tests::{records, tiny};
 
-    fn standing(seed: u64, merit: Option<f64>) -> Standing {
-        Standing {
+    /// A rung for starts of these merits, whose seeds are counted from 3.
+    fn rung(merits: &[Option<f64>], keep: f64) -> Rung {
+        let standing = |(seed, &merit)| Standing {
             seed,
             displacement: None,
             merit,
-        }
+        };
+        Rung::new(40, (3..).zip(merits).map(standing).collect(), keep)
     }
 
     #[test]
     fn the_best_share_goes_on_and_the_rest_is_dropped() {
-        let standings = vec![
-            standing(3, Some(0.5)),
-            standing(4, None),
-            standing(5, Some(2.0)),
-            standing(6, Some(0.5)),
-        ];
-        let rung = Rung::new(40, standings, 0.5);
-        let order: Vec<u64> = rung.standings.iter().map(|s| s.seed).collect();
-        assert_eq!((order, rung.kept), (vec![5, 3, 6, 4], 2));
-        let search = Halving { rungs: vec![rung] };
-        assert_eq!(
-            [5, 3, 6, 4].map(|seed| search.dropped_at(seed)),
-            [None, None, Some(40), Some(40)]
-        );
+        let rungs = vec![rung(&[Some(0.5), None, Some(2.0), Some(0.5)], 0.5)];
+        let order: Vec<u64> = rungs[0].standings.iter().map(|s| s.seed).collect();
+        assert_eq!((order, rungs[0].kept), (vec![5, 3, 6, 4], 2));
+        let search = Halving { rungs };
+        let dropped = [5, 3, 6, 4].map(|seed| search.dropped_at(seed));
+        assert_eq!(dropped, [None, None, Some(40), Some(40)]);
+        // At least one goes on.
+        for (starts, keep, kept) in [(2, 0.0, 1), (2, 1.0, 2), (10, 0.7, 7)] {
+            assert_eq!(rung(&vec![None; starts], keep).kept, kept);
+        }
     }
 
     /// A snap has no rollout over a horizon, and is no fall.
@@ -178,14 +175,5 @@ mod tests {
         assert_eq!(median(&rows, 1, reached), rows[2].displacement_horizon);
         assert_eq!(median(&rows, 8, reached), median(&rows[..3], 8, reached));
         assert_eq!(median(&rows[3..], 8, reached), None);
-    }
-
-    #[test]
-    fn at_least_one_goes_on() {
-        let two = vec![standing(0, None), standing(1, None)];
-        assert_eq!(Rung::new(8, two.clone(), 0.0).kept, 1);
-        assert_eq!(Rung::new(8, two, 1.0).kept, 2);
-        let ten = (0..10).map(|seed| standing(seed, None)).collect();
-        assert_eq!(Rung::new(8, ten, 0.7).kept, 7);
     }
 }

@@ -1,7 +1,7 @@
 //! The search over all starts, and its result.
 
 use super::halving::{Halving, climb};
-use super::starts::{folder_of, one, seeds, side_by_side};
+use super::starts::{folder_of, run_of, seeds, side_by_side};
 use crate::codesign::CoDesign;
 use crate::error::{Error, Result};
 use crate::record::design_file::DESIGN;
@@ -59,21 +59,17 @@ pub(in crate::record) fn search(
     };
     let mut ended = finish_left(folder, plan, &dropped, observer)?.into_iter();
     let mut starts = Vec::new();
-    let mut best: Option<Summary> = None;
+    let mut delivered: Vec<Summary> = Vec::new();
     let mut diverged = None;
     let mut seconds = 0.0;
     for seed in seeds(plan) {
         let dropped_at = dropped.dropped_at(seed);
-        let summary = match dropped_at {
-            Some(_) => None,
-            None => match ended.next().expect("every start that is left has ended") {
-                Ok(summary) => Some(summary),
-                Err(error) => {
-                    diverged.get_or_insert((seed, error));
-                    None
-                }
-            },
-        };
+        let is_left = dropped_at.is_none();
+        let result = is_left.then(|| ended.next().expect("every start that is left has ended"));
+        let summary = result.transpose().unwrap_or_else(|error| {
+            diverged.get_or_insert((seed, error));
+            None
+        });
         starts.push(Start {
             seed,
             displacement_selection_p50: summary.as_ref().and_then(|s| s.displacement_selection_p50),
@@ -84,9 +80,19 @@ pub(in crate::record) fn search(
             Some(summary) => summary.seconds,
             None => Snapshot::read(&folder_of(folder, seed))?.seconds,
         };
-        best = better(best, summary);
+        delivered.extend(summary);
     }
-    let Some(best) = best else {
+    // The first of equals. Its figure to quote is from other perturbed starts, because the best of many
+    // flatters its own.
+    let rank = |s: &Summary| s.displacement_selection_p50.unwrap_or(f64::NEG_INFINITY);
+    let better = |best, other| {
+        if rank(&other) > rank(&best) {
+            other
+        } else {
+            best
+        }
+    };
+    let Some(best) = delivered.into_iter().reduce(better) else {
         let (seed, error) = diverged.expect("a start that was not delivered diverged");
         copy(&folder_of(folder, seed), folder, &[DIVERGED])?;
         return Err(error);
@@ -112,27 +118,17 @@ fn finish_left(
 ) -> Result<Vec<Result<Summary>>> {
     let is_left = |seed: &u64| dropped.dropped_at(*seed).is_none();
     let left: Vec<u64> = seeds(plan).filter(is_left).collect();
-    // A start that diverges does not stop the others.
-    side_by_side(&left, observer, |seed, observer| {
-        match one(folder, seed, plan, observer) {
-            Err(error) if !matches!(error, Error::Diverged { .. }) => Err(error),
-            ended => Ok(ended),
+    side_by_side(folder, &left, observer, |seed, observer| {
+        let ended = match run_of(folder, seed, plan, usize::MAX)? {
+            None => Summary::read(&folder_of(folder, seed)),
+            Some(run) => run.finish(observer),
+        };
+        match ended {
+            // A start that diverges does not stop the others.
+            Ok(_) | Err(Error::Diverged { .. }) => Ok(ended),
+            Err(error) => Err(error),
         }
     })
-}
-
-/// The summary with the higher median over the starts for selection; the first of equals. The figure
-/// to quote is from other perturbed starts, because the best of many flatters its own.
-fn better(best: Option<Summary>, other: Option<Summary>) -> Option<Summary> {
-    let rank = |summary: &Option<Summary>| {
-        let median = summary.as_ref()?.displacement_selection_p50;
-        Some(median.unwrap_or(f64::NEG_INFINITY))
-    };
-    if rank(&other) > rank(&best) {
-        other
-    } else {
-        best
-    }
 }
 
 fn copy(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
@@ -146,28 +142,13 @@ fn copy(from: &Path, to: &Path, names: &[&str]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::{create, search};
-    use crate::codesign::Record;
     use crate::codesign::tests::tiny;
     use crate::record::multistart::starts::folder_of;
-    use crate::record::{Observer, Run, RunPlan, optimise, resume};
+    use crate::record::{RunPlan, optimise, resume};
     use rayon::ThreadPoolBuilder;
     use std::fs;
     use std::num::NonZeroUsize;
-    use std::ops::ControlFlow;
     use std::path::Path;
-
-    /// Asks one run to stop, by its so many-th call.
-    struct StopsAt(usize);
-
-    impl Observer for StopsAt {
-        fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
-            self.0 = self.0.wrapping_sub(1);
-            if self.0 == 0 {
-                return ControlFlow::Break(());
-            }
-            ControlFlow::Continue(())
-        }
-    }
 
     fn plan() -> RunPlan {
         let mut scene = tiny();
@@ -179,11 +160,6 @@ mod tests {
         }
     }
 
-    fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap().install(work)
-    }
-
     /// The delivered designs of all starts and of the search.
     fn designs(folder: &Path) -> Vec<Vec<u8>> {
         let starts = (3..6).map(|seed| folder_of(folder, seed));
@@ -193,51 +169,26 @@ mod tests {
             .collect()
     }
 
-    fn whole(folder: &Path) -> Vec<Vec<u8>> {
-        let whole = folder.join("whole");
-        on_threads(1, || optimise(&whole, &plan(), &mut ())).unwrap();
-        designs(&whole)
-    }
-
-    #[test]
-    fn who_stops_one_start_stops_all_and_they_go_on() {
-        let folder = tempfile::tempdir().unwrap();
-        let expected = whole(folder.path());
-        for threads in [1, 2, 3, 7] {
-            let run = folder.path().join(threads.to_string());
-            let stopped = || optimise(&run, &plan(), &mut StopsAt(30));
-            let error = on_threads(threads, stopped).unwrap_err();
-            // The warning is about the search, not about a start.
-            let says = error.to_string();
-            assert!(
-                error.exit_code() == 75 && !says.contains("starts"),
-                "{says}"
-            );
-            assert!(!run.join("summary.json").exists());
-            on_threads(threads, || resume(&run, &mut ())).unwrap();
-            assert_eq!(designs(&run), expected, "{threads} threads");
-        }
-    }
-
     /// The error names the start that failed, not those that were stopped because of it.
     #[test]
     fn a_start_that_fails_is_named_and_the_others_are_saved() {
         let folder = tempfile::tempdir().unwrap();
-        let expected = whole(folder.path());
-        let run = folder.path().join("run");
+        let [whole, run] = ["whole", "run"].map(|name| folder.path().join(name));
+        optimise(&whole, &plan(), &mut ()).unwrap();
         let lock = create(&run, &plan()).unwrap();
         let stray = folder_of(&run, 4).join("stray");
         fs::create_dir_all(folder_of(&run, 4)).unwrap();
         fs::write(&stray, "").unwrap();
+        let three = ThreadPoolBuilder::new().num_threads(3).build().unwrap();
         let work = || search(lock, &plan(), &mut ());
-        let says = on_threads(3, work).unwrap_err().to_string();
+        let says = three.install(work).unwrap_err().to_string();
         let place = Path::new("starts").join("4").display().to_string();
         assert!(
             says.contains(&format!("{place}: the folder is not empty")),
             "{says}"
         );
         fs::remove_file(stray).unwrap();
-        on_threads(3, || resume(&run, &mut ())).unwrap();
-        assert_eq!(designs(&run), expected);
+        three.install(|| resume(&run, &mut ())).unwrap();
+        assert_eq!(designs(&run), designs(&whole));
     }
 }

@@ -5,7 +5,6 @@ use crate::error::{Error, Result};
 use crate::parallel::{Crew, in_parallel};
 use crate::record::run::{Observer, Run, take_up};
 use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
-use crate::record::summary::Summary;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,8 +17,10 @@ pub(super) fn seeds(plan: &RunPlan) -> impl Iterator<Item = u64> + use<> {
 }
 
 /// Does `work` for every seed, as many at a time as there are threads, and returns the results in
-/// the order of the seeds. If one start fails or is interrupted, the others are interrupted.
+/// the order of the seeds. If one start fails or is interrupted, the others are interrupted. Errors
+/// name the folder of the search in place of the start's: it is the search that is resumed.
 pub(super) fn side_by_side<T: Send>(
+    folder: &Path,
     seeds: &[u64],
     observer: &mut dyn Observer,
     work: impl Fn(u64, &mut dyn Observer) -> Result<T> + Sync,
@@ -28,7 +29,13 @@ pub(super) fn side_by_side<T: Send>(
     let observer = Mutex::new(observer);
     in_parallel(seeds.len(), crew, |k, failed| {
         let observer = &observer;
-        work(seeds[k], &mut OfOne { observer, failed })
+        let result = work(seeds[k], &mut OfOne { observer, failed });
+        result.map_err(|mut error| {
+            if let Error::Interrupted { run, .. } | Error::UnstableRun { run, .. } = &mut error {
+                *run = folder.into();
+            }
+            error
+        })
     })
 }
 
@@ -67,62 +74,26 @@ impl Observer for OfOne<'_, '_> {
     }
 }
 
-/// Finishes the run of one seed: reads, continues or begins it.
-pub(super) fn one(
-    folder: &Path,
-    seed: u64,
-    plan: &RunPlan,
-    observer: &mut dyn Observer,
-) -> Result<Summary> {
-    match run_of(folder, seed, plan, usize::MAX)? {
-        None => Summary::read(&folder_of(folder, seed)),
-        Some(run) => run
-            .finish(observer)
-            .map_err(|error| of_search(error, folder)),
-    }
-}
-
-/// Takes the run of one seed up to an iteration, unless it has come so far already.
-pub(super) fn pause(
-    folder: &Path,
-    plan: &RunPlan,
-    seed: u64,
-    iteration: usize,
-    observer: &mut dyn Observer,
-) -> Result<()> {
-    match run_of(folder, seed, plan, iteration)? {
-        None => Ok(()),
-        Some(run) => run
-            .pause_at(iteration, observer)
-            .map_err(|error| of_search(error, folder)),
-    }
-}
-
 /// The run of one seed, taken up or begun; `None` if it is finished or has come as far as `until`.
-fn run_of(folder: &Path, seed: u64, plan: &RunPlan, until: usize) -> Result<Option<Run>> {
+pub(super) fn run_of(
+    folder: &Path,
+    seed: u64,
+    plan: &RunPlan,
+    until: usize,
+) -> Result<Option<Run>> {
     let own = folder_of(folder, seed);
     if !own.join(SNAPSHOT).exists() {
         let of_one = RunPlan {
             iterations: plan.iterations,
             ..RunPlan::new(&plan.name, plan.scene.clone(), seed)
         };
-        let created = Run::create(&own, &of_one).map(Some);
-        return created.map_err(|error| of_search(error, folder));
+        return Run::create(&own, &of_one).map(Some);
     }
     let done = |snapshot: &Snapshot| snapshot.progress.as_ref().map_or(0, |p| p.iteration);
     take_up(&own)?
         .filter(|(_, snapshot)| done(snapshot) < until)
         .map(|(lock, snapshot)| Run::open(lock, snapshot))
         .transpose()
-        .map_err(|error| of_search(error, folder))
-}
-
-/// Names the folder of the search in place of the start's: it is the search that is resumed.
-fn of_search(mut error: Error, folder: &Path) -> Error {
-    if let Error::Interrupted { run, .. } | Error::UnstableRun { run, .. } = &mut error {
-        *run = folder.into();
-    }
-    error
 }
 
 /// The folders of the starts that have begun.

@@ -108,7 +108,10 @@ impl Run {
         sweep(folder)?;
         keep_scene(folder, &plan.scene)?;
         if progress.entered == Some(progress.iteration) {
-            keep_start(folder, &codesign, &progress)?;
+            let lattice = &codesign.task().lattice;
+            let materials = codesign.materials(&progress);
+            let start = DesignFile::new(lattice, &progress.z, &materials, &progress.controller);
+            start.write(&folder.join(START))?;
         }
         Ok(Self {
             plan,
@@ -151,16 +154,12 @@ impl Run {
         Ok(summary)
     }
 
-    /// Does the remaining iterations up to a given one, and saves the run.
-    pub(in crate::record) fn pause_at(
-        mut self,
-        iteration: usize,
+    /// Does the iterations up to `last` and saves the run.
+    pub(in crate::record) fn advance(
+        &mut self,
+        last: usize,
         observer: &mut dyn Observer,
     ) -> Result<()> {
-        self.advance(iteration.min(self.last_iteration()), observer)
-    }
-
-    fn advance(&mut self, last: usize, observer: &mut dyn Observer) -> Result<()> {
         observer.begin(self);
         self.judge_step(observer)?;
         let mut saved = Instant::now();
@@ -277,12 +276,4 @@ impl Run {
         })?;
         Err(Error::from(divergence))
     }
-}
-
-/// Writes the robot before the first iteration.
-fn keep_start(folder: &Path, codesign: &CoDesign, progress: &Progress) -> Result<()> {
-    let materials = codesign.materials(progress);
-    let lattice = &codesign.task().lattice;
-    let design = DesignFile::new(lattice, &progress.z, &materials, &progress.controller);
-    design.write(&folder.join(START))
 }

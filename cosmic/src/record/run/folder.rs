@@ -125,24 +125,7 @@ fn refuse_used(folder: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::{LOCK, begin, take_up};
-    use crate::record::files::sweep;
     use std::fs;
-
-    #[test]
-    fn one_begins_at_a_time_and_in_an_empty_folder_alone() {
-        let folder = tempfile::tempdir().unwrap();
-        let run = folder.path().join("a");
-        let refusal = || begin(&run).unwrap_err().to_string();
-        let lock = begin(&run).unwrap();
-        assert!(refusal().contains("another process is at work"));
-        // Two files of its name would be two locks.
-        sweep(&run).unwrap();
-        assert!(refusal().contains("another process is at work"));
-        drop(lock);
-        drop(begin(&run).unwrap());
-        fs::write(run.join("b"), "").unwrap();
-        assert!(refusal().contains("not empty"));
-    }
 
     #[test]
     fn a_refusal_leaves_no_lock() {
