@@ -75,11 +75,10 @@ impl Command {
 /// Runs the command that the process was started with. The exit code is 0, or the error's own
 /// ([`cosmic::Error::exit_code`]).
 pub fn run() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(request) => return refuse(&request),
-    };
-    exit_code(cli.command.run())
+    match Cli::try_parse() {
+        Ok(cli) => exit_code(cli.command.run()),
+        Err(request) => refuse(&request),
+    }
 }
 
 /// Shows help or the version (exit 0), or the mistake in the arguments (exit 2).
@@ -93,13 +92,11 @@ fn refuse(request: &clap::Error) -> ExitCode {
 
 /// The exit code of a result. Shows the error.
 fn exit_code(done: Result<()>) -> ExitCode {
-    done.map_or_else(
-        |error| {
-            complain(&error);
-            ExitCode::from(error.exit_code())
-        },
-        |()| ExitCode::SUCCESS,
-    )
+    let Err(error) = done else {
+        return ExitCode::SUCCESS;
+    };
+    complain(&error);
+    ExitCode::from(error.exit_code())
 }
 
 /// The README's code, compiled and run with the documentation's.

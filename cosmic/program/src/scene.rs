@@ -115,8 +115,8 @@ fn list(as_json: bool) -> Result<()> {
         let entry = |scene: Builtin| json!({ "name": scene.name, "about": scene.about() });
         return print_json(&BUILTIN.map(entry));
     }
-    let width = BUILTIN.map(|scene| scene.name.len()).into_iter().max();
-    let width = width.unwrap_or(0);
+    let widths = BUILTIN.iter().map(|scene| scene.name.len());
+    let width = widths.max().unwrap_or(0);
     let line = |scene: Builtin| format!("{:width$}  {}\n", scene.name, scene.about());
     print(&BUILTIN.map(line).concat())
 }
