@@ -125,9 +125,8 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     let codesign = CoDesign::new(&scene)?;
     let (task, mixture) = (codesign.task(), case.own_mixture());
     let mut stream = stream(trial.seed, Purpose::Robustness);
-    let domains: Vec<Domain> = (0..trial.scatter.samples)
-        .map(|_| draw(task, &trial.scatter, &mut stream))
-        .collect();
+    let draw = |_| draw(task, &trial.scatter, &mut stream);
+    let domains: Vec<Domain> = (0..trial.scatter.samples).map(draw).collect();
     let reach = |domain: &Domain| codesign.reach(&mixture, &case.controller, domain);
     let reached: Vec<Reached> = domains.par_iter().map(reach).collect();
     let nominal = reach(&Domain {
@@ -137,28 +136,18 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     let far: Vec<f64> = reached.iter().map(|r| r.moved[0]).collect();
     let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
     let spread = Quantiles::of(&far);
+    let least = far.iter().copied().fold(f64::INFINITY, f64::min);
     let finite = |x: f64| x.is_finite().then_some(x);
-    let has_loss = !codesign.is_far();
+    let loss = -Quantiles::of(&merits).p50;
+    let diverges = !nominal.moved[0].is_finite();
     Ok(RobustRun {
         run: folder.display().to_string(),
         nominal: finite(nominal.moved[0]),
-        least: least(&far),
+        least: Some(least).filter(|_| far.iter().all(|x| x.is_finite())),
         p10: finite(spread.p10),
         p50: finite(spread.p50),
         p90: finite(spread.p90),
-        loss: has_loss
-            .then(|| -Quantiles::of(&merits).p50)
-            .and_then(finite),
-        divergence: if nominal.moved[0].is_finite() {
-            None
-        } else {
-            case.divergence()
-        },
+        loss: finite(loss).filter(|_| !codesign.is_far()),
+        divergence: diverges.then(|| case.divergence()).flatten(),
     })
-}
-
-/// The least number; `None` if one is not finite, which marks a diverged rollout.
-fn least(numbers: &[f64]) -> Option<f64> {
-    let all = numbers.iter().all(|x| x.is_finite());
-    all.then(|| numbers.iter().copied().fold(f64::INFINITY, f64::min))
 }

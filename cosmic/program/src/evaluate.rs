@@ -75,10 +75,8 @@ impl Arguments {
             return Err(Error::NotFinite { names, cause });
         };
         if !names.is_empty() {
-            note(&format!(
-                "not finite, written as null: {}",
-                names.join(", ")
-            ));
+            let names = names.join(", ");
+            note(&format!("not finite, written as null: {names}"));
         }
         let text = case.diverged_json(divergence) + "\n";
         let path = self.beside(DIVERGED);

@@ -5,13 +5,10 @@ use crate::source::{Source, SourceArguments};
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::error::Result;
-use cosmic::laws::{ContactLaw, ForceLaws};
-use cosmic::scene::Integrator;
+use cosmic::scene::{Integrator, PhysicsSettings};
 use cosmic::simulator::rounded_down;
 use cosmic::simulator::stability::{Vibration, bound_of_any_design, stable_step};
-use cosmic_lab::verify::{
-    GradientError, Plan, Pull, Speed, Term, Times, Voids, measure, peak_memory,
-};
+use cosmic_lab::verify::{Plan, Pull, Speed, Term, Times, Voids, measure, peak_memory};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -32,7 +29,7 @@ pub(super) struct Arguments {
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let Source { case, scene } = self.robot.read()?;
-        let rollout = RolloutFacts::new(&case);
+        let stable = StableStep::of(&case);
         // A reference case has no loss and no horizons: the default scene's serve.
         let scene = scene.unwrap_or_default();
         let speed = self.measure.then(|| measure(&case, &scene));
@@ -41,20 +38,15 @@ impl Arguments {
         } else {
             Plan::of(&case)
         };
+        let source = &self.robot.source;
         if !self.json {
             let speed = speed.map_or(String::new(), |speed| speed_text(&speed));
             let voids = plan.voids.as_ref().map_or(String::new(), voids_text);
-            let (rollout, plan) = (rollout.text(), plan_text(&plan));
-            return print(&format!(
-                "{}\n{rollout}{plan}{voids}{speed}",
-                self.robot.source
-            ));
+            let (rollout, plan) = (rollout_text(&case, &stable), plan_text(&plan));
+            return print(&format!("{source}\n{rollout}{plan}{voids}{speed}"));
         }
-        let mut value = json!({
-            "source": self.robot.source,
-            "rollout": rollout,
-            "plan": plan_json(&plan),
-        });
+        let rollout = rollout_json(&case, &stable);
+        let mut value = json!({ "source": source, "rollout": rollout, "plan": plan_json(&plan) });
         if let Some(voids) = &plan.voids {
             value["void_edges"] = voids_json(voids);
         }
@@ -63,36 +55,6 @@ impl Arguments {
         }
         print_json(&value)
     }
-}
-
-/// The facts about a rollout that the command prints.
-#[derive(Serialize)]
-struct RolloutFacts {
-    columns: usize,
-    rows: usize,
-    nodes: usize,
-    edges: usize,
-    steps: usize,
-    dt: f64,
-    integrator: Integrator,
-    substeps: usize,
-    contact: ContactLaw,
-    /// Forces beside springs and bending.
-    forces: ForceLaws,
-    /// Coefficient of Coulomb friction, where that is the contact law.
-    friction: Option<f64>,
-    /// Cubic coefficient of the springs, 1/m2; 0 for Hooke's law.
-    stiffening: f64,
-    /// Radius of gyration of the bars' section, m; 0 where they bend freely.
-    bending_radius: f64,
-    incline_deg: f64,
-    gravity: f64,
-    damping: f64,
-    /// Observation, hidden units and activations.
-    controller: [usize; 3],
-    /// True if every edge has exactly one material.
-    layout: bool,
-    stable_dt: StableStep,
 }
 
 /// Time steps, s, below which the starting design at rest does not ring.
@@ -108,156 +70,127 @@ struct StableStep {
     largest_frequency: f64,
 }
 
-impl RolloutFacts {
-    fn new(case: &Case) -> Self {
-        let Case {
-            lattice,
-            physics,
-            controller,
-            ..
-        } = case;
+impl StableStep {
+    fn of(case: &Case) -> Self {
+        let (lattice, physics) = (&case.lattice, &case.physics);
         let body = case.body();
         let vibration = Vibration::new(lattice, &body, physics, &case.start.x);
         let largest_frequency = vibration.largest_frequency();
-        let damping = vibration.damping();
+        let stable = |frequency| stable_step(physics, frequency, vibration.damping());
+        let of_any_design = bound_of_any_design(lattice, &case.materials, physics);
         Self {
-            columns: lattice.columns,
-            rows: lattice.rows,
-            nodes: lattice.nodes(),
-            edges: lattice.edges.len(),
-            steps: physics.steps,
-            dt: physics.dt,
-            integrator: physics.integrator,
-            substeps: physics.substeps,
-            contact: physics.contact.clone(),
-            forces: physics.forces.clone(),
-            friction: (physics.contact.name() == "coulomb").then_some(physics.friction),
-            stiffening: physics.stiffening,
-            bending_radius: physics.bending_radius,
-            incline_deg: physics.incline_deg,
-            gravity: physics.gravity,
-            damping: physics.damping,
-            controller: [controller.inputs, controller.hidden, controller.edges()],
-            layout: case.frozen.is_some(),
-            stable_dt: StableStep {
-                exact: stable_step(physics, largest_frequency, damping),
-                bound: stable_step(physics, vibration.edge_bound(), damping),
-                any_design: stable_step(
-                    physics,
-                    bound_of_any_design(lattice, &case.materials, physics),
-                    damping,
-                ),
-                largest_frequency,
-            },
-        }
-    }
-
-    fn text(&self) -> String {
-        let design = if self.layout {
-            "a layout, one material per edge"
-        } else {
-            "a mixture of materials per edge"
-        };
-        let Self {
-            columns,
-            rows,
-            nodes,
-            edges,
-            steps,
-            dt,
-            ..
-        } = self;
-        let [inputs, hidden, outputs] = self.controller;
-        let lines = [
-            (
-                "lattice",
-                format!("{columns}x{rows}, {nodes} nodes, {edges} edges"),
-            ),
-            ("design", design.to_owned()),
-            (
-                "controller",
-                format!("{inputs} observed numbers, {hidden} hidden units, {outputs} activations"),
-            ),
-            (
-                "world",
-                format!(
-                    "gravity {} m/s2, damping {} 1/s",
-                    self.gravity, self.damping
-                ),
-            ),
-            ("springs", self.springs_text()),
-            ("ground", self.ground_text()),
-            ("contact", self.contact_text()),
-            (
-                "steps",
-                format!("{steps} of {dt} s, {} s in all", *steps as f64 * dt),
-            ),
-            ("integrator", self.integrator_text()),
-            ("stable step", self.stable_text()),
-        ];
-        lines
-            .iter()
-            .map(|(name, says)| format!("  {name:<12} {says}\n"))
-            .collect()
-    }
-
-    fn springs_text(&self) -> String {
-        let law = match self.stiffening {
-            0.0 => "Hooke's law".to_owned(),
-            cubic => format!(
-                "k (e + {cubic} e^3); the stable step has them off by their actuators' strokes"
-            ),
-        };
-        let mut text = match self.bending_radius {
-            0.0 => format!("{law}; bars bend freely at nodes"),
-            radius => format!("{law}; bars in line resist bending, radius of gyration {radius} m"),
-        };
-        for (name, about) in self.forces.about() {
-            text += &format!("; {}", said_of(name, about));
-        }
-        text
-    }
-
-    fn ground_text(&self) -> String {
-        match self.incline_deg {
-            0.0 => "flat".to_owned(),
-            angle => format!("inclined by {angle} degrees; all is computed in its frame"),
-        }
-    }
-
-    fn contact_text(&self) -> String {
-        let text = said_of(self.contact.name(), self.contact.about());
-        match self.friction {
-            Some(friction) => format!("{text}, coefficient {friction}"),
-            None => text,
-        }
-    }
-
-    fn integrator_text(&self) -> String {
-        let name = match self.integrator {
-            Integrator::SymplecticEuler => "symplectic Euler",
-            Integrator::Leapfrog => "leapfrog",
-        };
-        match self.substeps {
-            1 => name.to_owned(),
-            substeps => format!("{name}, {substeps} substeps"),
-        }
-    }
-
-    fn stable_text(&self) -> String {
-        let StableStep {
-            exact,
-            bound,
-            any_design,
+            exact: stable(largest_frequency),
+            bound: stable(vibration.edge_bound()),
+            any_design: stable(of_any_design),
             largest_frequency,
-        } = self.stable_dt;
-        let [exact_down, bound, any_design] =
-            [exact, bound, any_design].map(|dt| rounded_down(dt, 4));
+        }
+    }
+
+    fn text(&self, dt: f64) -> String {
+        let [exact, bound, any_design] =
+            [self.exact, self.bound, self.any_design].map(|dt| rounded_down(dt, 4));
         format!(
-            "below {exact_down} s ({bound} s by the safe bound, {any_design} s whatever the \
-             design), largest frequency {largest_frequency:.2} 1/s; this step is {:.0} % of it",
-            100.0 * self.dt / exact
+            "below {exact} s ({bound} s by the safe bound, {any_design} s whatever the design), \
+             largest frequency {:.2} 1/s; this step is {:.0} % of it",
+            self.largest_frequency,
+            100.0 * dt / self.exact
         )
+    }
+}
+
+/// The facts about a rollout. `friction` is null unless it is Coulomb's; `controller` has the counts of
+/// observed numbers, hidden units and activations; `layout` is true if every edge has exactly one material.
+fn rollout_json(case: &Case, stable: &StableStep) -> Value {
+    let (lattice, physics, controller) = (&case.lattice, &case.physics, &case.controller);
+    let is_coulomb = physics.contact.name() == "coulomb";
+    json!({
+        "columns": lattice.columns,
+        "rows": lattice.rows,
+        "nodes": lattice.nodes(),
+        "edges": lattice.edges.len(),
+        "steps": physics.steps,
+        "dt": physics.dt,
+        "integrator": physics.integrator,
+        "substeps": physics.substeps,
+        "contact": physics.contact,
+        "forces": physics.forces,
+        "friction": is_coulomb.then_some(physics.friction),
+        "stiffening": physics.stiffening,
+        "bending_radius": physics.bending_radius,
+        "incline_deg": physics.incline_deg,
+        "gravity": physics.gravity,
+        "damping": physics.damping,
+        "controller": [controller.inputs, controller.hidden, controller.edges()],
+        "layout": case.frozen.is_some(),
+        "stable_dt": stable,
+    })
+}
+
+fn rollout_text(case: &Case, stable: &StableStep) -> String {
+    let (lattice, physics, controller) = (&case.lattice, &case.physics, &case.controller);
+    let (columns, rows, nodes) = (lattice.columns, lattice.rows, lattice.nodes());
+    let design = match case.frozen {
+        Some(_) => "a layout, one material per edge",
+        None => "a mixture of materials per edge",
+    };
+    let (inputs, hidden, outputs) = (controller.inputs, controller.hidden, controller.edges());
+    let (steps, dt) = (physics.steps, physics.dt);
+    format!(
+        "  lattice      {columns}x{rows}, {nodes} nodes, {} edges
+  design       {design}
+  controller   {inputs} observed numbers, {hidden} hidden units, {outputs} activations
+  world        gravity {} m/s2, damping {} 1/s
+  springs      {}
+  ground       {}
+  contact      {}
+  steps        {steps} of {dt} s, {} s in all
+  integrator   {}
+  stable step  {}
+",
+        lattice.edges.len(),
+        physics.gravity,
+        physics.damping,
+        springs_text(physics),
+        ground_text(physics),
+        contact_text(physics),
+        steps as f64 * dt,
+        integrator_text(physics),
+        stable.text(dt),
+    )
+}
+
+fn springs_text(physics: &PhysicsSettings) -> String {
+    let law = match physics.stiffening {
+        0.0 => "Hooke's law".to_owned(),
+        cubic => {
+            format!("k (e + {cubic} e^3); the stable step has them off by their actuators' strokes")
+        }
+    };
+    let bending = match physics.bending_radius {
+        0.0 => "bars bend freely at nodes".to_owned(),
+        radius => format!("bars in line resist bending, radius of gyration {radius} m"),
+    };
+    let others = physics.forces.about();
+    let others = others.iter().map(|(name, about)| said_of(name, about));
+    [law, bending]
+        .into_iter()
+        .chain(others)
+        .collect::<Vec<_>>()
+        .join("; ")
+}
+
+fn ground_text(physics: &PhysicsSettings) -> String {
+    match physics.incline_deg {
+        0.0 => "flat".to_owned(),
+        angle => format!("inclined by {angle} degrees; all is computed in its frame"),
+    }
+}
+
+fn contact_text(physics: &PhysicsSettings) -> String {
+    let law = said_of(physics.contact.name(), physics.contact.about());
+    match physics.contact.name() {
+        "coulomb" => format!("{law}, coefficient {}", physics.friction),
+        _ => law,
     }
 }
 
@@ -268,7 +201,18 @@ fn said_of(name: &str, about: &str) -> String {
     format!("{name}: {}{}", first.unwrap_or_default(), rest.as_str())
 }
 
-/// The terms, those of a step first that are computed in it.
+fn integrator_text(physics: &PhysicsSettings) -> String {
+    let name = match physics.integrator {
+        Integrator::SymplecticEuler => "symplectic Euler",
+        Integrator::Leapfrog => "leapfrog",
+    };
+    match physics.substeps {
+        1 => name.to_owned(),
+        substeps => format!("{name}, {substeps} substeps"),
+    }
+}
+
+/// The terms: first those that a step computes, then those that it leaves out.
 fn plan_text(plan: &Plan) -> String {
     let row = |term: &Term| {
         let time = match (term.time, plan.step) {
@@ -294,8 +238,8 @@ fn plan_text(plan: &Plan) -> String {
     )
 }
 
-/// Times are microseconds a step: the costs of terms that are kept, what is saved without the
-/// others; null where they cannot be turned over, or were not measured.
+/// Times are microseconds a step: the costs of the terms that are kept, and the savings by leaving out the
+/// others. They are null if not measured, or if the rollout cannot be run the other way.
 fn plan_json(plan: &Plan) -> Value {
     let term = |term: &Term| {
         let cost = term.time.filter(|_| term.kept);
@@ -355,7 +299,7 @@ fn voids_json(voids: &Voids) -> Value {
     })
 }
 
-/// The sets of times: what texts call them, and what their keys begin with.
+/// The sets of times, each with its name in texts and the prefix of its keys.
 fn sets(speed: &Speed) -> [(&'static str, &'static str, Times); 5] {
     [
         ("", "", speed.double),
@@ -391,11 +335,7 @@ fn speed_text(speed: &Speed) -> String {
     let own = ["one-hot", "one-hot f32"].map(|name| format!("{name}, by its own materials"));
     let own = [0, 1].map(|k| row(&own[k], speed.own_materials[k]));
     let errors = speed.single_errors.map(|error| {
-        let GradientError {
-            steps,
-            design,
-            controller,
-        } = error;
+        let (steps, design, controller) = (error.steps, error.design, error.controller);
         if !(design.is_finite() && controller.is_finite()) {
             return format!("  f32 gradients over {steps} steps: not all are finite\n");
         }
@@ -420,19 +360,16 @@ fn speed_text(speed: &Speed) -> String {
 }
 
 fn speed_json(speed: &Speed) -> Value {
-    let Times {
-        rollout,
-        value_and_design_gradient: design,
-        value_and_controller_gradient: controller,
-    } = speed.double;
+    let double = speed.double;
+    let rollout = double.rollout;
     let mut value = json!({
         "steps": speed.steps,
         "two_matvecs": speed.two_matvecs,
         "one_hot_own_materials": speed.own_materials[0],
         "one_hot_f32_own_materials": speed.own_materials[1],
         "one_of_two_designs": speed.two_designs,
-        "design_ratio": design / rollout,
-        "controller_ratio": controller / rollout,
+        "design_ratio": double.value_and_design_gradient / rollout,
+        "controller_ratio": double.value_and_controller_gradient / rollout,
         "eight_starts_ratio": speed.eight_starts.rollout / rollout,
         "rollout_per_two_matvecs": rollout / speed.two_matvecs,
         "peak_memory_bytes": peak_memory().map_or(json!("unknown"), |bytes| json!(bytes)),

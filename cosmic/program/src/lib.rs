@@ -145,11 +145,10 @@ impl Program {
     /// Runs the command that the process was started with. The exit code is 0, or the error's own
     /// ([`cosmic::Error::exit_code`]).
     pub fn run(self) -> ExitCode {
-        let cli = match Cli::try_parse() {
-            Ok(cli) => cli,
-            Err(request) => return refuse(&request),
-        };
-        exit_code(cli.command.run())
+        match Cli::try_parse() {
+            Ok(cli) => exit_code(cli.command.run()),
+            Err(request) => refuse(&request),
+        }
     }
 }
 
@@ -164,13 +163,11 @@ fn refuse(request: &clap::Error) -> ExitCode {
 
 /// The exit code of a result. Shows the error.
 fn exit_code(done: Result<()>) -> ExitCode {
-    done.map_or_else(
-        |error| {
-            complain(&error);
-            ExitCode::from(error.exit_code())
-        },
-        |()| ExitCode::SUCCESS,
-    )
+    let Err(error) = done else {
+        return ExitCode::SUCCESS;
+    };
+    complain(&error);
+    ExitCode::from(error.exit_code())
 }
 
 /// The README's code, compiled and run with the documentation's.

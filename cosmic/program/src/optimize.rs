@@ -69,17 +69,13 @@ struct Origin {
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let Origin {
-            mut scene,
-            name,
-            source,
-        } = self.origin()?;
+        let mut origin = self.origin()?;
         if self.allow_unstable {
-            scene.physics.unstable_step = UnstableStep::Warn;
+            origin.scene.physics.unstable_step = UnstableStep::Warn;
         }
         let plan = RunPlan {
-            name,
-            scene,
+            name: origin.name,
+            scene: origin.scene,
             seed: self.seed,
             starts: self.starts,
             iterations: self.iterations,
@@ -92,8 +88,8 @@ impl Arguments {
         }
         let default = || Path::new("runs").join(self.folder_name(&plan));
         let folder = self.out.clone().unwrap_or_else(default);
-        let robot = self.from.as_deref().map(|from| robot(from, &plan.scene));
-        let robot = robot.transpose()?;
+        let from = self.from.as_deref();
+        let robot = from.map(|from| robot(from, &plan.scene)).transpose()?;
         runs::carry_out(&folder, &self.work, |observer| match robot {
             None => optimise(&folder, &plan, observer),
             Some((z, controller)) => {
@@ -102,44 +98,37 @@ impl Arguments {
                 optimise_with(&folder, &plan, codesign, progress, observer)
             }
         })
-        .map_err(|error| self.with_place(error, &source))
+        .map_err(|error| self.with_place(error, &origin.source))
     }
 
     /// The scene that is named, else the one beside the design of `--from`, else the default.
     fn origin(&self) -> Result<Origin> {
-        let (scene, name, source);
         let beside = |from: &PathBuf| design_of(from).with_file_name(SCENE);
         let beside = self.from.as_ref().map(beside).filter(|file| file.exists());
-        match (&self.scene, beside) {
-            (None, Some(file)) => {
-                let summary = Summary::read(file.parent().unwrap_or(Path::new("")));
-                scene = Scene::read(&file)?;
-                name = summary.map_or_else(|_| name_of(&file), |summary| summary.scene);
-                source = file.display().to_string();
-            }
-            (named, _) => {
-                source = named.clone().unwrap_or(scene::all()[0].name.to_owned());
-                scene = Scene::load(&source)?;
-                name = name_of(Path::new(&source));
-            }
+        if let Some(file) = beside.filter(|_| self.scene.is_none()) {
+            let summary = Summary::read(file.parent().unwrap_or(Path::new("")));
+            return Ok(Origin {
+                scene: self.settings.apply(Scene::read(&file)?)?,
+                name: summary.map_or_else(|_| name_of(&file), |summary| summary.scene),
+                source: file.display().to_string(),
+            });
         }
+        let source = self.scene.as_deref().unwrap_or(scene::all()[0].name);
         Ok(Origin {
-            scene: self.settings.apply(scene)?,
-            name,
-            source,
+            scene: self.settings.load(source)?,
+            name: name_of(Path::new(source)),
+            source: source.to_owned(),
         })
     }
 
     /// The default name of the run's folder, after the scene and the seed. A run that goes on from
     /// another in its scene has a name after that run.
     fn folder_name(&self, plan: &RunPlan) -> OsString {
-        match self.folder_before().filter(|_| self.scene.is_none()) {
-            Some(mut name) => {
-                name.push("-on");
-                name
-            }
-            None => format!("{}-{}", plan.name, plan.seed).into(),
-        }
+        let Some(mut name) = self.folder_before().filter(|_| self.scene.is_none()) else {
+            return format!("{}-{}", plan.name, plan.seed).into();
+        };
+        name.push("-on");
+        name
     }
 
     /// The name of the folder of `--from`.

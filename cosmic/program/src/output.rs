@@ -7,13 +7,7 @@ use std::path::Path;
 
 /// Shows an error. Some errors about files bring their own "error:".
 pub(super) fn complain(error: &Error) {
-    let text = error.to_string();
-    let prefix = if text.starts_with("error:") {
-        ""
-    } else {
-        "error: "
-    };
-    let _ = writeln!(io::stderr(), "{prefix}{text}");
+    note(&format!("error: {}", error.within()));
 }
 
 /// Writes to standard output.
@@ -26,10 +20,9 @@ pub(super) fn print(text: &str) -> Result<()> {
 /// head`) is no error.
 pub(super) fn written(text: io::Result<()>) -> Result<()> {
     match text {
-        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => Err(Error::Write {
-            path: "standard output".into(),
-            source,
-        }),
+        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Error::writing("standard output")(source))
+        }
         _ => Ok(()),
     }
 }
@@ -48,6 +41,11 @@ pub(super) fn counted(count: usize, thing: &str) -> String {
     }
 }
 
+/// A displacement, if there is one.
+pub(super) fn metres(x: Option<f64>) -> String {
+    x.map_or("diverged".to_owned(), |x| format!("{x:.3} m"))
+}
+
 /// The place of the last states of a diverged rollout, and the command that replays them.
 pub(super) fn see_again(diverged: &Path) -> String {
     let (file, word) = (diverged.display(), in_shell(diverged));
@@ -62,11 +60,8 @@ pub(super) fn in_json<P: AsRef<Path>>(paths: &[P]) -> Vec<String> {
 
 /// Writes a value to standard output as indented JSON.
 pub(super) fn print_json(value: &impl serde::Serialize) -> Result<()> {
-    let source = |error: serde_json::Error| Error::Write {
-        path: "standard output".into(),
-        source: error.into(),
-    };
-    let text = serde_json::to_string_pretty(value).map_err(source)?;
+    let text = serde_json::to_string_pretty(value);
+    let text = text.map_err(|error| Error::writing("standard output")(error.into()))?;
     print(&(text + "\n"))
 }
 

@@ -2,14 +2,13 @@
 
 use crate::arguments::Output;
 use crate::interrupt::Interrupt;
-use crate::output::{counted, note};
+use crate::output::{counted, metres, note};
 use cosmic::codesign::Record;
 use cosmic::error::Result;
 use cosmic::record::{Observer, Run};
 use cosmic_lab::sweep::{Ended, Overseer, RunOutcome, SweepPlan};
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
-use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -17,16 +16,12 @@ use std::time::Instant;
 /// Iterations from one line to the next where there is no bar.
 const LINE_EVERY: usize = 10;
 
-/// Where progress goes. Standard output is left to results.
-enum Voice {
-    Silent,
-    Bars(MultiProgress),
-    Lines,
-}
-
-/// Shows the runs at work on standard error, and passes on the user's wish to stop.
+/// Shows the runs at work on standard error, and passes on the user's wish to stop. Standard output is left
+/// to results.
 pub(super) struct Progress {
-    voice: Voice,
+    quiet: bool,
+    /// Hidden with `--quiet`, where there is no terminal, or one on which nothing can be drawn twice.
+    bars: MultiProgress,
     interrupt: Interrupt,
     /// The runs by their seeds.
     runs: BTreeMap<u64, Shown>,
@@ -34,10 +29,8 @@ pub(super) struct Progress {
 
 /// A run as it is shown.
 struct Shown {
-    bar: Option<ProgressBar>,
-    /// Scene and seed.
-    title: String,
-    /// The number of the last iteration.
+    /// Its prefix is scene and seed, its length the number of the last iteration.
+    bar: ProgressBar,
     last: usize,
     pace: Pace,
     /// The displacement measured last, m.
@@ -48,14 +41,12 @@ struct Shown {
 impl Progress {
     pub(super) fn new(output: &Output, interrupt: Interrupt) -> Self {
         let bars = MultiProgress::new();
-        // Hidden where there is no terminal, or one on which nothing can be drawn twice.
-        let voice = match (output.quiet, bars.is_hidden()) {
-            (true, _) => Voice::Silent,
-            (false, false) => Voice::Bars(bars),
-            (false, true) => Voice::Lines,
-        };
+        if output.quiet {
+            bars.set_draw_target(ProgressDrawTarget::hidden());
+        }
         Self {
-            voice,
+            quiet: output.quiet,
+            bars,
             interrupt,
             runs: BTreeMap::new(),
         }
@@ -63,17 +54,12 @@ impl Progress {
 }
 
 impl Shown {
-    fn new(run: &Run, voice: &Voice) -> Self {
+    fn new(run: &Run, bars: &MultiProgress) -> Self {
         let plan = run.plan();
         let (done, last) = (run.progress().iteration, run.last_iteration());
         let title = format!("{} seed {}", plan.name, plan.seed);
-        let bar = match voice {
-            Voice::Bars(bars) => Some(bars.add(bar(&title, done as u64, last as u64))),
-            Voice::Silent | Voice::Lines => None,
-        };
         Self {
-            bar,
-            title,
+            bar: bars.add(bar(title, done as u64, last as u64)),
             last,
             pace: Pace::new(done),
             displacement: None,
@@ -81,33 +67,26 @@ impl Shown {
         }
     }
 
-    fn iteration(&mut self, record: &Record, voice: &Voice) {
+    /// Takes an iteration in; the line about it where there are no bars, now and then.
+    fn iteration(&mut self, record: &Record) -> Option<String> {
         self.displacement = record.displacement.or(self.displacement);
         self.skipped += record.skipped;
-        let iteration = record.iteration;
-        if let Some(bar) = &self.bar {
-            bar.set_position(iteration as u64);
-            bar.set_message(self.describe(record));
-        }
-        let due = iteration.is_multiple_of(LINE_EVERY) || iteration == self.last;
-        if due && matches!(voice, Voice::Lines) {
-            let (title, last) = (&self.title, self.last);
-            let text = self.describe(record);
-            // A run goes on although nobody reads of it any more.
-            let _ = writeln!(io::stderr(), "{title}  {iteration}/{last}  {text}");
-        }
+        let (iteration, last) = (record.iteration, self.last);
+        let text = self.describe(record);
+        let line = format!("{}  {iteration}/{last}  {text}", self.bar.prefix());
+        self.bar.set_position(iteration as u64);
+        self.bar.set_message(text);
+        (iteration.is_multiple_of(LINE_EVERY) || iteration == last).then_some(line)
     }
 
     /// Phase, last displacement, volumes and the time left.
     fn describe(&self, record: &Record) -> String {
         let phase = record.phase.name().replace('_', " ");
-        let displacement = self.displacement.map_or("- m".to_string(), |x| {
-            if x.is_nan() {
-                "diverged".to_string()
-            } else {
-                format!("{x:.3} m")
-            }
-        });
+        let displacement = match self.displacement {
+            None => "- m".to_owned(),
+            Some(x) if x.is_nan() => "diverged".to_owned(),
+            Some(x) => format!("{x:.3} m"),
+        };
         let (volume, actuators) = (record.volume, record.actuator_volume);
         let left = self.pace.left(record.iteration, self.last);
         let skipped = match self.skipped {
@@ -122,13 +101,15 @@ impl Shown {
 
 impl Observer for Progress {
     fn begin(&mut self, run: &Run) {
-        let shown = Shown::new(run, &self.voice);
+        let shown = Shown::new(run, &self.bars);
         self.runs.insert(run.plan().seed, shown);
     }
 
     fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
-        if let Some(shown) = self.runs.get_mut(&run.plan().seed) {
-            shown.iteration(record, &self.voice);
+        let shown = self.runs.get_mut(&run.plan().seed);
+        let line = shown.and_then(|shown| shown.iteration(record));
+        if let Some(line) = line.filter(|_| !self.quiet && self.bars.is_hidden()) {
+            note(&line);
         }
         if self.interrupt.is_asked() {
             ControlFlow::Break(())
@@ -142,11 +123,8 @@ impl Observer for Progress {
     }
 
     fn warning(&mut self, _: &Run, text: &str) {
-        let text = format!("warning: {text}");
-        match &self.voice {
-            Voice::Silent => {}
-            Voice::Bars(bars) => bars.suspend(|| note(&text)),
-            Voice::Lines => note(&text),
+        if !self.quiet {
+            self.bars.suspend(|| note(&format!("warning: {text}")));
         }
     }
 }
@@ -186,14 +164,10 @@ pub(super) struct Many {
 impl Many {
     /// For a plan of which `over` runs are over.
     pub(super) fn new(output: &Output, plan: &SweepPlan, over: usize) -> Result<Self> {
-        let title = |index| {
-            let (scene, seed) = plan.parts(index);
-            format!("{} seed {seed}", scene.name)
-        };
         Ok(Self {
             quiet: output.quiet,
             interrupt: Interrupt::listen()?,
-            titles: (0..plan.runs()).map(title).collect(),
+            titles: (0..plan.runs()).map(|index| title(plan, index)).collect(),
             done: AtomicUsize::new(over),
             pace: Pace::new(over),
         })
@@ -223,13 +197,18 @@ impl Overseer for Many {
     }
 }
 
+/// Scene and seed of a run.
+pub(super) fn title(plan: &SweepPlan, index: usize) -> String {
+    let (scene, seed) = plan.parts(index);
+    format!("{} seed {seed}", scene.name)
+}
+
 /// The outcome of a run, in a few words.
 pub(super) fn told(outcome: &RunOutcome) -> String {
     match outcome {
         RunOutcome::Done(summary) => {
-            let metres = summary.displacement_p50.map(|x| format!("{x:.3} m"));
-            let metres = metres.unwrap_or("diverged".to_owned());
-            format!("{metres}  {:.1} s", summary.seconds)
+            let median = metres(summary.displacement_p50);
+            format!("{median}  {:.1} s", summary.seconds)
         }
         RunOutcome::Diverged(says) => says.clone(),
         RunOutcome::Over => "was done before".to_owned(),
@@ -240,18 +219,16 @@ pub(super) fn told(outcome: &RunOutcome) -> String {
 impl Drop for Shown {
     /// Leaves the terminal to others, in the end to the result.
     fn drop(&mut self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
+        self.bar.finish_and_clear();
     }
 }
 
-fn bar(title: &str, done: u64, last: u64) -> ProgressBar {
+fn bar(title: String, done: u64, last: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{prefix} [{bar:24}] {pos}/{len}  {msg}")
         .expect("the template is one")
         .progress_chars("=> ");
     let bar = ProgressBar::new(last).with_style(style);
-    bar.with_position(done).with_prefix(title.to_owned())
+    bar.with_position(done).with_prefix(title)
 }
 
 /// A duration as minutes and seconds, with hours before them where there are any.

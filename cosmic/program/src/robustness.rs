@@ -23,16 +23,16 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
     /// How far a coordinate of the start is off at most, m
-    #[arg(long, value_name = "M", default_value_t = RobustSettings::default().start, value_parser = at_most_one, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", default_value_t = RobustSettings::default().start, value_parser = up_to(1.0), allow_negative_numbers = true)]
     start: f64,
     /// Share by which the coefficient of Coulomb friction is off at most
-    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().friction, value_parser = share, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().friction, value_parser = up_to(MOST), allow_negative_numbers = true)]
     friction: f64,
     /// Share by which the stiffness of an edge is off at most
-    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().stiffness, value_parser = share, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().stiffness, value_parser = up_to(MOST), allow_negative_numbers = true)]
     stiffness: f64,
     /// Share by which the mass of a node is off at most
-    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().mass, value_parser = share, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", default_value_t = RobustSettings::default().mass, value_parser = up_to(MOST), allow_negative_numbers = true)]
     mass: f64,
     /// Try all designs in this scene, a built-in one or a TOML file, and not each in its own
     #[arg(long, value_name = "SCENE")]
@@ -47,17 +47,12 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// A share that leaves a positive number positive.
-fn share(text: &str) -> std::result::Result<f64, String> {
-    within(text, 0.99)
-}
+/// The largest share by which a number may be off: a positive one stays positive.
+const MOST: f64 = 0.99;
 
-fn at_most_one(text: &str) -> std::result::Result<f64, String> {
-    within(text, 1.0)
-}
-
-fn within(text: &str, most: f64) -> std::result::Result<f64, String> {
-    match text.parse() {
+/// Reads a number from 0 to `most`.
+fn up_to(most: f64) -> impl Fn(&str) -> std::result::Result<f64, String> + Clone {
+    move |text| match text.parse() {
         Ok(x) if (0.0..=most).contains(&x) => Ok(x),
         _ => Err(format!("expected a number from 0 to {most}")),
     }
@@ -65,23 +60,21 @@ fn within(text: &str, most: f64) -> std::result::Result<f64, String> {
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let settings = RobustSettings {
+        let scatter = RobustSettings {
             samples: self.samples.into(),
             start: self.start,
             friction: self.friction,
             stiffness: self.stiffness,
             mass: self.mass,
         };
-        if self.scene.is_none() {
-            self.settings
-                .refuse("name the scene that it changes with --scene")?;
-        }
-        let load = |name| self.settings.load(name);
-        let scene = self.scene.as_deref().map(load).transpose()?;
+        let reason = "name the scene that it changes with --scene";
         let domains = DrawnDomains {
-            scatter: settings,
+            scatter,
             seed: self.seed,
-            scene,
+            scene: match &self.scene {
+                Some(name) => Some(self.settings.load(name)?),
+                None => self.settings.refuse(reason).map(|()| None)?,
+            },
         };
         let found = measure(&self.runs, &domains)?;
         if let Some(path) = &self.out {

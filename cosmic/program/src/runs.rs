@@ -2,11 +2,12 @@
 
 use crate::arguments::{Output, Work};
 use crate::interrupt::Interrupt;
-use crate::output::{counted, note, print, see_again};
+use crate::output::{counted, metres, note, print, see_again};
 use crate::progress::Progress;
 use cosmic::error::{Error, Result};
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};
+use cosmic_lab::report::departures;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fs;
 use std::num::NonZeroUsize;
@@ -45,10 +46,8 @@ pub(super) fn carry_out(
 pub(super) fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
     // Zero stands for the number of cores.
     let threads = threads.map_or(0, NonZeroUsize::get);
-    let builder = ThreadPoolBuilder::new().num_threads(threads);
-    builder
-        .build()
-        .map_err(|error| Error::Usage(format!("cannot start {threads} threads: {error}")))
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| Error::Usage(format!("cannot start {threads} threads: {error}")))
 }
 
 fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
@@ -65,24 +64,7 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
 
 /// Folder and figures of a run; the last line has displacement, volumes and time.
 fn describe(folder: &Path, summary: &Summary) -> String {
-    let metres = |x: Option<f64>| x.map_or("diverged".to_string(), |x| format!("{x:.3} m"));
-    let Summary {
-        scene,
-        seed,
-        iterations,
-        delivered_iteration,
-        flips,
-        skipped_gradients,
-        ..
-    } = summary;
-    let folder = folder.display();
-    let departures: Vec<_> = summary.departures.iter().map(|d| &d.option[..]).collect();
-    let departures = if departures.is_empty() {
-        "none".to_string()
-    } else {
-        departures.join(", ")
-    };
-    let mut text = format!("run: {folder}\n");
+    let mut text = format!("run: {}\n", folder.display());
     for start in &summary.starts {
         let end = match start.dropped_at {
             Some(iteration) => format!("dropped after iteration {iteration}"),
@@ -91,11 +73,15 @@ fn describe(folder: &Path, summary: &Summary) -> String {
         text += &format!("start {}: {end}\n", start.seed);
     }
     text += &format!(
-        "{scene}, seed {seed}: {}, controller of iteration {delivered_iteration}, {}, {} skipped\n\
-         departures from the paper: {departures}\n",
-        counted(*iterations, "iteration"),
-        counted(*flips, "flip"),
-        counted(*skipped_gradients, "gradient"),
+        "{}, seed {}: {}, controller of iteration {}, {}, {} skipped\n\
+         departures from the paper: {}\n",
+        summary.scene,
+        summary.seed,
+        counted(summary.iterations, "iteration"),
+        summary.delivered_iteration,
+        counted(summary.flips, "flip"),
+        counted(summary.skipped_gradients, "gradient"),
+        departures(summary),
     );
     if let Some(entered) = summary.entered {
         text += &format!("began after iteration {entered} with the robot in start.json\n");
@@ -103,10 +89,9 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     if let Some(loss) = summary.loss_p50 {
         text += &format!("loss {loss:.4} (median over the same starts as the displacement)\n");
     }
-    let together = if summary.starts.is_empty() {
-        ""
-    } else {
-        ", all starts together"
+    let together = match summary.starts[..] {
+        [] => "",
+        _ => ", all starts together",
     };
     text + &format!(
         "displacement {} (10-90 %: {} to {}), V {:.4}, V_act {:.4}, time {:.1} s{together}\n",

@@ -116,8 +116,8 @@ fn list(as_json: bool) -> Result<()> {
         return print_json(&scene::all().into_iter().map(entry).collect::<Vec<_>>());
     }
     let scenes = scene::all();
-    let width = scenes.iter().map(|scene| scene.name.len()).max();
-    let width = width.unwrap_or(0);
+    let widths = scenes.iter().map(|scene| scene.name.len());
+    let width = widths.max().unwrap_or(0);
     let line = |scene: Builtin| format!("{:width$}  {}\n", scene.name, scene.about());
     print(&scenes.into_iter().map(line).collect::<String>())
 }

@@ -4,13 +4,12 @@ use crate::arguments::Settings;
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::controller::Controller;
-use cosmic::error::{Error, Result};
+use cosmic::error::Result;
 use cosmic::reading::{MARK, placed, read_whole};
 use cosmic::record::run::{DESIGN, SCENE};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, design_file};
 use cosmic::scene::{self, Scene};
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The seed of the controller that a scene is tried out with.
@@ -43,25 +42,17 @@ impl Source {
     /// Reads the robot that a name stands for: a built-in scene by its name, a run's folder by the
     /// design in it, a file by its content. Every file is read once: a pipe has no second time.
     pub(super) fn read(name: &str, settings: &Settings) -> Result<Self> {
-        let scene = || Self::of_scene(settings.load(name)?);
-        if scene::named(name).is_some() {
-            return scene();
-        }
         let path = Path::new(name);
+        let is_builtin = scene::named(name).is_some();
+        // A name that is no file may be a misspelt scene: that reader has a hint.
+        if is_builtin || !is_json(path) && !path.exists() {
+            return Self::of_scene(settings.load(name)?);
+        }
         if path.is_dir() {
             let (design, bytes) = read_design(path)?;
             return Self::of_design(&design, &bytes, settings);
         }
-        match read_whole(path) {
-            Ok(bytes) => Self::of_bytes(path, &bytes, settings),
-            // A name that is no file may be a misspelt scene: that reader has a hint.
-            Err(Error::Read { source, .. })
-                if source.kind() == ErrorKind::NotFound && !is_json(path) =>
-            {
-                scene()
-            }
-            Err(error) => Err(error),
-        }
+        Self::of_bytes(path, &read_whole(path)?, settings)
     }
 
     fn of_bytes(path: &Path, bytes: &[u8], settings: &Settings) -> Result<Self> {
@@ -145,8 +136,7 @@ pub(super) fn design_of(path: &Path) -> PathBuf {
 }
 
 fn is_json(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension == "json")
+    path.extension().is_some_and(|name| name == "json")
 }
 
 /// The name of a scene: that of its file without the extension, or its own.

@@ -58,32 +58,27 @@ impl Arguments {
             Which::Ablation(options) => (StudyKind::Ablation, options),
             Which::Findings(options) => (StudyKind::Findings, options),
         };
-        let study = options.study(kind)?;
+        let base = match &options.base {
+            None => Base::default(),
+            Some(path) => Base {
+                file: path.display().to_string(),
+                text: Scene::text(path)?,
+            },
+        };
+        let runs = options.runs.clone().unwrap_or_else(|| kind.folder());
+        let study = Study {
+            kind,
+            first_seed: options.first_seed,
+            seeds: options.seeds,
+            iterations: options.iterations,
+            base,
+            out: options.out.clone().unwrap_or_else(|| runs.clone()),
+            runs,
+        };
         let plan = study.prepare()?;
         let overseer = Many::new(&options.work.output, &plan, plan.over(&study.runs))?;
         study.simulate(&plan, options.work.threads, &overseer)?;
         let written = study.write()?;
         answer_written(&options.work.output, &written)
-    }
-}
-
-impl Options {
-    fn study(&self, kind: StudyKind) -> Result<Study> {
-        let read = |path: &PathBuf| -> Result<Base> {
-            Ok(Base {
-                file: path.display().to_string(),
-                text: Scene::text(path)?,
-            })
-        };
-        let runs = self.runs.clone().unwrap_or_else(|| kind.folder());
-        Ok(Study {
-            kind,
-            first_seed: self.first_seed,
-            seeds: self.seeds,
-            iterations: self.iterations,
-            base: self.base.as_ref().map_or(Ok(Base::default()), read)?,
-            out: self.out.clone().unwrap_or_else(|| runs.clone()),
-            runs,
-        })
     }
 }

@@ -3,7 +3,7 @@
 use crate::arguments::{Output, Settings, Work, count, seed};
 use crate::interrupt::Interrupt;
 use crate::output::{answer, counted, in_json, lines, note, print, print_json};
-use crate::progress::{Many, Progress, told};
+use crate::progress::{Many, Progress, title, told};
 use crate::source::name_of;
 use clap::{Args, Subcommand};
 use cosmic::error::{Error, Result};
@@ -13,6 +13,7 @@ use cosmic_lab::sweep::{
     write_results,
 };
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -27,27 +28,7 @@ pub(super) struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Action {
     /// Fix scenes and seeds in a new folder
-    Plan {
-        /// Built-in scenes or TOML files
-        #[arg(value_name = "SCENE", default_value = scene::all()[0].name)]
-        scenes: Vec<String>,
-        #[command(flatten)]
-        settings: Settings,
-        /// Seeds per scene
-        #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
-        seeds: NonZeroUsize,
-        /// The first seed
-        #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
-        first_seed: u64,
-        /// Stop every run after this many iterations
-        #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
-        iterations: Option<NonZeroUsize>,
-        /// The sweep's folder, new or empty
-        #[arg(long, value_name = "S")]
-        out: PathBuf,
-        #[command(flatten)]
-        output: Output,
-    },
+    Plan(Plan),
     /// Do the runs that are not done, or go on with them, until none is left
     ///
     /// A run whose simulation diverges is done as well, with exit code 0: that is its result, which
@@ -81,6 +62,29 @@ enum Action {
     },
 }
 
+#[derive(Debug, Args)]
+struct Plan {
+    /// Built-in scenes or TOML files
+    #[arg(value_name = "SCENE", default_value = scene::all()[0].name)]
+    scenes: Vec<String>,
+    #[command(flatten)]
+    settings: Settings,
+    /// Seeds per scene
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    seeds: NonZeroUsize,
+    /// The first seed
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
+    first_seed: u64,
+    /// Stop every run after this many iterations
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    iterations: Option<NonZeroUsize>,
+    /// The sweep's folder, new or empty
+    #[arg(long, value_name = "S")]
+    out: PathBuf,
+    #[command(flatten)]
+    output: Output,
+}
+
 /// Which run.
 #[derive(Debug, Clone, Copy)]
 enum Index {
@@ -96,10 +100,10 @@ impl FromStr for Index {
         match text {
             "auto" => Ok(Index::Auto),
             "all" => Ok(Index::All),
-            number => number
-                .parse()
-                .map(Index::Number)
-                .map_err(|_| "a run's number, `auto` or `all`".to_owned()),
+            number => match number.parse() {
+                Ok(number) => Ok(Index::Number(number)),
+                Err(_) => Err("a run's number, `auto` or `all`".to_owned()),
+            },
         }
     }
 }
@@ -107,24 +111,7 @@ impl FromStr for Index {
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         match &self.action {
-            Action::Plan {
-                scenes,
-                settings,
-                seeds,
-                first_seed,
-                iterations,
-                out,
-                output,
-            } => {
-                let scenes = scenes.iter().map(|name| planned(name, settings));
-                let plan = SweepPlan {
-                    scenes: scenes.collect::<Result<_>>()?,
-                    first_seed: *first_seed,
-                    seeds: *seeds,
-                    iterations: *iterations,
-                };
-                freeze(&plan, out, output)
-            }
+            Action::Plan(plan) => plan.freeze(),
             Action::Run { sweep, index, work } => run(sweep, *index, work),
             Action::Status { sweep, json } => status(sweep, *json),
             Action::Merge { sweep, output } => merge_sweep(sweep, output),
@@ -132,22 +119,26 @@ impl Arguments {
     }
 }
 
-fn planned(scene: &str, settings: &Settings) -> Result<PlannedScene> {
-    Ok(PlannedScene {
-        name: name_of(Path::new(scene)),
-        scene: settings.load(scene)?,
-    })
-}
-
-fn freeze(plan: &SweepPlan, folder: &Path, output: &Output) -> Result<()> {
-    plan.freeze(folder)?;
-    let (sweep, runs) = (folder.display(), plan.runs());
-    let value = json!({ "sweep": sweep.to_string(), "runs": runs });
-    answer(
-        output,
-        &value,
-        &format!("{sweep}: {}\n", counted(runs, "run")),
-    )
+impl Plan {
+    fn freeze(&self) -> Result<()> {
+        let planned = |scene: &String| {
+            Ok(PlannedScene {
+                name: name_of(Path::new(scene)),
+                scene: self.settings.load(scene)?,
+            })
+        };
+        let plan = SweepPlan {
+            scenes: self.scenes.iter().map(planned).collect::<Result<_>>()?,
+            first_seed: self.first_seed,
+            seeds: self.seeds,
+            iterations: self.iterations,
+        };
+        plan.freeze(&self.out)?;
+        let (sweep, runs) = (self.out.display(), plan.runs());
+        let value = json!({ "sweep": sweep.to_string(), "runs": runs });
+        let text = format!("{sweep}: {}\n", counted(runs, "run"));
+        answer(&self.output, &value, &text)
+    }
 }
 
 fn run(folder: &Path, index: Index, Work { threads, output }: &Work) -> Result<()> {
@@ -156,25 +147,25 @@ fn run(folder: &Path, index: Index, Work { threads, output }: &Work) -> Result<(
     if let Index::All = index {
         return run_all(sweep, *threads, output);
     }
+    let runs = plan.runs();
     let pool = crate::runs::pool(*threads)?;
     let mut progress = Progress::new(output, Interrupt::listen()?);
-    let ended = match index {
-        Index::Number(index) if index >= plan.runs() => Err(Error::Usage(format!(
-            "there is no run {index}: the plan has {}, from 0 on",
-            plan.runs()
+    let ended = pool.install(|| match index {
+        Index::Number(index) if index >= runs => Err(Error::Usage(format!(
+            "there is no run {index}: the plan has {runs}, from 0 on"
         ))),
-        Index::Number(index) => pool
-            .install(|| sweep.run_one(index, &mut progress))
-            .map(|outcome| Some(Ended { index, outcome })),
-        _ => pool.install(|| sweep.run_next(&mut progress)),
-    };
-    drop(progress);
-    let ended = ended?;
-    match &ended {
-        Some(Ended { index, outcome }) if *outcome == RunOutcome::Taken => {
-            Err(Error::Usage(format!("run {index} {}", told(outcome))))
+        Index::Number(index) => {
+            let outcome = sweep.run_one(index, &mut progress)?;
+            Ok(Some(Ended { index, outcome }))
         }
-        _ => show(plan, ended, output),
+        _ => sweep.run_next(&mut progress),
+    });
+    drop(progress);
+    match ended? {
+        Some(Ended { index, outcome }) if outcome == RunOutcome::Taken => {
+            Err(Error::Usage(format!("run {index} {}", told(&outcome))))
+        }
+        ended => show(plan, ended, output),
     }
 }
 
@@ -206,10 +197,8 @@ fn show(plan: &SweepPlan, ended: Option<Ended>, output: &Output) -> Result<()> {
         _ if output.quiet => Ok(()),
         None => print("nothing is left to take\n"),
         Some(Ended { index, outcome }) => {
-            let (scene, seed) = plan.parts(index);
-            let says = told(&outcome);
-            let name = &scene.name;
-            print(&format!("run {index}, {name} seed {seed}: {says}\n"))
+            let (title, says) = (title(plan, index), told(&outcome));
+            print(&format!("run {index}, {title}: {says}\n"))
         }
     }
 }
@@ -218,22 +207,17 @@ fn status(sweep: &Path, as_json: bool) -> Result<()> {
     let plan = SweepPlan::read(sweep)?;
     let merged = survey(sweep, &plan);
     if as_json {
-        let counts =
-            RunState::ALL.map(|state| (state.name().to_owned(), json!(merged.count(state))));
-        let runs = merged.runs.iter().map(|run| {
+        let count = |state: RunState| (state.name(), merged.count(state));
+        let counts = BTreeMap::from(RunState::ALL.map(count));
+        let run = |run: &MergedRun| {
             json!({ "index": run.index, "scene": run.scene, "seed": run.seed,
                     "state": run.state, "iterations": run.iterations })
-        });
-        let runs: Vec<_> = runs.collect();
-        let counts: serde_json::Map<_, _> = counts.into_iter().collect();
+        };
+        let runs: Vec<_> = merged.runs.iter().map(run).collect();
         return print_json(&json!({ "runs": runs, "counts": counts }));
     }
-    let widest = merged
-        .runs
-        .iter()
-        .map(|run| run.scene.chars().count())
-        .max();
-    let width = widest.unwrap_or(0);
+    let widths = merged.runs.iter().map(|run| run.scene.chars().count());
+    let width = widths.max().unwrap_or(0);
     let line = |run: &MergedRun| {
         let (index, scene, seed) = (run.index, &run.scene, run.seed);
         let (state, done) = (run.state.name(), counted(run.iterations, "iteration"));

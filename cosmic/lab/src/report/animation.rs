@@ -37,7 +37,7 @@ pub(super) fn write(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
     let (_, moments) = motion.every(FRAME.0);
     let frames = moments.len() - 1;
     for (k, index) in moments.into_iter().enumerate() {
-        let Some(picture) = Picture::new(motion, index) else {
+        let Some(picture) = Canvas::new(motion, index) else {
             break;
         };
         let frame = Frame {
@@ -94,17 +94,14 @@ impl Palette {
         let strains = (-13..=13).map(|k| motion.colour(f64::from(k) / 13.0 * motion.limit));
         let colours = strains.chain([SKELETON, PAYLOAD, TICK]);
         let shade = |c: [u8; 3], k: u16| c.map(|c| 255 - ((255 - u16::from(c)) * k / 8) as u8);
-        let mut shades: Vec<[u8; 3]> = colours
-            .flat_map(|colour| (1..=8).map(move |k| shade(colour, k)))
-            .collect();
-        shades.push([255; 3]);
+        let shades = colours.flat_map(|colour| (1..=8).map(move |k| shade(colour, k)));
+        let shades: Vec<[u8; 3]> = shades.chain([[255; 3]]).collect();
         let middle = |bits: usize| (8 * (bits % 32) + 4) as i32;
         let nearest = |bits: usize| {
             let wanted = [bits / 1024, bits / 32, bits].map(middle);
             let off = |i: &usize| -> i32 {
-                (0..3)
-                    .map(|k| (i32::from(shades[*i][k]) - wanted[k]).pow(2))
-                    .sum()
+                let square = |k: usize| (i32::from(shades[*i][k]) - wanted[k]).pow(2);
+                (0..3).map(square).sum()
             };
             (0..shades.len()).min_by_key(off).unwrap_or(0) as u8
         };
@@ -119,14 +116,14 @@ impl Palette {
 }
 
 /// One frame under construction.
-struct Picture<'m> {
+struct Canvas<'m> {
     motion: &'m Motion<'m>,
     index: usize,
     pixels: Pixmap,
     view: View,
 }
 
-impl<'m> Picture<'m> {
+impl<'m> Canvas<'m> {
     /// `None` if there is no memory for it.
     fn new(motion: &'m Motion<'m>, index: usize) -> Option<Self> {
         let mut pixels = Pixmap::new(SIZE[0].into(), SIZE[1].into())?;
@@ -189,11 +186,8 @@ impl<'m> Picture<'m> {
         // A short line with round ends is a dot.
         let [x, y] = state.x[0];
         self.stroke(&[[x, y], [x + 1e-4, y]], PAYLOAD, 9.0);
-        self.pixels
-            .pixels()
-            .iter()
-            .map(|p| palette.index(p))
-            .collect()
+        let pixels = self.pixels.pixels().iter();
+        pixels.map(|pixel| palette.index(pixel)).collect()
     }
 
     fn draw_ground(&mut self) {
@@ -228,17 +222,14 @@ mod tests {
         let inside = [[10.0, 10.0], [400.0, 200.0]];
         assert_eq!(within(inside), Some(inside));
         // Across the picture's middle, from 32 pixels before its left edge to 32 behind its right.
-        let across = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
+        let [from, to] = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
         let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
         assert!(
-            near(across[0][0], -32.0) && near(across[1][0], 512.0),
-            "{across:?}"
+            near(from[0], -32.0) && near(to[0], 512.0),
+            "{from:?} {to:?}"
         );
-        let half = within([[240.0, 120.0], [240.0, -1e12]]).unwrap();
-        assert!(
-            half[0] == [240.0, 120.0] && near(half[1][1], -32.0),
-            "{half:?}"
-        );
+        let [from, to] = within([[240.0, 120.0], [240.0, -1e12]]).unwrap();
+        assert!(from == [240.0, 120.0] && near(to[1], -32.0), "{to:?}");
         let far = within([[-1e30, 120.0], [1e30, 120.0]]).unwrap();
         assert!(far.iter().all(|end| end[0].abs() <= 512.0), "{far:?}");
         assert_eq!(within([[-1e9, 0.0], [-1e8, 0.0]]), None);

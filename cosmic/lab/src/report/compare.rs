@@ -1,7 +1,7 @@
 //! Runs side by side.
 
 use super::html;
-use super::numbers::with_numbers;
+use super::numbers::{departures, with_numbers};
 use crate::table::{Table, TableOf};
 use cosmic::error::Result;
 use cosmic::record::Summary;
@@ -39,10 +39,8 @@ impl Comparison {
                 summary: Summary::read(folder)?,
             })
         };
-        let runs = folders.iter().zip(&names).map(run);
-        Ok(Self {
-            runs: runs.collect::<Result<_>>()?,
-        })
+        let runs = folders.iter().zip(&names).map(run).collect::<Result<_>>()?;
+        Ok(Self { runs })
     }
 
     /// A row a run, ordered as the runs were given.
@@ -58,21 +56,11 @@ impl Comparison {
 
     /// A page with the table.
     pub fn to_html(&self) -> String {
-        let departures = |run: &ComparedRun| {
-            let departures = run.summary.departures.iter();
-            let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();
-            if names.is_empty() {
-                "none".to_owned()
-            } else {
-                names.join(", ")
-            }
-        };
+        let departures = |run: &ComparedRun| departures(&run.summary);
         let table = self.columns();
-        let table = table
-            .column("departures from the paper", "", departures)
-            .done();
-        let title = "Runs side by side";
-        html::page(title, &format!("<h1>{title}</h1>{}", table.to_html()))
+        let table = table.column("departures from the paper", "", departures);
+        let (title, table) = ("Runs side by side", table.done().to_html());
+        html::page(title, &format!("<h1>{title}</h1>{table}"))
     }
 }
 

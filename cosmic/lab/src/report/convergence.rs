@@ -22,7 +22,7 @@ pub(super) fn draw(run: &RunFiles) -> String {
             origin: [LEFT, TOP + k as f64 * HEIGHT[1]],
             size: [WIDTH - LEFT - 24.0, HEIGHT[0]],
             x: [first, last],
-            y: chart.range,
+            y: chart.range(),
             log: [false, chart.log],
         };
         draw_phases(&mut svg, &axes, history, k == 0);
@@ -49,45 +49,22 @@ struct Chart {
     lines: Vec<Line>,
     /// Numbers with dashed lines.
     levels: Vec<f64>,
-    range: [f64; 2],
     log: bool,
 }
 
 impl Chart {
-    /// A chart that begins at zero, or at its least number if that is negative.
-    fn linear(title: &'static str, lines: Vec<Line>, levels: Vec<f64>) -> Self {
-        let all = heights(&lines).chain(levels.iter().copied());
-        let [low, high] = range(all, [0.0, 0.0]);
+    /// The range up. A linear one begins at zero, or below its least number if that is negative. On a
+    /// logarithmic one, an exactly zero number is drawn at the lower edge.
+    fn range(&self) -> [f64; 2] {
+        let points = self.lines.iter().flat_map(|line| &line.points);
+        let numbers = points.map(|point| point[1]);
+        if self.log {
+            return range(numbers.filter(|v| *v > 0.0), [0.1, 10.0]);
+        }
+        let [low, high] = range(numbers.chain(self.levels.iter().copied()), [0.0; 2]);
         let head = 0.06 * (high - low);
-        let range = [if low < 0.0 { low - head } else { low }, high + head];
-        Self {
-            title,
-            lines,
-            levels,
-            range,
-            log: false,
-        }
+        [if low < 0.0 { low - head } else { low }, high + head]
     }
-
-    /// A chart of positive numbers. An exactly zero one is drawn at the lower edge.
-    fn logarithmic(title: &'static str, lines: Vec<Line>) -> Self {
-        let positive: Vec<f64> = heights(&lines).filter(|v| *v > 0.0).collect();
-        let least = positive.iter().copied().fold(0.1, f64::min);
-        Self {
-            title,
-            lines,
-            levels: Vec::new(),
-            range: range(positive.into_iter(), [least.max(1e-9), 10.0]),
-            log: true,
-        }
-    }
-}
-
-/// The numbers of lines.
-fn heights(lines: &[Line]) -> impl Iterator<Item = f64> {
-    lines
-        .iter()
-        .flat_map(|line| line.points.iter().map(|p| p[1]))
 }
 
 /// The four charts of a run, the first on top.
@@ -123,6 +100,12 @@ fn charts(run: &RunFiles) -> [Chart; 4] {
         line("design, stability", 2, &|r| r.design_gradient[1]),
         line("controller", 1, &|r| r.controller_gradient),
     ];
+    let chart = |title, lines, levels, log| Chart {
+        title,
+        lines,
+        levels,
+        log,
+    };
     let titles = [
         "Displacement along the ground, m (dashed: median of what is delivered)",
         "Share of edges (dashed: bounds before they widen)",
@@ -130,10 +113,10 @@ fn charts(run: &RunFiles) -> [Chart; 4] {
         "Norm of the gradient before any bound",
     ];
     [
-        Chart::linear(titles[0], displacement, delivered),
-        Chart::linear(titles[1], volumes, bounds),
-        Chart::linear(titles[2], measures.into(), Vec::new()),
-        Chart::logarithmic(titles[3], gradients),
+        chart(titles[0], displacement, delivered, false),
+        chart(titles[1], volumes, bounds, false),
+        chart(titles[2], measures.into(), Vec::new(), false),
+        chart(titles[3], gradients, Vec::new(), true),
     ]
 }
 

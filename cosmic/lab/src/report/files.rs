@@ -70,7 +70,7 @@ impl RunFiles {
     /// Reads a finished run.
     ///
     /// # Errors
-    /// The errors of [`Summary::read`] and [`RobotFiles::read`], and the same of the other files.
+    /// The errors of [`Summary::read`] and [`RobotFiles::read`], and the like for the other files.
     pub fn read(folder: &Path) -> Result<Self> {
         // Written last: without it the run is not finished.
         let summary = Summary::read(folder)?;
@@ -120,18 +120,15 @@ fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<TrajectoryFile> 
     let fits = |what: &str, found, expected| fits(name, what, found, expected);
     let states = file.steps.len().max(1);
     fits("`states`", file.states.len(), states)?;
-    let physics = &robot.scene.physics;
-    if !file.steps.is_sorted_by(|a, b| a < b) || file.dt != physics.dt {
-        return Err(Error::Usage(format!(
-            "{name}: `steps` must ascend, and `dt` be the scene's, {} s",
-            physics.dt
-        )));
-    }
+    let (dt, steps) = (robot.scene.physics.dt, robot.scene.physics.steps);
     let last = file.steps.last().copied().unwrap_or(0);
-    if last != physics.steps {
+    if !file.steps.is_sorted_by(|a, b| a < b) || file.dt != dt {
+        let wrong = format!("{name}: `steps` must ascend, and `dt` be the scene's, {dt} s");
+        return Err(Error::Usage(wrong));
+    }
+    if last != steps {
         return Err(Error::Usage(format!(
-            "{name}: expected {} as the last of `steps`, as in the scene, found {last}",
-            physics.steps
+            "{name}: expected {steps} as the last of `steps`, as in the scene, found {last}"
         )));
     }
     for state in &file.states {

@@ -24,5 +24,6 @@ mod work;
 pub use bars::{Bar, bars};
 pub use compare::Comparison;
 pub use files::{RobotFiles, RunFiles};
+pub use numbers::departures;
 pub(crate) use picture::{PICTURES, Picture};
 pub use work::write;

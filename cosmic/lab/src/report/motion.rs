@@ -23,7 +23,7 @@ const EXTENDED: [u8; 3] = [0xd6, 0x1f, 0x1f];
 
 /// An edge as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bar {
+pub(super) struct DrawnEdge {
     pub(super) from: [f64; 2],
     pub(super) to: [f64; 2],
     pub(super) colour: [u8; 3],
@@ -108,31 +108,25 @@ impl<'r> Motion<'r> {
     }
 
     /// The solid edges of a state; actuators last, so that they lie on top.
-    pub(super) fn bars(&self, state: &State<f64>) -> Vec<Bar> {
-        let RobotFiles {
-            design, lattice, ..
-        } = &self.run.robot;
-        let solid = |e: &usize| design.materials[*e].is_solid();
-        let mut bars: Vec<Bar> = (0..design.edges.len())
-            .filter(solid)
-            .map(|e| {
-                let [from, to] = design.edges[e].map(|node| state.x[node]);
-                let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-                let strain = length / lattice.rest_length[e] - 1.0;
-                let actuator = design.materials[e] == Material::Actuator;
-                let colour = if actuator {
-                    self.colour(strain)
-                } else {
-                    SKELETON
-                };
-                Bar {
-                    from,
-                    to,
-                    colour,
-                    actuator,
-                }
+    pub(super) fn bars(&self, state: &State<f64>) -> Vec<DrawnEdge> {
+        let (design, lattice) = (&self.run.robot.design, &self.run.robot.lattice);
+        let bar = |(e, material): (usize, &Material)| {
+            let [from, to] = design.edges[e].map(|node| state.x[node]);
+            let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+            let strain = length / lattice.rest_length[e] - 1.0;
+            Some(DrawnEdge {
+                from,
+                to,
+                colour: match material {
+                    Material::Void => return None,
+                    Material::Skeleton => SKELETON,
+                    Material::Actuator => self.colour(strain),
+                },
+                actuator: *material == Material::Actuator,
             })
-            .collect();
+        };
+        let edges = design.materials.iter().enumerate();
+        let mut bars: Vec<DrawnEdge> = edges.filter_map(bar).collect();
         bars.sort_by_key(|bar| bar.actuator);
         bars
     }
@@ -171,7 +165,7 @@ impl<'r> Motion<'r> {
     }
 
     /// True if a bar is within a lattice's width of the payload's body.
-    pub(super) fn is_near(&self, bar: &Bar, state: &State<f64>) -> bool {
+    pub(super) fn is_near(&self, bar: &DrawnEdge, state: &State<f64>) -> bool {
         let lattice = &self.scene().lattice;
         let width = lattice.columns as f64 * lattice.spacing;
         let [low, high] = self.corners(state);
@@ -221,7 +215,7 @@ fn body(run: &RobotFiles) -> Vec<usize> {
     (0..joined.len()).filter(|&node| joined[node]).collect()
 }
 
-/// The payload's node and those of solid edges, ascending.
+/// The payload's node and the ends of solid edges, ascending.
 fn seen(run: &RobotFiles) -> Vec<usize> {
     let ends = solid_edges(run).flatten();
     let nodes: BTreeSet<usize> = ends.chain([0]).collect();
@@ -249,7 +243,6 @@ mod tests {
     use super::{AT_REST, CONTRACTED, EXTENDED, Motion, SKELETON, bounds};
     use crate::report::RunFiles;
     use cosmic::design::Material;
-    use cosmic::lattice::State;
     use cosmic::record::{RunPlan, optimise};
     use cosmic::scene::{Scene, StartKind};
 
@@ -272,26 +265,14 @@ mod tests {
         let results = results();
         let motion = Motion::new(&results);
         let rest = &motion.states()[0];
-        let stretched = |strain: f64| State {
-            x: rest
-                .x
-                .iter()
-                .map(|x| x.map(|v| (1.0 + strain) * v))
-                .collect(),
-            v: rest.v.clone(),
-        };
-        let count = |m| {
-            results
-                .robot
-                .design
-                .materials
-                .iter()
-                .filter(|e| **e == m)
-                .count()
-        };
-        let cases = [(0.0, AT_REST), (0.5, EXTENDED), (-0.5, CONTRACTED)];
-        for (strain, colour) in cases {
-            let bars = motion.bars(&stretched(strain));
+        let materials = &results.robot.design.materials;
+        let count = |m| materials.iter().filter(|e| **e == m).count();
+        for (strain, colour) in [(0.0, AT_REST), (0.5, EXTENDED), (-0.5, CONTRACTED)] {
+            let mut stretched = rest.clone();
+            for x in stretched.x.as_flattened_mut() {
+                *x *= 1.0 + strain;
+            }
+            let bars = motion.bars(&stretched);
             let [passive, active] = [false, true].map(|active| {
                 let of = bars.iter().filter(move |bar| bar.actuator == active);
                 of.map(|bar| bar.colour).collect::<Vec<_>>()
@@ -319,9 +300,7 @@ mod tests {
         let state = &motion.states()[0];
         let [low, high] = bounds(motion.places(state));
         assert_eq!(motion.corners(state), [low, high]);
-        assert!(
-            (motion.extent(state)[0] - 0.5).abs() < 1e-15,
-            "0.6 - 0.1, rounded once"
-        );
+        // 0.6 - 0.1, rounded once.
+        assert!((motion.extent(state)[0] - 0.5).abs() < 1e-15);
     }
 }

@@ -3,55 +3,50 @@
 use crate::table::{Cell, Column, TableOf};
 use cosmic::record::Summary;
 
-/// Adds the numbers of every run's summary to a table of runs. The loss is among them if a run is ranked
-/// by it, because of another task than distance or of a loss of its own.
+/// Adds the numbers of every run's summary to a table of runs, with the loss if any run is ranked by its
+/// loss: its task is not distance, or the caller supplied the loss.
 pub(super) fn with_numbers<'r, S>(
     table: TableOf<'r, S>,
-    summary: impl Fn(&'r S) -> &'r Summary + Copy,
+    of: impl Fn(&'r S) -> &'r Summary + Copy,
 ) -> TableOf<'r, S> {
-    let share = |name: &str, says: &str| Column::new(name, says).decimals(3, "diverged");
-    let metres = |name: &str, says: &str| share(name, &format!("displacement{says}")).unit("m");
+    let share = |name, says| Column::new(name, says).decimals(3, "diverged");
+    let metres = |name, says| share(name, says).unit("m");
+    let p50 = metres("p50", "displacement: median over perturbed starts");
+    let p10 = metres("p10", "displacement: 10 % quantile over perturbed starts");
+    let p90 = metres("p90", "displacement: 90 % quantile over perturbed starts");
+    let says = "displacement of the last iterate: median over perturbed starts";
+    let last = metres("last p50", says);
+    let single = metres("single", "displacement of one unperturbed rollout");
+    let solid = share("V", "share of solid edges");
+    let actuators = share("V_act", "share of actuators");
+    let seed = Column::new("seed", "seed of the random generator");
     let seconds = Column::new("time", "duration of the optimisation").unit("s");
-    let has_loss = table
-        .subjects()
-        .iter()
-        .any(|run| summary(run).loss_p50.is_some());
+    let has_loss = |run| of(run).loss_p50.is_some();
+    let has_loss = table.subjects().iter().any(has_loss);
     let table = table
-        .add(metres("p50", ": median over perturbed starts"), |run| {
-            summary(run).displacement_p50
-        })
-        .add(
-            metres("p10", ": 10 % quantile over perturbed starts"),
-            |run| summary(run).displacement_p10,
-        )
-        .add(
-            metres("p90", ": 90 % quantile over perturbed starts"),
-            |run| summary(run).displacement_p90,
-        )
-        .add(
-            metres(
-                "last p50",
-                " of the last iterate: median over perturbed starts",
-            ),
-            |run| summary(run).displacement_last_p50,
-        )
-        .add(metres("single", " of one unperturbed rollout"), |run| {
-            summary(run).displacement_along
-        })
-        .add(share("V", "share of solid edges"), |run| {
-            summary(run).volume
-        })
-        .add(share("V_act", "share of actuators"), |run| {
-            summary(run).actuator_volume
-        })
-        .column("seed", "seed of the random generator", |run| {
-            Cell::Count(summary(run).seed)
-        })
-        .add(seconds.decimals(1, "-"), |run| summary(run).seconds);
+        .add(p50, |run| of(run).displacement_p50)
+        .add(p10, |run| of(run).displacement_p10)
+        .add(p90, |run| of(run).displacement_p90)
+        .add(last, |run| of(run).displacement_last_p50)
+        .add(single, |run| of(run).displacement_along)
+        .add(solid, |run| of(run).volume)
+        .add(actuators, |run| of(run).actuator_volume)
+        .add(seed, |run| Cell::Count(of(run).seed))
+        .add(seconds.decimals(1, "-"), |run| of(run).seconds);
     if !has_loss {
         return table;
     }
     let says = "loss: median over the same perturbed starts";
     let loss = Column::new("loss p50", says).decimals(4, "–");
-    table.add(loss, |run| summary(run).loss_p50)
+    table.add(loss, |run| of(run).loss_p50)
+}
+
+/// The names of the options by which a run departs from the paper, for people.
+pub fn departures(summary: &Summary) -> String {
+    let departures = summary.departures.iter();
+    let names: Vec<&str> = departures.map(|d| &d.option[..]).collect();
+    if names.is_empty() {
+        return "none".to_owned();
+    }
+    names.join(", ")
 }

@@ -110,28 +110,15 @@ fn pairs(rows: Vec<Vec<Cell>>) -> String {
 /// The canvas, its controls, and the motion as data.
 fn player(motion: &Motion) -> String {
     // Numbers and colours alone: nothing in it can end the script element early.
-    let data = motion_data(motion);
-    format!(
-        "<h2>Motion</h2>\n<div class=\"player\"><canvas id=\"stage\" width=\"1920\" height=\"800\"></canvas>\n\
-         <div class=\"controls\"><button id=\"play\">Pause</button>\n\
-         <input id=\"time\" type=\"range\" min=\"0\" step=\"any\" value=\"0\" aria-label=\"time\">\n\
-         <output id=\"clock\">0.0 s</output>\n\
-         <label>speed <select id=\"speed\"><option value=\"0.25\">\u{bc}</option>\
-         <option value=\"0.5\">\u{bd}</option><option value=\"1\" selected>1</option>\
-         <option value=\"2\">2</option><option value=\"4\">4</option></select></label></div></div>\n\
-         <script type=\"application/json\" id=\"motion\">{data}</script>\n"
-    )
+    format!(include_str!("player.html"), data = motion_data(motion))
 }
 
 /// The data of the player: 25 frames a second, fewer for a long rollout, in thousandths of a cell.
 fn motion_data(motion: &Motion) -> Value {
-    let RobotFiles {
-        scene,
-        lattice,
-        design,
-    } = &motion.run.robot;
+    let robot = &motion.run.robot;
+    let (lattice, design, spacing) = (&robot.lattice, &robot.design, robot.scene.lattice.spacing);
     let (step, indices) = motion.every(0.04);
-    let unit = 1e-3 * scene.lattice.spacing;
+    let unit = 1e-3 * spacing;
     let whole = |v: &f64| (v / unit).round() as i64;
     let frame = |&i: &usize| -> Vec<i64> {
         let places = motion.states()[i].x.as_flattened();
@@ -149,7 +136,7 @@ fn motion_data(motion: &Motion) -> Value {
     };
     let edges = design.edges.iter().enumerate().filter_map(edge);
     let ramp = (-16..=16).map(|k| hex(motion.colour(f64::from(k) / 16.0 * motion.limit)));
-    let side = lattice.columns.max(lattice.rows) as f64 * scene.lattice.spacing;
+    let side = lattice.columns.max(lattice.rows) as f64 * spacing;
     let floor = motion.ground_height(0.0);
     json!({
         "step": step,

@@ -63,8 +63,8 @@ impl Axes {
     /// The place of a point in the drawing. A point beyond the range is drawn at its end.
     pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let scale = |v: f64| v.max(f64::MIN_POSITIVE).ln();
-        let share = |v: f64, range: [f64; 2], log: bool| {
-            let ends = [v, range[0], range[1]];
+        let share = |v: f64, [from, to]: [f64; 2], log: bool| {
+            let ends = [v, from, to];
             let [v, from, to] = if log { ends.map(scale) } else { ends };
             ((v - from) / (to - from)).clamp(0.0, 1.0)
         };
@@ -154,10 +154,8 @@ fn round_values([from, to]: [f64; 2], count: usize) -> Vec<f64> {
 fn decades([from, to]: [f64; 2]) -> Vec<f64> {
     let [first, last] = [from.log10().ceil() as i32, to.log10().floor() as i32];
     let every = 1 + (last - first).max(0) / 5;
-    (first..=last)
-        .step_by(every as usize)
-        .map(|k| 10f64.powf(k.into()))
-        .collect()
+    let powers = (first..=last).step_by(every as usize);
+    powers.map(|k| 10f64.powf(k.into())).collect()
 }
 
 /// The shortest text of a number for axes.
@@ -191,10 +189,8 @@ mod tests {
 
     #[test]
     fn a_range_has_width_and_ignores_what_is_not_finite() {
-        assert_eq!(
-            range([1.0, f64::NAN, f64::INFINITY, 3.0].into_iter(), [2.0, 2.0]),
-            [1.0, 3.0]
-        );
+        let numbers = [1.0, f64::NAN, f64::INFINITY, 3.0].into_iter();
+        assert_eq!(range(numbers, [2.0, 2.0]), [1.0, 3.0]);
         assert_eq!(range([].into_iter(), [2.0, 2.0]), [1.5, 2.5]);
     }
 

@@ -1,9 +1,10 @@
 //! Pictures of the robot: its journey, one cycle of its gait, its layout.
 
 use std::f64::consts::TAU;
+use std::iter::once;
 use std::ops::RangeInclusive;
 
-use super::motion::{Bar, Motion, PAYLOAD, SKELETON, View, bounds, hex};
+use super::motion::{DrawnEdge, Motion, PAYLOAD, SKELETON, View, bounds, hex};
 use super::svg::{BOLD, END, INK_LINE, MUTED_LINE, MUTED_MIDDLE, Svg};
 
 const WIDTH: f64 = 960.0;
@@ -21,8 +22,8 @@ impl View {
         svg.line(from, to, &below);
     }
 
-    fn draw_robot(&self, svg: &mut Svg, bars: &[Bar], payload: [f64; 2]) {
-        // Bars thin out with the picture, down to what still shows.
+    fn draw_robot(&self, svg: &mut Svg, bars: &[DrawnEdge], payload: [f64; 2]) {
+        // Bars become thinner as the scale falls, to a least width that can be seen.
         let thickness = (self.scale / 100.0).clamp(1.2, 3.2);
         svg.group(r#"stroke-linecap="round""#, |svg| {
             for bar in bars {
@@ -69,9 +70,8 @@ pub(super) fn draw(motion: &Motion) -> String {
 /// Draws the whole rollout in one picture of the world; returns its lower edge.
 fn draw_journey(svg: &mut Svg, motion: &Motion) -> f64 {
     let moments = moments(motion);
-    let shown = moments
-        .iter()
-        .flat_map(|&i| motion.places(&motion.states()[i]));
+    let states = moments.iter().map(|&i| &motion.states()[i]);
+    let shown = states.flat_map(|state| motion.places(state));
     let [low, high] = bounds(shown.chain(motion.path()));
     let across = [low[0] - 0.1, high[0] + 0.1];
     let ground = across.map(|x| motion.ground_height(x));
@@ -118,15 +118,11 @@ fn moments(motion: &Motion) -> Vec<usize> {
     }
     let nearest = |goal: f64| {
         let off = |i: &usize| (reached(*i) - goal).abs();
-        (0..last)
-            .min_by(|a, b| off(a).total_cmp(&off(b)))
-            .unwrap_or(0)
+        let nearest = (0..last).min_by(|a, b| off(a).total_cmp(&off(b)));
+        nearest.unwrap_or(0)
     };
     let between = (1..gaps.min(7)).map(|k| start + (end - start) * k as f64 / gaps.min(7) as f64);
-    let mut moments = vec![0];
-    moments.extend(between.map(nearest));
-    moments.push(last);
-    moments
+    once(0).chain(between.map(nearest)).chain([last]).collect()
 }
 
 /// Draws six moments of the last whole period of the clock, each in its own panel; returns the lower

@@ -193,43 +193,28 @@ const STYLE: &str = "<style>.wide { overflow-x: auto; } .wide td, .wide th { pad
 #[cfg(test)]
 mod tests {
     use super::{Section, Sheet};
-    use crate::table::{Column, Row, Standing, Table};
-
-    fn sheet() -> Sheet {
-        let row = |name: &str, standing| Row {
-            cells: vec![name.into()],
-            standing,
-        };
-        let rows = vec![
-            row("one, <two>", Standing::Default),
-            row("none", Standing::Failed),
-        ];
-        let table = Table {
-            name: "errors".to_owned(),
-            title: "Errors".to_owned(),
-            columns: vec![Column::new("method", "what was done")],
-            rows,
-        };
-        Sheet {
-            title: "T".to_owned(),
-            subject: "s".to_owned(),
-            sections: vec![Section {
-                title: "A & B".to_owned(),
-                notes: vec!["Read `this`.".to_owned()],
-                tables: vec![table],
-                figures: Vec::new(),
-                checks: 2,
-                failures: vec!["none".to_owned()],
-            }],
-        }
-    }
+    use crate::table::{Standing, Table};
 
     #[test]
     fn a_failed_row_is_seen_on_the_page_and_in_text() {
-        let page = sheet().to_html();
+        let table = Table::of("errors", "Errors", &["one, <two>", "none"])
+            .column("method", "what was done", |name| *name)
+            .mark(Standing::Default, |name| name.starts_with("one"))
+            .mark(Standing::Failed, |name| *name == "none")
+            .done();
+        let sheet = Sheet {
+            title: "T".to_owned(),
+            subject: "s".to_owned(),
+            sections: vec![Section {
+                notes: vec!["Read `this`.".to_owned()],
+                tables: vec![table],
+                ..Section::default()
+            }],
+        };
+        let page = sheet.to_html();
         assert!(page.contains("<tr class=\"failed\">") && page.contains("one, &lt;two&gt;"));
         assert!(page.contains("Read <code>this</code>.") && !page.contains('`'));
-        let text = sheet().to_text();
+        let text = sheet.to_text();
         let line = |word: &str| text.lines().find(|line| line.contains(word)).unwrap();
         assert!(line("none").starts_with("! ") && line("<two>").starts_with("* "));
     }

@@ -50,16 +50,10 @@ impl Svg {
 
     /// A line through points. One point shows as a dot if the style has round caps.
     pub(super) fn polyline(&mut self, points: &[[f64; 2]], style: &str) {
-        let text: Vec<String> = points
-            .iter()
-            .map(|[x, y]| format!("{x:.1},{y:.1}"))
-            .collect();
-        let points = text.join(" ");
-        self.element(
-            "polyline",
-            format_args!(r#"points="{points}" fill="none""#),
-            style,
-        );
+        let places = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}"));
+        let points = places.collect::<Vec<_>>().join(" ");
+        let points = format_args!(r#"points="{points}" fill="none""#);
+        self.element("polyline", points, style);
     }
 
     /// A line of text; its anchor (`start`, `middle`, `end`) is part of the style.

@@ -45,30 +45,25 @@ pub(super) fn draw_mixtures(robot: &RobotFiles) -> String {
     let mut svg = frame("Mixture of every edge at the end");
     for (place, count, material) in clusters(robot) {
         let radius = 3.0 + 1.6 * (count as f64).sqrt();
-        let style = format!(
-            r##"fill="{}" fill-opacity="0.85" stroke="#fff""##,
-            colour(material)
-        );
+        let colour = colour(material);
+        let style = format!(r##"fill="{colour}" fill-opacity="0.85" stroke="#fff""##);
         svg.circle(place, radius, &style);
         if count > 4 {
             let text = r##"text-anchor="middle" fill="#fff" font-weight="600""##;
             svg.text([place[0], place[1] + 4.0], &count.to_string(), text);
         }
     }
-    svg.finish(
-        SIZE,
-        "Mixtures of the final design between void, skeleton and actuator",
-    )
+    let title = "Mixtures of the final design between void, skeleton and actuator";
+    svg.finish(SIZE, title)
 }
 
 /// The path of every edge's mixture from the first iteration to the end, in the colour of its final
 /// material.
 pub(super) fn draw_paths(run: &RunFiles) -> String {
     let mut svg = frame("Mixture of every edge on the way");
-    let designs: Vec<Vec<[f64; 3]>> = (run.designs.iter())
-        .map(|row| run.robot.mixtures(&row.z))
-        .chain([run.robot.mixtures(&run.robot.design.z)])
-        .collect();
+    let designs = run.designs.iter().map(|row| &row.z);
+    let designs = designs.chain([&run.robot.design.z]);
+    let designs: Vec<Vec<[f64; 3]>> = designs.map(|z| run.robot.mixtures(z)).collect();
     for (edge, &material) in run.robot.design.materials.iter().enumerate() {
         let path: Vec<[f64; 2]> = designs.iter().map(|design| place(&design[edge])).collect();
         let colour = colour(material);
@@ -82,10 +77,8 @@ pub(super) fn draw_paths(run: &RunFiles) -> String {
         _ => "the way was not recorded".to_owned(),
     };
     svg.text([230.0, 412.0], &caption, MUTED_MIDDLE);
-    svg.finish(
-        SIZE,
-        "The way of every edge's mixture between void, skeleton and actuator",
-    )
+    let title = "The way of every edge's mixture between void, skeleton and actuator";
+    svg.finish(SIZE, title)
 }
 
 /// Mixtures at one spot of the picture: the place, their number, their material.

@@ -24,9 +24,8 @@ type Number = fn(&Statistics) -> Option<f64>;
 /// Mean displacements of the trials that do not design an entity, and of those that do, m.
 fn means(results: &StudyResults, bit: u8, number: Number) -> [Option<f64>; 2] {
     [false, true].map(|wanted| {
-        let trials = ABLATION
-            .iter()
-            .filter(|(.., designs)| (designs & bit > 0) == wanted);
+        let designs = |designs: u8| designs & bit > 0;
+        let trials = ABLATION.iter().filter(|trial| designs(trial.3) == wanted);
         let numbers = trials.map(|(name, ..)| number(&results.row(name).displacement));
         let numbers = numbers.collect::<Option<Vec<f64>>>()?;
         Some(numbers.iter().sum::<f64>() / numbers.len() as f64)
@@ -35,17 +34,13 @@ fn means(results: &StudyResults, bit: u8, number: Number) -> [Option<f64>; 2] {
 
 /// The bars of the paper's figure: for each entity its mean without and with, by the medians.
 pub(super) fn bars(results: &StudyResults) -> Vec<Bar> {
-    let bar = |name, value| Bar {
-        name,
-        value,
-        ..Bar::default()
-    };
     let bars = |(name, bit, _): &Entity| {
         let [without, with] = means(results, *bit, |s| s.median);
-        [
-            bar(format!("without {name}"), without),
-            bar(format!("with {name}"), with),
-        ]
+        [("without", without), ("with", with)].map(|(how, value)| Bar {
+            name: format!("{how} {name}"),
+            value,
+            ..Bar::default()
+        })
     };
     ENTITIES.iter().flat_map(bars).collect()
 }
@@ -98,25 +93,15 @@ fn by_entity(results: &StudyResults) -> String {
         let mut cells = vec![(*name).into()];
         for number in [(|s| s.median) as Number, |s| s.best] {
             let [without, with] = means(results, *bit, number);
-            cells.extend([
-                without.into(),
-                with.into(),
-                percent(ratio(with, without)).into(),
-            ]);
+            let gain = percent(ratio(with, without));
+            cells.extend([without.into(), with.into(), gain.into()]);
         }
         cells.push(percent(*paper).into());
         cells
     };
-    let names = [
-        "entity",
-        "without, median",
-        "with, median",
-        "gain",
-        "without, best",
-        "with, best",
-        "gain",
-        "the paper's gain",
-    ];
+    let names = "entity | without, median | with, median | gain | without, best | with, best | gain \
+                 | the paper's gain";
+    let names: Vec<&str> = names.split(" | ").collect();
     format!(
         "Means over the four trials that design the entity and the four that do not: of the medians \
          over the seeds, and of the best seeds.\n\n{}",
@@ -149,10 +134,7 @@ fn ranking(results: &StudyResults) -> String {
     };
     let mut gains = ENTITIES.map(gain);
     gains.sort_by(|a, b| b.1.partial_cmp(&a.1).unwrap_or(std::cmp::Ordering::Equal));
-    let list = gains.iter();
-    let list: Vec<String> = list
-        .map(|(name, gain)| format!("{name} {} m", metres(*gain)))
-        .collect();
+    let list = gains.map(|(name, gain)| format!("{name} {} m", metres(gain)));
     let verdict = match (gains[0].0, gains[2].0) {
         _ if gains.iter().any(|(_, gain)| gain.is_none()) => NO_VERDICT,
         ("material", "control") => "as in the paper",
@@ -189,14 +171,13 @@ fn together(results: &StudyResults) -> String {
 fn step(results: &StudyResults, [from, to, question, paper]: [&str; 4]) -> String {
     let [from, to] = [from, to].map(|name| results.row(name).displacement);
     let errors = Option::zip(from.standard_error, to.standard_error);
-    let error = errors.map_or(String::new(), |(a, b)| {
-        format!(" ± {}", decimals(a.hypot(b), 2))
-    });
+    let error = errors.map(|(a, b)| format!(" ± {}", decimals(a.hypot(b), 2)));
     let change = Option::zip(from.median, to.median).map(|(a, b)| b - a);
     format!(
-        "- **{question}?** {} to {} m, a change of {}{error} m (the paper: {paper}).\n",
+        "- **{question}?** {} to {} m, a change of {}{} m (the paper: {paper}).\n",
         metres(from.median),
         metres(to.median),
         metres(change),
+        error.unwrap_or_default(),
     )
 }

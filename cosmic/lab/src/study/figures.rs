@@ -22,10 +22,9 @@ const UNIT: &str =
 pub(super) fn write(study: &Study, results: &StudyResults) -> Result<Vec<PathBuf>> {
     let folder = study.out.join(study.kind.name());
     make_folder(&folder)?;
+    let named = |(name, text)| (format!("{name}.svg"), text);
     let charts = charts(study.kind, results).into_iter();
-    let mut drawn: Vec<_> = charts
-        .map(|(name, text)| (format!("{name}.svg"), text))
-        .collect();
+    let mut drawn: Vec<_> = charts.map(named).collect();
     for row in &results.rows {
         let pictures = pictures(study.kind, row);
         let Some(best) = row.best().filter(|_| !pictures.is_empty()) else {
@@ -33,8 +32,7 @@ pub(super) fn write(study: &Study, results: &StudyResults) -> Result<Vec<PathBuf
         };
         let run = RunFiles::read(&best.folder)?;
         for (name, draw) in pictures {
-            let name = format!("{}-{name}.svg", row.trial.name);
-            drawn.push((name, draw(&run)));
+            drawn.push((format!("{}-{name}.svg", row.trial.name), draw(&run)));
         }
     }
     write_texts(&folder, drawn)

@@ -38,30 +38,23 @@ d-no-settling       | d | What does settling bring there? |
 /// The whole document.
 pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
     let answers: String = lines(QUESTIONS).map(|line| answer(results, line)).collect();
+    let questions = answers + &steering(results);
     let trials = format!(
         "Each is the default with one change.\n\n{}\n![every seed](findings/trials.svg)\n",
         trials(results)
     );
-    document(
-        study,
-        "Findings of the paper as questions",
-        "",
-        &[
-            ["Trials", &trials],
-            ["Questions", &(answers + &steering(results))],
-        ],
-    )
+    let sections = [["Trials", &trials], ["Questions", &questions]];
+    document(study, "Findings of the paper as questions", "", &sections)
 }
 
 fn trials(results: &StudyResults) -> String {
     let rows: Vec<&TrialRow> = results.rows.iter().collect();
     let reference = results.row(REFERENCE).displacement.median;
+    let over = |row: &&TrialRow| ratio(row.displacement.median, reference);
     trial_table(&rows, |table| {
         table
             .column("trial", "", |row| row.trial.title)
-            .column("median / default", "", |row| {
-                ratio(row.displacement.median, reference)
-            })
+            .column("median / default", "", over)
             .column("goal behind", "", |row| row.goal_behind)
     })
 }

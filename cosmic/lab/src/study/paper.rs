@@ -13,15 +13,11 @@ const PAPER_GAIN: f64 = 1.66;
 /// The whole document.
 pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
     let default = results.table(DEFAULT);
-    let own = if study.base.file.is_empty() {
-        ""
-    } else {
-        " but those named below"
+    let own = match &study.base.file[..] {
+        "" => "",
+        _ => " but those named below",
     };
-    let by_default = format!(
-        "{}\n![every seed](paper/default.svg)\n",
-        beside_the_paper(&default)
-    );
+    let by_default = beside_the_paper(&default) + "\n![every seed](paper/default.svg)\n";
     let strictly = format!(
         "The paper's algorithm with no departure{own}: no bound on the cotangent, every design \
          gradient by itself, no alternatives at the snap, no single edges tried after it, no \

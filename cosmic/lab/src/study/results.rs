@@ -25,14 +25,14 @@ const FORMAT: Format = Format {
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct StudyResults {
     #[serde(flatten)]
-    pub(super) settings: Settings,
+    pub(super) settings: Provenance,
     pub(super) rows: Vec<TrialRow>,
     pub(super) motifs: Vec<MotifRow>,
 }
 
 /// The settings of the study that made the results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Settings {
+pub(super) struct Provenance {
     study: String,
     first_seed: u64,
     seeds: NonZeroUsize,
@@ -43,14 +43,6 @@ pub(super) struct Settings {
 }
 
 impl StudyResults {
-    pub(super) fn new(study: &Study, motifs: Vec<MotifRow>, rows: Vec<TrialRow>) -> Self {
-        Self {
-            settings: Settings::of(study),
-            rows,
-            motifs,
-        }
-    }
-
     /// The trial with this name, which must be one of the study's.
     pub(super) fn row(&self, name: &str) -> &TrialRow {
         let row = self.rows.iter().find(|row| row.trial.name == name);
@@ -59,10 +51,8 @@ impl StudyResults {
 
     /// The trials of a table.
     pub(super) fn table(&self, table: &str) -> Vec<&TrialRow> {
-        self.rows
-            .iter()
-            .filter(|row| row.trial.table == table)
-            .collect()
+        let rows = self.rows.iter();
+        rows.filter(|row| row.trial.table == table).collect()
     }
 
     /// Writes the document, a table with a row per run, and all numbers; returns the paths.
@@ -78,21 +68,18 @@ impl StudyResults {
     /// A row per run; a number that a run lacks is left empty.
     fn runs(&self) -> Table {
         let trials = self.rows.iter();
-        let runs: Vec<(&Trial, &RunRow)> = trials
+        let runs: Vec<Pair> = trials
             .flat_map(|row| row.runs.iter().map(|run| (&row.trial, run)))
             .collect();
-        let of_summary = NUMBERS.map(|(name, _)| name);
-        let of_check = OF_CHECK.map(|(name, _)| name);
+        type Pair<'p> = (&'p Trial, &'p RunRow);
+        let of_summary = |(_, run): &Pair, k: usize| run.summary.as_ref().and_then(NUMBERS[k].1);
+        let of_check = |(_, run): &Pair, k: usize| run.check.as_ref().and_then(OF_CHECK[k].1);
         Table::of("", "", &runs)
             .column("table", "", |(trial, _)| trial.table)
             .column("trial", "", |(trial, _)| &trial.name[..])
             .column("seed", "", |(_, run)| Cell::Count(run.seed))
-            .columns(of_summary, "", |(_, run), k| {
-                run.summary.as_ref().and_then(NUMBERS[k].1)
-            })
-            .columns(of_check, "", |(_, run), k| {
-                run.check.as_ref().and_then(OF_CHECK[k].1)
-            })
+            .columns(NUMBERS.map(|(name, _)| name), "", of_summary)
+            .columns(OF_CHECK.map(|(name, _)| name), "", of_check)
             .decimals(2, "-")
             .done()
     }
@@ -107,7 +94,7 @@ impl StudyResults {
         if !path.exists() {
             return Ok(());
         }
-        let (before, now): (Settings, _) = (read_json(&path, FORMAT)?, Settings::of(study));
+        let (before, now): (Provenance, _) = (read_json(&path, FORMAT)?, Provenance::of(study));
         match before.differs(&now) {
             None => Ok(()),
             Some([what, before, now]) => Err(Error::Usage(format!(
@@ -119,8 +106,8 @@ impl StudyResults {
     }
 }
 
-impl Settings {
-    fn of(study: &Study) -> Self {
+impl Provenance {
+    pub(super) fn of(study: &Study) -> Self {
         Self {
             study: study.kind.name().to_owned(),
             first_seed: study.first_seed,

@@ -99,7 +99,7 @@ impl TrialRow {
             Statistics::of(&runs.iter().map(number).collect::<Vec<_>>())
         };
         let median = |number: &dyn Fn(&RunRow) -> Option<f64>| statistics(number).median;
-        let summary = |number: fn(&Summary) -> Option<f64>| {
+        let summary = |number: &dyn Fn(&Summary) -> Option<f64>| {
             median(&|run| run.summary.as_ref().and_then(number))
         };
         let count = |is: fn(&Check) -> bool| {
@@ -116,17 +116,11 @@ impl TrialRow {
             // A diverged run spreads more than any other.
             spread: median(&|run| Some(run.spread().unwrap_or(f64::INFINITY))),
             half_step: median(&RunRow::half_step),
-            last: summary(|s| s.displacement_last_p50),
+            last: summary(&|s| s.displacement_last_p50),
             goal_behind: median(&RunRow::goal_behind),
-            world: [
-                summary(|s| Some(s.displacement[0])),
-                summary(|s| Some(s.displacement[1])),
-            ],
-            volumes: [
-                summary(|s| Some(s.volume)),
-                summary(|s| Some(s.actuator_volume)),
-            ],
-            seconds: summary(|s| Some(s.seconds)),
+            world: [0, 1].map(|k| summary(&|s| Some(s.displacement[k]))),
+            volumes: [0, 1].map(|k| summary(&|s| Some([s.volume, s.actuator_volume][k]))),
+            seconds: summary(&|s| Some(s.seconds)),
             one_hot: count(|check| check.one_hot),
             within_bounds: count(|check| check.within_bounds),
             skipped_gradients: skipped.map(|summary| summary.skipped_gradients).sum(),

@@ -64,13 +64,9 @@ impl Study {
         if let Some(iterations) = self.iterations {
             command += &format!(" --iterations {iterations}");
         }
-        let (out, runs) = (&self.out, &self.runs);
+        let (out, runs, base) = (&self.out, &self.runs, Path::new(&self.base.file));
         let folders = [
-            (
-                "base",
-                Path::new(&self.base.file),
-                self.base == Base::default(),
-            ),
+            ("base", base, self.base == Base::default()),
             ("out", out, out == runs),
             ("runs", runs, *runs == self.kind.folder()),
         ];

@@ -1,7 +1,7 @@
 //! The work of a study: its plan, its runs, its results.
 
 use super::check::{Check, with_half_steps};
-use super::results::StudyResults;
+use super::results::{Provenance, StudyResults};
 use super::rows::collect;
 use super::{Study, StudyKind, ablation, figures, findings, motifs, paper};
 use crate::sweep::{Overseer, PLAN, PlannedScene, RunState, Sweep, SweepPlan};
@@ -92,7 +92,11 @@ impl Study {
     /// If a record is missing or malformed, or a file cannot be written.
     pub fn write(&self) -> Result<Vec<PathBuf>> {
         let rows = collect(&self.runs, &self.plan()?, &self.trials()?)?;
-        let results = StudyResults::new(self, motifs::count(&rows)?, rows);
+        let results = StudyResults {
+            settings: Provenance::of(self),
+            motifs: motifs::count(&rows)?,
+            rows,
+        };
         let document = match self.kind {
             StudyKind::Paper => paper::document_of(self, &results),
             StudyKind::Ablation => ablation::document_of(self, &results),

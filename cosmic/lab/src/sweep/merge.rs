@@ -67,9 +67,8 @@ pub fn survey(sweep: &Path, plan: &SweepPlan) -> SweepResults {
             summary: None,
         }
     };
-    SweepResults {
-        runs: (0..plan.runs()).map(one).collect(),
-    }
+    let runs = (0..plan.runs()).map(one).collect();
+    SweepResults { runs }
 }
 
 /// The states of a sweep's runs, with the summaries of those that are done.
@@ -104,15 +103,14 @@ fn table(results: &SweepResults) -> Table {
     let loss: (_, SummaryNumber) = ("loss_p50", |summary| summary.loss_p50);
     let numbers: Vec<_> = NUMBERS.into_iter().chain([loss]).collect();
     let names = numbers.iter().map(|(name, _)| *name);
+    let number = |run: &MergedRun, k: usize| run.summary.as_ref().and_then(numbers[k].1);
     Table::of("", "", &results.runs)
         .column("index", "", |run| run.index)
         .column("scene", "", |run| &run.scene[..])
         .column("seed", "", |run| Cell::Count(run.seed))
         .column("state", "", |run| run.state.name())
         .column("iterations", "", |run| run.iterations)
-        .columns(names, "", |run, k| {
-            run.summary.as_ref().and_then(numbers[k].1)
-        })
+        .columns(names, "", number)
         .decimals(3, "-")
         .done()
 }

@@ -129,7 +129,7 @@ impl Sweep<'_> {
     /// its own is passed over.
     ///
     /// # Errors
-    /// The first of those of [`run_one`](Self::run_one); the error of a single run is reported after
+    /// The first error of [`run_one`](Self::run_one); the error of a single run is reported after
     /// all others are done. [`Error::Stopped`] if the overseer asked for it.
     pub fn run_all(self, threads: Option<NonZeroUsize>, overseer: &dyn Overseer) -> Result<()> {
         let mut passed_over = BTreeMap::new();
@@ -195,15 +195,13 @@ impl Sweep<'_> {
 /// The error of the first run that was passed over, with the count of the others.
 fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
     let count = passed_over.len();
-    match passed_over.into_values().next() {
-        None => Ok(()),
-        Some(Error::PassedOver { run, error, .. }) => Err(Error::PassedOver {
-            run,
-            error,
-            others: count - 1,
-        }),
-        Some(error) => Err(error),
+    let Some(mut first) = passed_over.into_values().next() else {
+        return Ok(());
+    };
+    if let Error::PassedOver { others, .. } = &mut first {
+        *others = count - 1;
     }
+    Err(first)
 }
 
 /// The observer of a run among others: it does not report iterations.

@@ -82,13 +82,9 @@ impl Column {
     }
 
     /// Shows numbers to this many decimals, and a word in place of a missing one.
-    pub fn decimals(self, decimals: usize, missing: &'static str) -> Self {
-        let decimals = Some(decimals);
-        Self {
-            decimals,
-            missing,
-            ..self
-        }
+    pub fn decimals(mut self, decimals: usize, missing: &'static str) -> Self {
+        (self.decimals, self.missing) = (Some(decimals), missing);
+        self
     }
 
     /// Sets the unit of the numbers.

@@ -12,11 +12,8 @@ impl Table {
     /// A table with one plain row for each subject, and without columns: [`TableOf::column`] adds
     /// them.
     pub fn of<'a, S>(name: &str, title: &str, subjects: &'a [S]) -> TableOf<'a, S> {
-        let table = Table {
-            name: name.to_owned(),
-            title: title.to_owned(),
-            ..Table::new(Vec::new(), subjects.iter().map(|_| Vec::new()))
-        };
+        let mut table = Table::new(Vec::new(), subjects.iter().map(|_| Vec::new()));
+        (table.name, table.title) = (name.to_owned(), title.to_owned());
         TableOf { subjects, table }
     }
 }

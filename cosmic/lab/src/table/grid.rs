@@ -123,13 +123,11 @@ impl Table {
                 standing => format!("<tr class=\"{}\">", standing.name()),
             };
             for (column, cell) in self.columns.iter().zip(&row.cells) {
-                let text = matches!(cell, Cell::Text(_));
-                html += if text {
-                    "<td>"
-                } else {
-                    "<td class=\"number\">"
+                let class = match cell {
+                    Cell::Text(_) => "",
+                    _ => " class=\"number\"",
                 };
-                html += &(prose(&column.shown(cell)) + "</td>");
+                html += &format!("<td{class}>{}</td>", prose(&column.shown(cell)));
             }
             html += "</tr>\n";
         }
@@ -183,32 +181,20 @@ pub fn aligned(lines: &[Vec<String>]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cell, Column, Row, Standing, Table};
+    use super::{Cell, Column, Standing, Table};
 
     fn table() -> Table {
-        let row = |cells: [Cell; 3], standing| Row {
-            cells: cells.to_vec(),
-            standing,
-        };
-        Table {
-            name: "errors".to_owned(),
-            title: "Errors".to_owned(),
-            columns: vec![
-                Column::new("method", "what was done"),
-                Column::new("steps", "how many"),
-                Column::new("error", "of `x`, m"),
-            ],
-            rows: vec![
-                row(
-                    ["one, <two>".into(), 3.into(), Cell::Number(0.1 + 0.2)],
-                    Standing::Default,
-                ),
-                row(
-                    ["none".into(), Cell::Missing, Cell::Number(f64::NAN)],
-                    Standing::Failed,
-                ),
-            ],
-        }
+        let rows = [
+            ("one, <two>", 3.into(), 0.1 + 0.2),
+            ("none", Cell::Missing, f64::NAN),
+        ];
+        Table::of("errors", "Errors", &rows)
+            .column("method", "what was done", |row| row.0)
+            .column("steps", "how many", |row| row.1.clone())
+            .column("error", "of `x`, m", |row| row.2)
+            .mark(Standing::Default, |row| row.0 != "none")
+            .mark(Standing::Failed, |row| row.0 == "none")
+            .done()
     }
 
     #[test]
@@ -247,10 +233,8 @@ mod tests {
         ];
         let rows = [Some(-1.0), None].map(|x| vec!["x".into(), x.into()]);
         let table = Table::new(columns, rows);
-        assert_eq!(
-            table.to_markdown(),
-            "| a | b, m |\n| --- | --: |\n| x | \u{2212}1.00 |\n| x | – |\n"
-        );
+        let markdown = "| a | b, m |\n| --- | --: |\n| x | \u{2212}1.00 |\n| x | – |\n";
+        assert_eq!(table.to_markdown(), markdown);
         assert_eq!(table.to_csv(), "a,b\nx,-1\nx,\n");
         assert_eq!(table.to_text(), "a   b, m\nx  \u{2212}1.00\nx      –\n");
     }

@@ -117,19 +117,15 @@ impl Chaos {
     pub fn table(&self) -> Table {
         let title =
             format!("Displacement along the ground over {STARTS} starts moved by {MOVED:e} m");
-        Table::of("spread", &title, std::slice::from_ref(self))
-            .column("steps", "steps of the whole rollout", |chaos| chaos.steps)
-            .column("unmoved_m", "from the unperturbed start", |chaos| {
-                chaos.unmoved
-            })
-            .column("p10_m", "10 % quantile", |chaos| chaos.spread.p10)
-            .column("median_m", "median: the figure to quote", |chaos| {
-                chaos.spread.p50
-            })
-            .column("p90_m", "90 % quantile", |chaos| chaos.spread.p90)
-            .mark(Standing::Failed, |chaos| {
-                !(chaos.spread.p10.is_finite() && chaos.unmoved.is_finite())
-            })
+        let Quantiles { p10, p50, p90 } = self.spread;
+        let is_finite = p10.is_finite() && self.unmoved.is_finite();
+        Table::of("spread", &title, &[()])
+            .column("steps", "steps of the whole rollout", |()| self.steps)
+            .column("unmoved_m", "from the unperturbed start", |()| self.unmoved)
+            .column("p10_m", "10 % quantile", |()| p10)
+            .column("median_m", "median: the figure to quote", |()| p50)
+            .column("p90_m", "90 % quantile", |()| p90)
+            .mark(Standing::Failed, |()| !is_finite)
             .done()
     }
 }

@@ -41,7 +41,7 @@ pub struct Term {
 /// The plan of a case's rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// The terms, in the order of a step; those of gradients last.
+    /// The terms in the order of a step; terms of gradients come last.
     pub terms: Vec<Term>,
     /// Microseconds per step; `None` if not measured.
     pub step: Option<f64>,
@@ -53,9 +53,9 @@ impl Plan {
     /// The plan of a case's rollout.
     pub fn of(case: &Case) -> Self {
         let (facts, voids) = (Facts::new(case), Voids::of(case));
-        let rows = facts.rows(voids.as_ref()).into_iter();
+        let rows = facts.rows(voids.as_ref());
         Self {
-            terms: rows.map(|row| row.term).collect(),
+            terms: rows.into_iter().map(|row| row.term).collect(),
             step: None,
             voids,
         }
@@ -65,15 +65,17 @@ impl Plan {
     pub fn measured(case: &Case, loss: &LossSettings) -> Self {
         let (facts, voids) = (Facts::new(case), Voids::of(case));
         let rows = facts.rows(voids.as_ref());
-        let others = rows.iter().filter_map(|row| Some(row.other.as_ref()?()));
-        let variants: Vec<Variant> = once(facts.changed(|_, _| ())).chain(others).collect();
+        let others = rows.iter().filter_map(|row| row.other.as_deref());
+        let as_planned: &Change = &|_| ();
+        let changes = once(as_planned).chain(others);
+        let variants: Vec<Variant> = changes.map(|change| facts.variant(change)).collect();
         let span = Span::from_start(vec![STEPS]);
         let times = least_times(ROUNDS, &variants, |(simulator, body)| {
             simulator.rollout(body, &case.controller, &case.start, &span)
         });
         let mut times = times.into_iter().map(|time| time * 1e6 / STEPS as f64);
         let as_planned = times.next().unwrap_or(f64::NAN);
-        let timed = |Row { mut term, other }| {
+        let timed = |PlannedTerm { mut term, other }| {
             let added = other.and_then(|_| Some(times.next()? - as_planned));
             term.time = added.map(|added| if term.kept { -added } else { added }.max(0.0));
             term
@@ -87,12 +89,9 @@ impl Plan {
         plan.add_gradients(case, loss);
         let single = plan.term(VOID_EDGES).time.unwrap_or(0.0);
         plan.voids = voids.map(|voids| {
-            let (simulator, _) = facts.changed(|_, _| ());
-            let of_eight = saving_of_eight(case, &simulator, [STEPS, ROUNDS]);
-            Voids {
-                saving: Some([single, of_eight]),
-                ..voids
-            }
+            let of_eight = saving_of_eight(case, &variants[0].0, [STEPS, ROUNDS]);
+            let saving = Some([single, of_eight]);
+            Voids { saving, ..voids }
         });
         plan
     }
@@ -133,30 +132,40 @@ const BY_DESIGN: &str = "gradient by the design";
 /// A rollout with a term put in or left out.
 type Variant = (Simulator, Body<f64>);
 
-/// A term, and the rollout that computes it if the planned one does not, or the other way round.
-struct Row<'f> {
-    term: Term,
-    other: Option<Box<dyn Fn() -> Variant + 'f>>,
+/// The settings and the body of a rollout.
+struct Parts {
+    physics: PhysicsSettings,
+    sight: ControllerSettings,
+    body: Body<f64>,
 }
 
-fn row<'f>(name: &'static str, kept: bool, why: impl Into<String>) -> Row<'f> {
+/// A change of the planned rollout.
+type Change<'f> = dyn Fn(&mut Parts) + 'f;
+
+/// A term, and the change that has the rollout compute it if the planned one does not, or the other way
+/// round.
+struct PlannedTerm<'f> {
+    term: Term,
+    other: Option<Box<Change<'f>>>,
+}
+
+fn row<'f>(name: &'static str, kept: bool, why: impl Into<String>) -> PlannedTerm<'f> {
     let term = Term {
         name,
         kept,
         why: why.into(),
         time: None,
     };
-    Row { term, other: None }
+    PlannedTerm { term, other: None }
 }
 
-impl<'f> Row<'f> {
-    /// Adds the other rollout, if the condition holds.
-    fn or(self, holds: bool, other: impl Fn() -> Variant + 'f) -> Self {
-        let other: Box<dyn Fn() -> Variant + 'f> = Box::new(other);
-        Self {
-            other: Some(other).filter(|_| holds),
-            ..self
+impl<'f> PlannedTerm<'f> {
+    /// Adds the change, if the condition holds.
+    fn or(mut self, holds: bool, other: impl Fn(&mut Parts) + 'f) -> Self {
+        if holds {
+            self.other = Some(Box::new(other));
         }
+        self
     }
 }
 
@@ -181,128 +190,96 @@ impl<'a> Facts<'a> {
         }
     }
 
-    /// The rollout of [`STEPS`] steps with some settings changed.
-    fn changed(
-        &self,
-        change: impl FnOnce(&mut PhysicsSettings, &mut ControllerSettings),
-    ) -> Variant {
+    /// The rollout of [`STEPS`] steps with a change.
+    fn variant(&self, change: &Change) -> Variant {
         let case = self.case;
-        let (mut physics, mut sight) = (case.physics.clone(), case.observation.clone());
-        physics.steps = STEPS;
-        change(&mut physics, &mut sight);
-        let simulator = Simulator::new(&case.lattice, &physics, &sight);
-        (simulator, self.body.clone())
+        let mut parts = Parts {
+            physics: case.physics.clone(),
+            sight: case.observation.clone(),
+            body: self.body.clone(),
+        };
+        parts.physics.steps = STEPS;
+        change(&mut parts);
+        let simulator = Simulator::new(&case.lattice, &parts.physics, &parts.sight);
+        (simulator, parts.body)
     }
 
-    /// The rollout with other strains.
-    fn strained(&self, change: impl FnOnce(&mut [f64])) -> Variant {
-        let (simulator, mut body) = self.changed(|_, _| ());
-        change(&mut body.strain);
-        (simulator, body)
-    }
-
-    fn rows<'f>(&'f self, voids: Option<&'f Voids>) -> Vec<Row<'f>> {
+    fn rows<'f>(&'f self, voids: Option<&'f Voids>) -> Vec<PlannedTerm<'f>> {
         let physics = &self.case.physics;
+        let (cubic, radius) = (physics.stiffening, physics.bending_radius);
+        let by_weights =
+            "not in updates of the design, which ask for the gradient by the design alone";
+        let by_design = match self.case.frozen {
+            Some(_) => "the layout is frozen",
+            None => "not in updates of the controller",
+        };
         let other = |number: f64, on: f64| if number > 0.0 { 0.0 } else { on };
+        let (stiffer, bent) = (other(cubic, 1.0), other(radius, SOME_BENDING));
+        let stiffening = format!("physics.stiffening is {cubic}");
+        let bending = format!("physics.bending_radius is {radius} m");
         let mut rows = self.controller_rows();
         rows.extend([
             row("springs", true, self.springs()),
             self.void_edges(voids),
-            row(
-                "stiffening springs",
-                physics.stiffening > 0.0,
-                format!("physics.stiffening is {}", physics.stiffening),
-            )
-            .or(true, move || {
-                self.changed(|p, _| p.stiffening = other(p.stiffening, 1.0))
-            }),
-            row(
-                "bending of bars",
-                physics.bending_radius > 0.0,
-                format!("physics.bending_radius is {} m", physics.bending_radius),
-            )
-            .or(true, move || {
-                self.changed(|p, _| p.bending_radius = other(p.bending_radius, SOME_BENDING))
-            }),
+            row("stiffening springs", cubic > 0.0, stiffening)
+                .or(true, move |parts| parts.physics.stiffening = stiffer),
+            row("bending of bars", radius > 0.0, bending)
+                .or(true, move |parts| parts.physics.bending_radius = bent),
         ]);
         rows.extend(physics.forces.about().into_iter().map(|(name, about)| {
-            let without = move || self.changed(|p, _| p.forces = p.forces.without(name));
-            row(name, true, about).or(true, without)
+            row(name, true, about).or(true, move |parts| {
+                parts.physics.forces = parts.physics.forces.without(name);
+            })
         }));
         rows.extend(self.ground_rows());
-        rows.extend([
-            row(
-                BY_WEIGHTS,
-                false,
-                "not in updates of the design, which ask for the gradient by the design alone",
-            ),
-            row(
-                BY_DESIGN,
-                false,
-                match self.case.frozen {
-                    Some(_) => "the layout is frozen",
-                    None => "not in updates of the controller",
-                },
-            ),
-        ]);
+        rows.push(row(BY_WEIGHTS, false, by_weights));
+        rows.push(row(BY_DESIGN, false, by_design));
         rows
     }
 
-    fn controller_rows(&self) -> Vec<Row<'_>> {
+    fn controller_rows(&self) -> Vec<PlannedTerm<'_>> {
         let ([some, all], hidden) = (self.outputs, self.case.controller.hidden);
-        let why_blind = |sees: bool, scale: &str| match (sees, some) {
+        let strains = some > 0;
+        let folded = "mean, scales, goal, clocks of one frequency and rotation are folded into the \
+                      weights once";
+        let sight = |sees: bool, scale: &str| match (sees, strains) {
             (false, _) => format!("controller.{scale} is 0"),
-            (true, 0) => "there is no controller: no edge strains".to_owned(),
-            (true, _) => "the controller sees them".to_owned(),
+            (true, false) => "there is no controller: no edge strains".to_owned(),
+            (true, true) => "the controller sees them".to_owned(),
         };
-        let [positions, velocities] = self.case.observation.senses();
+        let [x, v] = self.case.observation.senses();
+        let (why_x, why_v) = (sight(x, "offset_scale"), sight(v, "velocity_scale"));
         let why_idle = match all - some {
             0 => "there are none: every edge strains a little".to_owned(),
             idle => format!("{idle} edges do not strain, or have no stiffness"),
         };
         let units = format!("{hidden} units, of what the controller sees");
         vec![
-            row(
-                "making of observations",
-                false,
-                "mean, scales, goal, clocks of one frequency and rotation are folded into the \
-                 weights once",
-            ),
-            row(HIDDEN, some > 0, units)
-                .or(some > 0, || self.strained(|strains| strains.fill(0.0))),
-            row(
-                "sight of positions",
-                positions && some > 0,
-                why_blind(positions, "offset_scale"),
-            )
-            .or(some > 0 && !positions, || {
-                self.changed(|_, sight| sight.offset_scale = LEAST_SCALE)
+            row("making of observations", false, folded),
+            row(HIDDEN, strains, units).or(strains, |parts| parts.body.strain.fill(0.0)),
+            row("sight of positions", x && strains, why_x).or(strains && !x, |parts| {
+                parts.sight.offset_scale = LEAST_SCALE
             }),
-            row(
-                "sight of velocities",
-                velocities && some > 0,
-                why_blind(velocities, "velocity_scale"),
-            )
-            .or(some > 0 && !velocities, || {
-                self.changed(|_, sight| sight.velocity_scale = LEAST_SCALE)
+            row("sight of velocities", v && strains, why_v).or(strains && !v, |parts| {
+                parts.sight.velocity_scale = LEAST_SCALE
             }),
-            row(OUTPUT, some > 0, format!("{some} edges strain"))
-                .or(some > 0, || self.strained(keep_first)),
-            row("idle outputs", some == all, why_idle)
-                .or(some > 0 && some < all, || self.strained(keep_all)),
+            row(OUTPUT, strains, format!("{some} edges strain"))
+                .or(strains, |parts| keep_first(&mut parts.body.strain)),
+            row("idle outputs", some == all, why_idle).or(strains && some < all, |parts| {
+                keep_all(&mut parts.body.strain)
+            }),
         ]
     }
 
     fn springs(&self) -> String {
-        let pulling = self.body.stiffness.iter().filter(|k| **k != 0.0);
-        let edges = pulling.count();
+        let edges = self.body.stiffness.iter().filter(|k| **k != 0.0).count();
         match self.case.physics.substeps {
             1 => format!("{edges} edges, in whole lanes"),
             substeps => format!("{edges} edges, {substeps} times a step"),
         }
     }
 
-    fn void_edges<'f>(&'f self, voids: Option<&'f Voids>) -> Row<'f> {
+    fn void_edges<'f>(&'f self, voids: Option<&'f Voids>) -> PlannedTerm<'f> {
         let Some(voids) = voids else {
             return row(VOID_EDGES, true, "no edge of a mixture is void");
         };
@@ -313,26 +290,17 @@ impl<'a> Facts<'a> {
             (VoidEdges::Keep, false) => "physics.void_edges is \"keep\"",
         };
         let (of, registers) = (self.case.lattice.edges.len(), all - without);
-        let skipped = if voids.dropped {
-            " and are skipped"
-        } else {
-            ""
-        };
-        row(
-            VOID_EDGES,
-            !voids.dropped,
-            format!(
-                "{edges} of {of}: {why}; {registers} of {all} registers of edges hold no other \
-                 edge{skipped}"
-            ),
-        )
-        .or(true, || {
-            let (simulator, _) = self.changed(|_, _| ());
-            voids.turned_over(self.case, simulator)
-        })
+        let mut why = format!(
+            "{edges} of {of}: {why}; {registers} of {all} registers of edges hold no other edge"
+        );
+        if voids.dropped {
+            why += " and are skipped";
+        }
+        row(VOID_EDGES, !voids.dropped, why)
+            .or(true, |parts| parts.body = voids.other_body(self.case))
     }
 
-    fn ground_rows(&self) -> [Row<'_>; 3] {
+    fn ground_rows(&self) -> [PlannedTerm<'_>; 3] {
         let physics = &self.case.physics;
         let rotation = if Ground::from(physics).is_flat() {
             "the ground is flat"
@@ -342,12 +310,10 @@ impl<'a> Facts<'a> {
         let nodes = format!("{} nodes", self.case.lattice.nodes());
         let (is_there, law) = (physics.contact.has_ground(), &physics.contact);
         let is_coulomb = law.name() == "coulomb";
-        let (contact, friction) = match (is_there, is_coulomb) {
-            (false, _) => (law.about().to_owned(), law.about().to_owned()),
-            (true, false) => (nodes, law.about().to_owned()),
-            (true, true) => (nodes, format!("coefficient {}", physics.friction)),
-        };
-        let sticking_if = |sticks: bool, other: fn() -> ContactLaw| {
+        let coulomb = format!("coefficient {}", physics.friction);
+        let why_contact = if is_there { &nodes } else { law.about() };
+        let why_friction = if is_coulomb { &coulomb } else { law.about() };
+        let sticking_or = |sticks: bool, other: fn() -> ContactLaw| {
             if sticks {
                 ContactLaw::infinite()
             } else {
@@ -355,11 +321,11 @@ impl<'a> Facts<'a> {
             }
         };
         [
-            row("contact with the ground", is_there, contact).or(true, move || {
-                self.changed(|p, _| p.contact = sticking_if(!is_there, ContactLaw::none))
+            row("contact with the ground", is_there, why_contact).or(true, move |parts| {
+                parts.physics.contact = sticking_or(!is_there, ContactLaw::none);
             }),
-            row("Coulomb friction", is_coulomb, friction).or(true, move || {
-                self.changed(|p, _| p.contact = sticking_if(is_coulomb, ContactLaw::coulomb))
+            row("Coulomb friction", is_coulomb, why_friction).or(true, move |parts| {
+                parts.physics.contact = sticking_or(is_coulomb, ContactLaw::coulomb);
             }),
             row("rotation of an incline", false, rotation),
         ]

@@ -29,12 +29,18 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// The observed states of a rollout.
-    pub(super) fn run<R: Real>(&self, start: &State<f64>, observed: Vec<usize>) -> Trajectory<R> {
+    /// The observed states of a rollout from the case's start in a number type, rounded to f64.
+    pub(super) fn run<R: Real + Into<f64>>(&self, observed: Vec<usize>) -> Trajectory<f64> {
         let mixture: Vec<[R; 3]> = self.mixture.iter().map(|m| m.map(R::lit)).collect();
-        let (controller, start) = (self.case.controller.map(R::lit), start.map(R::lit));
+        let (controller, start) = (
+            self.case.controller.map(R::lit),
+            self.case.start.map(R::lit),
+        );
         let span = Span::from_start(observed);
-        (self.task).rollout(&mixture, &controller, &start, &span)
+        let Trajectory { steps, states } =
+            (self.task).rollout(&mixture, &controller, &start, &span);
+        let states = states.iter().map(|state| state.map(R::into)).collect();
+        Trajectory { steps, states }
     }
 
     /// The observed states of rollouts from several starts, in f64.
@@ -66,14 +72,6 @@ pub(super) fn frequencies(case: &Case, positions: &[[f64; 2]]) -> [f64; 3] {
         vibration.edge_bound(),
         vibration.damping(),
     ]
-}
-
-/// A trajectory rounded to f64.
-pub(super) fn narrow<R: Real + Into<f64>>(trajectory: &Trajectory<R>) -> Trajectory<f64> {
-    Trajectory {
-        steps: trajectory.steps.clone(),
-        states: trajectory.states.iter().map(|s| s.map(R::into)).collect(),
-    }
 }
 
 /// The largest distance between the nodes of two states, m; NaN if any is NaN.

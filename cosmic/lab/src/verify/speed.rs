@@ -361,15 +361,14 @@ mod tests {
     use approx::assert_relative_eq;
 
     use super::Subject;
+    use crate::verify::probe::small;
     use cosmic::case::Case;
     use cosmic::inputs::DESIGN;
     use cosmic::scene::Scene;
 
     #[test]
     fn gradients_in_f32_are_roundings_away_from_those_in_f64() {
-        let mut scene = Scene::default();
-        (scene.lattice.columns, scene.lattice.rows) = (2, 2);
-        let case = Case::of_scene(&scene, 0).unwrap();
+        let (case, scene) = (small([2, 2], |_| ()), Scene::default());
         let subject = Subject::new(&case, &scene.loss);
         let error = subject.single_error(64, &scene.gradient);
         for share in [error.design, error.controller] {

@@ -30,15 +30,13 @@ pub fn stable_steps(case: &Case) -> Section {
         !stable
     };
     let title = "Time steps below which the design at its start does not ring";
+    let integrator = "how a step is integrated";
+    let substeps = "mechanical steps per time step";
     let bound = "stable for certain, by the bound over the edges";
     let limit = "stable, by the largest frequency itself";
     let table = Table::of("stable_steps", title, &offered)
-        .column("integrator", "how a step is integrated", |offer| {
-            offer.0.name()
-        })
-        .column("substeps", "mechanical steps per time step", |offer| {
-            offer.1
-        })
+        .column("integrator", integrator, |offer| offer.0.name())
+        .column("substeps", substeps, |offer| offer.1)
         .column("dt_s", "the scene's time step", |_| case.physics.dt)
         .column("bound_s", bound, |offer| Cell::if_finite(limits(offer)[1]))
         .column("limit_s", limit, |offer| Cell::if_finite(limits(offer)[0]))

@@ -97,13 +97,12 @@ impl Voids {
         })
     }
 
-    /// A simulator and a body of which steps leave the void edges out if the case's do not, and the
-    /// other way round.
-    pub(super) fn turned_over(&self, case: &Case, simulator: Simulator) -> (Simulator, Body<f64>) {
+    /// The body without void edges if the case's steps compute them, or with all edges if they do not.
+    pub(super) fn other_body(&self, case: &Case) -> Body<f64> {
         if self.dropped {
-            (simulator, body_with_all_edges(case))
+            body_with_all_edges(case)
         } else {
-            (simulator, body(case, VoidEdges::Drop))
+            body(case, VoidEdges::Drop)
         }
     }
 }
@@ -131,12 +130,8 @@ fn body(case: &Case, void_edges: VoidEdges) -> Body<f64> {
         void_edges,
         ..case.physics.clone()
     };
-    Body::new(
-        &case.own_mixture(),
-        &case.lattice,
-        &case.materials,
-        &physics,
-    )
+    let mixture = case.own_mixture();
+    Body::new(&mixture, &case.lattice, &case.materials, &physics)
 }
 
 /// The body of a case whose steps compute every edge, be its stiffness zero.

@@ -1,6 +1,6 @@
 //! The energy of undamped springs under an integrator.
 
-use crate::verify::probe::{Probe, most, narrow};
+use crate::verify::probe::{Probe, most};
 use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::laws::ForceLaws;
@@ -30,16 +30,15 @@ impl Energy {
         let free = released(case, steps);
         let body = free.body();
         let store = Store::new(&free.lattice, &free.physics, &body);
-        let seen = narrow(&Probe::new(&free).run::<R>(&free.start, (0..=steps).collect()));
+        let seen = Probe::new(&free).run::<R>((0..=steps).collect());
         let energies = seen.states.iter().map(|state| store.energy(state));
         let energies: Vec<f64> = energies.collect::<Option<_>>().expect(HAVE_ENERGY);
         let first = energies[0];
-        let away = energies.iter().map(|e| (e / first - 1.0).abs());
         let quarter = (energies.len() / 4).max(1);
         let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
         let last = mean(&energies[energies.len() - quarter..]);
         Self {
-            ripple: most(away),
+            ripple: most(energies.iter().map(|e| (e / first - 1.0).abs())),
             drift: (last - mean(&energies[..quarter])) / first,
         }
     }
@@ -58,16 +57,15 @@ fn released(case: &Case, steps: usize) -> Case {
         *x = [0, 1].map(|k| origin[k] + (1.0 + STRETCH) * (x[k] - origin[k]));
     }
     case.start.v.fill([0.0; 2]);
-    let silent = &mut case.controller;
-    silent.w2.fill(0.0);
-    silent.b2.fill(0.0);
+    case.controller.w2.fill(0.0);
+    case.controller.b2.fill(0.0);
     case
 }
 
 #[cfg(test)]
 mod tests {
     use super::Energy;
-    use cosmic::case::Case;
+    use crate::verify::probe::small;
     use cosmic::scene::{Integrator, Scene};
 
     /// Leapfrog keeps an energy that departs from the true one by the square of the time step: not one
@@ -76,12 +74,11 @@ mod tests {
     fn every_kind_of_spring_is_counted() {
         for (bending_radius, stiffening) in [(0.0, 0.0), (0.02, 0.0), (0.0, 1e4), (0.02, 1e4)] {
             let ripple = |refined: usize| {
-                let mut scene = Scene::default();
-                (scene.lattice.columns, scene.lattice.rows) = (3, 3);
-                let physics = &mut scene.physics;
-                (physics.bending_radius, physics.stiffening) = (bending_radius, stiffening);
-                (physics.integrator, physics.dt) = (Integrator::Leapfrog, 1e-3 / refined as f64);
-                let case = Case::of_scene(&scene, 0).unwrap();
+                let case = small([3, 3], |Scene { physics, .. }| {
+                    (physics.bending_radius, physics.stiffening) = (bending_radius, stiffening);
+                    physics.integrator = Integrator::Leapfrog;
+                    physics.dt = 1e-3 / refined as f64;
+                });
                 Energy::of::<f64>(&case, 200 * refined).ripple
             };
             let ratio = ripple(1) / ripple(4);

@@ -9,10 +9,10 @@ use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::median_time;
-use super::probe::{Probe, distance, frequencies, median, narrow};
+use super::probe::{Probe, distance, frequencies, median};
 use cosmic::case::Case;
 use cosmic::lattice::State;
-use cosmic::scene::Integrator;
+use cosmic::scene::{Integrator, Named};
 use cosmic::simulator::Trajectory;
 use cosmic::simulator::stability::stable_step;
 pub use energy::Energy;
@@ -59,6 +59,15 @@ pub struct Method {
 }
 
 impl Method {
+    /// The name in tables.
+    pub fn name(&self) -> String {
+        let name = self.integrator.name().replace('_', " ");
+        match self.substeps {
+            1 => name,
+            substeps => format!("{name} x{substeps}"),
+        }
+    }
+
     /// The case's own.
     fn of(case: &Case) -> Self {
         Self {
@@ -130,10 +139,9 @@ impl Accuracy {
         let shares = SHARES.par_iter().copied().map(Some);
         let held = || shares.map(reference).collect::<Vec<_>>();
         let (reference, held) = rayon::join(|| reference(None), held);
-        let groups: Vec<Group> = methods(Method::of(case))
-            .into_iter()
-            .flat_map(|method| SHARES.map(|share| Group { method, share }))
-            .collect();
+        let groups = |method| SHARES.map(|share| Discretisation { method, share });
+        let methods = methods(Method::of(case)).into_iter();
+        let groups: Vec<Discretisation> = methods.flat_map(groups).collect();
         let found = groups
             .par_iter()
             .enumerate()
@@ -182,13 +190,13 @@ fn methods(own: Method) -> Vec<Method> {
 
 /// A method with a time step, in every precision.
 #[derive(Clone, Copy)]
-struct Group {
+struct Discretisation {
     method: Method,
     /// The time step as a share of the scene's.
     share: f64,
 }
 
-impl Group {
+impl Discretisation {
     /// The case with this method, `finer` times the steps and `held` times the substeps.
     fn case(&self, case: &Case, finer: usize, held: usize) -> Case {
         let mut case = case.clone();
@@ -209,7 +217,7 @@ impl Group {
     fn seen<R: Real + Into<f64>>(&self, case: &Case, marks: Vec<usize>) -> Trajectory<f64> {
         let mut case = case.clone();
         case.physics.steps = marks[marks.len() - 1];
-        narrow(&Probe::new(&case).run::<R>(&case.start, marks))
+        Probe::new(&case).run::<R>(marks)
     }
 
     fn runs(&self, case: &Case, marks: [usize; 4], references: [&Reference; 2]) -> Vec<Run> {
@@ -258,8 +266,8 @@ impl Group {
     }
 }
 
-fn time<R: Real>(probe: &Probe, at: &[usize]) -> f64 {
-    median_time(REPEATS, || probe.run::<R>(&probe.case.start, at.to_vec()))
+fn time<R: Real + Into<f64>>(probe: &Probe, at: &[usize]) -> f64 {
+    median_time(REPEATS, || probe.run::<R>(at.to_vec()))
 }
 
 fn errors(seen: &Trajectory<f64>, truth: &Trajectory<f64>) -> [f64; 4] {

@@ -5,21 +5,10 @@ use super::{Accuracy, Method, Precision, Run};
 use crate::report::chart::{Line, LogChart};
 use crate::report::sheet::Section;
 use crate::table::{Standing, Table, TableOf};
-use cosmic::scene::Named;
+use std::iter::once;
 
 /// The index of the time that the plots show: the second, before chaos dominates.
 const SHOWN: usize = 1;
-
-impl Method {
-    /// The name in tables.
-    pub fn name(&self) -> String {
-        let name = self.integrator.name().replace('_', " ");
-        match self.substeps {
-            1 => name,
-            substeps => format!("{name} x{substeps}"),
-        }
-    }
-}
 
 impl Run {
     /// True if its error comes from its time step.
@@ -81,9 +70,9 @@ impl Accuracy {
     fn notes(&self) -> Vec<String> {
         let [a, b, c, d] = self.times;
         let apart = self.reference.uncertainty.map(|u| format!("{u:.1e}"));
-        vec![
-            self.chaos.note() + &self.parting(),
-            format!(
+        [
+            &(self.chaos.note() + &self.parting())[..],
+            &format!(
                 "Errors are the largest distance of a node, m, at {a}, {b}, {c} and {d} s. \
                  `error`: from one run for all rows, leapfrog with time steps of {:.1e} s, the \
                  controller's too, {FINER} times shorter than the scene's. `held`: from a run with \
@@ -91,7 +80,7 @@ impl Accuracy {
                  has its own. `rounding`: from double-double with the same steps.",
                 self.reference.dt
             ),
-            format!(
+            &format!(
                 "The reference of `error` is {} m off at these times: its distance from symplectic \
                  Euler with the same steps, or from leapfrog with steps twice as long where that is \
                  larger. An error below {RESOLVED} times that is not resolved, and its cell is \
@@ -101,15 +90,14 @@ impl Accuracy {
             "`order`: the power of the time step with which `error` falls from the row with the \
              step twice as long, the median over the times at which both are resolved. The \
              controller's output is held over a step, which is of first order whatever the \
-             integrator; a contact is of first order too."
-                .to_owned(),
+             integrator; a contact is of first order too.",
             "`energy_ripple` and `energy_drift` are shares of the energy of the lattice stretched \
-             by 2 % and let go without damping, gravity, ground or controller."
-                .to_owned(),
+             by 2 % and let go without damping, gravity, ground or controller.",
             "Times are processor times of one thread, medians, measured alone, with nothing else \
-             of this program running."
-                .to_owned(),
+             of this program running.",
         ]
+        .map(str::to_owned)
+        .to_vec()
     }
 
     /// The time at which the default's error has grown to the distance of two nodes; empty if nothing
@@ -138,17 +126,15 @@ impl Accuracy {
         let error = "m, from the reference; empty where not resolved";
         let order = "power of the time step with which the error falls";
         let ripple = "largest departure from the energy, a share";
+        let drift = "last quarter less first, a share";
+        let status = "what is to be said of the row";
         self.rows("accuracy", "Error against run time")
             .column("time_s", time, |run| run.time)
             .columns(self.timed("error"), error, |run, k| run.error[k])
             .column("order", order, |run| run.order)
             .column("energy_ripple", ripple, |run| run.energy.ripple)
-            .column("energy_drift", "last quarter less first, a share", |run| {
-                run.energy.drift
-            })
-            .column("status", "what is to be said of the row", |run| {
-                run.status(self.spacing)
-            })
+            .column("energy_drift", drift, |run| run.energy.drift)
+            .column("status", status, |run| run.status(self.spacing))
             .done()
     }
 
@@ -165,19 +151,15 @@ impl Accuracy {
 
     fn references_table(&self) -> Table {
         let held = self.held.iter().map(|reference| ("held", reference));
-        let all: Vec<_> = [("error", &self.reference)]
-            .into_iter()
-            .chain(held)
-            .collect();
+        let all: Vec<_> = once(("error", &self.reference)).chain(held).collect();
         let title = "The references, and how far they may be off";
+        let names = self.timed("uncertainty");
         let says = "m, how far it is from nearly as fine runs, the larger of two distances";
         Table::of("accuracy_references", title, &all)
             .column("of", "the errors that are distances from it", |(of, _)| *of)
             .column("dt_s", "time step of the controller, s", |(_, r)| r.dt)
             .column("substep_s", "mechanical step, s", |(_, r)| r.substep)
-            .columns(self.timed("uncertainty"), says, |(_, r), k| {
-                r.uncertainty[k]
-            })
+            .columns(names, says, |(_, r), k| r.uncertainty[k])
             .mark(Standing::Failed, |(_, r)| !r.is_sound())
             .done()
     }

@@ -1,5 +1,5 @@
 use super::reference::FINER;
-use super::{Accuracy, Group, Method, Precision, Run, errors, order};
+use super::{Accuracy, Discretisation, Method, Precision, Run, errors, order};
 use crate::table::{Cell, Standing};
 use crate::verify::probe::small;
 use cosmic::case::Case;
@@ -97,7 +97,7 @@ fn all_rows_are_held_against_one_motion() {
     // From 0.01 m it lands before the last of the times.
     case.start.x.iter_mut().for_each(|x| x[1] -= 0.99);
     let accuracy = Accuracy::of(&case);
-    let finest = Group {
+    let finest = Discretisation {
         method: Method {
             integrator: Integrator::SymplecticEuler,
             substeps: 4,
@@ -108,14 +108,14 @@ fn all_rows_are_held_against_one_motion() {
     let truth = finest.seen::<f64>(&fine, finest.marks(accuracy.marks, FINER));
     let double = |run: &&Run| run.precision == Precision::Double;
     for run in accuracy.runs.iter().filter(double) {
-        let row = Group {
+        let row = Discretisation {
             method: run.method,
             share: run.dt / case.physics.dt,
         };
         let seen = row.seen::<f64>(&row.case(&case, 1, 1), row.marks(accuracy.marks, 1));
         for (k, error) in errors(&seen, &truth).into_iter().enumerate() {
-            // The reference's part and as much for the other run, whose steps are as fine; what is
-            // left out is below three times the former.
+            // The uncertainty of the reference, and as much for the other run, whose steps are as fine.
+            // An error that is left out is below three times the uncertainty.
             let one = accuracy.reference.uncertainty[k];
             match run.error[k] {
                 Some(found) => assert!((found - error).abs() < 2.0 * one, "{k}: {error} {run:?}"),

@@ -75,12 +75,11 @@ impl<'a> CaseSlopes<'a> {
         };
         let by_direction = self.directions.each_ref().map(|direction| {
             let ends = moved(direction, h).into_iter().zip(moved(direction, -h));
-            ends.map(|(up, down)| (up - down) / (2.0 * h))
-                .collect::<Vec<f64>>()
+            let slopes = ends.map(|(up, down)| (up - down) / (2.0 * h));
+            slopes.collect::<Vec<f64>>()
         });
-        (0..steps.len())
-            .map(|k| std::array::from_fn(|d| by_direction[d][k]))
-            .collect()
+        let slopes = |k: usize| std::array::from_fn(|d| by_direction[d][k]);
+        (0..steps.len()).map(slopes).collect()
     }
 
     /// Slopes along `N` directions, from the `first` on, by duals over a number type, per step

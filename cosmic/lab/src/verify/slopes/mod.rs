@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::chaos::Chaos;
 use super::clock::measured;
-use super::probe::{Probe, distance, most, narrow, norm};
+use super::probe::{Probe, distance, most, norm};
 use case_slopes::{CaseSlopes, DIRECTIONS};
 use cosmic::case::Case;
 
@@ -48,7 +48,7 @@ pub enum Way {
 }
 
 impl Way {
-    /// In the order in which they are measured: what holds much memory comes last.
+    /// In the order in which they are measured: the tape, which holds the most memory, comes last.
     const ALL: [Self; 8] = [
         Self::Differences,
         Self::SingleDuals,
@@ -59,6 +59,19 @@ impl Way {
         Self::Truncated(4),
         Self::FullTape,
     ];
+
+    /// The name in tables.
+    pub fn name(self) -> String {
+        match self {
+            Self::Differences => "central differences, best h".to_owned(),
+            Self::Duals => "forward duals f64".to_owned(),
+            Self::SingleDuals => "forward duals f32".to_owned(),
+            Self::Driver => "rollout driver f64".to_owned(),
+            Self::SingleDriver => "rollout driver f32".to_owned(),
+            Self::Truncated(share) => format!("driver, last 1/{share} of the steps"),
+            Self::FullTape => "full tape f64".to_owned(),
+        }
+    }
 
     /// True if it gives the whole gradient at once.
     pub fn is_reverse(self) -> bool {
@@ -130,14 +143,12 @@ impl Gradients {
         case.physics.steps = case.physics.steps.max(longest);
         let subject = CaseSlopes::new(&case);
         let truth = truth(&subject, &horizons);
-        let sweep: Vec<(f64, Vec<f64>)> = WIDTHS
-            .par_iter()
-            .map(|&h| {
-                let slopes = subject.differences(h, &horizons);
-                let pairs = slopes.iter().zip(&truth);
-                (h, pairs.map(|(s, t)| error(s, t)).collect())
-            })
-            .collect();
+        let errors = |&h: &f64| -> (f64, Vec<f64>) {
+            let slopes = subject.differences(h, &horizons);
+            let pairs = slopes.iter().zip(&truth);
+            (h, pairs.map(|(s, t)| error(s, t)).collect())
+        };
+        let sweep = WIDTHS.par_iter().map(errors).collect();
         let mut found = Self {
             slopes: Vec::new(),
             driver_against_tape: Vec::new(),
@@ -181,9 +192,8 @@ impl Gradients {
             }
             Way::FullTape => {
                 let (gradient, time, memory) = measured(|| subject.full_tape::<f64>(steps));
-                let driver = subject.driver::<f64>(steps);
-                self.driver_against_tape
-                    .push(difference(&driver, &gradient));
+                let off = difference(&subject.driver::<f64>(steps), &gradient);
+                self.driver_against_tape.push(off);
                 (subject.along(&gradient), time, memory)
             }
         };
@@ -207,9 +217,8 @@ impl Gradients {
     /// Memory in proportion to that of the last horizon.
     fn expected_memory(&self, way: Way, steps: usize) -> u64 {
         let last = self.slopes.iter().rfind(|row| row.way == way);
-        last.map_or(0, |row| {
-            row.memory.unwrap_or(0) / row.steps as u64 * steps as u64
-        })
+        let each = |row: &Slopes| row.memory.unwrap_or(0) / row.steps as u64;
+        last.map_or(0, |row| each(row) * steps as u64)
     }
 
     /// The largest error that rounding in f64 explains: 7 binary digits for the sums of a step and 7
@@ -252,9 +261,8 @@ fn truth(subject: &CaseSlopes, horizons: &[usize]) -> Vec<[f64; DIRECTIONS]> {
         .map(|&first| subject.duals::<DoubleDouble, PART>(first, horizons))
         .collect();
     let slope = |k: usize, d: usize| parts[d / PART][k][d % PART].to_f64();
-    (0..horizons.len())
-        .map(|k| std::array::from_fn(|d| slope(k, d)))
-        .collect()
+    let slopes = |k: usize| std::array::from_fn(|d| slope(k, d));
+    (0..horizons.len()).map(slopes).collect()
 }
 
 /// The most that the slopes change, as a share, from one of the moved starts to the next.
@@ -283,9 +291,9 @@ fn rounding(case: &Case, horizons: &[usize]) -> Vec<f64> {
     let probe = Probe::new(case);
     let last = horizons[horizons.len() - 1];
     let observed: Vec<usize> = (0..=last).collect();
-    let run = || narrow(&probe.run::<DoubleDouble>(&case.start, observed.clone()));
-    let double = || probe.run::<f64>(&case.start, observed.clone());
-    let (wide, double) = rayon::join(run, double);
+    let wide = || probe.run::<DoubleDouble>(observed.clone());
+    let double = || probe.run::<f64>(observed.clone());
+    let (wide, double) = rayon::join(wide, double);
     let pairs = wide.states.iter().zip(&double.states);
     let apart: Vec<f64> = pairs.map(|(a, b)| distance(a, b)).collect();
     let largest = |&steps: &usize| apart[..=steps].iter().fold(0.0, |a: f64, &b| a.max(b));

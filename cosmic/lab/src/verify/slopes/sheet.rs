@@ -5,21 +5,6 @@ use crate::report::chart::{Line, LogChart};
 use crate::report::sheet::Section;
 use crate::table::{Standing, Table};
 
-impl Way {
-    /// The name in tables.
-    pub fn name(self) -> String {
-        match self {
-            Self::Differences => "central differences, best h".to_owned(),
-            Self::Duals => "forward duals f64".to_owned(),
-            Self::SingleDuals => "forward duals f32".to_owned(),
-            Self::Driver => "rollout driver f64".to_owned(),
-            Self::SingleDriver => "rollout driver f32".to_owned(),
-            Self::Truncated(share) => format!("driver, last 1/{share} of the steps"),
-            Self::FullTape => "full tape f64".to_owned(),
-        }
-    }
-}
-
 impl Gradients {
     /// The section of the sheet. Rows are checked, and horizons at which there is a full tape.
     pub fn section(&self) -> Section {
@@ -47,22 +32,22 @@ impl Gradients {
     }
 
     fn notes(&self) -> Vec<String> {
-        vec![
-            self.chaos.note(),
-            format!(
+        [
+            &self.chaos.note()[..],
+            &format!(
                 "Of minus the payload's position along the ground after so many steps, by the {} \
                  numbers of design and controller. `error` and `angle`: of the slopes along \
                  {DIRECTIONS} random directions, from those of duals in double-double. As long as a \
                  payload has not left the ground the gradient is zero exactly, and so is its error.",
                 self.numbers
             ),
-            format!(
+            &format!(
                 "`time`: processor time of one thread, of a whole gradient in reverse, of \
                  {DIRECTIONS} slopes forward and by differences. `whole`: of a whole gradient; for \
                  the latter two a multiple, not a measurement. `memory`: the most that was held \
                  beyond what the program held before; below 1 MiB not to be trusted."
             ),
-            format!(
+            &format!(
                 "Exact ways are checked against the truth as long as rounding leaves them two \
                  digits: it may cost 128 x 128 roundings, and 16 times what the slopes change \
                  where the start is moved as far as rounding moves the motion. Driver and full \
@@ -71,36 +56,32 @@ impl Gradients {
                 MOST_MEMORY >> 30
             ),
             "Truncated gradients leave the early steps out: their error is what that costs, not \
-             rounding."
-                .to_owned(),
+             rounding.",
         ]
+        .map(str::to_owned)
+        .to_vec()
     }
 
     fn table(&self) -> Table {
         let title = "Error, time and memory over horizons";
+        let (angle, whole) = ("between the two vectors of slopes", "of a whole gradient");
+        let status = "what is to be said of the row";
         let error = "length of the slopes' error over that of the slopes";
         let memory = "peak memory beyond what was held before";
         let known = |row: &Slopes, x: f64| (!row.left_out).then_some(x);
+        let is_failed = |row: &Slopes| self.status(row).starts_with("failed");
         let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
         Table::of("gradients", title, &self.slopes)
             .column("way", "how the gradient is computed", |row| row.way.name())
             .column("steps", "the horizon", |row| row.steps)
             .column("error", error, |row| known(row, row.error))
-            .column("angle_deg", "between the two vectors of slopes", |row| {
-                known(row, row.angle)
-            })
+            .column("angle_deg", angle, |row| known(row, row.angle))
             .column("time_s", "processor time", |row| known(row, row.time))
-            .column("whole_s", "of a whole gradient", |row| {
-                known(row, row.whole)
-            })
+            .column("whole_s", whole, |row| known(row, row.whole))
             .column("memory_mib", memory, |row| row.memory.map(mebibytes))
-            .column("status", "what is to be said of the row", |row| {
-                self.status(row)
-            })
+            .column("status", status, |row| self.status(row))
             .mark(Standing::Default, |row| row.way == Way::Driver)
-            .mark(Standing::Failed, |row| {
-                self.status(row).starts_with("failed")
-            })
+            .mark(Standing::Failed, is_failed)
             .done()
     }
 
@@ -121,10 +102,9 @@ impl Gradients {
     fn sweep_table(&self) -> Table {
         let title = "Error of central differences by half-width";
         let names = self.horizons.iter().map(|steps| format!("error_{steps}"));
+        let width = "half-width along a direction of length one";
         Table::of("differences", title, &self.sweep)
-            .column("h", "half-width along a direction of length one", |row| {
-                row.0
-            })
+            .column("h", width, |row| row.0)
             .columns(names, "at this horizon", |row, k| row.1[k])
             .done()
     }
@@ -137,9 +117,7 @@ impl Gradients {
         let tape = "largest difference of the two gradients over the largest entry";
         let steps = |k: usize| self.horizons[k];
         let against_tape = |k: usize| self.driver_against_tape.get(k).copied();
-        let differs = |k: usize| {
-            against_tape(k).is_some_and(|difference| !self.may_differ(steps(k), difference))
-        };
+        let agrees = |k: usize| against_tape(k).is_none_or(|off| self.may_differ(steps(k), off));
         let horizons: Vec<usize> = (0..self.horizons.len()).collect();
         Table::of("horizons", "The gradient over horizons", &horizons)
             .column("steps", "the horizon", |&k| steps(k))
@@ -147,7 +125,7 @@ impl Gradients {
             .column("rounding_m", rounding, |&k| self.rounding[k])
             .column("allowed", allowed, |&k| self.tolerance(steps(k)))
             .column("driver_against_tape", tape, |&k| against_tape(k))
-            .mark(Standing::Failed, |&k| differs(k))
+            .mark(Standing::Failed, |&k| !agrees(k))
             .done()
     }
 

@@ -15,7 +15,7 @@ const STEPS: usize = 4096;
 pub struct GuardCost {
     /// Microseconds a step of a plain rollout, the least of many.
     pub plain: f64,
-    /// Of a guarded one, likewise.
+    /// Microseconds a step of a guarded rollout, the least of many.
     pub guarded: f64,
     /// The cost of the guard as a share of the plain rollout: the median over neighbouring pairs, which
     /// changes of the machine's speed do not bias.

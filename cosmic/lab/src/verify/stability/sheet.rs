@@ -1,6 +1,6 @@
 //! The results on stability as a section of a sheet.
 
-use super::{Outcome, Stability};
+use super::{Found, Outcome, Stability};
 use crate::report::sheet::Section;
 use crate::table::{Cell, Standing, Table};
 use cosmic::simulator::Grade;
@@ -24,29 +24,32 @@ impl Stability {
     fn notes(&self) -> Vec<String> {
         let unstable = self.found.iter().filter(|f| !f.expected_stable()).count();
         let silent = self.found.iter().filter(|f| f.unannounced).count();
-        vec![
-            format!(
-                "{} robots at the extremes, {unstable} of them with a time step that is expected \
-                 to be unstable; numbers that were not finite and not announced: {silent}.",
-                self.found.len()
-            ),
+        let robots = self.found.len();
+        let counts = format!(
+            "{robots} robots at the extremes, {unstable} of them with a time step that is expected \
+             to be unstable; numbers that were not finite and not announced: {silent}."
+        );
+        [
+            &counts,
             "A row is stable below the limit, the smallest time step with which the fastest \
              vibration about rest grows. A stable one must stay bounded; an unstable one must be \
-             called so beforehand, and must grow."
-                .to_owned(),
+             called so beforehand, and must grow.",
             "The energy of a robot without ground, gravity and actuation is watched; of one with \
              them the speed, against what drives it. growth is the most of it over what no stable \
-             step reaches."
-                .to_owned(),
+             step reaches.",
         ]
+        .map(str::to_owned)
+        .to_vec()
     }
 
     fn extremes(&self) -> Table {
         let bound = "stable for certain, by the bound over the edges";
         let limit = "stable, by the largest frequency itself";
         let expected = "stable or unstable, by the limit";
+        let said = "of the time step beforehand";
         let step = "that made a state absurd, where one did";
         let verdict = "whether all is as it should be";
+        let judged = |found: &Found| if found.is_ok() { "ok" } else { "wrong" };
         Table::of("extremes", "Robots at the extremes", &self.found)
             .column("extreme", "what is extreme", |found| found.group)
             .column("what", "the robot", |found| found.what.clone())
@@ -58,12 +61,10 @@ impl Stability {
                 let stable = found.expected_stable();
                 if stable { "stable" } else { "unstable" }
             })
-            .column("said", "of the time step beforehand", |found| {
-                match found.grade {
-                    Grade::Safe => "safe",
-                    Grade::Close => "close",
-                    Grade::Unstable => "unstable",
-                }
+            .column("said", said, |found| match found.grade {
+                Grade::Safe => "safe",
+                Grade::Close => "close",
+                Grade::Unstable => "unstable",
             })
             .column("outcome", "what happened", |found| match &found.outcome {
                 Outcome::Bounded => "bounded".to_owned(),
@@ -78,9 +79,7 @@ impl Stability {
                 Outcome::Diverged(divergence) => divergence.step.into(),
                 Outcome::Bounded | Outcome::Grew => Cell::Missing,
             })
-            .column("verdict", verdict, |found| {
-                if found.is_ok() { "ok" } else { "wrong" }
-            })
+            .column("verdict", verdict, judged)
             .mark(Standing::Default, |found| found.group == "scene")
             .mark(Standing::Failed, |found| !found.is_ok())
             .done()

@@ -171,8 +171,7 @@ fn reach(case: &Case) -> f64 {
 }
 
 fn is_finite(state: &State<f64>) -> bool {
-    let numbers = [&state.x, &state.v];
-    let mut numbers = numbers.into_iter().flat_map(|points| points.as_flattened());
+    let mut numbers = [&state.x, &state.v].into_iter().flatten().flatten();
     numbers.all(|c| c.is_finite())
 }
 
@@ -184,9 +183,9 @@ fn energy_growth(case: &Case, body: &Body<f64>, guarded: &Guarded) -> f64 {
     most(states.map(energy)) / (ENERGY * energy(&case.start))
 }
 
-/// The highest speed of any node over its bound: [`SPEED`] times the sum of what gravity adds in the
-/// whole time, and of what the fastest vibration makes of an actuator's stroke and of the distance of the
-/// edges from rest at the start.
+/// The highest speed of any node over its bound: [`SPEED`] times the sum of the speed that gravity adds in
+/// the whole time and the speed of the fastest vibration, whose amplitude is an actuator's stroke plus the
+/// edges' largest distance from rest at the start.
 fn speed_growth(case: &Case, frequency: f64, guarded: &Guarded) -> f64 {
     let physics = &case.physics;
     let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
