@@ -8,6 +8,7 @@
 //! `mod` is the architecture: a file imports files above it.
 
 mod pass;
+mod terrain;
 mod robot;
 mod design;
 mod optimisation;
@@ -44,6 +45,8 @@ pub use robot::{
     ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,
     UnstableStep, VoidEdges,
 };
+
+pub use terrain::{GroundSettings, ProfileKind};
 
 use crate::settings;
 
