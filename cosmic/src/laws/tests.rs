@@ -238,7 +238,7 @@ fn contacts_over_terrain() {
     for friction in [0.1, 0.3, 2.5] {
         contact_over_terrain_is_right(Coulomb { friction });
     }
-    let (terrain, drifting) = (valley(), drifting(Coulomb { friction: 2.5 }));
+    let (terrain, drifting) = (valley(), drifting(Coulomb { friction: 4.0 }));
     is_right(&DriftingOver { terrain, drifting }, SLIDER);
 }
 
