@@ -289,7 +289,9 @@ fn a_case_keeps_the_profile() {
         read.evaluate(false, &[200]).unwrap().trajectory,
         case.evaluate(false, &[200]).unwrap().trajectory
     );
-    let wrong = case.to_json().replace("[[0.15,0.0],", "[[0.15,0.0],[0.15,0.1],");
+    let wrong = case
+        .to_json()
+        .replace("[[0.15,0.0],", "[[0.15,0.0],[0.15,0.1],");
     let error = Case::parse("case.json", &wrong).unwrap_err().to_string();
     assert!(error.contains("not ahead of"), "{error}");
 }

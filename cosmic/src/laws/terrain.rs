@@ -78,7 +78,10 @@ impl Terrain {
             let first = enters.min(leaves).max(zero);
             let last = enters.max(leaves).min(way.left);
             enters = leaves;
-            let (height, out) = (height(along, offset, way.place), normal(along, way.velocity));
+            let (height, out) = (
+                height(along, offset, way.place),
+                normal(along, way.velocity),
+            );
             let sinks = last.fma(out, height).lt(zero) & out.lt(zero);
             let is_other = number.lt(but) | but.lt(number);
             let is_met = sinks & is_other & first.lt(last) & first.lt(earliest);
@@ -212,10 +215,7 @@ impl<R: Real> Meeting<R> {
     #[inline(always)]
     pub(super) fn to_ground(&self, [along, out]: [R; 2]) -> [R; 2] {
         let [cos, sin] = self.along;
-        [
-            cos.fma(along, -(sin * out)),
-            sin.fma(along, cos * out),
-        ]
+        [cos.fma(along, -(sin * out)), sin.fma(along, cos * out)]
     }
 }
 

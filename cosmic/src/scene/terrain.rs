@@ -113,9 +113,7 @@ impl From<Profile> for GroundSettings {
 
 impl SettingValue for Profile {
     fn allowed(&self, limits: &Limits) -> String {
-        format!(
-            "up to {MOST_POINTS} pairs [along, height], along increasing, each number {limits}"
-        )
+        format!("up to {MOST_POINTS} pairs [along, height], along increasing, each number {limits}")
     }
 
     fn toml(&self) -> String {
