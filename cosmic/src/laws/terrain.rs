@@ -67,8 +67,7 @@ impl Terrain {
         let per_way = R::select(vx.abs().lt(least), least, vx).recip();
         let mut met = Meeting::none(way);
         let mut enters = R::lit(f64::NEG_INFINITY) * per_way;
-        let mut earliest = way.left;
-        let slack = R::lit(SLACK) * way.left;
+        let (mut earliest, mut last_met) = (way.left, way.left);
         for k in 0..self.segments.len() {
             let segment = &self.segments[k];
             let (number, offset) = (R::lit(k as f64), R::lit(segment.offset));
@@ -86,14 +85,14 @@ impl Terrain {
             let is_other = number.lt(but) | but.lt(number);
             let is_met = sinks & is_other & first.lt(last) & first.lt(earliest);
             earliest = R::select(is_met, first, earliest);
-            met = Meeting {
-                touches: met.touches | is_met,
-                segment: R::select(is_met, number, met.segment),
-                along: select(is_met, along, met.along),
-                offset: R::select(is_met, offset, met.offset),
-                within: select(is_met, [(first - slack).max(zero), last], met.within),
-            };
+            last_met = R::select(is_met, last, last_met);
+            met.touches = met.touches | is_met;
+            met.segment = R::select(is_met, number, met.segment);
+            met.along = select(is_met, along, met.along);
+            met.offset = R::select(is_met, offset, met.offset);
         }
+        let slack = R::lit(SLACK) * way.left;
+        met.within = [(earliest - slack).max(zero), last_met];
         met.detached()
     }
 }
