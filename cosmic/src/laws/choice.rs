@@ -263,7 +263,8 @@ impl SettingValue for ContactLaw {
         let name = word(value)?;
         // A law that is named again keeps its settings.
         if name != self.name() {
-            *self = Self::named(name).ok_or_else(|| misfit(value, "cannot be"))?;
+            *self =
+                Self::named(name).ok_or_else(|| misfit(value, "names no law of this program:"))?;
         }
         Ok(())
     }
@@ -382,7 +383,7 @@ impl SettingValue for ForceLaws {
         let mut laws: Vec<Box<dyn AnyForce>> = Vec::new();
         for entry in entries.iter() {
             let law = self.law_of(word(entry)?);
-            let law = law.ok_or_else(|| misfit(entry, "cannot have"))?;
+            let law = law.ok_or_else(|| misfit(entry, "names no law of this program:"))?;
             if laws.iter().any(|other| other.name() == law.name()) {
                 return Err(misfit(entry, "has twice"));
             }
