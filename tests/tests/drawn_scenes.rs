@@ -6,7 +6,7 @@ use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::laws::ContactLaw;
 use cosmic::projection::Projection;
-use cosmic::scene::{Integrator, Scene, StartKind, VoidEdges};
+use cosmic::scene::{GroundSettings, Integrator, ProfileKind, Scene, StartKind, VoidEdges};
 use cosmic_lab::verify::check_gradients;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -51,7 +51,27 @@ fn scene(rng: &mut ChaCha8Rng) -> Scene {
         rng,
         &[StartKind::Uniform, StartKind::Stability, StartKind::Filled],
     );
+    lay_terrain(&mut rng.clone(), &mut scene);
     scene
+}
+
+/// Terrain on every other ground, below a lattice that stands as high as the highest corner or a little
+/// higher.
+fn lay_terrain(rng: &mut ChaCha8Rng, scene: &mut Scene) {
+    let kinds = [ProfileKind::Flat, ProfileKind::Steps, ProfileKind::Rough];
+    scene.physics.ground = GroundSettings {
+        profile: one_of(rng, &[kinds[0], kinds[0], kinds[1], kinds[2]]),
+        from: 0.03,
+        count: 8,
+        spacing: one_of(rng, &[0.02, 0.07]),
+        rise: one_of(rng, &[0.002, -0.002]),
+        roughness: 0.004,
+        seed: rng.random_range(0..1000),
+        ..GroundSettings::default()
+    };
+    let profile = scene.physics.ground.resolved();
+    let heights = profile.points().iter().map(|point| point[1]);
+    scene.lattice.drop += heights.fold(0.0, f64::max);
 }
 
 /// A robot in it: at rest or not, of mixtures or of one material an edge.
