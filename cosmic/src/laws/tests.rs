@@ -5,8 +5,8 @@ use autodiff::{Dual, Function, Kernel, Real, gradient};
 
 use super::bar::Tension;
 use super::bending::Bend;
-use super::contact::{Contact, Drifting, DriftingOver, Flying, FlyingOver};
-use super::{Coulomb, Drift, Flight, Hooke, NoGround, Sticking, Stiffening, Terrain};
+use super::contact::{Contact, Drifting, DriftingOver, Flying, FlyingOver, Impact};
+use super::{Coulomb, Drift, Flight, Hooke, Law, NoGround, Sticking, Stiffening, Terrain};
 use crate::ground::Profile;
 
 const DT: f64 = 0.002;
@@ -190,6 +190,12 @@ fn valley() -> Terrain {
     Terrain::new(&profile).unwrap()
 }
 
+/// The same slope down into an obtuse corner, behind which the ground rises by 1 in 4.
+fn wide_valley() -> Terrain {
+    let profile = Profile::new(vec![[0.2, 0.3], [0.5, 0.0], [0.9, 0.1]]).unwrap();
+    Terrain::new(&profile).unwrap()
+}
+
 /// Where a node is after a drift over the valley, and how fast.
 fn over_valley<C: Contact>(contact: C, node: [f64; 4]) -> [f64; 4] {
     let (terrain, drifting) = (valley(), drifting(contact));
@@ -232,9 +238,27 @@ fn contact_over_terrain_is_right<C: Contact>(contact: C) {
     }
 }
 
+crate::settings! {
+    /// A law as a user writes it: nodes leave the ground with half the speed that they met it with.
+    struct Bouncing {}
+}
+
+impl Law for Bouncing {
+    const NAME: &'static str = "bouncing";
+}
+
+impl Contact for Bouncing {
+    #[inline(always)]
+    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
+        let [along, out] = impact.velocity;
+        [along, R::lit(-0.5) * out]
+    }
+}
+
 #[test]
 fn contacts_over_terrain() {
     contact_over_terrain_is_right(Sticking {});
+    contact_over_terrain_is_right(Bouncing {});
     for friction in [0.1, 0.3, 2.5] {
         contact_over_terrain_is_right(Coulomb { friction });
     }
@@ -276,8 +300,7 @@ fn a_second_impact_within_a_step() {
     }
 
     // A wider corner: the law answers on the second side too, and the node goes on along it.
-    let profile = Profile::new(vec![[0.2, 0.3], [0.5, 0.0], [0.9, 0.1]]).unwrap();
-    let terrain = Terrain::new(&profile).unwrap();
+    let terrain = wide_valley();
     let drifting = Drifting {
         drift: Drift { dt: DT },
         contact: Coulomb::default(),
@@ -289,6 +312,19 @@ fn a_second_impact_within_a_step() {
     let left = 0.7 * 3.0 / 17f64.sqrt();
     assert!((vx - left * 4.0 / 17f64.sqrt()).abs() < 1e-15 && (vy - vx / 4.0).abs() < 1e-15);
     is_right(&wide, SLIDER);
+}
+
+/// A node that bounces off one side of a valley meets the other one, and bounces off it too.
+#[test]
+fn a_law_of_a_user_s_is_asked_at_every_impact() {
+    let (terrain, drifting) = (wide_valley(), drifting(Bouncing {}));
+    let [x, y, vx, vy] = DriftingOver { terrain, drifting }.eval(SLIDER);
+    // (0.5, -0.9) is (0.7, -0.7) along the slope and (-0.2, -0.2) into it, of which half comes back: then
+    // (0.8, -0.6) is 2.6 / 17 (4, 1) along the other side and -3.2 / 17 (-1, 4) into it.
+    let second = [(4.0 * 2.6 - 1.6) / 17.0, (2.6 + 4.0 * 1.6) / 17.0];
+    // A few roundings of numbers below 10.
+    assert!((vx - second[0]).abs() < 1e-14 && (vy - second[1]).abs() < 1e-14);
+    assert!(x > 0.5 && y > 0.25 * (x - 0.5));
 }
 
 /// Right of the spike a node is below the line of its steep left side, and not below the ground.
