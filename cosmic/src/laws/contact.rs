@@ -72,7 +72,7 @@ pub trait Contact: Law {
                 velocity,
                 left,
             } = meeting.reached(&way);
-            let after = meeting.to_ground(self.respond(Impact {
+            let after = meeting.in_ground(self.respond(Impact {
                 velocity,
                 rest: left,
             }));

@@ -212,7 +212,7 @@ impl<R: Real> Meeting<R> {
 
     /// A vector along the segment and out of it in the ground's frame.
     #[inline(always)]
-    pub(super) fn to_ground(&self, [along, out]: [R; 2]) -> [R; 2] {
+    pub(super) fn in_ground(&self, [along, out]: [R; 2]) -> [R; 2] {
         let [cos, sin] = self.along;
         [cos.fma(along, -(sin * out)), sin.fma(along, cos * out)]
     }

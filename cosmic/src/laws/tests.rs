@@ -238,10 +238,14 @@ fn contact_over_terrain_is_right<C: Contact>(contact: C) {
     }
 }
 
-crate::settings! {
-    /// A law as a user writes it: nodes leave the ground with half the speed that they met it with.
-    struct Bouncing {}
+#[expect(unreachable_pub, reason = "declared settings are public")]
+mod bouncing {
+    crate::settings! {
+        /// A law as a user writes it: nodes leave the ground with half the speed that they met it with.
+        struct Bouncing {}
+    }
 }
+use bouncing::Bouncing;
 
 impl Law for Bouncing {
     const NAME: &'static str = "bouncing";
