@@ -77,28 +77,64 @@ impl RunPlan {
     }
 }
 
-/// A scene as a text in JSON.
+/// A scene in JSON: its text, with the nodes and edges of a lattice of its own, so that no other file
+/// is needed.
 pub mod toml {
     use super::Scene;
     use crate::error;
+    use crate::lattice::Truss;
+    use crate::scene::TrussFile;
     use serde::de::Error;
-    use serde::{Deserialize, Deserializer, Serializer};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use std::sync::Arc;
 
-    /// Writes the scene's TOML as a string.
+    /// A scene whose lattice is a truss.
+    #[derive(Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct OfTruss {
+        scene: String,
+        truss: Truss,
+    }
+
+    #[derive(Deserialize)]
+    #[serde(
+        untagged,
+        expecting = "expected the text of a scene, or an object with the keys `scene` and `truss`"
+    )]
+    enum Form {
+        Text(String),
+        OfTruss(OfTruss),
+    }
+
+    /// Writes the scene's TOML as a string, or as an object beside the truss of its lattice.
     ///
     /// # Errors
     /// The errors of the serializer.
     pub fn serialize<S: Serializer>(scene: &Scene, to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_str(&scene.to_toml())
+        let text = scene.to_toml();
+        match scene.lattice.file.truss() {
+            None => to.serialize_str(&text),
+            Some(truss) => OfTruss {
+                scene: text,
+                truss: Truss::clone(truss),
+            }
+            .serialize(to),
+        }
     }
 
-    /// Reads the scene from a string of TOML.
+    /// Reads the scene from what [`serialize`] writes.
     ///
     /// # Errors
     /// What is wrong with the TOML, with its line and column.
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Scene, D::Error> {
-        let text = String::deserialize(from)?;
-        Scene::parse("scene", &text).map_err(|error| match error {
+        let parsed = match Form::deserialize(from)? {
+            Form::Text(text) => Scene::parse("scene", &text),
+            Form::OfTruss(OfTruss { scene, truss }) => {
+                let truss = TrussFile::new(TrussFile::COPY, Arc::new(truss));
+                Scene::parse_with_truss("scene", &scene, truss)
+            }
+        };
+        parsed.map_err(|error| match error {
             // Its own report is a page; here it is a part of a sentence.
             error::Error::Malformed {
                 line,
