@@ -26,7 +26,7 @@ proptest! {
     #[test]
     fn a_mixture_is_shares_of_one(z in prop_oneof![vectors(0.0..1.0), vectors(-1e6..1e6)]) {
         for projection in BOTH {
-            for row in mixture(projection, &z, &ProjectionSettings::default(), &[]) {
+            for row in mixture(projection, &z, &ProjectionSettings::default(), &Holds::default()) {
                 prop_assert!(row.iter().all(|m| (0.0..=1.0).contains(m)), "{:?}", row);
                 // Three roundings of quotients, two of the sum.
                 prop_assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{:?}", row);

@@ -2,6 +2,7 @@
 
 mod state;
 mod own;
+mod check;
 mod truss;
 mod body;
 

@@ -1,6 +1,5 @@
 //! Lattices of one's own: any nodes and edges, from a file or from a program.
 
-use std::collections::HashSet;
 use std::path::Path;
 use std::sync::{Arc, RwLock};
 
@@ -17,15 +16,8 @@ const VERSION: u32 = 1;
 /// The largest file read; a truss of ten thousand edges has half a million bytes.
 const LARGEST: u64 = 1 << 26;
 
-/// How far from the ground's origin a node may be, m: as far as a generated lattice.
-const FARTHEST: f64 = 1e3;
-/// The shortest edge, m: as short as a generated one.
-const SHORTEST: f64 = 1e-3;
-/// The largest mass of a payload, kg: that of a scene.
-const HEAVIEST: f64 = 1e3;
-
 /// Any planar nodes and edges. Edges may cross, overlap and end freely, and the truss may consist of
-/// several pieces; [`checked`](Self::checked) says what is refused.
+/// several pieces; [`checked`](Truss::checked) says what is refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "RawTruss", try_from = "RawTruss")]
 pub struct Truss {
@@ -204,150 +196,6 @@ impl Truss {
     pub fn parse(file: &str, text: &str) -> Result<Self> {
         let raw: RawTruss = from_json(file, 0, text.as_bytes())?;
         Self::try_from(raw).map_err(|says| placed(file, text, Error::Usage(says)))
-    }
-
-    /// The truss with its first payload as node 0, which changes numbers with it, and each group of
-    /// tied edges in ascending order.
-    ///
-    /// # Errors
-    /// A sentence that names the value in backquotes: no edge; a node beyond 1000 m or without an edge;
-    /// an edge of an unknown node, shorter than a millimetre or given twice; a payload that is
-    /// unknown, given twice or of an impossible mass; in the rules an unknown edge, one that is kept
-    /// and forbidden, in two groups or more than once in one, a group of fewer than two edges, or one
-    /// whose edges are under different rules.
-    pub fn checked(mut self) -> std::result::Result<Self, String> {
-        self.check_nodes()?;
-        self.check_edges()?;
-        self.check_marks()?;
-        (self.rules.tie.iter_mut()).for_each(|tie| tie.sort_unstable());
-        let first = self.payload[0].node;
-        let renumber = |node: &mut usize| {
-            if *node == 0 {
-                *node = first;
-            } else if *node == first {
-                *node = 0;
-            }
-        };
-        self.nodes.swap(0, first);
-        self.edges.as_flattened_mut().iter_mut().for_each(renumber);
-        self.payload.iter_mut().for_each(|p| renumber(&mut p.node));
-        Ok(self)
-    }
-
-    fn check_nodes(&self) -> std::result::Result<(), String> {
-        for (node, x) in self.nodes.iter().enumerate() {
-            if x.iter().any(|x| x.is_nan() || x.abs() > FARTHEST) {
-                return Err(format!(
-                    "`nodes[{node}]`: expected numbers from -{FARTHEST} to {FARTHEST}, found {x:?}"
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    fn check_edges(&self) -> std::result::Result<(), String> {
-        let nodes = self.nodes.len();
-        let (mut seen, mut has_edge) = (HashSet::new(), vec![false; nodes]);
-        for (e, &[i, j]) in self.edges.iter().enumerate() {
-            if i == j || i.max(j) >= nodes {
-                return Err(format!(
-                    "`edges[{e}]`: expected two different nodes below {nodes}, found [{i}, {j}]"
-                ));
-            }
-            if !seen.insert([i.min(j), i.max(j)]) {
-                return Err(format!("`edges[{e}]`: [{i}, {j}] is given twice"));
-            }
-            let (a, b) = (self.nodes[i], self.nodes[j]);
-            let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-            if length < SHORTEST {
-                return Err(format!(
-                    "`edges[{e}]`: expected nodes at least {SHORTEST} m apart, found [{i}, {j}], which \
-                     are {length} m apart"
-                ));
-            }
-            (has_edge[i], has_edge[j]) = (true, true);
-        }
-        if self.edges.is_empty() {
-            return Err("`edges`: expected at least one edge, found none".to_owned());
-        }
-        match has_edge.iter().position(|has| !has) {
-            Some(node) => Err(format!("`nodes[{node}]`: no edge has node {node}")),
-            None => Ok(()),
-        }
-    }
-
-    /// Checks payload and rules alone.
-    ///
-    /// # Errors
-    /// As [`checked`](Self::checked).
-    pub(crate) fn check_marks(&self) -> std::result::Result<(), String> {
-        self.check_payload()?;
-        self.check_rules()
-    }
-
-    fn check_payload(&self) -> std::result::Result<(), String> {
-        let nodes = self.nodes.len();
-        if self.payload.is_empty() {
-            return Err("`payload`: expected at least one node, found none".to_owned());
-        }
-        let mut seen = HashSet::new();
-        for (k, &Payload { node, mass }) in self.payload.iter().enumerate() {
-            if node >= nodes {
-                return Err(format!(
-                    "`payload`: expected a node below {nodes}, found {node}"
-                ));
-            }
-            if !seen.insert(node) {
-                return Err(format!("`payload[{k}]`: node {node} is given twice"));
-            }
-            if let Some(mass) = mass.filter(|mass| !(0.0..=HEAVIEST).contains(mass)) {
-                return Err(format!(
-                    "`payload[{k}].mass`: expected a number from 0 to {HEAVIEST}, found {mass}"
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    fn check_rules(&self) -> std::result::Result<(), String> {
-        let (edges, rules) = (self.edges.len(), &self.rules);
-        let known = |what: String, edge: usize| {
-            let says = || format!("`{what}`: expected an edge below {edges}, found {edge}");
-            if edge < edges { Ok(()) } else { Err(says()) }
-        };
-        for (name, list) in [("keep", &rules.keep), ("forbid", &rules.forbid)] {
-            for (k, &edge) in list.iter().enumerate() {
-                known(format!("{name}[{k}]"), edge)?;
-            }
-        }
-        let both = |edge: &&usize| rules.keep.contains(*edge);
-        if let Some(edge) = rules.forbid.iter().find(both) {
-            return Err(format!("`forbid`: edge {edge} is kept as well"));
-        }
-        let mut seen = HashSet::new();
-        for (k, tie) in rules.tie.iter().enumerate() {
-            if tie.len() < 2 {
-                return Err(format!(
-                    "`tie[{k}]`: expected two edges or more, found {}",
-                    tie.len()
-                ));
-            }
-            let rule = |edge: usize| [true, false].map(|solid| rules.allow(edge, solid));
-            for &edge in tie {
-                known(format!("tie[{k}]"), edge)?;
-                if !seen.insert(edge) {
-                    return Err(format!("`tie[{k}]`: edge {edge} is tied twice"));
-                }
-                if rule(edge) != rule(tie[0]) {
-                    return Err(format!(
-                        "`tie[{k}]`: edges {} and {edge} are not under one rule: one is kept or \
-                         forbidden and the other not",
-                        tie[0]
-                    ));
-                }
-            }
-        }
-        Ok(())
     }
 
     /// Height of the lowest node above the ground line, m.

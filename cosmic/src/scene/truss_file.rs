@@ -1,5 +1,6 @@
 //! The setting that names a truss: a lattice of one's own.
 
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -7,7 +8,7 @@ use serde::Serialize;
 use toml::Spanned;
 use toml::de::DeValue;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::lattice::{self, Truss};
 use crate::settings::{Filled, Limits, SettingValue, json, misfit, word};
 
@@ -95,7 +96,15 @@ impl TrussFile {
             return Ok(());
         }
         let path = folder.join(&self.path);
-        self.truss = Some(Arc::new(Truss::read(&path)?));
+        let truss = Truss::read(&path).map_err(|error| match error {
+            Error::Read { path, source } => {
+                let says = format!("{source} (the scene's `lattice.file`)");
+                let source = io::Error::new(source.kind(), says);
+                Error::Read { path, source }
+            }
+            other => other,
+        });
+        self.truss = Some(Arc::new(truss?));
         // Other readers of this scene are in the folder of the process.
         self.path = path.display().to_string();
         Ok(())
