@@ -12,8 +12,8 @@ const SHORTEST: f64 = 1e-3;
 const HEAVIEST: f64 = 1e3;
 
 impl Truss {
-    /// The truss with its first payload as node 0, which changes numbers with it, and each group of
-    /// tied edges in ascending order.
+    /// The truss with its nodes numbered for the simulator, the first payload as node 0, and each group of
+    /// tied edges in ascending order. Edges keep their numbers.
     ///
     /// # Errors
     /// A sentence that names the value in backquotes: no edge; a node beyond 1000 m or without an edge;
@@ -26,18 +26,51 @@ impl Truss {
         self.check_edges()?;
         self.check_marks()?;
         (self.rules.tie.iter_mut()).for_each(|tie| tie.sort_unstable());
-        let first = self.payload[0].node;
-        let renumber = |node: &mut usize| {
-            if *node == 0 {
-                *node = first;
-            } else if *node == first {
-                *node = 0;
-            }
-        };
-        self.nodes.swap(0, first);
-        self.edges.as_flattened_mut().iter_mut().for_each(renumber);
-        self.payload.iter_mut().for_each(|p| renumber(&mut p.node));
+        self.renumber();
         Ok(self)
+    }
+
+    /// Numbers the nodes anew: the first payload is node 0, with which it changes numbers. The simulator
+    /// keeps a place for every node and every difference of node numbers along an edge. Where there are
+    /// fewer differences if the nodes are in order along the longer side, they are put in that order.
+    /// Numbered so, a truss keeps its numbers.
+    fn renumber(&mut self) {
+        let nodes = self.nodes.len();
+        let first = self.payload[0].node;
+        let mut given: Vec<usize> = (0..nodes).collect();
+        given.swap(0, first);
+        let reach = |k: usize| {
+            let ends = self.nodes.iter().map(|x| x[k]);
+            ends.clone().fold(f64::MIN, f64::max) - ends.fold(f64::MAX, f64::min)
+        };
+        let (long, short) = if reach(0) < reach(1) { (1, 0) } else { (0, 1) };
+        let mut along = given.clone();
+        along[1..].sort_by(|&a, &b| {
+            let by = |k: usize| self.nodes[a][k].total_cmp(&self.nodes[b][k]);
+            by(long).then(by(short))
+        });
+        let [given_numbers, along_numbers] = [&given, &along].map(|order| {
+            let mut numbers = vec![0; nodes];
+            (order.iter().enumerate()).for_each(|(number, &node)| numbers[node] = number);
+            numbers
+        });
+        let differences = |numbers: &[usize]| {
+            let difference = |&[i, j]: &[usize; 2]| numbers[i].abs_diff(numbers[j]);
+            let all: HashSet<usize> = self.edges.iter().map(difference).collect();
+            all.len()
+        };
+        let (order, numbers) = if differences(&along_numbers) < differences(&given_numbers) {
+            (along, along_numbers)
+        } else {
+            (given, given_numbers)
+        };
+        self.nodes = order.iter().map(|&node| self.nodes[node]).collect();
+        for node in self.edges.as_flattened_mut() {
+            *node = numbers[*node];
+        }
+        for payload in &mut self.payload {
+            payload.node = numbers[payload.node];
+        }
     }
 
     fn check_nodes(&self) -> std::result::Result<(), String> {
@@ -307,8 +340,10 @@ mod tests {
         let fine = Truss::parse("fine", fine).unwrap();
         let mass = None;
         assert_eq!(fine.payload, [Payload { node: 0, mass }]);
+        let ends = |edge: usize| fine.edges[edge].map(|node| fine.nodes[node]);
         assert_eq!(fine.nodes[0], [1.0, 0.0]);
-        assert_eq!(fine.edges[..4], [[3, 1], [2, 0], [3, 0], [3, 4]]);
+        assert_eq!(ends(2), [[0.0, 0.0], [1.0, 0.0]]);
+        assert_eq!(ends(4), [[5.0, 5.0], [5.0, 6.0]]);
     }
 
     #[test]
@@ -326,6 +361,42 @@ mod tests {
         );
         assert_eq!(Truss::parse("copy", &kite.to_json()).unwrap(), kite);
         assert_eq!(kite.lowest(), 0.0);
+    }
+
+    /// A ladder of 20 cells whose nodes are numbered at random, and its numbering from end to end.
+    #[test]
+    fn nodes_are_numbered_along_the_truss_where_that_saves_places() {
+        let mut shuffled: Vec<usize> = (0..42).collect();
+        shuffled[1..].sort_by_key(|&k| (1e6 * (13.0 * k as f64).sin()) as i64);
+        let place = |&k: &usize| [0.1 * (k / 2) as f64, 0.1 * (k % 2) as f64];
+        let nodes: Vec<[f64; 2]> = shuffled.iter().map(place).collect();
+        let is_near = |[i, j]: [usize; 2]| {
+            let d = [0, 1].map(|k| nodes[j][k] - nodes[i][k]);
+            d[0].hypot(d[1]) < 0.11
+        };
+        let pairs = (0..42).flat_map(|i| (i + 1..42).map(move |j| [i, j]));
+        let truss = Truss {
+            edges: pairs.filter(|&pair| is_near(pair)).collect(),
+            nodes: nodes.clone(),
+            ..Truss::default()
+        };
+        let differences = |truss: &Truss| {
+            let edges = truss.edges.iter().map(|[i, j]| i.abs_diff(*j));
+            edges.collect::<std::collections::HashSet<_>>().len()
+        };
+        let numbered = truss.clone().checked().unwrap();
+        assert!(differences(&truss) > 10);
+        // Rungs and rails; node 0 is at an end and stays first.
+        assert_eq!(differences(&numbered), 2);
+        assert_eq!(numbered.nodes[0], truss.nodes[0]);
+        let ends = |truss: &Truss| -> Vec<[[f64; 2]; 2]> {
+            let edges = truss.edges.iter();
+            edges
+                .map(|edge| edge.map(|node| truss.nodes[node]))
+                .collect()
+        };
+        assert_eq!(ends(&numbered), ends(&truss));
+        assert_eq!(numbered.clone().checked().unwrap(), numbered);
     }
 
     #[test]
