@@ -21,7 +21,7 @@ impl Truss {
     /// unknown, given twice or of an impossible mass; in the rules an unknown edge, one that is kept
     /// and forbidden, in two groups or more than once in one, a group of fewer than two edges, or one
     /// whose edges are under different rules.
-    pub fn checked(mut self) -> std::result::Result<Self, String> {
+    pub fn checked(mut self) -> Result<Self, String> {
         self.check_nodes()?;
         self.check_edges()?;
         self.check_marks()?;
@@ -73,7 +73,7 @@ impl Truss {
         }
     }
 
-    fn check_nodes(&self) -> std::result::Result<(), String> {
+    fn check_nodes(&self) -> Result<(), String> {
         for (node, x) in self.nodes.iter().enumerate() {
             if x.iter().any(|x| x.is_nan() || x.abs() > FARTHEST) {
                 return Err(format!(
@@ -84,7 +84,7 @@ impl Truss {
         Ok(())
     }
 
-    fn check_edges(&self) -> std::result::Result<(), String> {
+    fn check_edges(&self) -> Result<(), String> {
         let nodes = self.nodes.len();
         let (mut seen, mut has_edge) = (HashSet::new(), vec![false; nodes]);
         for (e, &[i, j]) in self.edges.iter().enumerate() {
@@ -119,12 +119,12 @@ impl Truss {
     ///
     /// # Errors
     /// As [`checked`](Self::checked).
-    pub(crate) fn check_marks(&self) -> std::result::Result<(), String> {
+    pub(crate) fn check_marks(&self) -> Result<(), String> {
         self.check_payload()?;
         self.check_rules()
     }
 
-    fn check_payload(&self) -> std::result::Result<(), String> {
+    fn check_payload(&self) -> Result<(), String> {
         let nodes = self.nodes.len();
         if self.payload.is_empty() {
             return Err("`payload`: expected at least one node, found none".to_owned());
@@ -148,7 +148,7 @@ impl Truss {
         Ok(())
     }
 
-    fn check_rules(&self) -> std::result::Result<(), String> {
+    fn check_rules(&self) -> Result<(), String> {
         let (edges, rules) = (self.edges.len(), &self.rules);
         let known = |what: String, edge: usize| {
             let says = || format!("`{what}`: expected an edge below {edges}, found {edge}");

@@ -89,7 +89,7 @@ settings! {
         damping: f64 = 20.0, allowed within(0.0, 1e4), unit "1/s", source "found by experiment";
         /// Mass every node has by itself.
         node_mass: f64 = 1e-4, allowed within(1e-9, 1e3), unit "kg", source "D2";
-        /// Extra mass of node 0, the payload.
+        /// Extra mass of the payload, node 0 unless a truss says otherwise.
         payload_mass: f64 = 0.03, allowed within(0.0, 1e3), unit "kg", source "found by experiment";
         /// Height of the ground line at x = 0.
         ground_height: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";
