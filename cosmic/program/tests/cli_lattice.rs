@@ -1,6 +1,7 @@
 //! Lattices other than the rectangular one: triangles, and nodes and edges from a file.
 
 use crate::common::{Bench, scene};
+use cosmic::case::Case;
 use cosmic::codesign::Record;
 use cosmic::lattice::{Truss, add};
 use cosmic::record::{Observer, Run, RunPlan, optimise};
@@ -265,4 +266,30 @@ fn a_lattice_of_a_program_is_copied_as_a_file_is() {
     assert_rules_hold(&bench.json("a/design.json"));
     // The program that ships has no lattice of that name.
     bench.optimize("b", "").fails(4, &["gate"]);
+}
+
+/// Cases hold what a rollout and its gradients need, the rules of the edges included.
+#[test]
+fn a_case_of_another_lattice_reads_back_to_the_same_results() {
+    let bench = bench();
+    let truss = Scene::read(&bench.path("tiny.toml")).unwrap();
+    let triangles = truss.set(&["lattice.file=off", "lattice.kind=triangular"]);
+    for scene in [truss, triangles.unwrap()] {
+        let scene = scene.set(&["projection.hold_materials=0.05"]).unwrap();
+        let case = Case::of_scene(&scene, 3).unwrap();
+        let json = case.to_json();
+        let read = Case::parse("case.json", &json).unwrap();
+        assert_eq!(read.to_json(), json);
+        let results = |case: &Case| case.evaluate(true, &[]).unwrap().to_json();
+        // Thousands of numbers: not shown.
+        assert!(results(&read) == results(&case), "{}", scene.lattice.name());
+        let wrong = json.replace("\"forbid\":[0,6]", "\"forbid\":[0,60]");
+        if wrong != json {
+            let says = Case::parse("case.json", &wrong).unwrap_err().to_string();
+            assert!(
+                says.contains("expected an edge below 25, found 60"),
+                "{says}"
+            );
+        }
+    }
 }

@@ -7,14 +7,13 @@ use serde::de::value::StringDeserializer;
 use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::Case;
 use crate::controller::Weights;
 use crate::design::Material;
 use crate::error::{self, fits};
-use crate::lattice::{EdgeRules, Payload};
+use crate::lattice::{EdgeRules, Lattice, Payload};
 use crate::laws::{ContactLaw, ForceLaws};
 use crate::projection::Projection;
-use crate::scene::{Integrator, LatticeKind, Scene, VoidEdges};
+use crate::scene::{Integrator, LatticeKind, LatticeSettings, Scene, VoidEdges};
 
 /// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
 pub(super) const FORMAT: &str = "cosmic-case";
@@ -101,12 +100,12 @@ pub(super) struct RawMarks {
 }
 
 impl RawMarks {
-    /// Those of a case's lattice; `None` if columns and rows say all about it.
-    pub(super) fn of(case: &Case) -> Option<Self> {
-        case.layout.file.truss()?;
-        let EdgeRules { keep, forbid, tie } = case.lattice.rules.clone();
+    /// Those of a lattice; `None` if columns and rows say all about it.
+    pub(super) fn of(layout: &LatticeSettings, lattice: &Lattice) -> Option<Self> {
+        layout.file.truss()?;
+        let EdgeRules { keep, forbid, tie } = lattice.rules.clone();
         Some(Self {
-            payload: case.lattice.payload.clone(),
+            payload: lattice.payload.clone(),
             keep,
             forbid,
             tie,

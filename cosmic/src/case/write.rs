@@ -74,7 +74,7 @@ impl Case {
             note: None,
             scene: RawScene::of(&self.scene()),
             edges: &self.lattice.edges,
-            truss: RawMarks::of(self),
+            truss: RawMarks::of(&self.layout, &self.lattice),
             l0: &self.lattice.rest_length,
             x0: &self.start.x,
             v0: &self.start.v,

@@ -95,7 +95,8 @@ fn allowed(mut materials: Vec<Material>, rules: &EdgeRules) -> Vec<Material> {
 pub fn filled(lattice: &Lattice) -> Vec<Material> {
     let vertical = |edge: &[usize; 2]| {
         let [along, above] = lattice.direction(*edge);
-        along.abs() < above.abs()
+        // At 45 degrees an edge does not stand, however its places are rounded.
+        along.abs() < (1.0 - 1e-9) * above.abs()
     };
     let verticals = lattice.edges.iter().filter(|edge| vertical(edge)).count();
     let most = (FILLED_ACTUATORS * lattice.edges.len() as f64) as usize;

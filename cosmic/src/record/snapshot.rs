@@ -84,8 +84,10 @@ pub mod toml {
     use crate::error;
     use crate::lattice::Truss;
     use crate::scene::TrussFile;
-    use serde::de::Error;
+    use serde::de::value::MapAccessDeserializer;
+    use serde::de::{Error, MapAccess, Visitor};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use std::fmt;
     use std::sync::Arc;
 
     /// A scene whose lattice is a truss.
@@ -94,16 +96,6 @@ pub mod toml {
     struct OfTruss {
         scene: String,
         truss: Truss,
-    }
-
-    #[derive(Deserialize)]
-    #[serde(
-        untagged,
-        expecting = "expected the text of a scene, or an object with the keys `scene` and `truss`"
-    )]
-    enum Form {
-        Text(String),
-        OfTruss(OfTruss),
     }
 
     /// Writes the scene's TOML as a string, or as an object beside the truss of its lattice.
@@ -127,25 +119,43 @@ pub mod toml {
     /// # Errors
     /// What is wrong with the TOML, with its line and column.
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Scene, D::Error> {
-        let parsed = match Form::deserialize(from)? {
-            Form::Text(text) => Scene::parse("scene", &text),
-            Form::OfTruss(OfTruss { scene, truss }) => {
-                let truss = TrussFile::new(TrussFile::COPY, Arc::new(truss));
-                Scene::parse_with_truss("scene", &scene, truss)
-            }
-        };
-        parsed.map_err(|error| match error {
-            // Its own report is a page; here it is a part of a sentence.
+        // By its own visitor: an error is then at the place of the scene in the file.
+        from.deserialize_any(AnyForm)
+    }
+
+    struct AnyForm;
+
+    impl<'de> Visitor<'de> for AnyForm {
+        type Value = Scene;
+
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            f.write_str("the text of a scene, or an object with the keys `scene` and `truss`")
+        }
+
+        fn visit_str<E: Error>(self, text: &str) -> Result<Scene, E> {
+            Scene::parse("scene", text).map_err(told)
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Scene, A::Error> {
+            let parts = OfTruss::deserialize(MapAccessDeserializer::new(map))?;
+            let truss = TrussFile::new(TrussFile::COPY, Arc::new(parts.truss));
+            Scene::parse_with_truss("scene", &parts.scene, truss).map_err(told)
+        }
+    }
+
+    /// An error in a part of a sentence; its own report is a page.
+    fn told<E: Error>(error: error::Error) -> E {
+        match error {
             error::Error::Malformed {
                 line,
                 column,
                 message,
                 ..
-            } => D::Error::custom(format!(
+            } => E::custom(format!(
                 "the scene, line {line}, column {column}: {message}"
             )),
-            error => D::Error::custom(error),
-        })
+            error => E::custom(error),
+        }
     }
 }
 

@@ -14,11 +14,6 @@ use crate::settings::{STEPS, Settings, within};
 settings! {
     /// The lattice: its size and where it stands (D1).
     struct LatticeSettings {
-        /// Cells of squares with both diagonals, or rows of equilateral triangles.
-        kind: LatticeKind = LatticeKind::Rectangular, source "D1";
-        /// Nodes and edges in place of columns and rows: a truss file, or the name of a lattice that
-        /// the program was given. A path is relative to the scene's file.
-        file: TrussFile = TrussFile::default(), source "the paper has none";
         /// Nodes in a row.
         columns: usize = 6, allowed within(2.0, 64.0), source "paper: 6";
         /// How many rows.
@@ -29,6 +24,11 @@ settings! {
         origin_x: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";
         /// Height of row 0 above the ground line at the start.
         drop: f64 = 0.0, allowed within(-10.0, 100.0), unit "m", source "D1";
+        /// Cells of squares with both diagonals, or rows of equilateral triangles.
+        kind: LatticeKind = LatticeKind::Rectangular, source "D1";
+        /// Nodes and edges in place of columns and rows: a truss file, or the name of a lattice that
+        /// the program was given. A path is relative to the scene's file.
+        file: TrussFile = TrussFile::default(), source "the paper has none";
     }
 }
 
