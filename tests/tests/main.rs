@@ -14,6 +14,7 @@ mod mma;
 mod mma_subproblem;
 mod model_gradients;
 mod optimisers;
+mod own_laws;
 mod plan;
 mod reference_model;
 mod reference_rollouts;

@@ -172,7 +172,9 @@ fn springs_text(physics: &PhysicsSettings) -> String {
         radius => format!("bars in line resist bending, radius of gyration {radius} m"),
     };
     let others = physics.forces.about();
-    let others = others.iter().map(|(name, about)| said_of(name, about));
+    let others = others
+        .iter()
+        .map(|(name, about)| format!("{name}: {}", within_a_sentence(about)));
     [law, bending]
         .into_iter()
         .chain(others)
@@ -188,18 +190,18 @@ fn ground_text(physics: &PhysicsSettings) -> String {
 }
 
 fn contact_text(physics: &PhysicsSettings) -> String {
-    let law = said_of(physics.contact.name(), physics.contact.about());
+    let law = within_a_sentence(physics.contact.about());
     match physics.contact.name() {
         "coulomb" => format!("{law}, coefficient {}", physics.friction),
         _ => law,
     }
 }
 
-/// A law's name, and its sentence as part of another.
-fn said_of(name: &str, about: &str) -> String {
-    let mut rest = about.trim_end_matches('.').chars();
+/// A sentence as part of another.
+fn within_a_sentence(sentence: &str) -> String {
+    let mut rest = sentence.trim_end_matches('.').chars();
     let first = rest.next().map(|c| c.to_lowercase().to_string());
-    format!("{name}: {}{}", first.unwrap_or_default(), rest.as_str())
+    first.unwrap_or_default() + rest.as_str()
 }
 
 fn integrator_text(physics: &PhysicsSettings) -> String {

@@ -1,6 +1,7 @@
 //! Lattices other than the rectangular one: triangles, and nodes and edges from a file.
 
 use crate::common::{Bench, scene};
+use crate::program::Told;
 use cosmic::case::Case;
 use cosmic::codesign::Record;
 use cosmic::lattice::{Truss, add};
@@ -9,6 +10,8 @@ use cosmic::scene::Scene;
 use serde_json::Value;
 use std::fs;
 use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::Command;
 
 /// A gate: two legs of crossed cells under a beam, symmetric about its middle. The payload is the middle
 /// of the beam, with a second one at its right end; node 0 is the left foot.
@@ -292,4 +295,33 @@ fn a_case_of_another_lattice_reads_back_to_the_same_results() {
             );
         }
     }
+}
+
+/// The example: a ring whose nodes the program makes. Its runs are read by the program that ships.
+#[test]
+fn ring_is_a_lattice_of_its_program() {
+    let folder = Path::new(env!("CARGO_BIN_EXE_cosmic")).parent().unwrap();
+    let ring = folder.join("examples/ring");
+    let bench = Bench::default();
+    let run = |line: &str| {
+        let mut command = Command::new(&ring);
+        let command = command.current_dir(bench.path("")).args(line.split(' '));
+        Told::of(command.output().unwrap()).ok()
+    };
+    let checked = run("gradcheck --steps 64");
+    assert!(checked.out.contains("negative control"), "{checked:?}");
+    let short = "--set physics.steps=64 --set schedule.horizon=[32,32] --set loss.window=16";
+    run(&format!("optimize --iterations 8 --out a --quiet {short}"));
+    run("resume a");
+    run("report a");
+    let design = bench.json("a/design.json");
+    let outer = (0..12).map(|k| design["materials"][4 * k].as_u64());
+    assert!(
+        outer.into_iter().all(|material| material > Some(0)),
+        "{design}"
+    );
+    bench
+        .cosmic("evaluate a/design.json --gradient --out results.json")
+        .ok();
+    bench.cosmic("report a").ok();
 }

@@ -319,8 +319,8 @@ impl Force for BentBars {
 
     /// A pair's `c` is at most `2 r^2` times the stiffness of an edge at the node that it pulls on, which
     /// makes at most `12 (r / l)^2` times the square of that node's own frequency.
-    fn any_design(&self, node: f64, shortest: f64, _: f64) -> f64 {
-        12.0 * (self.radius / shortest).powi(2) * node
+    fn any_design(&self, of_node: f64, shortest: f64) -> f64 {
+        12.0 * (self.radius / shortest).powi(2) * of_node
     }
 }
 

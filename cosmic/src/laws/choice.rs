@@ -42,17 +42,38 @@ pub fn on_nodes<L: NodeForce>() -> Choice {
     Choice(Kind::Force(Box::new(OnNodes::new(L::default()))))
 }
 
-/// The laws that scenes may choose: the contact laws of this crate, then those added.
-static CHOICES: RwLock<Vec<Choice>> = RwLock::new(Vec::new());
-
-/// The contact laws of this crate.
-fn built_in() -> [Box<dyn AnyContact>; 3] {
+/// The laws of this crate that scenes choose by name.
+fn built_in() -> [Choice; 3] {
     [
-        Box::new(NoGround {}),
-        Box::new(Sticking {}),
-        Box::new(Coulomb::default()),
+        contact::<NoGround>(),
+        contact::<Sticking>(),
+        contact::<Coulomb>(),
     ]
 }
+
+/// Those that were added to them.
+static ADDED: RwLock<Vec<Choice>> = RwLock::new(Vec::new());
+
+/// The sections of a scene that are no law's.
+pub(crate) const SECTIONS: [&str; 17] = [
+    "lattice",
+    "physics",
+    "materials",
+    "projection",
+    "controller",
+    "start",
+    "volume",
+    "schedule",
+    "binarisation",
+    "mma",
+    "adam",
+    "gradient",
+    "loss",
+    "selection",
+    "objective",
+    "robust",
+    "search",
+];
 
 /// Makes a law known to all scenes that this process reads from now on.
 ///
@@ -66,10 +87,13 @@ pub fn add(choice: Choice) {
         name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(is_word),
         "a law is named by lower case letters, digits and underscores, not {name:?}"
     );
-    let is_known =
-        contacts().iter().any(|c| c.name() == name) || forces().iter().any(|f| f.name() == name);
+    let is_known = every(|choice| Some(choice.name())).contains(&name);
     assert!(!is_known, "there is a law {name:?} already");
-    CHOICES.write().expect("no thread fails here").push(choice);
+    assert!(
+        !SECTIONS.contains(&name),
+        "a scene has a section {name:?} already"
+    );
+    ADDED.write().expect("no thread fails here").push(choice);
 }
 
 impl Choice {
@@ -90,22 +114,24 @@ pub(crate) fn choosing(name: &str) -> Option<String> {
     is_force.then(|| format!("set physics.forces = [{name:?}]"))
 }
 
+/// What a function makes of every law that scenes may choose.
+fn every<T>(of: fn(&Choice) -> Option<T>) -> Vec<T> {
+    let added = ADDED.read().expect("no thread fails here");
+    built_in().iter().chain(&*added).filter_map(of).collect()
+}
+
 fn contacts() -> Vec<Box<dyn AnyContact>> {
-    let choices = CHOICES.read().expect("no thread fails here");
-    let added = choices.iter().filter_map(|choice| match &choice.0 {
+    every(|choice| match &choice.0 {
         Kind::Contact(contact) => Some(contact.boxed()),
         Kind::Force(_) => None,
-    });
-    built_in().into_iter().chain(added).collect()
+    })
 }
 
 fn forces() -> Vec<Box<dyn AnyForce>> {
-    let choices = CHOICES.read().expect("no thread fails here");
-    let added = choices.iter().filter_map(|choice| match &choice.0 {
+    every(|choice| match &choice.0 {
         Kind::Contact(_) => None,
         Kind::Force(force) => Some(force.boxed()),
-    });
-    added.collect()
+    })
 }
 
 /// A contact law and its settings: the type of `physics.contact`.
@@ -263,7 +289,8 @@ impl SettingValue for ContactLaw {
         let name = word(value)?;
         // A law that is named again keeps its settings.
         if name != self.name() {
-            *self = Self::named(name).ok_or_else(|| misfit(value, "cannot be"))?;
+            *self =
+                Self::named(name).ok_or_else(|| misfit(value, "names no law of this program:"))?;
         }
         Ok(())
     }
@@ -382,7 +409,7 @@ impl SettingValue for ForceLaws {
         let mut laws: Vec<Box<dyn AnyForce>> = Vec::new();
         for entry in entries.iter() {
             let law = self.law_of(word(entry)?);
-            let law = law.ok_or_else(|| misfit(entry, "cannot have"))?;
+            let law = law.ok_or_else(|| misfit(entry, "names no law of this program:"))?;
             if laws.iter().any(|other| other.name() == law.name()) {
                 return Err(misfit(entry, "has twice"));
             }

@@ -16,7 +16,7 @@ pub struct Coulomb {
 
 impl Settings for Coulomb {
     fn about(&self) -> &'static str {
-        "The normal part of the velocity vanishes; friction brakes the part along the ground."
+        "Coulomb friction: it brakes a node along the ground; the velocity out of it vanishes."
     }
     fn fields(&mut self) -> Vec<Field<'_>> {
         Vec::new()

@@ -100,10 +100,10 @@ pub trait Force: Debug + Send + Sync {
         0.0
     }
 
-    /// A bound on the squares of the frequencies, 1/s^2, that the force adds in any design:
-    /// `node` is the largest that a node has by its bars alone, `shortest` the length of the
-    /// shortest bar (m), `least_mass` of the lightest node (kg).
-    fn any_design(&self, _node: f64, _shortest: f64, _least_mass: f64) -> f64 {
+    /// A bound on the square of the frequencies, 1/s^2, that the force adds in any design: `of_node` is
+    /// the largest that a node has by its bars alone, `shortest` the length of the shortest bar (m). What a
+    /// force adds to single nodes is known from [`stiffen`](Force::stiffen).
+    fn any_design(&self, _of_node: f64, _shortest: f64) -> f64 {
         0.0
     }
 }

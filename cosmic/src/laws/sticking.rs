@@ -7,7 +7,7 @@ use super::law::Law;
 use super::motion::Drift;
 
 crate::settings! {
-    /// A node stops where it touches the ground.
+    /// Infinite friction: a node stops where it touches the ground.
     struct Sticking {}
 }
 

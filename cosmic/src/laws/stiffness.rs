@@ -37,6 +37,13 @@ impl Stiffness {
         }
     }
 
+    /// What forces on single nodes add to the square of any frequency at most, 1/s^2, where no node is
+    /// lighter than this (kg).
+    pub(crate) fn of_nodes(&self, least_mass: f64) -> f64 {
+        let largest = |[[a, b], [_, d]]: &[[f64; 2]; 2]| 0.5 * (a + d) + (0.5 * (a - d)).hypot(*b);
+        self.nodes.iter().map(largest).fold(0.0, f64::max) / least_mass
+    }
+
     /// Adds the stiffness of an edge along itself, and across: its tension over its length, N/m.
     pub fn bar(&mut self, edge: usize, along: f64, across: f64) {
         let [a, b] = &mut self.bars[edge];

@@ -116,10 +116,9 @@ impl OwnLoss {
 impl SettingValue for OwnLoss {
     fn allowed(&self, _: &Limits) -> String {
         let names = ["off"].into_iter().chain(Self::known());
-        names
-            .map(|name| format!("{name:?}"))
-            .collect::<Vec<_>>()
-            .join(" or ")
+        let names: Vec<String> = names.map(|name| format!("{name:?}")).collect();
+        let names = names.join(" or ");
+        format!("{names}; another loss needs the program that brings it")
     }
 
     fn toml(&self) -> String {
@@ -134,7 +133,7 @@ impl SettingValue for OwnLoss {
         let word = word(value)?;
         let name = Self::known().into_iter().find(|name| *name == word);
         if name.is_none() && word != "off" {
-            return Err(misfit(value, "cannot be"));
+            return Err(misfit(value, "names no loss of this program:"));
         }
         self.0 = name;
         Ok(())

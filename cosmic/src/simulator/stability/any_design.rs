@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::design::Material;
-use crate::lattice::Lattice;
-use crate::laws::Force;
+use crate::lattice::{Body, Lattice};
+use crate::laws::{Force, Pose, Stiffness};
 use crate::scene::{MaterialSettings, PhysicsSettings};
 
 /// Parts of the shares that an actuator can have.
@@ -38,8 +38,30 @@ pub fn bound_of_any_design(
     let largest = mu.into_iter().fold(0.0, f64::max);
     let others = forces
         .iter()
-        .map(|f| f.any_design(largest, shortest, physics.node_mass));
-    (of_edges + others.sum::<f64>()).sqrt()
+        .map(|force| force.any_design(largest, shortest));
+    (of_edges + others.sum::<f64>() + of_nodes(lattice, physics, &forces)).sqrt()
+}
+
+/// What forces on single nodes add where the lattice rests, 1/s^2: its bars have no part in that.
+fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Force>]) -> f64 {
+    let edges = lattice.edges.len();
+    let body = Body {
+        stiffness: vec![0.0; edges],
+        strain: vec![0.0; edges],
+        mass: vec![physics.node_mass; lattice.nodes()],
+    };
+    let pose = Pose {
+        lattice,
+        body: &body,
+        state: &lattice.state_at_rest(),
+        activation: &[],
+        time: 0.0,
+    };
+    let mut stiffness = Stiffness::none(lattice.nodes(), edges);
+    forces
+        .iter()
+        .for_each(|force| force.stiffen(&pose, &mut stiffness));
+    stiffness.of_nodes(physics.node_mass)
 }
 
 /// The most that an edge of some length can have of stiffness, N/m, and of that over its density.

@@ -89,7 +89,17 @@ impl<'a> Vibration<'a> {
         }
         let sum = |&[i, j]: &[usize; 2]| mu[i] + mu[j];
         let ends = self.joined().max_by(|a, b| sum(a).total_cmp(&sum(b)));
-        ends.map_or(0, |&[i, j]| if mu[j] > mu[i] { j } else { i })
+        let alone = (0..mu.len()).max_by(|&i, &j| mu[i].total_cmp(&mu[j]).then(j.cmp(&i)));
+        match (ends, alone) {
+            (Some(ends @ &[i, j]), Some(alone)) if mu[alone] <= sum(ends) => {
+                if mu[j] > mu[i] {
+                    j
+                } else {
+                    i
+                }
+            }
+            (_, alone) => alone.unwrap_or(0),
+        }
     }
 
     /// A coarser bound from single nodes: `omega^2 <= 2 max over nodes mu_i`, and the part of bars.
@@ -205,7 +215,8 @@ impl<'a> Vibration<'a> {
     /// The root of the largest `mu_i + mu_j` over the edges that have any stiffness, 1/s.
     fn over_edges(&self, mu: &[f64]) -> f64 {
         let sums = self.joined().map(|&[i, j]| mu[i] + mu[j]);
-        sums.fold(0.0, f64::max).sqrt()
+        // A node without a bar swings by itself.
+        mu.iter().copied().chain(sums).fold(0.0, f64::max).sqrt()
     }
 
     /// The edges that join their nodes: those with any stiffness.

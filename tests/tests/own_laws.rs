@@ -1,0 +1,438 @@
+//! Laws as a user writes them, in a crate of their own: against built-in ones, against the numbers of
+//! the field, and by the check of gradients.
+
+use std::sync::Once;
+
+use autodiff::Real;
+use autodiff::check::{Options, Verdict};
+use cosmic::case::Case;
+use cosmic::ground::Ground;
+use cosmic::lattice::{Lattice, State};
+use cosmic::laws::{
+    self, Bar, BarForce, Contact, ContactLaw, ForceLaws, Impact, Law, Node, NodeForce, contact,
+    on_bars, on_nodes,
+};
+use cosmic::scene::{Integrator, PhysicsSettings, Scene};
+use cosmic::settings::within;
+use cosmic::simulator::Store;
+use cosmic::simulator::stability::{Vibration, stable_step};
+use cosmic_lab::verify::check_gradients;
+use cosmic_tests::Bare;
+
+cosmic::settings! {
+    /// A node stops.
+    struct Glue {}
+}
+
+impl Law for Glue {
+    const NAME: &'static str = "glue";
+}
+
+impl Contact for Glue {
+    #[inline(always)]
+    fn respond<R: Real>(&self, _: Impact<R>) -> [R; 2] {
+        [R::zero(); 2]
+    }
+}
+
+cosmic::settings! {
+    /// A node leaves the ground with a share of its speed.
+    struct Bounce {
+        /// The share.
+        restitution: f64 = 0.5, allowed within(0.0, 1.0), source "a test";
+    }
+}
+
+impl Law for Bounce {
+    const NAME: &'static str = "bounce";
+}
+
+impl Contact for Bounce {
+    #[inline(always)]
+    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
+        let [along, out] = impact.velocity;
+        [along, -R::lit(self.restitution) * out]
+    }
+}
+
+cosmic::settings! {
+    /// Hooke's law once more.
+    struct Again {}
+}
+
+impl Law for Again {
+    const NAME: &'static str = "again";
+}
+
+impl BarForce for Again {
+    #[inline(always)]
+    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+        bar.stiffness * (bar.length - bar.target)
+    }
+}
+
+cosmic::settings! {
+    /// Dampers beside the springs.
+    struct Dampers {
+        /// Damping of a bar per stiffness.
+        time: f64 = 1e-3, allowed within(0.0, 1.0), unit "s", source "a test";
+    }
+}
+
+impl Law for Dampers {
+    const NAME: &'static str = "dampers";
+}
+
+impl BarForce for Dampers {
+    const NEEDS_RATE: bool = true;
+
+    #[inline(always)]
+    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+        R::lit(self.time) * bar.stiffness * bar.rate
+    }
+}
+
+cosmic::settings! {
+    /// A spring and a damper between every node and the world's origin, and a pull that comes and goes.
+    struct Tether {
+        /// Stiffness.
+        stiffness: f64 = 2.0, allowed within(0.0, 1e6), unit "N/m", source "a test";
+        /// Damping.
+        damping: f64 = 0.0, allowed within(0.0, 1e6), unit "N s/m", source "a test";
+        /// The pull along x at its peak, times the node's number.
+        pull: f64 = 0.0, allowed within(0.0, 1e6), unit "N", source "a test";
+        /// Weight of a kilogram.
+        gravity: f64 = 0.0, allowed within(0.0, 100.0), unit "m/s2", source "a test";
+    }
+}
+
+impl Law for Tether {
+    const NAME: &'static str = "tether";
+}
+
+impl NodeForce for Tether {
+    const NEEDS_TIME: bool = true;
+
+    fn weight(&self, node: usize, _: &Lattice) -> f64 {
+        node as f64
+    }
+
+    #[inline(always)]
+    fn force<R: Real>(&self, node: Node<R>) -> [R; 2] {
+        let (k, c) = (R::lit(self.stiffness), R::lit(self.damping));
+        let pull = R::lit(self.pull) * node.weight * (R::lit(30.0) * node.time).sin();
+        let fall = R::lit(self.gravity) * node.mass;
+        [
+            pull - k * node.x[0] - c * node.v[0],
+            -(k * node.x[1]) - c * node.v[1] - fall,
+        ]
+    }
+
+    fn energy(&self, node: Node<f64>) -> Option<f64> {
+        let [x, y] = node.x;
+        Some(0.5 * self.stiffness * (x * x + y * y) + self.gravity * node.mass * y)
+    }
+}
+
+/// A scene with these laws known.
+fn scene(settings: &str) -> Scene {
+    static KNOWN: Once = Once::new();
+    KNOWN.call_once(|| {
+        let known = [
+            contact::<Glue>(),
+            contact::<Bounce>(),
+            on_bars::<Again>(),
+            on_bars::<Dampers>(),
+            on_nodes::<Tether>(),
+        ];
+        known.into_iter().for_each(laws::add);
+    });
+    Scene::parse("own", settings).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn physics(settings: &str) -> PhysicsSettings {
+    scene(settings).physics
+}
+
+/// A small robot that falls on the ground while it moves along it, and its states.
+fn robot(settings: &str) -> Case {
+    let mut scene = scene(settings);
+    (scene.lattice.columns, scene.lattice.rows) = (3, 2);
+    (scene.lattice.drop, scene.controller.hidden) = (0.004, 6);
+    (scene.physics.steps, scene.controller.velocity_scale) = (90, 0.5);
+    let mut case = Case::of_scene(&scene, 3).unwrap_or_else(|error| panic!("{error}"));
+    let ground = Ground::from(&scene.physics);
+    let velocity = |i: usize| ground.vector_to_world([0.5 + 0.02 * i as f64, -0.01 * i as f64]);
+    case.start.v = (0..case.lattice.nodes()).map(velocity).collect();
+    for (e, z) in case.z.iter_mut().enumerate() {
+        z[1] += 0.002 * (e as f64).sin();
+        z[2] += 0.002 * (1.7 * e as f64).cos();
+    }
+    case
+}
+
+fn last(case: &Case) -> State<f64> {
+    let steps = case.physics.steps;
+    let results = case.evaluate(false, &[steps]);
+    let results = results.unwrap_or_else(|error| panic!("{error}"));
+    results.trajectory[&steps].clone()
+}
+
+/// The largest difference of two states' numbers.
+fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
+    let pairs = |a: &[[f64; 2]], b: &[[f64; 2]]| -> f64 {
+        let pairs = a.as_flattened().iter().zip(b.as_flattened());
+        pairs.fold(0.0, |most, (a, b)| (a - b).abs().max(most))
+    };
+    pairs(&a.x, &b.x).max(pairs(&a.v, &b.v))
+}
+
+#[test]
+fn a_contact_law_of_ones_own_is_the_built_in_one_that_says_the_same() {
+    for incline in ["", "incline_deg = 15.0"] {
+        let own = robot(&format!("[physics]\n{incline}\ncontact = \"glue\""));
+        let built_in = robot(&format!("[physics]\n{incline}"));
+        assert_eq!(last(&own), last(&built_in));
+    }
+}
+
+#[test]
+fn bars_pull_by_all_laws_together() {
+    let twice = robot("[physics]\nforces = [\"again\"]");
+    let mut stiffer = robot("[materials]\nstiffness = [2e-7, 8e2, 6e1]");
+    stiffer.z = twice.z.clone();
+    // Sums of 90 steps in another order; a metre has 15 digits behind the point.
+    let off = distance(&last(&twice), &last(&stiffer));
+    assert!(off < 1e-11, "{off:e}");
+    // Something moves: without the second law it is elsewhere.
+    assert!(distance(&last(&twice), &last(&robot(""))) > 1e-3);
+}
+
+/// The law's gravity is the scene's, on inclines too, and a force that nothing asks of changes nothing.
+#[test]
+fn a_force_on_nodes_is_in_the_world_s_frame() {
+    for incline in [
+        "",
+        "incline_deg = 15.0",
+        "incline_deg = -15.0\nintegrator = \"leapfrog\"",
+    ] {
+        let physics = format!("[physics]\n{incline}\n");
+        let own = format!(
+            "{physics}gravity = 0.0\nforces = [\"tether\"]\n[tether]\nstiffness = 0.0\ngravity = 4.8"
+        );
+        let off = distance(&last(&robot(&own)), &last(&robot(&physics)));
+        // Impulses of a force are divided by the mass, those of gravity are not: a few roundings a step.
+        assert!(off < 1e-11, "{incline}: {off:e}");
+    }
+}
+
+/// Two steps of a resting node under a pull at 30 rad/s: the second is that of the first step's end.
+#[test]
+fn a_force_knows_the_time_and_the_node() {
+    let physics = physics(
+        "[physics]\ngravity = 0.0\ndamping = 0.0\ncontact = \"none\"\nforces = [\"tether\"]\n\
+         [tether]\nstiffness = 0.0\npull = 3.0",
+    );
+    let (dt, bare) = (physics.dt, Bare::free_node(physics));
+    let start = State {
+        x: vec![[0.0; 2]; 2],
+        v: vec![[0.0; 2]; 2],
+    };
+    let end = bare.run_to_end(&start, 2);
+    let expected = 3.0 * (30.0 * dt).sin() * dt / 0.01;
+    // The first step is at time 0, where the sine is 0, and node 0 has the weight 0. Products round.
+    assert!(
+        (end.v[1][0] - expected).abs() < 1e-15 && end.v[0] == [0.0; 2],
+        "{end:?}"
+    );
+}
+
+/// A node dropped from a metre comes back to a quarter of it, to the roughness of its steps.
+#[test]
+fn a_bouncing_node_rises_again() {
+    let settings = "[physics]\ngravity = 9.81\ndamping = 0.0\nground_height = 0.0\n\
+                    contact = \"bounce\"\ndt = 1e-5";
+    let bare = Bare::free_node(physics(settings));
+    let start = State {
+        x: vec![[0.0, 1.0]; 2],
+        v: vec![[0.0; 2]; 2],
+    };
+    // It falls for 0.4515 s and rises for half of that.
+    let apex = (1.5 * (2.0 / 9.81_f64).sqrt() / 1e-5) as usize;
+    let height = bare.run_to_end(&start, apex).x[0][1];
+    // Each step of 1e-5 s adds an error of that order, in parts of the speed of 4.4 m/s.
+    assert!((height - 0.25).abs() < 1e-4, "{height}");
+}
+
+#[test]
+fn gradients_of_own_laws_are_right_in_every_mode() {
+    for (name, settings) in [
+        ("glue", "[physics]\ncontact = \"glue\""),
+        (
+            "bounce",
+            "[physics]\ncontact = \"bounce\"\nincline_deg = 10.0",
+        ),
+        (
+            "again",
+            "[physics]\nforces = [\"again\"]\ncontact = \"coulomb\"",
+        ),
+        (
+            "all forces",
+            "[physics]\nforces = [\"tether\", \"dampers\"]\nbending_radius = 0.01\nsubsteps = 2\n\
+             [tether]\nstiffness = 0.3\ndamping = 0.01\npull = 0.01",
+        ),
+        (
+            "leapfrog",
+            "[physics]\nforces = [\"dampers\", \"tether\"]\nintegrator = \"leapfrog\"\n\
+             stiffening = 50.0",
+        ),
+    ] {
+        let check = check_gradients(&robot(settings), None, 90, &Options::default());
+        assert!(check.failures().is_empty(), "{name}:\n{check}");
+        let smooth = |group: &&cosmic_lab::verify::Group| group.verdict == Verdict::Smooth;
+        assert!(
+            check.groups.iter().filter(smooth).count() >= 5,
+            "{name}:\n{check}"
+        );
+        assert!(
+            check.control.is_some(),
+            "{name}: nothing was made wrong on purpose"
+        );
+    }
+}
+
+/// A free node with a spring and a damper to the origin: below the stable step it stays, above it flies.
+#[test]
+fn the_stable_step_counts_forces_on_nodes_and_what_dampens() {
+    for (integrator, damping, own) in [
+        (Integrator::SymplecticEuler, 0.0, 0.0),
+        (Integrator::SymplecticEuler, 20.0, 0.3),
+        (Integrator::Leapfrog, 0.0, 0.3),
+        (Integrator::Leapfrog, 20.0, 0.0),
+        (Integrator::Leapfrog, 5.0, 2.0),
+    ] {
+        let settings = format!(
+            "[physics]\ngravity = 0.0\ndamping = {damping:?}\ncontact = \"none\"\n\
+             forces = [\"tether\"]\n[tether]\nstiffness = 40.0\ndamping = {own:?}"
+        );
+        let mut bare = Bare::free_node(physics(&settings));
+        bare.physics.integrator = integrator;
+        let place = vec![[0.3, 0.2]; 2];
+        let vibration = Vibration::new(&bare.lattice, &bare.body, &bare.physics, &place);
+        let (frequency, eta) = (vibration.largest_frequency(), vibration.damping());
+        // sqrt(40 / 0.01) and 0.3 / 0.01, exact but for roundings of a power iteration.
+        assert!(
+            (frequency / (4000f64).sqrt() - 1.0).abs() < 1e-9,
+            "{frequency}"
+        );
+        assert!((eta - own / 0.01).abs() < 1e-9 * (1.0 + eta), "{eta}");
+        assert!(vibration.edge_bound() >= frequency * (1.0 - 1e-12));
+        let limit = stable_step(&bare.physics, frequency, eta);
+        let start = State {
+            x: place,
+            v: vec![[0.0; 2]; 2],
+        };
+        let size = |share: f64| {
+            let mut bare = bare.clone();
+            bare.physics.dt = share * limit;
+            bare.run_to_end(&start, 4000).x[0][0].abs()
+        };
+        let [below, above] = [0.99, 1.01].map(size);
+        assert!(below < 30.0, "{integrator:?}, {damping}, {own}: {below}");
+        // Far above, infinities make NaN.
+        assert!(
+            above.is_nan() || above > 30.0,
+            "{integrator:?}, {damping}, {own}: {above}"
+        );
+    }
+}
+
+/// The energy is that of which forces are the slope.
+#[test]
+fn the_energy_counts_forces_that_have_one() {
+    let with = |forces: &[&str]| PhysicsSettings {
+        forces: ForceLaws::named(forces).expect("laws of this test"),
+        ..physics("")
+    };
+    let case = robot("");
+    let body = case.body();
+    let energy = |physics: &PhysicsSettings, state: &State<f64>| {
+        Store::new(&case.lattice, physics, &body).energy(state)
+    };
+    let plain = energy(&with(&[]), &case.start).expect("springs have one");
+    let tethered = energy(&with(&["tether"]), &case.start).expect("the tether has one");
+    let of_tether: f64 = case.start.x.iter().map(|[x, y]| x * x + y * y).sum();
+    // Sums of a dozen terms.
+    assert!(
+        (tethered - plain - of_tether).abs() < 1e-12,
+        "{tethered} {plain}"
+    );
+    assert_eq!(energy(&with(&["dampers"]), &case.start), None);
+}
+
+#[test]
+fn a_law_is_chosen_by_name_and_has_its_settings_in_a_section() {
+    let own = scene("[bounce]\nrestitution = 0.25\n[physics]\ncontact = \"bounce\"");
+    assert_eq!(own.physics.contact.name(), "bounce");
+    let text = own.to_toml();
+    assert!(
+        text.contains("\n[bounce]\n") && text.contains("\nrestitution = 0.25\n"),
+        "{text}"
+    );
+    assert_eq!(scene(&text), own);
+    let set = own.set(&["bounce.restitution=0.75"]).unwrap();
+    assert_ne!(set, own);
+    // Named again, it keeps its settings.
+    assert_eq!(set.set(&["physics.contact=bounce"]).unwrap(), set);
+    // A case holds it too.
+    let case = Case::of_scene(&set, 0).unwrap();
+    let again = Case::parse("case", &case.to_json()).unwrap();
+    assert_eq!(again.physics.contact, case.physics.contact);
+    assert_eq!(ContactLaw::named("bounce").unwrap().name(), "bounce");
+}
+
+#[test]
+fn wrong_choices_are_pointed_at() {
+    scene("");
+    let refused = |text: &str| Scene::parse("own.toml", text).unwrap_err().to_string();
+    for (text, words) in [
+        (
+            "[physics]\ncontact = \"clay\"",
+            &[
+                "`physics.contact` names no law of this program: \"clay\"",
+                "\"bounce\"",
+            ][..],
+        ),
+        (
+            "[physics]\nforces = [\"gale\"]",
+            &[
+                "`physics.forces` names no law of this program",
+                "\"gale\"",
+                "\"tether\"",
+            ],
+        ),
+        ("[physics]\nforces = [\"again\", \"again\"]", &["has twice"]),
+        ("[physics]\nforces = \"again\"", &["is a text"]),
+        (
+            "[tether]\nstiffness = 1.0",
+            &["`tether` is not chosen", "physics.forces = [\"tether\"]"],
+        ),
+        (
+            "[bounce]\nrestitution = 1.0",
+            &["physics.contact = \"bounce\""],
+        ),
+        (
+            "[physics]\ncontact = \"bounce\"\n[bounce]\nrestitution = 2.0",
+            &["`bounce.restitution` is out of range: 2.0", "from 0 to 1"],
+        ),
+        (
+            "[physics]\ncontact = \"bounce\"\n[bounce]\nrestitutoin = 0.5",
+            &["unknown key `restitutoin`", "did you mean `restitution`?"],
+        ),
+    ] {
+        let said = refused(text);
+        for words in words {
+            assert!(said.contains(words), "{text}\n{said}\nlacks {words}");
+        }
+    }
+}
