@@ -7,6 +7,7 @@ mod case_reader;
 mod corpus;
 mod drawn_scenes;
 mod floors;
+mod ground_profile;
 mod inlined_kernels;
 mod integrators;
 mod listed;
