@@ -1,67 +1,100 @@
-//! The generator of lattices: nodes on a square grid, and the edges between neighbours.
+//! The generator of lattices: nodes on a grid of squares or triangles with the edges between neighbours,
+//! or the nodes and edges of a truss of one's own. Nothing else knows columns and rows.
 
 use crate::ground::Ground;
 use crate::lattice::Lattice;
-use crate::scene::LatticeSettings;
+use crate::scene::{LatticeKind, LatticeSettings};
 
 impl Lattice {
     /// The lattice on a ground, turned with it (D1); each rest length is the plain initial distance
     /// of the two nodes.
+    ///
+    /// # Panics
+    /// If the settings name a file that was not read: reading a scene reads it.
     pub fn new(settings: &LatticeSettings, ground: impl Into<Ground>) -> Self {
-        let LatticeSettings { columns, rows, .. } = *settings;
         let ground = ground.into();
+        if let Some(truss) = settings.file.truss() {
+            let positions = truss.nodes.iter().map(|&x| ground.point_to_world(x));
+            return Self::of_truss(truss, positions.collect());
+        }
         // The numbers of D1 themselves: with `drop = 0` the lowest row is exactly on the ground.
-        let place = |node: usize| {
-            let (row, column) = (node / columns, node % columns);
+        let places = places(settings);
+        let place = |[along, above]: &[f64; 2]| {
             ground.point_to_world([
-                settings.origin_x + column as f64 * settings.spacing,
-                settings.drop + row as f64 * settings.spacing,
+                settings.origin_x + along * settings.spacing,
+                settings.drop + above * settings.spacing,
             ])
         };
-        let positions: Vec<[f64; 2]> = (0..columns * rows).map(place).collect();
-        let edges = edges(columns, rows);
-        let rest_length = edges
-            .iter()
-            .map(|&[i, j]| distance(positions[i], positions[j]))
-            .collect();
+        let positions: Vec<[f64; 2]> = places.iter().map(place).collect();
+        let edges = edges_of(settings.kind, settings.columns, settings.rows);
         Self {
-            positions,
-            edges,
-            rest_length,
-            columns,
-            rows,
+            places,
+            spacing: settings.spacing,
+            ..Self::between(positions, edges)
         }
     }
 }
 
-/// Every horizontal, vertical and diagonal of every cell as `[i, j]`, `i < j`: nodes ascending;
-/// for each, the edges to its right, upper, upper-right and upper-left neighbour where they exist.
+/// The height of an equilateral triangle over the length of its side.
+const TRIANGLE: f64 = 0.866_025_403_784_438_6;
+
+/// Places of the nodes in units of the spacing, row by row from the lowest, each from left to right.
+/// Of a triangular lattice every second row, the first not, is half a spacing further along.
+pub(crate) fn places(settings: &LatticeSettings) -> Vec<[f64; 2]> {
+    let LatticeSettings { columns, rows, .. } = *settings;
+    let place = |node: usize| {
+        let (row, column) = (node / columns, (node % columns) as f64);
+        match settings.kind {
+            LatticeKind::Rectangular => [column, row as f64],
+            LatticeKind::Triangular => [column + 0.5 * (row % 2) as f64, row as f64 * TRIANGLE],
+        }
+    };
+    (0..columns * rows).map(place).collect()
+}
+
+/// Every horizontal, vertical and diagonal of every cell of a rectangular lattice as `[i, j]`, `i < j`:
+/// nodes ascending; for each, the edges to its right, upper, upper-right and upper-left neighbour
+/// where they exist.
 pub fn edges(columns: usize, rows: usize) -> Vec<[usize; 2]> {
+    edges_of(LatticeKind::Rectangular, columns, rows)
+}
+
+/// As [`edges`], of a lattice of a kind: the nodes of a triangular one have no upper neighbour.
+fn edges_of(kind: LatticeKind, columns: usize, rows: usize) -> Vec<[usize; 2]> {
     let mut edges = Vec::new();
     for node in 0..columns * rows {
         let (row, column) = (node / columns, node % columns);
         let right = column + 1 < columns;
         let up = row + 1 < rows;
         let above = node + columns;
-        let neighbours = [
-            (right, node + 1),
-            (up, above),
-            (up && right, above + 1),
-            (up && column > 0, above.wrapping_sub(1)),
-        ];
+        // The row above is shifted, to the right or to the left, by half a spacing.
+        let shifted = row % 2;
+        let neighbours = match kind {
+            LatticeKind::Rectangular => [
+                (right, node + 1),
+                (up, above),
+                (up && right, above + 1),
+                (up && column > 0, above.wrapping_sub(1)),
+            ],
+            LatticeKind::Triangular => [
+                (right, node + 1),
+                (false, 0),
+                (up && column + shifted < columns, above + shifted),
+                (
+                    up && column + shifted > 0,
+                    (above + shifted).wrapping_sub(1),
+                ),
+            ],
+        };
         let exist = neighbours.iter().filter(|(exists, _)| *exists);
         edges.extend(exist.map(|&(_, neighbour)| [node, neighbour]));
     }
     edges
 }
 
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (b[0] - a[0]).hypot(b[1] - a[1])
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Ground, Lattice, LatticeSettings, edges};
+    use super::{Ground, Lattice, LatticeKind, LatticeSettings, edges};
 
     impl Lattice {
         /// A lattice of the default scene's spacing on a ground of its height.
@@ -101,8 +134,68 @@ mod tests {
 
     #[test]
     fn midpoints_run_from_the_lowest_row_to_the_topmost() {
-        let rows = Lattice::sample(3, 4, 0.0).midpoint_rows();
-        assert_eq!(rows.first(), Some(&0.0));
-        assert_eq!(rows.last(), Some(&3.0));
+        let lattice = Lattice::sample(3, 4, 0.0);
+        let heights: Vec<f64> = lattice.midpoints().map(|[_, y]| y).collect();
+        assert_eq!(heights.first(), Some(&0.0));
+        assert_eq!(heights.last(), Some(&3.0));
+        assert_eq!(lattice.extent(), [2.0, 3.0]);
+    }
+
+    fn triangular(columns: usize, rows: usize) -> Lattice {
+        let settings = LatticeSettings {
+            kind: LatticeKind::Triangular,
+            columns,
+            rows,
+            ..LatticeSettings::default()
+        };
+        Lattice::new(
+            &settings,
+            Ground {
+                height: 0.1,
+                incline_deg: 0.0,
+            },
+        )
+    }
+
+    #[test]
+    fn triangles_are_equilateral_and_leave_no_gap() {
+        for (columns, rows) in [(6, 6), (2, 2), (3, 5), (7, 4)] {
+            let lattice = triangular(columns, rows);
+            let count = rows * (columns - 1) + (rows - 1) * (2 * columns - 1);
+            assert_eq!(lattice.edges.len(), count);
+            // Coordinates below 1 carry roundings of 1e-16.
+            let is_side = |length: &f64| (length - 0.1).abs() < 1e-15;
+            assert!(lattice.rest_length.iter().all(is_side));
+            // By Euler's formula a triangulated disc has as many triangles.
+            let triangles = count + 1 - columns * rows;
+            assert_eq!(triangles, 2 * (columns - 1) * (rows - 1));
+        }
+    }
+
+    /// Rows from the lowest, each from left to right; of each node the edges to its right, upper-right
+    /// and upper-left neighbour.
+    #[test]
+    fn triangles_are_numbered_row_by_row() {
+        let lattice = triangular(3, 3);
+        assert_eq!(
+            lattice.edges[..9],
+            [
+                [0, 1],
+                [0, 3],
+                [1, 2],
+                [1, 4],
+                [1, 3],
+                [2, 5],
+                [2, 4],
+                [3, 4],
+                [3, 7]
+            ]
+        );
+        let heights = [0, 3, 6].map(|node| lattice.places[node][1]);
+        assert_eq!(heights, [0.0, 0.75f64.sqrt(), 2.0 * 0.75f64.sqrt()]);
+        assert_eq!(
+            [0, 3, 6].map(|node| lattice.places[node][0]),
+            [0.0, 0.5, 0.0]
+        );
     }
 }

@@ -1,5 +1,7 @@
 //! From design vectors to a mixture of materials, and from the mixture to a body.
 
+use std::borrow::Cow;
+
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
@@ -20,15 +22,17 @@ pub enum Projection {
 
 /// The mixture of every edge: positive shares of void, skeleton and actuator that sum to one.
 ///
-/// The [`holds`], if there are any, are taken off the design vectors before every softmax: in the
-/// stability projection after the centring, which would take them out again.
+/// The design vectors of [tied](Holds) edges count as their mean. The amounts that are held back, if
+/// there are any, are taken off the design vectors before every softmax: in the stability projection
+/// after the centring, which would take them out again.
 pub fn mixture<R: Real>(
     projection: Projection,
     z: &[[R; 3]],
     settings: &ProjectionSettings,
-    holds: &[[f64; 3]],
+    holds: &Holds,
 ) -> Vec<[R; 3]> {
-    let lower = |edge: usize, z: [R; 3]| match holds.get(edge) {
+    let z = &*holds.tied(z);
+    let lower = |edge: usize, z: [R; 3]| match holds.amounts.get(edge) {
         Some(hold) => [0, 1, 2].map(|k| z[k] - R::lit(hold[k])),
         None => z,
     };
@@ -51,19 +55,66 @@ pub fn mixture<R: Real>(
     }
 }
 
-/// The amounts that a scene with `hold_materials` takes off the design vectors, to keep each edge
-/// to the solid material that it has in the filled layout: the other solid entry loses that much.
-/// Empty where nothing is held.
-pub fn holds(settings: &ProjectionSettings, lattice: &Lattice) -> Vec<[f64; 3]> {
-    let amount = settings.hold_materials;
-    if amount == 0.0 {
-        return Vec::new();
+/// What keeps the mixtures of edges to a part of all mixtures; the default holds nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Holds {
+    /// For each edge what is taken off the entries of its design vector; empty where nothing is.
+    amounts: Vec<[f64; 3]>,
+    /// Groups of edges that share one design vector.
+    ties: Vec<Vec<usize>>,
+}
+
+impl Holds {
+    /// The holds of a scene on its lattice. `hold_materials` keeps each edge to the solid material that
+    /// it has in the filled layout: the other solid entry loses that much. An edge that is always
+    /// solid has no share of void, and one that is always void none of the others.
+    pub fn new(settings: &ProjectionSettings, lattice: &Lattice) -> Self {
+        let amount = settings.hold_materials;
+        let rules = &lattice.rules;
+        let ties = rules.tie.clone();
+        if amount == 0.0 && rules.keep.is_empty() && rules.forbid.is_empty() {
+            let amounts = Vec::new();
+            return Self { amounts, ties };
+        }
+        let betas = [
+            settings.beta,
+            settings.beta_stability,
+            settings.beta_straight_through,
+        ];
+        // Centred entries differ by 2 at most; exp(-37) is less than half of the last bit of 1.
+        let never = 2.0 + 37.0 / betas.into_iter().fold(f64::INFINITY, f64::min);
+        let hold = |(edge, own): (usize, Material)| {
+            Material::ALL.map(|m| {
+                let is_other = m.is_solid() && m != own;
+                let held = if is_other { amount } else { 0.0 };
+                if rules.allow(edge, m.is_solid()) {
+                    held
+                } else {
+                    never
+                }
+            })
+        };
+        let filled = design::filled(lattice).into_iter().enumerate();
+        let amounts = filled.map(hold).collect();
+        Self { amounts, ties }
     }
-    let hold = |own: Material| {
-        let is_held = |m: Material| m.is_solid() && m != own;
-        Material::ALL.map(|m| if is_held(m) { amount } else { 0.0 })
-    };
-    design::filled(lattice).into_iter().map(hold).collect()
+
+    /// True if the edge has next to no share of a material.
+    pub fn is_held(&self, edge: usize, material: Material) -> bool {
+        (self.amounts.get(edge)).is_some_and(|hold| hold[material as usize] > 0.0)
+    }
+
+    /// Design vectors with those of tied edges replaced by their mean.
+    fn tied<'z, R: Real>(&self, z: &'z [[R; 3]]) -> Cow<'z, [[R; 3]]> {
+        let mut z = Cow::Borrowed(z);
+        for tie in &self.ties {
+            let own: Vec<[R; 3]> = tie.iter().map(|&edge| z[edge]).collect();
+            let shared = mean(&own);
+            let z = z.to_mut();
+            tie.iter().for_each(|&edge| z[edge] = shared);
+        }
+        z
+    }
 }
 
 /// The mixture of a layout: exactly one material per edge (D7).
@@ -156,10 +207,13 @@ impl<R: Real> Body<R> {
     }
 }
 
-/// A little for the node itself (D2), half of each of its edges, and the payload at node 0.
+/// A little for the node itself (D2), half of each of its edges, and its payload.
 fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsSettings) -> Vec<R> {
     let mut shares = vec![vec![R::lit(physics.node_mass)]; lattice.nodes()];
-    shares[0].push(R::lit(physics.payload_mass));
+    for payload in &lattice.payload {
+        let mass = payload.mass.unwrap_or(physics.payload_mass);
+        shares[payload.node].push(R::lit(mass));
+    }
     for (&[i, j], &mass) in lattice.edges.iter().zip(edge_masses) {
         let half = R::lit(0.5) * mass;
         shares[i].push(half);
@@ -183,7 +237,7 @@ fn mean_property<R: Real>(mixture: &[R; 3], property: &[f64; 3]) -> R {
 
 #[cfg(test)]
 mod tests {
-    use super::{Body, Projection, mixture, one_hot};
+    use super::{Body, Holds, Projection, mixture, one_hot};
     use crate::design::Material::{Actuator, Skeleton, Void};
     use crate::lattice::Lattice;
     use crate::scene::{ProjectionSettings, Scene};
@@ -209,7 +263,7 @@ mod tests {
             Projection::Stability,
             &z,
             &ProjectionSettings::default(),
-            &[],
+            &Holds::default(),
         ) {
             // The mean of three equal numbers is off by a rounding, which 500 multiplies.
             assert!(row.iter().all(|m: &f64| (m - 1.0 / 3.0).abs() < 1e-13));

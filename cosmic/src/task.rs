@@ -9,7 +9,7 @@ use crate::ground::Ground;
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
-use crate::projection::{self, Projection, Variation, holds};
+use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
@@ -55,8 +55,8 @@ pub struct Task {
     pub materials: MaterialSettings,
     /// Sharpness of the projections, and `delta`.
     pub sharpness: ProjectionSettings,
-    /// The amounts that [`holds`] takes off the design vectors.
-    holds: Vec<[f64; 3]>,
+    /// What mixtures are kept to.
+    holds: Holds,
     pub(crate) simulator: Simulator,
     /// How the robot as built differs from its design; `None` for the nominal one.
     variation: Option<Variation>,
@@ -73,7 +73,7 @@ impl Task {
     ) -> Self {
         Self {
             simulator: Simulator::new(&lattice, physics, controller),
-            holds: holds(sharpness, &lattice),
+            holds: Holds::new(sharpness, &lattice),
             lattice,
             physics: physics.clone(),
             materials: materials.clone(),

@@ -1,8 +1,9 @@
 //! Properties of every design: projections, measures and the snap.
 
 use cosmic::design::{Material, VolumeBounds, snap};
+use cosmic::lattice::EdgeRules;
 use cosmic::objective::measures;
-use cosmic::projection::{Projection, mixture};
+use cosmic::projection::{Holds, Projection, mixture};
 use cosmic::scene::{ProjectionSettings, VolumeSettings};
 use proptest::prelude::*;
 
@@ -25,7 +26,7 @@ proptest! {
     #[test]
     fn a_mixture_is_shares_of_one(z in prop_oneof![vectors(0.0..1.0), vectors(-1e6..1e6)]) {
         for projection in BOTH {
-            for row in mixture(projection, &z, &ProjectionSettings::default(), &[]) {
+            for row in mixture(projection, &z, &ProjectionSettings::default(), &Holds::default()) {
                 prop_assert!(row.iter().all(|m| (0.0..=1.0).contains(m)), "{:?}", row);
                 // Three roundings of quotients, two of the sum.
                 prop_assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{:?}", row);
@@ -43,12 +44,12 @@ proptest! {
     ) {
         let settings = ProjectionSettings::default();
         let shifted: Vec<[f64; 3]> = z.iter().map(|z| z.map(|z| z + shift)).collect();
-        let [a, b] = [&z, &shifted].map(|z| mixture(Projection::Performance, z, &settings, &[]));
+        let [a, b] = [&z, &shifted].map(|z| mixture(Projection::Performance, z, &settings, &Holds::default()));
         // Shifted entries near 2 are rounded at 2e-16, times a sharpness of 20.
         prop_assert!(largest_change(&a, &b) < 1e-14);
         let moved = |z: &[f64; 3]| [0, 1, 2].map(|k| z[k] + column[k]);
         let shifted: Vec<[f64; 3]> = z.iter().map(moved).collect();
-        let [a, b] = [&z, &shifted].map(|z| mixture(Projection::Stability, z, &settings, &[]));
+        let [a, b] = [&z, &shifted].map(|z| mixture(Projection::Stability, z, &settings, &Holds::default()));
         // The means of 40 numbers are off by some 1e-15, times a sharpness of 500.
         prop_assert!(largest_change(&a, &b) < 1e-11);
     }
@@ -57,7 +58,7 @@ proptest! {
     fn volumes_and_measures_keep_their_ranges(z in vectors(0.0..1.0)) {
         let settings = ProjectionSettings::default();
         for projection in BOTH {
-            let found = measures(&mixture(projection, &z, &settings, &[]), settings.delta);
+            let found = measures(&mixture(projection, &z, &settings, &Holds::default()), settings.delta);
             let rounding = 1e-14;
             let within = |x: f64, most: f64| (-rounding..=most + rounding).contains(&x);
             prop_assert!(within(found.volume, 1.0) && within(found.actuator_volume, 1.0));
@@ -73,7 +74,7 @@ proptest! {
     fn a_snap_meets_the_volumes(z in prop::collection::vec(prop::array::uniform3(0.0..1.0), 60..80)) {
         let settings = ProjectionSettings::default();
         let bounds = VolumeBounds::widened(&VolumeSettings::default(), 0.03);
-        let found = snap(&mixture(Projection::Performance, &z, &settings, &[]), &bounds);
+        let found = snap(&mixture(Projection::Performance, &z, &settings, &Holds::default()), &bounds, &EdgeRules::default());
         let edges = z.len() as f64;
         let share = |is: fn(Material) -> bool| {
             found.iter().filter(|m| is(**m)).count() as f64 / edges

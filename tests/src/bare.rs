@@ -22,12 +22,10 @@ impl Bare {
     /// Springs `(edge, rest length, stiffness)` between nodes of these masses, in a world without
     /// gravity or damping whose ground is a metre below zero.
     pub fn new(springs: &[([usize; 2], f64, f64)], masses: &[f64]) -> Self {
+        let edges = springs.iter().map(|spring| spring.0).collect();
         let lattice = Lattice {
-            positions: vec![[0.0; 2]; masses.len()],
-            edges: springs.iter().map(|spring| spring.0).collect(),
             rest_length: springs.iter().map(|spring| spring.1).collect(),
-            columns: masses.len(),
-            rows: 1,
+            ..Lattice::between(vec![[0.0; 2]; masses.len()], edges)
         };
         let body = Body {
             stiffness: springs.iter().map(|spring| spring.2).collect(),

@@ -174,20 +174,9 @@ impl StabilityCase {
     /// The case's lattice with these edges, which are at rest between these positions.
     ///
     /// # Panics
-    /// If the case has no sizes.
+    /// If an edge has a node that does not exist.
     pub fn lattice_at(&self, positions: Vec<[f64; 2]>, edges: Vec<[usize; 2]>) -> Lattice {
-        let length = |&[i, j]: &[usize; 2]| {
-            let (a, b) = (positions[i], positions[j]);
-            (b[0] - a[0]).hypot(b[1] - a[1])
-        };
-        let [columns, rows] = self.sizes();
-        Lattice {
-            rest_length: edges.iter().map(length).collect(),
-            positions,
-            edges,
-            columns,
-            rows,
-        }
+        Lattice::between(positions, edges)
     }
 
     /// The case's edges: pairs of nodes.

@@ -93,6 +93,7 @@ pub fn snapshot(bytes: &[u8]) -> Result<()> {
     let small = |plan: &RunPlan| {
         let (lattice, controller) = (&plan.scene.lattice, &plan.scene.controller);
         let sizes = [
+            lattice.file.truss().map_or(0, |truss| truss.nodes.len()),
             lattice.columns,
             lattice.rows,
             controller.hidden,

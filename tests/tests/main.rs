@@ -15,6 +15,7 @@ mod mma;
 mod mma_subproblem;
 mod model_gradients;
 mod optimisers;
+mod outside;
 mod own_laws;
 mod plan;
 mod reference_model;

@@ -9,7 +9,7 @@ use cosmic::ground::Ground;
 use cosmic::lattice::Body;
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss, measures, violations};
-use cosmic::projection::{Projection, holds, mixture};
+use cosmic::projection::{Holds, Projection, mixture};
 use cosmic::scene::{LossKind, LossSettings};
 use cosmic::simulator::Trajectory;
 use cosmic_tests::{own_reference_folder, references};
@@ -49,7 +49,7 @@ impl VectorFunction for Mixtures<'_> {
         let Case {
             sharpness, lattice, ..
         } = self.0;
-        let holds = holds(sharpness, lattice);
+        let holds = Holds::new(sharpness, lattice);
         mixture(self.1, x.as_chunks().0, sharpness, &holds).into_flattened()
     }
 }
@@ -76,7 +76,7 @@ fn projections_with_held_materials() {
             let mixtures = Mixtures(&case, projection);
             assert_ne!(
                 mixtures.eval(&z),
-                mixture(projection, &case.z, &case.sharpness, &[]).into_flattened()
+                mixture(projection, &case.z, &case.sharpness, &Holds::default()).into_flattened()
             );
             smooth(mixtures, &z);
         }
@@ -154,7 +154,12 @@ fn losses() {
 
 fn performance<R: Real>(case: &Case, z: &[R]) -> Vec<[R; 3]> {
     let z = z.as_chunks().0;
-    mixture(Projection::Performance, z, &case.sharpness, &[])
+    mixture(
+        Projection::Performance,
+        z,
+        &case.sharpness,
+        &Holds::default(),
+    )
 }
 
 /// Masses, and strains and stiffnesses of the size of masses, of a design.

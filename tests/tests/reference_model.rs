@@ -114,7 +114,7 @@ fn the_steps_that_a_case_lists_are_recorded() {
 fn edges_are_laid_out_in_the_order_of_the_files() {
     for reference in references(&own_reference_folder()) {
         let case = reference.case();
-        let expected = edges(case.lattice.columns, case.lattice.rows);
+        let expected = edges(case.layout.columns, case.layout.rows);
         assert_eq!(case.lattice.edges, expected, "{}", reference.name());
     }
 }

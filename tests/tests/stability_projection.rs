@@ -1,7 +1,7 @@
 //! The projections at the extremes, and the derivative that stands in for the sharp one's.
 
 use autodiff::{Real, VectorFunction, jacobian, vjp};
-use cosmic::projection::{Projection, mixture, softmax};
+use cosmic::projection::{Holds, Projection, mixture, softmax};
 use cosmic::scene::ProjectionSettings;
 use cosmic_tests::{assert_near, own_reference_folder, references, stability_cases};
 
@@ -56,7 +56,7 @@ struct Projected {
 impl VectorFunction for Projected {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let (z, _) = x.as_chunks();
-        mixture(self.projection, z, &self.settings, &[]).into_flattened()
+        mixture(self.projection, z, &self.settings, &Holds::default()).into_flattened()
     }
 }
 

@@ -104,8 +104,9 @@ fn rollout_json(case: &Case, stable: &StableStep) -> Value {
     let (lattice, physics, controller) = (&case.lattice, &case.physics, &case.controller);
     let is_coulomb = physics.contact.name() == "coulomb";
     json!({
-        "columns": lattice.columns,
-        "rows": lattice.rows,
+        "lattice": case.layout.name(),
+        "columns": case.layout.columns,
+        "rows": case.layout.rows,
         "nodes": lattice.nodes(),
         "edges": lattice.edges.len(),
         "steps": physics.steps,
@@ -128,7 +129,7 @@ fn rollout_json(case: &Case, stable: &StableStep) -> Value {
 
 fn rollout_text(case: &Case, stable: &StableStep) -> String {
     let (lattice, physics, controller) = (&case.lattice, &case.physics, &case.controller);
-    let (columns, rows, nodes) = (lattice.columns, lattice.rows, lattice.nodes());
+    let (name, nodes) = (case.layout.name(), lattice.nodes());
     let design = match case.frozen {
         Some(_) => "a layout, one material per edge",
         None => "a mixture of materials per edge",
@@ -136,7 +137,7 @@ fn rollout_text(case: &Case, stable: &StableStep) -> String {
     let (inputs, hidden, outputs) = (controller.inputs, controller.hidden, controller.edges());
     let (steps, dt) = (physics.steps, physics.dt);
     format!(
-        "  lattice      {columns}x{rows}, {nodes} nodes, {} edges
+        "  lattice      {name}, {nodes} nodes, {} edges
   design       {design}
   controller   {inputs} observed numbers, {hidden} hidden units, {outputs} activations
   world        gravity {} m/s2, damping {} 1/s

@@ -24,6 +24,7 @@ mod completions;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use cosmic::error::Result;
+use cosmic::lattice::{self, Truss};
 use cosmic::laws::{self, Choice};
 use cosmic::objective::{self, Loss};
 use output::{complain, written};
@@ -129,6 +130,17 @@ impl Program {
     #[must_use]
     pub fn with_loss(self, name: &'static str, loss: impl Loss + 'static) -> Self {
         objective::add(name, loss);
+        self
+    }
+
+    /// Adds a lattice: scenes choose it by `lattice.file = "its_name"`. Run folders hold a copy, which
+    /// every program reads.
+    ///
+    /// # Panics
+    /// As [`cosmic::lattice::add`].
+    #[must_use]
+    pub fn lattice(self, name: &'static str, truss: Truss) -> Self {
+        lattice::add(name, truss);
         self
     }
 

@@ -9,7 +9,7 @@ use crate::ground::Ground;
 use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::{Body, State};
 use crate::objective::{Displacement, measures};
-use crate::projection::{self, Projection, holds, one_hot};
+use crate::projection::{self, Holds, Projection, one_hot};
 use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
@@ -39,7 +39,7 @@ impl Case {
         match &self.frozen {
             Some(materials) => one_hot(materials),
             None => {
-                let holds = holds(&self.sharpness, &self.lattice);
+                let holds = Holds::new(&self.sharpness, &self.lattice);
                 projection::mixture(projection, z, &self.sharpness, &holds)
             }
         }

@@ -36,7 +36,7 @@ impl Case {
     ) -> Self {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Self {
-            layout: scene.lattice.clone(),
+            layout: scene.lattice.fitted(lattice.nodes()),
             start: lattice.state_at_rest(),
             lattice,
             physics: scene.physics.clone(),

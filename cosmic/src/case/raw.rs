@@ -11,9 +11,10 @@ use crate::controller::Weights;
 use crate::design::Material;
 use crate::error::{self, fits};
 use crate::ground::Profile;
+use crate::lattice::{EdgeRules, Lattice, Payload};
 use crate::laws::{ContactLaw, ForceLaws};
 use crate::projection::Projection;
-use crate::scene::{GroundSettings, Integrator, Scene, VoidEdges};
+use crate::scene::{GroundSettings, Integrator, LatticeKind, LatticeSettings, Scene, VoidEdges};
 
 /// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
 pub(super) const FORMAT: &str = "cosmic-case";
@@ -31,6 +32,8 @@ pub(super) struct RawCase {
     pub(super) version: Option<u32>,
     pub(super) scene: RawScene,
     pub(super) edges: Vec<Vec<usize>>,
+    /// Of a truss of one's own alone.
+    pub(super) truss: Option<RawMarks>,
     pub(super) l0: Vec<f64>,
     pub(super) x0: Vec<Vec<f64>>,
     pub(super) v0: Vec<Vec<f64>>,
@@ -87,8 +90,42 @@ macro_rules! keys {
     };
 }
 
+/// What the nodes and edges of a truss do not say.
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawMarks {
+    pub(super) payload: Vec<Payload>,
+    keep: Vec<usize>,
+    forbid: Vec<usize>,
+    tie: Vec<Vec<usize>>,
+}
+
+impl RawMarks {
+    /// Those of a lattice; `None` if columns and rows say all about it.
+    pub(super) fn of(layout: &LatticeSettings, lattice: &Lattice) -> Option<Self> {
+        layout.file.truss()?;
+        let EdgeRules { keep, forbid, tie } = lattice.rules.clone();
+        Some(Self {
+            payload: lattice.payload.clone(),
+            keep,
+            forbid,
+            tie,
+        })
+    }
+
+    pub(super) fn rules(&self) -> EdgeRules {
+        EdgeRules {
+            keep: self.keep.clone(),
+            forbid: self.forbid.clone(),
+            tie: self.tie.clone(),
+        }
+    }
+}
+
 keys! {
     RawScene, "scene",
+    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
+    kind: LatticeKind = lattice.kind,
     columns: usize = lattice.columns,
     rows: usize = lattice.rows,
     spacing: f64 = lattice.spacing,

@@ -2,18 +2,21 @@
 
 use std::collections::HashSet;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::raw::{FORMAT, RawCase, RawScene, VERSION, array};
 use crate::controller::{Controller, observation_length};
 use crate::design::Material;
 use crate::error::{Error, Result, fits, some};
-use crate::lattice::{Lattice, State};
+use crate::generator::places;
+use crate::ground::Ground;
+use crate::lattice::{Lattice, State, Truss};
 use crate::objective::AugmentedLagrangian;
 use crate::projection::Projection;
 use crate::reading::{from_json, placed, read_whole};
 use crate::scene::{
     ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
-    Scene, UnstableStep, allowed_instead,
+    Scene, TrussFile, UnstableStep, allowed_instead,
 };
 
 /// The longest rollout that a case may ask for, substeps counted. The clock is stored for every step:
@@ -123,6 +126,9 @@ impl Shapes<'_> {
         scene.physics.steps = raw.steps;
         // A case is evaluated, and that never refuses.
         scene.physics.unstable_step = UnstableStep::Warn;
+        if raw.truss.is_some() {
+            scene.lattice.file = TrussFile::new("of this case", Arc::new(lattice.truss()));
+        }
         let inputs = observation_length(&scene.controller, nodes);
         Ok(Case {
             layout: scene.lattice,
@@ -212,19 +218,49 @@ impl Shapes<'_> {
     }
 
     fn lattice(&self, raw: &RawCase) -> Result<Lattice> {
-        let RawScene { columns, rows, .. } = raw.scene;
+        let RawScene {
+            columns,
+            rows,
+            kind,
+            ..
+        } = raw.scene;
         let nodes = columns.saturating_mul(rows);
         some(self.file, "nodes of `scene` (columns x rows)", nodes)?;
         self.fits("rows of `x0`", raw.x0.len(), nodes)?;
         let edges = self.rows("edges", &raw.edges)?;
         self.fits("entries in `l0`", raw.l0.len(), edges.len())?;
         self.edges(&edges, nodes)?;
-        Ok(Lattice {
-            positions: self.rows("x0", &raw.x0)?,
-            edges,
-            rest_length: raw.l0.clone(),
+        let positions: Vec<[f64; 2]> = self.rows("x0", &raw.x0)?;
+        let ground = Ground {
+            height: raw.scene.ground_height,
+            incline_deg: raw.scene.alpha_deg,
+        };
+        if let Some(truss) = &raw.truss {
+            let to_ground = |x: &[f64; 2]| ground.point_to_ground(*x);
+            let truss = Truss {
+                nodes: positions.iter().map(to_ground).collect(),
+                edges,
+                payload: truss.payload.clone(),
+                rules: truss.rules(),
+            };
+            let marks = truss.check_marks();
+            marks.or_else(|says| self.refuse(format!("`truss`: {says}")))?;
+            return Ok(Lattice {
+                rest_length: raw.l0.clone(),
+                ..Lattice::of_truss(&truss, positions)
+            });
+        }
+        let layout = LatticeSettings {
+            kind,
             columns,
             rows,
+            ..LatticeSettings::default()
+        };
+        Ok(Lattice {
+            rest_length: raw.l0.clone(),
+            places: places(&layout),
+            spacing: raw.scene.spacing,
+            ..Lattice::between(positions, edges)
         })
     }
 

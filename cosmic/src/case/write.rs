@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::Case;
-use super::raw::{FORMAT, RawLagrangian, RawScene, VERSION};
+use super::raw::{FORMAT, RawLagrangian, RawMarks, RawScene, VERSION};
 use crate::controller::Weights;
 use crate::design::Material;
 use crate::lattice::State;
@@ -22,6 +22,8 @@ struct File<'a> {
     note: Option<String>,
     scene: RawScene,
     edges: &'a [[usize; 2]],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    truss: Option<RawMarks>,
     l0: &'a [f64],
     x0: &'a [[f64; 2]],
     v0: &'a [[f64; 2]],
@@ -72,6 +74,7 @@ impl Case {
             note: None,
             scene: RawScene::of(&self.scene()),
             edges: &self.lattice.edges,
+            truss: RawMarks::of(&self.layout, &self.lattice),
             l0: &self.lattice.rest_length,
             x0: &self.start.x,
             v0: &self.start.v,

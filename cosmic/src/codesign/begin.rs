@@ -164,6 +164,7 @@ impl CoDesign {
                 z[edge]
             )));
         }
+        self.check_rules(&z)?;
         let c = &controller;
         let weights = [&c.w1, &c.b1, &c.w2, &c.b2].map(|part| part.iter().all(|w| w.is_finite()));
         if weights.contains(&false) {
@@ -187,6 +188,34 @@ impl CoDesign {
         progress.fits(&first, "the robot to begin with")?;
         self.step_check(&progress).accept(&self.scene.physics)?;
         Ok(progress)
+    }
+
+    /// Refuses design vectors that are against the rules of the lattice's edges.
+    fn check_rules(&self, z: &[[f64; 3]]) -> Result<()> {
+        let rules = &self.task.lattice.rules;
+        let is_one_hot = |z: &[f64; 3]| one_hot(&[dominant(z)]) == [*z];
+        let wrong = |&(edge, z): &(usize, &[f64; 3])| {
+            is_one_hot(z) && !rules.allow(edge, dominant(z).is_solid())
+        };
+        let refuse = |says: String| Err(Error::Usage(format!("the design to begin with: {says}")));
+        if let Some((edge, z)) = z.iter().enumerate().find(wrong) {
+            let (is, rule) = if dominant(z).is_solid() {
+                ("solid", "forbids")
+            } else {
+                ("void", "keeps")
+            };
+            return refuse(format!("edge {edge} is {is}, and the lattice {rule} it"));
+        }
+        for tie in &rules.tie {
+            let own = |edge: &usize| z.get(*edge);
+            if let Some(edge) = tie.iter().find(|edge| own(edge) != own(&tie[0])) {
+                return refuse(format!(
+                    "edges {} and {edge} are tied, and their `z` differ",
+                    tie[0]
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// The state before the first iteration, without the check of the time step.

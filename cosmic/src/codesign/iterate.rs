@@ -67,8 +67,9 @@ impl CoDesign {
     fn snap(&self, progress: &mut Progress, now: &Schedule) {
         let mixture = self.task.mixture(Projection::Performance, &progress.z);
         let bounds = now.volume_bounds();
-        let snapped = snap(&mixture, &bounds);
-        let others = alternatives(&mixture, &snapped, &bounds);
+        let rules = &self.task.lattice.rules;
+        let snapped = snap(&mixture, &bounds, rules);
+        let others = alternatives(&mixture, &snapped, &bounds, rules);
         let others: Vec<_> = others.take(self.scene.schedule.snap_trials).collect();
         let (materials, _) = self.farthest(snapped, others, &progress.controller);
         progress.flips = flips(&mixture, &materials);

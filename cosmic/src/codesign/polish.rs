@@ -12,7 +12,7 @@ use super::schedule::Schedule;
 use super::slope::Slope;
 use super::slopes::Sought;
 use crate::design::{Material, flipped};
-use crate::projection::holds;
+use crate::projection::Holds;
 
 /// One of so many layouts goes on from the short rollouts to the full ones.
 const HEAT: usize = 4;
@@ -48,13 +48,13 @@ impl CoDesign {
             // It predicts no gain.
             return Vec::new();
         }
-        let holds = holds(&self.scene.projection, &self.task.lattice);
+        let holds = Holds::new(&self.scene.projection, &self.task.lattice);
         let cost = |edge: usize, from: Material, to: Material| {
-            let is_held = holds.get(edge).is_some_and(|hold| hold[to as usize] > 0.0);
             let slope = |m: Material| gradient[3 * edge + m as usize];
-            (!is_held).then(|| slope(to) - slope(from))
+            (!holds.is_held(edge, to)).then(|| slope(to) - slope(from))
         };
-        let tried = flipped(materials, &now.volume_bounds(), cost);
+        let rules = &self.task.lattice.rules;
+        let tried = flipped(materials, &now.volume_bounds(), rules, cost);
         let tried: Vec<_> = tried.take(schedule.polish_trials).collect();
         let mut short = self.task.clone();
         short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);

@@ -1,6 +1,7 @@
 //! The hard snap: one material per edge, within the volume bounds.
 
 use super::{Material, dominant};
+use crate::lattice::EdgeRules;
 use crate::scene::VolumeSettings;
 
 /// Bounds on the volume fractions, each `[least, most]`.
@@ -24,17 +25,82 @@ impl VolumeBounds {
 }
 
 /// Gives every edge the material of its largest entry; then, while the volumes are out of bounds,
-/// flips the edge that is least confident among those whose flip brings them nearer.
+/// flips the edge that is least confident among those whose flip brings them nearer. Tied edges
+/// are flipped together, and no edge to what the rules do not allow: then the volumes may stay out
+/// of bounds.
 ///
 /// Volumes of a one-hot layout are whole numbers of edges: where no whole number is within the
 /// bounds, the nearest one to their middle is taken.
-pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds) -> Vec<Material> {
+pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds, rules: &EdgeRules) -> Vec<Material> {
     let mut materials: Vec<Material> = mixture.iter().map(dominant).collect();
     let counts = Counts::new(bounds, mixture.len());
-    while let Some((edge, material)) = next_flip(mixture, &materials, &counts) {
-        materials[edge] = material;
+    let groups = rules.groups(mixture.len());
+    loop {
+        let present = solid_and_actuators(&materials);
+        let is_nearer = |flip: &Flip| counts.excess(flip.counted(present)) < counts.excess(present);
+        let cost = |edge: usize, from: Material, to: Material| {
+            Some(mixture[edge][from as usize] - mixture[edge][to as usize])
+        };
+        let flips = flips_of(&groups, &materials, rules, &cost);
+        let flip = flips
+            .into_iter()
+            .filter(is_nearer)
+            .min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let Some(flip) = flip else { return materials };
+        materials = flip.on(&materials);
     }
-    materials
+}
+
+/// A change of one edge, or of edges that are tied together.
+struct Flip<'g> {
+    group: &'g [usize],
+    from: Material,
+    to: Material,
+    cost: f64,
+}
+
+impl Flip<'_> {
+    /// A layout after the change.
+    fn on(&self, layout: &[Material]) -> Vec<Material> {
+        let mut layout = layout.to_vec();
+        self.group.iter().for_each(|&edge| layout[edge] = self.to);
+        layout
+    }
+
+    /// The numbers of solid edges and of actuators after the change.
+    fn counted(&self, [solid, actuators]: [usize; 2]) -> [usize; 2] {
+        let many = |is: bool| if is { self.group.len() } else { 0 };
+        let is_actuator = |m| many(m == Material::Actuator);
+        [
+            solid + many(self.to.is_solid()) - many(self.from.is_solid()),
+            actuators + is_actuator(self.to) - is_actuator(self.from),
+        ]
+    }
+}
+
+/// Every change of a layout that the rules allow and that has a cost. The cost of a group is that of all
+/// of its edges, which are of one material.
+fn flips_of<'g>(
+    groups: &'g [Vec<usize>],
+    layout: &[Material],
+    rules: &EdgeRules,
+    cost: &impl Fn(usize, Material, Material) -> Option<f64>,
+) -> Vec<Flip<'g>> {
+    let flip = |group: &'g [usize], to: Material| {
+        let from = layout[group[0]];
+        let may = from != to && rules.allow(group[0], to.is_solid());
+        let costs = || group.iter().map(|&edge| cost(edge, from, to));
+        let cost = costs().reduce(|a, b| Some(a? + b?)).flatten();
+        let cost = cost.filter(|_| may)?;
+        Some(Flip {
+            group,
+            from,
+            to,
+            cost,
+        })
+    };
+    let of_group = |group: &'g Vec<usize>| Material::ALL.map(|to| flip(group, to));
+    groups.iter().flat_map(of_group).flatten().collect()
 }
 
 /// The number of edges whose material is not that of their largest entry.
@@ -53,37 +119,36 @@ pub fn alternatives<'a>(
     mixture: &[[f64; 3]],
     materials: &'a [Material],
     bounds: &VolumeBounds,
+    rules: &EdgeRules,
 ) -> impl Iterator<Item = Vec<Material>> + 'a {
-    flipped(materials, bounds, |edge, from, to| {
+    flipped(materials, bounds, rules, |edge, from, to| {
         let [from, to] = [from, to].map(|m| mixture[edge][m as usize]);
         (to >= LEAST_SHARE).then_some(from - to)
     })
 }
 
-/// Layouts that differ from another in one edge and are no further out of bounds, those of the
-/// least cost first. `cost` is asked what it costs to change an edge from its material to another
-/// one; where it gives none, that change is ruled out.
+/// Layouts that differ from another in one edge, or in edges that are tied together, and are no further
+/// out of bounds, those of the least cost first. `cost` is asked what it costs to change an edge from
+/// its material to another one; where it gives none, that change is ruled out.
 pub fn flipped<'a>(
     materials: &'a [Material],
     bounds: &VolumeBounds,
+    rules: &EdgeRules,
     cost: impl Fn(usize, Material, Material) -> Option<f64>,
 ) -> impl Iterator<Item = Vec<Material>> + 'a {
     let counts = Counts::new(bounds, materials.len());
-    let excess = move |layout: &[Material]| {
-        let [solid, actuators] = solid_and_actuators(layout);
-        counts.excess(solid, actuators)
-    };
-    let present = excess(materials);
-    let mut flips: Vec<_> = (materials.iter().enumerate())
-        .flat_map(|(edge, &from)| Material::ALL.map(|to| (edge, from, to)))
-        .filter(|(_, from, to)| from != to)
-        .filter_map(|(edge, from, to)| Some((cost(edge, from, to)?, edge, to)))
-        .collect();
-    flips.sort_by(|a, b| a.0.total_cmp(&b.0));
-    flips.into_iter().filter_map(move |(_, edge, to)| {
+    let present = solid_and_actuators(materials);
+    let is_no_further =
+        |flip: &Flip| counts.excess(flip.counted(present)) <= counts.excess(present);
+    let groups = rules.groups(materials.len());
+    let flips = flips_of(&groups, materials, rules, &cost);
+    let mut flips: Vec<_> = flips.into_iter().filter(is_no_further).collect();
+    flips.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let changes: Vec<_> = (flips.iter().map(|flip| (flip.group.to_vec(), flip.to))).collect();
+    changes.into_iter().map(|(group, to)| {
         let mut layout = materials.to_vec();
-        layout[edge] = to;
-        (excess(&layout) <= present).then_some(layout)
+        group.into_iter().for_each(|edge| layout[edge] = to);
+        layout
     })
 }
 
@@ -123,43 +188,25 @@ impl Counts {
     }
 
     /// How many edges too many or too few there are, solid and actuators together.
-    fn excess(&self, solid: usize, actuators: usize) -> usize {
+    fn excess(&self, [solid, actuators]: [usize; 2]) -> usize {
         let outside =
             |n: usize, [least, most]: [usize; 2]| least.saturating_sub(n) + n.saturating_sub(most);
         outside(solid, self.solid) + outside(actuators, self.actuator)
     }
 }
 
-/// The flip that costs the least confidence among those that reduce the excess.
-fn next_flip(
-    mixture: &[[f64; 3]],
-    materials: &[Material],
-    counts: &Counts,
-) -> Option<(usize, Material)> {
-    let [solid, actuators] = solid_and_actuators(materials);
-    let excess = counts.excess(solid, actuators);
-    let reduces = |from: Material, to: Material| {
-        let solid = solid + usize::from(to.is_solid()) - usize::from(from.is_solid());
-        let is_actuator = |m| usize::from(m == Material::Actuator);
-        let actuators = actuators + is_actuator(to) - is_actuator(from);
-        counts.excess(solid, actuators) < excess
-    };
-    let flips = materials.iter().enumerate().flat_map(|(edge, &from)| {
-        let cost = move |to: Material| mixture[edge][from as usize] - mixture[edge][to as usize];
-        Material::ALL.map(|to| (edge, from, to, cost(to)))
-    });
-    flips
-        .filter(|&(_, from, to, _)| reduces(from, to))
-        .min_by(|a, b| a.3.total_cmp(&b.3))
-        .map(|(edge, _, to, _)| (edge, to))
-}
-
 #[cfg(test)]
 mod tests {
     use super::{VolumeBounds, alternatives, flips, snap};
     use crate::design::Material::{self, Actuator, Skeleton, Void};
+    use crate::lattice::EdgeRules;
     use crate::scene::VolumeSettings;
 
+    const FREE: EdgeRules = EdgeRules {
+        keep: Vec::new(),
+        forbid: Vec::new(),
+        tie: Vec::new(),
+    };
     const HALF: VolumeBounds = VolumeBounds {
         solid: [0.5, 0.5],
         actuator: [0.25, 0.25],
@@ -170,7 +217,7 @@ mod tests {
     fn the_least_confident_edge_is_flipped_if_the_bounds_ask_for_it() {
         for (second, flipped) in [([0.4, 0.3, 0.3], 0), ([0.3, 0.4, 0.3], 1)] {
             let mixture = [[0.8, 0.1, 0.1], second, [0.1, 0.5, 0.4], [0.0, 0.4, 0.6]];
-            let snapped = snap(&mixture, &HALF);
+            let snapped = snap(&mixture, &HALF, &FREE);
             assert_eq!(snapped, [Void, Void, Skeleton, Actuator]);
             assert_eq!(flips(&mixture, &snapped), flipped);
         }
@@ -182,7 +229,7 @@ mod tests {
         for material in Material::ALL {
             let mut row = [0.2; 3];
             row[material as usize] = 0.6;
-            let materials = snap(&[row; 110], &bounds);
+            let materials = snap(&[row; 110], &bounds, &FREE);
             let solid = materials.iter().filter(|m| m.is_solid()).count();
             let actuators = materials.iter().filter(|&&m| m == Actuator).count();
             // 0.47 and 0.53, 0.17 and 0.25 of 110 edges.
@@ -198,7 +245,7 @@ mod tests {
                 solid,
                 actuator: [0.0, 1.0],
             };
-            let materials = snap(&[[0.0, 1.0, 0.0]; 5], &bounds);
+            let materials = snap(&[[0.0, 1.0, 0.0]; 5], &bounds, &FREE);
             let solids = materials.iter().filter(|m| m.is_solid()).count();
             assert_eq!(solids, edges, "{solid:?} of 5 edges");
         }
@@ -217,7 +264,7 @@ mod tests {
             solid: [0.25, 0.75],
             actuator: [0.25, 0.25],
         };
-        let layouts: Vec<_> = alternatives(&mixture, &layout, &wide).collect();
+        let layouts: Vec<_> = alternatives(&mixture, &layout, &wide, &FREE).collect();
         let differs = |other: &Vec<Material>| {
             let pairs = other.iter().zip(&layout).enumerate();
             let changed: Vec<_> = pairs.filter(|(_, (a, b))| a != b).collect();
@@ -227,13 +274,43 @@ mod tests {
         let found: Vec<_> = layouts.iter().map(differs).collect();
         // No flip to or from an actuator: there has to be just one.
         assert_eq!(found, [(1, Skeleton), (3, Skeleton), (0, Void)]);
-        assert_eq!(alternatives(&mixture, &layout, &HALF).count(), 0);
+        assert_eq!(alternatives(&mixture, &layout, &HALF, &FREE).count(), 0);
         // Without a share in its edge, void is no alternative.
         let mut held = mixture;
         held[0] = [1e-9, 1.0 - 1e-9, 0.0];
-        let found: Vec<_> = alternatives(&held, &layout, &wide)
+        let found: Vec<_> = alternatives(&held, &layout, &wide, &FREE)
             .map(|l| differs(&l))
             .collect();
         assert_eq!(found, [(1, Skeleton), (3, Skeleton)]);
+    }
+
+    /// Edges that are tied change together, and no edge to what it may not be, however little it costs.
+    #[test]
+    fn flips_keep_to_the_rules_of_edges() {
+        let rules = EdgeRules {
+            keep: vec![0],
+            forbid: vec![1],
+            tie: vec![vec![2, 3]],
+        };
+        let mixture = [
+            [0.49, 0.51, 0.0],
+            [0.51, 0.49, 0.0],
+            [0.1, 0.9, 0.0],
+            [0.1, 0.9, 0.0],
+        ];
+        let half = VolumeBounds {
+            solid: [0.25, 0.25],
+            actuator: [0.0, 0.0],
+        };
+        assert_eq!(snap(&mixture, &half, &FREE), [Void, Void, Void, Skeleton]);
+        assert_eq!(snap(&mixture, &half, &rules), [Skeleton, Void, Void, Void]);
+        let any = VolumeBounds {
+            solid: [0.0, 1.0],
+            actuator: [0.0, 0.0],
+        };
+        let layout = [Skeleton, Void, Void, Void];
+        let found: Vec<_> = alternatives(&mixture, &layout, &any, &rules).collect();
+        assert_eq!(found, [[Skeleton, Void, Skeleton, Skeleton]]);
+        assert_eq!(alternatives(&mixture, &layout, &any, &FREE).count(), 4);
     }
 }

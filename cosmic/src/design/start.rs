@@ -3,7 +3,8 @@
 use super::tilt::tilted;
 use super::{Material, one_hot, vectors_of_mixture};
 use crate::error::{Error, Result};
-use crate::lattice::Lattice;
+use crate::generator::edges;
+use crate::lattice::{EdgeRules, Lattice, mean};
 use crate::scene::{LAYOUT_SIDE, Layout, StartKind, StartSettings};
 
 /// The design vectors to start from, for a performance projection of sharpness `beta`. The seed
@@ -38,7 +39,12 @@ pub fn start_vectors(
     };
     let rest = |void: f64| 0.5 * (1.0 - void);
     let mixture: Vec<[f64; 3]> = void.iter().map(|&m| [m, rest(m), rest(m)]).collect();
-    Ok(vectors_of_mixture(&mixture, beta))
+    let mut z = vectors_of_mixture(&mixture, beta);
+    for tie in &lattice.rules.tie {
+        let own: Vec<[f64; 3]> = tie.iter().map(|&edge| z[edge]).collect();
+        tie.iter().for_each(|&edge| z[edge] = mean(&own));
+    }
+    Ok(z)
 }
 
 /// The material that a layout gives every edge of the lattice.
@@ -49,25 +55,49 @@ pub fn layout_materials(layout: Layout, lattice: &Lattice) -> Result<Vec<Materia
     let Some(numbers) = layout.materials() else {
         return Ok(filled(lattice));
     };
-    if (lattice.columns, lattice.rows) != (LAYOUT_SIDE, LAYOUT_SIDE) {
+    if lattice.edges != edges(LAYOUT_SIDE, LAYOUT_SIDE) {
         return Err(Error::Usage(format!(
-            "the three-legged layouts are drawn for {LAYOUT_SIDE}x{LAYOUT_SIDE} nodes, and this \
-             lattice has {}x{}",
-            lattice.columns, lattice.rows
+            "the three-legged layouts are drawn for a rectangular lattice of {LAYOUT_SIDE}x{LAYOUT_SIDE} \
+             nodes, and this one has {} nodes and {} edges",
+            lattice.nodes(),
+            lattice.edges.len()
         )));
     }
     let material = |number| Material::ALL[usize::from(number)];
-    Ok(numbers.into_iter().map(material).collect())
+    let materials = numbers.into_iter().map(material).collect();
+    Ok(allowed(materials, &lattice.rules))
 }
 
 /// Share of a filled lattice's edges that are actuators: the most of the paper's table 2.
 const FILLED_ACTUATORS: f64 = 0.22;
 
-/// Skeleton everywhere but on vertical edges: of those, as many as the volume budget allows are
-/// actuators, spread evenly over rows and columns (the paper's "uniform distribution of vertical
-/// actuators", of which it lists no edges).
+/// A layout with each group of tied edges made of the material of its first, edges that are kept of
+/// skeleton where they were void, and those that are forbidden void.
+fn allowed(mut materials: Vec<Material>, rules: &EdgeRules) -> Vec<Material> {
+    for tie in &rules.tie {
+        tie.iter()
+            .for_each(|&edge| materials[edge] = materials[tie[0]]);
+    }
+    for &edge in &rules.keep {
+        if !materials[edge].is_solid() {
+            materials[edge] = Material::Skeleton;
+        }
+    }
+    for &edge in &rules.forbid {
+        materials[edge] = Material::Void;
+    }
+    materials
+}
+
+/// Skeleton everywhere but on edges that stand more than they lie, the vertical ones of a rectangular
+/// lattice: of those, as many as the volume budget allows are actuators, spread evenly over rows and
+/// columns (the paper's "uniform distribution of vertical actuators", of which it lists no edges).
 pub fn filled(lattice: &Lattice) -> Vec<Material> {
-    let vertical = |&[i, j]: &[usize; 2]| i.abs_diff(j) == lattice.columns;
+    let vertical = |edge: &[usize; 2]| {
+        let [along, above] = lattice.direction(*edge);
+        // At 45 degrees an edge does not stand, however its places are rounded.
+        along.abs() < (1.0 - 1e-9) * above.abs()
+    };
     let verticals = lattice.edges.iter().filter(|edge| vertical(edge)).count();
     let most = (FILLED_ACTUATORS * lattice.edges.len() as f64) as usize;
     let actuators = most.min(verticals);
@@ -86,16 +116,17 @@ pub fn filled(lattice: &Lattice) -> Vec<Material> {
             Material::Skeleton
         }
     };
-    lattice.edges.iter().map(&mut material).collect()
+    let materials = lattice.edges.iter().map(&mut material).collect();
+    allowed(materials, &lattice.rules)
 }
 
 /// A third, plus `top` times the edge's height relative to the highest edge's.
 fn stability_voids(lattice: &Lattice, top: f64) -> Vec<f64> {
-    let heights = lattice.midpoint_rows();
+    let highest = lattice.midpoints().map(|[_, y]| y).fold(0.0, f64::max);
     // A lattice of one row has no height to tell its edges apart by.
-    let highest = heights.iter().copied().fold(0.5, f64::max);
-    let void = |height: &f64| 1.0 / 3.0 + top * height / highest;
-    heights.iter().map(void).collect()
+    let highest = if highest > 0.0 { highest } else { 1.0 };
+    let void = |[_, height]: [f64; 2]| 1.0 / 3.0 + top * height / highest;
+    lattice.midpoints().map(void).collect()
 }
 
 #[cfg(test)]
@@ -120,8 +151,7 @@ mod tests {
     fn starts_have_their_shares_of_void() {
         let (lattice, one_row) = (Lattice::sample(6, 6, 0.0), Lattice::sample(4, 1, 0.0));
         let third = 1.0 / 3.0;
-        let upwards = lattice.midpoint_rows();
-        let upwards = upwards.iter().map(|row| third + 0.12 * row / 5.0);
+        let upwards = lattice.midpoints().map(|[_, row]| third + 0.12 * row / 5.0);
         let legs = layout_materials(Layout::Short, &lattice).unwrap();
         let beside = legs.iter().map(|m| if m.is_solid() { third } else { 0.05 });
         for (kind, lattice, void) in [
@@ -192,6 +222,6 @@ mod tests {
     #[test]
     fn a_layout_for_another_lattice_is_refused() {
         let error = vectors(StartKind::Layout, &Lattice::sample(5, 5, 0.0)).unwrap_err();
-        assert!(error.to_string().contains("has 5x5"));
+        assert!(error.to_string().contains("has 25 nodes and 72 edges"));
     }
 }

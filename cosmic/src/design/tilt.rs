@@ -26,13 +26,13 @@ pub(super) fn tilted(void: &[f64], lattice: &Lattice, tilt: f64, seed: u64) -> V
 
 /// Midpoints of the edges, each coordinate from -1 to 1 across the lattice.
 fn midpoints(lattice: &Lattice) -> Vec<[f64; 2]> {
-    let across = |place: usize, count: usize| match count {
-        1 => 0.0,
-        _ => 2.0 * place as f64 / (count - 1) as f64 - 1.0,
-    };
+    let extent = lattice.extent();
     let at = |node: usize| {
-        let (column, row) = (node % lattice.columns, node / lattice.columns);
-        [across(column, lattice.columns), across(row, lattice.rows)]
+        let across = |k: usize| match extent[k] {
+            0.0 => 0.0,
+            extent => 2.0 * lattice.places[node][k] / extent - 1.0,
+        };
+        [across(0), across(1)]
     };
     let middle = |&[i, j]: &[usize; 2]| {
         let (a, b) = (at(i), at(j));

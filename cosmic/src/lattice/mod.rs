@@ -1,10 +1,14 @@
 //! Nodes and edges, the body that a design gives them, and the state that evolves.
 
 mod state;
+mod own;
+mod check;
 mod truss;
 mod body;
 
 pub use body::Body;
+pub(crate) use own::named;
+pub use own::{EdgeRules, Payload, Truss, add};
 pub use state::State;
 pub(crate) use state::mean;
 pub use truss::{Lattice, SOFTENING, length};

@@ -42,17 +42,39 @@ pub fn on_nodes<L: NodeForce>() -> Choice {
     Choice(Kind::Force(Box::new(OnNodes::new(L::default()))))
 }
 
-/// The laws that scenes may choose: the contact laws of this crate, then those added.
-static CHOICES: RwLock<Vec<Choice>> = RwLock::new(Vec::new());
-
-/// The contact laws of this crate.
-fn built_in() -> [Box<dyn AnyContact>; 3] {
+/// The laws of this crate that scenes choose by name.
+fn built_in() -> [Choice; 3] {
     [
-        Box::new(NoGround {}),
-        Box::new(Sticking {}),
-        Box::new(Coulomb::default()),
+        contact::<NoGround>(),
+        contact::<Sticking>(),
+        contact::<Coulomb>(),
     ]
 }
+
+/// Those that were added to them.
+static ADDED: RwLock<Vec<Choice>> = RwLock::new(Vec::new());
+
+/// The sections of a scene that are no law's.
+pub(crate) const SECTIONS: [&str; 18] = [
+    "lattice",
+    "physics",
+    "materials",
+    "projection",
+    "controller",
+    "start",
+    "volume",
+    "schedule",
+    "binarisation",
+    "mma",
+    "adam",
+    "gradient",
+    "loss",
+    "selection",
+    "objective",
+    "robust",
+    "search",
+    "ground",
+];
 
 /// Makes a law known to all scenes that this process reads from now on.
 ///
@@ -66,10 +88,13 @@ pub fn add(choice: Choice) {
         name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(is_word),
         "a law is named by lower case letters, digits and underscores, not {name:?}"
     );
-    let is_known =
-        contacts().iter().any(|c| c.name() == name) || forces().iter().any(|f| f.name() == name);
+    let is_known = every(|choice| Some(choice.name())).contains(&name);
     assert!(!is_known, "there is a law {name:?} already");
-    CHOICES.write().expect("no thread fails here").push(choice);
+    assert!(
+        !SECTIONS.contains(&name),
+        "a scene has a section {name:?} already"
+    );
+    ADDED.write().expect("no thread fails here").push(choice);
 }
 
 impl Choice {
@@ -90,22 +115,24 @@ pub(crate) fn choosing(name: &str) -> Option<String> {
     is_force.then(|| format!("set physics.forces = [{name:?}]"))
 }
 
+/// What a function makes of every law that scenes may choose.
+fn every<T>(of: fn(&Choice) -> Option<T>) -> Vec<T> {
+    let added = ADDED.read().expect("no thread fails here");
+    built_in().iter().chain(&*added).filter_map(of).collect()
+}
+
 fn contacts() -> Vec<Box<dyn AnyContact>> {
-    let choices = CHOICES.read().expect("no thread fails here");
-    let added = choices.iter().filter_map(|choice| match &choice.0 {
+    every(|choice| match &choice.0 {
         Kind::Contact(contact) => Some(contact.boxed()),
         Kind::Force(_) => None,
-    });
-    built_in().into_iter().chain(added).collect()
+    })
 }
 
 fn forces() -> Vec<Box<dyn AnyForce>> {
-    let choices = CHOICES.read().expect("no thread fails here");
-    let added = choices.iter().filter_map(|choice| match &choice.0 {
+    every(|choice| match &choice.0 {
         Kind::Contact(_) => None,
         Kind::Force(force) => Some(force.boxed()),
-    });
-    added.collect()
+    })
 }
 
 /// A contact law and its settings: the type of `physics.contact`.

@@ -30,6 +30,8 @@ mod tests;
 pub(crate) use bar::OnBars;
 pub use bar::{Bar, BarForce, Tension};
 pub(crate) use bending::Bending;
+#[cfg(test)]
+pub(crate) use choice::SECTIONS;
 pub(crate) use choice::choosing;
 pub use choice::{Choice, ContactLaw, ForceLaws, add, contact, on_bars, on_nodes};
 pub(crate) use contact::AnyContact;

@@ -1,4 +1,5 @@
 //! Derivatives of the built-in laws against differences and duals.
+#![allow(unreachable_pub)] // `settings!` makes public structs.
 
 use autodiff::check::{Claim, Options, Verdict, check_directions};
 use autodiff::{Dual, Function, Kernel, Real, gradient};

@@ -70,7 +70,7 @@ pub fn check_one_run(
     let rollout = task.rollout(&mixture, &case.controller, first, &span);
     let pairs = rollout.at(*step).x.iter().zip(&second.x);
     let distance = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
-    if distance.fold(0.0, f64::max) > APART * scene.lattice.spacing {
+    if distance.fold(0.0, f64::max) > APART * case.lattice.spacing {
         let what = format!("after {step} steps the robot of {DESIGN} is elsewhere");
         return Err(differs(TRAJECTORY, &what));
     }

@@ -77,39 +77,85 @@ impl RunPlan {
     }
 }
 
-/// A scene as a text in JSON.
+/// A scene in JSON: its text, with the nodes and edges of a lattice of its own, so that no other file
+/// is needed.
 pub mod toml {
     use super::Scene;
     use crate::error;
-    use serde::de::Error;
-    use serde::{Deserialize, Deserializer, Serializer};
+    use crate::lattice::Truss;
+    use crate::scene::TrussFile;
+    use serde::de::value::MapAccessDeserializer;
+    use serde::de::{Error, MapAccess, Visitor};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use std::fmt;
+    use std::sync::Arc;
 
-    /// Writes the scene's TOML as a string.
+    /// A scene whose lattice is a truss.
+    #[derive(Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct OfTruss {
+        scene: String,
+        truss: Truss,
+    }
+
+    /// Writes the scene's TOML as a string, or as an object beside the truss of its lattice.
     ///
     /// # Errors
     /// The errors of the serializer.
     pub fn serialize<S: Serializer>(scene: &Scene, to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_str(&scene.to_toml())
+        let text = scene.to_toml();
+        match scene.lattice.file.truss() {
+            None => to.serialize_str(&text),
+            Some(truss) => OfTruss {
+                scene: text,
+                truss: Truss::clone(truss),
+            }
+            .serialize(to),
+        }
     }
 
-    /// Reads the scene from a string of TOML.
+    /// Reads the scene from what [`serialize`] writes.
     ///
     /// # Errors
     /// What is wrong with the TOML, with its line and column.
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Scene, D::Error> {
-        let text = String::deserialize(from)?;
-        Scene::parse("scene", &text).map_err(|error| match error {
-            // Its own report is a page; here it is a part of a sentence.
+        // By its own visitor: an error is then at the place of the scene in the file.
+        from.deserialize_any(AnyForm)
+    }
+
+    struct AnyForm;
+
+    impl<'de> Visitor<'de> for AnyForm {
+        type Value = Scene;
+
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            f.write_str("the text of a scene, or an object with the keys `scene` and `truss`")
+        }
+
+        fn visit_str<E: Error>(self, text: &str) -> Result<Scene, E> {
+            Scene::parse("scene", text).map_err(told)
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Scene, A::Error> {
+            let parts = OfTruss::deserialize(MapAccessDeserializer::new(map))?;
+            let truss = TrussFile::new(TrussFile::COPY, Arc::new(parts.truss));
+            Scene::parse_with_truss("scene", &parts.scene, truss).map_err(told)
+        }
+    }
+
+    /// An error in a part of a sentence; its own report is a page.
+    fn told<E: Error>(error: error::Error) -> E {
+        match error {
             error::Error::Malformed {
                 line,
                 column,
                 message,
                 ..
-            } => D::Error::custom(format!(
+            } => E::custom(format!(
                 "the scene, line {line}, column {column}: {message}"
             )),
-            error => D::Error::custom(error),
-        })
+            error => E::custom(error),
+        }
     }
 }
 

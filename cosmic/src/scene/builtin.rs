@@ -90,10 +90,14 @@ impl Scene {
             return Scene::parse(builtin.name, builtin.text);
         }
         Scene::read(Path::new(name)).map_err(|error| match error {
-            Error::Read { source, .. } if source.kind() == ErrorKind::NotFound => Error::NoScene {
-                name: name.to_string(),
-                hint: suggest(name, all().iter().map(|builtin| builtin.name)),
-            },
+            Error::Read { path, source }
+                if source.kind() == ErrorKind::NotFound && path == Path::new(name) =>
+            {
+                Error::NoScene {
+                    name: name.to_string(),
+                    hint: suggest(name, all().iter().map(|builtin| builtin.name)),
+                }
+            }
             other => other,
         })
     }

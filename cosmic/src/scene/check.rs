@@ -2,7 +2,7 @@
 
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
-use super::{Layout, LossKind, Named, ProfileKind, Scene, StartKind, TaskKind};
+use super::{LatticeKind, Layout, LossKind, Named, ProfileKind, Scene, StartKind, TaskKind};
 
 /// Settings at odds.
 pub(super) struct Conflict {
@@ -15,7 +15,9 @@ pub(super) struct Conflict {
 /// Every conflict of a scene.
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
-    for rule in [phases, horizons, starts, volumes, spans, searches, terrain] {
+    for rule in [
+        phases, horizons, starts, volumes, trusses, spans, searches, terrain,
+    ] {
         rule(scene, &mut found);
     }
     found.0
@@ -95,18 +97,24 @@ fn starts(scene: &Scene, found: &mut Conflicts) {
         snapped,
         "without a snap (snap_at = 0) the start must be a layout".to_owned(),
     );
-    let (columns, rows) = (scene.lattice.columns, scene.lattice.rows);
-    let side = if columns == LAYOUT_SIDE {
+    let lattice = &scene.lattice;
+    let key = if lattice.file.truss().is_some() {
+        "lattice.file"
+    } else if lattice.kind != LatticeKind::Rectangular {
+        "lattice.kind"
+    } else if lattice.columns == LAYOUT_SIDE {
         "lattice.rows"
     } else {
         "lattice.columns"
     };
+    let name = lattice.name();
+    let is_of_layouts = name == format!("{LAYOUT_SIDE}x{LAYOUT_SIDE}");
     let has_legs =
         (is_layout || start.kind == StartKind::ThreeLegged) && start.layout != Layout::Filled;
     found.require(
-        !has_legs || (columns, rows) == (LAYOUT_SIDE, LAYOUT_SIDE),
-        [side, "start.kind"],
-        format!("the three-legged layouts belong to a lattice of 6x6 nodes, not {columns}x{rows}"),
+        !has_legs || is_of_layouts,
+        [key, "start.kind"],
+        format!("the three-legged layouts belong to a lattice of 6x6 nodes, not {name}"),
     );
     found.require(
         !is_layout || start.tilt == 0.0,
@@ -122,6 +130,40 @@ fn volumes(scene: &Scene, found: &mut Conflicts) {
         least <= most,
         ["volume.actuator", "volume.solid"],
         format!("the least share of actuators ({least}) is above the most of solids ({most})"),
+    );
+}
+
+/// A file has no kind, and what it keeps and forbids leaves room for the volume bounds.
+fn trusses(scene: &Scene, found: &mut Conflicts) {
+    let Some(truss) = scene.lattice.file.truss() else {
+        return;
+    };
+    found.require(
+        scene.lattice.kind == LatticeKind::Rectangular,
+        ["lattice.kind", "lattice.file"],
+        "the nodes and edges of a file have no kind".to_owned(),
+    );
+    let volume = &scene.volume;
+    let [least, most] = volume.solid;
+    let edges = truss.edges.len() as f64;
+    let [kept, forbidden] = [&truss.rules.keep, &truss.rules.forbid].map(|list| {
+        let distinct: std::collections::HashSet<_> = list.iter().collect();
+        distinct.len() as f64 / edges
+    });
+    found.require(
+        kept <= most + volume.widening,
+        ["volume.solid", "lattice.file"],
+        format!(
+            "the truss keeps a share of {kept:.3} of its edges, and at most {most} may be solid"
+        ),
+    );
+    found.require(
+        1.0 - forbidden >= least - volume.widening,
+        ["volume.solid", "lattice.file"],
+        format!(
+            "the truss forbids a share of {forbidden:.3} of its edges, and at least {least} have to \
+             be solid"
+        ),
     );
 }
 

@@ -28,11 +28,15 @@ impl<'t> SceneText<'t> {
         }
     }
 
-    /// The argument of `--set`. A word need not have quotes: `physics.contact=coulomb`.
+    /// The argument of `--set`. A word or a path need not have quotes: `physics.contact=coulomb`.
     pub(super) fn option(setting: &'t str) -> Self {
         let is_word = |value: &str| {
-            let letters = |c: char| c.is_alphanumeric() || c == '_';
-            value.starts_with(char::is_alphabetic)
+            let letters = |c: char| c.is_alphanumeric() || "_-./".contains(c);
+            let begins = value.starts_with(char::is_alphabetic);
+            let is_path = ["/", "./", "../"]
+                .iter()
+                .any(|begin| value.starts_with(begin));
+            (begins || is_path)
                 && value.chars().all(letters)
                 && !["true", "false", "nan", "inf"].contains(&value)
         };

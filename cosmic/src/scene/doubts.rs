@@ -99,7 +99,7 @@ const DOUBTS: [Doubt; 14] = [
         says: "nothing holds the robot's feet: the ground has no friction",
     },
     Doubt {
-        holds: |s| s.physics.contact.has_ground() && s.lattice.drop < 0.0,
+        holds: |s| s.physics.contact.has_ground() && s.lattice.lowest() < 0.0,
         keys: &["lattice.drop"],
         says: "the lowest nodes start below the ground",
     },

@@ -8,6 +8,7 @@
 //! `mod` is the architecture: a file imports files above it.
 
 mod pass;
+mod truss_file;
 mod terrain;
 mod robot;
 mod design;
@@ -42,11 +43,12 @@ pub use optimisation::{
 };
 pub use pass::Pass;
 pub use robot::{
-    ControllerSettings, Integrator, LatticeSettings, MaterialSettings, PhysicsSettings,
-    UnstableStep, VoidEdges,
+    ControllerSettings, Integrator, LatticeKind, LatticeSettings, MaterialSettings,
+    PhysicsSettings, UnstableStep, VoidEdges,
 };
 
 pub use terrain::{GroundSettings, ProfileKind};
+pub use truss_file::TrussFile;
 
 use crate::settings;
 

@@ -2,24 +2,36 @@
 
 use super::diagnostic::{Fault, SceneText, malformed};
 use super::keys::sections;
-use super::{Scene, check};
+use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
 use crate::laws;
 use crate::settings::kind;
 use std::collections::HashMap;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 impl Scene {
-    /// Reads a scene from TOML. Keys left out keep their defaults.
+    /// Reads a scene from TOML. Keys left out keep their defaults. A truss file that it names is read.
     ///
     /// # Errors
     /// [`Error::Malformed`], naming `file`, for anything that is not TOML,
     /// an unknown key, a value of the wrong type or out of its range, and settings that contradict
-    /// one another.
+    /// one another; the errors of [`Truss::read`](crate::lattice::Truss::read).
     pub fn parse(file: &str, text: &str) -> Result<Scene> {
         Scene::default().with(file, text)
+    }
+
+    /// As [`parse`](Scene::parse), of a scene whose truss is at hand: no file is read.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub(crate) fn parse_with_truss(file: &str, text: &str, truss: TrussFile) -> Result<Scene> {
+        let source = [SceneText::file(file, text)];
+        let mut reader = Reader::over(Scene::default(), &source);
+        reader.scene.lattice.file = truss;
+        reader.finished()
     }
 
     /// The scene with the settings of a TOML text in place of its own.
@@ -42,17 +54,11 @@ impl Scene {
 
     fn overridden(&self, sources: &[SceneText]) -> Result<Scene> {
         let mut reader = Reader::over(self.clone(), sources);
-        if reader.faults.is_empty() && !sources.is_empty() {
-            reader.conflicts();
-        }
         if reader.faults.is_empty() {
-            Ok(reader.scene)
-        } else {
-            reader
-                .faults
-                .sort_by_key(|fault| (fault.source, fault.span.start));
-            Err(malformed(sources, reader.faults))
+            let folder = reader.folder("lattice.file");
+            reader.scene.lattice.file.resolve(&folder)?;
         }
+        reader.finished()
     }
 }
 
@@ -114,6 +120,18 @@ impl<'s, 't> Reader<'s, 't> {
             reader.document();
         }
         reader
+    }
+
+    /// The scene, if nothing is wrong with it.
+    fn finished(mut self) -> Result<Scene> {
+        if self.faults.is_empty() && !self.sources.is_empty() {
+            self.conflicts();
+        }
+        if self.faults.is_empty() {
+            return Ok(self.scene);
+        }
+        (self.faults).sort_by_key(|fault| (fault.source, fault.span.start));
+        Err(malformed(self.sources, self.faults))
     }
 
     fn fault(&mut self, span: Range<usize>, message: String, allowed: String) {
@@ -188,6 +206,16 @@ impl<'s, 't> Reader<'s, 't> {
                 None => self.unknown_key(name, key.get_ref(), key.span()),
             }
         }
+    }
+
+    /// The folder of the file that set a key last; the process's own for the command line.
+    fn folder(&self, key: &str) -> PathBuf {
+        let file = self
+            .places
+            .get(key)
+            .and_then(|place| self.sources[place.source].file);
+        let folder = file.and_then(|file| Path::new(file).parent());
+        folder.unwrap_or(Path::new("")).to_owned()
     }
 
     fn unknown_key(&mut self, name: &str, key: &str, span: Range<usize>) {

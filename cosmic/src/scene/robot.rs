@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::terrain::GroundSettings;
+use super::truss_file::TrussFile;
 use crate::ground::Ground;
 use crate::lattice::Lattice;
 use crate::laws::{
@@ -16,7 +17,7 @@ settings! {
     struct LatticeSettings {
         /// Nodes in a row.
         columns: usize = 6, allowed within(2.0, 64.0), source "paper: 6";
-        /// Nodes in a column.
+        /// How many rows.
         rows: usize = 6, allowed within(2.0, 64.0), source "paper: 6";
         /// Distance of neighbouring nodes.
         spacing: f64 = 0.1, allowed within(1e-3, 100.0), unit "m", source "D1";
@@ -24,6 +25,51 @@ settings! {
         origin_x: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";
         /// Height of row 0 above the ground line at the start.
         drop: f64 = 0.0, allowed within(-10.0, 100.0), unit "m", source "D1";
+        /// Cells of squares with both diagonals, or rows of equilateral triangles.
+        kind: LatticeKind = LatticeKind::Rectangular, source "D1";
+        /// Nodes and edges in place of columns and rows: a truss file, or the name of a lattice that
+        /// the program was given. A path is relative to the scene's file.
+        file: TrussFile = TrussFile::default(), source "the paper has none";
+    }
+}
+
+settings! {
+    /// How the nodes of a generated lattice are joined.
+    #[derive(Default)]
+    enum LatticeKind {
+        /// Squares with both diagonals.
+        #[default]
+        Rectangular = "rectangular",
+        /// Equilateral triangles, every second row half a spacing further along.
+        Triangular = "triangular",
+    }
+}
+
+impl LatticeSettings {
+    /// Height of the lowest node above the ground line at the start, m.
+    pub fn lowest(&self) -> f64 {
+        let truss = self.file.truss();
+        truss.map_or(self.drop, |truss| truss.lowest())
+    }
+
+    /// These settings with the nodes of a truss, if it is one, as one row.
+    #[must_use]
+    pub(crate) fn fitted(&self, nodes: usize) -> Self {
+        let mut settings = self.clone();
+        if settings.file.truss().is_some() {
+            (settings.columns, settings.rows) = (nodes, 1);
+        }
+        settings
+    }
+
+    /// The lattice in a word, such as `6x6`.
+    pub fn name(&self) -> String {
+        let size = format!("{}x{}", self.columns, self.rows);
+        match (self.file.truss(), self.kind) {
+            (Some(_), _) => self.file.path().to_owned(),
+            (None, LatticeKind::Rectangular) => size,
+            (None, LatticeKind::Triangular) => format!("triangular {size}"),
+        }
     }
 }
 
@@ -44,7 +90,7 @@ settings! {
         damping: f64 = 20.0, allowed within(0.0, 1e4), unit "1/s", source "found by experiment";
         /// Mass every node has by itself.
         node_mass: f64 = 1e-4, allowed within(1e-9, 1e3), unit "kg", source "D2";
-        /// Extra mass of node 0, the payload.
+        /// Extra mass of the payload, node 0 unless a truss says otherwise.
         payload_mass: f64 = 0.03, allowed within(0.0, 1e3), unit "kg", source "found by experiment";
         /// Height of the ground line at x = 0; `[ground]` says what lies on that line.
         ground_height: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";

@@ -12,6 +12,13 @@ fn paths() -> Vec<String> {
 }
 
 #[test]
+fn no_law_can_have_the_name_of_a_section() {
+    let sections = super::keys::sections(&mut Scene::default());
+    let names: Vec<_> = sections.iter().map(|section| section.name).collect();
+    assert_eq!(names, crate::laws::SECTIONS);
+}
+
+#[test]
 fn every_key_stands_on_a_line_of_its_own_below_a_comment() {
     let text = Scene::default().to_toml();
     let mut written = Vec::new();

@@ -13,7 +13,8 @@ impl Scene {
     /// [`Error::Malformed`](crate::error::Error::Malformed), with places in the scene's
     /// [text](Scene::to_toml).
     pub fn check(&self) -> Result<()> {
-        Self::parse("scene", &self.to_toml()).map(drop)
+        let truss = self.lattice.file.clone();
+        Self::parse_with_truss("scene", &self.to_toml(), truss).map(drop)
     }
 
     /// The whole scene as commented TOML; [`Scene::parse`] reads it back to the same bits.

@@ -128,8 +128,7 @@ impl<'m> Canvas<'m> {
     fn new(motion: &'m Motion<'m>, index: usize) -> Option<Self> {
         let mut pixels = Pixmap::new(SIZE[0].into(), SIZE[1].into())?;
         pixels.fill(Color::WHITE);
-        let lattice = &motion.scene().lattice;
-        let side = lattice.columns.max(lattice.rows) as f64 * lattice.spacing;
+        let side = motion.run.robot.lattice.side();
         let [x, _] = motion.camera(index);
         let view = View {
             // In the middle of the lower third.

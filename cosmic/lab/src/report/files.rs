@@ -3,7 +3,7 @@
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
-use cosmic::projection::{Projection, holds, mixture};
+use cosmic::projection::{Holds, Projection, mixture};
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
 use cosmic::record::{DesignFile, Summary, TrajectoryFile, check_one_run, run, trajectory_file};
@@ -45,7 +45,7 @@ impl RobotFiles {
             return z.to_vec();
         }
         let settings = &self.scene.projection;
-        let holds = holds(settings, &self.lattice);
+        let holds = Holds::new(settings, &self.lattice);
         mixture(Projection::Performance, z, settings, &holds)
     }
 }

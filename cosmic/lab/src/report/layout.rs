@@ -20,13 +20,13 @@ pub(super) fn colour(material: Material) -> String {
 /// The layout on the lattice at rest, in the ground's frame.
 pub(super) fn draw_layout(robot: &RobotFiles) -> String {
     let (lattice, design) = (&robot.lattice, &robot.design);
-    let (columns, rows) = (lattice.columns, lattice.rows);
-    let cell = 320.0 / (columns.max(rows) - 1).max(1) as f64;
+    let [width, height] = lattice.extent();
+    let cell = 320.0 / width.max(height).max(1.0);
     let size = [460.0, 420.0];
-    let left = 0.5 * (size[0] - cell * (columns - 1) as f64);
+    let left = 0.5 * (size[0] - cell * width);
     let place = |node: usize| {
-        let (row, column) = ((node / columns) as f64, (node % columns) as f64);
-        [left + cell * column, 370.0 - cell * row]
+        let [along, above] = lattice.places[node];
+        [left + cell * along, 370.0 - cell * above]
     };
     let mut svg = Svg::default();
     svg.text([24.0, 26.0], "Layout at rest", BOLD);
@@ -46,7 +46,9 @@ pub(super) fn draw_layout(robot: &RobotFiles) -> String {
         svg.circle(place(node), 2.6, &node_style);
     }
     let payload_style = r##"fill="#e68a00" stroke="#fff" stroke-width="1.5""##;
-    svg.circle(place(0), 7.0, payload_style);
+    for payload in &lattice.payload {
+        svg.circle(place(payload.node), 7.0, payload_style);
+    }
     let count = |m| design.materials.iter().filter(|e| **e == m).count();
     let [void, skeleton, actuator] = Material::ALL.map(count);
     let caption = format!("{skeleton} skeleton, {actuator} actuator, {void} void (not drawn)");

@@ -172,8 +172,9 @@ impl<'r> Motion<'r> {
 
     /// True if a bar is within a lattice's width of the payload's body.
     pub(super) fn is_near(&self, bar: &DrawnEdge, state: &State<f64>) -> bool {
-        let lattice = &self.scene().lattice;
-        let width = lattice.columns as f64 * lattice.spacing;
+        let lattice = &self.run.robot.lattice;
+        let [across, _] = lattice.extent();
+        let width = (across + 1.0) * lattice.spacing;
         let [low, high] = self.corners(state);
         let middle = 0.5 * (bar.from[0] + bar.to[0]);
         (low[0] - width..high[0] + width).contains(&middle)

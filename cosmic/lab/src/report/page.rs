@@ -121,9 +121,9 @@ fn player(motion: &Motion) -> String {
 /// The data of the player: 25 frames a second, fewer for a long rollout, in thousandths of a cell.
 fn motion_data(motion: &Motion) -> Value {
     let robot = &motion.run.robot;
-    let (lattice, design, spacing) = (&robot.lattice, &robot.design, robot.scene.lattice.spacing);
+    let (lattice, design) = (&robot.lattice, &robot.design);
     let (step, indices) = motion.every(0.04);
-    let unit = 1e-3 * spacing;
+    let unit = 1e-3 * lattice.spacing;
     let whole = |v: &f64| (v / unit).round() as i64;
     let frame = |&i: &usize| -> Vec<i64> {
         let places = motion.states()[i].x.as_flattened();
@@ -141,8 +141,7 @@ fn motion_data(motion: &Motion) -> Value {
     };
     let edges = design.edges.iter().enumerate().filter_map(edge);
     let ramp = (-16..=16).map(|k| hex(motion.colour(f64::from(k) / 16.0 * motion.limit)));
-    let side = lattice.columns.max(lattice.rows) as f64 * spacing;
-    let width = 4.0 * side;
+    let width = 4.0 * lattice.side();
     let cameras = indices.iter().map(|&i| motion.camera(i)[0]);
     let [low, high] = bounds(cameras.map(|x| [x, 0.0]));
     json!({

@@ -21,27 +21,27 @@ const MOTIFS: [(&str, OfLayout); 4] = [
     (
         "the lowest row is broken: one of its edges is void",
         |lattice, materials| {
-            let lowest = |&[_, j]: &[usize; 2]| j < lattice.columns;
-            let mut edges = lattice.edges.iter().zip(materials);
-            f64::from(edges.any(|(edge, m)| lowest(edge) && !m.is_solid()))
+            let mut heights = lattice.midpoints().zip(materials);
+            f64::from(heights.any(|([_, height], m)| height == 0.0 && !m.is_solid()))
         },
     ),
     (
         "share of the solid edges in the lower half",
         |lattice, materials| {
-            let middle = 0.5 * (lattice.rows - 1) as f64;
-            let rows = lattice.midpoint_rows();
-            share(materials, |e, m| m.is_solid().then(|| rows[e] < middle))
+            let [_, top] = lattice.extent();
+            let heights: Vec<f64> = lattice.midpoints().map(|[_, height]| height).collect();
+            share(materials, |e, m| {
+                m.is_solid().then(|| heights[e] < 0.5 * top)
+            })
         },
     ),
     (
         "share of the actuators in the payload's half",
         |lattice, materials| {
-            let column = |node: usize| (node % lattice.columns) as f64;
-            let middle = (lattice.columns - 1) as f64;
+            let [width, _] = lattice.extent();
+            let along: Vec<f64> = lattice.midpoints().map(|[along, _]| along).collect();
             share(materials, |e, m| {
-                let [i, j] = lattice.edges[e];
-                (m == Material::Actuator).then(|| column(i) + column(j) < middle)
+                (m == Material::Actuator).then(|| along[e] < 0.5 * width)
             })
         },
     ),
@@ -65,18 +65,22 @@ fn share(materials: &[Material], is: impl Fn(usize, Material) -> Option<bool>) -
 /// True for a horizontal actuator above or below crossed skeleton braces.
 fn is_between_braces(lattice: &Lattice, materials: &[Material], edge: usize) -> bool {
     let [i, j] = lattice.edges[edge];
-    if j != i + 1 || materials[edge] != Material::Actuator {
+    if lattice.direction([i, j]) != [1.0, 0.0] || materials[edge] != Material::Actuator {
         return false;
     }
-    let columns = lattice.columns;
-    let is_skeleton = |a: usize, b: usize| {
-        let edge = lattice.edges.iter().position(|&edge| edge == [a, b]);
+    let is_skeleton = |ends: [usize; 2]| {
+        let edge = lattice
+            .edges
+            .iter()
+            .position(|&[a, b]| [a, b] == ends || [b, a] == ends);
         edge.is_some_and(|edge| materials[edge] == Material::Skeleton)
     };
-    // The cell whose lower left node this is.
-    let braced =
-        |low: usize| is_skeleton(low, low + columns + 1) && is_skeleton(low + 1, low + columns);
-    braced(i) || i >= columns && braced(i - columns)
+    let at = |[x, y]: [f64; 2], up: f64| lattice.places.iter().position(|&p| p == [x, y + up]);
+    let braced = |up: f64| {
+        let ends = [i, j].map(|node| at(lattice.places[node], up));
+        matches!(ends, [Some(k), Some(l)] if is_skeleton([i, l]) && is_skeleton([j, k]))
+    };
+    braced(1.0) || braced(-1.0)
 }
 
 /// How often a motif occurs among the designs of each trial.

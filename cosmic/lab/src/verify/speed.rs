@@ -140,7 +140,8 @@ fn microseconds<const N: usize>(steps: usize, works: [Work; N]) -> [f64; N] {
 /// The case with one material per edge, as the hard snap gives it. If all mixtures are alike, a single
 /// material dominates everywhere; the volume bounds ensure that there are actuators.
 fn layout(case: &Case, volume: &VolumeSettings) -> Case {
-    let snapped = snap(&case.own_mixture(), &VolumeBounds::widened(volume, 0.0));
+    let bounds = VolumeBounds::widened(volume, 0.0);
+    let snapped = snap(&case.own_mixture(), &bounds, &case.lattice.rules);
     Case {
         z: one_hot(&snapped),
         frozen: Some(snapped),

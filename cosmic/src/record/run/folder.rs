@@ -4,10 +4,11 @@ use crate::error::{Error, Result};
 use crate::record::files::{LOCK, is_used, make_folder, write_atomic};
 use crate::record::snapshot::{SNAPSHOT, Snapshot};
 use crate::record::summary::SUMMARY;
-use crate::scene::Scene;
+use crate::scene::{Scene, TrussFile};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The scene's place in a run's folder.
 pub const SCENE: &str = "scene.toml";
@@ -87,12 +88,21 @@ pub(in crate::record) fn take_up(folder: &Path) -> Result<Option<(Lock, Snapshot
     Ok(Some((lock, Snapshot::read(folder)?)))
 }
 
-/// Writes the scene for readers of the folder, if it is not there. Resuming takes the scene from the
+/// Writes the scene for readers of the folder, if it is not there, and beside it the truss of its
+/// lattice, if it has one. Resuming takes the scene from the
 /// snapshot; a file with another scene would mislead and is refused.
 pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> {
     let path = folder.join(SCENE);
+    let mut kept = scene.clone();
+    if let Some(truss) = scene.lattice.file.truss() {
+        let copy = folder.join(TrussFile::COPY);
+        if !copy.exists() {
+            write_atomic(&copy, |file| file.write_all(truss.to_json().as_bytes()))?;
+        }
+        kept.lattice.file = TrussFile::new(TrussFile::COPY, Arc::clone(truss));
+    }
     if !path.exists() {
-        return write_atomic(&path, |file| file.write_all(scene.to_toml().as_bytes()));
+        return write_atomic(&path, |file| file.write_all(kept.to_toml().as_bytes()));
     }
     if Scene::read(&path)? != *scene {
         return Err(Error::Usage(format!(

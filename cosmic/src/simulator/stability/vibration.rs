@@ -280,13 +280,8 @@ mod tests {
     /// Two springs that share no node, one stiffer than the other by a few parts in 1e8.
     #[test]
     fn the_largest_of_two_nearly_equal_frequencies_is_found() {
-        let lattice = Lattice {
-            positions: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 5.0], [0.0, 6.0]],
-            edges: vec![[0, 1], [2, 3]],
-            rest_length: vec![1.0; 2],
-            columns: 4,
-            rows: 1,
-        };
+        let positions = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 5.0], [0.0, 6.0]];
+        let lattice = Lattice::between(positions, vec![[0, 1], [2, 3]]);
         for excess in [1e-6, 1e-7, 3e-8, 1e-8, 1e-9, 0.0] {
             let body = Body {
                 stiffness: vec![50.0, 50.0 * (1.0 + excess)],

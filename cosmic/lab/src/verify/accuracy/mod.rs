@@ -159,7 +159,7 @@ impl Accuracy {
             held,
             runs,
             chaos: Chaos::of(case),
-            spacing: case.layout.spacing,
+            spacing: case.lattice.spacing,
         }
     }
 

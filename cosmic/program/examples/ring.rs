@@ -1,0 +1,50 @@
+//! A lattice of one's own: a ring of triangles that rolls.
+//!
+//! `cargo run --release -p cosmic-program --example ring -- optimize --iterations 8 --out runs/ring`
+
+use std::f64::consts::TAU;
+use std::process::ExitCode;
+
+use cosmic::lattice::{EdgeRules, Payload, Truss};
+use cosmic_program::Program;
+
+/// Nodes on the outer circle, and on the inner one.
+const NODES: usize = 12;
+/// Radius of the outer circle and of the inner one, m.
+const RADII: [f64; 2] = [0.3, 0.2];
+
+/// Two circles of nodes, each node joined to its neighbours on both. The payload is at the bottom, and
+/// the outer circle is always there.
+fn ring() -> Truss {
+    let node = |k: usize| {
+        // The inner nodes are half a place further on; the first outer one is the lowest.
+        let angle = TAU * ((k % NODES) as f64 + 0.5 * (k / NODES) as f64) / NODES as f64;
+        let radius = RADII[k / NODES];
+        [0.4 + radius * angle.sin(), RADII[0] - radius * angle.cos()]
+    };
+    let edges = (0..NODES).flat_map(|k| {
+        let next = (k + 1) % NODES;
+        let (inner, inner_next) = (NODES + k, NODES + next);
+        [[k, next], [k, inner], [inner, next], [inner, inner_next]]
+    });
+    Truss {
+        nodes: (0..2 * NODES).map(node).collect(),
+        edges: edges.collect(),
+        payload: vec![Payload {
+            node: 0,
+            mass: Some(0.01),
+        }],
+        rules: EdgeRules {
+            keep: (0..NODES).map(|k| 4 * k).collect(),
+            ..EdgeRules::default()
+        },
+    }
+}
+
+fn main() -> ExitCode {
+    let scene = "[lattice]\nfile = \"ring\"\n[volume]\nsolid = [0.5, 0.7]";
+    Program::new()
+        .lattice("ring", ring())
+        .scene("ring", scene)
+        .run()
+}

@@ -1,0 +1,327 @@
+//! Lattices other than the rectangular one: triangles, and nodes and edges from a file.
+
+use crate::common::{Bench, scene};
+use crate::program::Told;
+use cosmic::case::Case;
+use cosmic::codesign::Record;
+use cosmic::lattice::{Truss, add};
+use cosmic::record::{Observer, Run, RunPlan, optimise};
+use cosmic::scene::Scene;
+use serde_json::Value;
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::Command;
+
+/// A gate: two legs of crossed cells under a beam, symmetric about its middle. The payload is the middle
+/// of the beam, with a second one at its right end; node 0 is the left foot.
+const GATE: &str = r#"{
+  "format": "cosmic-truss", "version": 1,
+  "nodes": [[0.1, 0.0], [0.2, 0.0], [0.5, 0.0], [0.6, 0.0],
+            [0.1, 0.12], [0.2, 0.1], [0.35, 0.13], [0.5, 0.1], [0.6, 0.12],
+            [0.1, 0.2], [0.35, 0.22], [0.6, 0.2]],
+  "edges": [[0, 1], [0, 4], [1, 5], [0, 5], [1, 4], [4, 5],
+            [2, 3], [3, 8], [2, 7], [3, 7], [2, 8], [7, 8],
+            [4, 9], [5, 9], [5, 6], [6, 10], [9, 10], [6, 9],
+            [8, 11], [7, 11], [6, 7], [10, 11], [6, 11], [5, 10], [7, 10]],
+  "payload": [{"node": 10}, {"node": 11, "mass": 0.005}],
+  "keep": [16, 21, 14],
+  "forbid": [0, 6],
+  "tie": [[1, 7], [8, 2], [3, 9], [16, 21]]
+}"#;
+
+/// The small scene of the other tests, on that lattice.
+fn of_gate(iterations: usize) -> String {
+    scene(iterations, 64, "").replace("columns = 3\nrows = 3\n", "file = \"shapes/gate.json\"\n")
+}
+
+fn bench() -> Bench {
+    let bench = Bench::with(&of_gate(24));
+    fs::create_dir(bench.path("shapes")).unwrap();
+    bench.write("shapes/gate.json", GATE);
+    bench
+}
+
+/// Stops a run after so many iterations.
+struct StopsAfter(usize);
+
+impl Observer for StopsAfter {
+    fn iteration(&mut self, _: &Run, record: &Record) -> ControlFlow<()> {
+        if record.iteration == self.0 {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+fn assert_rules_hold(design: &Value) {
+    let materials = |edge: usize| design["materials"][edge].as_u64().unwrap();
+    for kept in [16, 21, 14] {
+        assert!(materials(kept) > 0, "edge {kept} is void");
+    }
+    for forbidden in [0, 6] {
+        assert_eq!(materials(forbidden), 0, "edge {forbidden}");
+    }
+    for [a, b] in [[1, 7], [2, 8], [3, 9], [16, 21]] {
+        assert_eq!(design["z"][a], design["z"][b], "edges {a} and {b}");
+        assert_eq!(materials(a), materials(b));
+    }
+}
+
+/// Before the snap and after it, for several seeds, and where the rules leave no choice of volume.
+#[test]
+fn a_delivered_design_keeps_to_the_rules_of_its_lattice() {
+    let bench = bench();
+    for seed in 0..3 {
+        for iterations in [8, 24] {
+            let run = format!("{seed}-{iterations}");
+            bench.run(&run, &format!("--seed {seed} --iterations {iterations}"));
+            let design = bench.json(&format!("{run}/design.json"));
+            assert_eq!(design["edges"].as_array().unwrap().len(), 25);
+            assert_rules_hold(&design);
+        }
+    }
+    // Half of the edges are void unless the rules forbid it: 12 or 13 of 25, a tied pair more or less.
+    let summary = bench.json("0-24/summary.json");
+    let volume = summary["V"].as_f64().unwrap();
+    assert!((0.4..0.6).contains(&volume), "{volume}");
+    // Tight bounds flip edges at the snap, and layouts are tried beside it and polished.
+    bench.run(
+        "few",
+        "--set volume.solid=[0.3,0.3] --set schedule.polish_trials=40",
+    );
+    assert_rules_hold(&bench.json("few/design.json"));
+    for start in ["uniform", "filled"] {
+        bench.run(
+            start,
+            &format!("--set start.kind={start} --set start.tilt=0.1"),
+        );
+        assert_rules_hold(&bench.json(&format!("{start}/design.json")));
+    }
+    let layout = "--set start.kind=layout --set start.layout=filled --set schedule.snap_at=0";
+    bench.run("layout", layout);
+    assert_rules_hold(&bench.json("layout/design.json"));
+    let legs = bench.optimize("b", "--set start.kind=three_legged");
+    legs.fails(2, &["6x6 nodes, not", "gate.json"]);
+}
+
+/// The folder has a copy of the file, and needs nothing outside.
+#[test]
+fn a_run_on_a_file_goes_on_wherever_its_folder_is() {
+    let bench = bench();
+    bench.run("whole", "");
+    let plan = bench.plan();
+    let stopped = optimise(&bench.path("a"), &plan, &mut StopsAfter(11));
+    assert_eq!(stopped.unwrap_err().exit_code(), 75);
+    fs::create_dir(bench.path("elsewhere")).unwrap();
+    fs::rename(bench.path("a"), bench.path("elsewhere/b")).unwrap();
+    bench.remove("shapes/gate.json");
+    bench.cosmic("resume elsewhere/b").ok();
+    assert_eq!(bench.results("elsewhere/b"), bench.results("whole"));
+    let scene = bench.read("elsewhere/b/scene.toml");
+    assert!(scene.contains("\nfile = \"truss.json\"\n"), "{scene}");
+    let copy = Truss::read(&bench.path("elsewhere/b/truss.json")).unwrap();
+    assert_eq!(copy, Truss::parse("gate", GATE).unwrap());
+    bench.evaluated("elsewhere/b");
+    let report = bench.cosmic("report elsewhere/b").ok();
+    assert!(report.out.contains("report.html"), "{report:?}");
+    let explained = bench.cosmic("explain elsewhere/b").ok();
+    assert!(
+        explained.out.contains("truss.json, 12 nodes, 25 edges"),
+        "{explained:?}"
+    );
+    bench.cosmic("gradcheck elsewhere/b --steps 32").ok();
+    bench.cosmic("optimize --from elsewhere/b --out c").ok();
+    assert_rules_hold(&bench.json("c/design.json"));
+    // The payload stands first, wherever the file has it.
+    let design = bench.json("c/design.json");
+    assert_eq!(design["edges"][15], serde_json::json!([6, 0]));
+}
+
+#[test]
+fn a_sweep_and_a_search_hold_their_lattice() {
+    let bench = bench();
+    bench
+        .cosmic("sweep plan tiny.toml --seeds 1 --iterations 2 --out s")
+        .ok();
+    bench.run("starts", "--starts 2 --iterations 2");
+    bench.remove("shapes/gate.json");
+    bench.cosmic("sweep run s").ok();
+    let runs = bench.cosmic("sweep status s --json").json();
+    assert_eq!(runs["counts"]["done"], 1, "{runs}");
+    assert!(bench.path("starts/truss.json").exists());
+    bench.cosmic("report starts").ok();
+}
+
+/// By differences and in forward mode, of a mixture with tied edges and of triangles.
+#[test]
+fn gradients_on_other_lattices_are_those_of_differences() {
+    let bench = bench();
+    bench.cosmic("gradcheck tiny.toml --steps 48").ok();
+    let triangles = "--set lattice.kind=triangular --set lattice.columns=4 --set lattice.rows=3";
+    bench
+        .cosmic(&format!("gradcheck stability --steps 48 {triangles}"))
+        .ok();
+    let said = bench.cosmic(&format!("explain stability {triangles}")).ok();
+    assert!(
+        said.out.contains("triangular 4x3, 12 nodes, 23 edges"),
+        "{said:?}"
+    );
+}
+
+#[test]
+fn triangles_go_through_all_phases() {
+    let triangular = scene(24, 64, "").replace("columns", "kind = \"triangular\"\ncolumns");
+    let bench = Bench::with(&triangular);
+    bench.run("a", "");
+    assert_eq!(
+        bench.json("a/design.json")["edges"]
+            .as_array()
+            .unwrap()
+            .len(),
+        16
+    );
+    bench.cosmic("report a").ok();
+    assert!(!bench.path("a/truss.json").exists());
+}
+
+/// What a file says wrong is shown where it says it; a missing one is missing, not wrong.
+#[test]
+fn a_file_that_is_no_lattice_is_refused_with_its_place() {
+    let bench = bench();
+    let refused = |from: &str, to: &str, words: &[&str]| {
+        assert!(GATE.contains(from), "{from}");
+        bench.write("shapes/gate.json", GATE.replacen(from, to, 1));
+        bench.optimize("b", "").fails(2, words);
+        assert!(!bench.path("b").exists());
+    };
+    refused(
+        "[0, 4], [1, 5]",
+        "[0, 4], [4, 0]",
+        &["`edges[2]`: [4, 0] is given twice", "gate.json:6:29"],
+    );
+    refused(
+        "\"forbid\"",
+        "\"forbidden\"",
+        &["unknown field `forbidden`", "gate.json:12:13"],
+    );
+    refused(
+        "\"keep\": [16, 21, 14]",
+        "\"keep\": [16, 21, 14, 2, 4, 5, 8, 10, 11, 12, 13, 15, 17, 18, 19, 20]",
+        &[
+            "keeps a share of 0.640 of its edges",
+            "volume.solid and lattice.file",
+        ],
+    );
+    let kind = bench.optimize("b", "--set lattice.kind=triangular");
+    kind.fails(2, &[]);
+    bench.remove("shapes/gate.json");
+    bench
+        .optimize("b", "")
+        .fails(4, &["shapes/gate.json", "lattice.file"]);
+    fs::create_dir(bench.path("shapes/gate.json")).unwrap();
+    bench.optimize("b", "").fails(4, &["not a file"]);
+    bench
+        .cosmic("scene check tiny.toml")
+        .fails(4, &["not a file"]);
+}
+
+/// A design that is decided against the rules is none to go on with.
+#[test]
+fn a_design_against_the_rules_is_no_start() {
+    let bench = bench();
+    bench.run("a", "");
+    let mut design = bench.json("a/design.json");
+    let against = |edge: usize, material: usize, words: &[&str]| {
+        let mut other = design.clone();
+        let mut z = [0.0; 3];
+        z[material] = 1.0;
+        other["z"][edge] = serde_json::json!(z);
+        other["materials"][edge] = material.into();
+        bench.write("other.json", other.to_string());
+        bench
+            .cosmic("optimize tiny.toml --from other.json --out b")
+            .fails(2, words);
+    };
+    against(0, 1, &["edge 0 is solid, and the lattice forbids it"]);
+    against(14, 0, &["edge 14 is void, and the lattice keeps it"]);
+    let material = design["materials"][7].as_u64().unwrap() as usize;
+    against(1, (material + 1) % 3, &["edges 1 and 7 are tied"]);
+    design["edges"][3] = serde_json::json!([7, 1]);
+    bench.write("other.json", design.to_string());
+    bench
+        .cosmic("optimize tiny.toml --from other.json --out b")
+        .fails(2, &["`edges[3]`"]);
+}
+
+/// A lattice that only one program knows by its name: every program goes on with the run.
+#[test]
+fn a_lattice_of_a_program_is_copied_as_a_file_is() {
+    add("gate", Truss::parse("gate", GATE).unwrap());
+    let bench = Bench::with(&of_gate(24).replace("shapes/gate.json", "gate"));
+    let scene = Scene::read(&bench.path("tiny.toml")).unwrap();
+    assert_eq!(scene.lattice.name(), "gate");
+    let plan = RunPlan::new("tiny", scene, 0);
+    let stopped = optimise(&bench.path("a"), &plan, &mut StopsAfter(11));
+    assert_eq!(stopped.unwrap_err().exit_code(), 75);
+    bench.cosmic("resume a").ok();
+    bench.cosmic("report a").ok();
+    assert_rules_hold(&bench.json("a/design.json"));
+    // The program that ships has no lattice of that name.
+    bench.optimize("b", "").fails(4, &["gate"]);
+}
+
+/// Cases hold what a rollout and its gradients need, the rules of the edges included.
+#[test]
+fn a_case_of_another_lattice_reads_back_to_the_same_results() {
+    let bench = bench();
+    let truss = Scene::read(&bench.path("tiny.toml")).unwrap();
+    let triangles = truss.set(&["lattice.file=off", "lattice.kind=triangular"]);
+    for scene in [truss, triangles.unwrap()] {
+        let scene = scene.set(&["projection.hold_materials=0.05"]).unwrap();
+        let case = Case::of_scene(&scene, 3).unwrap();
+        let json = case.to_json();
+        let read = Case::parse("case.json", &json).unwrap();
+        assert_eq!(read.to_json(), json);
+        let results = |case: &Case| case.evaluate(true, &[]).unwrap().to_json();
+        // Thousands of numbers: not shown.
+        assert!(results(&read) == results(&case), "{}", scene.lattice.name());
+        let wrong = json.replace("\"forbid\":[0,6]", "\"forbid\":[0,60]");
+        if wrong != json {
+            let says = Case::parse("case.json", &wrong).unwrap_err().to_string();
+            assert!(
+                says.contains("expected an edge below 25, found 60"),
+                "{says}"
+            );
+        }
+    }
+}
+
+/// The example: a ring whose nodes the program makes. Its runs are read by the program that ships.
+#[test]
+fn ring_is_a_lattice_of_its_program() {
+    let folder = Path::new(env!("CARGO_BIN_EXE_cosmic")).parent().unwrap();
+    let ring = folder.join("examples/ring");
+    let bench = Bench::default();
+    let run = |line: &str| {
+        let mut command = Command::new(&ring);
+        let command = command.current_dir(bench.path("")).args(line.split(' '));
+        Told::of(command.output().unwrap()).ok()
+    };
+    let checked = run("gradcheck --steps 64");
+    assert!(checked.out.contains("negative control"), "{checked:?}");
+    let short = "--set physics.steps=64 --set schedule.horizon=[32,32] --set loss.window=16";
+    run(&format!("optimize --iterations 8 --out a --quiet {short}"));
+    run("resume a");
+    run("report a");
+    let design = bench.json("a/design.json");
+    let outer = (0..12).map(|k| design["materials"][4 * k].as_u64());
+    assert!(
+        outer.into_iter().all(|material| material > Some(0)),
+        "{design}"
+    );
+    bench
+        .cosmic("evaluate a/design.json --gradient --out results.json")
+        .ok();
+    bench.cosmic("report a").ok();
+}

@@ -1,0 +1,414 @@
+//! What makes no truss.
+
+use std::collections::HashSet;
+
+use super::own::{Payload, Truss};
+
+/// How far from the ground's origin a node may be, m: as far as a generated lattice.
+const FARTHEST: f64 = 1e3;
+/// The shortest edge, m: as short as a generated one.
+const SHORTEST: f64 = 1e-3;
+/// The largest mass of a payload, kg: that of a scene.
+const HEAVIEST: f64 = 1e3;
+
+impl Truss {
+    /// The truss with its nodes numbered for the simulator, the first payload as node 0, and each group of
+    /// tied edges in ascending order. Edges keep their numbers.
+    ///
+    /// # Errors
+    /// A sentence that names the value in backquotes: no edge; a node beyond 1000 m or without an edge;
+    /// an edge of an unknown node, shorter than a millimetre or given twice; a payload that is
+    /// unknown, given twice or of an impossible mass; in the rules an unknown edge, one that is kept
+    /// and forbidden, in two groups or more than once in one, a group of fewer than two edges, or one
+    /// whose edges are under different rules.
+    pub fn checked(mut self) -> Result<Self, String> {
+        self.check_nodes()?;
+        self.check_edges()?;
+        self.check_marks()?;
+        (self.rules.tie.iter_mut()).for_each(|tie| tie.sort_unstable());
+        self.renumber();
+        Ok(self)
+    }
+
+    /// Numbers the nodes anew: the first payload is node 0, with which it changes numbers. The simulator
+    /// keeps a place for every node and every difference of node numbers along an edge. Where there are
+    /// fewer differences if the nodes are in order along the longer side, they are put in that order.
+    /// Numbered so, a truss keeps its numbers.
+    fn renumber(&mut self) {
+        let nodes = self.nodes.len();
+        let first = self.payload[0].node;
+        let mut given: Vec<usize> = (0..nodes).collect();
+        given.swap(0, first);
+        let reach = |k: usize| {
+            let ends = self.nodes.iter().map(|x| x[k]);
+            ends.clone().fold(f64::MIN, f64::max) - ends.fold(f64::MAX, f64::min)
+        };
+        let (long, short) = if reach(0) < reach(1) { (1, 0) } else { (0, 1) };
+        let mut along = given.clone();
+        along[1..].sort_by(|&a, &b| {
+            let by = |k: usize| self.nodes[a][k].total_cmp(&self.nodes[b][k]);
+            by(long).then(by(short))
+        });
+        let [given_numbers, along_numbers] = [&given, &along].map(|order| {
+            let mut numbers = vec![0; nodes];
+            (order.iter().enumerate()).for_each(|(number, &node)| numbers[node] = number);
+            numbers
+        });
+        let differences = |numbers: &[usize]| {
+            let difference = |&[i, j]: &[usize; 2]| numbers[i].abs_diff(numbers[j]);
+            let all: HashSet<usize> = self.edges.iter().map(difference).collect();
+            all.len()
+        };
+        let (order, numbers) = if differences(&along_numbers) < differences(&given_numbers) {
+            (along, along_numbers)
+        } else {
+            (given, given_numbers)
+        };
+        self.nodes = order.iter().map(|&node| self.nodes[node]).collect();
+        for node in self.edges.as_flattened_mut() {
+            *node = numbers[*node];
+        }
+        for payload in &mut self.payload {
+            payload.node = numbers[payload.node];
+        }
+    }
+
+    fn check_nodes(&self) -> Result<(), String> {
+        for (node, x) in self.nodes.iter().enumerate() {
+            if x.iter().any(|x| x.is_nan() || x.abs() > FARTHEST) {
+                return Err(format!(
+                    "`nodes[{node}]`: expected numbers from -{FARTHEST} to {FARTHEST}, found {x:?}"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_edges(&self) -> Result<(), String> {
+        let nodes = self.nodes.len();
+        let (mut seen, mut has_edge) = (HashSet::new(), vec![false; nodes]);
+        for (e, &[i, j]) in self.edges.iter().enumerate() {
+            if i == j || i.max(j) >= nodes {
+                return Err(format!(
+                    "`edges[{e}]`: expected two different nodes below {nodes}, found [{i}, {j}]"
+                ));
+            }
+            if !seen.insert([i.min(j), i.max(j)]) {
+                return Err(format!("`edges[{e}]`: [{i}, {j}] is given twice"));
+            }
+            let (a, b) = (self.nodes[i], self.nodes[j]);
+            let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+            if length < SHORTEST {
+                return Err(format!(
+                    "`edges[{e}]`: expected nodes at least {SHORTEST} m apart, found [{i}, {j}], which \
+                     are {length} m apart"
+                ));
+            }
+            (has_edge[i], has_edge[j]) = (true, true);
+        }
+        if self.edges.is_empty() {
+            return Err("`edges`: expected at least one edge, found none".to_owned());
+        }
+        match has_edge.iter().position(|has| !has) {
+            Some(node) => Err(format!("`nodes[{node}]`: no edge has node {node}")),
+            None => Ok(()),
+        }
+    }
+
+    /// Checks payload and rules alone.
+    ///
+    /// # Errors
+    /// As [`checked`](Self::checked).
+    pub(crate) fn check_marks(&self) -> Result<(), String> {
+        self.check_payload()?;
+        self.check_rules()
+    }
+
+    fn check_payload(&self) -> Result<(), String> {
+        let nodes = self.nodes.len();
+        if self.payload.is_empty() {
+            return Err("`payload`: expected at least one node, found none".to_owned());
+        }
+        let mut seen = HashSet::new();
+        for (k, &Payload { node, mass }) in self.payload.iter().enumerate() {
+            if node >= nodes {
+                return Err(format!(
+                    "`payload`: expected a node below {nodes}, found {node}"
+                ));
+            }
+            if !seen.insert(node) {
+                return Err(format!("`payload[{k}]`: node {node} is given twice"));
+            }
+            if let Some(mass) = mass.filter(|mass| !(0.0..=HEAVIEST).contains(mass)) {
+                return Err(format!(
+                    "`payload[{k}].mass`: expected a number from 0 to {HEAVIEST}, found {mass}"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_rules(&self) -> Result<(), String> {
+        let (edges, rules) = (self.edges.len(), &self.rules);
+        let known = |what: String, edge: usize| {
+            let says = || format!("`{what}`: expected an edge below {edges}, found {edge}");
+            if edge < edges { Ok(()) } else { Err(says()) }
+        };
+        for (name, list) in [("keep", &rules.keep), ("forbid", &rules.forbid)] {
+            for (k, &edge) in list.iter().enumerate() {
+                known(format!("{name}[{k}]"), edge)?;
+            }
+        }
+        let both = |edge: &&usize| rules.keep.contains(*edge);
+        if let Some(edge) = rules.forbid.iter().find(both) {
+            return Err(format!("`forbid`: edge {edge} is kept as well"));
+        }
+        let mut seen = HashSet::new();
+        for (k, tie) in rules.tie.iter().enumerate() {
+            if tie.len() < 2 {
+                return Err(format!(
+                    "`tie[{k}]`: expected two edges or more, found {}",
+                    tie.len()
+                ));
+            }
+            let rule = |edge: usize| [true, false].map(|solid| rules.allow(edge, solid));
+            for &edge in tie {
+                known(format!("tie[{k}]"), edge)?;
+                if !seen.insert(edge) {
+                    return Err(format!("`tie[{k}]`: edge {edge} is tied twice"));
+                }
+                if rule(edge) != rule(tie[0]) {
+                    return Err(format!(
+                        "`tie[{k}]`: edges {} and {edge} are not under one rule: one is kept or \
+                         forbidden and the other not",
+                        tie[0]
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::lattice::{Payload, Truss};
+
+    /// Two triangles on one edge, and a tail.
+    const KITE: &str = r#"{
+ "format": "cosmic-truss", "version": 1,
+ "nodes": [[0, 0], [0.1, 0], [0.05, 0.1], [0.15, 0.1], [0.3, 0.1]],
+ "edges": [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3], [3, 4]],
+ "payload": [{"node": 2, "mass": 0.5}, {"node": 0}],
+ "keep": [5], "forbid": [0], "tie": [[4, 2, 3]]
+}"#;
+
+    fn refusal(from: &str, to: &str) -> String {
+        assert!(KITE.contains(from), "{from}");
+        let text = KITE.replacen(from, to, 1);
+        Truss::parse("kite.json", &text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_is_no_truss_is_named_and_pointed_at() {
+        for (from, to, says) in [
+            (
+                "[1, 2], ",
+                "[1, 9], ",
+                "`edges[2]`: expected two different nodes below 5, found [1, 9]",
+            ),
+            (
+                "[1, 2], ",
+                "[2, 2], ",
+                "`edges[2]`: expected two different nodes below 5, found [2, 2]",
+            ),
+            (
+                "[1, 2], ",
+                "[1, 0], ",
+                "`edges[2]`: [1, 0] is given twice\n --> kite.json:4:28",
+            ),
+            (
+                "[0.1, 0]",
+                "[0, 0.0005]",
+                "`edges[0]`: expected nodes at least 0.001 m apart",
+            ),
+            (
+                ", [3, 4]",
+                "",
+                "`nodes[4]`: no edge has node 4\n --> kite.json:3:56",
+            ),
+            (
+                "[0.3, 0.1]",
+                "[3e3, 0]",
+                "`nodes[4]`: expected numbers from -1000 to 1000",
+            ),
+            (
+                "[0.3, 0.1]",
+                "[0, 1, 2]",
+                "`nodes[4]`: more values than belong here",
+            ),
+            (
+                "\"node\": 2",
+                "\"node\": 7",
+                "`payload`: expected a node below 5, found 7",
+            ),
+            (
+                "\"node\": 0",
+                "\"node\": 2",
+                "`payload[1]`: node 2 is given twice",
+            ),
+            (
+                "0.5}",
+                "-0.5}",
+                "`payload[0].mass`: expected a number from 0 to 1000, found -0.5",
+            ),
+            (
+                "[{\"node\": 2, \"mass\": 0.5}, {\"node\": 0}]",
+                "[]",
+                "`payload`: expected at least one",
+            ),
+            (
+                "[{\"node\": 2, \"mass\": 0.5}, {\"node\": 0}]",
+                "\"x\"",
+                "expected a node, or a list",
+            ),
+            (
+                "\"keep\": [5]",
+                "\"keep\": [6]",
+                "`keep[0]`: expected an edge below 6, found 6",
+            ),
+            (
+                "\"keep\": [5]",
+                "\"keep\": [0]",
+                "`forbid`: edge 0 is kept as well",
+            ),
+            (
+                "[[4, 2, 3]]",
+                "[[4, 8]]",
+                "`tie[0]`: expected an edge below 6, found 8",
+            ),
+            (
+                "[[4, 2, 3]]",
+                "[[4]]",
+                "`tie[0]`: expected two edges or more, found 1",
+            ),
+            (
+                "[[4, 2, 3]]",
+                "[[4, 3, 4]]",
+                "`tie[0]`: edge 4 is tied twice",
+            ),
+            (
+                "[[4, 2, 3]]",
+                "[[4, 3], [2, 3]]",
+                "`tie[1]`: edge 3 is tied twice",
+            ),
+            (
+                "[[4, 2, 3]]",
+                "[[4, 5]]",
+                "`tie[0]`: edges 4 and 5 are not under one rule",
+            ),
+            (
+                "cosmic-truss",
+                "truss",
+                "`format` is \"truss\" version 1, not \"cosmic-truss\"",
+            ),
+            ("\"version\": 1", "\"version\": 2", "version 2, not"),
+            (
+                "\"format\": \"cosmic-truss\", ",
+                "",
+                "missing field `format`",
+            ),
+            ("\"tie\"", "\"ties\"", "unknown field `ties`"),
+        ] {
+            let found = refusal(from, to);
+            assert!(
+                found.contains(says) && found.contains("kite.json:"),
+                "{found}"
+            );
+        }
+        let none = "{\"format\": \"cosmic-truss\", \"version\": 1, \"nodes\": [], \"edges\": []}";
+        let none = Truss::parse("none", none).unwrap_err().to_string();
+        assert!(none.contains("expected at least one edge"), "{none}");
+    }
+
+    /// Crossing, overlapping and dangling edges, and pieces apart.
+    #[test]
+    fn what_is_fine_is_read() {
+        let fine = r#"{"format": "cosmic-truss", "version": 1,
+            "nodes": [[0, 0], [1, 1], [0, 1], [1, 0], [2, 0], [5, 5], [5, 6]],
+            "edges": [[0, 1], [2, 3], [0, 3], [0, 4], [5, 6]], "payload": 3}"#;
+        let fine = Truss::parse("fine", fine).unwrap();
+        let mass = None;
+        assert_eq!(fine.payload, [Payload { node: 0, mass }]);
+        let ends = |edge: usize| fine.edges[edge].map(|node| fine.nodes[node]);
+        assert_eq!(fine.nodes[0], [1.0, 0.0]);
+        assert_eq!(ends(2), [[0.0, 0.0], [1.0, 0.0]]);
+        assert_eq!(ends(4), [[5.0, 5.0], [5.0, 6.0]]);
+    }
+
+    #[test]
+    fn the_payload_stands_first_and_a_copy_is_the_same_truss() {
+        let kite = Truss::parse("kite", KITE).unwrap();
+        assert_eq!(
+            kite.payload.iter().map(|p| p.node).collect::<Vec<_>>(),
+            [0, 2]
+        );
+        assert_eq!(kite.edges[..3], [[2, 1], [2, 0], [1, 0]]);
+        assert_eq!(kite.rules.tie, [[2, 3, 4]]);
+        assert_eq!(
+            kite.rules.groups(6),
+            [vec![0], vec![1], vec![2, 3, 4], vec![5]]
+        );
+        assert_eq!(Truss::parse("copy", &kite.to_json()).unwrap(), kite);
+        assert_eq!(kite.lowest(), 0.0);
+    }
+
+    /// A ladder of 20 cells whose nodes are numbered at random, and its numbering from end to end.
+    #[test]
+    fn nodes_are_numbered_along_the_truss_where_that_saves_places() {
+        let mut shuffled: Vec<usize> = (0..42).collect();
+        shuffled[1..].sort_by_key(|&k| (1e6 * (13.0 * k as f64).sin()) as i64);
+        let place = |&k: &usize| [0.1 * (k / 2) as f64, 0.1 * (k % 2) as f64];
+        let nodes: Vec<[f64; 2]> = shuffled.iter().map(place).collect();
+        let is_near = |[i, j]: [usize; 2]| {
+            let d = [0, 1].map(|k| nodes[j][k] - nodes[i][k]);
+            d[0].hypot(d[1]) < 0.11
+        };
+        let pairs = (0..42).flat_map(|i| (i + 1..42).map(move |j| [i, j]));
+        let truss = Truss {
+            edges: pairs.filter(|&pair| is_near(pair)).collect(),
+            nodes: nodes.clone(),
+            ..Truss::default()
+        };
+        let differences = |truss: &Truss| {
+            let edges = truss.edges.iter().map(|[i, j]| i.abs_diff(*j));
+            edges.collect::<std::collections::HashSet<_>>().len()
+        };
+        let numbered = truss.clone().checked().unwrap();
+        assert!(differences(&truss) > 10);
+        // Rungs and rails; node 0 is at an end and stays first.
+        assert_eq!(differences(&numbered), 2);
+        assert_eq!(numbered.nodes[0], truss.nodes[0]);
+        let ends = |truss: &Truss| -> Vec<[[f64; 2]; 2]> {
+            let edges = truss.edges.iter();
+            edges
+                .map(|edge| edge.map(|node| truss.nodes[node]))
+                .collect()
+        };
+        assert_eq!(ends(&numbered), ends(&truss));
+        assert_eq!(numbered.clone().checked().unwrap(), numbered);
+    }
+
+    #[test]
+    #[should_panic(expected = "the lattice \"bad\": `edges[0]`")]
+    fn a_program_cannot_add_what_is_no_truss() {
+        let edges = vec![[0, 0]];
+        crate::lattice::add(
+            "bad",
+            Truss {
+                edges,
+                ..Truss::default()
+            },
+        );
+    }
+}

@@ -1,0 +1,238 @@
+//! Lattices of one's own: any nodes and edges, from a file or from a program.
+
+use std::path::Path;
+use std::sync::{Arc, RwLock};
+
+use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::error::{Error, Result};
+use crate::reading::{from_json, placed, read_at_most};
+
+/// The format at the head of a truss file.
+const FORMAT: &str = "cosmic-truss";
+/// The version of the format.
+const VERSION: u32 = 1;
+
+/// The largest file read; a truss of ten thousand edges has half a million bytes.
+const LARGEST: u64 = 1 << 26;
+
+/// Any planar nodes and edges. Edges may cross, overlap and end freely, and the truss may consist of
+/// several pieces; [`checked`](Truss::checked) says what is refused.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "RawTruss", try_from = "RawTruss")]
+pub struct Truss {
+    /// Where the nodes are: along and above the ground, from its origin, m (D1).
+    pub nodes: Vec<[f64; 2]>,
+    /// Nodes `[i, j]` that an edge joins.
+    pub edges: Vec<[usize; 2]>,
+    /// Nodes with extra mass, at least one. The displacement that is reported is that of the first,
+    /// and every loss that looks at the payload looks at that one.
+    pub payload: Vec<Payload>,
+    /// What the edges may be made of.
+    pub rules: EdgeRules,
+}
+
+/// A node with extra mass.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Payload {
+    /// The node.
+    pub node: usize,
+    /// Its extra mass, kg; `None` for the scene's `physics.payload_mass`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<f64>,
+}
+
+impl Payload {
+    /// Node 0, with the scene's mass: that of every lattice that does not say otherwise.
+    pub fn first_node() -> Vec<Self> {
+        vec![Self {
+            node: 0,
+            mass: None,
+        }]
+    }
+}
+
+/// What an optimisation may make of edges. Edges are numbers into the list of edges, from 0.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EdgeRules {
+    /// Always solid, of either material.
+    pub keep: Vec<usize>,
+    /// Always void.
+    pub forbid: Vec<usize>,
+    /// Groups of edges that share one design vector, in ascending order.
+    pub tie: Vec<Vec<usize>>,
+}
+
+impl EdgeRules {
+    /// True if the edge may be solid, or void.
+    pub fn allow(&self, edge: usize, solid: bool) -> bool {
+        let against = if solid { &self.forbid } else { &self.keep };
+        !against.contains(&edge)
+    }
+
+    /// All edges in groups of one design vector, in the order of their first edges; an edge that is
+    /// not tied is a group of its own.
+    pub fn groups(&self, edges: usize) -> Vec<Vec<usize>> {
+        let tie = |edge: usize| self.tie.iter().find(|tie| tie.contains(&edge));
+        let group = |edge: usize| match tie(edge) {
+            None => Some(vec![edge]),
+            Some(tie) => (tie[0] == edge).then(|| tie.clone()),
+        };
+        (0..edges).filter_map(group).collect()
+    }
+}
+
+/// The keys of a file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawTruss {
+    format: String,
+    version: u32,
+    nodes: Vec<[f64; 2]>,
+    edges: Vec<[usize; 2]>,
+    #[serde(default = "Payload::first_node", deserialize_with = "payload")]
+    payload: Vec<Payload>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    keep: Vec<usize>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    forbid: Vec<usize>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    tie: Vec<Vec<usize>>,
+}
+
+/// A node, or a list of nodes with their masses.
+fn payload<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<Payload>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(
+        untagged,
+        expecting = "expected a node, or a list of objects with the keys `node` and `mass`"
+    )]
+    enum Form {
+        Node(usize),
+        List(Vec<Payload>),
+    }
+    Ok(match Form::deserialize(from)? {
+        Form::Node(node) => vec![Payload { node, mass: None }],
+        Form::List(list) => list,
+    })
+}
+
+impl From<Truss> for RawTruss {
+    fn from(truss: Truss) -> Self {
+        let EdgeRules { keep, forbid, tie } = truss.rules;
+        Self {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            nodes: truss.nodes,
+            edges: truss.edges,
+            payload: truss.payload,
+            keep,
+            forbid,
+            tie,
+        }
+    }
+}
+
+impl TryFrom<RawTruss> for Truss {
+    type Error = String;
+
+    fn try_from(raw: RawTruss) -> std::result::Result<Self, String> {
+        if (&*raw.format, raw.version) != (FORMAT, VERSION) {
+            return Err(format!(
+                "`format` is {:?} version {}, not {FORMAT:?} version {VERSION}",
+                raw.format, raw.version
+            ));
+        }
+        let truss = Truss {
+            nodes: raw.nodes,
+            edges: raw.edges,
+            payload: raw.payload,
+            rules: EdgeRules {
+                keep: raw.keep,
+                forbid: raw.forbid,
+                tie: raw.tie,
+            },
+        };
+        truss.checked()
+    }
+}
+
+/// Without nodes and edges; the payload is node 0.
+impl Default for Truss {
+    fn default() -> Self {
+        Self {
+            nodes: Vec::new(),
+            edges: Vec::new(),
+            payload: Payload::first_node(),
+            rules: EdgeRules::default(),
+        }
+    }
+}
+
+impl Truss {
+    /// Reads a truss file.
+    ///
+    /// # Errors
+    /// [`Error::Read`] for a file that is missing or no file, [`Error::Usage`] for one that is far
+    /// too long, [`Error::Malformed`] with the place for one that is no truss.
+    pub fn read(path: &Path) -> Result<Self> {
+        let about = path.metadata().map_err(Error::reading(path))?;
+        if !about.is_file() {
+            let source = std::io::Error::other("not a file");
+            return Err(Error::reading(path)(source));
+        }
+        let bytes = read_at_most(path, LARGEST)?;
+        Self::parse(
+            &path.display().to_string(),
+            &String::from_utf8_lossy(&bytes),
+        )
+    }
+
+    /// Reads a truss from the text of a file; messages name `file`.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`].
+    pub fn parse(file: &str, text: &str) -> Result<Self> {
+        let raw: RawTruss = from_json(file, 0, text.as_bytes())?;
+        Self::try_from(raw).map_err(|says| placed(file, text, Error::Usage(says)))
+    }
+
+    /// Height of the lowest node above the ground line, m.
+    pub fn lowest(&self) -> f64 {
+        let heights = self.nodes.iter().map(|x| x[1]);
+        heights.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The file's text.
+    pub fn to_json(&self) -> String {
+        let text = serde_json::to_string(&RawTruss::from(self.clone()));
+        text.expect("plain numbers and string keys serialise") + "\n"
+    }
+}
+
+/// The trusses that scenes may name in place of a file.
+static KNOWN: RwLock<Vec<(&'static str, Arc<Truss>)>> = RwLock::new(Vec::new());
+
+/// Makes a truss known to all scenes that this process reads from now on, which choose it by
+/// `lattice.file = "its_name"`.
+///
+/// # Panics
+/// If the name is taken, or with what [`Truss::checked`] says of the truss.
+pub fn add(name: &'static str, truss: Truss) {
+    let truss = truss.checked();
+    let truss = truss.unwrap_or_else(|says| panic!("the lattice {name:?}: {says}"));
+    assert!(
+        name != "off" && named(name).is_none(),
+        "there is a lattice {name:?} already"
+    );
+    let mut known = KNOWN.write().expect("no thread fails here");
+    known.push((name, Arc::new(truss)));
+}
+
+/// The truss that was added under a name.
+pub(crate) fn named(name: &str) -> Option<Arc<Truss>> {
+    let known = KNOWN.read().expect("no thread fails here");
+    let found = known.iter().find(|(known, _)| *known == name);
+    found.map(|(_, truss)| Arc::clone(truss))
+}

@@ -1,0 +1,139 @@
+//! The setting that names a truss: a lattice of one's own.
+
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::Serialize;
+use toml::Spanned;
+use toml::de::DeValue;
+
+use crate::error::{Error, Result};
+use crate::lattice::{self, Truss};
+use crate::settings::{Filled, Limits, SettingValue, json, misfit, word};
+
+/// The word for no file.
+const OFF: &str = "off";
+
+/// The path of a truss file, or the name of a truss that this process was
+/// [given](crate::lattice::add), with its nodes and edges; or none.
+#[derive(Clone, Debug)]
+pub struct TrussFile {
+    path: String,
+    truss: Option<Arc<Truss>>,
+}
+
+impl Default for TrussFile {
+    fn default() -> Self {
+        Self {
+            path: OFF.to_owned(),
+            truss: None,
+        }
+    }
+}
+
+/// By nodes and edges: a copy of a file is that file.
+impl PartialEq for TrussFile {
+    fn eq(&self, other: &Self) -> bool {
+        match (&self.truss, &other.truss) {
+            (None, None) => self.path == other.path,
+            (own, others) => own == others,
+        }
+    }
+}
+
+impl Serialize for TrussFile {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> std::result::Result<S::Ok, S::Error> {
+        to.serialize_str(&self.path)
+    }
+}
+
+impl TrussFile {
+    /// The name of the copy that stands in the folder of a run, beside the scene.
+    pub const COPY: &'static str = "truss.json";
+
+    /// A truss, and the path under which a scene names it.
+    pub fn new(path: &str, truss: Arc<Truss>) -> Self {
+        Self {
+            path: path.to_owned(),
+            truss: Some(truss),
+        }
+    }
+
+    /// The path or the name, as scenes have it.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// The nodes and edges; `None` for a generated lattice.
+    ///
+    /// # Panics
+    /// If the file was not read. Reading a scene reads it.
+    pub fn truss(&self) -> Option<&Arc<Truss>> {
+        assert!(
+            !self.is_to_be_read(),
+            "the truss {:?} was not read",
+            self.path
+        );
+        self.truss.as_ref()
+    }
+
+    /// True for a path whose file was not read.
+    pub(super) fn is_to_be_read(&self) -> bool {
+        self.truss.is_none() && self.path != OFF
+    }
+
+    /// Takes the truss of the name, or reads the file of the path, which is relative to a folder.
+    ///
+    /// # Errors
+    /// Those of [`Truss::read`].
+    pub(super) fn resolve(&mut self, folder: &Path) -> Result<()> {
+        if !self.is_to_be_read() {
+            return Ok(());
+        }
+        if let Some(truss) = lattice::named(&self.path) {
+            self.truss = Some(truss);
+            return Ok(());
+        }
+        let path = folder.join(&self.path);
+        let truss = Truss::read(&path).map_err(|error| match error {
+            Error::Read { path, source } => {
+                let says = format!("{source} (the scene's `lattice.file`)");
+                let source = io::Error::new(source.kind(), says);
+                Error::Read { path, source }
+            }
+            other => other,
+        });
+        self.truss = Some(Arc::new(truss?));
+        // Other readers of this scene are in the folder of the process.
+        self.path = path.display().to_string();
+        Ok(())
+    }
+}
+
+impl SettingValue for TrussFile {
+    fn allowed(&self, _: &Limits) -> String {
+        "the path of a truss file, or \"off\"".to_owned()
+    }
+
+    fn toml(&self) -> String {
+        // A literal string of TOML has no escapes, which are not Rust's.
+        toml::Value::String(self.path.clone()).to_string()
+    }
+
+    fn json(&self) -> serde_json::Value {
+        json(self)
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
+        let path = word(value)?;
+        if path.is_empty() {
+            return Err(misfit(value, "cannot be"));
+        }
+        *self = Self {
+            path: path.to_owned(),
+            truss: None,
+        };
+        Ok(())
+    }
+}
