@@ -13,7 +13,7 @@ fn paths() -> Vec<String> {
 
 #[test]
 fn no_law_can_have_the_name_of_a_section() {
-    let sections = super::keys::sections(&mut Scene::default());
+    let sections = keys::sections(&mut Scene::default());
     let names: Vec<_> = sections.iter().map(|section| section.name).collect();
     assert_eq!(names, crate::laws::SECTIONS);
 }
