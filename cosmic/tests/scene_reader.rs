@@ -108,7 +108,7 @@ const WRONG: [(&str, &str, &str); 33] = [
     ),
     (
         "[physics]\ncontact = ^\"sticky\"",
-        "cannot be \"sticky\"",
+        "names no law of this program: \"sticky\"",
         "\"infinite\" or",
     ),
     ("[lattice]\ncolumns = ^1", "out of range: 1", "from 2 to 64"),
