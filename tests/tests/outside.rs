@@ -36,12 +36,15 @@ fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let mut build = Command::new(cargo);
     build.args(["build", "--offline", "--quiet", "--target-dir", "target"]);
-    // It runs for 64 steps: compiling takes longer than that.
+    // A small robot is checked: compiling takes longer than that.
     build.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0");
     done(build.current_dir(&outside));
 
     let mut mud = Command::new(outside.join("target/debug/mud"));
     let short = [
+        "lattice.columns=3",
+        "lattice.rows=2",
+        "controller.hidden=4",
         "physics.steps=64",
         "schedule.horizon=[32,32]",
         "loss.window=16",
