@@ -213,8 +213,18 @@ fn a_file_that_is_no_lattice_is_refused_with_its_place() {
             "volume.solid and lattice.file",
         ],
     );
+    bench.write(
+        "shapes/gate.json",
+        GATE.replace("[0.2, 0.0]", "[0.2, -0.01]"),
+    );
     let kind = bench.optimize("b", "--set lattice.kind=triangular");
-    kind.fails(2, &[]);
+    kind.fails(2, &["have no kind", "lattice.kind and lattice.file"]);
+    let doubted = bench.cosmic("scene check tiny.toml");
+    let text = [&*doubted.out, &*doubted.error].concat();
+    assert!(
+        text.contains("nodes of the truss start below the ground"),
+        "{text}"
+    );
     bench.remove("shapes/gate.json");
     bench
         .optimize("b", "")

@@ -57,7 +57,7 @@ struct Doubt {
     says: &'static str,
 }
 
-const DOUBTS: [Doubt; 12] = [
+const DOUBTS: [Doubt; 13] = [
     Doubt {
         holds: |s| s.materials.stiffness[0] >= s.materials.stiffness[1],
         keys: &["materials.stiffness"],
@@ -99,9 +99,16 @@ const DOUBTS: [Doubt; 12] = [
         says: "nothing holds the robot's feet: the ground has no friction",
     },
     Doubt {
-        holds: |s| s.physics.contact.has_ground() && s.lattice.lowest() < 0.0,
+        holds: |s| s.physics.contact.has_ground() && s.lattice.drop < 0.0 && !s.lattice.is_truss(),
         keys: &["lattice.drop"],
         says: "the lowest nodes start below the ground",
+    },
+    Doubt {
+        holds: |s| {
+            s.physics.contact.has_ground() && s.lattice.lowest() < 0.0 && s.lattice.is_truss()
+        },
+        keys: &["lattice.file"],
+        says: "nodes of the truss start below the ground",
     },
     Doubt {
         holds: |s| s.controller.omega == 0.0,
