@@ -17,6 +17,29 @@ cargo check -p cosmic-autodiff --no-default-features
 cargo check -p cosmic-autodiff --features nalgebra
 cargo check -p cosmic-autodiff --features rayon
 cargo check -p cosmic-codesign --no-default-features
+if rustup target add wasm32-unknown-unknown >/dev/null 2>&1; then
+  cargo check -p cosmic-codesign --no-default-features --target wasm32-unknown-unknown
+else
+  echo 'no target wasm32-unknown-unknown: skipped'
+fi
+
+say 'packages, each unpacked, built and tested without the repository'
+packages=$(mktemp -d)
+trap 'rm -rf "$packages"' EXIT
+cargo package --quiet --no-verify --allow-dirty --target-dir "$packages/target" \
+  -p cosmic-autodiff -p cosmic-codesign -p cosmic-lab -p cosmic-program
+patches=()
+for archive in "$packages"/target/package/*.crate; do
+  tar xzf "$archive" -C "$packages"
+  package=$(basename "$archive" .crate)
+  name=${package%-[0-9]*}
+  patches+=(--config "patch.crates-io.$name.path=\"$packages/$package\"")
+done
+for archive in "$packages"/target/package/*.crate; do
+  package=$(basename "$archive" .crate)
+  (cd "$packages/$package" && cargo test --quiet "${patches[@]}" --config profile.dev.opt-level=1 \
+    --config profile.dev.debug=false --target-dir "$packages/tests")
+done
 
 say 'licences, sources and versions of dependencies'
 if cargo deny --version >/dev/null 2>&1; then

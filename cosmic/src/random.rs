@@ -23,6 +23,8 @@ pub enum Purpose {
     DomainRandomisation = 6,
     /// Robots and surroundings by which robustness is judged.
     Robustness = 7,
+    /// Heights of rough ground.
+    Terrain = 8,
     /// Samples drawn again from a sample, to see how far its statistics are to be trusted.
     Bootstrap = 16,
     /// Layouts drawn at random, to tell a pattern from chance.

@@ -3,6 +3,7 @@
 use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Progress};
 use cosmic::design::Material;
+use cosmic::ground::Profile;
 use cosmic::lattice::Lattice;
 use cosmic::laws::ContactLaw;
 use cosmic::record::{DesignFile, RunPlan};
@@ -63,6 +64,7 @@ proptest! {
         world in prop::array::uniform8(numbers()),
         layout in any::<bool>(),
         (leapfrog, substeps) in (any::<bool>(), 1..9usize),
+        heights in prop::collection::vec(numbers(), 0..9),
     ) {
         let mut case = Case::of_scene(&scene(), seed).unwrap();
         case.z = z;
@@ -72,6 +74,8 @@ proptest! {
         (case.start.x[1], case.start.v[3]) = ([world[4], world[5]], [world[6], world[7]]);
         case.lattice.positions.clone_from(&case.start.x);
         physics.substeps = substeps;
+        let points = heights.iter().enumerate().map(|(k, height)| [k as f64 / 3.0, *height]);
+        physics.ground = Profile::new(points.collect()).unwrap().into();
         if leapfrog {
             (physics.integrator, physics.contact) = (Integrator::Leapfrog, ContactLaw::coulomb());
         }

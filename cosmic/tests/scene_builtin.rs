@@ -1,7 +1,7 @@
 //! The built-in scenes against the folder they come from.
 
 use cosmic::laws::ContactLaw;
-use cosmic::scene::{BUILTIN, Scene, StartKind};
+use cosmic::scene::{BUILTIN, Named, Scene, StartKind};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -49,6 +49,16 @@ fn the_scenes_differ_from_the_default_as_the_experiments_do() {
         (StartKind::Uniform, 0.1)
     );
     assert_eq!(load("coulomb").physics.contact, ContactLaw::coulomb());
+    for name in ["steps", "rough"] {
+        let scene = load(name);
+        let profile = scene.physics.ground.resolved();
+        assert_eq!(scene.physics.ground.profile.name(), name);
+        // The robot starts on level ground, and has some metres to go.
+        let last = scene.lattice.columns as f64 * scene.lattice.spacing;
+        let [first, end] = [profile.points()[0], *profile.points().last().unwrap()];
+        assert!(last < first[0] && first[1] == 0.0 && end[0] > 3.0);
+        assert!(scene.doubts().is_empty());
+    }
     for baseline in [load("baseline_tall"), load("baseline_short")] {
         assert_eq!(baseline.start.kind, StartKind::Layout);
         assert_eq!(

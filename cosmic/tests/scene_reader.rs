@@ -34,7 +34,7 @@ fn refusal(text: &str) -> (String, String) {
 }
 
 /// Wrong scenes, what is said of them, and what is allowed there.
-const WRONG: [(&str, &str, &str); 28] = [
+const WRONG: [(&str, &str, &str); 33] = [
     (
         "[physics]\n^stpes = 3",
         "unknown key `stpes` in [physics]",
@@ -149,6 +149,31 @@ const WRONG: [(&str, &str, &str); 28] = [
         "is an array, not a section",
         "write [physics]",
     ),
+    (
+        "[ground]\npoints = [[0.1, 0.0], [0.2, 0.1], ^[0.2, 0.3]]",
+        "`ground.points` is not ahead of the point before it: [0.2, 0.3]",
+        "along increasing",
+    ),
+    (
+        "[ground]\npoints = [[0.1, 0.0], ^[0.2]]",
+        "`ground.points` has 1 entries",
+        "pairs [along, height]",
+    ),
+    (
+        "[ground]\npoints = [[0.1, ^2e3]]",
+        "`ground.points` is out of range: 2e3",
+        "each number from -1000 to 1000",
+    ),
+    (
+        "[ground]\npoints = ^3",
+        "`ground.points` is a whole number: 3",
+        "up to 64 pairs",
+    ),
+    (
+        "[ground]\nprofile = ^\"bumpy\"",
+        "cannot be \"bumpy\"",
+        "\"flat\" or \"points\" or \"steps\" or \"rough\"",
+    ),
     ("[physics^\ndt = 0.1", "not TOML", "unclosed table"),
     (
         "[physics]\ndt = 0.1\n^dt = 0.2",
@@ -167,7 +192,7 @@ fn wrong_scenes_are_refused_where_they_are_wrong() {
 }
 
 /// Scenes whose settings contradict one another, and what is said.
-const AT_ODDS: [(&str, &str); 12] = [
+const AT_ODDS: [(&str, &str); 15] = [
     (
         "[schedule]\nsnap_at = ^400",
         "the snap (iteration 400) comes after the last",
@@ -207,6 +232,18 @@ const AT_ODDS: [(&str, &str); 12] = [
         "the first entry (0.6) is above the second (0.5)",
     ),
     ("[mma]\nasymin = ^20", "above the largest (10)"),
+    (
+        "[ground]\nprofile = ^\"points\"",
+        "a profile of points has none: set ground.points",
+    ),
+    (
+        "[ground]\nprofile = \"steps\"\nramp = ^0.4",
+        "a step rises on 0.4 m, and the next begins after 0.3 m",
+    ),
+    (
+        "[ground]\nprofile = \"steps\"\ncount = ^40",
+        "there may be 32 steps, not 40",
+    ),
 ];
 
 #[test]
@@ -215,6 +252,16 @@ fn settings_at_odds_are_pointed_at() {
         let (message, _) = refusal(text);
         assert!(message.contains(says), "{text:?}: {message}");
     }
+}
+
+#[test]
+fn a_profile_has_64_points_at_most() {
+    let points = |n: usize| (0..n).map(|k| [k as f64, 0.0]).collect::<Vec<_>>();
+    let text = |n| format!("[ground]\nprofile = \"points\"\npoints = ^{:?}", points(n));
+    let (message, _) = refusal(&text(65));
+    assert!(message.contains("has 65 points"), "{message}");
+    let scene = Scene::parse("most", &text(64).replace('^', "")).unwrap();
+    assert_eq!(scene.physics.ground.resolved().points(), points(64));
 }
 
 #[test]

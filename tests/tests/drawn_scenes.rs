@@ -6,7 +6,7 @@ use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::laws::ContactLaw;
 use cosmic::projection::Projection;
-use cosmic::scene::{Integrator, Scene, StartKind, VoidEdges};
+use cosmic::scene::{GroundSettings, Integrator, ProfileKind, Scene, StartKind, VoidEdges};
 use cosmic_lab::verify::check_gradients;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -54,6 +54,25 @@ fn scene(rng: &mut ChaCha8Rng) -> Scene {
     scene
 }
 
+/// Terrain on every other ground, below a lattice that stands as high as the highest corner or a little
+/// higher.
+fn lay_terrain(rng: &mut ChaCha8Rng, scene: &mut Scene) {
+    let kinds = [ProfileKind::Flat, ProfileKind::Steps, ProfileKind::Rough];
+    scene.physics.ground = GroundSettings {
+        profile: one_of(rng, &[kinds[0], kinds[0], kinds[1], kinds[2]]),
+        from: 0.03,
+        count: 8,
+        spacing: one_of(rng, &[0.02, 0.07]),
+        rise: one_of(rng, &[0.002, -0.002]),
+        roughness: 0.004,
+        seed: rng.random_range(0..1000),
+        ..GroundSettings::default()
+    };
+    let profile = scene.physics.ground.resolved();
+    let heights = profile.points().iter().map(|point| point[1]);
+    scene.lattice.drop += heights.fold(0.0, f64::max);
+}
+
 /// A robot in it: at rest or not, of mixtures or of one material an edge.
 fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
     let seed = rng.random();
@@ -84,7 +103,8 @@ fn gradients_of_drawn_robots_agree_with_differences() {
     };
     for seed in 0..SCENES {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let scene = scene(&mut rng);
+        let mut scene = scene(&mut rng);
+        lay_terrain(&mut ChaCha8Rng::seed_from_u64(!seed), &mut scene);
         let case = robot(&mut rng, &scene);
         // With a time step that is refused, motions grow without end: differences mean nothing.
         if case.step_check().accept(&case.physics).is_err() {

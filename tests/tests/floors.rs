@@ -316,6 +316,41 @@ fn the_test_sees_upward_imports() {
     }
 }
 
+/// A file that nobody declares is not compiled, and stays when its code has moved.
+#[test]
+fn every_file_is_declared() {
+    let mut lost = Vec::new();
+    for source in SOURCES {
+        let tree = SourceTree::read(source);
+        for (module, SourceFile { path, .. }) in &tree.files {
+            let is_root = ["main.rs", "lib.rs"]
+                .iter()
+                .any(|root| path.ends_with(root));
+            let Some((name, parent)) = module.split_last().filter(|_| !is_root) else {
+                continue;
+            };
+            let folders = path
+                .parent()
+                .into_iter()
+                .flat_map(|folder| [Some(folder), folder.parent()]);
+            let mut texts = folders.flatten().flat_map(|folder| {
+                let own = parent
+                    .last()
+                    .map(|name| folder.join(name).with_extension("rs"));
+                let roots = ["mod.rs", "lib.rs", "main.rs"].map(|file| folder.join(file));
+                roots
+                    .into_iter()
+                    .chain(own)
+                    .filter_map(|file| fs::read_to_string(file).ok())
+            });
+            if !texts.any(|text| text.contains(&format!("mod {name};"))) {
+                lost.push(path.display().to_string());
+            }
+        }
+    }
+    assert_eq!(lost, Vec::<String>::new());
+}
+
 #[test]
 fn no_files_import_one_another_in_a_circle() {
     for source in SOURCES {

@@ -5,7 +5,7 @@ use crate::source::{Source, SourceArguments};
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::error::Result;
-use cosmic::scene::{Integrator, PhysicsSettings};
+use cosmic::scene::{Integrator, Named, PhysicsSettings};
 use cosmic::simulator::rounded_down;
 use cosmic::simulator::stability::{Vibration, bound_of_any_design, stable_step};
 use cosmic_lab::verify::{Plan, Pull, Speed, Term, Times, Voids, measure, peak_memory};
@@ -183,9 +183,17 @@ fn springs_text(physics: &PhysicsSettings) -> String {
 }
 
 fn ground_text(physics: &PhysicsSettings) -> String {
-    match physics.incline_deg {
+    let line = match physics.incline_deg {
         0.0 => "flat".to_owned(),
         angle => format!("inclined by {angle} degrees; all is computed in its frame"),
+    };
+    let ground = &physics.ground;
+    match ground.resolved().points() {
+        [] => line,
+        corners => {
+            let (kind, count) = (ground.profile.name(), corners.len());
+            format!("{line}, with a profile of {count} corners ({kind})")
+        }
     }
 }
 

@@ -27,6 +27,37 @@ fn a_table_with_a_row_a_group_and_a_negative_control() {
     assert!(!told.contains("zero"), "{told}");
 }
 
+/// On the scenes' own ground, which begins below the lattice here, and the robot falls on it.
+#[test]
+fn the_gradients_of_robots_on_terrain_are_checked() {
+    let settings = [
+        "lattice.columns=3",
+        "lattice.rows=2",
+        "lattice.drop=0.025",
+        "controller.hidden=4",
+        "physics.damping=5",
+        "ground.from=0.05",
+        "ground.spacing=0.1",
+        "ground.rise=0.01",
+    ];
+    let settings = settings.map(|setting| format!(" --set {setting}")).concat();
+    for scene in ["steps", "rough"] {
+        let told = Bench::with(SMALL).cosmic(&format!("gradcheck {scene} --steps 64{settings}"));
+        let told = told.ok().out;
+        assert_eq!(
+            told.lines()
+                .filter(|line| line.ends_with("  smooth"))
+                .count(),
+            7,
+            "{told}"
+        );
+        assert!(
+            told.contains("made wrong by 1 %, is called wrong"),
+            "{told}"
+        );
+    }
+}
+
 /// Actuators without stroke: the robot stands where it is, whatever its design and controller.
 #[test]
 fn groups_that_the_loss_does_not_depend_on_are_named() {

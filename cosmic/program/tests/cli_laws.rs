@@ -1,11 +1,9 @@
-//! Programs with laws, losses and scenes of their author's: the examples, and a crate outside of the
-//! workspace.
+//! Programs with laws, losses and scenes of their author's: the examples.
 
 #[cfg(unix)]
 use crate::background::signal;
 use crate::common::Bench;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 /// The folder of the programs that were built for this test.
@@ -120,50 +118,4 @@ fn a_run_with_a_law_is_resumed() {
         let [part, whole] = ["part", "whole"].map(|run| bench.read(&format!("{run}/{file}")));
         assert_eq!(part, whole, "{file}");
     }
-}
-
-/// The folder of this package, and the workspace's.
-fn package() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-}
-
-/// A user's crate outside of the workspace, with its own Cargo.toml, is compiled and runs.
-#[test]
-fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
-    let bench = Bench::default();
-    let outside = bench.path("outside");
-    fs::create_dir_all(outside.join("src")).unwrap();
-    fs::copy(
-        package().join("examples/mud.rs"),
-        outside.join("src/main.rs"),
-    )
-    .unwrap();
-    // Offline, the versions of the workspace are those there are.
-    fs::copy(
-        package().join("../../Cargo.lock"),
-        outside.join("Cargo.lock"),
-    )
-    .unwrap();
-    let manifest = fs::read_to_string(package().join("tests/outside.toml")).unwrap();
-    let root = package().join("../..").canonicalize().unwrap();
-    let manifest = manifest.replace("COSMIC", &root.display().to_string());
-    fs::write(outside.join("Cargo.toml"), manifest).unwrap();
-    let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
-    let target = built().parent().expect("the folder of all profiles");
-    let done = Command::new(cargo)
-        .args(["build", "--offline", "--quiet", "--target-dir"])
-        .arg(target.join("outside"))
-        // It is run on 64 steps: compiling takes longer than that.
-        .env("CARGO_PROFILE_DEV_OPT_LEVEL", "0")
-        .current_dir(&outside)
-        .output()
-        .expect("cargo runs");
-    assert!(
-        done.status.success(),
-        "{}",
-        String::from_utf8_lossy(&done.stderr)
-    );
-    let program = target.join("outside/debug/mud");
-    let check = run_of(&program, &bench, &format!("gradcheck {SHORT}"));
-    assert!(check.contains("gradient of mud"), "{check}");
 }

@@ -10,10 +10,11 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::controller::Weights;
 use crate::design::Material;
 use crate::error::{self, fits};
+use crate::ground::Profile;
 use crate::lattice::{EdgeRules, Lattice, Payload};
 use crate::laws::{ContactLaw, ForceLaws};
 use crate::projection::Projection;
-use crate::scene::{Integrator, LatticeKind, LatticeSettings, Scene, VoidEdges};
+use crate::scene::{GroundSettings, Integrator, LatticeKind, LatticeSettings, Scene, VoidEdges};
 
 /// `FORMAT` and `VERSION` at the head of the cases that the program writes itself.
 pub(super) const FORMAT: &str = "cosmic-case";
@@ -132,6 +133,8 @@ keys! {
     drop: f64 = lattice.drop,
     ground_height: f64 = physics.ground_height,
     alpha_deg: f64 = physics.incline_deg,
+    #[serde(default, skip_serializing_if = "is_default")]
+    profile: Profile = physics.ground,
     gravity: f64 = physics.gravity,
     gamma: f64 = physics.damping,
     m_eps: f64 = physics.node_mass,
@@ -187,6 +190,12 @@ trait Form<T> {
 impl<T: Clone> Form<T> for T {
     fn value(&self, _: &str, _: &str) -> error::Result<T> {
         Ok(self.clone())
+    }
+}
+
+impl Form<GroundSettings> for Profile {
+    fn value(&self, _: &str, _: &str) -> error::Result<GroundSettings> {
+        Ok(self.clone().into())
     }
 }
 

@@ -55,7 +55,7 @@ fn built_in() -> [Choice; 3] {
 static ADDED: RwLock<Vec<Choice>> = RwLock::new(Vec::new());
 
 /// The sections of a scene that are no law's.
-pub(crate) const SECTIONS: [&str; 17] = [
+pub(crate) const SECTIONS: [&str; 18] = [
     "lattice",
     "physics",
     "materials",
@@ -73,6 +73,7 @@ pub(crate) const SECTIONS: [&str; 17] = [
     "objective",
     "robust",
     "search",
+    "ground",
 ];
 
 /// Makes a law known to all scenes that this process reads from now on.

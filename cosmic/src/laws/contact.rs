@@ -6,6 +6,7 @@ use autodiff::{AnyProgram, Array, Kernel, Real};
 
 use super::law::{Law, values};
 use super::motion::{Drift, Flight};
+use super::terrain::{NONE, Terrain, Way, moved, select};
 use crate::settings::Settings;
 
 /// A node that meets the ground.
@@ -44,6 +45,48 @@ pub trait Contact: Law {
             R::select(touches, ax, vx),
             R::select(touches, ay, vy),
         ]
+    }
+
+    /// A node that drifts over terrain, from and to the numbers of [`drift`](Contact::drift). Where it meets a
+    /// segment, the law has its velocity along that segment and out of it. In a corner, where the way that
+    /// is left leads into another segment, the law is asked once more, and a node that even then would not
+    /// stay above the ground stops in that corner.
+    #[inline(always)]
+    fn drift_over<R: Real>(
+        &self,
+        terrain: &Terrain,
+        drift: &Drift,
+        place: [R; 2],
+        velocity: [R; 2],
+    ) -> [R; 4] {
+        let mut way = Way {
+            place,
+            velocity,
+            left: R::lit(drift.dt),
+        };
+        let mut met = R::lit(NONE);
+        for _ in 0..2 {
+            let meeting = terrain.meet(&way, met);
+            let Way {
+                place,
+                velocity,
+                left,
+            } = meeting.reached(&way);
+            let after = meeting.in_ground(self.respond(Impact {
+                velocity,
+                rest: left,
+            }));
+            way = Way {
+                place,
+                velocity: select(meeting.touches, after, way.velocity),
+                left,
+            };
+            met = meeting.segment;
+        }
+        let stops = terrain.meet(&way, met).touches;
+        let [vx, vy] = select(stops, [R::zero(); 2], way.velocity);
+        let [x, y] = moved(way.place, way.left, [vx, vy]);
+        [x, y, vx, vy]
     }
 
     /// The law under another coefficient of friction, where it has one: that of the scene, and those
@@ -110,6 +153,37 @@ impl<C: Contact> Kernel<4, 4> for Drifting<C> {
     }
 }
 
+/// A step of a node over terrain, with the numbers of [`Flying`].
+#[derive(Clone, Debug)]
+pub(super) struct FlyingOver<C> {
+    pub(super) terrain: Terrain,
+    pub(super) flying: Flying<C>,
+}
+
+impl<C: Contact> Kernel<7, 4> for FlyingOver<C> {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7]) -> [R; 4] {
+        let Flying { flight, contact } = &self.flying;
+        let v = flight.velocity([vx, vy], [jx, jy], inverse_mass);
+        contact.drift_over(&self.terrain, &flight.drift, [x, y], v)
+    }
+}
+
+/// A drift over terrain, with the numbers of [`Drifting`].
+#[derive(Clone, Debug)]
+pub(super) struct DriftingOver<C> {
+    pub(super) terrain: Terrain,
+    pub(super) drifting: Drifting<C>,
+}
+
+impl<C: Contact> Kernel<4, 4> for DriftingOver<C> {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x, y, vx, vy]: [R; 4]) -> [R; 4] {
+        let Drifting { drift, contact } = &self.drifting;
+        contact.drift_over(&self.terrain, drift, [x, y], [vx, vy])
+    }
+}
+
 /// A [`Contact`] behind a pointer.
 pub(crate) trait AnyContact: Debug + Send + Sync {
     fn name(&self) -> &'static str;
@@ -118,10 +192,22 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     fn values(&self) -> Vec<(&'static str, String)>;
     fn boxed(&self) -> Box<dyn AnyContact>;
     fn with_friction(&self, friction: f64) -> Box<dyn AnyContact>;
-    /// The state of all nodes after a step; see [`Flying`].
-    fn fly(&self, p: &mut AnyProgram, flight: Flight, node: [Array; 7]) -> [Array; 4];
-    /// The state of all nodes after a drift; see [`Drifting`].
-    fn drift(&self, p: &mut AnyProgram, drift: Drift, node: [Array; 4]) -> [Array; 4];
+    /// The state of all nodes after a step over terrain, or over the ground line; see [`Flying`].
+    fn fly(
+        &self,
+        p: &mut AnyProgram,
+        flight: Flight,
+        terrain: Option<&Terrain>,
+        node: [Array; 7],
+    ) -> [Array; 4];
+    /// The state of all nodes after a drift over terrain, or over the ground line; see [`Drifting`].
+    fn drift(
+        &self,
+        p: &mut AnyProgram,
+        drift: Drift,
+        terrain: Option<&Terrain>,
+        node: [Array; 4],
+    ) -> [Array; 4];
 }
 
 impl<C: Contact> AnyContact for C {
@@ -143,12 +229,32 @@ impl<C: Contact> AnyContact for C {
     fn with_friction(&self, friction: f64) -> Box<dyn AnyContact> {
         Box::new(self.clone().with_friction(friction))
     }
-    fn fly(&self, p: &mut AnyProgram, flight: Flight, node: [Array; 7]) -> [Array; 4] {
+    fn fly(
+        &self,
+        p: &mut AnyProgram,
+        flight: Flight,
+        terrain: Option<&Terrain>,
+        node: [Array; 7],
+    ) -> [Array; 4] {
         let contact = self.clone();
-        p.map(Flying { flight, contact }, node)
+        let flying = Flying { flight, contact };
+        match terrain.cloned().filter(|_| C::HAS_GROUND) {
+            None => p.map(flying, node),
+            Some(terrain) => p.map(FlyingOver { terrain, flying }, node),
+        }
     }
-    fn drift(&self, p: &mut AnyProgram, drift: Drift, node: [Array; 4]) -> [Array; 4] {
+    fn drift(
+        &self,
+        p: &mut AnyProgram,
+        drift: Drift,
+        terrain: Option<&Terrain>,
+        node: [Array; 4],
+    ) -> [Array; 4] {
         let contact = self.clone();
-        p.map(Drifting { drift, contact }, node)
+        let drifting = Drifting { drift, contact };
+        match terrain.cloned().filter(|_| C::HAS_GROUND) {
+            None => p.map(drifting, node),
+            Some(terrain) => p.map(DriftingOver { terrain, drifting }, node),
+        }
     }
 }

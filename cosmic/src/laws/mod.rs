@@ -8,6 +8,7 @@
 mod law;
 mod motion;
 mod stiffness;
+mod terrain;
 mod contact;
 mod no_ground;
 mod sticking;
@@ -47,3 +48,4 @@ pub use sticking::Sticking;
 pub use stiffening::Stiffening;
 pub(crate) use stiffness::Angle;
 pub use stiffness::Stiffness;
+pub use terrain::Terrain;

@@ -1,12 +1,14 @@
 //! Derivatives of the built-in laws against differences and duals.
+#![allow(unreachable_pub)] // `settings!` makes public structs.
 
 use autodiff::check::{Claim, Options, Verdict, check_directions};
 use autodiff::{Dual, Function, Kernel, Real, gradient};
 
 use super::bar::Tension;
 use super::bending::Bend;
-use super::contact::{Contact, Drifting, Flying};
-use super::{Coulomb, Drift, Flight, Hooke, NoGround, Sticking, Stiffening};
+use super::contact::{Contact, Drifting, DriftingOver, Flying, FlyingOver, Impact};
+use super::{Coulomb, Drift, Flight, Hooke, Law, NoGround, Sticking, Stiffening, Terrain};
+use crate::ground::Profile;
 
 const DT: f64 = 0.002;
 
@@ -179,4 +181,177 @@ fn a_buried_node_keeps_its_place() {
     let by_place = flying(Sticking {}).vjp(buried, [0.7, 1.0, 5.0, 5.0]);
     assert_eq!(by_place, [0.7, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(verdict(&flying(Sticking {}), buried, 0.0), Verdict::Smooth);
+}
+
+/// Down, up steeply, and down again: corners at 0.2 (a ridge), 0.5 (a valley of 80 degrees) and 0.6 (a
+/// spike).
+fn valley() -> Terrain {
+    let points = vec![[0.2, 0.3], [0.5, 0.0], [0.6, 0.6], [0.7, 0.1]];
+    let profile = Profile::new(points).unwrap();
+    Terrain::new(&profile).unwrap()
+}
+
+/// The same slope down into an obtuse corner, behind which the ground rises by 1 in 4.
+fn wide_valley() -> Terrain {
+    let profile = Profile::new(vec![[0.2, 0.3], [0.5, 0.0], [0.9, 0.1]]).unwrap();
+    Terrain::new(&profile).unwrap()
+}
+
+/// Where a node is after a drift over the valley, and how fast.
+fn over_valley<C: Contact>(contact: C, node: [f64; 4]) -> [f64; 4] {
+    let (terrain, drifting) = (valley(), drifting(contact));
+    DriftingOver { terrain, drifting }.eval(node)
+}
+
+/// The height above the slope down, m; near that slope alone.
+fn above_slope([x, y, ..]: [f64; 4]) -> f64 {
+    (x + y - 0.5) / 2f64.sqrt()
+}
+
+/// Nodes `[x, y, vx, vy]`: one that stays above the slope down; three that meet it, of which one comes from
+/// beyond the ridge and one goes back; one that slides across the ridge and flies on; one within the ground
+/// that leaves; one that falls down the valley's steep side.
+const WALKERS: [[f64; 4]; 7] = [
+    [0.35, 0.2, 0.4, -0.5],
+    [0.35, 0.1505, 0.4, -0.9],
+    [0.1998, 0.3005, 0.5, -0.9],
+    [0.35, 0.1505, -0.7, -0.3],
+    [0.1999, 0.3001, 0.8, -0.2],
+    [0.3, 0.1, 0.3, 0.6],
+    [0.503, 0.0185, -0.1, -1.5],
+];
+
+/// Meets the slope down just before the valley, and slides into it unless friction stops it.
+const SLIDER: [f64; 4] = [0.4996, 0.0005, 0.5, -0.9];
+
+/// Contact over terrain, in reverse mode, forward mode and differences.
+fn contact_over_terrain_is_right<C: Contact>(contact: C) {
+    for node in WALKERS {
+        let drifting = drifting(contact.clone());
+        let terrain = valley();
+        is_right(&DriftingOver { terrain, drifting }, node);
+        let [x, y, vx, vy] = node;
+        let (terrain, flying) = (valley(), flying(contact.clone()));
+        is_right(
+            &FlyingOver { terrain, flying },
+            [x, y, vx, vy, 1e-3, -1e-3, 40.0],
+        );
+    }
+}
+
+#[expect(unreachable_pub, reason = "declared settings are public")]
+mod bouncing {
+    crate::settings! {
+        /// A law as a user writes it: nodes leave the ground with half the speed that they met it with.
+        struct Bouncing {}
+    }
+}
+use bouncing::Bouncing;
+
+impl Law for Bouncing {
+    const NAME: &'static str = "bouncing";
+}
+
+impl Contact for Bouncing {
+    #[inline(always)]
+    fn respond<R: Real>(&self, impact: Impact<R>) -> [R; 2] {
+        let [along, out] = impact.velocity;
+        [along, R::lit(-0.5) * out]
+    }
+}
+
+#[test]
+fn contacts_over_terrain() {
+    contact_over_terrain_is_right(Sticking {});
+    contact_over_terrain_is_right(Bouncing {});
+    for friction in [0.1, 0.3, 2.5] {
+        contact_over_terrain_is_right(Coulomb { friction });
+    }
+    let (terrain, drifting) = (valley(), drifting(Coulomb { friction: 4.0 }));
+    is_right(&DriftingOver { terrain, drifting }, SLIDER);
+}
+
+#[test]
+fn a_law_answers_along_the_segment_that_is_met() {
+    // Without friction the velocity along the slope is left: 0.4 along, 0.9 down, on 45 degrees.
+    let [x, y, vx, vy] = over_valley(Coulomb::default(), WALKERS[1]);
+    let along = (0.4 + 0.9) / 2f64.sqrt();
+    // A few roundings of numbers below 1.
+    assert!((vx - along / 2f64.sqrt()).abs() < 1e-15 && (vx + vy).abs() < 1e-15);
+    assert!(above_slope([x, y, vx, vy]).abs() < 1e-15);
+    // The node starts 0.0005 m above the slope and comes down to it by 0.5 m/s.
+    let falling = 0.0005 / 0.5;
+    assert!((x - (0.35 + 0.4 * falling + vx * (DT - falling))).abs() < 1e-15);
+    let stopped = over_valley(Sticking {}, WALKERS[1]);
+    assert!(stopped[2..] == [0.0, 0.0] && above_slope(stopped).abs() < 1e-15);
+}
+
+/// A node that slides down to the valley meets the steep side within the same step. Its angle to the slope
+/// is below 90 degrees: what is left of the velocity leads back into the slope, so that the node stops in
+/// the corner.
+#[test]
+fn a_second_impact_within_a_step() {
+    let [x, y, vx, vy] = over_valley(Coulomb::default(), SLIDER);
+    assert_eq!([vx, vy], [0.0, 0.0]);
+    // Roundings of numbers below 1, divided by the slopes' sine.
+    assert!((x - 0.5).abs() < 1e-14 && y.abs() < 1e-14, "{x} {y}");
+    // Wherever it came from, also down the steep side.
+    for node in [SLIDER, [0.5003, 0.0022, -0.1, -1.5]] {
+        let (terrain, drifting) = (valley(), drifting(Coulomb::default()));
+        let cornered = DriftingOver { terrain, drifting };
+        assert_eq!(cornered.eval(node)[2..], [0.0, 0.0]);
+        let by_node = cornered.vjp(node, [1.0, -0.4, 1.0, 1.0]);
+        assert!(by_node.iter().all(|bar| bar.abs() < 1e-14), "{by_node:?}");
+    }
+
+    // A wider corner: the law answers on the second side too, and the node goes on along it.
+    let terrain = wide_valley();
+    let drifting = Drifting {
+        drift: Drift { dt: DT },
+        contact: Coulomb::default(),
+    };
+    let wide = DriftingOver { terrain, drifting };
+    let [x, y, vx, vy] = wide.eval(SLIDER);
+    assert!(x > 0.5 && (y - 0.25 * (x - 0.5)).abs() < 1e-15);
+    // Down the slope with (0.7, -0.7), of which the part along (4, 1) / sqrt 17 is left.
+    let left = 0.7 * 3.0 / 17f64.sqrt();
+    assert!((vx - left * 4.0 / 17f64.sqrt()).abs() < 1e-15 && (vy - vx / 4.0).abs() < 1e-15);
+    is_right(&wide, SLIDER);
+}
+
+/// A node that bounces off one side of a valley meets the other one, and bounces off it too.
+#[test]
+fn a_law_of_a_user_s_is_asked_at_every_impact() {
+    let (terrain, drifting) = (wide_valley(), drifting(Bouncing {}));
+    let [x, y, vx, vy] = DriftingOver { terrain, drifting }.eval(SLIDER);
+    // (0.5, -0.9) is (0.7, -0.7) along the slope and (-0.2, -0.2) into it, of which half comes back: then
+    // (0.8, -0.6) is 2.6 / 17 (4, 1) along the other side and -3.2 / 17 (-1, 4) into it.
+    let second = [(4.0 * 2.6 - 1.6) / 17.0, (2.6 + 4.0 * 1.6) / 17.0];
+    // A few roundings of numbers below 10.
+    assert!((vx - second[0]).abs() < 1e-14 && (vy - second[1]).abs() < 1e-14);
+    assert!(x > 0.5 && y > 0.25 * (x - 0.5));
+}
+
+/// Right of the spike a node is below the line of its steep left side, and not below the ground.
+#[test]
+fn segments_end_at_their_corners() {
+    let node = [0.605, 0.6, 0.3, -0.4];
+    let free = over_valley(Sticking {}, node);
+    assert_eq!(free[2..], node[2..]);
+    // From the left it is met, however thin the spike is.
+    let caught = over_valley(Sticking {}, [0.5999, 0.59945, 0.9, 0.0]);
+    assert_eq!(caught[2..], [0.0, 0.0]);
+}
+
+/// Corners that turn by no angle are none: a node slides across many of them in one step.
+#[test]
+fn points_on_a_line_are_no_corners() {
+    let points = (0..40).map(|k| [0.1 + 1e-4 * f64::from(k), 0.3 - 0.5e-4 * f64::from(k)]);
+    let profile = Profile::new(points.collect()).unwrap();
+    let terrain = Terrain::new(&profile).unwrap();
+    let drifting = drifting(Coulomb::default());
+    let [x, _, vx, vy] = DriftingOver { terrain, drifting }.eval([0.1005, 0.2998, 1.0, -0.9]);
+    // (1, -0.9) along (2, -1) / sqrt 5. Points 1e-4 apart, rounded to 3e-17, have a direction to 1e-12.
+    assert!((vx - 2.0 * 2.9 / 5.0).abs() < 1e-11 && (vy + 0.5 * vx).abs() < 1e-11);
+    assert!((x - (0.1005 + DT * vx)).abs() < 1e-4);
 }

@@ -37,7 +37,7 @@ macro_rules! builtin {
 }
 
 /// Every built-in scene, the default first.
-pub const BUILTIN: [Builtin; 9] = builtin![
+pub const BUILTIN: [Builtin; 11] = builtin![
     "stability",
     "baseline_tall",
     "baseline_short",
@@ -47,6 +47,8 @@ pub const BUILTIN: [Builtin; 9] = builtin![
     "five_by_five",
     "coulomb",
     "tilted",
+    "steps",
+    "rough",
 ];
 
 /// The scenes that this process was given beside those that ship with the crate.

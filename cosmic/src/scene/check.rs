@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 
 use super::layout::LAYOUT_SIDE;
-use super::{LatticeKind, Layout, LossKind, Named, Scene, StartKind, TaskKind};
+use super::terrain::MOST_STEPS;
+use super::{LatticeKind, Layout, LossKind, Named, ProfileKind, Scene, StartKind, TaskKind};
 
 /// Settings at odds.
 pub(super) struct Conflict {
@@ -16,7 +17,9 @@ pub(super) struct Conflict {
 /// Every conflict of a scene.
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
-    for rule in [phases, horizons, starts, volumes, trusses, spans, searches] {
+    for rule in [
+        phases, horizons, starts, volumes, trusses, spans, searches, terrain,
+    ] {
         rule(scene, &mut found);
     }
     found.0
@@ -204,5 +207,29 @@ fn searches(scene: &Scene, found: &mut Conflicts) {
         !scene.controller.two_goals || task == TaskKind::Far,
         ["controller.two_goals", "objective.task"],
         format!("two goals are there for the task far, not {}", task.name()),
+    );
+}
+
+/// Points are there, and steps have room.
+fn terrain(scene: &Scene, found: &mut Conflicts) {
+    let ground = &scene.physics.ground;
+    found.require(
+        ground.profile != ProfileKind::Points || !ground.points.is_flat(),
+        ["ground.profile", "ground.points"],
+        "a profile of points has none: set ground.points".to_owned(),
+    );
+    if ground.profile != ProfileKind::Steps {
+        return;
+    }
+    found.require(
+        ground.count <= MOST_STEPS,
+        ["ground.count", "ground.profile"],
+        format!("there may be {MOST_STEPS} steps, not {}", ground.count),
+    );
+    let (ramp, spacing) = (ground.ramp, ground.spacing);
+    found.require(
+        ramp < spacing,
+        ["ground.ramp", "ground.spacing"],
+        format!("a step rises on {ramp} m, and the next begins after {spacing} m"),
     );
 }

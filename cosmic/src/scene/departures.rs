@@ -1,8 +1,8 @@
 //! The options by which a scene departs from the paper on purpose.
 
 use super::{
-    BinarisationMethod, GradientPrecision, Integrator, Layout, LossKind, Scene, SelectionKind,
-    StartKind, TaskKind, VoidEdges,
+    BinarisationMethod, GradientPrecision, Integrator, Layout, LossKind, ProfileKind, Scene,
+    SelectionKind, StartKind, TaskKind, VoidEdges,
 };
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,7 @@ struct KnownDeparture {
 }
 
 /// In the order in which summaries have them.
-const KNOWN: [KnownDeparture; 24] = [
+const KNOWN: [KnownDeparture; 25] = [
     KnownDeparture {
         in_force: |s| s.loss.kind == LossKind::Mean,
         option: "loss.kind",
@@ -138,6 +138,11 @@ const KNOWN: [KnownDeparture; 24] = [
         in_force: |s| s.schedule.stability_share == 1.0,
         option: "schedule.stability_share",
         says: "the performance projection moves nothing",
+    },
+    KnownDeparture {
+        in_force: |s| s.physics.ground.profile != ProfileKind::Flat,
+        option: "ground.profile",
+        says: "the ground has a height profile",
     },
     KnownDeparture {
         in_force: |s| !s.physics.contact.has_ground(),

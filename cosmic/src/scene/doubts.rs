@@ -1,6 +1,6 @@
 //! Settings that can be simulated and are probably a mistake.
 
-use super::{Scene, Setting, StartKind};
+use super::{ProfileKind, Scene, Setting, StartKind};
 use serde::Serialize;
 use std::f64::consts::PI;
 use std::fmt;
@@ -57,7 +57,7 @@ struct Doubt {
     says: &'static str,
 }
 
-const DOUBTS: [Doubt; 13] = [
+const DOUBTS: [Doubt; 15] = [
     Doubt {
         holds: |s| s.materials.stiffness[0] >= s.materials.stiffness[1],
         keys: &["materials.stiffness"],
@@ -111,6 +111,19 @@ const DOUBTS: [Doubt; 13] = [
         says: "nodes of the truss start below the ground",
     },
     Doubt {
+        holds: |s| s.physics.contact.has_ground() && s.lattice.lowest() >= 0.0 && starts_inside(s),
+        keys: &["ground.profile", "lattice.drop"],
+        says: "the lowest nodes start below the profile of the ground",
+    },
+    Doubt {
+        holds: |s| {
+            let ground = &s.physics.ground;
+            ground.profile != ProfileKind::Points && !ground.points.is_flat()
+        },
+        keys: &["ground.points", "ground.profile"],
+        says: "points of the ground that nothing reads",
+    },
+    Doubt {
         holds: |s| s.controller.omega == 0.0,
         keys: &["controller.omega"],
         says: "the clock stands still",
@@ -126,6 +139,17 @@ const DOUBTS: [Doubt; 13] = [
         says: "perturbed starts are all the same start, and medians over them say nothing",
     },
 ];
+
+/// True if a node of the lowest row starts below the profile.
+fn starts_inside(scene: &Scene) -> bool {
+    let (lattice, profile) = (&scene.lattice, scene.physics.ground.resolved());
+    let is_inside = |[along, above]: [f64; 2]| above < profile.height(along);
+    if let Some(truss) = lattice.file.truss() {
+        return truss.nodes.iter().copied().any(is_inside);
+    }
+    let place = |column: usize| lattice.origin_x + column as f64 * lattice.spacing;
+    (0..lattice.columns).any(|column| is_inside([place(column), lattice.drop]))
+}
 
 impl Scene {
     /// Settings that run and are probably a mistake, such as void that is stiffer than skeleton.

@@ -24,7 +24,7 @@ impl Scene {
         settings.extend(
             scene
                 .physics
-                .law_sections()
+                .own_sections()
                 .into_iter()
                 .flat_map(of_section),
         );
@@ -34,9 +34,9 @@ impl Scene {
     /// The setting of a key such as `physics.dt`, if there is one.
     pub(super) fn field(&mut self, path: &str) -> Option<Field<'_>> {
         let (section, key) = path.split_once('.')?;
-        let is_law = self.sections().iter().all(|(name, _)| *name != section);
-        let mut sections = if is_law {
-            self.physics.law_sections()
+        let is_own = self.sections().iter().all(|(name, _)| *name != section);
+        let mut sections = if is_own {
+            self.physics.own_sections()
         } else {
             self.sections().into()
         };
@@ -61,14 +61,14 @@ pub(super) struct SectionKeys {
     pub(super) keys: Vec<&'static str>,
 }
 
-/// Every section of a scene, those of its laws last.
+/// Every section of a scene, those that its physics hold last.
 pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     let section = |(name, settings): (&'static str, &mut dyn Settings)| SectionKeys {
         name,
         keys: settings.fields().iter().map(|field| field.key).collect(),
     };
     let mut sections: Vec<_> = scene.sections().map(section).into();
-    sections.extend(scene.physics.law_sections().into_iter().map(section));
+    sections.extend(scene.physics.own_sections().into_iter().map(section));
     sections
 }
 
@@ -88,7 +88,9 @@ pub(crate) fn allowed_instead(path: &str, number: f64) -> Option<String> {
 pub fn reference() -> String {
     let mut scene = Scene::default();
     let mut text = String::new();
-    for (name, settings) in scene.sections() {
+    let mut ground = scene.physics.ground.clone();
+    let ground: (_, &mut dyn Settings) = ("ground", &mut ground);
+    for (name, settings) in scene.sections().into_iter().chain([ground]) {
         text += &format!("### `[{name}]`\n\n{}\n\n", settings.about());
         text += "| key | default | unit | allowed | source | meaning |\n";
         text += "| --- | --- | --- | --- | --- | --- |\n";

@@ -9,6 +9,7 @@
 
 mod pass;
 mod truss_file;
+mod terrain;
 mod robot;
 mod design;
 mod optimisation;
@@ -46,6 +47,7 @@ pub use robot::{
     PhysicsSettings, UnstableStep, VoidEdges,
 };
 
+pub use terrain::{GroundSettings, ProfileKind};
 pub use truss_file::TrussFile;
 
 use crate::settings;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::terrain::GroundSettings;
 use super::truss_file::TrussFile;
 use crate::ground::Ground;
 use crate::lattice::Lattice;
@@ -79,7 +80,7 @@ impl LatticeSettings {
 
 settings! {
     /// What the simulator integrates and against which ground.
-    struct PhysicsSettings {
+    struct PhysicsSettings with ground: GroundSettings {
         /// Time step.
         dt: f64 = 0.002, allowed within(1e-9, 1.0), unit "s", source "paper, table 2";
         /// Steps of a rollout.
@@ -96,7 +97,7 @@ settings! {
         node_mass: f64 = 1e-4, allowed within(1e-9, 1e3), unit "kg", source "D2";
         /// Extra mass of the payload, node 0 unless a truss says otherwise.
         payload_mass: f64 = 0.03, allowed within(0.0, 1e3), unit "kg", source "found by experiment";
-        /// Height of the ground line at x = 0.
+        /// Height of the ground line at x = 0; `[ground]` says what lies on that line.
         ground_height: f64 = 0.1, allowed within(-1e3, 1e3), unit "m", source "D1";
         /// Angle of the ground.
         incline_deg: f64 = 0.0, allowed within(-80.0, 80.0), unit "degrees",
@@ -166,14 +167,15 @@ impl From<&PhysicsSettings> for Ground {
 }
 
 impl PhysicsSettings {
-    /// The chosen laws that have settings, by their names.
-    pub(super) fn law_sections(&mut self) -> Vec<(&'static str, &mut dyn Settings)> {
+    /// Sections of their own: the ground, and the chosen laws that have settings, by their names.
+    pub(super) fn own_sections(&mut self) -> Vec<(&'static str, &mut dyn Settings)> {
+        let ground: (_, &mut dyn Settings) = ("ground", &mut self.ground);
         let contact = (self.contact.name(), self.contact.settings());
-        let mut all: Vec<_> = [contact]
+        let mut all: Vec<_> = [ground, contact]
             .into_iter()
             .chain(self.forces.settings())
             .collect();
-        all.retain_mut(|(_, law)| !law.fields().is_empty());
+        all.retain_mut(|(_, settings)| !settings.fields().is_empty());
         all
     }
 

@@ -13,8 +13,8 @@ fn paths() -> Vec<String> {
 
 #[test]
 fn no_law_can_have_the_name_of_a_section() {
-    let mut scene = Scene::default();
-    let names = scene.sections().map(|(name, _)| name);
+    let sections = keys::sections(&mut Scene::default());
+    let names: Vec<_> = sections.iter().map(|section| section.name).collect();
     assert_eq!(names, crate::laws::SECTIONS);
 }
 

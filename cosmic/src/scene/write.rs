@@ -33,7 +33,7 @@ impl Scene {
             text
         };
         let mut sections: Vec<String> = scene.sections().map(write).into();
-        sections.extend(scene.physics.law_sections().into_iter().map(write));
+        sections.extend(scene.physics.own_sections().into_iter().map(write));
         sections.join("\n")
     }
 }
@@ -44,7 +44,7 @@ impl Serialize for Scene {
         let mut scene = self.clone();
         let of = |(name, section): (&'static str, &mut dyn Settings)| (name, Values::of(section));
         let mut sections: Vec<_> = scene.sections().map(of).into();
-        sections.extend(scene.physics.law_sections().into_iter().map(of));
+        sections.extend(scene.physics.own_sections().into_iter().map(of));
         serializer.collect_map(sections)
     }
 }

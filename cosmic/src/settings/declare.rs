@@ -12,6 +12,9 @@
 /// }
 /// ```
 ///
+/// `struct PhysicsSettings with ground: GroundSettings {` has a field more, whose settings are a section of
+/// their own.
+///
 /// The type and the default are Rust; `allowed` is for numbers, and `unit` for those that have one.
 /// From this follow the struct with public fields, its `Default`, its documentation, and
 /// `Settings`, by which the reader, the template and the documentation of
@@ -20,7 +23,7 @@
 macro_rules! settings {
     (
         $(#[doc = $about:literal])+
-        struct $Settings:ident {
+        struct $Settings:ident $(with $part:ident: $Part:ty)? {
             $(
                 $(#[doc = $doc:literal])+
                 $key:ident: $type:ty = $default:expr
@@ -38,11 +41,15 @@ macro_rules! settings {
                 )]
                 pub $key: $type,
             )*
+            $(
+                #[doc = concat!("The section `[", stringify!($part), "]` of a file.")]
+                pub $part: $Part,
+            )?
         }
 
         impl Default for $Settings {
             fn default() -> Self {
-                Self { $($key: $default,)* }
+                Self { $($key: $default,)* $($part: <$Part>::default(),)? }
             }
         }
 

@@ -7,7 +7,7 @@ use autodiff::{Array, Graph, Program, Real};
 use super::parameters::Parameters;
 use crate::ground::Ground;
 use crate::lattice::Lattice;
-use crate::laws::{AnyContact, Drift, Flight, Force, Step};
+use crate::laws::{AnyContact, Drift, Flight, Force, Step, Terrain};
 use crate::scene::{Integrator, PhysicsSettings};
 
 /// The laws of a mechanical step of length `h = dt / substeps`.
@@ -25,6 +25,8 @@ pub(super) struct Mechanics {
     pub(super) push: f64,
     pub(super) flight: Flight,
     contact: Arc<dyn AnyContact>,
+    /// What lies on the ground line; `None` if nothing does.
+    terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
     ground: Ground,
 }
@@ -52,6 +54,7 @@ impl Mechanics {
                 gravity: ground.vector_to_ground([0.0, -physics.gravity * push]),
             },
             contact: physics.contact_law().into(),
+            terrain: Terrain::new(&physics.ground.resolved()),
             forces: physics.forces_on(lattice),
             ground,
         }
@@ -88,9 +91,11 @@ impl Mechanics {
     ) -> [Array; 4] {
         let p = &mut p.any();
         let [mut x, mut y, mut vx, mut vy] = state;
+        let terrain = self.terrain.as_ref();
         for _ in 0..self.substeps {
             if let Some(drift) = self.first {
-                [x, y, vx, vy] = self.contact.drift(p, drift, [x, y, vx, vy]);
+                let node = [x, y, vx, vy];
+                [x, y, vx, vy] = self.contact.drift(p, drift, terrain, node);
             }
             let step = Step {
                 graph,
@@ -111,7 +116,7 @@ impl Mechanics {
             }
             let [jx, jy] = impulses.expect("springs are always there");
             let node = [x, y, vx, vy, jx, jy, given.inverse_mass];
-            [x, y, vx, vy] = self.contact.fly(p, self.flight, node);
+            [x, y, vx, vy] = self.contact.fly(p, self.flight, terrain, node);
         }
         [x, y, vx, vy]
     }

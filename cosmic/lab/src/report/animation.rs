@@ -132,7 +132,7 @@ impl<'m> Canvas<'m> {
         let [x, _] = motion.camera(index);
         let view = View {
             // In the middle of the lower third.
-            corner: [x, motion.ground_height(x)],
+            corner: [x, motion.floor(x)],
             origin: [0.5 * f64::from(SIZE[0]), 0.78 * f64::from(SIZE[1])],
             scale: f64::from(SIZE[0]) / (WIDTHS * side),
         };
@@ -195,7 +195,7 @@ impl<'m> Canvas<'m> {
         let height = |x| motion.ground_height(x);
         let middle = self.view.corner[0];
         let ends = [middle - half, middle + half];
-        let line = ends.map(|x| [x, height(x)]);
+        let line = motion.ground_line(ends);
         let per_metre = 10f64.powf((MOST_TICKS / (2.0 * half)).log10().floor().min(1.0));
         // Along the ground, as displacements are measured.
         let [cos, _] = self.motion.ground().tangent();

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::files::{RobotFiles, RunFiles};
 use cosmic::design::Material;
-use cosmic::ground::Ground;
+use cosmic::ground::{Ground, Profile};
 use cosmic::lattice::State;
 use cosmic::scene::Scene;
 
@@ -15,6 +15,9 @@ pub(super) const PAYLOAD: [u8; 3] = [0xe6, 0x8a, 0x00];
 
 /// The largest number of moments of a rollout in an animation.
 const MOST_FRAMES: usize = 2000;
+
+/// Parts of the ground around a camera whose heights are averaged.
+const FLOORS: u32 = 16;
 
 /// An actuator's colours, from the strongest contraction over rest to the strongest extension.
 const CONTRACTED: [u8; 3] = [0x0b, 0x4f, 0xc4];
@@ -58,6 +61,8 @@ pub(super) struct Motion<'r> {
     seen: Vec<usize>,
     /// The strain with the full colour.
     pub(super) limit: f64,
+    /// What lies on the ground line.
+    profile: Profile,
 }
 
 impl<'r> Motion<'r> {
@@ -68,6 +73,7 @@ impl<'r> Motion<'r> {
             body: body(&run.robot),
             seen: seen(&run.robot),
             limit: if largest > 0.0 { largest } else { 1.0 },
+            profile: run.robot.scene.physics.ground.resolved(),
         }
     }
 
@@ -166,9 +172,7 @@ impl<'r> Motion<'r> {
 
     /// True if a bar is within a lattice's width of the payload's body.
     pub(super) fn is_near(&self, bar: &DrawnEdge, state: &State<f64>) -> bool {
-        let lattice = &self.run.robot.lattice;
-        let [across, _] = lattice.extent();
-        let width = (across + 1.0) * lattice.spacing;
+        let width = self.run.robot.lattice.width();
         let [low, high] = self.corners(state);
         let middle = 0.5 * (bar.from[0] + bar.to[0]);
         (low[0] - width..high[0] + width).contains(&middle)
@@ -188,10 +192,44 @@ impl<'r> Motion<'r> {
         [mean(0), mean(1)]
     }
 
-    /// The height of the ground at a place along, in the world.
+    /// The height of the ground in the world, where its line is at this x.
     pub(super) fn ground_height(&self, x: f64) -> f64 {
         let [cos, sin] = self.ground().tangent();
-        self.ground().height + x * sin / cos
+        self.ground().height + x * sin / cos + self.profile.height(x / cos) * cos
+    }
+
+    /// The ground from one x of its line to another, as points of the world.
+    pub(super) fn ground_line(&self, across: [f64; 2]) -> Vec<[f64; 2]> {
+        if self.profile.is_flat() {
+            return across.map(|x| [x, self.ground_height(x)]).to_vec();
+        }
+        let (ground, [cos, _]) = (self.ground(), self.ground().tangent());
+        let line = self.profile.between(across.map(|x| x / cos)).into_iter();
+        line.map(|point| ground.point_to_world(point)).collect()
+    }
+
+    /// The mean height of the ground around an x, for a camera that does not jump with every step.
+    pub(super) fn floor(&self, x: f64) -> f64 {
+        if self.profile.is_flat() {
+            return self.ground_height(x);
+        }
+        let width = self.run.robot.lattice.width();
+        let places = (0..=FLOORS).map(|k| x + width * (f64::from(k) / f64::from(FLOORS) - 0.5));
+        places.map(|x| self.ground_height(x)).sum::<f64>() / f64::from(FLOORS + 1)
+    }
+
+    /// How deep a bar cuts into the ground at most, m, in the states of the trajectory: nodes stay above
+    /// it, and between its nodes a bar does not meet corners. `None` if the ground has none.
+    pub(super) fn deepest_cut(&self) -> Option<f64> {
+        let has_corners = !self.profile.is_flat() && self.scene().physics.contact.has_ground();
+        let (ground, edges) = (self.ground(), solid_edges(&self.run.robot));
+        let edges: Vec<[usize; 2]> = edges.collect();
+        let depths = self.states().iter().flat_map(|state| {
+            let state = state.to_ground(&ground);
+            let depth = |edge: &[usize; 2]| self.profile.depth(edge.map(|node| state.x[node]));
+            edges.iter().map(depth).collect::<Vec<_>>()
+        });
+        has_corners.then(|| depths.fold(0.0, f64::max))
     }
 
     pub(super) fn ground(&self) -> Ground {
@@ -244,12 +282,18 @@ mod tests {
     use super::{AT_REST, CONTRACTED, EXTENDED, Motion, SKELETON, bounds};
     use crate::report::RunFiles;
     use cosmic::design::Material;
+    use cosmic::ground::Profile;
     use cosmic::record::{RunPlan, optimise};
-    use cosmic::scene::{Scene, StartKind};
+    use cosmic::scene::{GroundSettings, Scene, StartKind};
 
     /// The short three-legged robot, its controller hardly trained.
     fn results() -> RunFiles {
+        results_on(GroundSettings::default())
+    }
+
+    fn results_on(ground: GroundSettings) -> RunFiles {
         let mut scene = Scene::default();
+        scene.physics.ground = ground;
         scene.start.kind = StartKind::Layout;
         scene.physics.steps = 64;
         (scene.schedule.iterations, scene.schedule.snap_at) = (1, 0);
@@ -281,6 +325,31 @@ mod tests {
             assert_eq!(passive, vec![SKELETON; count(Material::Skeleton)]);
             assert_eq!(active, vec![colour; count(Material::Actuator)]);
         }
+    }
+
+    /// Ridges of 1 and 3 cm between nodes of the lowest row, which stand on level ground.
+    #[test]
+    fn bars_cut_into_ridges_between_their_nodes() {
+        let ridge = |at: f64, height| [[at - 0.02, 0.0], [at, height], [at + 0.02, 0.0]];
+        let points = [ridge(0.15, 0.01), ridge(0.35, 0.03)].concat();
+        let profile = Profile::new(points).unwrap();
+        let results = results_on(profile.into());
+        let motion = Motion::new(&results);
+        let start = &motion.states()[0];
+        let floor = |x: f64| motion.ground_height(x) - 0.1;
+        // Sums of numbers below 1.
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-15;
+        assert!(near(floor(0.35), 0.03) && near(floor(0.3), 0.0) && near(floor(0.34), 0.015));
+        let line = motion.ground_line([0.0, 0.36]);
+        assert_eq!(line.len(), 7);
+        assert!(near(line[2][1], 0.11) && near(line[6][1], 0.115));
+        let bar = [2, 3].map(|node| start.x[node]);
+        assert!(bar.iter().all(|x| near(x[1], 0.1)));
+        // The robot hardly moves in 0.13 s.
+        let cut = motion.deepest_cut().unwrap();
+        assert!((0.02..0.04).contains(&cut), "{cut}");
+        let flat = results_on(GroundSettings::default());
+        assert_eq!(Motion::new(&flat).deepest_cut(), None);
     }
 
     #[test]

@@ -31,7 +31,12 @@ function draw() {
   const [cameraX, cameraY] = data.camera[index];
   const place = (x, y) => [canvas.width / 2 + (x - cameraX) * scale, canvas.height * 0.8 - (y - cameraY) * scale];
   const node = (frame, i) => place(frame[2 * i] * data.unit, frame[2 * i + 1] * data.unit);
-  const ground = x => data.ground[0] + data.ground[1] * x;
+  const ground = x => {
+    // The first corner ahead ends the part of the ground that x is on.
+    const ahead = Math.max(1, data.ground.findIndex(point => point[0] >= x));
+    const [[x0, y0], [x1, y1]] = data.ground.slice(ahead - 1, ahead + 1);
+    return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
+  };
   pen.clearRect(0, 0, canvas.width, canvas.height);
   pen.lineCap = pen.lineJoin = "round";
   pen.fillStyle = "#656d76";
@@ -39,16 +44,18 @@ function draw() {
   pen.font = "20px system-ui, sans-serif";
   const half = data.width / 2;
   // Along the ground, as displacements are measured.
-  const cos = 1 / Math.hypot(1, data.ground[1]);
-  const [first, last] = [-half, half].map(x => (cameraX + x) / cos / between);
+  const [first, last] = [-half, half].map(x => (cameraX + x) / data.cos / between);
   for (let k = Math.ceil(first); k <= last; k++) {
-    const along = cos * k * between;
+    const along = data.cos * k * between;
     const [x, y] = place(along, ground(along));
     line([[x, y], [x, y + (k % 5 ? 8 : 16)]], "#9aa3ad", 1.5);
     const metres = (k * between).toFixed(Math.max(0, -decade));
     if (k % 5 === 0) pen.fillText(`${metres} m`.replace("-", "\u2212"), x, y + 40);
   }
-  line([cameraX - half, cameraX + half].map(x => place(x, ground(x))), "#1f2328", 2.5);
+  const [left, right] = [cameraX - half, cameraX + half];
+  const corners = data.ground.filter(([x]) => left < x && x < right);
+  const terrain = [[left, ground(left)], ...corners, [right, ground(right)]];
+  line(terrain.map(([x, y]) => place(x, y)), "#1f2328", 2.5);
   line(data.frames.slice(0, index + 1).map(f => node(f, 0)), data.payload, 2);
   for (const [i, j, rest] of data.edges) {
     const length = Math.hypot(frame[2 * i] - frame[2 * j], frame[2 * i + 1] - frame[2 * j + 1]) * data.unit;

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::files::RobotFiles;
-use super::motion::{Motion, PAYLOAD, SKELETON, hex};
+use super::motion::{Motion, PAYLOAD, SKELETON, bounds, hex};
 use super::numbers::with_numbers;
 use super::{html, layout, ternary};
 use crate::table::{Cell, Column, Table, decimals, escape};
@@ -26,7 +26,7 @@ pub(super) fn of_run(motion: &Motion, robot: &str, convergence: Option<&str>) ->
         format!("<h2>Gait</h2>\n{robot}\n"),
         design(&run.robot),
         format!("<h2>Convergence</h2>\n{convergence}\n"),
-        numbers(summary),
+        numbers(summary, motion.deepest_cut()),
         scene(&run.robot),
         format!("<script>\n{}</script>\n", include_str!("page.js")),
     ];
@@ -79,8 +79,9 @@ fn figures(summary: &Summary) -> String {
     format!("<div class=\"figures\">{cells}</div>\n")
 }
 
-/// Every number, and the options that depart from the paper.
-fn numbers(summary: &Summary) -> String {
+/// Every number, with how deep bars cut into the ground if its corners can be cut, and the options that
+/// depart from the paper.
+fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     let table = with_numbers(Table::of("", "", from_ref(summary)), |run| run).done();
     let cells = table.columns.iter().zip(&table.rows[0].cells);
     let row = |(column, cell): (&Column, &Cell)| {
@@ -91,6 +92,10 @@ fn numbers(summary: &Summary) -> String {
     let [x, y] = summary.displacement.map(|x| decimals(x, 3));
     let says = "displacement of one unperturbed rollout, x and y of the world";
     rows.push(vec![says.into(), format!("{x} m, {y} m").into()]);
+    rows.extend(deepest_cut.map(|depth| {
+        let says = "deepest cut of a bar into the ground between its nodes";
+        vec![says.into(), (decimals(depth, 4) + " m").into()]
+    }));
     let departures = summary.departures.iter();
     let departures = departures.map(|d| vec![format!("`{}`", d.option).into(), d.says[..].into()]);
     let departures = if summary.departures.is_empty() {
@@ -126,7 +131,7 @@ fn motion_data(motion: &Motion) -> Value {
     };
     let camera = |&i: &usize| {
         let x = motion.camera(i)[0];
-        [x, motion.ground_height(x)].map(|v| (v / unit).round() * unit)
+        [x, motion.floor(x)].map(|v| (v / unit).round() * unit)
     };
     // Skeleton edges have no rest length here: their colour does not depend on it.
     let edge = |(e, [i, j]): (usize, &[usize; 2])| match design.materials[e] {
@@ -136,13 +141,16 @@ fn motion_data(motion: &Motion) -> Value {
     };
     let edges = design.edges.iter().enumerate().filter_map(edge);
     let ramp = (-16..=16).map(|k| hex(motion.colour(f64::from(k) / 16.0 * motion.limit)));
-    let floor = motion.ground_height(0.0);
+    let width = 4.0 * lattice.side();
+    let cameras = indices.iter().map(|&i| motion.camera(i)[0]);
+    let [low, high] = bounds(cameras.map(|x| [x, 0.0]));
     json!({
         "step": step,
         "unit": unit,
         "duration": motion.duration(),
-        "width": 4.0 * lattice.side(),
-        "ground": [floor, motion.ground_height(1.0) - floor],
+        "width": width,
+        "ground": motion.ground_line([low[0] - width, high[0] + width]),
+        "cos": motion.ground().tangent()[0],
         "limit": motion.limit,
         "ramp": ramp.collect::<Vec<_>>(),
         "skeleton": hex(SKELETON),

@@ -15,11 +15,14 @@ const PANEL: f64 = (WIDTH - 2.0 * MARGIN) / 6.0;
 impl View {
     /// Draws the ground from one place along to another.
     fn draw_ground(&self, svg: &mut Svg, motion: &Motion, across: [f64; 2]) {
-        let [from, to] = across.map(|x| self.place([x, motion.ground_height(x)]));
-        svg.line(from, to, &format!(r#"{INK_LINE} stroke-width="1.5""#));
-        let below = format!(r#"fill="none" {MUTED_LINE} stroke-opacity="0.18" stroke-width="7""#);
-        let [from, to] = [from, to].map(|[x, y]| [x, y + 4.2]);
-        svg.line(from, to, &below);
+        let line = motion.ground_line(across).into_iter();
+        let mut line: Vec<[f64; 2]> = line.map(|point| self.place(point)).collect();
+        svg.polyline(&line, &format!(r#"{INK_LINE} stroke-width="1.5""#));
+        for point in &mut line {
+            point[1] += 4.2;
+        }
+        let below = format!(r#"{MUTED_LINE} stroke-opacity="0.18" stroke-width="7""#);
+        svg.polyline(&line, &below);
     }
 
     fn draw_robot(&self, svg: &mut Svg, bars: &[DrawnEdge], payload: [f64; 2]) {
@@ -74,9 +77,9 @@ fn draw_journey(svg: &mut Svg, motion: &Motion) -> f64 {
     let shown = states.flat_map(|state| motion.places(state));
     let [low, high] = bounds(shown.chain(motion.path()));
     let across = [low[0] - 0.1, high[0] + 0.1];
-    let ground = across.map(|x| motion.ground_height(x));
-    let floor = low[1].min(ground[0]).min(ground[1]);
-    let roof = high[1].max(ground[0]).max(ground[1]);
+    let [lowest, highest] = bounds(motion.ground_line(across));
+    let floor = low[1].min(lowest[1]);
+    let roof = high[1].max(highest[1]);
     // As large as the page is wide, unless that would make it higher than a screen.
     let scale = ((WIDTH - 2.0 * MARGIN) / (across[1] - across[0])).min(420.0 / (roof - floor));
     let bottom = 64.0 + scale * (roof - floor);
@@ -134,9 +137,8 @@ fn draw_gait(svg: &mut Svg, motion: &Motion, top: f64) -> f64 {
     let extents = moments.map(|index| motion.extent(&motion.states()[index]));
     let most = |k: usize| extents.iter().map(|e| e[k]).fold(0.05, f64::max);
     let scale = ((PANEL - 18.0) / most(0)).min(220.0 / most(1));
-    // How far the ground rises or falls within half a panel.
-    let slope = motion.ground_height(1.0) - motion.ground_height(0.0);
-    let rise = 0.5 * PANEL * slope.abs();
+    let middles = moments.map(|index| motion.centre(&motion.states()[index])[0]);
+    let rise = scale * most_rise(motion, &middles, 0.5 * PANEL / scale);
     let bottom = top + (scale * most(1) + 2.0 * rise + 16.0);
     let title = if period < motion.duration() {
         format!("One period of the clock, {period:.2} s, at the end")
@@ -146,9 +148,9 @@ fn draw_gait(svg: &mut Svg, motion: &Motion, top: f64) -> f64 {
     svg.text([MARGIN, top], &title, BOLD);
     for (panel, index) in moments.into_iter().enumerate() {
         let left = MARGIN + PANEL * panel as f64;
-        let middle = motion.centre(&motion.states()[index])[0];
+        let middle = middles[panel];
         let view = View {
-            corner: [middle - 0.5 * PANEL / scale, motion.ground_height(middle)],
+            corner: [middle - 0.5 * PANEL / scale, motion.floor(middle)],
             origin: [left, bottom - rise],
             scale,
         };
@@ -157,6 +159,18 @@ fn draw_gait(svg: &mut Svg, motion: &Motion, top: f64) -> f64 {
         svg.text(place, &format!("{:.2} s", motion.time(index)), MUTED_MIDDLE);
     }
     bottom
+}
+
+/// How far the ground rises or falls at most within half a panel.
+fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
+    let rises = middles.iter().flat_map(|&middle| {
+        let (line, floor) = (
+            motion.ground_line([middle - half, middle + half]),
+            motion.floor(middle),
+        );
+        line.into_iter().map(move |point| (point[1] - floor).abs())
+    });
+    rises.fold(0.0, f64::max)
 }
 
 /// Draws the robot at the last of some states, and the payload's path through them, cut to the panel.

@@ -12,7 +12,7 @@ use cosmic::ground::Ground;
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::lattice::Body;
 use cosmic::laws::ContactLaw;
-use cosmic::scene::{ControllerSettings, LossSettings, PhysicsSettings, VoidEdges};
+use cosmic::scene::{ControllerSettings, LossSettings, PhysicsSettings, ProfileKind, VoidEdges};
 use cosmic::simulator::{Simulator, Span};
 use std::iter::once;
 
@@ -300,7 +300,7 @@ impl<'a> Facts<'a> {
             .or(true, |parts| parts.body = voids.other_body(self.case))
     }
 
-    fn ground_rows(&self) -> [PlannedTerm<'_>; 3] {
+    fn ground_rows(&self) -> [PlannedTerm<'_>; 4] {
         let physics = &self.case.physics;
         let rotation = if Ground::from(physics).is_flat() {
             "the ground is flat"
@@ -308,6 +308,11 @@ impl<'a> Facts<'a> {
             "all is computed in the ground's frame; gravity and weights are turned once"
         };
         let nodes = format!("{} nodes", self.case.lattice.nodes());
+        let corners = physics.ground.resolved().points().len();
+        let (profile, other) = match corners {
+            0 => ("the ground is a line".to_owned(), ProfileKind::Steps),
+            _ => (format!("{corners} corners"), ProfileKind::Flat),
+        };
         let (is_there, law) = (physics.contact.has_ground(), &physics.contact);
         let is_coulomb = law.name() == "coulomb";
         let coulomb = format!("coefficient {}", physics.friction);
@@ -328,6 +333,8 @@ impl<'a> Facts<'a> {
                 parts.physics.contact = sticking_or(is_coulomb, ContactLaw::coulomb);
             }),
             row("rotation of an incline", false, rotation),
+            row("profile of the ground", is_there && corners > 0, profile)
+                .or(is_there, move |parts| parts.physics.ground.profile = other),
         ]
     }
 }

@@ -201,10 +201,12 @@ fn stands_and_touches(case: &Case) -> [bool; 2] {
     [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
 }
 
-/// The heights of all nodes above the ground line, m.
+/// The heights of all nodes above the ground and its profile, m.
 fn heights(case: &Case) -> Vec<f64> {
     let state = case.start.to_ground(&Ground::from(&case.physics));
-    state.x.iter().map(|x| x[1]).collect()
+    let profile = case.physics.ground.resolved();
+    let height = |x: &[f64; 2]| x[1] - profile.height(x[0]);
+    state.x.iter().map(height).collect()
 }
 
 fn lifted(case: &Case) -> Case {

@@ -1,0 +1,172 @@
+//! The height of the terrain above the ground line.
+
+use serde::{Deserialize, Serialize};
+
+/// The most points of a profile: every node looks at every segment in every step.
+pub const MOST_POINTS: usize = 64;
+
+/// The height of the terrain above the ground line over the place along it, both in metres in the
+/// ground's frame: straight between points, level before the first and behind the last. Without points
+/// the ground is its line.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
+pub struct Profile {
+    points: Vec<[f64; 2]>,
+}
+
+impl Profile {
+    /// The profile through points `[along, height]`.
+    ///
+    /// # Errors
+    /// A sentence, if there are more than [`MOST_POINTS`], if one is not finite, or if one is not ahead of
+    /// the one before it.
+    pub fn new(points: Vec<[f64; 2]>) -> Result<Self, String> {
+        if points.len() > MOST_POINTS {
+            return Err(format!(
+                "has {} points, more than {MOST_POINTS}",
+                points.len()
+            ));
+        }
+        if points.as_flattened().iter().any(|x| !x.is_finite()) {
+            return Err("has a point that is not finite".to_owned());
+        }
+        match Self::not_ahead(&points) {
+            None => Ok(Self { points }),
+            Some(at) => Err(format!(
+                "has the point {:?} that is not ahead of {:?}",
+                points[at],
+                points[at - 1]
+            )),
+        }
+    }
+
+    /// The first point that is not ahead of the one before it.
+    pub(crate) fn not_ahead(points: &[[f64; 2]]) -> Option<usize> {
+        // A NaN is ahead of nothing.
+        let is_ahead = |at: &usize| points[at - 1][0] < points[*at][0];
+        (1..points.len()).find(|at| !is_ahead(at))
+    }
+
+    /// The points, ascending along the ground.
+    pub fn points(&self) -> &[[f64; 2]] {
+        &self.points
+    }
+
+    /// True if the ground is its line.
+    pub fn is_flat(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// The height at a place along the ground, m.
+    pub fn height(&self, along: f64) -> f64 {
+        let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
+            return 0.0;
+        };
+        match self.points.partition_point(|point| point[0] <= along) {
+            0 => first[1],
+            ahead if ahead == self.points.len() => last[1],
+            ahead => height_of(self.points[ahead - 1], self.points[ahead], along),
+        }
+    }
+
+    /// The terrain from one place along the ground to another: both ends, and the corners in between.
+    pub fn between(&self, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+        let end = |along: f64| [along, self.height(along)];
+        let corners = self.points.iter().copied();
+        let corners = corners.filter(|corner| from < corner[0] && corner[0] < to);
+        let mut line = vec![end(from)];
+        line.extend(corners);
+        line.push(end(to));
+        line
+    }
+
+    /// How far a bar is below the terrain at its deepest, m, measured along the normal of the ground line;
+    /// 0 if it is nowhere.
+    pub fn depth(&self, [a, b]: [[f64; 2]; 2]) -> f64 {
+        let [from, to] = if a[0] <= b[0] { [a, b] } else { [b, a] };
+        // Between two corners the distance from bar to terrain changes at a constant rate.
+        let ends = [from, to].map(|[x, y]| self.height(x) - y);
+        let corners = self.points.iter();
+        let corners = corners.filter(|corner| from[0] < corner[0] && corner[0] < to[0]);
+        let depths = corners.map(|corner| corner[1] - height_of(from, to, corner[0]));
+        depths.chain(ends).fold(0.0, f64::max)
+    }
+}
+
+/// The height of the line through two points at a place along.
+fn height_of([x, y]: [f64; 2], [to_x, to_y]: [f64; 2], along: f64) -> f64 {
+    y + (to_y - y) * ((along - x) / (to_x - x))
+}
+
+impl TryFrom<Vec<[f64; 2]>> for Profile {
+    type Error = String;
+    fn try_from(points: Vec<[f64; 2]>) -> Result<Self, String> {
+        Self::new(points)
+    }
+}
+
+impl From<Profile> for Vec<[f64; 2]> {
+    fn from(profile: Profile) -> Self {
+        profile.points
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MOST_POINTS, Profile};
+
+    fn kerb() -> Profile {
+        Profile::new(vec![[1.0, 0.0], [1.5, 0.5], [2.0, 0.25]]).unwrap()
+    }
+
+    #[test]
+    fn it_is_straight_between_points_and_level_beyond() {
+        let kerb = kerb();
+        for (along, height) in [
+            (-9.0, 0.0),
+            (1.0, 0.0),
+            (1.25, 0.25),
+            (1.5, 0.5),
+            (1.75, 0.375),
+            (2.0, 0.25),
+            (9.0, 0.25),
+        ] {
+            assert_eq!(kerb.height(along), height, "at {along}");
+        }
+        assert_eq!(Profile::default().height(3.0), 0.0);
+        let line = kerb.between([0.0, 1.75]);
+        assert_eq!(line, [[0.0, 0.0], [1.0, 0.0], [1.5, 0.5], [1.75, 0.375]]);
+    }
+
+    #[test]
+    fn bars_cut_corners() {
+        let kerb = kerb();
+        // Across the top, whichever way round; above it; with an end inside; along a slope.
+        for (bar, depth) in [
+            ([[1.0, 0.0], [2.0, 0.25]], 0.375),
+            ([[2.0, 0.25], [1.0, 0.0]], 0.375),
+            ([[1.0, 0.5], [2.0, 0.6]], 0.0),
+            ([[0.0, -0.25], [0.5, 1.0]], 0.25),
+            ([[1.0, 0.0], [1.5, 0.5]], 0.0),
+            ([[1.5, 0.5], [1.5, 0.4]], 0.1),
+        ] {
+            // One division and a difference of numbers below 1.
+            assert!((kerb.depth(bar) - depth).abs() < 1e-15, "{bar:?}");
+        }
+    }
+
+    #[test]
+    fn points_go_ahead() {
+        for (points, says) in [
+            (vec![[0.0, 0.0], [1.0, 0.1], [1.0, 0.2]], "not ahead"),
+            (vec![[0.0, 0.0], [-1.0, 0.1]], "not ahead"),
+            (vec![[0.0, f64::NAN]], "not finite"),
+            (vec![[f64::INFINITY, 0.0]], "not finite"),
+        ] {
+            let error = Profile::new(points).unwrap_err();
+            assert!(error.contains(says), "{error}");
+        }
+        let many = |n: usize| Profile::new((0..n).map(|k| [k as f64, 0.0]).collect());
+        assert!(many(MOST_POINTS).is_ok() && many(MOST_POINTS + 1).is_err());
+    }
+}

@@ -1,0 +1,145 @@
+//! Settings of the ground: what lies on its line.
+
+use toml::Spanned;
+use toml::de::DeValue;
+
+use crate::ground::{MOST_POINTS, Profile};
+use crate::random::{Purpose, stream, symmetric};
+use crate::settings;
+use crate::settings::{Filled, Limits, SettingValue, above, json, misfit, within, wrong_kind};
+
+settings! {
+    /// The height profile of the ground above its line. It is level below the lattice unless its points say
+    /// otherwise, and nothing moves the robot up to it.
+    struct GroundSettings {
+        /// What lies on the ground line.
+        profile: ProfileKind = ProfileKind::Flat, source "paper: flat";
+        /// For "points": the corners of the profile, each with its place along the ground and its height.
+        points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m",
+            source "beyond the paper";
+        /// For "steps" and "rough": how far along the ground they begin.
+        from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m", source "beyond the paper";
+        /// For "steps" and "rough": how many steps, or heights that are drawn.
+        count: usize = 10, allowed within(1.0, 62.0), source "beyond the paper";
+        /// For "steps" and "rough": the distance from one to the next.
+        spacing: f64 = 0.3, allowed above(0.0, 1e3), unit "m", source "beyond the paper";
+        /// For "steps": the height of a step; below 0 they lead down.
+        rise: f64 = 0.02, allowed within(-1e3, 1e3), unit "m", source "beyond the paper";
+        /// For "steps": the way on which a step rises, shorter than the distance to the next.
+        ramp: f64 = 0.005, allowed above(0.0, 1e3), unit "m", source "beyond the paper";
+        /// For "rough": the largest height above or below the ground line.
+        roughness: f64 = 0.02, allowed within(0.0, 1e3), unit "m", source "beyond the paper";
+        /// For "rough": the seed of the heights.
+        seed: usize = 0, allowed within(0.0, 1e9), source "beyond the paper";
+    }
+}
+
+settings! {
+    /// What lies on the ground line.
+    #[derive(Default)]
+    enum ProfileKind {
+        /// Nothing.
+        #[default]
+        Flat = "flat",
+        /// Given points.
+        Points = "points",
+        /// Steps of one height.
+        Steps = "steps",
+        /// Heights drawn at random.
+        Rough = "rough",
+    }
+}
+
+/// The most steps: each has two corners.
+pub(super) const MOST_STEPS: usize = MOST_POINTS / 2;
+
+impl GroundSettings {
+    /// The profile that these settings mean.
+    ///
+    /// # Panics
+    /// If the settings contradict one another, as those of no scene do.
+    pub fn resolved(&self) -> Profile {
+        let points = match self.profile {
+            ProfileKind::Flat => Vec::new(),
+            ProfileKind::Points => return self.points.clone(),
+            ProfileKind::Steps => self.steps(),
+            ProfileKind::Rough => self.rough(),
+        };
+        Profile::new(points).unwrap_or_else(|says| panic!("the profile of the ground {says}"))
+    }
+
+    fn place(&self, number: usize) -> f64 {
+        self.from + number as f64 * self.spacing
+    }
+
+    fn steps(&self) -> Vec<[f64; 2]> {
+        let step = |k: usize| {
+            let [below, above] = [k, k + 1].map(|k| k as f64 * self.rise);
+            [[self.place(k), below], [self.place(k) + self.ramp, above]]
+        };
+        (0..self.count).flat_map(step).collect()
+    }
+
+    /// Heights at equal distances between two ends on the ground line.
+    fn rough(&self) -> Vec<[f64; 2]> {
+        let mut stream = stream(self.seed as u64, Purpose::Terrain);
+        let heights = (0..self.count).map(|_| symmetric(&mut stream, self.roughness));
+        let heights = [0.0].into_iter().chain(heights).chain([0.0]);
+        let point = |(k, height)| [self.place(k), height];
+        heights.enumerate().map(point).collect()
+    }
+}
+
+impl From<GroundSettings> for Profile {
+    fn from(settings: GroundSettings) -> Self {
+        settings.resolved()
+    }
+}
+
+impl From<Profile> for GroundSettings {
+    fn from(points: Profile) -> Self {
+        let profile = if points.is_flat() {
+            ProfileKind::Flat
+        } else {
+            ProfileKind::Points
+        };
+        Self {
+            profile,
+            points,
+            ..Self::default()
+        }
+    }
+}
+
+impl SettingValue for Profile {
+    fn allowed(&self, limits: &Limits) -> String {
+        format!("up to {MOST_POINTS} pairs [along, height], along increasing, each number {limits}")
+    }
+
+    fn toml(&self) -> String {
+        format!("{:?}", self.points())
+    }
+
+    fn json(&self) -> serde_json::Value {
+        json(self)
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
+        let entries = value.get_ref().as_array();
+        let entries = entries.ok_or_else(|| wrong_kind(value))?;
+        if entries.len() > MOST_POINTS {
+            return Err(misfit(value, &format!("has {} points:", entries.len())));
+        }
+        let mut points = Vec::new();
+        for entry in entries.iter() {
+            let mut point = [0.0; 2];
+            point.read(entry, limits)?;
+            points.push(point);
+            if Profile::not_ahead(&points).is_some() {
+                return Err(misfit(entry, "is not ahead of the point before it:"));
+            }
+        }
+        *self = Profile::new(points).map_err(|says| misfit(value, &says))?;
+        Ok(())
+    }
+}

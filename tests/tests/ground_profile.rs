@@ -1,0 +1,291 @@
+//! Robots and single nodes on the height profile of the ground.
+
+use autodiff::check::{Options, Verdict};
+use cosmic::case::Case;
+use cosmic::ground::{Ground, Profile};
+use cosmic::lattice::State;
+use cosmic::laws::ContactLaw;
+use cosmic::scene::{GroundSettings, Integrator, PhysicsSettings, ProfileKind, Scene};
+use cosmic::simulator::Span;
+use cosmic_lab::verify::check_gradients;
+use cosmic_tests::Bare;
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+
+fn profile(points: &[[f64; 2]]) -> GroundSettings {
+    Profile::new(points.to_vec()).unwrap().into()
+}
+
+/// A mixture of the default lattice that falls, with a velocity along the ground.
+fn falling(change: impl FnOnce(&mut Scene)) -> Case {
+    let mut scene = Scene::default();
+    scene.physics.steps = 256;
+    scene.lattice.drop = 0.003;
+    change(&mut scene);
+    let mut case = Case::of_scene(&scene, 1).unwrap();
+    for (i, v) in case.start.v.iter_mut().enumerate() {
+        *v = [0.4 + 0.01 * i as f64, -0.1];
+    }
+    case
+}
+
+/// Every state of a case's rollout.
+fn states(case: &Case) -> Vec<State<f64>> {
+    let (task, mixture) = (case.task(), case.own_mixture());
+    let span = Span::from_start((0..=case.physics.steps).collect());
+    let seen = task.rollout(&mixture, &case.controller, &case.start, &span);
+    seen.states
+}
+
+/// The least height of a node above the profile of its ground, m.
+fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
+    let profile = physics.ground.resolved();
+    let nodes = states.iter().flat_map(|state| &state.x);
+    let heights = nodes.map(|[x, y]| y - physics.ground_height - profile.height(*x));
+    heights.fold(f64::INFINITY, f64::min)
+}
+
+/// A profile of one slope is the incline, from equal states of the world.
+#[test]
+fn a_profile_of_one_slope_is_the_incline() {
+    for (contact, incline_deg) in [
+        (ContactLaw::infinite(), 15.0),
+        (ContactLaw::coulomb(), 15.0),
+        (ContactLaw::coulomb(), -8.0),
+    ] {
+        let incline = falling(|scene| {
+            scene.physics.contact = contact.clone();
+            (scene.physics.friction, scene.physics.incline_deg) = (0.3, incline_deg);
+        });
+        let mut slope = incline.clone();
+        let rise = 20.0 * f64::to_radians(incline_deg).tan();
+        slope.physics.incline_deg = 0.0;
+        slope.physics.ground = profile(&[[-20.0, -rise], [20.0, rise]]);
+        let [on_incline, on_slope] = [&incline, &slope].map(states);
+        let pairs = on_incline.iter().zip(&on_slope);
+        let off = pairs.flat_map(|(a, b)| {
+            let numbers = |s: &State<f64>| [s.x.concat(), s.v.concat()].concat();
+            let pairs = numbers(a).into_iter().zip(numbers(b));
+            pairs.map(|(a, b)| (a - b).abs()).collect::<Vec<_>>()
+        });
+        let off = off.fold(0.0, f64::max);
+        println!("{contact:?}, {incline_deg} degrees: {off:.1e}");
+        // The bound. The two frames round differently, some 1e-16 in each of 256 steps, and the
+        // motion magnifies it.
+        assert!(off < 1e-12, "{contact:?}, {incline_deg} degrees: {off:e}");
+        // They do meet the ground.
+        let last = on_slope.last().unwrap();
+        assert!(last.v.contains(&[0.0; 2]) || contact != ContactLaw::infinite());
+        assert!(least_height(&slope.physics, &on_slope).abs() < 1e-12);
+    }
+}
+
+/// A world with points for its profile, and one node in it.
+fn world(rng: &mut ChaCha8Rng) -> PhysicsSettings {
+    let mut at = 0.0;
+    let count = rng.random_range(1..20);
+    let points = (0..count).map(|_| {
+        at += 10f64.powf(rng.random_range(-3.0..-0.5));
+        [at, rng.random_range(-0.1..0.1)]
+    });
+    let points: Vec<[f64; 2]> = points.collect();
+    let contact = ["infinite", "coulomb"][rng.random_range(0..2)];
+    PhysicsSettings {
+        contact: ContactLaw::named(contact).unwrap(),
+        friction: [0.0, 0.1, 0.5, 2.5][rng.random_range(0..4)],
+        ground_height: 0.0,
+        gravity: 9.81,
+        damping: rng.random_range(0.0..5.0),
+        ground: profile(&points),
+        ..PhysicsSettings::default()
+    }
+}
+
+/// Over drawn profiles, with sharp ridges, narrow gaps and walls, no node is ever below the ground.
+#[test]
+fn no_node_is_below_the_ground() {
+    const STEPS: usize = 400;
+    let (mut low, mut high) = (0, 0);
+    for seed in 0..300 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let physics = world(&mut rng);
+        let ground = physics.ground.resolved();
+        let end = ground.points().last().unwrap()[0];
+        let mut node = || {
+            let x = rng.random_range(-0.1..end + 0.1);
+            let above = 10f64.powf(rng.random_range(-4.0..-0.5));
+            [x, ground.height(x) + above]
+        };
+        let start = State {
+            x: vec![node(), node()],
+            v: [(); 2]
+                .map(|()| [(); 2].map(|()| rng.random_range(-3.0..3.0)))
+                .to_vec(),
+        };
+        let bare = Bare::free_node(physics);
+        let seen = bare.run(&start, (0..=STEPS).collect());
+        let least = least_height(&bare.physics, &seen.states);
+        // A place on a slope is rounded by 1e-16, in each step in which the node slides along it.
+        assert!(least > -1e-12, "seed {seed}: {least:e} m");
+        let rests = |state: &State<f64>| state.v[0] == [0.0; 2];
+        (low, high) = (
+            low + usize::from(least < 1e-12),
+            high + usize::from(seen.states.last().is_some_and(rests)),
+        );
+    }
+    // Most do meet the ground, and many come to rest.
+    assert!(low > 250 && high > 100, "{low} {high}");
+}
+
+/// The robot on the steps of the scene: a stair below every second column of its lowest row.
+fn on_stairs(contact: ContactLaw) -> Case {
+    falling(|scene| {
+        scene.physics.contact = contact;
+        scene.lattice.drop = 0.06;
+        scene.physics.ground = GroundSettings {
+            profile: ProfileKind::Steps,
+            from: 0.15,
+            spacing: 0.2,
+            count: 3,
+            ..GroundSettings::default()
+        };
+        scene.physics.steps = 2000;
+        scene.materials.max_strain = [0.0; 3];
+    })
+}
+
+/// A robot that has come to rest on steps stays there.
+#[test]
+fn a_body_at_rest_on_a_step_stays() {
+    for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
+        let mut case = on_stairs(contact.clone());
+        case.start.v.fill([0.0; 2]);
+        let first = states(&case);
+        let last = first.last().unwrap();
+        let speed = |v: &[f64; 2]| v[0].hypot(v[1]);
+        let fastest = last.v.iter().map(speed).fold(0.0, f64::max);
+        // It stands, on two levels at least, and all vibration is damped.
+        assert!(fastest < 1e-6, "{contact:?}: {fastest:e}");
+        let profile = case.physics.ground.resolved();
+        let stands = last.x.iter().filter(|[x, y]| {
+            let height = y - case.physics.ground_height - profile.height(*x);
+            height.abs() < 1e-9
+        });
+        let mut levels: Vec<i64> = stands.map(|[_, y]| (y * 1e3).round() as i64).collect();
+        levels.dedup();
+        assert!(levels.len() > 1, "{contact:?}: {levels:?}");
+        case.start = last.clone();
+        case.start.v.fill([0.0; 2]);
+        let second = states(&case);
+        let moved = last.x.iter().zip(&second.last().unwrap().x);
+        let moved = moved.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+        let moved = moved.fold(0.0, f64::max);
+        // What is left of the vibration: below 1e-6 m/s, damped with 20 1/s.
+        assert!(moved < 1e-7, "{contact:?}: {moved:e}");
+    }
+}
+
+/// Gradients of rollouts whose nodes meet level ground, slopes, ridges and valleys.
+#[test]
+fn every_block_of_a_robot_on_rough_ground() {
+    const STEPS: usize = 90;
+    for contact in [ContactLaw::infinite(), ContactLaw::coulomb()] {
+        let mut case = falling(|scene| {
+            (scene.lattice.columns, scene.lattice.rows) = (3, 2);
+            scene.lattice.drop = 0.012;
+            scene.controller.hidden = 6;
+            scene.controller.velocity_scale = 0.5;
+            (scene.physics.contact, scene.physics.friction) = (contact.clone(), 0.4);
+            scene.physics.steps = STEPS;
+            scene.physics.ground = profile(&[
+                [0.08, 0.0],
+                [0.15, 0.01],
+                [0.18, 0.003],
+                [0.22, 0.01],
+                [0.31, -0.01],
+                [0.34, 0.008],
+            ]);
+        });
+        for (e, z) in case.z.iter_mut().enumerate() {
+            z[1] += 0.002 * (e as f64).sin();
+            z[2] += 0.002 * (1.7 * e as f64).cos();
+        }
+        let all = states(&case);
+        assert!(least_height(&case.physics, &all).abs() < 1e-12);
+        let check = check_gradients(&case, None, STEPS, &Options::default());
+        for group in &check.groups {
+            let text = format!("{contact:?}, {}:\n{}", group.name, group.report);
+            assert_eq!(group.verdict, Verdict::Smooth, "{text}");
+            assert!(group.norm > 0.0, "{text}");
+        }
+        let control = check.control.map(|control| control.verdict);
+        assert_eq!(control, Some(Verdict::Wrong), "the negative control");
+    }
+}
+
+/// Leapfrog, substeps and a world without ground.
+#[test]
+fn a_profile_goes_with_the_rest_of_the_physics() {
+    let case = |change: fn(&mut PhysicsSettings)| {
+        let mut case = on_stairs(ContactLaw::coulomb());
+        case.physics.steps = 300;
+        change(&mut case.physics);
+        case
+    };
+    for change in [
+        (|p| p.integrator = Integrator::Leapfrog) as fn(&mut PhysicsSettings),
+        |p| p.substeps = 3,
+        |p| p.ground_height = 0.25,
+    ] {
+        let mut case = case(change);
+        let lift = case.physics.ground_height - 0.1;
+        case.start.x.iter_mut().for_each(|x| x[1] += lift);
+        let least = least_height(&case.physics, &states(&case));
+        assert!(least.abs() < 1e-12, "{least:e}");
+    }
+    let case = case(|p| p.contact = ContactLaw::none());
+    assert!(least_height(&case.physics, &states(&case)) < -0.1);
+}
+
+/// A profile on an incline is measured along it and out of it.
+#[test]
+fn a_profile_turns_with_the_ground_line() {
+    // The world turned as a whole: a robot without weight and actuators moves as before, turned.
+    let mut case = on_stairs(ContactLaw::infinite());
+    case.physics.steps = 300;
+    (case.physics.gravity, case.physics.damping) = (0.0, 0.0);
+    case.start.v.iter_mut().for_each(|v| v[1] -= 0.5);
+    let mut turned = case.clone();
+    turned.physics.incline_deg = 20.0;
+    let [level, ground] = [&case, &turned].map(|case| Ground::from(&case.physics));
+    turned.start = case.start.to_ground(&level).to_world(&ground);
+    let [straight, turned] = [&case, &turned].map(states);
+    let pairs = straight.iter().zip(&turned);
+    let off = pairs.flat_map(|(a, b)| {
+        let [a, b] = [a.to_ground(&level), b.to_ground(&ground)];
+        let pairs = a.x.concat().into_iter().zip(b.x.concat());
+        pairs.map(|(a, b)| (a - b).abs()).collect::<Vec<_>>()
+    });
+    // Roundings of 1e-16 in each of 300 steps, magnified by the motion.
+    assert!(off.fold(0.0, f64::max) < 1e-9);
+    // It does meet the stairs.
+    assert!(least_height(&case.physics, &straight).abs() < 1e-12);
+}
+
+#[test]
+fn a_case_keeps_the_profile() {
+    let case = on_stairs(ContactLaw::coulomb());
+    let read = Case::parse("case.json", &case.to_json()).unwrap();
+    let points = |case: &Case| case.physics.ground.resolved();
+    assert_eq!(points(&read), points(&case));
+    assert!(points(&read).points().len() == 6);
+    assert_eq!(
+        read.evaluate(false, &[200]).unwrap().trajectory,
+        case.evaluate(false, &[200]).unwrap().trajectory
+    );
+    let wrong = case
+        .to_json()
+        .replace("[[0.15,0.0],", "[[0.15,0.0],[0.15,0.1],");
+    let error = Case::parse("case.json", &wrong).unwrap_err().to_string();
+    assert!(error.contains("not ahead of"), "{error}");
+}
