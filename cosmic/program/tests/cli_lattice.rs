@@ -27,7 +27,7 @@ const GATE: &str = r#"{
   "payload": [{"node": 10}, {"node": 11, "mass": 0.005}],
   "keep": [16, 21, 14],
   "forbid": [0, 6],
-  "tie": [[1, 7], [8, 2], [3, 9], [16, 21]]
+  "tie": [[1, 7], [8, 2], [3, 9], [16, 21], [19, 4, 10]]
 }"#;
 
 /// The small scene of the other tests, on that lattice.
@@ -62,7 +62,7 @@ fn assert_rules_hold(design: &Value) {
     for forbidden in [0, 6] {
         assert_eq!(materials(forbidden), 0, "edge {forbidden}");
     }
-    for [a, b] in [[1, 7], [2, 8], [3, 9], [16, 21]] {
+    for [a, b] in [[1, 7], [2, 8], [3, 9], [16, 21], [4, 10], [4, 19]] {
         assert_eq!(design["z"][a], design["z"][b], "edges {a} and {b}");
         assert_eq!(materials(a), materials(b));
     }
@@ -213,8 +213,18 @@ fn a_file_that_is_no_lattice_is_refused_with_its_place() {
             "volume.solid and lattice.file",
         ],
     );
+    bench.write(
+        "shapes/gate.json",
+        GATE.replace("[0.2, 0.0]", "[0.2, -0.01]"),
+    );
     let kind = bench.optimize("b", "--set lattice.kind=triangular");
-    kind.fails(2, &[]);
+    kind.fails(2, &["have no kind", "lattice.kind and lattice.file"]);
+    let doubted = bench.cosmic("scene check tiny.toml");
+    let text = [&*doubted.out, &*doubted.error].concat();
+    assert!(
+        text.contains("nodes of the truss start below the ground"),
+        "{text}"
+    );
     bench.remove("shapes/gate.json");
     bench
         .optimize("b", "")

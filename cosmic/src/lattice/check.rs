@@ -192,7 +192,9 @@ impl Truss {
 
 #[cfg(test)]
 mod tests {
-    use crate::lattice::{Payload, Truss};
+    use crate::lattice::{EdgeRules, Payload, Truss};
+    use proptest::prelude::*;
+    use std::collections::{BTreeSet, HashSet};
 
     /// Two triangles on one edge, and a tail.
     const KITE: &str = r#"{
@@ -382,7 +384,7 @@ mod tests {
         };
         let differences = |truss: &Truss| {
             let edges = truss.edges.iter().map(|[i, j]| i.abs_diff(*j));
-            edges.collect::<std::collections::HashSet<_>>().len()
+            edges.collect::<HashSet<_>>().len()
         };
         let numbered = truss.clone().checked().unwrap();
         assert!(differences(&truss) > 10);
@@ -397,6 +399,39 @@ mod tests {
         };
         assert_eq!(ends(&numbered), ends(&truss));
         assert_eq!(numbered.clone().checked().unwrap(), numbered);
+    }
+
+    proptest! {
+        /// Whatever the nodes, edges and rules are: refused, or the same truss with its own numbers.
+        #[test]
+        fn a_truss_is_refused_or_numbered_once(
+            nodes in prop::collection::vec([0.0..1.0, 0.0..1.0], 7),
+            more in prop::collection::vec((0..7usize, 0..7usize), 0..12),
+            (first, other) in (0..7usize, prop::option::of(0..7usize)),
+            keep in prop::collection::vec(0..12usize, 0..2),
+            forbid in prop::collection::vec(0..12usize, 0..2),
+            tie in prop::collection::vec(prop::collection::vec(0..12usize, 0..4), 0..2),
+        ) {
+            let payload = [first].into_iter().chain(other);
+            let path = (0..6).map(|node| [node, node + 1]);
+            let more: BTreeSet<_> = more.into_iter().filter(|(i, j)| i + 1 < *j).collect();
+            let edges = path.chain(more.into_iter().map(|(i, j)| [j, i])).collect();
+            let truss = Truss {
+                payload: payload.map(|node| Payload { node, mass: None }).collect(),
+                rules: EdgeRules { keep, forbid, tie },
+                nodes,
+                edges,
+            };
+            let Ok(numbered) = truss.clone().checked() else { return Ok(()) };
+            let ends = |truss: &Truss| -> Vec<[[f64; 2]; 2]> {
+                let edges = truss.edges.iter();
+                edges.map(|edge| edge.map(|node| truss.nodes[node])).collect()
+            };
+            prop_assert_eq!(ends(&numbered), ends(&truss));
+            prop_assert_eq!(numbered.payload[0].node, 0);
+            prop_assert_eq!(numbered.nodes[0], truss.nodes[first]);
+            prop_assert_eq!(Truss::parse("copy", &numbered.to_json()).unwrap(), numbered);
+        }
     }
 
     #[test]

@@ -99,6 +99,12 @@ impl Lattice {
         [0, 1].map(|k| self.places.iter().map(|place| place[k]).fold(0.0, f64::max))
     }
 
+    /// The width with half a spacing around, in metres.
+    pub fn width(&self) -> f64 {
+        let [width, _] = self.extent();
+        (width + 1.0) * self.spacing
+    }
+
     /// The larger of width and height with half a spacing around, in metres.
     pub fn side(&self) -> f64 {
         let [width, height] = self.extent();

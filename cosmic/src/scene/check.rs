@@ -1,5 +1,7 @@
 //! Settings that are each in range and yet do not fit one another.
 
+use std::collections::HashSet;
+
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
 use super::{LatticeKind, Layout, LossKind, Named, ProfileKind, Scene, StartKind, TaskKind};
@@ -98,7 +100,7 @@ fn starts(scene: &Scene, found: &mut Conflicts) {
         "without a snap (snap_at = 0) the start must be a layout".to_owned(),
     );
     let lattice = &scene.lattice;
-    let key = if lattice.file.truss().is_some() {
+    let key = if lattice.is_truss() {
         "lattice.file"
     } else if lattice.kind != LatticeKind::Rectangular {
         "lattice.kind"
@@ -147,7 +149,7 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
     let [least, most] = volume.solid;
     let edges = truss.edges.len() as f64;
     let [kept, forbidden] = [&truss.rules.keep, &truss.rules.forbid].map(|list| {
-        let distinct: std::collections::HashSet<_> = list.iter().collect();
+        let distinct: HashSet<_> = list.iter().collect();
         distinct.len() as f64 / edges
     });
     found.require(

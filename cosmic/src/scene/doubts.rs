@@ -57,7 +57,7 @@ struct Doubt {
     says: &'static str,
 }
 
-const DOUBTS: [Doubt; 14] = [
+const DOUBTS: [Doubt; 15] = [
     Doubt {
         holds: |s| s.materials.stiffness[0] >= s.materials.stiffness[1],
         keys: &["materials.stiffness"],
@@ -99,12 +99,19 @@ const DOUBTS: [Doubt; 14] = [
         says: "nothing holds the robot's feet: the ground has no friction",
     },
     Doubt {
-        holds: |s| s.physics.contact.has_ground() && s.lattice.lowest() < 0.0,
+        holds: |s| s.physics.contact.has_ground() && s.lattice.drop < 0.0 && !s.lattice.is_truss(),
         keys: &["lattice.drop"],
         says: "the lowest nodes start below the ground",
     },
     Doubt {
-        holds: |s| s.physics.contact.has_ground() && s.lattice.drop >= 0.0 && starts_inside(s),
+        holds: |s| {
+            s.physics.contact.has_ground() && s.lattice.lowest() < 0.0 && s.lattice.is_truss()
+        },
+        keys: &["lattice.file"],
+        says: "nodes of the truss start below the ground",
+    },
+    Doubt {
+        holds: |s| s.physics.contact.has_ground() && s.lattice.lowest() >= 0.0 && starts_inside(s),
         keys: &["ground.profile", "lattice.drop"],
         says: "the lowest nodes start below the profile of the ground",
     },
@@ -136,8 +143,12 @@ const DOUBTS: [Doubt; 14] = [
 /// True if a node of the lowest row starts below the profile.
 fn starts_inside(scene: &Scene) -> bool {
     let (lattice, profile) = (&scene.lattice, scene.physics.ground.resolved());
+    let is_inside = |[along, above]: [f64; 2]| above < profile.height(along);
+    if let Some(truss) = lattice.file.truss() {
+        return truss.nodes.iter().copied().any(is_inside);
+    }
     let place = |column: usize| lattice.origin_x + column as f64 * lattice.spacing;
-    (0..lattice.columns).any(|column| lattice.drop < profile.height(place(column)))
+    (0..lattice.columns).any(|column| is_inside([place(column), lattice.drop]))
 }
 
 impl Scene {

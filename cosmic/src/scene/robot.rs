@@ -46,6 +46,11 @@ settings! {
 }
 
 impl LatticeSettings {
+    /// True if nodes and edges come from a file or from the program.
+    pub fn is_truss(&self) -> bool {
+        self.file.truss().is_some()
+    }
+
     /// Height of the lowest node above the ground line at the start, m.
     pub fn lowest(&self) -> f64 {
         let truss = self.file.truss();
@@ -56,7 +61,7 @@ impl LatticeSettings {
     #[must_use]
     pub(crate) fn fitted(&self, nodes: usize) -> Self {
         let mut settings = self.clone();
-        if settings.file.truss().is_some() {
+        if settings.is_truss() {
             (settings.columns, settings.rows) = (nodes, 1);
         }
         settings

@@ -172,9 +172,7 @@ impl<'r> Motion<'r> {
 
     /// True if a bar is within a lattice's width of the payload's body.
     pub(super) fn is_near(&self, bar: &DrawnEdge, state: &State<f64>) -> bool {
-        let lattice = &self.run.robot.lattice;
-        let [across, _] = lattice.extent();
-        let width = (across + 1.0) * lattice.spacing;
+        let width = self.run.robot.lattice.width();
         let [low, high] = self.corners(state);
         let middle = 0.5 * (bar.from[0] + bar.to[0]);
         (low[0] - width..high[0] + width).contains(&middle)
@@ -215,8 +213,7 @@ impl<'r> Motion<'r> {
         if self.profile.is_flat() {
             return self.ground_height(x);
         }
-        let lattice = &self.scene().lattice;
-        let width = lattice.columns as f64 * lattice.spacing;
+        let width = self.run.robot.lattice.width();
         let places = (0..=FLOORS).map(|k| x + width * (f64::from(k) / f64::from(FLOORS) - 0.5));
         places.map(|x| self.ground_height(x)).sum::<f64>() / f64::from(FLOORS + 1)
     }
