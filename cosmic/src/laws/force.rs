@@ -63,7 +63,7 @@ pub struct Pull {
 /// A force on the nodes of one lattice.
 ///
 /// Most are a [force on every node](super::NodeForce) or [along every bar](super::BarForce). What
-/// is neither implements this trait: [`Bending`](super::Bending) is an example.
+/// is neither implements this trait: `laws/bending.rs` is an example.
 pub trait Force: Debug + Send + Sync {
     /// Arrays of numbers that no step changes, which [`record`](Force::record) is given.
     fn constants(&self) -> Vec<Vec<f64>> {
