@@ -37,7 +37,8 @@ for archive in "$packages"/target/package/*.crate; do
 done
 for archive in "$packages"/target/package/*.crate; do
   package=$(basename "$archive" .crate)
-  (cd "$packages/$package" && cargo test --quiet "${patches[@]}" --config profile.dev.opt-level=1 \
+  # Features that a package's tests ask of itself are not in its archive.
+  (cd "$packages/$package" && cargo test --quiet --all-features "${patches[@]}" --config profile.dev.opt-level=1 \
     --config profile.dev.debug=false --target-dir "$packages/tests")
 done
 
