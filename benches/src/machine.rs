@@ -1,4 +1,4 @@
-//! What benches share: the machine, the built-in robots, and the pages of the documentation that
+//! Shared by all benches: the machine, the built-in robots, and the pages of the documentation that
 //! they write.
 
 use std::fmt::Write as _;

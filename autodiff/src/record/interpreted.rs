@@ -84,7 +84,7 @@ impl ListedKernel {
     }
 }
 
-/// What a kernel is applied to.
+/// The elements or edges that a kernel is applied to.
 pub(super) enum Points {
     /// Each element of arrays of one length.
     Elements(usize),

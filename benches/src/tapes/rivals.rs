@@ -41,7 +41,7 @@ impl Number for Var<f64> {
     }
 }
 
-/// What makes a gradient, with memory of its own.
+/// A function that makes a gradient, and keeps its own memory.
 pub type Maker = fn() -> Gradient;
 
 /// The tapes in this build, by name.

@@ -185,7 +185,7 @@ fn triangles_go_through_all_phases() {
     assert!(!bench.path("a/truss.json").exists());
 }
 
-/// What a file says wrong is shown where it says it; a missing one is missing, not wrong.
+/// A mistake in a file is shown at its place; a missing file has the exit code of missing files.
 #[test]
 fn a_file_that_is_no_lattice_is_refused_with_its_place() {
     let bench = bench();

@@ -12,7 +12,7 @@ fn built() -> &'static Path {
     cosmic.parent().expect("a folder")
 }
 
-/// What a program says on a line of arguments, which it must end well.
+/// The output of a program for a line of arguments, which must succeed.
 #[track_caller]
 fn run_of(program: &Path, bench: &Bench, line: &str) -> String {
     let mut command = Command::new(program);

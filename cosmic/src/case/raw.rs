@@ -90,7 +90,7 @@ macro_rules! keys {
     };
 }
 
-/// What the nodes and edges of a truss do not say.
+/// The rest of a truss, beside its nodes and edges.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawMarks {

@@ -12,7 +12,7 @@ settings! {
     /// The height profile of the ground above its line. It is level below the lattice unless its points say
     /// otherwise, and nothing moves the robot up to it.
     struct GroundSettings {
-        /// What lies on the ground line.
+        /// The kind of profile on the ground line.
         profile: ProfileKind = ProfileKind::Flat, source "paper: flat";
         /// For "points": the corners of the profile, each with its place along the ground and its height.
         points: Profile = Profile::default(), allowed within(-1e3, 1e3), unit "m",
@@ -35,7 +35,7 @@ settings! {
 }
 
 settings! {
-    /// What lies on the ground line.
+    /// The kinds of profile on the ground line.
     #[derive(Default)]
     enum ProfileKind {
         /// Nothing.

@@ -25,7 +25,7 @@ pub(super) struct Mechanics {
     pub(super) push: f64,
     pub(super) flight: Flight,
     contact: Arc<dyn AnyContact>,
-    /// What lies on the ground line; `None` if nothing does.
+    /// The profile on the ground line; `None` on a bare line.
     terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
     ground: Ground,

@@ -3,7 +3,7 @@
 use crate::real::Real;
 use crate::simd::Lane;
 
-/// What is done with a product, and where it goes.
+/// The last operations on a product, and the place of the result.
 pub(super) struct Epilogue<'a, R> {
     pub(super) bias: Option<&'a [R]>,
     pub(super) y: &'a mut [R],

@@ -61,7 +61,7 @@ pub(super) struct Motion<'r> {
     seen: Vec<usize>,
     /// The strain with the full colour.
     pub(super) limit: f64,
-    /// What lies on the ground line.
+    /// The profile on the ground line.
     profile: Profile,
 }
 
