@@ -7,28 +7,25 @@ use serde::Serialize;
 impl Scene {
     /// Every setting with its value, in the order in which they are written.
     pub fn settings(&self) -> Vec<Setting> {
-        let mut scene = self.clone();
-        let of_section = |(name, section): (&str, &mut dyn Settings)| {
+        let of_section = |name: &str, section: &mut dyn Settings| -> Vec<Setting> {
             let setting = |field: Field| Setting {
                 key: format!("{name}.{}", field.key),
                 value: field.value.toml(),
             };
-            section
-                .fields()
-                .into_iter()
-                .map(setting)
-                .collect::<Vec<_>>()
+            section.fields().into_iter().map(setting).collect()
         };
-        let mut settings: Vec<Setting> =
-            scene.sections().into_iter().flat_map(of_section).collect();
-        settings.extend(
-            scene
-                .physics
-                .own_sections()
-                .into_iter()
-                .flat_map(of_section),
-        );
-        settings
+        self.clone().of_sections(of_section).concat()
+    }
+
+    /// What a function makes of every section, those that the physics hold last.
+    pub(super) fn of_sections<T>(
+        &mut self,
+        mut of: impl FnMut(&'static str, &mut dyn Settings) -> T,
+    ) -> Vec<T> {
+        let mut made: Vec<T> = self.sections().map(|(name, s)| of(name, s)).into();
+        let own = self.physics.own_sections().into_iter();
+        made.extend(own.map(|(name, section)| of(name, section)));
+        made
     }
 
     /// The setting of a key such as `physics.dt`, if there is one.
@@ -63,13 +60,10 @@ pub(super) struct SectionKeys {
 
 /// Every section of a scene, those that its physics hold last.
 pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
-    let section = |(name, settings): (&'static str, &mut dyn Settings)| SectionKeys {
+    scene.of_sections(|name, settings| SectionKeys {
         name,
         keys: settings.fields().iter().map(|field| field.key).collect(),
-    };
-    let mut sections: Vec<_> = scene.sections().map(section).into();
-    sections.extend(scene.physics.own_sections().into_iter().map(section));
-    sections
+    })
 }
 
 /// The values that a scene allows at a key such as `physics.dt`, as a phrase; `None` if it allows this
@@ -86,12 +80,8 @@ pub(crate) fn allowed_instead(path: &str, number: f64) -> Option<String> {
 /// Every key of a scene file as tables in Markdown, one a section: default, unit, what is allowed,
 /// where the default comes from, and what the key means.
 pub fn reference() -> String {
-    let mut scene = Scene::default();
-    let mut text = String::new();
-    let mut ground = scene.physics.ground.clone();
-    let ground: (_, &mut dyn Settings) = ("ground", &mut ground);
-    for (name, settings) in scene.sections().into_iter().chain([ground]) {
-        text += &format!("### `[{name}]`\n\n{}\n\n", settings.about());
+    let sections = Scene::default().of_sections(|name, settings| {
+        let mut text = format!("### `[{name}]`\n\n{}\n\n", settings.about());
         text += "| key | default | unit | allowed | source | meaning |\n";
         text += "| --- | --- | --- | --- | --- | --- |\n";
         for field in settings.fields() {
@@ -99,7 +89,7 @@ pub fn reference() -> String {
             let (default, allowed) = (field.value.toml(), field.allowed());
             text += &format!("| `{key}` | `{default}` | {unit} | {allowed} | {source} | {doc} |\n");
         }
-        text += "\n";
-    }
-    text
+        text + "\n"
+    });
+    sections.concat()
 }

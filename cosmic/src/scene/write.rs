@@ -19,8 +19,7 @@ impl Scene {
 
     /// The whole scene as commented TOML; [`Scene::parse`] reads it back to the same bits.
     pub fn to_toml(&self) -> String {
-        let mut scene = self.clone();
-        let write = |(name, settings): (&str, &mut dyn Settings)| {
+        let write = |name: &str, settings: &mut dyn Settings| {
             let mut text = format!("# {}\n[{name}]\n", settings.about());
             for field in settings.fields() {
                 // The unit and the source end the sentence: "Time step, s (paper, table 2)."
@@ -32,19 +31,14 @@ impl Scene {
             }
             text
         };
-        let mut sections: Vec<String> = scene.sections().map(write).into();
-        sections.extend(scene.physics.own_sections().into_iter().map(write));
-        sections.join("\n")
+        self.clone().of_sections(write).join("\n")
     }
 }
 
 /// Sections of keys, in the order of the text.
 impl Serialize for Scene {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        let mut scene = self.clone();
-        let of = |(name, section): (&'static str, &mut dyn Settings)| (name, Values::of(section));
-        let mut sections: Vec<_> = scene.sections().map(of).into();
-        sections.extend(scene.physics.own_sections().into_iter().map(of));
-        serializer.collect_map(sections)
+        let of = |name: &'static str, section: &mut dyn Settings| (name, Values::of(section));
+        serializer.collect_map(self.clone().of_sections(of))
     }
 }
