@@ -21,6 +21,7 @@ pub mod error;
 #[cfg(feature = "files")]
 pub mod parallel;
 pub mod random;
+mod registry;
 pub mod reading;
 pub mod ground;
 pub mod lattice;

@@ -1,12 +1,13 @@
 //! Lattices of one's own: any nodes and edges, from a file or from a program.
 
 use std::path::Path;
-use std::sync::{Arc, RwLock};
+use std::sync::Arc;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{Error, Result};
 use crate::reading::{from_json, placed, read_at_most};
+use crate::registry::Registry;
 
 /// The format at the head of a truss file.
 const FORMAT: &str = "cosmic-truss";
@@ -212,7 +213,7 @@ impl Truss {
 }
 
 /// The trusses that scenes may name in place of a file.
-static KNOWN: RwLock<Vec<(&'static str, Arc<Truss>)>> = RwLock::new(Vec::new());
+static KNOWN: Registry<Arc<Truss>> = Registry::new();
 
 /// Makes a truss known to all scenes that this process reads from now on, which choose it by
 /// `lattice.file = "its_name"`.
@@ -222,17 +223,11 @@ static KNOWN: RwLock<Vec<(&'static str, Arc<Truss>)>> = RwLock::new(Vec::new());
 pub fn add(name: &'static str, truss: Truss) {
     let truss = truss.checked();
     let truss = truss.unwrap_or_else(|says| panic!("the lattice {name:?}: {says}"));
-    assert!(
-        name != "off" && named(name).is_none(),
-        "there is a lattice {name:?} already"
-    );
-    let mut known = KNOWN.write().expect("no thread fails here");
-    known.push((name, Arc::new(truss)));
+    assert!(name != "off", "a lattice cannot be called {name:?}");
+    KNOWN.add("lattice", name, Arc::new(truss));
 }
 
 /// The truss that was added under a name.
 pub(crate) fn named(name: &str) -> Option<Arc<Truss>> {
-    let known = KNOWN.read().expect("no thread fails here");
-    let found = known.iter().find(|(known, _)| *known == name);
-    found.map(|(_, truss)| Arc::clone(truss))
+    KNOWN.get(name)
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use autodiff::{AnyProgram, Array, Dual, Kernel, Real};
 
 use super::force::{AnyForce, Force, Pose, Pull, Step, add};
-use super::law::{Law, values};
+use super::law::Law;
 use super::stiffness::Stiffness;
 use crate::lattice::{Lattice, SOFTENING, length};
 use crate::settings::Settings;
@@ -169,9 +169,6 @@ impl<L: BarForce> AnyForce for OnBars<L> {
     }
     fn settings(&mut self) -> &mut dyn Settings {
         &mut self.0
-    }
-    fn values(&self) -> Vec<(&'static str, String)> {
-        values(&self.0)
     }
     fn boxed(&self) -> Box<dyn AnyForce> {
         Box::new(self.clone())

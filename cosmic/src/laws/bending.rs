@@ -17,7 +17,7 @@ use autodiff::{AnyProgram, Array, Kernel, Real};
 use super::force::{AnyForce, Force, Pose, Pull, Step};
 use super::stiffness::Stiffness;
 use crate::lattice::{Lattice, SOFTENING, length};
-use crate::settings::{Field, Settings};
+use crate::settings::Settings;
 
 /// Cosine of the angle up to which two edges count as in line: about 8 degrees.
 const IN_LINE: f64 = 0.99;
@@ -37,9 +37,6 @@ impl Settings for Bending {
     fn about(&self) -> &'static str {
         "Bars in line resist bending at the node between them."
     }
-    fn fields(&mut self) -> Vec<Field<'_>> {
-        Vec::new()
-    }
 }
 
 impl AnyForce for Bending {
@@ -48,9 +45,6 @@ impl AnyForce for Bending {
     }
     fn settings(&mut self) -> &mut dyn Settings {
         self
-    }
-    fn values(&self) -> Vec<(&'static str, String)> {
-        vec![("radius", self.radius.to_string())]
     }
     fn boxed(&self) -> Box<dyn AnyForce> {
         Box::new(self.clone())

@@ -1,7 +1,7 @@
 //! The laws that a scene may choose, and its choice.
 
 use std::fmt;
-use std::sync::RwLock;
+use std::sync::Arc;
 
 use serde::de::{self, Error as _};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -15,6 +15,7 @@ use super::force::AnyForce;
 use super::no_ground::NoGround;
 use super::node::{NodeForce, OnNodes};
 use super::sticking::Sticking;
+use crate::registry::Registry;
 use crate::settings::{
     Filled, Limits, SettingValue, Settings, Values, json, misfit, read_json, word, wrong_kind,
 };
@@ -52,7 +53,7 @@ fn built_in() -> [Choice; 3] {
 }
 
 /// Those that were added to them.
-static ADDED: RwLock<Vec<Choice>> = RwLock::new(Vec::new());
+static ADDED: Registry<Arc<Choice>> = Registry::new();
 
 /// The sections of a scene that are no law's.
 pub(crate) const SECTIONS: [&str; 18] = [
@@ -88,13 +89,13 @@ pub fn add(choice: Choice) {
         name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(is_word),
         "a law is named by lower case letters, digits and underscores, not {name:?}"
     );
-    let is_known = every(|choice| Some(choice.name())).contains(&name);
-    assert!(!is_known, "there is a law {name:?} already");
+    let is_built_in = built_in().iter().any(|law| law.name() == name);
+    assert!(!is_built_in, "there is a law {name:?} already");
     assert!(
         !SECTIONS.contains(&name),
         "a scene has a section {name:?} already"
     );
-    ADDED.write().expect("no thread fails here").push(choice);
+    ADDED.add("law", name, Arc::new(choice));
 }
 
 impl Choice {
@@ -117,8 +118,9 @@ pub(crate) fn choosing(name: &str) -> Option<String> {
 
 /// What a function makes of every law that scenes may choose.
 fn every<T>(of: fn(&Choice) -> Option<T>) -> Vec<T> {
-    let added = ADDED.read().expect("no thread fails here");
-    built_in().iter().chain(&*added).filter_map(of).collect()
+    let added = ADDED.all();
+    let added = added.iter().map(|(_, choice)| &**choice);
+    built_in().iter().chain(added).filter_map(of).collect()
 }
 
 fn contacts() -> Vec<Box<dyn AnyContact>> {
@@ -198,7 +200,7 @@ impl fmt::Debug for ContactLaw {
 
 impl PartialEq for ContactLaw {
     fn eq(&self, other: &Self) -> bool {
-        (self.name(), self.0.values()) == (other.name(), other.0.values())
+        self.json() == other.json()
     }
 }
 
@@ -266,7 +268,7 @@ impl<'de> Deserialize<'de> for ContactLaw {
 
 impl Serialize for ContactLaw {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        law_json(self.name(), self.0.boxed().settings()).serialize(serializer)
+        self.json().serialize(serializer)
     }
 }
 
@@ -283,7 +285,7 @@ impl SettingValue for ContactLaw {
     }
 
     fn json(&self) -> serde_json::Value {
-        json(self)
+        law_json(self.name(), self.0.boxed().settings())
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
@@ -356,8 +358,7 @@ impl fmt::Debug for ForceLaws {
 
 impl PartialEq for ForceLaws {
     fn eq(&self, other: &Self) -> bool {
-        let all = |of: &Self| -> Vec<_> { of.laws().map(|f| (f.name(), f.values())).collect() };
-        all(self) == all(other)
+        self.json() == other.json()
     }
 }
 
@@ -381,10 +382,7 @@ impl<'de> Deserialize<'de> for ForceLaws {
 
 impl Serialize for ForceLaws {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(
-            self.laws()
-                .map(|law| law_json(law.name(), law.boxed().settings())),
-        )
+        self.json().serialize(serializer)
     }
 }
 
@@ -399,7 +397,8 @@ impl SettingValue for ForceLaws {
     }
 
     fn json(&self) -> serde_json::Value {
-        json(self)
+        let json = |law: &dyn AnyForce| law_json(law.name(), law.boxed().settings());
+        self.laws().map(json).collect()
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {

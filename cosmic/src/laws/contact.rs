@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use autodiff::{AnyProgram, Array, Kernel, Real};
 
-use super::law::{Law, values};
+use super::law::Law;
 use super::motion::{Drift, Flight};
 use super::terrain::{NONE, Terrain, Way, moved, select};
 use crate::settings::Settings;
@@ -189,7 +189,6 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     fn name(&self) -> &'static str;
     fn has_ground(&self) -> bool;
     fn settings(&mut self) -> &mut dyn Settings;
-    fn values(&self) -> Vec<(&'static str, String)>;
     fn boxed(&self) -> Box<dyn AnyContact>;
     fn with_friction(&self, friction: f64) -> Box<dyn AnyContact>;
     /// The state of all nodes after a step over terrain, or over the ground line; see [`Flying`].
@@ -219,9 +218,6 @@ impl<C: Contact> AnyContact for C {
     }
     fn settings(&mut self) -> &mut dyn Settings {
         self
-    }
-    fn values(&self) -> Vec<(&'static str, String)> {
-        values(self)
     }
     fn boxed(&self) -> Box<dyn AnyContact> {
         Box::new(self.clone())

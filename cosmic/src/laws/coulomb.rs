@@ -5,7 +5,7 @@ use autodiff::Real;
 use super::contact::{Contact, Drifting, Flying, Impact};
 use super::law::Law;
 use super::motion::Drift;
-use crate::settings::{Field, Settings};
+use crate::settings::Settings;
 
 /// The normal part of the velocity vanishes; friction brakes the part along the ground.
 #[derive(Clone, Debug, Default)]
@@ -17,9 +17,6 @@ pub struct Coulomb {
 impl Settings for Coulomb {
     fn about(&self) -> &'static str {
         "Coulomb friction: it brakes a node along the ground; the velocity out of it vanishes."
-    }
-    fn fields(&mut self) -> Vec<Field<'_>> {
-        Vec::new()
     }
 }
 

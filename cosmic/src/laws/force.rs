@@ -112,7 +112,6 @@ pub trait Force: Debug + Send + Sync {
 pub(crate) trait AnyForce: Debug + Send + Sync {
     fn name(&self) -> &'static str;
     fn settings(&mut self) -> &mut dyn Settings;
-    fn values(&self) -> Vec<(&'static str, String)>;
     fn boxed(&self) -> Box<dyn AnyForce>;
     /// The force on a lattice; `None` if nothing is there for it to act on.
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;

@@ -10,10 +10,3 @@ pub trait Law: Settings + Clone + Default + Debug + Send + Sync + 'static {
     /// The name by which a scene chooses the law: lower case letters, digits and underscores.
     const NAME: &'static str;
 }
-
-/// The settings of a law, as TOML: equal for equal laws.
-pub(super) fn values(law: &impl Law) -> Vec<(&'static str, String)> {
-    let mut law = law.clone();
-    let fields = law.fields().into_iter();
-    fields.map(|f| (f.key, f.value.toml())).collect()
-}

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use autodiff::{AnyProgram, Array, Dual, Kernel, Real};
 
 use super::force::{AnyForce, Force, Pose, Pull, Step, add};
-use super::law::{Law, values};
+use super::law::Law;
 use super::stiffness::Stiffness;
 use crate::ground::Ground;
 use crate::lattice::Lattice;
@@ -117,9 +117,6 @@ impl<L: NodeForce> AnyForce for OnNodes<L> {
     }
     fn settings(&mut self) -> &mut dyn Settings {
         &mut self.law
-    }
-    fn values(&self) -> Vec<(&'static str, String)> {
-        values(&self.law)
     }
     fn boxed(&self) -> Box<dyn AnyForce> {
         Box::new(self.clone())

@@ -5,7 +5,7 @@ use autodiff::Real;
 
 use super::bar::{Bar, BarForce, Tension};
 use super::law::Law;
-use crate::settings::{Field, Settings};
+use crate::settings::Settings;
 
 /// A spring that grows stiffer as it is stretched or compressed.
 #[derive(Clone, Debug, Default)]
@@ -17,9 +17,6 @@ pub struct Stiffening {
 impl Settings for Stiffening {
     fn about(&self) -> &'static str {
         "Springs that grow stiffer as they are stretched or compressed."
-    }
-    fn fields(&mut self) -> Vec<Field<'_>> {
-        Vec::new()
     }
 }
 

@@ -4,11 +4,12 @@
 //! a user's loss is compiled for these in the user's crate, and the simulator only in this one: it is not
 //! compiled again for every loss, nor without optimisation where the user's crate is.
 
-use std::sync::{Arc, RwLock};
+use std::sync::Arc;
 
 use autodiff::{Dual, Real, Var};
 
 use super::{Loss, Objective};
+use crate::registry::Registry;
 use crate::scene::{OwnLoss, Scene};
 use crate::simulator::Trajectory;
 
@@ -33,7 +34,7 @@ pub trait AnyLoss:
 impl<L: Loss> AnyLoss for L {}
 
 /// The losses that scenes may choose, by their names.
-static LOSSES: RwLock<Vec<(&'static str, Arc<dyn AnyLoss>)>> = RwLock::new(Vec::new());
+static LOSSES: Registry<Arc<dyn AnyLoss>> = Registry::new();
 
 /// Makes a loss known to all scenes that this process reads from now on, which choose it by
 /// `objective.own_loss = "its_name"`.
@@ -42,21 +43,17 @@ static LOSSES: RwLock<Vec<(&'static str, Arc<dyn AnyLoss>)>> = RwLock::new(Vec::
 /// If the name is taken.
 pub fn add(name: &'static str, loss: impl Loss + 'static) {
     OwnLoss::add(name);
-    let mut losses = LOSSES.write().expect("no thread fails here");
-    losses.push((name, Arc::new(loss)));
+    LOSSES.add("loss", name, Arc::new(loss));
 }
 
 /// The loss of a scene: that of its task, or the one it names.
 pub fn of_scene(scene: &Scene) -> Arc<dyn AnyLoss> {
-    let losses = LOSSES.read().expect("no thread fails here");
     let own = scene.objective.own_loss.name();
-    let own = own.and_then(|own| losses.iter().find(|(name, _)| *name == own));
-    match own {
-        Some((_, loss)) => Arc::clone(loss),
-        None => Arc::new(Objective::new(
+    own.and_then(|name| LOSSES.get(name)).unwrap_or_else(|| {
+        Arc::new(Objective::new(
             &scene.objective,
             &scene.loss,
             &scene.physics,
-        )),
-    }
+        ))
+    })
 }

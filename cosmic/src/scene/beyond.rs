@@ -1,13 +1,12 @@
 //! Settings of what goes beyond the paper, all of it off by default: other tasks, robust designs,
 //! and a search over starts that drops the weak ones early.
 
-use crate::settings;
-use std::sync::RwLock;
-
 use serde::Serialize;
 use toml::Spanned;
 use toml::de::DeValue;
 
+use crate::registry::Registry;
+use crate::settings;
 use crate::settings::{DEVIATION, Filled, Limits, SHARE, SettingValue, json, misfit, within, word};
 
 settings! {
@@ -86,8 +85,11 @@ settings! {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct OwnLoss(Option<&'static str>);
 
+/// The word for no name.
+const OFF: &str = "off";
+
 /// The names of all losses given.
-static LOSSES: RwLock<Vec<&'static str>> = RwLock::new(Vec::new());
+static LOSSES: Registry<()> = Registry::new();
 
 impl OwnLoss {
     /// Makes a name known to the scenes that are read from now on.
@@ -95,12 +97,8 @@ impl OwnLoss {
     /// # Panics
     /// If it is known already, or means that there is none.
     pub(crate) fn add(name: &'static str) {
-        let mut known = LOSSES.write().expect("no thread fails here");
-        assert!(
-            name != "off" && !known.contains(&name),
-            "there is a loss {name:?} already"
-        );
-        known.push(name);
+        assert!(name != OFF, "a loss cannot be called {name:?}");
+        LOSSES.add("loss", name, ());
     }
 
     /// The name; `None` for the task's own loss.
@@ -108,21 +106,21 @@ impl OwnLoss {
         self.0
     }
 
-    fn known() -> Vec<&'static str> {
-        LOSSES.read().expect("no thread fails here").clone()
+    fn known() -> impl Iterator<Item = &'static str> {
+        LOSSES.all().into_iter().map(|(name, ())| name)
     }
 }
 
 impl SettingValue for OwnLoss {
     fn allowed(&self, _: &Limits) -> String {
-        let names = ["off"].into_iter().chain(Self::known());
+        let names = [OFF].into_iter().chain(Self::known());
         let names: Vec<String> = names.map(|name| format!("{name:?}")).collect();
         let names = names.join(" or ");
         format!("{names}; another loss needs the program that brings it")
     }
 
     fn toml(&self) -> String {
-        format!("{:?}", self.0.unwrap_or("off"))
+        format!("{:?}", self.0.unwrap_or(OFF))
     }
 
     fn json(&self) -> serde_json::Value {
@@ -131,8 +129,8 @@ impl SettingValue for OwnLoss {
 
     fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
         let word = word(value)?;
-        let name = Self::known().into_iter().find(|name| *name == word);
-        if name.is_none() && word != "off" {
+        let name = Self::known().find(|name| *name == word);
+        if name.is_none() && word != OFF {
             return Err(misfit(value, "names no loss of this program:"));
         }
         self.0 = name;

@@ -5,9 +5,9 @@ use super::diagnostic::{SceneText, not_text};
 use super::read::{options, pointed, suggest};
 use crate::error::{Error, Result};
 use crate::reading::{read_at_most, too_long};
+use crate::registry::Registry;
 use std::io::ErrorKind;
 use std::path::Path;
-use std::sync::RwLock;
 
 /// A scene that ships with the crate.
 #[derive(Debug, Clone, Copy)]
@@ -52,24 +52,22 @@ pub const BUILTIN: [Builtin; 11] = builtin![
 ];
 
 /// The scenes that this process was given beside those that ship with the crate.
-static ADDED: RwLock<Vec<Builtin>> = RwLock::new(Vec::new());
+static ADDED: Registry<Builtin> = Registry::new();
 
 /// Gives this process a scene with a name. The last one given is what an omitted scene means.
 ///
 /// # Panics
 /// If there is a scene of that name already.
 pub fn add(name: &'static str, text: &'static str) {
-    assert!(named(name).is_none(), "there is a scene {name:?} already");
-    ADDED
-        .write()
-        .expect("no thread fails here")
-        .insert(0, Builtin { name, text });
+    let is_built_in = BUILTIN.iter().any(|builtin| builtin.name == name);
+    assert!(!is_built_in, "there is a scene {name:?} already");
+    ADDED.add("scene", name, Builtin { name, text });
 }
 
 /// Every scene with a name, the default first: those [given](add), then the [`BUILTIN`] ones.
 pub fn all() -> Vec<Builtin> {
-    let added = ADDED.read().expect("no thread fails here");
-    added.iter().chain(&BUILTIN).copied().collect()
+    let added = ADDED.all().into_iter().rev().map(|(_, scene)| scene);
+    added.chain(BUILTIN).collect()
 }
 
 /// The scene of a name, if there is one.

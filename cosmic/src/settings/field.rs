@@ -34,8 +34,10 @@ impl Field<'_> {
 pub trait Settings {
     /// The subject of the section, in a sentence.
     fn about(&self) -> &'static str;
-    /// Its settings, in the order in which they are written.
-    fn fields(&mut self) -> Vec<Field<'_>>;
+    /// Its settings, in the order in which they are written; none unless it says so.
+    fn fields(&mut self) -> Vec<Field<'_>> {
+        Vec::new()
+    }
 }
 
 /// The keys of a section with their values as JSON, in the order in which they are written.
