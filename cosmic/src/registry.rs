@@ -1,6 +1,9 @@
-//! What a program brings beside what ships with the model: items by their names, for the whole process.
+//! Laws, losses, scenes and lattices that a program adds to those of the model: by name, for the whole process.
 
 use std::sync::{PoisonError, RwLock};
+
+/// The word of a scene that chooses no item.
+pub(crate) const OFF: &str = "off";
 
 /// Items that scenes may name, in the order in which they were added.
 pub(crate) struct Registry<T>(RwLock<Vec<(&'static str, T)>>);
@@ -24,9 +27,9 @@ impl<T: Clone> Registry<T> {
 
     /// The item of a name.
     pub(crate) fn get(&self, name: &str) -> Option<T> {
-        let mut items = self.all().into_iter();
-        let found = items.find(|(other, _)| *other == name);
-        found.map(|(_, item)| item)
+        let items = self.0.read().unwrap_or_else(PoisonError::into_inner);
+        let found = items.iter().find(|(other, _)| *other == name);
+        found.map(|(_, item)| item.clone())
     }
 
     /// Every item with its name.

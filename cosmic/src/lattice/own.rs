@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{Error, Result};
 use crate::reading::{from_json, placed, read_at_most};
-use crate::registry::Registry;
+use crate::registry::{OFF, Registry};
 
 /// The format at the head of a truss file.
 const FORMAT: &str = "cosmic-truss";
@@ -223,7 +223,7 @@ static KNOWN: Registry<Arc<Truss>> = Registry::new();
 pub fn add(name: &'static str, truss: Truss) {
     let truss = truss.checked();
     let truss = truss.unwrap_or_else(|says| panic!("the lattice {name:?}: {says}"));
-    assert!(name != "off", "a lattice cannot be called {name:?}");
+    assert!(name != OFF, "a lattice cannot be called {name:?}");
     KNOWN.add("lattice", name, Arc::new(truss));
 }
 

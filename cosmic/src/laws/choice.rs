@@ -116,7 +116,7 @@ pub(crate) fn choosing(name: &str) -> Option<String> {
     is_force.then(|| format!("set physics.forces = [{name:?}]"))
 }
 
-/// What a function makes of every law that scenes may choose.
+/// The results of a function for every law that scenes may choose; those that are `None` are left out.
 fn every<T>(of: fn(&Choice) -> Option<T>) -> Vec<T> {
     let added = ADDED.all();
     let added = added.iter().map(|(_, choice)| &**choice);

@@ -5,7 +5,7 @@ use serde::Serialize;
 use toml::Spanned;
 use toml::de::DeValue;
 
-use crate::registry::Registry;
+use crate::registry::{OFF, Registry};
 use crate::settings;
 use crate::settings::{DEVIATION, Filled, Limits, SHARE, SettingValue, json, misfit, within, word};
 
@@ -84,9 +84,6 @@ settings! {
 /// The name of a loss that this process was [given](crate::objective::add), or none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct OwnLoss(Option<&'static str>);
-
-/// The word for no name.
-const OFF: &str = "off";
 
 /// The names of all losses given.
 static LOSSES: Registry<()> = Registry::new();

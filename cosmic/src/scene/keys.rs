@@ -17,7 +17,7 @@ impl Scene {
         self.clone().of_sections(of_section).concat()
     }
 
-    /// What a function makes of every section, those that the physics hold last.
+    /// The results of a function for every section; the sections that the physics hold come last.
     pub(super) fn of_sections<T>(
         &mut self,
         mut of: impl FnMut(&'static str, &mut dyn Settings) -> T,
@@ -58,7 +58,7 @@ pub(super) struct SectionKeys {
     pub(super) keys: Vec<&'static str>,
 }
 
-/// Every section of a scene, those that its physics hold last.
+/// Every section of a scene; those that its physics hold come last.
 pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     scene.of_sections(|name, settings| SectionKeys {
         name,

@@ -10,10 +10,8 @@ use toml::de::DeValue;
 
 use crate::error::{Error, Result};
 use crate::lattice::{self, Truss};
+use crate::registry::OFF;
 use crate::settings::{Filled, Limits, SettingValue, json, misfit, word};
-
-/// The word for no file.
-const OFF: &str = "off";
 
 /// The path of a truss file, or the name of a truss that this process was
 /// [given](crate::lattice::add), with its nodes and edges; or none.
