@@ -2,7 +2,7 @@
 
 use std::borrow::Borrow;
 
-use autodiff::{CotangentBound, Real};
+use autodiff::{CotangentBound, Memory, Real};
 
 use crate::controller::Controller;
 use crate::ground::Ground;
@@ -79,6 +79,15 @@ impl Task {
             materials: materials.clone(),
             sharpness: sharpness.clone(),
             variation: None,
+        }
+    }
+
+    /// This task with a [budget](Simulator::with_memory) for gradients.
+    #[must_use]
+    pub fn with_memory(self, memory: Memory) -> Self {
+        Self {
+            simulator: self.simulator.with_memory(memory),
+            ..self
         }
     }
 

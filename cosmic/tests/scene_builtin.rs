@@ -59,6 +59,12 @@ fn the_scenes_differ_from_the_default_as_the_experiments_do() {
         assert!(last < first[0] && first[1] == 0.0 && end[0] > 3.0);
         assert!(scene.doubts().is_empty());
     }
+    let large = load("large");
+    assert_eq!((large.lattice.columns, large.lattice.rows), (12, 12));
+    assert!(large.doubts().is_empty());
+    let mut default = Scene::default();
+    (default.lattice.columns, default.lattice.rows) = (12, 12);
+    assert!(default.doubts()[0].says.contains("\"large\""));
     for baseline in [load("baseline_tall"), load("baseline_short")] {
         assert_eq!(baseline.start.kind, StartKind::Layout);
         assert_eq!(

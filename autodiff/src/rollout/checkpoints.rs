@@ -55,6 +55,8 @@ pub enum Memory {
     /// is enough for several. A smaller budget is refused when a tape records the rollout, with a message
     /// that says how many states are needed.
     States(usize),
+    /// As [`States`](Memory::States), with the budget in bytes; below the least budget it is the least.
+    Bytes(usize),
 }
 
 /// The schedule of a reverse sweep.
@@ -67,28 +69,30 @@ pub(super) struct CheckpointSchedule {
 }
 
 impl CheckpointSchedule {
-    /// From the lengths of a state and of a row.
-    pub(super) fn new(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
+    /// From the lengths of a state and of a row, in numbers of type `R`.
+    pub(super) fn new<R>(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> Self {
         let all = Self {
             leaf: steps,
             checkpoints: 1,
         };
-        let Memory::States(states) = memory else {
-            return all;
+        // The record of a step, its start, and one more checkpoint if there is more than one step.
+        let least = steps.min(2) + row.div_ceil(state.max(1));
+        let budget = match memory {
+            Memory::All => return all,
+            Memory::States(states) => states.saturating_mul(state),
+            Memory::Bytes(bytes) => (bytes / size_of::<R>().max(1)).max(least * state),
         };
-        let budget = states.saturating_mul(state);
         // A state without numbers takes no memory.
         if state == 0 || budget >= steps.saturating_mul(row).saturating_add(state) {
             return all;
         }
         let leaf = (budget / 2 / row).max(1);
         let checkpoints = budget.saturating_sub(leaf * row) / state;
-        // The record of a step, its start, and one more checkpoint if there is more than one step.
-        let least = steps.min(2) + row.div_ceil(state);
         assert!(
             checkpoints >= 2,
-            "a memory of {states} states cannot hold two of them and the record of a step, \
-             {row} numbers: {least} states do"
+            "a memory of {} states cannot hold two of them and the record of a step, \
+             {row} numbers: {least} states do",
+            budget / state
         );
         Self { leaf, checkpoints }
     }
@@ -129,7 +133,7 @@ mod tests {
     /// Runs the schedule of the sweep on step numbers alone: the steps done forward, and the most
     /// numbers held.
     fn simulate(memory: Memory, steps: usize, [state, row]: [usize; 2]) -> (usize, usize) {
-        let schedule = CheckpointSchedule::new(memory, steps, [state, row]);
+        let schedule = CheckpointSchedule::new::<f64>(memory, steps, [state, row]);
         let (mut stack, mut end, mut done, mut most) = (vec![0], steps, steps, 0);
         while schedule.leaf < steps && end > 0 {
             let top = *stack.last().expect("the start is below all");
@@ -170,6 +174,13 @@ mod tests {
             assert!(done <= 13 * 4096, "{done} steps for {states} states");
         }
         assert_eq!(simulate(Memory::All, 4096, [144, 358]), (4096, 0));
+        let bytes = |bytes| simulate(Memory::Bytes(bytes), 4096, [144, 358]);
+        assert_eq!(
+            bytes(40 * 144 * 8),
+            simulate(Memory::States(40), 4096, [144, 358])
+        );
+        // Two states and a record, which is three states rounded up.
+        assert_eq!(bytes(0), simulate(Memory::States(5), 4096, [144, 358]));
         assert_eq!(
             simulate(Memory::States(11_000), 4096, [144, 358]),
             (4096, 0)
@@ -182,6 +193,6 @@ mod tests {
                                25 numbers: 5 states do"
     )]
     fn too_small_a_budget_is_told() {
-        CheckpointSchedule::new(Memory::States(3), 100, [10, 25]);
+        CheckpointSchedule::new::<f64>(Memory::States(3), 100, [10, 25]);
     }
 }

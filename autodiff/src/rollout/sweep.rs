@@ -135,15 +135,15 @@ impl<R: Real> Recorded<R> {
     pub(super) fn new<M: Model>(rollout: &Rollout<M>, starts: Starts, inputs: &[&[R]]) -> Self {
         let stepper = Stepper::new(rollout, starts, inputs);
         let (stride, row) = (stepper.program.stride(), stepper.row(inputs[0]));
-        let schedule =
-            CheckpointSchedule::new(rollout.memory, rollout.steps, [stepper.state_len(), stride]);
+        let lengths = [stepper.state_len(), stride];
+        let schedule = CheckpointSchedule::new::<R>(rollout.memory, rollout.steps, lengths);
         let leaf = schedule.leaf.min(rollout.steps);
         let kept = leaf.saturating_sub(1).checked_mul(stride);
         let kept = kept.and_then(|kept| kept.checked_add(row.len()));
         let kept = kept.filter(|kept| *kept < isize::MAX as usize / (2 * size_of::<R>().max(1)));
         let Some(kept) = kept else {
             panic!(
-                "the rows of {leaf} steps exceed any memory: give the rollout a budget, Memory::States"
+                "the rows of {leaf} steps exceed any memory: give the rollout a budget, Memory::Bytes"
             );
         };
         let mut rows = pooled_rows(kept);

@@ -114,7 +114,8 @@ impl CoDesign {
                 &scene.controller,
                 &scene.materials,
                 &scene.projection,
-            ),
+            )
+            .with_memory(scene.gradient.budget()),
             scene: scene.clone(),
             checked: None,
         })

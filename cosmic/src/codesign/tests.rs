@@ -1,5 +1,7 @@
 //! Scenes that the tests share, and the tests of an iteration.
 
+use autodiff::Memory;
+
 use crate::codesign::{CoDesign, Progress, Record};
 use crate::design::flips;
 use crate::projection::one_hot;
@@ -55,6 +57,20 @@ pub(crate) fn records(scene: &Scene) -> Vec<Record> {
     let mut codesign = CoDesign::new(scene).unwrap();
     (codesign.optimise(0, |record| records.push(record.clone()))).unwrap();
     records
+}
+
+#[test]
+fn a_memory_budget_changes_no_bit() {
+    let text = [LIVELY, "iterations = 9"].concat();
+    let scene = Scene::parse("lively", &text).unwrap();
+    let mut bounded = scene.clone();
+    // A step takes more than 1 kB, and a horizon has 64.
+    bounded.gradient.memory = Some(0.02);
+    let task = CoDesign::new(&bounded).unwrap().task().clone();
+    assert_eq!(task.simulator.memory, Memory::Bytes(20_000));
+    let histories = [scene, bounded].map(|scene| records(&scene));
+    let [all, within] = histories.map(|history| format!("{history:?}"));
+    assert!(all == within);
 }
 
 /// How far the snapped robot of a seed gets.

@@ -37,7 +37,7 @@ macro_rules! builtin {
 }
 
 /// Every built-in scene, the default first.
-pub const BUILTIN: [Builtin; 11] = builtin![
+pub const BUILTIN: [Builtin; 12] = builtin![
     "stability",
     "baseline_tall",
     "baseline_short",
@@ -49,6 +49,7 @@ pub const BUILTIN: [Builtin; 11] = builtin![
     "tilted",
     "steps",
     "rough",
+    "large",
 ];
 
 /// The scenes that this process was given beside those that ship with the crate.

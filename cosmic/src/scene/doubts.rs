@@ -57,7 +57,7 @@ struct Doubt {
     says: &'static str,
 }
 
-const DOUBTS: [Doubt; 15] = [
+const DOUBTS: [Doubt; 16] = [
     Doubt {
         holds: |s| s.materials.stiffness[0] >= s.materials.stiffness[1],
         keys: &["materials.stiffness"],
@@ -122,6 +122,16 @@ const DOUBTS: [Doubt; 15] = [
         },
         keys: &["ground.points", "ground.profile"],
         says: "points of the ground that nothing reads",
+    },
+    Doubt {
+        holds: |s| {
+            let nodes = s.lattice.columns * s.lattice.rows;
+            nodes > 100
+                && !s.lattice.is_truss()
+                && s.controller.gain == Scene::default().controller.gain
+        },
+        keys: &["controller.gain", "lattice.columns", "lattice.rows"],
+        says: "the first controller hardly moves so many nodes, that of the scene \"large\" does",
     },
     Doubt {
         holds: |s| s.controller.omega == 0.0,

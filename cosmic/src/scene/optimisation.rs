@@ -1,5 +1,7 @@
 //! Settings of the optimisation: schedule, both optimisers, gradient, loss, selection.
 
+use autodiff::Memory;
+
 use super::pass::Pass;
 use crate::settings;
 use crate::settings::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, above, within};
@@ -111,10 +113,22 @@ settings! {
             source "found by experiment; paper: off";
         /// Steps from one check of the cotangent to the next.
         cotangent_every: usize = 16, allowed STEPS, source "found by experiment";
+        /// Memory for what a gradient keeps of the steps of its rollout, or of the rollouts that a thread
+        /// runs side by side, or "off" for all that it takes. Within less, steps are run again. The
+        /// gradient does not depend on it.
+        memory: Option<f64> = None, allowed POSITIVE, unit "MB", source "paper silent";
         /// Number type of the rollouts on the way: those that gradients are taken of, trials of
         /// other materials, and an iteration's full one. Medians over perturbed starts, by which
         /// controllers are chosen and results are quoted, are in f64 always.
         precision: GradientPrecision = GradientPrecision::F64, source "paper silent";
+    }
+}
+
+impl GradientSettings {
+    /// The setting `memory`.
+    pub fn budget(&self) -> Memory {
+        let bytes = |megabytes: f64| Memory::Bytes((megabytes * 1e6) as usize);
+        self.memory.map_or(Memory::All, bytes)
     }
 }
 

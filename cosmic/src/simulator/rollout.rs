@@ -63,6 +63,8 @@ pub struct Simulator {
     rest_length: Vec<f64>,
     /// Sine and cosine of the clock's phase, and the time if a force reads it, step by step.
     clock: Arc<[f64]>,
+    /// For the record that the reverse sweep of a rollout reads.
+    pub(crate) memory: Memory,
 }
 
 impl Simulator {
@@ -89,7 +91,15 @@ impl Simulator {
             ground: Ground::from(physics),
             controller: controller.clone(),
             clock,
+            memory: Memory::All,
         }
+    }
+
+    /// This world with a budget for what the gradient of a rollout keeps of its steps. The gradient does
+    /// not depend on it.
+    #[must_use]
+    pub fn with_memory(self, memory: Memory) -> Self {
+        Self { memory, ..self }
     }
 
     /// This world with another coefficient of friction, which has no effect where nodes stick.
@@ -226,7 +236,7 @@ impl Simulator {
             entries: (span.nodes < nodes).then(|| entries.collect()),
             state_bound: span.watched.then_some(WATCHED),
             cotangent_bound: span.cotangent_bound,
-            memory: Memory::All,
+            memory: self.memory,
         }
     }
 

@@ -54,7 +54,7 @@ pub(super) fn least_times<W, T>(rounds: usize, works: &[W], run: impl Fn(&W) -> 
 /// The result of a piece of work, its processor time, and the most bytes that it held in addition to
 /// those held before, if the system tells. Do not trust numbers below a MiB: the system counts pages,
 /// and with a delay.
-pub(super) fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64>) {
+pub fn measured<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64, Option<u64>) {
     let measure = || {
         let _ballast = ballast();
         let before = resident_memory().filter(|_| forget_peak());

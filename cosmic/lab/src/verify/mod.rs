@@ -14,7 +14,7 @@ mod voids;
 
 pub use accuracy::{Accuracy, Energy, Method, Precision, Reference, Run};
 pub use chaos::Chaos;
-pub use clock::peak_memory;
+pub use clock::{measured, peak_memory};
 pub use gradients::{GradientCheck, Group, NegativeControl, check_gradients, check_gradients_of};
 pub use plan::{Plan, Term};
 pub use slopes::{Gradients, Slopes, Way};

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use autodiff::{CotangentBound, Model, Program, Real, Rollout, Var};
+use autodiff::{CotangentBound, Memory, Model, Program, Real, Rollout, Var};
 
 use super::clock::least_times;
 use super::probe::{Probe, dot};
@@ -150,6 +150,7 @@ fn layout(case: &Case, volume: &VolumeSettings) -> Case {
 }
 
 /// A benchmark case: a rollout and its gradients.
+#[derive(Clone)]
 pub struct Subject<'a> {
     case: &'a Case,
     task: Task,
@@ -176,6 +177,15 @@ impl<'a> Subject<'a> {
             },
             horizon: Horizon::head(MEASURED_STEPS.min(most)),
             task,
+        }
+    }
+
+    /// This case with a budget for what a gradient keeps of the steps of its rollout.
+    #[must_use]
+    pub fn with_memory(&self, memory: Memory) -> Self {
+        Self {
+            task: self.task.clone().with_memory(memory),
+            ..self.clone()
         }
     }
 

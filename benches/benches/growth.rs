@@ -1,0 +1,173 @@
+//! How time, memory and distance grow with the lattice.
+//!
+//! - `cargo bench -p benches --bench growth`: time and memory
+//! - the same with `-- --table` designs robots of all sizes as well, and writes `docs/growth.md`.
+
+use std::fmt::Write as _;
+use std::hint::black_box;
+use std::time::Instant;
+
+use autodiff::Memory;
+use benches::machine::{machine, row, write_page};
+use cosmic::case::Case;
+use cosmic::codesign::{CoDesign, Quantiles};
+use cosmic::inputs::{CONTROLLER, DESIGN};
+use cosmic::parallel::{Crew, in_parallel};
+use cosmic::scene::Scene;
+use cosmic_lab::verify::{MEASURED_STEPS, Subject, measured};
+
+/// Nodes in a row and in a column.
+const SIZES: [usize; 7] = [4, 6, 8, 10, 12, 16, 20];
+/// The size that ratios are taken to.
+const UNIT: usize = 6;
+/// Times that each time is taken, in turns; the least counts.
+const ROUNDS: usize = 8;
+/// Budgets for the gradient of the largest robot, MB.
+const BUDGETS: [usize; 4] = [400, 100, 20, 5];
+/// Seeds of the designs.
+const SEEDS: u64 = 8;
+/// Scenes of the designs.
+const SCENES: [&str; 2] = ["stability", "large"];
+
+fn main() {
+    let cases = SIZES.map(|size| {
+        let scene = sized("large", size);
+        let case = Case::of_scene(&scene, 0).expect("the scene is complete");
+        (scene, case)
+    });
+    let subjects = cases.each_ref();
+    let subjects = subjects.map(|(scene, case)| Subject::new(case, &scene.loss));
+    let edges = cases.each_ref().map(|(_, case)| case.lattice.edges.len());
+    let times = times(&subjects, edges);
+    let budgets = budgets(subjects.last().expect("there are sizes"));
+    println!("{times}\n{budgets}");
+    write_page("growth.md", || page(&times, &budgets));
+}
+
+/// A built-in scene with so many rows and columns.
+fn sized(scene: &str, size: usize) -> Scene {
+    let mut scene = Scene::load(scene).expect("the scene is built in");
+    (scene.lattice.columns, scene.lattice.rows) = (size, size);
+    scene
+}
+
+/// Time by edge and step, and memory of a gradient.
+fn times(subjects: &[Subject; 7], edges: [usize; 7]) -> String {
+    let mut least = [[f64::INFINITY; 3]; 7];
+    for _ in 0..ROUNDS {
+        for ((least, subject), edges) in least.iter_mut().zip(subjects).zip(edges) {
+            let round = [
+                seconds(|| subject.rollout::<f64>()),
+                seconds(|| subject.gradient::<f64>(DESIGN)),
+                seconds(|| subject.gradient::<f64>(CONTROLLER)),
+            ];
+            let pieces = (edges * MEASURED_STEPS) as f64;
+            for (least, seconds) in least.iter_mut().zip(round) {
+                *least = least.min(seconds * 1e9 / pieces);
+            }
+        }
+    }
+    let unit = SIZES.iter().position(|&size| size == UNIT);
+    let unit = least[unit.expect("it is one of the sizes")];
+    let mut table = String::from(
+        "| nodes | edges | rollout | | with the gradient by the design | | by the controller | | MB |\n\
+         | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+    );
+    for (k, times) in least.iter().enumerate() {
+        let _ = write!(table, "| {0}x{0} | {1}", SIZES[k], edges[k]);
+        for (time, unit) in times.iter().zip(unit) {
+            let _ = write!(table, " | {time:.2} | {:.2}", time / unit);
+        }
+        let megabytes = megabytes(&subjects[k], Memory::All).1;
+        let _ = writeln!(table, " | {megabytes:.0} |");
+    }
+    table
+}
+
+/// Time and memory of a gradient within budgets.
+fn budgets(subject: &Subject) -> String {
+    let (all, held) = megabytes(subject, Memory::All);
+    let mut table =
+        String::from("| budget | MB held | times the time without |\n| --- | --- | --- |\n");
+    row(&mut table, "off", &[held, 1.0], 2);
+    for budget in BUDGETS {
+        let (time, held) = megabytes(subject, Memory::Bytes(budget * 1_000_000));
+        row(&mut table, &budget.to_string(), &[held, time / all], 2);
+    }
+    table
+}
+
+/// Seconds and most memory of an optimisation's design gradient, in both projections.
+fn megabytes(subject: &Subject, memory: Memory) -> (f64, f64) {
+    let subject = subject.with_memory(memory);
+    let (_, seconds, bytes) = measured(|| subject.two_gradients());
+    (seconds, bytes.map_or(f64::NAN, |bytes| bytes as f64 * 1e-6))
+}
+
+/// How far robots of all sizes get.
+fn distances() -> String {
+    // The largest first: they take the longest.
+    let jobs: Vec<(&str, usize, u64)> = (SIZES.iter().rev())
+        .flat_map(|&size| SCENES.map(|scene| (scene, size)))
+        .flat_map(|(scene, size)| (0..SEEDS).map(move |seed| (scene, size, seed)))
+        .collect();
+    let results = in_parallel(jobs.len(), Crew::of_one(None), |k, _| {
+        let (scene, size, seed) = jobs[k];
+        let start = Instant::now();
+        let delivery = CoDesign::new(&sized(scene, size))?.optimise(seed, |_| ())?;
+        let result = (delivery.spread.p50, start.elapsed().as_secs_f64());
+        println!(
+            "{scene} {size}, seed {seed}: {:.2} m, {:.0} s",
+            result.0, result.1
+        );
+        Ok(result)
+    });
+    let results = results.expect("every scene can be optimised");
+    let mut table = String::from(
+        "| nodes | scene | seeds 0 to 7, m | median, m | s |\n| --- | --- | --- | --- | --- |\n",
+    );
+    for size in SIZES {
+        for scene in SCENES {
+            let these = jobs.iter().zip(&results);
+            let these = these.filter(|((s, n, _), _)| (*s, *n) == (scene, size));
+            let (far, seconds): (Vec<f64>, Vec<f64>) = these.map(|(_, result)| *result).unzip();
+            let shown: Vec<String> = far.iter().map(|far| format!("{far:.2}")).collect();
+            let [far, seconds] = [far, seconds].map(|sample| Quantiles::of(&sample).p50);
+            let _ = writeln!(
+                table,
+                "| {size}x{size} | `{scene}` | {} | **{far:.2}** | {seconds:.1} |",
+                shown.join(" ")
+            );
+        }
+    }
+    table
+}
+
+fn page(times: &str, budgets: &str) -> String {
+    let (machine, distances) = (machine(), distances());
+    format!(
+        "# Growth\n\n\
+         Measured on {machine}. This page is written by\n\n```sh\n\
+         cargo bench -p benches --bench growth -- --table    # half an hour on two cores\n```\n\n\
+         ## Time and memory\n\n\
+         The scene `large` with other numbers of nodes, a mixture of all materials, over {MEASURED_STEPS} \
+         steps, on one thread. Times are nanoseconds by edge and step, the least of {ROUNDS} rounds taken in \
+         turns, and behind each its ratio to that of {UNIT}x{UNIT} nodes. The memory is what a design gradient \
+         of an optimisation holds, which runs the performance and the stability projection side by side; it \
+         grows with the horizon.\n\n{times}\n\
+         `gradient.memory` is a budget for it, in MB: steps are run again where their record is not kept, \
+         and the gradient has the same bits. For {largest}x{largest} nodes:\n\n{budgets}\n\
+         ## Distance\n\n\
+         Displacements of delivered designs (`displacement_p50` of a summary), over seeds that nobody tuned \
+         on, and the median time of an optimisation on one core. One run of these is \
+         `cosmic optimize large --set lattice.columns=16 --set lattice.rows=16 --seed 0`.\n\n{distances}",
+        largest = SIZES[SIZES.len() - 1],
+    )
+}
+
+/// The time of a work.
+fn seconds<T>(work: impl FnOnce() -> T) -> f64 {
+    let start = Instant::now();
+    black_box(work());
+    start.elapsed().as_secs_f64()
+}
