@@ -191,7 +191,32 @@ impl<R: Real> Body<R> {
                 .map(|m| m[Material::Actuator as usize] * strain)
                 .collect(),
             mass: node_masses(&edge_masses, lattice, physics),
+            presence: Vec::new(),
         }
+    }
+
+    /// This body of a mixture with nodes that belong to the robot as much as their edges are solid: by one
+    /// minus the product of the shares of void, and wholly where payload is. A [layout](is_layout) leaves
+    /// nodes without a bar to themselves.
+    #[must_use]
+    pub fn of_live_nodes(mut self, mixture: &[[R; 3]], lattice: &Lattice) -> Self {
+        let mut absent = vec![R::one(); lattice.nodes()];
+        for (ends, m) in lattice.edges.iter().zip(mixture) {
+            ends.iter()
+                .for_each(|&node| absent[node] *= m[Material::Void as usize]);
+        }
+        for payload in &lattice.payload {
+            absent[payload.node] = R::zero();
+        }
+        if is_layout(mixture) {
+            let is_dead = |node: &usize| is_whole(absent[*node]);
+            let edges = self.stiffness.iter_mut().zip(&lattice.edges);
+            for (stiffness, _) in edges.filter(|(_, ends)| ends.iter().any(is_dead)) {
+                *stiffness = R::zero();
+            }
+        }
+        self.presence = absent.into_iter().map(|a| R::one() - a).collect();
+        self
     }
 
     /// This body as built.

@@ -58,6 +58,8 @@ pub struct Task {
     /// What mixtures are kept to.
     holds: Holds,
     pub(crate) simulator: Simulator,
+    /// Whether nodes count as much as their edges are solid.
+    one_piece: bool,
     /// How the robot as built differs from its design; `None` for the nominal one.
     variation: Option<Variation>,
 }
@@ -78,6 +80,7 @@ impl Task {
             physics: physics.clone(),
             materials: materials.clone(),
             sharpness: sharpness.clone(),
+            one_piece: false,
             variation: None,
         }
     }
@@ -89,6 +92,13 @@ impl Task {
             simulator: self.simulator.with_memory(memory),
             ..self
         }
+    }
+
+    /// This task with nodes that count [as much as their edges are solid](Body::of_live_nodes), or all of
+    /// them alike.
+    #[must_use]
+    pub fn with_one_piece(self, one_piece: bool) -> Self {
+        Self { one_piece, ..self }
     }
 
     /// This task for a robot as built, on ground with `friction` times the friction.
@@ -117,7 +127,10 @@ impl Task {
 
     /// The body of a mixture, as designed or as built.
     pub fn body<R: Real>(&self, mixture: &[[R; 3]]) -> Body<R> {
-        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        let mut body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
+        if self.one_piece {
+            body = body.of_live_nodes(mixture, &self.lattice);
+        }
         match &self.variation {
             None => body,
             Some(variation) => body.varied(variation),

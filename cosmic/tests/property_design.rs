@@ -1,10 +1,10 @@
 //! Properties of every design: projections, measures and the snap.
 
-use cosmic::design::{Material, VolumeBounds, snap};
-use cosmic::lattice::EdgeRules;
+use cosmic::design::{LayoutRules, Material, Structure, VolumeBounds, snap};
+use cosmic::lattice::Lattice;
 use cosmic::objective::measures;
 use cosmic::projection::{Holds, Projection, mixture};
-use cosmic::scene::{ProjectionSettings, VolumeSettings};
+use cosmic::scene::{DesignSettings, ProjectionSettings, Scene, VolumeSettings};
 use proptest::prelude::*;
 
 fn vectors(entries: std::ops::Range<f64>) -> impl Strategy<Value = Vec<[f64; 3]>> {
@@ -69,18 +69,28 @@ proptest! {
         }
     }
 
-    /// One material an edge, and volumes within the bounds where whole edges allow it.
+    /// One material an edge, volumes within the bounds, and one piece if that is asked for.
     #[test]
-    fn a_snap_meets_the_volumes(z in prop::collection::vec(prop::array::uniform3(0.0..1.0), 60..80)) {
+    fn a_snap_meets_the_volumes(
+        z in prop::collection::vec(prop::array::uniform3(0.0..1.0), 110),
+        one_piece in prop::bool::ANY,
+    ) {
         let settings = ProjectionSettings::default();
+        let scene = Scene::default();
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
+        let asked = DesignSettings { one_piece, ..scene.design };
+        let rules = LayoutRules::new(&lattice, &asked);
         let bounds = VolumeBounds::widened(&VolumeSettings::default(), 0.03);
-        let found = snap(&mixture(Projection::Performance, &z, &settings, &Holds::default()), &bounds, &EdgeRules::default());
+        let found = snap(&mixture(Projection::Performance, &z, &settings, &Holds::default()), &bounds, &rules);
         let edges = z.len() as f64;
         let share = |is: fn(Material) -> bool| {
             found.iter().filter(|m| is(**m)).count() as f64 / edges
         };
         let within = |x: f64, [least, most]: [f64; 2]| (least - 1e-9..=most + 1e-9).contains(&x);
         prop_assert_eq!(found.len(), z.len());
+        if one_piece {
+            prop_assert_eq!(Structure::new(&lattice, &found).pieces, 1);
+        }
         prop_assert!(within(share(Material::is_solid), bounds.solid));
         prop_assert!(within(share(|m| m == Material::Actuator), bounds.actuator));
     }

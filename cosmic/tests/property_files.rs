@@ -82,6 +82,7 @@ proptest! {
         if substeps == 2 {
             physics.void_edges = VoidEdges::Drop;
         }
+        case.design.one_piece = layout;
         case.frozen = layout.then(|| vec![Material::Skeleton; 6]);
         let read = Case::parse("case.json", &case.to_json()).unwrap();
         // A case holds no settings of an optimisation or of the start of its controller.

@@ -31,6 +31,7 @@ impl Bare {
             stiffness: springs.iter().map(|spring| spring.2).collect(),
             strain: vec![0.0; springs.len()],
             mass: masses.to_vec(),
+            presence: Vec::new(),
         };
         let physics = PhysicsSettings {
             gravity: 0.0,

@@ -14,6 +14,7 @@ mod listed;
 mod mma;
 mod mma_subproblem;
 mod model_gradients;
+mod one_piece;
 mod optimisers;
 mod outside;
 mod own_laws;

@@ -252,7 +252,7 @@ impl VectorFunction for Activations<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let (controller, state) = self.read(x);
         let ground = Ground::from(&self.0.physics);
-        controller.activation(&observation(&self.0.observation, 0.3, &state, &ground))
+        controller.activation(&observation(&self.0.observation, 0.3, &state, &[], &ground))
     }
 }
 
@@ -263,7 +263,7 @@ impl VectorFunction for FoldedWeights<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0.0;
         let (controller, _) = self.0.read(x);
-        let folded = controller.folded(&case.observation, &Ground::from(&case.physics));
+        let folded = controller.folded(&case.observation, &[], &Ground::from(&case.physics));
         [folded.w1, folded.b1].concat()
     }
 }

@@ -72,27 +72,6 @@ impl BarForce for Again {
 }
 
 cosmic::settings! {
-    /// Dampers beside the springs.
-    struct Dampers {
-        /// Damping of a bar per stiffness.
-        time: f64 = 1e-3, allowed within(0.0, 1.0), unit "s", source "a test";
-    }
-}
-
-impl Law for Dampers {
-    const NAME: &'static str = "dampers";
-}
-
-impl BarForce for Dampers {
-    const NEEDS_RATE: bool = true;
-
-    #[inline(always)]
-    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
-        R::lit(self.time) * bar.stiffness * bar.rate
-    }
-}
-
-cosmic::settings! {
     /// A spring and a damper between every node and the world's origin, and a pull that comes and goes.
     struct Tether {
         /// Stiffness.
@@ -142,7 +121,6 @@ fn scene(settings: &str) -> Scene {
             contact::<Glue>(),
             contact::<Bounce>(),
             on_bars::<Again>(),
-            on_bars::<Dampers>(),
             on_nodes::<Tether>(),
         ];
         known.into_iter().for_each(laws::add);
@@ -278,13 +256,18 @@ fn gradients_of_own_laws_are_right_in_every_mode() {
         ),
         (
             "all forces",
-            "[physics]\nforces = [\"tether\", \"dampers\"]\nbending_radius = 0.01\nsubsteps = 2\n\
+            "[physics]\nforces = [\"tether\", \"damper\"]\nbending_radius = 0.01\nsubsteps = 2\n\
              [tether]\nstiffness = 0.3\ndamping = 0.01\npull = 0.01",
         ),
         (
             "leapfrog",
-            "[physics]\nforces = [\"dampers\", \"tether\"]\nintegrator = \"leapfrog\"\n\
-             stiffening = 50.0",
+            "[physics]\nforces = [\"damper\", \"tether\"]\nintegrator = \"leapfrog\"\n\
+             stiffening = 50.0\n[damper]\ntime = 1e-3",
+        ),
+        // Stops so tight that most actuators are at them.
+        (
+            "stops",
+            "[physics]\nforces = [\"stops\"]\ncontact = \"none\"\n[stops]\nat = 0.003",
         ),
     ] {
         let check = check_gradients(&robot(settings), None, 90, &Options::default());
@@ -367,7 +350,7 @@ fn the_energy_counts_forces_that_have_one() {
         (tethered - plain - of_tether).abs() < 1e-12,
         "{tethered} {plain}"
     );
-    assert_eq!(energy(&with(&["dampers"]), &case.start), None);
+    assert_eq!(energy(&with(&["damper"]), &case.start), None);
 }
 
 #[test]

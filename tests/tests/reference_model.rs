@@ -31,7 +31,7 @@ fn check(reference: &Reference, field: &str, tolerance: &str, got: &[f64]) {
 fn the_first_activation_of_the_folded_controller() {
     for (reference, case) in cases() {
         let ground = Ground::from(&case.physics);
-        let folded = case.controller.folded(&case.observation, &ground);
+        let folded = case.controller.folded(&case.observation, &[], &ground);
         let state = case.start.to_ground(&ground);
         let column = |points: &[[f64; 2]], k: usize| points.iter().map(|p| p[k]).collect();
         let columns: [Vec<f64>; 5] = [

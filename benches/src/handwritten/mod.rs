@@ -135,7 +135,7 @@ impl<'a> Handwritten<'a> {
 
     fn folded<R: Real>(&self, inputs: &Inputs<R>) -> Controller<R> {
         let ground = self.task.ground();
-        (inputs.controller).folded(&self.case.observation, &ground)
+        (inputs.controller).folded(&self.case.observation, &[], &ground)
     }
 }
 
@@ -190,6 +190,7 @@ mod tests {
     fn agrees<R: Real + Into<f64>>(scene: &str, rounding: f64) {
         let (scene, mut case) = built_in(scene);
         case.physics.steps = 100;
+        case.design.one_piece = false;
         let subject = Subject::new(&case, &scene.loss);
         let handwritten = Handwritten::new(&case, &scene.loss, 100);
         let mut rows = Buffer::default();

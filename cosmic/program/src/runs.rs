@@ -83,6 +83,17 @@ fn describe(folder: &Path, summary: &Summary) -> String {
         counted(summary.skipped_gradients, "gradient"),
         departures(summary),
     );
+    if let Some(s) = summary.structure {
+        text += &format!(
+            "bars: {}, {}, {}, {}, {}, {}\n",
+            counted(s.pieces, "piece"),
+            counted(s.nodes, "node"),
+            counted(s.free_ends, "free end"),
+            counted(s.crossings, "crossing"),
+            counted(s.feet, "lowest node"),
+            counted(s.floppy_modes, "floppy mode"),
+        );
+    }
     if let Some(entered) = summary.entered {
         text += &format!("began after iteration {entered} with the robot in start.json\n");
     }

@@ -13,6 +13,9 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::Command;
 
+/// The kinds of lattices with columns and rows, and their edges at 4 x 3 and at 3 x 3 nodes.
+const KINDS: [(&str, usize, usize); 2] = [("rectangular", 29, 20), ("triangular", 23, 16)];
+
 /// A gate: two legs of crossed cells under a beam, symmetric about its middle. The payload is the middle
 /// of the beam, with a second one at its right end; node 0 is the left foot.
 const GATE: &str = r#"{
@@ -153,36 +156,33 @@ fn a_sweep_and_a_search_hold_their_lattice() {
     bench.cosmic("report starts").ok();
 }
 
-/// By differences and in forward mode, of a mixture with tied edges and of triangles.
+/// By differences and in forward mode, of a mixture with tied edges and of every kind.
 #[test]
 fn gradients_on_other_lattices_are_those_of_differences() {
     let bench = bench();
     bench.cosmic("gradcheck tiny.toml --steps 48").ok();
-    let triangles = "--set lattice.kind=triangular --set lattice.columns=4 --set lattice.rows=3";
-    bench
-        .cosmic(&format!("gradcheck stability --steps 48 {triangles}"))
-        .ok();
-    let said = bench.cosmic(&format!("explain stability {triangles}")).ok();
-    assert!(
-        said.out.contains("triangular 4x3, 12 nodes, 23 edges"),
-        "{said:?}"
-    );
+    for (kind, edges, _) in KINDS {
+        let sized =
+            format!("--set lattice.kind={kind} --set lattice.columns=4 --set lattice.rows=3");
+        let gradcheck = format!("gradcheck stability --steps 48 {sized}");
+        bench.cosmic(&gradcheck).ok();
+        let said = bench.cosmic(&format!("explain stability {sized}")).ok();
+        let expected = format!("4x3, 12 nodes, {edges} edges");
+        assert!(said.out.contains(&expected), "{said:?}");
+    }
 }
 
 #[test]
-fn triangles_go_through_all_phases() {
-    let triangular = scene(24, 64, "").replace("columns", "kind = \"triangular\"\ncolumns");
-    let bench = Bench::with(&triangular);
-    bench.run("a", "");
-    assert_eq!(
-        bench.json("a/design.json")["edges"]
-            .as_array()
-            .unwrap()
-            .len(),
-        16
-    );
-    bench.cosmic("report a").ok();
-    assert!(!bench.path("a/truss.json").exists());
+fn every_kind_goes_through_all_phases() {
+    for (kind, _, edges) in KINDS {
+        let of_kind = scene(24, 64, "").replace("columns", &format!("kind = \"{kind}\"\ncolumns"));
+        let bench = Bench::with(&of_kind);
+        bench.run("a", "");
+        let design = bench.json("a/design.json");
+        assert_eq!(design["edges"].as_array().unwrap().len(), edges);
+        bench.cosmic("report a").ok();
+        assert!(!bench.path("a/truss.json").exists());
+    }
 }
 
 /// A mistake in a file is shown at its place; a missing file has the exit code of missing files.
@@ -286,8 +286,11 @@ fn a_lattice_of_a_program_is_copied_as_a_file_is() {
 fn a_case_of_another_lattice_reads_back_to_the_same_results() {
     let bench = bench();
     let truss = Scene::read(&bench.path("tiny.toml")).unwrap();
-    let triangles = truss.set(&["lattice.file=off", "lattice.kind=triangular"]);
-    for scene in [truss, triangles.unwrap()] {
+    let of_kind = |(kind, ..): (&str, usize, usize)| {
+        let kind = format!("lattice.kind={kind}");
+        truss.set(&["lattice.file=off", &kind]).unwrap()
+    };
+    for scene in KINDS.map(of_kind).into_iter().chain([truss.clone()]) {
         let scene = scene.set(&["projection.hold_materials=0.05"]).unwrap();
         let case = Case::of_scene(&scene, 3).unwrap();
         let json = case.to_json();

@@ -23,6 +23,7 @@ impl Case {
             &self.materials,
             &self.sharpness,
         )
+        .with_one_piece(self.design.one_piece)
     }
 
     /// Everything that the case's rollout depends on.
@@ -52,8 +53,7 @@ impl Case {
 
     /// The body that is rolled out.
     pub fn body(&self) -> Body<f64> {
-        let mixture = self.own_mixture();
-        Body::new(&mixture, &self.lattice, &self.materials, &self.physics)
+        self.task().body(&self.own_mixture())
     }
 
     /// Where the rollout diverges, if it does.
@@ -143,7 +143,13 @@ impl Case {
     }
 
     fn first_activation(&self, ground: &Ground) -> Vec<f64> {
-        let seen = observation(&self.observation, 0.0, &self.start, ground);
+        let seen = observation(
+            &self.observation,
+            0.0,
+            &self.start,
+            &self.body().presence,
+            ground,
+        );
         self.controller.activation(&seen)
     }
 

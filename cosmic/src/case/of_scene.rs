@@ -42,6 +42,7 @@ impl Case {
             physics: scene.physics.clone(),
             materials: scene.materials.clone(),
             sharpness: scene.projection.clone(),
+            design: scene.design.clone(),
             observation: scene.controller.clone(),
             z,
             frozen,

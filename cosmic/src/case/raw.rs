@@ -172,6 +172,8 @@ keys! {
     penalisation: usize = materials.penalisation,
     #[serde(default, skip_serializing_if = "is_default")]
     hold_materials: f64 = projection.hold_materials,
+    #[serde(default, skip_serializing_if = "is_default")]
+    one_piece: bool = design.one_piece,
     ; library: RawLibrary
 }
 

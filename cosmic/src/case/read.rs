@@ -15,8 +15,8 @@ use crate::objective::AugmentedLagrangian;
 use crate::projection::Projection;
 use crate::reading::{from_json, placed, read_whole};
 use crate::scene::{
-    ControllerSettings, LatticeSettings, MaterialSettings, PhysicsSettings, ProjectionSettings,
-    Scene, TrussFile, UnstableStep, allowed_instead,
+    ControllerSettings, DesignSettings, LatticeSettings, MaterialSettings, PhysicsSettings,
+    ProjectionSettings, Scene, TrussFile, UnstableStep, allowed_instead,
 };
 
 /// The longest rollout that a case may ask for, substeps counted. The clock is stored for every step:
@@ -36,6 +36,8 @@ pub struct Case {
     pub materials: MaterialSettings,
     /// Sharpness of the projections, and `delta`.
     pub sharpness: ProjectionSettings,
+    /// What the layout is to be like; of it a rollout reads `one_piece`.
+    pub design: DesignSettings,
     /// The terms that the controller observes.
     pub observation: ControllerSettings,
     /// Initial positions and velocities.
@@ -135,6 +137,7 @@ impl Shapes<'_> {
             physics: scene.physics,
             materials: scene.materials,
             sharpness: scene.projection,
+            design: scene.design,
             observation: scene.controller,
             start: State {
                 x: lattice.positions.clone(),

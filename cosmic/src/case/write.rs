@@ -99,6 +99,7 @@ impl Case {
             physics: self.physics.clone(),
             materials: self.materials.clone(),
             projection: self.sharpness.clone(),
+            design: self.design.clone(),
             controller: self.observation.clone(),
             ..Scene::default()
         }

@@ -7,7 +7,7 @@ use autodiff::CotangentBound;
 use super::progress::Progress;
 use super::schedule::Schedule;
 use crate::controller::Controller;
-use crate::design::{Material, dominant, one_hot, start_vectors};
+use crate::design::{LayoutRules, Material, dominant, one_hot, start_vectors};
 use crate::error::{Error, Result};
 use crate::lattice::{Lattice, State};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
@@ -28,6 +28,7 @@ pub struct CoDesign {
     /// The design's optimiser; it has a state for each projection.
     pub(super) mma: Mma,
     pub(super) adam: Adam,
+    pub(super) rules: LayoutRules,
     /// The last mixture whose time step was checked: a frozen layout is checked once.
     pub(super) checked: Option<(Vec<[f64; 3]>, StepCheck)>,
 }
@@ -108,6 +109,7 @@ impl CoDesign {
             start: lattice.state_at_rest(),
             mma,
             adam: Adam(scene.adam.clone()),
+            rules: LayoutRules::new(&lattice, &scene.design),
             task: Task::new(
                 lattice,
                 &scene.physics,
@@ -115,7 +117,8 @@ impl CoDesign {
                 &scene.materials,
                 &scene.projection,
             )
-            .with_memory(scene.gradient.budget()),
+            .with_memory(scene.gradient.budget())
+            .with_one_piece(scene.design.one_piece),
             scene: scene.clone(),
             checked: None,
         })
@@ -132,7 +135,8 @@ impl CoDesign {
         Ok(progress)
     }
 
-    /// The state before the first iteration of a given robot, in place of the scene's start. A robot
+    /// The state before the first iteration of a given robot, in place of the scene's start; without its
+    /// loose bars, if the scene asks for one piece. A robot
     /// with one-hot design vectors enters after the snap: only the fine-tuning is left. Any other
     /// robot goes through the whole schedule.
     ///
@@ -148,6 +152,11 @@ impl CoDesign {
     ) -> Result<Progress> {
         let materials: Vec<_> = z.iter().map(dominant).collect();
         let materials = (one_hot(&materials) == z).then_some(materials);
+        let whole = materials.map(|layout| self.rules.without_loose_bars(&layout));
+        let (z, materials) = match whole {
+            Some(layout) => (one_hot(&layout), Some(layout)),
+            None => (z, None),
+        };
         let snap_at = self.scene.schedule.snap_at;
         if materials.is_none() && snap_at == 0 {
             return Err(Error::Usage(

@@ -9,7 +9,7 @@ use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best};
 use crate::controller::Controller;
-use crate::design::Material;
+use crate::design::{Material, Structure};
 use crate::domain::{Domain, draw, perturbed};
 use crate::lattice::State;
 use crate::random::{Purpose, stream};
@@ -46,6 +46,8 @@ pub struct Delivery {
     pub merit: Option<Quantiles>,
     /// Share of solid material and share of actuators.
     pub volumes: [f64; 2],
+    /// How the bars of `materials` hang together.
+    pub structure: Structure,
     /// Every 16th state of the unperturbed rollout, and the last.
     pub trajectory: Trajectory<f64>,
     /// The first absurd state of the unperturbed rollout, if there is one.
@@ -91,6 +93,7 @@ impl CoDesign {
             spread: spreads[0].displacement,
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.loss.is_far()).then_some(spreads[0].merit),
+            structure: Structure::new(&self.task.lattice, &self.materials(progress)),
             volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
             trajectory: guarded.trajectory,
             divergence: guarded.divergence,

@@ -67,10 +67,9 @@ impl CoDesign {
     fn snap(&self, progress: &mut Progress, now: &Schedule) {
         let mixture = self.task.mixture(Projection::Performance, &progress.z);
         let bounds = now.volume_bounds();
-        let rules = &self.task.lattice.rules;
+        let (rules, trials) = (&self.rules, self.scene.schedule.snap_trials);
         let snapped = snap(&mixture, &bounds, rules);
-        let others = alternatives(&mixture, &snapped, &bounds, rules);
-        let others: Vec<_> = others.take(self.scene.schedule.snap_trials).collect();
+        let others = alternatives(&mixture, &snapped, &bounds, rules, trials);
         let (materials, _) = self.farthest(snapped, others, &progress.controller);
         progress.flips = flips(&mixture, &materials);
         progress.lay_out(materials);

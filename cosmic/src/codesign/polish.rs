@@ -53,9 +53,8 @@ impl CoDesign {
             let slope = |m: Material| gradient[3 * edge + m as usize];
             (!holds.is_held(edge, to)).then(|| slope(to) - slope(from))
         };
-        let rules = &self.task.lattice.rules;
-        let tried = flipped(materials, &now.volume_bounds(), rules, cost);
-        let tried: Vec<_> = tried.take(schedule.polish_trials).collect();
+        let (bounds, trials) = (now.volume_bounds(), schedule.polish_trials);
+        let tried = flipped(materials, &bounds, &self.rules, trials, cost);
         let mut short = self.task.clone();
         short.physics.steps = schedule.horizon[0].min(schedule.horizon[1]);
         let reached = self.reached(&tried, &progress.controller, &short);
@@ -141,8 +140,8 @@ mod tests {
             let (none, plain) = far("polish_trials = 0", seed);
             let (flips, polished) = far("polish_trials = 8", seed);
             assert_eq!(none, 0);
-            // Before the updates 8, 10 and 12: the last two of nine settle.
-            assert!(flips <= 3);
+            // Before the updates 8, 10, 12 and 14: the last two of nine settle.
+            assert!(flips <= 4, "{flips} edges");
             assert!(polished >= plain, "{polished} < {plain}");
             better += usize::from(polished > plain);
         }

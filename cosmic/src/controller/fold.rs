@@ -15,11 +15,11 @@ impl<R: Real> Controller<R> {
     /// all of it into the first layer, once per rollout, leaves `h = tanh(W1 s + b1)`,
     /// `u = tanh(W2 h + b2)` with the sensed values `s` in this order: x of all nodes, y of all
     /// nodes, x velocity of all, y velocity of all, `sin(omega t)`, `cos(omega t)`. A goal that does
-    /// not move is in the biases.
+    /// not move is in the biases. `presence` is that of [`observation`](super::observation()).
     ///
     /// # Panics
-    /// If the controller was not made for observations by these settings.
-    pub fn folded(&self, settings: &ControllerSettings, ground: &Ground) -> Self {
+    /// If the controller was not made for observations by these settings, or not for so many nodes.
+    pub fn folded(&self, settings: &ControllerSettings, presence: &[R], ground: &Ground) -> Self {
         let nodes = self.inputs.saturating_sub(settings.clocks + 2) / 4;
         assert_eq!(
             self.inputs,
@@ -34,8 +34,15 @@ impl<R: Real> Controller<R> {
             settings,
             ground,
             nodes,
+            presence,
+            total: R::sum(presence),
             clocks: [cosines, sines],
         };
+        assert!(
+            presence.is_empty() || presence.len() == nodes,
+            "the presence of {} nodes, and the controller observes {nodes}",
+            presence.len()
+        );
         let mut w1 = Vec::with_capacity(self.hidden * (4 * nodes + 2));
         let mut b1 = Vec::with_capacity(self.hidden);
         let rows = self.w1.chunks_exact(self.inputs);
@@ -58,6 +65,9 @@ struct Fold<'a, R> {
     settings: &'a ControllerSettings,
     ground: &'a Ground,
     nodes: usize,
+    presence: &'a [R],
+    /// The sum of the presence.
+    total: R,
     /// Every clock's share of `sin(omega t)`, and of `cos(omega t)`.
     clocks: [Vec<R>; 2],
 }
@@ -72,11 +82,11 @@ impl<R: Real> Fold<'_, R> {
         let goal = [goal[0] * goal_scale, goal[1] * goal_scale];
 
         let columns = self.turned(offsets, self.settings.offset_scale);
-        for (column, goal) in columns.iter().zip(goal) {
-            weights.extend(self.centred(column, goal));
+        for (column, goal) in columns.into_iter().zip(goal) {
+            weights.extend(self.centred(self.present(column), goal));
         }
         for column in self.turned(velocities, self.settings.velocity_scale) {
-            weights.extend(column);
+            weights.extend(self.present(column));
         }
         weights.extend(self.clocks.each_ref().map(|shares| R::dot(clocks, shares)));
         bias + R::dot(&goal, &self.constant_goal().map(R::lit))
@@ -96,15 +106,31 @@ impl<R: Real> Fold<'_, R> {
         })
     }
 
+    /// Weights on the nodes, each by how much it is observed.
+    fn present(&self, mut column: Vec<R>) -> Vec<R> {
+        for (weight, &presence) in column.iter_mut().zip(self.presence) {
+            *weight *= presence;
+        }
+        column
+    }
+
     /// Weights on offsets from the mean (and on the mean, for a goal relative to it) as weights on
     /// the positions themselves.
-    fn centred(&self, column: &[R], goal: R) -> impl Iterator<Item = R> {
-        let mut on_mean = R::sum(column);
+    fn centred(&self, mut column: Vec<R>, goal: R) -> Vec<R> {
+        let mut on_mean = R::sum(&column);
         if self.settings.goal_relative {
             on_mean += goal;
         }
-        let shift = on_mean * R::lit(1.0 / self.nodes as f64);
-        column.iter().map(move |&weight| weight - shift)
+        if self.presence.is_empty() {
+            let shift = on_mean * R::lit(1.0 / self.nodes as f64);
+            column.iter_mut().for_each(|weight| *weight -= shift);
+        } else {
+            let shift = on_mean / self.total;
+            for (weight, &presence) in column.iter_mut().zip(self.presence) {
+                *weight -= shift * presence;
+            }
+        }
+        column
     }
 
     /// The part of the goal that does not move with the robot. The state is measured from a point
@@ -153,16 +179,18 @@ mod tests {
     }
 
     /// Compares the folded controller with the observation and the network as they are defined.
-    fn check(settings: &ControllerSettings, ground: &Ground) {
+    fn check(settings: &ControllerSettings, presence: &[f64], ground: &Ground) {
         let lattice = Lattice::sample(3, 2, 0.0);
         let state = random_state(lattice.nodes());
         let mut controller = Controller::xavier(settings, &lattice, 0);
         controller.b1.fill(0.2);
         controller.b2.fill(-0.1);
         let time = 4096.0 * 0.002;
-        let plain = controller.activation(&observation(settings, time, &state, ground));
+        let plain = controller.activation(&observation(settings, time, &state, presence, ground));
         let sensed = sensed(&state.to_ground(ground), clock(settings, time));
-        let got = controller.folded(settings, ground).activation(&sensed);
+        let got = controller
+            .folded(settings, presence, ground)
+            .activation(&sensed);
         assert_eq!(got.len(), plain.len());
         for (a, b) in got.iter().zip(&plain) {
             // Some thirty terms of order one in each sum, rounded at 1e-16; the phase of a clock,
@@ -188,7 +216,8 @@ mod tests {
                     height: 0.3,
                     incline_deg,
                 };
-                check(&settings, &ground);
+                check(&settings, &[], &ground);
+                check(&settings, &[1.0, 0.3, 0.0, 0.9, 1e-3, 1.0], &ground);
             }
         }
     }

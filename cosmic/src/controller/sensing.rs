@@ -14,31 +14,47 @@ pub fn observation_length(settings: &ControllerSettings, nodes: usize) -> usize 
     settings.clocks.saturating_add(2 + 4 * nodes)
 }
 
-/// The observations of a controller: clocks; goal; offsets of the nodes from their unweighted mean (D3) as
+/// The observations of a controller: clocks; goal; offsets of the nodes from their mean (D3) as
 /// `x0, y0, x1, y1, ...`; velocities of the nodes likewise. Offsets and velocities are taken in
 /// the world's frame, the goal in the ground's (D3).
 ///
 /// `time` is in seconds since the start: a product `n dt`, never a sum, as phases reach 164 rad. The
-/// state is in the world's frame.
+/// state is in the world's frame. `presence` weighs the nodes in the mean, and what is observed of each;
+/// empty, every node counts alike.
 ///
 /// This is the definition; a rollout runs the [folded](super::Controller::folded) form of it.
 pub fn observation<R: Real>(
     settings: &ControllerSettings,
     time: f64,
     state: &State<R>,
+    presence: &[R],
     ground: &Ground,
 ) -> Vec<R> {
     let State { x, v } = state;
     let turn = settings.omega * time;
-    let mean = mean(x);
+    let whole = vec![R::one(); x.len()];
+    let (mean, presence) = match presence {
+        [] => (mean(x), &whole[..]),
+        _ => (weighted_mean(x, presence), presence),
+    };
     let [offset, velocity] = [settings.offset_scale, settings.velocity_scale].map(R::lit);
-    let offsets = x.iter().map(|&[px, py]| [px - mean[0], py - mean[1]]);
+    let nodes = x.iter().zip(presence);
+    let offsets = nodes.map(|(&[px, py], &p)| [p * (px - mean[0]), p * (py - mean[1])]);
+    let velocities = v.iter().zip(presence).map(|(v, &p)| v.map(|v| p * v));
     let mut observation = Vec::with_capacity(observation_length(settings, x.len()));
     observation.extend(phases(settings).map(|phase| R::lit((turn + phase).sin())));
     observation.extend(goal(settings, mean, ground));
     observation.extend(offsets.flatten().map(|d| offset * d));
-    observation.extend(v.as_flattened().iter().map(|&v| velocity * v));
+    observation.extend(velocities.flatten().map(|v| velocity * v));
     observation
+}
+
+fn weighted_mean<R: Real>(points: &[[R; 2]], weights: &[R]) -> [R; 2] {
+    let sum = R::sum(weights);
+    [0, 1].map(|k| {
+        let column: Vec<R> = points.iter().map(|point| point[k]).collect();
+        R::dot(&column, weights) / sum
+    })
 }
 
 /// `sin(omega t)` and `cos(omega t)`, of which every clock is a mixture; in double precision

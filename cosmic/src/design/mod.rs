@@ -5,8 +5,10 @@
 mod material;
 mod tilt;
 mod start;
+mod structure;
 mod snap;
 
 pub use material::{Material, attract, clamp, dominant, one_hot, vectors_of_mixture};
 pub use snap::{VolumeBounds, alternatives, flipped, flips, snap};
 pub use start::{filled, layout_materials, start_vectors};
+pub use structure::{LayoutRules, Structure};

@@ -1,6 +1,6 @@
 //! The hard snap: one material per edge, within the volume bounds.
 
-use super::{Material, dominant};
+use super::{LayoutRules, Material, dominant};
 use crate::lattice::EdgeRules;
 use crate::scene::VolumeSettings;
 
@@ -24,37 +24,69 @@ impl VolumeBounds {
     }
 }
 
-/// Gives every edge the material of its largest entry; then, while the volumes are out of bounds,
-/// flips the edge that is least confident among those whose flip brings them nearer. Tied edges
-/// are flipped together, and no edge to what the rules do not allow: then the volumes may stay out
-/// of bounds.
+/// Gives every edge the material of its largest entry; then, while the layout is at fault or its volumes
+/// are out of bounds, flips the edge that is least confident among those whose flip mends that: faults
+/// first, and never volumes at the price of a fault. Tied edges are flipped together, and no edge to
+/// what the rules do not allow: then faults may stay, and the volumes out of bounds.
 ///
 /// Volumes of a one-hot layout are whole numbers of edges: where no whole number is within the
 /// bounds, the nearest one to their middle is taken.
-pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds, rules: &EdgeRules) -> Vec<Material> {
+pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds, rules: &LayoutRules) -> Vec<Material> {
     let mut materials: Vec<Material> = mixture.iter().map(dominant).collect();
     let counts = Counts::new(bounds, mixture.len());
-    let groups = rules.groups(mixture.len());
-    loop {
-        let present = solid_and_actuators(&materials);
-        let is_nearer = |flip: &Flip| counts.excess(flip.counted(present)) < counts.excess(present);
-        let cost = |edge: usize, from: Material, to: Material| {
-            Some(mixture[edge][from as usize] - mixture[edge][to as usize])
+    let groups = rules.edges.groups(mixture.len());
+    let cost = |edge: usize, from: Material, to: Material| {
+        Some(mixture[edge][from as usize] - mixture[edge][to as usize])
+    };
+    // Each bridge connects something that was apart.
+    for _ in 0..=mixture.len() {
+        materials = mended(materials, &counts, rules, &groups, &cost);
+        let bridge = if rules.faults(&materials) > 0 {
+            rules.bridge(&materials)
+        } else {
+            Vec::new()
         };
-        let flips = flips_of(&groups, &materials, rules, &cost);
-        let flip = flips
+        if bridge.is_empty() {
+            break;
+        }
+        let solid = |m: &[f64; 3]| dominant(&[f64::NEG_INFINITY, m[1], m[2]]);
+        for group in groups
+            .iter()
+            .filter(|g| g.iter().any(|edge| bridge.contains(edge)))
+        {
+            group
+                .iter()
+                .for_each(|&edge| materials[edge] = solid(&mixture[group[0]]));
+        }
+    }
+    materials
+}
+
+/// A layout after flips of the least cost that mend faults, or bring volumes nearer to their bounds, until
+/// none does.
+fn mended(
+    mut layout: Vec<Material>,
+    counts: &Counts,
+    rules: &LayoutRules,
+    groups: &[Vec<usize>],
+    cost: &impl Fn(usize, Material, Material) -> Option<f64>,
+) -> Vec<Material> {
+    loop {
+        let present = counts.badness(&layout, rules);
+        let better = flips_of(groups, &layout, &rules.edges, cost)
             .into_iter()
-            .filter(is_nearer)
-            .min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let Some(flip) = flip else { return materials };
-        materials = flip.on(&materials);
+            .map(|flip| flip.on(&layout))
+            .find(|flipped| counts.badness(flipped, rules) < present);
+        match better {
+            Some(better) => layout = better,
+            None => return layout,
+        }
     }
 }
 
 /// A change of one edge, or of edges that are tied together.
 struct Flip<'g> {
     group: &'g [usize],
-    from: Material,
     to: Material,
     cost: f64,
 }
@@ -66,20 +98,10 @@ impl Flip<'_> {
         self.group.iter().for_each(|&edge| layout[edge] = self.to);
         layout
     }
-
-    /// The numbers of solid edges and of actuators after the change.
-    fn counted(&self, [solid, actuators]: [usize; 2]) -> [usize; 2] {
-        let many = |is: bool| if is { self.group.len() } else { 0 };
-        let is_actuator = |m| many(m == Material::Actuator);
-        [
-            solid + many(self.to.is_solid()) - many(self.from.is_solid()),
-            actuators + is_actuator(self.to) - is_actuator(self.from),
-        ]
-    }
 }
 
-/// Every change of a layout that the rules allow and that has a cost. The cost of a group is that of all
-/// of its edges, which are of one material.
+/// Every change of a layout that the rules allow and that has a cost, those of the least cost first. The
+/// cost of a group is that of all of its edges, which are of one material.
 fn flips_of<'g>(
     groups: &'g [Vec<usize>],
     layout: &[Material],
@@ -92,15 +114,12 @@ fn flips_of<'g>(
         let costs = || group.iter().map(|&edge| cost(edge, from, to));
         let cost = costs().reduce(|a, b| Some(a? + b?)).flatten();
         let cost = cost.filter(|_| may)?;
-        Some(Flip {
-            group,
-            from,
-            to,
-            cost,
-        })
+        Some(Flip { group, to, cost })
     };
     let of_group = |group: &'g Vec<usize>| Material::ALL.map(|to| flip(group, to));
-    groups.iter().flat_map(of_group).flatten().collect()
+    let mut flips: Vec<_> = groups.iter().flat_map(of_group).flatten().collect();
+    flips.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    flips
 }
 
 /// The number of edges whose material is not that of their largest entry.
@@ -114,42 +133,41 @@ pub fn flips(mixture: &[[f64; 3]], materials: &[Material]) -> usize {
 const LEAST_SHARE: f64 = 1e-3;
 
 /// Layouts that differ from a snapped one in one edge, those of the least confidence first; none
-/// that is further out of bounds, and none of a material that has no share in its edge.
-pub fn alternatives<'a>(
+/// that is worse in faults or volumes, and none of a material that has no share in its edge.
+pub fn alternatives(
     mixture: &[[f64; 3]],
-    materials: &'a [Material],
+    materials: &[Material],
     bounds: &VolumeBounds,
-    rules: &EdgeRules,
-) -> impl Iterator<Item = Vec<Material>> + 'a {
-    flipped(materials, bounds, rules, |edge, from, to| {
-        let [from, to] = [from, to].map(|m| mixture[edge][m as usize]);
+    rules: &LayoutRules,
+    most: usize,
+) -> Vec<Vec<Material>> {
+    let cost = |edge: usize, from, to| {
+        let [from, to] = [from, to].map(|m: Material| mixture[edge][m as usize]);
         (to >= LEAST_SHARE).then_some(from - to)
-    })
+    };
+    flipped(materials, bounds, rules, most, cost)
 }
 
-/// Layouts that differ from another in one edge, or in edges that are tied together, and are no further
-/// out of bounds, those of the least cost first. `cost` is asked what it costs to change an edge from
-/// its material to another one; where it gives none, that change is ruled out.
-pub fn flipped<'a>(
-    materials: &'a [Material],
+/// Layouts that differ from another in one edge, or in edges that are tied together, up to so many. None
+/// has more faults or is further out of bounds, and those of the least cost come first. `cost` is asked
+/// what it costs to change an edge from its material to another one; where it gives none, that change is
+/// ruled out.
+pub fn flipped(
+    materials: &[Material],
     bounds: &VolumeBounds,
-    rules: &EdgeRules,
+    rules: &LayoutRules,
+    most: usize,
     cost: impl Fn(usize, Material, Material) -> Option<f64>,
-) -> impl Iterator<Item = Vec<Material>> + 'a {
+) -> Vec<Vec<Material>> {
     let counts = Counts::new(bounds, materials.len());
-    let present = solid_and_actuators(materials);
-    let is_no_further =
-        |flip: &Flip| counts.excess(flip.counted(present)) <= counts.excess(present);
-    let groups = rules.groups(materials.len());
-    let flips = flips_of(&groups, materials, rules, &cost);
-    let mut flips: Vec<_> = flips.into_iter().filter(is_no_further).collect();
-    flips.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let changes: Vec<_> = (flips.iter().map(|flip| (flip.group.to_vec(), flip.to))).collect();
-    changes.into_iter().map(|(group, to)| {
-        let mut layout = materials.to_vec();
-        group.into_iter().for_each(|edge| layout[edge] = to);
-        layout
-    })
+    let present = counts.badness(materials, rules);
+    let groups = rules.edges.groups(materials.len());
+    let flips = flips_of(&groups, materials, &rules.edges, &cost);
+    let layouts = flips.iter().map(|flip| flip.on(materials));
+    layouts
+        .filter(|layout| counts.is_no_worse(layout, rules, present))
+        .take(most)
+        .collect()
 }
 
 /// How many edges of a layout are solid, and how many are actuators.
@@ -187,8 +205,19 @@ impl Counts {
         }
     }
 
+    /// The faults of a layout, and the edges too many or too few, which weigh less.
+    fn badness(&self, layout: &[Material], rules: &LayoutRules) -> [usize; 2] {
+        [rules.faults(layout), self.excess(layout)]
+    }
+
+    /// True if a layout has no more faults and is no further out of bounds than one of that badness.
+    fn is_no_worse(&self, layout: &[Material], rules: &LayoutRules, than: [usize; 2]) -> bool {
+        self.excess(layout) <= than[1] && rules.faults(layout) <= than[0]
+    }
+
     /// How many edges too many or too few there are, solid and actuators together.
-    fn excess(&self, [solid, actuators]: [usize; 2]) -> usize {
+    fn excess(&self, layout: &[Material]) -> usize {
+        let [solid, actuators] = solid_and_actuators(layout);
         let outside =
             |n: usize, [least, most]: [usize; 2]| least.saturating_sub(n) + n.saturating_sub(most);
         outside(solid, self.solid) + outside(actuators, self.actuator)
@@ -197,16 +226,31 @@ impl Counts {
 
 #[cfg(test)]
 mod tests {
-    use super::{VolumeBounds, alternatives, flips, snap};
+    use super::{VolumeBounds, alternatives, dominant, flips, snap};
+    use crate::design::LayoutRules;
     use crate::design::Material::{self, Actuator, Skeleton, Void};
-    use crate::lattice::EdgeRules;
-    use crate::scene::VolumeSettings;
+    use crate::lattice::{EdgeRules, Lattice};
+    use crate::random::{Purpose, stream, symmetric};
+    use crate::scene::{DesignSettings, VolumeSettings};
 
-    const FREE: EdgeRules = EdgeRules {
-        keep: Vec::new(),
-        forbid: Vec::new(),
-        tie: Vec::new(),
+    /// A chain of so many edges by these rules, of which nothing else is asked.
+    fn ruled(rules: &EdgeRules, edges: usize) -> LayoutRules {
+        let nodes = (0..=edges).map(|k| [k as f64, 0.0]).collect();
+        let mut chain = Lattice::between(nodes, (0..edges).map(|k| [k, k + 1]).collect());
+        chain.rules = rules.clone();
+        LayoutRules::new(&chain, &DesignSettings::default())
+    }
+
+    const ONE_PIECE: DesignSettings = DesignSettings {
+        one_piece: true,
+        free_ends: true,
+        crossings: true,
+        feet: 0,
     };
+
+    fn free(edges: usize) -> LayoutRules {
+        ruled(&EdgeRules::default(), edges)
+    }
     const HALF: VolumeBounds = VolumeBounds {
         solid: [0.5, 0.5],
         actuator: [0.25, 0.25],
@@ -217,7 +261,7 @@ mod tests {
     fn the_least_confident_edge_is_flipped_if_the_bounds_ask_for_it() {
         for (second, flipped) in [([0.4, 0.3, 0.3], 0), ([0.3, 0.4, 0.3], 1)] {
             let mixture = [[0.8, 0.1, 0.1], second, [0.1, 0.5, 0.4], [0.0, 0.4, 0.6]];
-            let snapped = snap(&mixture, &HALF, &FREE);
+            let snapped = snap(&mixture, &HALF, &free(4));
             assert_eq!(snapped, [Void, Void, Skeleton, Actuator]);
             assert_eq!(flips(&mixture, &snapped), flipped);
         }
@@ -229,7 +273,7 @@ mod tests {
         for material in Material::ALL {
             let mut row = [0.2; 3];
             row[material as usize] = 0.6;
-            let materials = snap(&[row; 110], &bounds, &FREE);
+            let materials = snap(&[row; 110], &bounds, &free(110));
             let solid = materials.iter().filter(|m| m.is_solid()).count();
             let actuators = materials.iter().filter(|&&m| m == Actuator).count();
             // 0.47 and 0.53, 0.17 and 0.25 of 110 edges.
@@ -245,7 +289,7 @@ mod tests {
                 solid,
                 actuator: [0.0, 1.0],
             };
-            let materials = snap(&[[0.0, 1.0, 0.0]; 5], &bounds, &FREE);
+            let materials = snap(&[[0.0, 1.0, 0.0]; 5], &bounds, &free(5));
             let solids = materials.iter().filter(|m| m.is_solid()).count();
             assert_eq!(solids, edges, "{solid:?} of 5 edges");
         }
@@ -264,7 +308,8 @@ mod tests {
             solid: [0.25, 0.75],
             actuator: [0.25, 0.25],
         };
-        let layouts: Vec<_> = alternatives(&mixture, &layout, &wide, &FREE).collect();
+        let all = |mixture: &[_; 4], bounds| alternatives(mixture, &layout, bounds, &free(4), 100);
+        let layouts = all(&mixture, &wide);
         let differs = |other: &Vec<Material>| {
             let pairs = other.iter().zip(&layout).enumerate();
             let changed: Vec<_> = pairs.filter(|(_, (a, b))| a != b).collect();
@@ -274,13 +319,15 @@ mod tests {
         let found: Vec<_> = layouts.iter().map(differs).collect();
         // No flip to or from an actuator: there has to be just one.
         assert_eq!(found, [(1, Skeleton), (3, Skeleton), (0, Void)]);
-        assert_eq!(alternatives(&mixture, &layout, &HALF, &FREE).count(), 0);
+        assert_eq!(all(&mixture, &HALF).len(), 0);
+        assert_eq!(
+            alternatives(&mixture, &layout, &wide, &free(4), 2),
+            layouts[..2]
+        );
         // Without a share in its edge, void is no alternative.
         let mut held = mixture;
         held[0] = [1e-9, 1.0 - 1e-9, 0.0];
-        let found: Vec<_> = alternatives(&held, &layout, &wide, &FREE)
-            .map(|l| differs(&l))
-            .collect();
+        let found: Vec<_> = all(&held, &wide).iter().map(differs).collect();
         assert_eq!(found, [(1, Skeleton), (3, Skeleton)]);
     }
 
@@ -302,15 +349,79 @@ mod tests {
             solid: [0.25, 0.25],
             actuator: [0.0, 0.0],
         };
-        assert_eq!(snap(&mixture, &half, &FREE), [Void, Void, Void, Skeleton]);
-        assert_eq!(snap(&mixture, &half, &rules), [Skeleton, Void, Void, Void]);
+        assert_eq!(
+            snap(&mixture, &half, &free(4)),
+            [Void, Void, Void, Skeleton]
+        );
+        assert_eq!(
+            snap(&mixture, &half, &ruled(&rules, 4)),
+            [Skeleton, Void, Void, Void]
+        );
         let any = VolumeBounds {
             solid: [0.0, 1.0],
             actuator: [0.0, 0.0],
         };
         let layout = [Skeleton, Void, Void, Void];
-        let found: Vec<_> = alternatives(&mixture, &layout, &any, &rules).collect();
+        let found = alternatives(&mixture, &layout, &any, &ruled(&rules, 4), 100);
         assert_eq!(found, [[Skeleton, Void, Skeleton, Skeleton]]);
-        assert_eq!(alternatives(&mixture, &layout, &any, &FREE).count(), 4);
+        assert_eq!(
+            alternatives(&mixture, &layout, &any, &free(4), 100).len(),
+            4
+        );
+    }
+
+    /// Whatever the mixture: one piece, and within the bounds. Then no alternative breaks it.
+    #[test]
+    fn any_mixture_snaps_to_one_piece_within_the_bounds() {
+        let lattice = Lattice::sample(6, 6, 0.0);
+        let rules = LayoutRules::new(&lattice, &ONE_PIECE);
+        let bounds = VolumeBounds::widened(&VolumeSettings::default(), 0.03);
+        let mut draws = stream(7, Purpose::Judgement);
+        let mut torn = 0;
+        for solid in [0.3, 0.5, 0.7] {
+            for _ in 0..20 {
+                let mut row = || {
+                    let mut draw = || 0.5 + symmetric(&mut draws, 0.5);
+                    let (void, split) = (draw() + 0.5 - solid, draw());
+                    let void = void.clamp(0.0, 1.0);
+                    [void, (1.0 - void) * split, (1.0 - void) * (1.0 - split)]
+                };
+                let mixture: Vec<[f64; 3]> = lattice.edges.iter().map(|_| row()).collect();
+                torn += usize::from(
+                    rules.faults(&mixture.iter().map(dominant).collect::<Vec<_>>()) > 0,
+                );
+                let snapped = snap(&mixture, &bounds, &rules);
+                let share = |is: fn(&Material) -> bool| {
+                    snapped.iter().filter(|m| is(m)).count() as f64 / 110.0
+                };
+                assert_eq!(rules.faults(&snapped), 0);
+                assert!((0.47..=0.53).contains(&share(|m| m.is_solid())));
+                assert!((0.17..=0.25).contains(&share(|m| *m == Actuator)));
+                let others = alternatives(&mixture, &snapped, &bounds, &rules, 50);
+                assert!(!others.is_empty() && others.iter().all(|other| rules.faults(other) == 0));
+            }
+        }
+        assert!(torn > 30, "{torn} of 60 mixtures need it");
+    }
+
+    /// Edges that have to be bars, far from the payload: a bridge of the fewest edges, though void is
+    /// what they are nearly wholly.
+    #[test]
+    fn kept_bars_are_bridged() {
+        let mut lattice = Lattice::sample(6, 2, 0.0);
+        let kept = lattice.edges.len() - 1;
+        assert!(!lattice.edges[kept].contains(&lattice.payload[0].node));
+        lattice.rules.keep = vec![kept];
+        let rules = LayoutRules::new(&lattice, &ONE_PIECE);
+        let any = VolumeBounds {
+            solid: [0.0, 1.0],
+            actuator: [0.0, 1.0],
+        };
+        let mut mixture = vec![[0.98, 0.01, 0.01]; kept];
+        mixture.push([0.0, 0.4, 0.6]);
+        let snapped = snap(&mixture, &any, &rules);
+        assert_eq!(rules.faults(&snapped), 0);
+        assert_eq!(snapped[kept], Actuator);
+        assert!(snapped.iter().filter(|m| m.is_solid()).count() <= 6);
     }
 }

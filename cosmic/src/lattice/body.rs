@@ -9,6 +9,9 @@ pub struct Body<R> {
     pub strain: Vec<R>,
     /// Mass per node, kg.
     pub mass: Vec<R>,
+    /// How much each node belongs to the robot, from 0 to 1: that much it counts in the mean position, and
+    /// is observed. Empty if all nodes do.
+    pub presence: Vec<R>,
 }
 
 impl<R: Copy> Body<R> {
@@ -19,6 +22,7 @@ impl<R: Copy> Body<R> {
             stiffness: each(&self.stiffness),
             strain: each(&self.strain),
             mass: each(&self.mass),
+            presence: each(&self.presence),
         }
     }
 }

@@ -103,7 +103,7 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
 /// [`Tension`] of a law that asks for the rate: the difference of the ends' velocities (m/s) follows
 /// the edge's vector.
 #[derive(Clone, Debug)]
-struct MovingTension<L>(Tension<L>);
+pub(super) struct MovingTension<L>(pub(super) Tension<L>);
 
 impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
     #[inline(always)]

@@ -11,10 +11,12 @@ use toml::de::DeValue;
 use super::bar::{BarForce, OnBars};
 use super::contact::{AnyContact, Contact};
 use super::coulomb::Coulomb;
+use super::damper::Damper;
 use super::force::AnyForce;
 use super::no_ground::NoGround;
 use super::node::{NodeForce, OnNodes};
 use super::sticking::Sticking;
+use super::stops::Stops;
 use crate::registry::Registry;
 use crate::settings::{
     Filled, Limits, SettingValue, Settings, Values, json, misfit, read_json, word, wrong_kind,
@@ -44,11 +46,13 @@ pub fn on_nodes<L: NodeForce>() -> Choice {
 }
 
 /// The laws of this crate that scenes choose by name.
-fn built_in() -> [Choice; 3] {
+fn built_in() -> [Choice; 5] {
     [
         contact::<NoGround>(),
         contact::<Sticking>(),
         contact::<Coulomb>(),
+        on_bars::<Damper>(),
+        on_bars::<Stops>(),
     ]
 }
 
@@ -56,13 +60,14 @@ fn built_in() -> [Choice; 3] {
 static ADDED: Registry<Arc<Choice>> = Registry::new();
 
 /// The sections of a scene that are no law's.
-pub(crate) const SECTIONS: [&str; 18] = [
+pub(crate) const SECTIONS: [&str; 19] = [
     "lattice",
     "physics",
     "materials",
     "projection",
     "controller",
     "start",
+    "design",
     "volume",
     "schedule",
     "binarisation",

@@ -4,10 +4,12 @@
 use autodiff::check::{Claim, Options, Verdict, check_directions};
 use autodiff::{Dual, Function, Kernel, Real, gradient};
 
-use super::bar::Tension;
+use super::bar::{Bar, BarForce, MovingTension, Tension};
 use super::bending::Bend;
 use super::contact::{Contact, Drifting, DriftingOver, Flying, FlyingOver, Impact};
-use super::{Coulomb, Drift, Flight, Hooke, Law, NoGround, Sticking, Stiffening, Terrain};
+use super::{
+    Coulomb, Damper, Drift, Flight, Hooke, Law, NoGround, Sticking, Stiffening, Stops, Terrain,
+};
 use crate::ground::Profile;
 
 const DT: f64 = 0.002;
@@ -68,6 +70,65 @@ fn springs() {
         is_right(&Tension { law, dt }, given);
         let law = Stiffening { cubic };
         is_right(&Tension { law, dt }, given);
+    }
+}
+
+#[test]
+fn dampers() {
+    let law = Damper { time: 1e-3 };
+    for [dvx, dvy] in [[0.4, -0.1], [-2.0, 1.0]] {
+        let given = [0.08, 0.09, dvx, dvy, 0.3, 40.0, 0.1, 0.35];
+        let law = law.clone();
+        is_right(&MovingTension(Tension { law, dt: DT }), given);
+    }
+    // Along the bar alone: 40 N/m times 1 ms times 0.5 m/s.
+    let bar = |rate| Bar {
+        length: 0.12,
+        rate,
+        target: 0.1,
+        rest_length: 0.1,
+        stiffness: 40.0,
+        strain: 0.35,
+    };
+    assert!((law.tension(bar(0.5)) - 0.02).abs() < 1e-17);
+    assert_eq!(law.tension(bar(0.0)), 0.0);
+}
+
+#[test]
+fn stops_at_both_ends_of_the_stroke() {
+    let law = Stops {
+        at: 0.35,
+        stiffness: 400.0,
+    };
+    let bar = |length, strain| Bar {
+        length,
+        rate: 0.0,
+        target: 0.1,
+        rest_length: 0.1,
+        stiffness: 30.0,
+        strain,
+    };
+    for (length, force) in [(0.1349, 0.0), (0.136, 0.4), (0.0651, 0.0), (0.064, -0.4)] {
+        // Lengths of 0.1 m rounded at 1e-17, times 400 N/m.
+        assert!((law.tension(bar(length, 0.35)) - force).abs() < 1e-14);
+        // Half an actuator has half a stop, a passive bar has none.
+        assert!((law.tension(bar(length, 0.175)) - 0.5 * force).abs() < 1e-14);
+        assert_eq!(law.tension(bar(length, 0.0)), 0.0);
+        let (at, h) = (|l: f64| law.energy(bar(l, 0.35)).unwrap(), 1e-6);
+        // Differences of 1e-4 J rounded at 1e-20, over h; the energy is a parabola.
+        assert!(((at(length + h) - at(length - h)) / (2.0 * h) - force).abs() < 1e-8);
+    }
+    // Beyond, at, and within the stops; the shortest too.
+    for [dx, dy] in [[0.12, 0.09], [0.08, 0.09], [0.03, 0.04]] {
+        let law = law.clone();
+        let given = [dx, dy, 0.3, 30.0, 0.1, 0.35];
+        let tension = Tension { law, dt: DT };
+        let length = f64::hypot(dx, dy);
+        if (length - 0.1_f64).abs() > 0.035 {
+            is_right(&tension, given);
+        } else {
+            assert_eq!(tension.eval(given), [0.0; 2]);
+        }
     }
 }
 

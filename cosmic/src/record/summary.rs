@@ -4,6 +4,7 @@ use super::RunPlan;
 use super::files::{Format, read_json};
 use super::snapshot::{SNAPSHOT, Snapshot};
 use crate::codesign::{Delivery, Progress};
+use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::scene::Departure;
 use serde::{Deserialize, Serialize};
@@ -52,6 +53,9 @@ pub struct Summary {
     /// Share of actuators.
     #[serde(rename = "V_act")]
     pub actuator_volume: f64,
+    /// How the bars hang together; `None` in files of earlier versions.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub structure: Option<Structure>,
     /// Edges whose material after the snap is not the dominant one before it.
     pub flips: usize,
     /// Gradients skipped because they were not finite.
@@ -104,7 +108,7 @@ pub struct Start {
 pub type SummaryNumber = fn(&Summary) -> Option<f64>;
 
 /// The numbers of a summary in tables, each with the name of its column.
-pub const NUMBERS: [(&str, SummaryNumber); 13] = [
+pub const NUMBERS: [(&str, SummaryNumber); 19] = [
     ("displacement_p50", |s| s.displacement_p50),
     ("displacement_p10", |s| s.displacement_p10),
     ("displacement_p90", |s| s.displacement_p90),
@@ -114,6 +118,14 @@ pub const NUMBERS: [(&str, SummaryNumber); 13] = [
     ("displacement_y", |s| Some(s.displacement[1])),
     ("V", |s| Some(s.volume)),
     ("V_act", |s| Some(s.actuator_volume)),
+    ("pieces", |s| s.structure.map(|s| s.pieces as f64)),
+    ("nodes", |s| s.structure.map(|s| s.nodes as f64)),
+    ("free_ends", |s| s.structure.map(|s| s.free_ends as f64)),
+    ("crossings", |s| s.structure.map(|s| s.crossings as f64)),
+    ("feet", |s| s.structure.map(|s| s.feet as f64)),
+    ("floppy_modes", |s| {
+        s.structure.map(|s| s.floppy_modes as f64)
+    }),
     ("flips", |s| Some(s.flips as f64)),
     ("skipped_gradients", |s| Some(s.skipped_gradients as f64)),
     ("delivered_iteration", |s| {
@@ -144,6 +156,7 @@ impl Summary {
             loss_p50: delivery.merit.and_then(|merit| finite(-merit.p50)),
             volume: delivery.volumes[0],
             actuator_volume: delivery.volumes[1],
+            structure: Some(delivery.structure),
             flips: progress.flips,
             skipped_gradients: progress.skipped,
             entered: progress.entered,

@@ -44,7 +44,10 @@ fn phases(scene: &Scene, found: &mut Conflicts) {
     found.require(
         snap <= last,
         ["schedule.snap_at", "schedule.iterations"],
-        format!("the snap (iteration {snap}) comes after the last iteration ({last})"),
+        format!(
+            "the snap (iteration {snap}) comes after the last iteration ({last}); to stop a run early, use \
+             `--iterations`"
+        ),
     );
     let first = schedule.attraction_from;
     found.require(

@@ -23,7 +23,7 @@ struct KnownDeparture {
 }
 
 /// In the order in which summaries have them.
-const KNOWN: [KnownDeparture; 25] = [
+const KNOWN: [KnownDeparture; 26] = [
     KnownDeparture {
         in_force: |s| s.loss.kind == LossKind::Mean,
         option: "loss.kind",
@@ -63,6 +63,11 @@ const KNOWN: [KnownDeparture; 25] = [
         in_force: |s| s.selection.kind == SelectionKind::Median,
         option: "selection.kind",
         says: "the controller with the best perturbed median is delivered, not the last",
+    },
+    KnownDeparture {
+        in_force: |s| s.design.one_piece,
+        option: "design.one_piece",
+        says: "all bars hang together with the payload, and nodes without a bar do not count",
     },
     KnownDeparture {
         in_force: |s| s.start.kind == StartKind::ThreeLegged && s.start.layout != Layout::Tall,

@@ -70,6 +70,21 @@ settings! {
 }
 
 settings! {
+    /// What layouts are to be like beyond their volumes. A bar is an edge of solid material.
+    struct DesignSettings {
+        /// Whether all bars are to hang together with the payload. Then a node counts in the mean
+        /// position, and is observed, as much as its edges are solid: not at all without a bar.
+        one_piece: bool = false, source "paper: false";
+        /// Whether a bar may have an end where there is no other bar.
+        free_ends: bool = true, source "paper silent";
+        /// Whether bars may cross.
+        crossings: bool = true, source "paper: true";
+        /// Least number of nodes of the lowest row that have a bar.
+        feet: usize = 0, allowed within(0.0, 1e4), source "paper: 0";
+    }
+}
+
+settings! {
     /// Bounds on the volume fractions, and how far they widen on the way.
     struct VolumeSettings {
         /// Least and most share of solid edges, skeleton and actuator.

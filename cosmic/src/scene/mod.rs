@@ -31,8 +31,8 @@ pub use doubts::Finding;
 
 pub use crate::settings::Named;
 pub use design::{
-    BinarisationMethod, BinarisationSettings, Layout, ProjectionSettings, StartKind, StartSettings,
-    VolumeSettings,
+    BinarisationMethod, BinarisationSettings, DesignSettings, Layout, ProjectionSettings,
+    StartKind, StartSettings, VolumeSettings,
 };
 pub(crate) use keys::allowed_instead;
 pub use keys::{Setting, reference};
@@ -70,6 +70,8 @@ settings! {
         controller: ControllerSettings,
         /// The design at the start.
         start: StartSettings,
+        /// What layouts are to be like.
+        design: DesignSettings,
         /// Bounds on the volume fractions.
         volume: VolumeSettings,
         /// Which iteration does what.

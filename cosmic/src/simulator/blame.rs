@@ -37,7 +37,7 @@ impl Simulator {
         node: usize,
     ) -> Cause {
         let time = step as f64 * self.dt;
-        let seen = observation(&self.controller, time, before, &self.ground);
+        let seen = observation(&self.controller, time, before, &body.presence, &self.ground);
         let activation = controller.activation(&seen);
         let edges = self.pulling_edges(body, node);
         // The activation of an edge that does not strain has no effect, not even as NaN.

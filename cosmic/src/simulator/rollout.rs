@@ -134,12 +134,13 @@ impl Simulator {
         let Planned { model, parameters } = self.planned(body, controller, start);
         let rollout = self.plan(model, span);
         let seen = rollout.run(&self.flatten(start), &slices(&parameters));
-        self.trajectory(&seen, span)
+        self.trajectory(&seen, span, &Still::of(body, start))
     }
 
     /// Steps robots of one controller from several starts, all of one body or each of its own: the
     /// bits of as many [rollouts](Simulator::rollout) in less time, as they run in SIMD lanes and
-    /// read the controller's weights once.
+    /// read the controller's weights once. Bodies whose nodes differ in presence run one after the
+    /// other: to them the controller's folded weights are others.
     ///
     /// # Panics
     /// As [`rollout`](Simulator::rollout), and if there are several bodies, but not one for each
@@ -156,9 +157,34 @@ impl Simulator {
         }
         let starts: Vec<&State<R>> = starts.iter().map(Borrow::borrow).collect();
         self.check(bodies, controller, &starts);
+        let groups = alike(bodies);
+        if groups.len() == 1 {
+            return self.side_by_side(bodies, controller, &starts, span);
+        }
+        let mut all = vec![None; starts.len()];
+        for group in groups {
+            let bodies: Vec<Body<R>> = group.iter().map(|&k| bodies[k].clone()).collect();
+            let starts: Vec<&State<R>> = group.iter().map(|&k| starts[k]).collect();
+            let seen = self.side_by_side(&bodies, controller, &starts, span);
+            group
+                .iter()
+                .zip(seen)
+                .for_each(|(&k, seen)| all[k] = Some(seen));
+        }
+        all.into_iter().flatten().collect()
+    }
+
+    /// Steps robots whose nodes are present alike.
+    fn side_by_side<R: Real>(
+        &self,
+        bodies: &[Body<R>],
+        controller: &Controller<R>,
+        starts: &[&State<R>],
+        span: &Span,
+    ) -> Vec<Trajectory<R>> {
         let model = self.robot.for_bodies(bodies);
         let parameters = self.parameters(&model, bodies, controller).in_order();
-        let starts: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
+        let flat: Vec<Vec<R>> = starts.iter().map(|start| self.flatten(start)).collect();
         let parameters: Vec<Vec<&[R]>> = parameters.iter().map(|p| slices(p)).collect();
         let given = parameters.iter().map(|of_bodies| match of_bodies[..] {
             [shared] => Given::Shared(shared),
@@ -167,8 +193,11 @@ impl Simulator {
         let given: Vec<Given<R>> = given.collect();
         let seen = self
             .plan(model, span)
-            .run_batch_with(&slices(&starts), &given);
-        seen.iter().map(|s| self.trajectory(s, span)).collect()
+            .run_batch_with(&slices(&flat), &given);
+        let still = |k: usize| Still::of(&bodies[k % bodies.len()], starts[k]);
+        let seen = seen.iter().enumerate();
+        seen.map(|(k, seen)| self.trajectory(seen, span, &still(k)))
+            .collect()
     }
 
     /// The states of [`rollout`](Simulator::rollout) without its driver: on a tape, every operation of
@@ -184,9 +213,10 @@ impl Simulator {
         span: &Span,
     ) -> Trajectory<R> {
         let Planned { model, parameters } = self.planned(body, controller, start);
-        let start = self.flatten(start);
-        let inputs = [vec![&start[..]], slices(&parameters)].concat();
-        self.trajectory(&self.plan(model, span).eval(&inputs), span)
+        let flat = self.flatten(start);
+        let inputs = [vec![&flat[..]], slices(&parameters)].concat();
+        let seen = self.plan(model, span).eval(&inputs);
+        self.trajectory(&seen, span, &Still::of(body, start))
     }
 
     /// Panics unless all is of this lattice: arrays of a larger one would be long enough to be
@@ -201,6 +231,9 @@ impl Simulator {
             fits("stiffness", body.stiffness.len(), edges);
             fits("strain", body.strain.len(), edges);
             fits("masses", body.mass.len(), nodes);
+            if !body.presence.is_empty() {
+                fits("presence", body.presence.len(), nodes);
+            }
         }
         for start in starts {
             fits("initial positions", start.x.len(), nodes);
@@ -257,7 +290,8 @@ impl Simulator {
         }
     }
 
-    /// The parameters of a robot: each a list of every body's, or of the one that all share.
+    /// The parameters of a robot: each a list of every body's, or of the one that all share. The nodes of
+    /// all bodies are present alike.
     fn parameters<R: Real>(
         &self,
         robot: &Robot,
@@ -271,7 +305,7 @@ impl Simulator {
             rest_length: shared(self.rest_length.clone()),
             strain: each(&|body| robot.graph.to_slots(&body.strain)),
             inverse_mass: each(&|body| body.mass.iter().map(|m| m.recip()).collect()),
-            network: self.network(robot, controller),
+            network: self.network(robot, &bodies[0].presence, controller),
             constants: (robot.mechanics.constants())
                 .map(|arrays| arrays.into_iter().map(shared).collect())
                 .collect(),
@@ -279,11 +313,11 @@ impl Simulator {
     }
 
     /// The observed states, from flat arrays of them.
-    fn trajectory<R: Real>(&self, seen: &[R], span: &Span) -> Trajectory<R> {
+    fn trajectory<R: Real>(&self, seen: &[R], span: &Span, still: &Still<R>) -> Trajectory<R> {
         let states = seen.chunks_exact(4 * self.robot.graph.nodes().min(span.nodes));
         Trajectory {
             steps: span.observed.clone(),
-            states: states.map(|s| self.unflatten(s)).collect(),
+            states: states.map(|s| still.held(self.unflatten(s))).collect(),
         }
     }
 
@@ -292,13 +326,14 @@ impl Simulator {
     fn network<R: Real>(
         &self,
         robot: &Robot,
+        presence: &[R],
         controller: &Controller<R>,
     ) -> Option<Network<Vec<Vec<R>>>> {
         let actuators = robot.actuators();
         if actuators.is_empty() {
             return None;
         }
-        let folded = controller.folded(&self.controller, &self.ground);
+        let folded = controller.folded(&self.controller, presence, &self.ground);
         let sensed = robot.sensed_columns();
         let rows = folded.w1.chunks_exact(folded.inputs);
         let w1: Vec<&[R]> = rows
@@ -331,6 +366,47 @@ impl Simulator {
         }
         .to_world(&self.ground)
     }
+}
+
+/// The nodes that are no part of a robot, with the places where they stay. No bar pulls on them, and the
+/// controller does not see them.
+struct Still<R>(Vec<(usize, [R; 2])>);
+
+impl<R: Real> Still<R> {
+    fn of(body: &Body<R>, start: &State<R>) -> Self {
+        let nodes = body.presence.iter().zip(&start.x).enumerate();
+        let still = nodes.filter(|(_, (presence, _))| presence.is_zero());
+        Self(still.map(|(node, (_, x))| (node, *x)).collect())
+    }
+
+    /// A state, perhaps of the first nodes alone, with these nodes at rest.
+    fn held(&self, mut state: State<R>) -> State<R> {
+        for &(node, x) in &self.0 {
+            if node < state.x.len() {
+                (state.x[node], state.v[node]) = (x, [R::zero(); 2]);
+            }
+        }
+        state
+    }
+}
+
+/// Bodies in groups whose nodes are present alike, by constants; a variable is like no other.
+fn alike<R: Real>(bodies: &[Body<R>]) -> Vec<Vec<usize>> {
+    let is_like = |a: &Body<R>, b: &Body<R>| {
+        let pairs = a.presence.iter().zip(&b.presence);
+        pairs.into_iter().all(|(&a, &b)| (a - b).is_zero())
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (k, body) in bodies.iter().enumerate() {
+        match groups
+            .iter_mut()
+            .find(|group| is_like(&bodies[group[0]], body))
+        {
+            Some(group) => group.push(k),
+            None => groups.push(vec![k]),
+        }
+    }
+    groups
 }
 
 /// A robot made ready for rollouts, and the numbers that every step of it is given.

@@ -21,6 +21,12 @@ pub(super) fn with_numbers<'r, S>(
     let actuators = share("V_act", "share of actuators");
     let seed = Column::new("seed", "seed of the random generator");
     let seconds = Column::new("time", "duration of the optimisation").unit("s");
+    let count = |name, says| Column::new(name, says).decimals(0, "–");
+    let pieces = count("pieces", "connected pieces of bars");
+    let nodes = count("nodes", "nodes with a bar");
+    let ends = count("free ends", "ends of bars without another bar");
+    let crossings = count("crossings", "pairs of bars that cross");
+    let structure = |run| of(run).structure;
     let has_loss = |run| of(run).loss_p50.is_some();
     let has_loss = table.subjects().iter().any(has_loss);
     let table = table
@@ -31,6 +37,12 @@ pub(super) fn with_numbers<'r, S>(
         .add(single, |run| of(run).displacement_along)
         .add(solid, |run| of(run).volume)
         .add(actuators, |run| of(run).actuator_volume)
+        .add(pieces, move |run| structure(run).map(|s| s.pieces as f64))
+        .add(nodes, move |run| structure(run).map(|s| s.nodes as f64))
+        .add(ends, move |run| structure(run).map(|s| s.free_ends as f64))
+        .add(crossings, move |run| {
+            structure(run).map(|s| s.crossings as f64)
+        })
         .add(seed, |run| Cell::Count(of(run).seed))
         .add(seconds.decimals(1, "-"), |run| of(run).seconds);
     if !has_loss {

@@ -62,6 +62,7 @@ schedule = { settle = 0.0, snap_trials = 0, polish_trials = 0 }
 gradient = { design_memory = 0.0, cotangent_bound = 'off' }
 loss.kind = 'final'
 selection.kind = 'last'
+design.one_piece = false
 ";
 
 /// The paper's layout for both its baseline and its three-legged start.

@@ -8,7 +8,7 @@ use super::clock::least_times;
 use super::probe::{Probe, dot};
 use cosmic::case::Case;
 use cosmic::controller::Controller;
-use cosmic::design::{VolumeBounds, one_hot, snap};
+use cosmic::design::{LayoutRules, VolumeBounds, one_hot, snap};
 use cosmic::inputs::{Block, CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
@@ -141,7 +141,8 @@ fn microseconds<const N: usize>(steps: usize, works: [Work; N]) -> [f64; N] {
 /// material dominates everywhere; the volume bounds ensure that there are actuators.
 fn layout(case: &Case, volume: &VolumeSettings) -> Case {
     let bounds = VolumeBounds::widened(volume, 0.0);
-    let snapped = snap(&case.own_mixture(), &bounds, &case.lattice.rules);
+    let rules = LayoutRules::new(&case.lattice, &case.design);
+    let snapped = snap(&case.own_mixture(), &bounds, &rules);
     Case {
         z: one_hot(&snapped),
         frozen: Some(snapped),

@@ -131,7 +131,10 @@ fn body(case: &Case, void_edges: VoidEdges) -> Body<f64> {
         ..case.physics.clone()
     };
     let mixture = case.own_mixture();
-    Body::new(&mixture, &case.lattice, &case.materials, &physics)
+    Body {
+        presence: case.body().presence,
+        ..Body::new(&mixture, &case.lattice, &case.materials, &physics)
+    }
 }
 
 /// The body of a case whose steps compute every edge, be its stiffness zero.

@@ -49,6 +49,7 @@ fn of_nodes(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Forc
         stiffness: vec![0.0; edges],
         strain: vec![0.0; edges],
         mass: vec![physics.node_mass; lattice.nodes()],
+        presence: Vec::new(),
     };
     let pose = Pose {
         lattice,

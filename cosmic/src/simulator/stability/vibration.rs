@@ -287,6 +287,7 @@ mod tests {
                 stiffness: vec![50.0, 50.0 * (1.0 + excess)],
                 strain: vec![0.0; 2],
                 mass: vec![0.01; 4],
+                presence: Vec::new(),
             };
             let physics = PhysicsSettings::default();
             let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);

@@ -1,0 +1,382 @@
+//! A layout as a structure: which bars hold together, and what scenes ask of that.
+//!
+//! A bar is an edge of solid material.
+
+use std::collections::VecDeque;
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use super::Material;
+use crate::lattice::{EdgeRules, Lattice};
+use crate::scene::DesignSettings;
+
+/// How far apart two heights of lowest nodes may be, in units of the spacing.
+const LEVEL: f64 = 1e-9;
+/// Singular values below this share of the largest are zero: lengths are of order one, and a mechanism
+/// that moves none has rounding alone.
+const RANK: f64 = 1e-9;
+
+/// What there is to say of the bars of a layout.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Structure {
+    /// Connected pieces of bars.
+    pub pieces: usize,
+    /// Nodes with a bar.
+    pub nodes: usize,
+    /// Ends of bars where no other bar is, nor payload.
+    pub free_ends: usize,
+    /// Pairs of bars that cross between their ends.
+    pub crossings: usize,
+    /// Nodes with a bar in the lowest row.
+    pub feet: usize,
+    /// Ways to move the nodes that change no bar's length at first order, beside those of a rigid body,
+    /// if bars turn freely about their ends.
+    pub floppy_modes: usize,
+}
+
+impl Structure {
+    /// The structure of a layout.
+    pub fn new(lattice: &Lattice, layout: &[Material]) -> Self {
+        let frame = Frame::new(lattice);
+        let degrees = frame.degrees(layout);
+        let live: Vec<usize> = (0..lattice.nodes()).filter(|&n| degrees[n] > 0).collect();
+        let piece = frame.pieces(layout);
+        let mut pieces: Vec<usize> = live.iter().map(|&node| piece[node]).collect();
+        pieces.sort_unstable();
+        pieces.dedup();
+        Self {
+            pieces: pieces.len(),
+            nodes: live.len(),
+            free_ends: frame.free_ends(layout),
+            crossings: crossings(lattice)
+                .iter()
+                .filter(|pair| are_bars(pair, layout))
+                .count(),
+            feet: frame.feet(layout),
+            floppy_modes: floppy_modes(lattice, layout, &live),
+        }
+    }
+}
+
+/// Nodes and edges of a lattice.
+#[derive(Clone, Debug)]
+struct Frame {
+    edges: Vec<[usize; 2]>,
+    nodes: usize,
+    payload: Vec<usize>,
+    /// The nodes of the lowest row.
+    lowest: Vec<usize>,
+}
+
+impl Frame {
+    fn new(lattice: &Lattice) -> Self {
+        let is_low = |&node: &usize| lattice.places[node][1] < LEVEL;
+        Self {
+            edges: lattice.edges.clone(),
+            nodes: lattice.nodes(),
+            payload: lattice.payload.iter().map(|payload| payload.node).collect(),
+            lowest: (0..lattice.nodes()).filter(is_low).collect(),
+        }
+    }
+
+    /// How many bars end at every node.
+    fn degrees(&self, layout: &[Material]) -> Vec<usize> {
+        let mut degrees = vec![0; self.nodes];
+        for (ends, material) in self.edges.iter().zip(layout) {
+            if material.is_solid() {
+                ends.iter().for_each(|&node| degrees[node] += 1);
+            }
+        }
+        degrees
+    }
+
+    /// A number for every node, one for all nodes that bars connect.
+    fn pieces(&self, layout: &[Material]) -> Vec<usize> {
+        let mut parent: Vec<usize> = (0..self.nodes).collect();
+        let root = |parent: &mut Vec<usize>, mut node: usize| {
+            while parent[node] != node {
+                parent[node] = parent[parent[node]];
+                node = parent[node];
+            }
+            node
+        };
+        for (&[i, j], material) in self.edges.iter().zip(layout) {
+            if material.is_solid() {
+                let [i, j] = [root(&mut parent, i), root(&mut parent, j)];
+                parent[i] = j;
+            }
+        }
+        (0..self.nodes)
+            .map(|node| root(&mut parent, node))
+            .collect()
+    }
+
+    /// Whether each node hangs together with the first payload.
+    fn held(&self, layout: &[Material]) -> Vec<bool> {
+        let pieces = self.pieces(layout);
+        let first = self.payload.first().map(|&node| pieces[node]);
+        pieces.iter().map(|piece| Some(*piece) == first).collect()
+    }
+
+    fn free_ends(&self, layout: &[Material]) -> usize {
+        let degrees = self.degrees(layout).into_iter().enumerate();
+        degrees
+            .filter(|(node, degree)| *degree == 1 && !self.payload.contains(node))
+            .count()
+    }
+
+    fn feet(&self, layout: &[Material]) -> usize {
+        let degrees = self.degrees(layout);
+        let lowest = self.lowest.iter();
+        lowest.filter(|&&node| degrees[node] > 0).count()
+    }
+}
+
+/// What the layouts of a lattice are to be like.
+#[derive(Clone, Debug)]
+pub struct LayoutRules {
+    frame: Frame,
+    /// What single edges may be made of.
+    pub edges: EdgeRules,
+    asked: DesignSettings,
+    /// Pairs of edges that cross, if they may not both be bars.
+    crossing: Vec<[usize; 2]>,
+}
+
+impl LayoutRules {
+    /// The rules of a lattice's edges, and what the settings ask for.
+    pub fn new(lattice: &Lattice, asked: &DesignSettings) -> Self {
+        Self {
+            frame: Frame::new(lattice),
+            edges: lattice.rules.clone(),
+            crossing: if asked.crossings {
+                Vec::new()
+            } else {
+                crossings(lattice)
+            },
+            asked: asked.clone(),
+        }
+    }
+
+    /// How many faults a layout has: bars and payloads apart from the first payload, and what else is
+    /// not to be.
+    pub(super) fn faults(&self, layout: &[Material]) -> usize {
+        let asked = &self.asked;
+        let mut faults = 0;
+        if asked.one_piece {
+            let held = self.frame.held(layout);
+            faults += self.loose(layout, &held).count();
+            faults += (self.frame.payload.iter())
+                .filter(|&&node| !held[node])
+                .count();
+        }
+        if !asked.free_ends {
+            faults += self.frame.free_ends(layout);
+        }
+        if asked.feet > 0 {
+            faults += asked.feet.saturating_sub(self.frame.feet(layout));
+        }
+        let crossing = self.crossing.iter();
+        faults + crossing.filter(|pair| are_bars(pair, layout)).count()
+    }
+
+    /// The bars apart from the first payload.
+    fn loose<'a>(
+        &'a self,
+        layout: &'a [Material],
+        held: &'a [bool],
+    ) -> impl Iterator<Item = usize> + 'a {
+        let edges = self.frame.edges.iter().zip(layout).enumerate();
+        let loose = edges.filter(|(_, (ends, material))| material.is_solid() && !held[ends[0]]);
+        loose.map(|(edge, _)| edge)
+    }
+
+    /// A layout without its loose bars, if there are to be none.
+    pub fn without_loose_bars(&self, layout: &[Material]) -> Vec<Material> {
+        let mut rest = layout.to_vec();
+        if self.asked.one_piece {
+            let held = self.frame.held(layout);
+            for edge in self.loose(layout, &held) {
+                rest[edge] = Material::Void;
+            }
+        }
+        rest
+    }
+
+    /// The fewest void edges that would connect the first payload with a bar or a payload apart from it;
+    /// none if there is no way, or nothing to connect.
+    pub(super) fn bridge(&self, layout: &[Material]) -> Vec<usize> {
+        let held = self.frame.held(layout);
+        let (degrees, payload) = (self.frame.degrees(layout), &self.frame.payload);
+        let is_goal = |node: usize| !held[node] && (degrees[node] > 0 || payload.contains(&node));
+        // From all held nodes at once, an edge at a time.
+        let mut way: Vec<Option<[usize; 2]>> = vec![None; self.frame.nodes];
+        let mut seen = held.clone();
+        let mut front: VecDeque<usize> = (0..self.frame.nodes).filter(|&n| held[n]).collect();
+        while let Some(node) = front.pop_front() {
+            if is_goal(node) {
+                let steps = std::iter::successors(way[node], |[_, from]| way[*from]);
+                return steps.map(|[edge, _]| edge).collect();
+            }
+            for (edge, ends) in self.frame.edges.iter().enumerate() {
+                let Some(at) = ends.iter().position(|&end| end == node) else {
+                    continue;
+                };
+                let next = ends[1 - at];
+                if !seen[next] && self.edges.allow(edge, true) {
+                    seen[next] = true;
+                    way[next] = Some([edge, node]);
+                    front.push_back(next);
+                }
+            }
+        }
+        Vec::new()
+    }
+}
+
+fn are_bars(pair: &[usize; 2], layout: &[Material]) -> bool {
+    pair.iter().all(|&edge| layout[edge].is_solid())
+}
+
+/// The pairs of edges that cross between their ends.
+fn crossings(lattice: &Lattice) -> Vec<[usize; 2]> {
+    let side = |[a, b]: [usize; 2], c: usize| {
+        let [p, q, r] = [a, b, c].map(|node| lattice.places[node]);
+        let area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+        if area.abs() < LEVEL {
+            0.0
+        } else {
+            area.signum()
+        }
+    };
+    let cross = |a: [usize; 2], b: [usize; 2]| {
+        side(a, b[0]) * side(a, b[1]) < 0.0 && side(b, a[0]) * side(b, a[1]) < 0.0
+    };
+    let edges = &lattice.edges;
+    let later = |i: usize| {
+        (i + 1..edges.len()).filter_map(move |j| cross(edges[i], edges[j]).then_some([i, j]))
+    };
+    (0..edges.len()).flat_map(later).collect()
+}
+
+/// Degrees of freedom of hinged bars beyond those of a rigid body: twice the nodes, less three, less the
+/// rank of the matrix of the bars' directions.
+fn floppy_modes(lattice: &Lattice, layout: &[Material], live: &[usize]) -> usize {
+    let bars: Vec<[usize; 2]> = (lattice.edges.iter().zip(layout))
+        .filter(|(_, material)| material.is_solid())
+        .map(|(ends, _)| *ends)
+        .collect();
+    if bars.is_empty() {
+        return 0;
+    }
+    let place = |node: usize| live.binary_search(&node).expect("a bar's end is live");
+    let mut matrix = DMatrix::<f64>::zeros(bars.len(), 2 * live.len());
+    for (row, &[i, j]) in bars.iter().enumerate() {
+        let along = lattice.direction([i, j]);
+        for k in 0..2 {
+            matrix[(row, 2 * place(i) + k)] = -along[k];
+            matrix[(row, 2 * place(j) + k)] = along[k];
+        }
+    }
+    let values = matrix.singular_values();
+    let rank = values.iter().filter(|v| **v > RANK * values[0]).count();
+    (2 * live.len()).saturating_sub(3 + rank)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LayoutRules, Structure};
+    use crate::design::Material::{self, Actuator, Skeleton, Void};
+    use crate::lattice::Lattice;
+    use crate::scene::DesignSettings;
+
+    /// Two squares side by side, nodes row by row from below; only these edges are bars.
+    fn layout(lattice: &Lattice, bars: &[[usize; 2]]) -> Vec<Material> {
+        let is_bar = |ends: &[usize; 2]| bars.contains(ends) || bars.contains(&[ends[1], ends[0]]);
+        let material = |ends: &[usize; 2]| if is_bar(ends) { Skeleton } else { Void };
+        let layout: Vec<_> = lattice.edges.iter().map(material).collect();
+        let solid = layout.iter().filter(|m| m.is_solid()).count();
+        assert_eq!(solid, bars.len(), "an edge that there is not");
+        layout
+    }
+
+    #[test]
+    fn structures_are_counted() {
+        let lattice = Lattice::sample(3, 2, 0.0);
+        let node = |x: f64, y: f64| {
+            let at = |p: &[f64; 2]| (p[0] - x).abs() + (p[1] - y).abs() < 1e-9;
+            lattice.places.iter().position(at).unwrap()
+        };
+        let [a, b, c] = [0.0, 1.0, 2.0].map(|x| node(x, 0.0));
+        let [d, e, f] = [0.0, 1.0, 2.0].map(|x| node(x, 1.0));
+        let of = |bars: &[[usize; 2]]| Structure::new(&lattice, &layout(&lattice, bars));
+        let square = [[a, b], [b, e], [e, d], [d, a]];
+        assert_eq!(
+            of(&square),
+            Structure {
+                pieces: 1,
+                nodes: 4,
+                feet: 2,
+                // A hinged square shears.
+                floppy_modes: 1,
+                ..Structure::default()
+            }
+        );
+        let braced = [&square[..], &[[a, e], [b, d], [c, f]]].concat();
+        assert_eq!(
+            of(&braced),
+            Structure {
+                pieces: 2,
+                nodes: 6,
+                free_ends: 2,
+                crossings: 1,
+                feet: 3,
+                // The loose bar turns and moves.
+                floppy_modes: 3,
+            }
+        );
+        assert_eq!(of(&[]), Structure::default());
+    }
+
+    #[test]
+    fn loose_bars_are_faults_and_can_be_cut_or_bridged() {
+        let lattice = Lattice::sample(3, 3, 0.0);
+        let asked = DesignSettings {
+            one_piece: true,
+            ..DesignSettings::default()
+        };
+        let rules = LayoutRules::new(&lattice, &asked);
+        let payload = lattice.payload[0].node;
+        let mut layout = vec![Void; lattice.edges.len()];
+        let touches = |node: usize| move |ends: &[usize; 2]| ends.contains(&node);
+        let own = lattice.edges.iter().position(touches(payload)).unwrap();
+        let apart = |ends: &[usize; 2]| {
+            !ends.contains(&payload) && {
+                lattice.edges[own].iter().all(|node| !ends.contains(node))
+            }
+        };
+        let loose = lattice.edges.iter().rposition(apart).unwrap();
+        layout[own] = Skeleton;
+        assert_eq!(rules.faults(&layout), 0);
+        layout[loose] = Actuator;
+        assert_eq!(rules.faults(&layout), 1);
+        let bridge = rules.bridge(&layout);
+        assert!(!bridge.is_empty());
+        let mut joined = layout.clone();
+        bridge.iter().for_each(|&edge| joined[edge] = Skeleton);
+        assert_eq!(rules.faults(&joined), 0);
+        let cut = rules.without_loose_bars(&layout);
+        assert_eq!((cut[own], cut[loose]), (Skeleton, Void));
+        // Each option is a fault of its own.
+        let free = |asked: DesignSettings| LayoutRules::new(&lattice, &asked).faults(&cut);
+        assert_eq!(free(asked.clone()), 0);
+        let no_ends = DesignSettings {
+            free_ends: false,
+            ..asked.clone()
+        };
+        assert_eq!(free(no_ends), 1);
+        let feet = DesignSettings { feet: 3, ..asked };
+        assert_eq!(free(feet), 3 - Structure::new(&lattice, &cut).feet);
+    }
+}

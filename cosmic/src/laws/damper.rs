@@ -1,0 +1,30 @@
+//! Damping inside bars: the viscous part of a Kelvin-Voigt material, for which the air's drag on nodes
+//! (`physics.damping`) stands in otherwise.
+
+use autodiff::Real;
+
+use super::bar::{Bar, BarForce};
+use super::law::Law;
+use crate::settings::within;
+
+crate::settings! {
+    /// Bars resist changes of their length: N s/m of `time` times their stiffness.
+    struct Damper {
+        /// Viscosity of a bar's material over its stiffness. A bar whose ends vibrate against one another
+        /// at `w` rad/s has the damping ratio `w * time / 2` by it.
+        time: f64 = 3e-4, allowed within(0.0, 1.0), unit "s", source "beyond the paper";
+    }
+}
+
+impl Law for Damper {
+    const NAME: &'static str = "damper";
+}
+
+impl BarForce for Damper {
+    const NEEDS_RATE: bool = true;
+
+    #[inline(always)]
+    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+        bar.stiffness * R::lit(self.time) * bar.rate
+    }
+}

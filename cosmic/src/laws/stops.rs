@@ -1,0 +1,60 @@
+//! End stops of actuators. The largest strain of a material bounds what the controller asks for; the bar
+//! itself is compliant, and without stops it overshoots.
+
+use autodiff::Real;
+
+use super::bar::{Bar, BarForce};
+use super::law::Law;
+use crate::settings::{above, within};
+
+crate::settings! {
+    /// Actuators meet a stiff stop at either end of their stroke.
+    struct Stops {
+        /// Strain at the stops, stretched and compressed; that of `materials.max_strain` for a stop right
+        /// at the end of what is asked for.
+        at: f64 = 0.35, allowed above(0.0, 0.99), source "beyond the paper";
+        /// Stiffness of a stop.
+        stiffness: f64 = 400.0, allowed within(0.0, 1e6), unit "N/m", source "that of skeleton";
+    }
+}
+
+impl Law for Stops {
+    const NAME: &'static str = "stops";
+}
+
+impl BarForce for Stops {
+    const NOUN: &'static str = "stop";
+
+    /// In proportion to the share of actuator, and so none on a passive bar. At a stop itself the slope is
+    /// that of the free stroke (`max` of equals, the kink table of `autodiff/src/real.rs`).
+    #[inline(always)]
+    fn tension<R: Real>(&self, bar: Bar<R>) -> R {
+        let (longest, shortest) = self.ends(bar.rest_length);
+        let zero = R::zero();
+        let beyond = (bar.length - longest).max(zero) - (shortest - bar.length).max(zero);
+        self.share(bar.strain) * R::lit(self.stiffness) * beyond
+    }
+
+    fn energy(&self, bar: Bar<f64>) -> Option<f64> {
+        let (longest, shortest) = self.ends(bar.rest_length);
+        let beyond = (bar.length - longest).max(0.0) + (shortest - bar.length).max(0.0);
+        Some(0.5 * self.share(bar.strain) * self.stiffness * beyond * beyond)
+    }
+}
+
+impl Stops {
+    /// The greatest and the least length of the free stroke.
+    #[inline(always)]
+    fn ends<R: Real>(&self, rest_length: R) -> (R, R) {
+        let [longest, shortest] = [1.0 + self.at, 1.0 - self.at];
+        (
+            rest_length * R::lit(longest),
+            rest_length * R::lit(shortest),
+        )
+    }
+
+    #[inline(always)]
+    fn share<R: Real>(&self, strain: R) -> R {
+        strain * R::lit(self.at.recip())
+    }
+}

@@ -1,0 +1,204 @@
+//! Nodes that count as much as their edges are solid: gradients, the snap, and nodes without a bar.
+
+use autodiff::check::{Options, Verdict};
+use autodiff::{Real, Var, gradient_of};
+use cosmic::case::Case;
+use cosmic::controller::Controller;
+use cosmic::design::Material;
+use cosmic::inputs::DESIGN;
+use cosmic::lattice::{Body, State};
+use cosmic::projection::one_hot;
+use cosmic::scene::Scene;
+use cosmic::simulator::{Span, Trajectory};
+use cosmic_lab::verify::check_gradients;
+
+const STEPS: usize = 60;
+
+/// A robot in the air whose controller sees more of the nodes than of the clock. One node has next to
+/// no solid edge.
+fn robot() -> Case {
+    let mut scene = Scene::default();
+    (scene.lattice.columns, scene.lattice.rows) = (3, 3);
+    (scene.lattice.drop, scene.physics.steps) = (1.0, STEPS);
+    scene.design.one_piece = true;
+    scene.controller.hidden = 6;
+    (
+        scene.controller.offset_scale,
+        scene.controller.velocity_scale,
+    ) = (3.0, 1.0);
+    let mut case = Case::of_scene(&scene, 3).unwrap();
+    for (i, v) in case.start.v.iter_mut().enumerate() {
+        *v = [(i as f64).sin(), (2.0 * i as f64).cos()];
+    }
+    for (e, z) in case.z.iter_mut().enumerate() {
+        let near = case.lattice.edges[e].contains(&8);
+        *z = if near {
+            [0.45, 0.3, 0.35]
+        } else {
+            [0.3, 0.33, 0.34 + 0.003 * e as f64]
+        };
+    }
+    case
+}
+
+/// The last state of a mixture's robot.
+fn end(case: &Case, mixture: &[[f64; 3]], start: &State<f64>) -> State<f64> {
+    let span = Span::from_start(vec![STEPS]);
+    let seen = case.task().rollout(mixture, &case.controller, start, &span);
+    seen.states[0].clone()
+}
+
+/// The largest difference of the nodes' positions, m.
+fn farthest(a: &State<f64>, b: &State<f64>, nodes: impl Fn(usize) -> bool) -> f64 {
+    let pairs = a.x.iter().zip(&b.x).enumerate();
+    let pairs = pairs.filter(|(node, _)| nodes(*node));
+    pairs.fold(0.0, |most, (_, (a, b))| {
+        most.max((a[0] - b[0]).hypot(a[1] - b[1]))
+    })
+}
+
+#[test]
+fn gradients_flow_through_the_presence_of_nodes() {
+    let case = robot();
+    let presence = case.body().presence;
+    assert!((0.1..0.9).contains(&presence[8]), "{presence:?}");
+    let check = check_gradients(&case, None, STEPS, &Options::default());
+    for group in &check.groups {
+        let text = format!("{}:\n{}", group.name, group.report);
+        assert_eq!(group.verdict, Verdict::Smooth, "{text}");
+    }
+    let control = check.control.map(|control| control.verdict);
+    assert_eq!(control, Some(Verdict::Wrong), "the negative control");
+    // It is a part of the gradient that counts: without it the design's is another.
+    let gradient = |one_piece: bool| {
+        let mut other = case.clone();
+        other.design.one_piece = one_piece;
+        let task = other.task();
+        let (_, gradient) = other
+            .inputs()
+            .differentiate(DESIGN, |inputs| other.displacement_loss(&task, inputs));
+        gradient
+    };
+    let [with, without] = [true, false].map(gradient);
+    let size = |g: &[f64]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let off: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
+    assert!(
+        size(&off) > 0.1 * size(&with),
+        "{} of {}",
+        size(&off),
+        size(&with)
+    );
+}
+
+/// Bars around the cell of node 0, and nothing else.
+fn cell(case: &Case) -> Vec<Material> {
+    let material = |ends: &[usize; 2]| match ends {
+        [0, 1] | [1, 0] => Material::Actuator,
+        _ if ends.iter().all(|node| [0, 1, 3, 4].contains(node)) => Material::Skeleton,
+        _ => Material::Void,
+    };
+    case.lattice.edges.iter().map(material).collect()
+}
+
+/// What a mixture of nearly one material per edge does goes over into what the layout does.
+#[test]
+fn nothing_jumps_at_the_snap() {
+    let case = robot();
+    let layout = one_hot::<f64>(&cell(&case));
+    let live = |node: usize| [0, 1, 3, 4].contains(&node);
+    let snapped = end(&case, &layout, &case.start);
+    let off = |rest: f64| {
+        let soft = layout
+            .iter()
+            .map(|m| m.map(|share| share * (1.0 - 3.0 * rest) + rest));
+        farthest(
+            &end(&case, &soft.collect::<Vec<_>>(), &case.start),
+            &snapped,
+            live,
+        )
+    };
+    // In proportion to what is left of the other materials.
+    let [far, near] = [1e-5, 1e-7].map(off);
+    assert!(far > 0.0 && near < 0.02 * far, "{far} {near}");
+    // All nodes alike, a layout's observations are others.
+    let mut alike = case.clone();
+    alike.design.one_piece = false;
+    assert!(farthest(&end(&alike, &layout, &case.start), &snapped, live) > 10.0 * far);
+}
+
+/// Nodes without a bar stay where they are, and nothing depends on them: neither the others' motion nor
+/// any gradient.
+#[test]
+fn nodes_without_a_bar_are_no_part_of_the_robot() {
+    let case = robot();
+    let layout = one_hot::<f64>(&cell(&case));
+    let seen = end(&case, &layout, &case.start);
+    let mut moved = case.start.clone();
+    for node in [2, 5, 6, 7, 8] {
+        assert_eq!((seen.x[node], seen.v[node]), (case.start.x[node], [0.0; 2]));
+        moved.x[node] = [7.0, 0.3 * node as f64];
+        moved.v[node] = [-50.0, 8.0];
+    }
+    let other = end(&case, &layout, &moved);
+    for node in [0, 1, 3, 4] {
+        assert_eq!((seen.x[node], seen.v[node]), (other.x[node], other.v[node]));
+        assert_ne!(seen.x[node], case.start.x[node]);
+    }
+    let task = case.task();
+    let start: Vec<f64> = case.start.x.as_flattened().to_vec();
+    let gradient = gradient_of(
+        |x: &[Var<f64>]| {
+            let mut start = case.start.map(Var::constant);
+            start.x = x.as_chunks().0.to_vec();
+            let controller = case.controller.map(Var::constant);
+            let layout = one_hot::<Var<f64>>(&cell(&case));
+            let span = Span::from_start(vec![STEPS]);
+            let seen = task.rollout(&layout, &controller, &start, &span);
+            seen.states[0].x[0][0] + seen.states[0].x[4][1]
+        },
+        &start,
+    );
+    for (node, by) in gradient.as_chunks::<2>().0.iter().enumerate() {
+        assert_eq!(
+            *by != [0.0; 2],
+            [0, 1, 3, 4].contains(&node),
+            "{node}: {by:?}"
+        );
+    }
+}
+
+/// Bodies of different nodes run in one call with the bits of each alone.
+#[test]
+fn bodies_of_different_nodes_run_together() {
+    fn check<R: Real>(bodies: &[Body<R>], run: impl Fn(&[Body<R>]) -> Vec<Trajectory<R>>) {
+        let together = run(bodies);
+        assert_eq!(together.len(), bodies.len());
+        for (body, seen) in bodies.iter().zip(&together) {
+            let alone = run(std::slice::from_ref(body));
+            let same = |a: &R, b: &R| (*a - *b).is_zero();
+            let pairs = alone[0].states.iter().zip(&seen.states);
+            assert!(pairs.into_iter().all(|(a, b)| {
+                let numbers = a.x.as_flattened().iter().zip(b.x.as_flattened());
+                numbers.into_iter().all(|(a, b)| same(a, b))
+            }));
+        }
+    }
+    let case = robot();
+    let task = case.task();
+    let all_bars = vec![Material::Skeleton; case.lattice.edges.len()];
+    let layouts = [&cell(&case), &all_bars, &cell(&case)];
+    let bodies = layouts.map(|layout| task.body(&one_hot::<f64>(layout)));
+    assert_ne!(bodies[0].presence, bodies[1].presence);
+    let simulator =
+        cosmic::simulator::Simulator::new(&case.lattice, &case.physics, &case.observation);
+    let controller: &Controller<f64> = &case.controller;
+    check(&bodies, |bodies| {
+        let starts = vec![&case.start; bodies.len()];
+        simulator.rollout_many(
+            bodies,
+            controller,
+            &starts,
+            &Span::from_start(vec![20, STEPS]),
+        )
+    });
+}
