@@ -5,6 +5,7 @@
 //! - [`table`]: the one writer of tables.
 //! - [`robustness`]: one design in other worlds.
 //! - [`report`]: pages, plots and pictures of runs.
+//! - [`export`]: files of a robot for the workshop.
 //! - [`verify`]: error against run time, gradients against differences, stability at the extremes.
 //! - [`sweep`]: many runs from a frozen plan.
 //! - [`study`]: the paper's evaluation again.
@@ -13,6 +14,7 @@ mod files;
 pub mod table;
 pub mod robustness;
 pub mod report;
+pub mod export;
 pub mod verify;
 pub mod sweep;
 pub mod study;

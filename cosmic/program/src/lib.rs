@@ -16,6 +16,7 @@ mod verify;
 mod explain;
 mod report;
 mod compare;
+mod export;
 mod robustness;
 mod study;
 mod sweep;
@@ -48,6 +49,7 @@ enum Command {
     Explain(explain::Arguments),
     Report(report::Arguments),
     Compare(compare::Arguments),
+    Export(export::Arguments),
     Robustness(robustness::Arguments),
     Study(study::Arguments),
     Sweep(sweep::Arguments),
@@ -66,6 +68,7 @@ impl Command {
             Command::Explain(arguments) => arguments.run(),
             Command::Report(arguments) => arguments.run(),
             Command::Compare(arguments) => arguments.run(),
+            Command::Export(arguments) => arguments.run(),
             Command::Robustness(arguments) => arguments.run(),
             Command::Study(arguments) => arguments.run(),
             Command::Sweep(arguments) => arguments.run(),

@@ -1,0 +1,147 @@
+//! The flat pattern as DXF of release 12, which every program for cutters reads: pairs of lines, a code
+//! and a value. The release has no key for units; one is a millimetre.
+
+use super::pattern::{LABEL, Part, Pattern};
+use std::fmt::{Display, Write};
+
+/// Layers of the drawing that are not of one layer of the pattern.
+const LABELS: &str = "LABELS";
+
+/// The colours white or black, blue and green.
+const SKELETON: u8 = 7;
+const ACTUATOR: u8 = 5;
+const GREEN: u8 = 3;
+
+/// A drawing under construction.
+#[derive(Default)]
+struct Dxf(String);
+
+impl Dxf {
+    fn pair(&mut self, code: u16, value: impl Display) {
+        // Writing to a string cannot fail.
+        let _ = write!(self.0, "{code}\r\n{value}\r\n");
+    }
+
+    /// An entity's or a vertex's name, layer and place. Nanometres are the last digit.
+    fn begin(&mut self, name: &str, layer: &str, [x, y]: [f64; 2]) {
+        self.pair(0, name);
+        self.pair(8, layer);
+        self.pair(10, format_args!("{x:.6}"));
+        self.pair(20, format_args!("{y:.6}"));
+        self.pair(30, "0.0");
+    }
+
+    fn section(&mut self, name: &str, fill: impl FnOnce(&mut Self)) {
+        self.pair(0, "SECTION");
+        self.pair(2, name);
+        fill(self);
+        self.pair(0, "ENDSEC");
+    }
+
+    fn circle(&mut self, layer: &str, middle: [f64; 2], diameter: f64) {
+        self.begin("CIRCLE", layer, middle);
+        self.pair(40, format_args!("{:.6}", 0.5 * diameter));
+    }
+
+    /// The outline of a bar: a closed line, whose bulge of 1 is a half circle.
+    fn outline(&mut self, layer: &str, part: &Part) {
+        self.begin("POLYLINE", layer, [0.0; 2]);
+        self.pair(66, 1);
+        self.pair(70, 1);
+        for (corner, bulge) in part.corners.into_iter().zip([0, 1, 0, 1]) {
+            self.begin("VERTEX", layer, corner);
+            self.pair(42, bulge);
+        }
+        self.pair(0, "SEQEND");
+        self.pair(8, layer);
+    }
+
+    /// A text with its middle at a place.
+    fn text(&mut self, place: [f64; 2], height: f64, angle: f64, text: &str) {
+        self.begin("TEXT", LABELS, place);
+        self.pair(40, format_args!("{height:.6}"));
+        self.pair(1, text);
+        self.pair(50, format_args!("{angle:.6}"));
+        self.pair(72, 1);
+        self.pair(73, 2);
+        self.pair(11, format_args!("{:.6}", place[0]));
+        self.pair(21, format_args!("{:.6}", place[1]));
+        self.pair(31, "0.0");
+    }
+}
+
+/// The layer of the drawing for a layer of the pattern, from 0, and a material.
+fn name(layer: usize, is_actuator: bool) -> String {
+    let material = if is_actuator { "ACTUATOR" } else { "SKELETON" };
+    format!("L{}_{material}", layer + 1)
+}
+
+/// The drawing.
+pub(super) fn draw(pattern: &Pattern) -> String {
+    let mut dxf = Dxf::default();
+    dxf.pair(999, "flat pattern, one unit is a millimetre");
+    dxf.section("HEADER", |dxf| {
+        dxf.pair(9, "$ACADVER");
+        dxf.pair(1, "AC1009");
+        let [width, height] = pattern.size;
+        for (key, [x, y]) in [("$EXTMIN", [0.0; 2]), ("$EXTMAX", [width, height])] {
+            dxf.pair(9, key);
+            dxf.pair(10, format_args!("{x:.6}"));
+            dxf.pair(20, format_args!("{y:.6}"));
+        }
+    });
+    dxf.section("TABLES", |dxf| tables(dxf, pattern));
+    dxf.section("ENTITIES", |dxf| {
+        for (number, layer) in pattern.layers.iter().enumerate() {
+            let [x, y] = layer.label;
+            let label = format!("layer {}", number + 1);
+            // Texts are placed by their middles, labels of layers are some 4 heights wide.
+            dxf.text([x + 2.0 * LABEL, y], LABEL, 0.0, &label);
+            for part in &layer.parts {
+                let on = name(number, part.is_actuator);
+                dxf.outline(&on, part);
+                for end in part.ends {
+                    dxf.circle(&on, end, pattern.sizes.hole);
+                }
+                let height = pattern.label_height();
+                dxf.text(part.middle(), height, part.angle, &part.label());
+            }
+        }
+    });
+    dxf.pair(0, "EOF");
+    dxf.0
+}
+
+/// The table of line types, which layers refer to, and that of layers.
+fn tables(dxf: &mut Dxf, pattern: &Pattern) {
+    let solid = [
+        (0, "LTYPE"),
+        (2, "CONTINUOUS"),
+        (70, "0"),
+        (3, "Solid line"),
+    ];
+    let solid = solid
+        .into_iter()
+        .chain([(72, "65"), (73, "0"), (40, "0.0")]);
+    for (code, value) in [(0, "TABLE"), (2, "LTYPE"), (70, "1")] {
+        dxf.pair(code, value);
+    }
+    solid.for_each(|(code, value)| dxf.pair(code, value));
+    dxf.pair(0, "ENDTAB");
+    let of_layer = |layer| {
+        [(false, SKELETON), (true, ACTUATOR)].map(|(kind, colour)| (name(layer, kind), colour))
+    };
+    let mut layers: Vec<_> = (0..pattern.layers.len()).flat_map(of_layer).collect();
+    layers.push((LABELS.to_owned(), GREEN));
+    dxf.pair(0, "TABLE");
+    dxf.pair(2, "LAYER");
+    dxf.pair(70, layers.len());
+    for (name, colour) in layers {
+        dxf.pair(0, "LAYER");
+        dxf.pair(2, name);
+        dxf.pair(70, 0);
+        dxf.pair(62, colour);
+        dxf.pair(6, "CONTINUOUS");
+    }
+    dxf.pair(0, "ENDTAB");
+}

@@ -1,0 +1,144 @@
+//! Bars in layers, so that those in one layer do not touch.
+
+use super::member::Member;
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+/// A stack of bars, layers numbered from 0.
+pub(super) struct Stack {
+    /// The layer of each bar.
+    pub(super) of_member: Vec<usize>,
+    /// From the lowest to the highest layer at each node that a bar ends at.
+    pub(super) at_node: BTreeMap<usize, RangeInclusive<usize>>,
+    /// A bar and a node, both by their numbers in the lattice: the bar lies across what holds the bars
+    /// of the node together. No such stack can be built.
+    pub(super) blocked: Option<[usize; 2]>,
+}
+
+impl Stack {
+    /// Stacks bars greedily, those with the most conflicts first (D. Welsh and M. Powell, 1967): each
+    /// gets the lowest layer without a bar that it conflicts with. Bars that come within `reach` (mm)
+    /// of a node at which they do not end go on top of all others, where no pin of the node reaches.
+    pub(super) fn new(
+        members: &[Member],
+        reach: f64,
+        conflict: impl Fn(&Member, &Member) -> bool,
+    ) -> Self {
+        let conflicts = |a: &Member| -> Vec<usize> {
+            let others = members.iter().enumerate();
+            let with = others.filter(|(_, b)| a.edge != b.edge && conflict(a, b));
+            with.map(|(k, _)| k).collect()
+        };
+        let conflicts: Vec<Vec<usize>> = members.iter().map(conflicts).collect();
+        let crossings = crossings(members, reach);
+        let mut order: Vec<usize> = (0..members.len()).collect();
+        order.sort_by_key(|&k| {
+            let crosses = !crossings[k].is_empty();
+            (crosses, std::cmp::Reverse(conflicts[k].len()), k)
+        });
+        let mut layers = vec![None; members.len()];
+        let mut floor = 0;
+        let mut used = 0;
+        for k in order {
+            if !crossings[k].is_empty() && floor == 0 {
+                floor = used;
+            }
+            let is_free = |layer: &usize| conflicts[k].iter().all(|&c| layers[c] != Some(*layer));
+            // There are fewer conflicts than layers to try: the search ends.
+            let layer = (floor..).find(is_free).unwrap_or(floor);
+            layers[k] = Some(layer);
+            used = used.max(layer + 1);
+        }
+        let of_member: Vec<usize> = layers.into_iter().flatten().collect();
+        let at_node = spans(members, &of_member);
+        let is_blocked = |k: usize| {
+            let node = (crossings[k].iter()).find(|node| at_node[node].contains(&of_member[k]))?;
+            Some([members[k].edge, *node])
+        };
+        let blocked = (0..members.len()).find_map(is_blocked);
+        Self {
+            of_member,
+            at_node,
+            blocked,
+        }
+    }
+
+    /// How many layers.
+    pub(super) fn height(&self) -> usize {
+        self.of_member.iter().max().map_or(0, |top| top + 1)
+    }
+}
+
+/// The nodes at which bars end, and their places.
+pub(super) fn joints(members: &[Member]) -> BTreeMap<usize, [f64; 2]> {
+    let ends = |m: &Member| [0, 1].map(|k| (m.nodes[k], m.ends[k]));
+    members.iter().flat_map(ends).collect()
+}
+
+/// For each bar the nodes nearer than `reach` at which other bars end.
+fn crossings(members: &[Member], reach: f64) -> Vec<Vec<usize>> {
+    let joints = joints(members);
+    let of_member = |m: &Member| {
+        let others = joints.iter().filter(|(node, _)| !m.nodes.contains(node));
+        let near = others.filter(|(_, place)| m.distance_to(**place) < reach);
+        near.map(|(node, _)| *node).collect()
+    };
+    members.iter().map(of_member).collect()
+}
+
+fn spans(members: &[Member], layers: &[usize]) -> BTreeMap<usize, RangeInclusive<usize>> {
+    let mut spans = BTreeMap::<usize, RangeInclusive<usize>>::new();
+    for (member, &layer) in members.iter().zip(layers) {
+        for node in member.nodes {
+            let span = spans.entry(node).or_insert(layer..=layer);
+            *span = layer.min(*span.start())..=layer.max(*span.end());
+        }
+    }
+    spans
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Stack;
+    use crate::export::member::{Member, sample};
+
+    fn stack(members: &[Member]) -> Stack {
+        Stack::new(members, 2.0, |a, b| a.distance(b) < 1.0)
+    }
+
+    /// Bars between nodes in a row, 10 mm apart.
+    fn in_a_row(edges: &[[usize; 2]]) -> Vec<Member> {
+        let place = |node: usize| [10.0 * node as f64, 0.0];
+        let bars = edges.iter().enumerate();
+        bars.map(|(k, nodes)| sample(k, *nodes, nodes.map(place)))
+            .collect()
+    }
+
+    #[test]
+    fn bars_that_touch_are_in_different_layers_and_few_are_used() {
+        let corners = [[0.0, 0.0], [10.0, 0.0], [0.0, 10.0], [10.0, 10.0]];
+        let edges = [[0, 1], [0, 2], [1, 3], [2, 3], [0, 3], [1, 2]];
+        let bars: Vec<Member> = (edges.iter().enumerate())
+            .map(|(k, nodes)| sample(k, *nodes, nodes.map(|n| corners[n])))
+            .collect();
+        let stack = stack(&bars);
+        for (k, a) in bars.iter().enumerate() {
+            for (l, b) in bars.iter().enumerate().skip(k + 1) {
+                assert!(a.distance(b) >= 1.0 || stack.of_member[k] != stack.of_member[l]);
+            }
+        }
+        // Opposite sides share a layer; the diagonals touch everything.
+        assert_eq!((stack.height(), stack.blocked), (4, None));
+        assert!(stack.at_node.values().all(|span| span.end() > span.start()));
+    }
+
+    #[test]
+    fn a_bar_across_a_node_lies_on_top_and_two_that_lie_in_each_other_s_way_are_told() {
+        let stack_of = |edges: &[[usize; 2]]| stack(&in_a_row(edges));
+        let one = stack_of(&[[0, 2], [0, 1], [1, 2], [2, 3]]);
+        assert_eq!((one.of_member[0], one.blocked), (2, None));
+        // Whichever lies on top, the pin at the end of one would go through the other.
+        let two = stack_of(&[[0, 2], [1, 3], [0, 1], [1, 2], [2, 3]]);
+        assert!(two.blocked.is_some());
+    }
+}

@@ -1,0 +1,120 @@
+//! Files of a finished robot for the workshop: tables, a flat pattern, a solid.
+//!
+//! Solid bars alone are exported, in the pose at rest and in the ground's frame, with the lower left
+//! corner of the lattice at the origin. Drawings and solids are in millimetres, tables in SI units.
+
+mod member;
+mod layers;
+mod pattern;
+mod csv;
+mod svg;
+mod dxf;
+mod frame;
+mod stl;
+
+use crate::report::RunFiles;
+use cosmic::error::{Error, Result};
+use cosmic::record::files::{make_folder, write_atomic};
+use frame::Frame;
+use member::members;
+use pattern::Pattern;
+use std::path::{Path, PathBuf};
+
+/// What a workshop chooses, in millimetres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sizes {
+    /// Width of a flat bar.
+    pub width: f64,
+    /// Diameter of the holes at the nodes.
+    pub hole: f64,
+    /// The least distance of two bars in one layer, of the pattern and of the solid.
+    pub gap: f64,
+    /// Thickness of the plate that the bars are cut from.
+    pub thickness: f64,
+    /// Radius of the solid's skeleton struts. Those of actuators follow from the line densities.
+    pub radius: f64,
+}
+
+/// A file that is not written yet.
+pub struct ExportFile {
+    name: &'static str,
+    bytes: Vec<u8>,
+}
+
+impl ExportFile {
+    fn new(name: &'static str, bytes: impl Into<Vec<u8>>) -> Self {
+        let bytes = bytes.into();
+        Self { name, bytes }
+    }
+}
+
+/// `bars.csv` and `nodes.csv`: what there is to be made, and which load it bears.
+///
+/// # Errors
+/// [`Error::Usage`] for a robot without solid bars.
+pub fn tables(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
+    let members = members(&run.robot)?;
+    // Without a pattern the tables are good for other ways of making the robot.
+    let pattern = Pattern::new(&members, sizes).ok();
+    let bars = csv::bars(run, &members, pattern.as_ref(), sizes)?;
+    let nodes = csv::nodes(&run.robot, &members, pattern.as_ref(), sizes);
+    Ok(vec![
+        ExportFile::new("bars.csv", bars.to_csv()),
+        ExportFile::new("nodes.csv", nodes.to_csv()),
+    ])
+}
+
+/// `pattern.svg`: the flat pattern.
+///
+/// # Errors
+/// [`Error::Usage`] for sizes that do not fit the robot, or a robot that no stack of plates can be.
+pub fn pattern_svg(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
+    let pattern = Pattern::new(&members(&run.robot)?, sizes)?;
+    Ok(vec![ExportFile::new("pattern.svg", svg::draw(&pattern))])
+}
+
+/// `pattern.dxf`: the same pattern.
+///
+/// # Errors
+/// As [`pattern_svg`].
+pub fn pattern_dxf(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
+    let pattern = Pattern::new(&members(&run.robot)?, sizes)?;
+    Ok(vec![ExportFile::new("pattern.dxf", dxf::draw(&pattern))])
+}
+
+/// `robot.stl`, the same in two parts, `skeleton.stl` with the joints and `actuators.stl`, and the
+/// volumes, densities and masses in `solid.csv`.
+///
+/// # Errors
+/// [`Error::Usage`] for struts that are too thick for the robot.
+pub fn solid(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
+    let frame = Frame::new(&run.robot, members(&run.robot)?, sizes)?;
+    let solids = [
+        ("robot.stl", frame.prisms(|_| true)),
+        ("skeleton.stl", frame.prisms(|kind| !kind.is_actuator())),
+        ("actuators.stl", frame.prisms(|kind| kind.is_actuator())),
+    ];
+    let file = |(name, prisms): (_, Vec<_>)| ExportFile::new(name, stl::binary(&prisms));
+    let mut files: Vec<_> = solids.into_iter().map(file).collect();
+    files.push(ExportFile::new("solid.csv", frame.table().to_csv()));
+    Ok(files)
+}
+
+/// Writes files into a folder, which is made if there is none, and gives their paths.
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn write(folder: &Path, files: &[ExportFile]) -> Result<Vec<PathBuf>> {
+    make_folder(folder)?;
+    let write = |file: &ExportFile| {
+        let path = folder.join(file.name);
+        write_atomic(&path, |out| out.write_all(&file.bytes))?;
+        Ok(path)
+    };
+    files.iter().map(write).collect()
+}
+
+/// An error about sizes or robots that do not fit one another.
+fn misfit(says: String) -> Error {
+    Error::Usage(format!("cannot export: {says}"))
+}

@@ -1,0 +1,81 @@
+//! The flat pattern as SVG, to scale: a unit of the drawing is a millimetre.
+
+use super::pattern::{LABEL, Layer, Part, Pattern};
+use std::fmt::Write;
+
+/// Colours by which a laser cutter's program tells what is cut: skeleton, actuators, labels.
+const SKELETON: &str = "#000000";
+const ACTUATOR: &str = "#0000ff";
+const LABELS: &str = "#00a000";
+
+/// The drawing. Nanometres are its last digit.
+pub(super) fn draw(pattern: &Pattern) -> String {
+    let [width, height] = pattern.size;
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.6}mm\" height=\"{height:.6}mm\" \
+         viewBox=\"0 0 {width:.6} {height:.6}\" fill=\"none\" stroke-width=\"0.1\" \
+         font-family=\"sans-serif\">\n<title>Flat pattern, millimetres</title>\n"
+    );
+    for (number, layer) in pattern.layers.iter().enumerate() {
+        // Writing to a string cannot fail.
+        let _ = writeln!(svg, "<g id=\"layer-{}\">", number + 1);
+        draw_layer(&mut svg, pattern, layer, number + 1);
+        svg += "</g>\n";
+    }
+    svg + "</svg>\n"
+}
+
+fn draw_layer(svg: &mut String, pattern: &Pattern, layer: &Layer, number: usize) {
+    let down = |[x, y]: [f64; 2]| [x, pattern.size[1] - y];
+    for (class, colour, is_actuator) in
+        [("skeleton", SKELETON, false), ("actuator", ACTUATOR, true)]
+    {
+        let _ = writeln!(svg, "<g class=\"{class}\" stroke=\"{colour}\">");
+        let own = layer.parts.iter().filter(|p| p.is_actuator == is_actuator);
+        for part in own {
+            draw_part(svg, pattern, part);
+        }
+        *svg += "</g>\n";
+    }
+    let _ = writeln!(svg, "<g class=\"labels\" fill=\"{LABELS}\">");
+    let [x, y] = down(layer.label);
+    let _ = writeln!(
+        svg,
+        "<text x=\"{x:.6}\" y=\"{y:.6}\" font-size=\"{LABEL}\">layer {number}</text>"
+    );
+    for part in &layer.parts {
+        let [x, y] = down(part.middle());
+        let _ = writeln!(
+            svg,
+            "<text transform=\"translate({x:.6} {y:.6}) rotate({:.6})\" font-size=\"{:.6}\" \
+             text-anchor=\"middle\" dominant-baseline=\"central\">{}</text>",
+            -part.angle,
+            pattern.label_height(),
+            part.label()
+        );
+    }
+    *svg += "</g>\n";
+}
+
+/// An outline and its two holes.
+fn draw_part(svg: &mut String, pattern: &Pattern, part: &Part) {
+    let down = |[x, y]: [f64; 2]| [x, pattern.size[1] - y];
+    let [a, b, c, d] = part.corners.map(down);
+    let (half, hole) = (0.5 * pattern.sizes.width, 0.5 * pattern.sizes.hole);
+    let at = |[x, y]: [f64; 2]| format!("{x:.6} {y:.6}");
+    let arc = |to| format!("A {half:.6} {half:.6} 0 0 0 {}", at(to));
+    let _ = writeln!(
+        svg,
+        "<g id=\"bar-{}\"><path d=\"M {} L {} {} L {} {} Z\"/>",
+        part.edge,
+        at(a),
+        at(b),
+        arc(c),
+        at(d),
+        arc(a)
+    );
+    for [x, y] in part.ends.map(down) {
+        let _ = write!(svg, "<circle cx=\"{x:.6}\" cy=\"{y:.6}\" r=\"{hole:.6}\"/>");
+    }
+    *svg += "</g>\n";
+}
