@@ -27,3 +27,4 @@ mod cli_set;
 mod cli_study;
 mod cli_sweep;
 mod cli_verify;
+mod cli_workshop;

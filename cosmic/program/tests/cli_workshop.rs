@@ -1,0 +1,275 @@
+//! `cosmic export` for the workshop: what is written is read back by other programs, in Python.
+
+use crate::common::{Bench, scene};
+use cosmic::lattice::Lattice;
+use cosmic::record::DesignFile;
+use cosmic::scene::Scene;
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// What reads the files back: drawings, solids, unions of solids, and what these need.
+const PACKAGES: [&str; 6] = [
+    "ezdxf~=1.4",
+    "trimesh>=4",
+    "numpy",
+    "shapely>=2",
+    "networkx",
+    "manifold3d>=3",
+];
+
+/// What pip says where it cannot reach the registry.
+const UNREACHABLE: [&str; 3] = [
+    "connection broken by",
+    "Max retries exceeded",
+    "Read timed out",
+];
+
+fn told(command: &mut Command) -> Output {
+    let output = command.output();
+    output.unwrap_or_else(|error| panic!("{command:?}: {error}"))
+}
+
+fn text(output: &Output) -> String {
+    let both = [&output.stdout[..], &output.stderr[..]].concat();
+    String::from_utf8_lossy(&both).into_owned()
+}
+
+/// Python with the packages, in an environment in the target folder, made by the first test that asks;
+/// `None` without Python, or without both packages and a registry.
+fn python() -> Option<&'static Path> {
+    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
+    PYTHON.get_or_init(make_environment).as_deref()
+}
+
+fn make_environment() -> Option<PathBuf> {
+    if Command::new("python3").arg("--version").output().is_err() {
+        return skip("there is no python3");
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("workshop");
+    let python = folder.join("bin/python");
+    let ready = folder.join("ready");
+    if fs::read_to_string(&ready).is_ok_and(|packages| packages == PACKAGES.join(" ")) {
+        return Some(python);
+    }
+    let made = told(
+        Command::new("python3")
+            .args(["-m", "venv", "--clear"])
+            .arg(&folder),
+    );
+    assert!(made.status.success(), "no environment: {}", text(&made));
+    let mut pip = Command::new(&python);
+    pip.args("-m pip install --quiet --disable-pip-version-check --retries 2".split(' '));
+    let installed = told(pip.args(PACKAGES));
+    let said = text(&installed);
+    if !installed.status.success() && UNREACHABLE.iter().any(|words| said.contains(words)) {
+        return skip("the package registry cannot be reached");
+    }
+    assert!(installed.status.success(), "no packages: {said}");
+    fs::write(ready, PACKAGES.join(" ")).unwrap();
+    Some(python)
+}
+
+fn skip(why: &str) -> Option<PathBuf> {
+    // The harness hides what a passing test prints, but not what goes to standard error itself.
+    let line = format!("\nSKIPPED: what `cosmic export` writes is not read back: {why}\n\n");
+    std::io::Write::write_all(&mut std::io::stderr(), line.as_bytes()).unwrap();
+    None
+}
+
+/// What the export of a run has to agree with, from the run's own files.
+fn expected(bench: &Bench, sizes: Value) -> Value {
+    let scene = Scene::read(&bench.path("run/scene.toml")).unwrap();
+    let design = DesignFile::read(&bench.path("run/design.json")).unwrap();
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    let case = design.case(&scene, "design.json").unwrap();
+    let (body, weights) = (case.body(), &case.controller);
+    let bar = |(edge, material): (usize, _)| {
+        let material = ["", "skeleton", "actuator"][material as usize];
+        let (nodes, rest_length) = (lattice.edges[edge], lattice.rest_length[edge]);
+        let bar = json!({ "nodes": nodes, "material": material, "rest_length": rest_length });
+        (edge.to_string(), bar)
+    };
+    let solid = design.materials.iter().copied().enumerate();
+    let solid = solid.filter(|(_, material)| material.is_solid());
+    let payload: f64 = (lattice.payload.iter())
+        .map(|payload| payload.mass.unwrap_or(scene.physics.payload_mass))
+        .sum();
+    let nodes = lattice.nodes() as f64 * scene.physics.node_mass;
+    let asked = &scene.controller;
+    json!({
+        "bars": solid.map(bar).collect::<serde_json::Map<_, _>>(),
+        "bar_mass": body.mass.iter().sum::<f64>() - nodes - payload,
+        "max_strain": scene.materials.max_strain[2],
+        "density": scene.materials.density,
+        "trajectory": bench.path("run/trajectory.json"),
+        "sizes": sizes,
+        "robot": {
+            "edges": lattice.edges, "rest_length": lattice.rest_length,
+            "stiffness": body.stiffness, "strain": body.strain,
+            "w1": weights.w1, "b1": weights.b1, "w2": weights.w2, "b2": weights.b2,
+            "clocks": asked.clocks, "omega": asked.omega, "goal": asked.goal,
+            "goal_scale": asked.goal_scale, "offset_scale": asked.offset_scale,
+            "velocity_scale": asked.velocity_scale,
+        },
+    })
+}
+
+/// Exports the run of a bench and has it read back.
+fn read_back(bench: &Bench, options: &str, sizes: Value) {
+    let line = format!("export run --csv --svg --dxf --stl --out made {options}");
+    bench.cosmic(&line).ok();
+    bench.write("expected.json", expected(bench, sizes).to_string());
+    let Some(python) = python() else { return };
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/workshop/read_back.py");
+    let mut command = Command::new(python);
+    command.arg(script).args(["made", "expected.json"]);
+    let read = told(command.current_dir(bench.path("")));
+    assert!(read.status.success(), "{}", text(&read));
+    println!("{}", text(&read));
+}
+
+fn defaults() -> Value {
+    json!({ "width": 12.0, "hole": 4.0, "gap": 1.0, "radius": 3.0 })
+}
+
+/// A finished run on another lattice than 3x3 nodes.
+fn finished(lattice: &str) -> Bench {
+    let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", lattice);
+    let bench = Bench::with(&scene);
+    bench.run("run", "--quiet");
+    bench
+}
+
+#[test]
+fn a_robot_of_squares_is_read_back_by_other_programs() {
+    let bench = finished("columns = 6\nrows = 5\n");
+    read_back(&bench, "", defaults());
+    // Strips so wide that parallel diagonals, 70.7 mm apart, are too near to each other for one layer.
+    let sizes = json!({ "width": 60.0, "hole": 20.5, "gap": 15.0, "radius": 2.0 });
+    let options = "--width 60 --hole 20.5 --gap 15 --radius 2 --thickness 5";
+    read_back(&bench, options, sizes);
+}
+
+#[test]
+fn a_robot_of_triangles_is_read_back_by_other_programs() {
+    let bench = finished("columns = 5\nrows = 4\nkind = \"triangular\"\n");
+    read_back(&bench, "", defaults());
+}
+
+/// Odd angles and lengths, nodes without a bar, and a bar across a node, which is always solid.
+const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
+    "nodes": [[0, 0], [0.13, 0], [0.26, 0], [0.05, 0.12], [0.19, 0.11], [0.31, 0.14], [0.4, 0.01]],
+    "edges": [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [1, 4], [2, 4], [3, 4], [0, 4], [2, 5], [4, 5],
+              [5, 6], [2, 6], [2, 3]], "keep": [0, 1, 2]}"#;
+
+#[test]
+fn a_truss_with_a_bar_across_a_node_is_read_back_by_other_programs() {
+    let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", "file = \"truss.json\"\n");
+    let bench = Bench::with(&scene);
+    bench.write("truss.json", TRUSS);
+    bench.run("run", "--quiet");
+    read_back(&bench, "", defaults());
+}
+
+#[test]
+fn only_what_is_asked_for_is_written_and_into_the_run_s_folder_by_default() {
+    let bench = Bench::default();
+    bench.run("run", "--quiet");
+    let before = bench.results("run");
+    let told = bench.cosmic("export run --csv --svg").ok();
+    let names = ["bars.csv", "nodes.csv", "pattern.svg"];
+    let written = names.map(|name| format!("run/export/{name}"));
+    assert!(told.out.lines().eq(&written), "{told:?}");
+    let entries = fs::read_dir(bench.path("run/export")).unwrap().count();
+    assert_eq!(entries, 3);
+    for name in names {
+        bench.remove(&format!("run/export/{name}"));
+    }
+    fs::remove_dir(bench.path("run/export")).unwrap();
+    assert_eq!(bench.results("run"), before);
+    let told = bench.cosmic("export run --stl --json --out made").json();
+    assert_eq!(told["written"].as_array().unwrap().len(), 4);
+    assert!(bench.path("made/robot.stl").exists() && !bench.path("run/export").exists());
+    // The body's mass: a row a node, of those at which a bar ends.
+    bench.cosmic("export run --csv --quiet --out made").ok();
+    let nodes = bench.read("made/nodes.csv");
+    let head = "node,x,y,bars,node_mass,payload,lowest_layer,highest_layer,pin\n";
+    assert!(nodes.starts_with(head), "{nodes}");
+    assert!(
+        nodes.contains("\n0,0e0,0e0,") && nodes.contains(",1e-4,3e-2,"),
+        "{nodes}"
+    );
+}
+
+#[test]
+fn what_cannot_be_made_is_refused_before_anything_is_written() {
+    let bench = Bench::default();
+    bench.run("run", "--quiet");
+    let allowed = "expected a number of millimetres from 0.001 to 1000000";
+    for (line, code, says) in [
+        ("export run", 2, "--csv|--svg|--dxf|--stl"),
+        ("export nowhere --csv", 4, "nowhere"),
+        ("export run --svg --width 0", 2, allowed),
+        ("export run --svg --width -3", 2, allowed),
+        ("export run --svg --width nan", 2, allowed),
+        (
+            "export run --csv --svg --hole 12",
+            2,
+            "a hole of 12 mm is as wide as a bar",
+        ),
+        (
+            "export run --dxf --hole 110 --width 150",
+            2,
+            "its holes take 130 mm of it",
+        ),
+        (
+            "export run --csv --stl --radius 30",
+            2,
+            "choose a smaller radius than 30 mm",
+        ),
+        (
+            "export run --csv --out tiny.toml",
+            4,
+            "cannot write tiny.toml",
+        ),
+    ] {
+        bench.cosmic(line).fails(code, &[says]);
+        assert!(!bench.path("run/export").exists(), "{line}");
+    }
+    // Materials without mass give no section to weigh.
+    let massless = "[materials]\ndensity = [1e-8, 0.0, 0.1]\n";
+    let bench = Bench::with(&(scene(24, 64, "node_mass = 0.01") + massless));
+    bench.run("run", "--quiet");
+    let told = bench.cosmic("export run --stl");
+    told.fails(
+        2,
+        &["the line density of skeleton is 0 (materials.density)"],
+    );
+    bench.cosmic("export run --dxf").ok();
+}
+
+/// Two bars that lie across each other's nodes: one of them has to be cut by the other's pin.
+#[test]
+fn a_robot_that_no_stack_of_plates_can_be_is_refused_and_has_tables() {
+    let truss = r#"{"format": "cosmic-truss", "version": 1,
+        "nodes": [[0, 0], [0.1, 0], [0.2, 0], [0.3, 0], [0.15, 0.1]],
+        "edges": [[0, 2], [1, 3], [0, 1], [1, 2], [2, 3], [0, 4], [1, 4], [2, 4], [3, 4]],
+        "keep": [0, 1, 2, 3, 4]}"#;
+    let scene = scene(24, 64, "").replace("columns = 3\nrows = 3\n", "file = \"truss.json\"\n");
+    let bench = Bench::with(&scene.replace("[volume]\n", "[volume]\nsolid = [0.6, 0.9]\n"));
+    bench.write("truss.json", truss);
+    bench.run("run", "--quiet");
+    for kind in ["--svg", "--dxf"] {
+        let told = bench.cosmic(&format!("export run {kind}"));
+        told.fails(2, &["lies across node", "whose pin would go through it"]);
+    }
+    bench
+        .cosmic("export run --stl")
+        .fails(2, &["would go through the joint"]);
+    bench.cosmic("export run --csv").ok();
+    let bars = bench.read("run/export/bars.csv");
+    assert!(bars.lines().nth(1).unwrap().contains(",,"), "{bars}");
+}
