@@ -71,7 +71,9 @@ fn of_folder(folder: &Path, names: &mut BTreeSet<String>) {
             }
             continue;
         }
-        let text = fs::read_to_string(&path).unwrap();
+        // Solids are no text, and have no names in them.
+        let bytes = fs::read(&path).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
         let json = |text: &str| serde_json::from_str::<Value>(text).unwrap();
         match name.rsplit_once('.').unwrap().1 {
             "json" if name == "snapshot.json" => {
@@ -93,6 +95,7 @@ fn what_runs_and_sweeps_write_is_on_the_page() {
     for command in [
         "optimize tiny.toml --starts 2 --search halving --out runs/halved",
         "optimize --from runs/halved --out runs/on",
+        "export runs/on --csv --svg --dxf --stl",
         "sweep plan tiny.toml --seeds 1 --out runs/s",
         "sweep run runs/s --index all",
         "sweep merge runs/s",
@@ -102,7 +105,7 @@ fn what_runs_and_sweeps_write_is_on_the_page() {
     }
     let mut names = BTreeSet::new();
     of_folder(&bench.path("runs"), &mut names);
-    let rare = "start.json search.json check.json dropped_at entered loss_p50 merit_horizon";
+    let rare = "bars.csv solid.csv start.json search.json check.json dropped_at entered loss_p50 merit_horizon";
     for name in rare.split(' ') {
         assert!(names.contains(name), "no file of these runs has {name}");
     }

@@ -193,7 +193,7 @@ fn only_what_is_asked_for_is_written_and_into_the_run_s_folder_by_default() {
     let told = bench.cosmic("export run --stl --json --out made").json();
     assert_eq!(told["written"].as_array().unwrap().len(), 4);
     assert!(bench.path("made/robot.stl").exists() && !bench.path("run/export").exists());
-    // The body's mass: a row a node, of those at which a bar ends.
+    // The payload is at node 0.
     bench.cosmic("export run --csv --quiet --out made").ok();
     let nodes = bench.read("made/nodes.csv");
     let head = "node,x,y,bars,node_mass,payload,lowest_layer,highest_layer,pin\n";
