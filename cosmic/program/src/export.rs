@@ -1,7 +1,7 @@
 //! `cosmic export`.
 
 use crate::arguments::Output;
-use crate::output::answer_written;
+use crate::output::{answer_written, note};
 use clap::{ArgGroup, Args};
 use cosmic::error::Result;
 use cosmic_lab::export;
@@ -69,6 +69,12 @@ fn size(text: &str) -> std::result::Result<f64, String> {
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
         let run = &RunFiles::read(&self.run)?;
+        if !run.robot.design.is_snapped() {
+            note(
+                "warning: the design is not decided; each edge is taken to be what it is most of, \
+                 and so it is not the robot of the trajectory",
+            );
+        }
         let folder = (self.out.clone()).unwrap_or_else(|| self.run.join("export"));
         let sizes = &self.sizes.chosen();
         // Everything is made before anything is written.

@@ -193,8 +193,9 @@ fn only_what_is_asked_for_is_written_and_into_the_run_s_folder_by_default() {
     let told = bench.cosmic("export run --stl --json --out made").json();
     assert_eq!(told["written"].as_array().unwrap().len(), 4);
     assert!(bench.path("made/robot.stl").exists() && !bench.path("run/export").exists());
+    let told = bench.cosmic("export run --csv --quiet --out made").ok();
+    assert_eq!((&told.out[..], &told.error[..]), ("", ""));
     // The payload is at node 0.
-    bench.cosmic("export run --csv --quiet --out made").ok();
     let nodes = bench.read("made/nodes.csv");
     let head = "node,x,y,bars,node_mass,payload,lowest_layer,highest_layer,pin\n";
     assert!(nodes.starts_with(head), "{nodes}");
@@ -202,6 +203,11 @@ fn only_what_is_asked_for_is_written_and_into_the_run_s_folder_by_default() {
         nodes.contains("\n0,0e0,0e0,") && nodes.contains(",1e-4,3e-2,"),
         "{nodes}"
     );
+    // Cut off before the snap, it is another robot than the one that moves.
+    let layout = "--iterations 12 --set volume.solid=[0.9,1.0]";
+    bench.run("half", &format!("--quiet {layout}"));
+    let told = bench.cosmic("export half --csv").ok();
+    assert!(told.error.contains("the design is not decided"), "{told:?}");
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! The tables of bars and of nodes, in SI units.
 
-use super::Sizes;
 use super::layers::joints;
 use super::member::{MM, Member, place};
 use super::pattern::Pattern;
+use super::sizes::Sizes;
 use crate::report::{RobotFiles, RunFiles};
 use crate::table::{Cell, Column, Table};
 use cosmic::controller::observation;

@@ -1,6 +1,6 @@
 //! The bars that are made: solid edges of a layout.
 
-use super::misfit;
+use super::sizes::misfit;
 use crate::report::RobotFiles;
 use cosmic::design::Material;
 use cosmic::error::Result;

@@ -3,37 +3,25 @@
 //! Solid bars alone are exported, in the pose at rest and in the ground's frame, with the lower left
 //! corner of the lattice at the origin. Drawings and solids are in millimetres, tables in SI units.
 
+mod sizes;
 mod member;
 mod layers;
 mod pattern;
 mod csv;
 mod svg;
 mod dxf;
-mod frame;
 mod stl;
+mod joint;
+mod frame;
 
 use crate::report::RunFiles;
-use cosmic::error::{Error, Result};
+use cosmic::error::Result;
 use cosmic::record::files::{make_folder, write_atomic};
 use frame::Frame;
 use member::members;
 use pattern::Pattern;
+pub use sizes::Sizes;
 use std::path::{Path, PathBuf};
-
-/// What a workshop chooses, in millimetres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sizes {
-    /// Width of a flat bar.
-    pub width: f64,
-    /// Diameter of the holes at the nodes.
-    pub hole: f64,
-    /// The least distance of two bars in one layer, of the pattern and of the solid.
-    pub gap: f64,
-    /// Thickness of the plate that the bars are cut from.
-    pub thickness: f64,
-    /// Radius of the solid's skeleton struts. Those of actuators follow from the line densities.
-    pub radius: f64,
-}
 
 /// A file that is not written yet.
 pub struct ExportFile {
@@ -51,7 +39,7 @@ impl ExportFile {
 /// `bars.csv` and `nodes.csv`: what there is to be made, and which load it bears.
 ///
 /// # Errors
-/// [`Error::Usage`] for a robot without solid bars.
+/// [`Error::Usage`](cosmic::Error::Usage) for a robot without solid bars.
 pub fn tables(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     let members = members(&run.robot)?;
     // Without a pattern the tables are good for other ways of making the robot.
@@ -67,7 +55,7 @@ pub fn tables(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
 /// `pattern.svg`: the flat pattern.
 ///
 /// # Errors
-/// [`Error::Usage`] for sizes that do not fit the robot, or a robot that no stack of plates can be.
+/// [`Error::Usage`](cosmic::Error::Usage) for sizes that do not fit the robot, or a robot that no stack of plates can be.
 pub fn pattern_svg(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     let pattern = Pattern::new(&members(&run.robot)?, sizes)?;
     Ok(vec![ExportFile::new("pattern.svg", svg::draw(&pattern))])
@@ -86,7 +74,7 @@ pub fn pattern_dxf(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
 /// volumes, densities and masses in `solid.csv`.
 ///
 /// # Errors
-/// [`Error::Usage`] for struts that are too thick for the robot.
+/// [`Error::Usage`](cosmic::Error::Usage) for struts that are too thick for the robot.
 pub fn solid(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
     let frame = Frame::new(&run.robot, members(&run.robot)?, sizes)?;
     let solids = [
@@ -103,7 +91,7 @@ pub fn solid(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
 /// Writes files into a folder, which is made if there is none, and gives their paths.
 ///
 /// # Errors
-/// [`Error::Write`].
+/// [`Error::Write`](cosmic::Error::Write).
 pub fn write(folder: &Path, files: &[ExportFile]) -> Result<Vec<PathBuf>> {
     make_folder(folder)?;
     let write = |file: &ExportFile| {
@@ -112,9 +100,4 @@ pub fn write(folder: &Path, files: &[ExportFile]) -> Result<Vec<PathBuf>> {
         Ok(path)
     };
     files.iter().map(write).collect()
-}
-
-/// An error about sizes or robots that do not fit one another.
-fn misfit(says: String) -> Error {
-    Error::Usage(format!("cannot export: {says}"))
 }

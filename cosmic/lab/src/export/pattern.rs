@@ -6,7 +6,7 @@
 
 use super::layers::Stack;
 use super::member::Member;
-use super::{Sizes, misfit};
+use super::sizes::{Sizes, misfit};
 use cosmic::design::Material;
 use cosmic::error::Result;
 
