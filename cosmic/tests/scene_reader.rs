@@ -192,7 +192,11 @@ fn wrong_scenes_are_refused_where_they_are_wrong() {
 }
 
 /// Scenes whose settings contradict one another, and what is said.
-const AT_ODDS: [(&str, &str); 15] = [
+const AT_ODDS: [(&str, &str); 16] = [
+    (
+        "[ground]\nprofile = \"rough\"\nspacing = ^1e-20",
+        "that is not ahead of",
+    ),
     (
         "[schedule]\nsnap_at = ^400",
         "the snap (iteration 400) comes after the last",

@@ -5,7 +5,7 @@
 //! - [`table`]: the one writer of tables.
 //! - [`robustness`]: one design in other worlds.
 //! - [`report`]: pages, plots and pictures of runs.
-//! - [`export`]: files of a robot for the workshop.
+//! - [`export`]: robots for other programs: a model for MuJoCo, files for the workshop.
 //! - [`verify`]: error against run time, gradients against differences, stability at the extremes.
 //! - [`sweep`]: many runs from a frozen plan.
 //! - [`study`]: the paper's evaluation again.

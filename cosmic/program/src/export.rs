@@ -1,22 +1,27 @@
 //! `cosmic export`.
 
-use crate::arguments::Output;
+use crate::arguments::{Output, Settings};
+use crate::mujoco::MujocoOptions;
 use crate::output::{answer_written, note};
+use crate::source::{Source, design_of};
 use clap::{ArgGroup, Args};
-use cosmic::error::Result;
-use cosmic_lab::export;
+use cosmic::error::{Error, Result};
+use cosmic_lab::export::{self, ExportFile, mujoco};
 use cosmic_lab::report::RunFiles;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Write the robot of a finished run for the workshop: tables, a flat pattern, a solid
+/// Write a robot for other programs: a model for MuJoCo, or files for the workshop
 ///
-/// Drawings and solids are in millimetres, tables in SI units. docs/files.md says what is in the files.
+/// At least one kind has to be named. Drawings and solids are in millimetres, tables in SI units. docs/files.md says what is in the files.
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("kind").required(true).multiple(true)))]
 pub(super) struct Arguments {
-    /// The run's folder
+    /// The folder of a finished run; for `--mujoco` also a design.json, a scene or a reference case
     #[arg(value_name = "RUN")]
-    run: PathBuf,
+    run: String,
+    /// A model for the simulator MuJoCo, its controller, and a program in Python that walks it
+    #[arg(long, group = "kind")]
+    mujoco: bool,
     /// bars.csv and nodes.csv: ends, rest lengths, materials, strokes, peak forces, masses
     #[arg(long, group = "kind")]
     csv: bool,
@@ -29,17 +34,22 @@ pub(super) struct Arguments {
     /// robot.stl, skeleton.stl and actuators.stl: struts and joints; solid.csv: what they weigh
     #[arg(long, group = "kind")]
     stl: bool,
-    /// Where to write; by default the folder export in the run's
+    /// Folder for the files [default: `export` beside design.json]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    sizes: Sizes,
+    settings: Settings,
     #[command(flatten)]
     output: Output,
+    #[command(flatten)]
+    of_mujoco: MujocoOptions,
+    #[command(flatten)]
+    sizes: Sizes,
 }
 
 /// Sizes for the workshop.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Sizes for the workshop")]
 struct Sizes {
     /// Width of a bar of the pattern, mm
     #[arg(long, value_name = "MM", default_value_t = 12.0, value_parser = size, allow_negative_numbers = true)]
@@ -68,16 +78,35 @@ fn size(text: &str) -> std::result::Result<f64, String> {
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let run = &RunFiles::read(&self.run)?;
+        let folder = self.out.clone();
+        let folder =
+            folder.unwrap_or_else(|| design_of(Path::new(&self.run)).with_file_name("export"));
+        let mut written = Vec::new();
+        if self.csv || self.svg || self.dxf || self.stl {
+            written.extend(export::write(&folder, &self.for_workshop()?)?);
+        }
+        if self.mujoco {
+            let case = Source::read(&self.run, &self.settings)?.case;
+            written.extend(mujoco::write(&case, &self.of_mujoco.settings(), &folder)?);
+        }
+        answer_written(&self.output, &written)
+    }
+
+    /// The files for the workshop, all of them made before any is written.
+    fn for_workshop(&self) -> Result<Vec<ExportFile>> {
+        if !self.settings.set.is_empty() {
+            return Err(Error::Usage(
+                "--set is for --mujoco: files for the workshop are of the run as it is".into(),
+            ));
+        }
+        let run = &RunFiles::read(Path::new(&self.run))?;
         if !run.robot.design.is_snapped() {
             note(
                 "warning: the design is not decided; each edge is taken to be what it is most of, \
                  and so it is not the robot of the trajectory",
             );
         }
-        let folder = (self.out.clone()).unwrap_or_else(|| self.run.join("export"));
         let sizes = &self.sizes.chosen();
-        // Everything is made before anything is written.
         let mut files = Vec::new();
         if self.csv {
             files.extend(export::tables(run, sizes)?);
@@ -91,7 +120,7 @@ impl Arguments {
         if self.stl {
             files.extend(export::solid(run, sizes)?);
         }
-        answer_written(&self.output, &export::write(&folder, &files)?)
+        Ok(files)
     }
 }
 

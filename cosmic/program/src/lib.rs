@@ -16,8 +16,9 @@ mod verify;
 mod explain;
 mod report;
 mod compare;
-mod export;
 mod robustness;
+mod mujoco;
+mod export;
 mod study;
 mod sweep;
 mod scene;
@@ -49,8 +50,8 @@ enum Command {
     Explain(explain::Arguments),
     Report(report::Arguments),
     Compare(compare::Arguments),
-    Export(export::Arguments),
     Robustness(robustness::Arguments),
+    Export(export::Arguments),
     Study(study::Arguments),
     Sweep(sweep::Arguments),
     Scene(scene::Arguments),
@@ -68,8 +69,8 @@ impl Command {
             Command::Explain(arguments) => arguments.run(),
             Command::Report(arguments) => arguments.run(),
             Command::Compare(arguments) => arguments.run(),
-            Command::Export(arguments) => arguments.run(),
             Command::Robustness(arguments) => arguments.run(),
+            Command::Export(arguments) => arguments.run(),
             Command::Study(arguments) => arguments.run(),
             Command::Sweep(arguments) => arguments.run(),
             Command::Scene(arguments) => arguments.run(),

@@ -8,7 +8,7 @@ use cosmic::error::Result;
 use cosmic::scene::Scene;
 use cosmic_lab::study::{Base, Study, StudyKind};
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The paper's evaluation again, beside the paper's numbers
 #[derive(Debug, Args)]
@@ -25,7 +25,20 @@ enum Which {
     Ablation(Options),
     /// The paper's findings, by one change of the default at a time
     Findings(Options),
+    /// Designs in another simulator, MuJoCo, on grounds of several frictions
+    Transfer(TransferOptions),
 }
+
+#[derive(Debug, Args)]
+struct TransferOptions {
+    #[command(flatten)]
+    options: Options,
+    /// A Python that has the packages mujoco and numpy
+    #[arg(long, value_name = "PATH", default_value = PYTHON)]
+    python: PathBuf,
+}
+
+const PYTHON: &str = "python3";
 
 #[derive(Debug, Args)]
 struct Options {
@@ -53,10 +66,13 @@ struct Options {
 
 impl Arguments {
     pub(super) fn run(&self) -> Result<()> {
-        let (kind, options) = match &self.kind {
-            Which::Paper(options) => (StudyKind::Paper, options),
-            Which::Ablation(options) => (StudyKind::Ablation, options),
-            Which::Findings(options) => (StudyKind::Findings, options),
+        let (kind, options, python) = match &self.kind {
+            Which::Paper(options) => (StudyKind::Paper, options, Path::new(PYTHON)),
+            Which::Ablation(options) => (StudyKind::Ablation, options, Path::new(PYTHON)),
+            Which::Findings(options) => (StudyKind::Findings, options, Path::new(PYTHON)),
+            Which::Transfer(TransferOptions { options, python }) => {
+                (StudyKind::Transfer, options, &**python)
+            }
         };
         let base = match &options.base {
             None => Base::default(),
@@ -74,6 +90,7 @@ impl Arguments {
             base,
             out: options.out.clone().unwrap_or_else(|| runs.clone()),
             runs,
+            python: python.to_owned(),
         };
         let plan = study.prepare()?;
         let overseer = Many::new(&options.work.output, &plan, plan.over(&study.runs))?;

@@ -5,6 +5,8 @@
 #[cfg(unix)]
 mod background;
 mod common;
+#[cfg(unix)]
+mod mujoco;
 mod program;
 
 mod cli_at_work;
@@ -17,6 +19,7 @@ mod cli_gradcheck;
 mod cli_interrupted;
 mod cli_lattice;
 mod cli_laws;
+mod cli_mujoco;
 mod cli_optimize;
 mod cli_own;
 mod cli_refused;

@@ -4,7 +4,9 @@ use std::collections::HashSet;
 
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
-use super::{LatticeKind, Layout, LossKind, Named, ProfileKind, Scene, StartKind, TaskKind};
+use super::{
+    GroundSettings, LatticeKind, Layout, LossKind, Named, ProfileKind, Scene, StartKind, TaskKind,
+};
 
 /// Settings at odds.
 pub(super) struct Conflict {
@@ -221,9 +223,16 @@ fn terrain(scene: &Scene, found: &mut Conflicts) {
         ["ground.profile", "ground.points"],
         "a profile of points has none: set ground.points".to_owned(),
     );
-    if ground.profile != ProfileKind::Steps {
-        return;
+    if ground.profile == ProfileKind::Steps {
+        steps(ground, found);
     }
+    if let (true, Err(says)) = (found.0.is_empty(), ground.checked()) {
+        let says = format!("the profile of the ground {says}");
+        found.require(false, ["ground.profile", "ground.spacing"], says);
+    }
+}
+
+fn steps(ground: &GroundSettings, found: &mut Conflicts) {
     found.require(
         ground.count <= MOST_STEPS,
         ["ground.count", "ground.profile"],

@@ -59,13 +59,19 @@ impl GroundSettings {
     /// # Panics
     /// If the settings contradict one another, as those of no scene do.
     pub fn resolved(&self) -> Profile {
+        let profile = self.checked();
+        profile.unwrap_or_else(|says| panic!("the profile of the ground {says}"))
+    }
+
+    /// The profile, or a sentence if the settings make none.
+    pub(super) fn checked(&self) -> Result<Profile, String> {
         let points = match self.profile {
             ProfileKind::Flat => Vec::new(),
-            ProfileKind::Points => return self.points.clone(),
+            ProfileKind::Points => return Ok(self.points.clone()),
             ProfileKind::Steps => self.steps(),
             ProfileKind::Rough => self.rough(),
         };
-        Profile::new(points).unwrap_or_else(|says| panic!("the profile of the ground {says}"))
+        Profile::new(points)
     }
 
     fn place(&self, number: usize) -> f64 {

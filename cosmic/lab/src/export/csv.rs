@@ -138,7 +138,7 @@ fn peaks(run: &RunFiles) -> Result<Vec<Peaks>> {
     let mut peaks = vec![Peaks::default(); lattice.edges.len()];
     for (&step, state) in run.trajectory.steps.iter().zip(&run.trajectory.states) {
         let time = step as f64 * run.trajectory.dt;
-        let seen = observation(&case.observation, time, state, &ground);
+        let seen = observation(&case.observation, time, state, &body.presence, &ground);
         let activation = case.controller.activation(&seen);
         for (edge, peak) in peaks.iter_mut().enumerate() {
             let rest_length = lattice.rest_length[edge];

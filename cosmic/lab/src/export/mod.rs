@@ -1,6 +1,7 @@
-//! Files of a finished robot for the workshop: tables, a flat pattern, a solid.
+//! Files of a finished robot for other programs: a model for MuJoCo; tables, a flat pattern and a solid for the
+//! workshop.
 //!
-//! Solid bars alone are exported, in the pose at rest and in the ground's frame, with the lower left
+//! For the workshop solid bars alone are exported, in the pose at rest and in the ground's frame, with the lower left
 //! corner of the lattice at the origin. Drawings and solids are in millimetres, tables in SI units.
 
 mod sizes;
@@ -13,12 +14,15 @@ mod dxf;
 mod stl;
 mod joint;
 mod frame;
+mod numpy;
+pub mod mujoco;
 
 use crate::report::RunFiles;
 use cosmic::error::Result;
 use cosmic::record::files::{make_folder, write_atomic};
 use frame::Frame;
 use member::members;
+pub use numpy::{NumpyArray, write_npz};
 use pattern::Pattern;
 pub use sizes::Sizes;
 use std::path::{Path, PathBuf};

@@ -1,10 +1,10 @@
 //! The gains of topology, material and control, each alone and together.
 
 use super::Study;
-use super::document::{document, metres, motifs, percent, pictures, ratio, table, trial_table};
+use super::document::{document, metres, motifs, percent, pictures, table, trial_table};
 use super::results::StudyResults;
 use super::rows::TrialRow;
-use super::statistics::Statistics;
+use super::statistics::{Statistics, ratio};
 use super::trials::{ABLATION, CONTROL, MATERIAL, TOPOLOGY, lines};
 use crate::report::Bar;
 use crate::table::decimals;

@@ -1,13 +1,13 @@
 //! Parts of the documents: numbers, tables, the text that all studies share.
 
-use super::Study;
 use super::results::StudyResults;
 use super::rows::{RunRow, TrialRow};
+use super::{Study, StudyKind};
 use crate::table::{Cell, Column, Table, TableOf, decimals};
 use cosmic::scene::Departure;
 
 /// The sign for a missing number.
-const NONE: &str = "–";
+pub(super) const NONE: &str = "–";
 
 /// A number to two decimals.
 pub(super) fn metres(x: Option<f64>) -> String {
@@ -21,13 +21,6 @@ pub(super) fn percent(ratio: Option<f64>) -> String {
         let sign = if ratio >= 1.0 { "+" } else { "" };
         format!("{sign}{} %", decimals(100.0 * (ratio - 1.0), 0))
     })
-}
-
-/// The quotient of two displacements; `None` if the divisor is below a centimetre, because a robot
-/// that hardly moves is no measure.
-pub(super) fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
-    let b = b.filter(|b| *b >= 0.01);
-    Option::zip(a, b).map(|(a, b)| a / b)
 }
 
 /// A column of words, or of numbers to this many decimals.
@@ -69,14 +62,19 @@ fn preamble(study: &Study) -> String {
             format!(" Every experiment starts from the settings of `{file}`."),
         ),
     };
+    let columns = match study.kind {
+        StudyKind::Transfer => "",
+        _ => {
+            "*Spread* is from the 10 % to the 90 % quantile of these rollouts, *dt/2* the same design at half \
+             the time step, *last* the last iterate, each as its median over the seeds. ± is the standard error \
+             of the median over the seeds, by the bootstrap. "
+        }
+    };
     format!(
         "Displacements of the payload along the ground, in metres, over {whose}.{limit}{base} The number \
          of a seed is of its delivered design: the median of full rollouts in double precision from \
          8 or more starts moved by {moved}, other starts than those by which the design was chosen. \
-         *Spread* is from the 10 % to the 90 % quantile of these rollouts, *dt/2* the same design at \
-         half the time step, *last* the last iterate, each as its median over the seeds. ± is the \
-         standard error of the median over the seeds, by the bootstrap. A run that diverges counts \
-         below all others.\n"
+         {columns}A run that diverges counts below all others.\n"
     )
 }
 
@@ -216,7 +214,8 @@ fn made_by(study: &Study) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{metres, percent, ratio};
+    use super::{metres, percent};
+    use crate::study::statistics::ratio;
 
     #[test]
     fn numbers_that_are_not_there_show() {

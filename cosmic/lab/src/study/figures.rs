@@ -1,10 +1,10 @@
 //! The figures of a study, in a folder beside its document.
 
-use super::ablation;
 use super::results::StudyResults;
 use super::rows::{RunRow, TrialRow};
 use super::trials::{DEFAULT, STRICT};
 use super::{Study, StudyKind};
+use super::{ablation, transfer};
 use crate::files::write_texts;
 use crate::report::{Bar, PICTURES, Picture, RunFiles, bars};
 use cosmic::error::Result;
@@ -14,6 +14,10 @@ use std::path::PathBuf;
 /// The unit of all bars.
 const UNIT: &str =
     "displacement along the ground, m (bar: median; dots: seeds; stroke: the paper's)";
+
+/// The unit of bars of walks in MuJoCo.
+const UNIT_THERE: &str =
+    "displacement along the ground, m (bar: median; dots: seeds; stroke: Coulomb here)";
 
 /// Draws a study's figures and returns the paths of their files.
 ///
@@ -43,7 +47,7 @@ fn pictures(kind: StudyKind, row: &TrialRow) -> &'static [Picture] {
     match kind {
         StudyKind::Paper if row.trial.table == DEFAULT => &PICTURES,
         StudyKind::Ablation => &PICTURES[..1],
-        StudyKind::Paper | StudyKind::Findings => &[],
+        StudyKind::Paper | StudyKind::Findings | StudyKind::Transfer => &[],
     }
 }
 
@@ -60,6 +64,10 @@ fn charts(kind: StudyKind, results: &StudyResults) -> Vec<(&'static str, String)
             ("strict", of(STRICT, "Every seed strictly by the paper")),
         ],
         StudyKind::Findings => vec![("trials", of("findings", title))],
+        StudyKind::Transfer => {
+            let all = transfer::bars(results);
+            vec![("frictions", bars("Every seed in MuJoCo", UNIT_THERE, &all))]
+        }
         StudyKind::Ablation => {
             let title_of_means = "Means of the medians of four trials each";
             let means = bars(title_of_means, "m", &ablation::bars(results));

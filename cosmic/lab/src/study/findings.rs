@@ -1,10 +1,10 @@
 //! The paper's findings, each as a change of the default and a number.
 
 use super::Study;
-use super::document::{document, metres, percent, ratio, trial_table};
+use super::document::{document, metres, percent, trial_table};
 use super::results::StudyResults;
 use super::rows::{RunRow, TrialRow};
-use super::statistics::mean;
+use super::statistics::{mean, ratio};
 use super::trials::{REFERENCE, lines};
 use crate::table::decimals;
 

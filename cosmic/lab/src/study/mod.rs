@@ -1,4 +1,5 @@
-//! The paper's evaluation repeated: many seeds of every experiment beside the paper's numbers.
+//! The paper's evaluation repeated: many seeds of every experiment beside the paper's numbers; and designs
+//! in another simulator.
 //!
 //! A [`Study`] is a sweep with a document. [`prepare`](Study::prepare) freezes its plan,
 //! [`simulate`](Study::simulate) completes the runs and measures each delivered design at half the time
@@ -9,6 +10,8 @@ mod trials;
 mod settings;
 mod check;
 mod statistics;
+mod python;
+mod in_mujoco;
 mod rows;
 mod motifs;
 mod results;
@@ -16,6 +19,7 @@ mod document;
 mod paper;
 mod ablation;
 mod findings;
+mod transfer;
 mod figures;
 mod work;
 

@@ -1,9 +1,10 @@
 //! The paper's designs and environments beside the paper's numbers.
 
 use super::Study;
-use super::document::{document, motifs, percent, pictures, ratio, table, trial_table};
+use super::document::{document, motifs, percent, pictures, table, trial_table};
 use super::results::StudyResults;
 use super::rows::TrialRow;
+use super::statistics::ratio;
 use super::trials::{DEFAULT, STRICT};
 use crate::report::PICTURES;
 

@@ -2,6 +2,7 @@
 
 use super::Study;
 use super::check::Check;
+use super::in_mujoco::{FRICTIONS, Transfer};
 use super::motifs::MotifRow;
 use super::rows::{RunRow, TrialRow};
 use super::trials::Trial;
@@ -74,13 +75,26 @@ impl StudyResults {
         type Pair<'p> = (&'p Trial, &'p RunRow);
         let of_summary = |(_, run): &Pair, k: usize| run.summary.as_ref().and_then(NUMBERS[k].1);
         let of_check = |(_, run): &Pair, k: usize| run.check.as_ref().and_then(OF_CHECK[k].1);
-        Table::of("", "", &runs)
+        let table = Table::of("", "", &runs)
             .column("table", "", |(trial, _)| trial.table)
             .column("trial", "", |(trial, _)| &trial.name[..])
             .column("seed", "", |(_, run)| Cell::Count(run.seed))
             .columns(NUMBERS.map(|(name, _)| name), "", of_summary)
-            .columns(OF_CHECK.map(|(name, _)| name), "", of_check)
-            .decimals(2, "-")
+            .columns(OF_CHECK.map(|(name, _)| name), "", of_check);
+        if self.rows.iter().all(|row| row.on_frictions.is_empty()) {
+            return table.done();
+        }
+        let of_transfer = |run: &RunRow, number: fn(&Transfer, usize) -> Option<f64>, k: usize| {
+            number(run.transfer.as_ref()?, k)
+        };
+        let names = |what: &str| FRICTIONS.map(|friction| format!("{what}_{friction}"));
+        table
+            .columns(names("mujoco"), "", |(_, run), k| {
+                of_transfer(run, Transfer::there, k)
+            })
+            .columns(names("coulomb"), "", |(_, run), k| {
+                of_transfer(run, Transfer::own, k)
+            })
             .done()
     }
 

@@ -1,6 +1,7 @@
 //! The records of a study's runs, trial by trial.
 
 use super::check::Check;
+use super::in_mujoco::{OnFriction, Transfer};
 use super::statistics::Statistics;
 use super::trials::Trial;
 use crate::sweep::{RunState, SweepPlan};
@@ -21,6 +22,9 @@ pub(super) struct RunRow {
     pub(super) summary: Option<Summary>,
     /// The numbers measured after the run.
     pub(super) check: Option<Check>,
+    /// How far it gets in MuJoCo; of the study of transfer alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) transfer: Option<Transfer>,
     /// Its folder.
     #[serde(skip)]
     pub(super) folder: PathBuf,
@@ -81,6 +85,9 @@ pub(super) struct TrialRow {
     pub(super) within_bounds: usize,
     /// Gradients skipped in all runs because they were not finite.
     pub(super) skipped_gradients: usize,
+    /// How far robots get in MuJoCo, a row a friction; of the study of transfer alone.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) on_frictions: Vec<OnFriction>,
     /// Every seed.
     pub(super) runs: Vec<RunRow>,
 }
@@ -107,6 +114,10 @@ impl TrialRow {
             checks.filter(|check| is(check)).count()
         };
         let displacement = statistics(&RunRow::displacement);
+        let tried = runs
+            .iter()
+            .map(|run| (run.displacement(), run.transfer.as_ref()));
+        let on_frictions = OnFriction::rows(&tried.collect::<Vec<_>>());
         let skipped = runs.iter().filter_map(|run| run.summary.as_ref());
         Self {
             trial: trial.clone(),
@@ -124,6 +135,7 @@ impl TrialRow {
             one_hot: count(|check| check.one_hot),
             within_bounds: count(|check| check.within_bounds),
             skipped_gradients: skipped.map(|summary| summary.skipped_gradients).sum(),
+            on_frictions,
             runs,
         }
     }
@@ -143,6 +155,7 @@ pub(super) fn collect(sweep: &Path, plan: &SweepPlan, trials: &[Trial]) -> Resul
             diverged,
             summary: (!diverged).then(|| Summary::read(&folder)).transpose()?,
             check: (!diverged).then(|| Check::read(&folder)).transpose()?,
+            transfer: Transfer::read(&folder)?,
             folder,
         })
     };

@@ -23,6 +23,8 @@ pub struct Study {
     pub out: PathBuf,
     /// The folder of the runs, in which an interrupted study continues.
     pub runs: PathBuf,
+    /// The Python with MuJoCo, for the study of transfer.
+    pub python: PathBuf,
 }
 
 impl StudyKind {

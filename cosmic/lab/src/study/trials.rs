@@ -13,6 +13,8 @@ pub enum StudyKind {
     Ablation,
     /// The paper's findings, by one change of the default scene at a time.
     Findings,
+    /// Designs in another simulator.
+    Transfer,
 }
 
 impl StudyKind {
@@ -22,6 +24,7 @@ impl StudyKind {
             StudyKind::Paper => "paper",
             StudyKind::Ablation => "ablation",
             StudyKind::Findings => "findings",
+            StudyKind::Transfer => "transfer",
         }
     }
 }
@@ -90,6 +93,7 @@ pub(super) fn trials(kind: StudyKind, base: &Base) -> Result<Vec<Trial>> {
         StudyKind::Paper => paper(base),
         StudyKind::Ablation => ablation(base),
         StudyKind::Findings => findings(base),
+        StudyKind::Transfer => transfer(base),
     }
 }
 
@@ -261,6 +265,26 @@ fn findings(base: &Base) -> Result<Vec<Trial>> {
     lines(FINDINGS).map(trial).collect()
 }
 
+/// The scenes whose designs are tried in another simulator, each with its title.
+const TRANSFERRED: [(&str, &str); 3] = [
+    ("stability", "stability"),
+    ("coulomb", "coulomb"),
+    ("incline", "incline of 15 degrees"),
+];
+
+fn transfer(base: &Base) -> Result<Vec<Trial>> {
+    let trial = |(name, title): (&str, _)| {
+        Ok(Trial {
+            name: name.to_owned(),
+            table: "transfer",
+            title,
+            paper: None,
+            scene: base.scene(name, &[])?,
+        })
+    };
+    TRANSFERRED.into_iter().map(trial).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Base, STRICT, StudyKind, Trial, trials};
@@ -285,7 +309,12 @@ mod tests {
     /// So the eight trials of the ablation are all combinations.
     #[test]
     fn every_trial_can_begin_and_is_not_another() {
-        for kind in [StudyKind::Paper, StudyKind::Ablation, StudyKind::Findings] {
+        for kind in [
+            StudyKind::Paper,
+            StudyKind::Ablation,
+            StudyKind::Findings,
+            StudyKind::Transfer,
+        ] {
             let trials = trials(kind, &Base::default()).unwrap();
             for (k, trial) in trials.iter().enumerate() {
                 CoDesign::new(&trial.scene).unwrap().begin(0).unwrap();

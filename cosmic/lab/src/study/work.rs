@@ -1,9 +1,10 @@
 //! The work of a study: its plan, its runs, its results.
 
 use super::check::{Check, with_half_steps};
+use super::in_mujoco::Transfer;
 use super::results::{Provenance, StudyResults};
 use super::rows::collect;
-use super::{Study, StudyKind, ablation, figures, findings, motifs, paper};
+use super::{Study, StudyKind, ablation, figures, findings, motifs, paper, python, transfer};
 use crate::sweep::{Overseer, PLAN, PlannedScene, RunState, Sweep, SweepPlan};
 use cosmic::error::{Error, Result};
 use cosmic::parallel::{Crew, in_parallel};
@@ -17,8 +18,11 @@ impl Study {
     ///
     /// # Errors
     /// [`Error::Usage`] where the runs are of other experiments, or the results of others or of
-    /// more seeds; those of [`SweepPlan::freeze`].
+    /// more seeds, and where a study of transfer has no MuJoCo; those of [`SweepPlan::freeze`].
     pub fn prepare(&self) -> Result<SweepPlan> {
+        if self.kind == StudyKind::Transfer {
+            python::check(&self.python)?;
+        }
         let plan = self.plan()?;
         for PlannedScene { name, scene } in &plan.scenes {
             with_half_steps(scene).check().map_err(|error| {
@@ -79,9 +83,17 @@ impl Study {
             }
             let folder = plan.folder(&self.runs, index);
             match RunState::of(&folder) {
-                RunState::Done => Check::keep(&folder),
-                _ => Ok(()),
+                RunState::Done => Check::keep(&folder)?,
+                _ => return Ok(()),
             }
+            if self.kind != StudyKind::Transfer {
+                return Ok(());
+            }
+            let is_stopped = || overseer.is_stopped();
+            let kept = Transfer::keep(&folder, &self.python, &is_stopped)?;
+            kept.ok_or(Error::Stopped { done: total, total })?;
+            overseer.measured(index);
+            Ok(())
         });
         checked.map(drop)
     }
@@ -101,6 +113,7 @@ impl Study {
             StudyKind::Paper => paper::document_of(self, &results),
             StudyKind::Ablation => ablation::document_of(self, &results),
             StudyKind::Findings => findings::document_of(self, &results),
+            StudyKind::Transfer => transfer::document_of(self, &results),
         };
         let mut written = figures::write(self, &results)?;
         written.extend(results.write(self, &document)?);

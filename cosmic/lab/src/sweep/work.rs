@@ -43,6 +43,9 @@ pub trait Overseer: Sync {
     /// Called when a run ended. Calls do not overlap.
     fn ended(&self, ended: &Ended);
 
+    /// Called when a study has measured a run that ended. Calls may overlap.
+    fn measured(&self, _index: usize) {}
+
     /// Passes on a [warning](Observer::warning) with the name of its run.
     fn warning(&self, run: &str, text: &str);
 }

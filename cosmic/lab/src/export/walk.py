@@ -1,0 +1,40 @@
+"""Walks the robot of this folder in MuJoCo (pip install mujoco numpy): unseen, or with --view."""
+import argparse, importlib, pathlib, time
+import mujoco
+import numpy as np
+
+
+def load(folder):
+    model = mujoco.MjModel.from_xml_path(str(pathlib.Path(folder, "robot.xml")))
+    return model, dict(np.load(pathlib.Path(folder, "controller.npz")))
+
+
+def step(model, data, net, n):
+    """Control step n: target strains from what the nodes do, held for all substeps."""
+    turn = net["omega"] * (n * net["dt"])
+    sensed = np.concatenate([data.qpos, data.qvel, [np.sin(turn), np.cos(turn)]])
+    hidden = np.tanh(net["w1"] @ sensed + net["b1"])
+    data.ctrl = net["strain"] * np.tanh(net["w2"] @ hidden + net["b2"])
+    mujoco.mj_step(model, data, int(net["substeps"]))
+
+
+if __name__ == "__main__":
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--view", action="store_true", help="show it in MuJoCo's viewer")
+    options.add_argument("--steps", type=int, help="control steps [default: the scene's]")
+    options.add_argument("--path", help="write qpos as CSV, a row before each step and a last one")
+    given = options.parse_args()
+    model, net = load(pathlib.Path(__file__).parent)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    viewer = given.view and importlib.import_module("mujoco.viewer").launch_passive(model, data)
+    path, began = [data.qpos.copy()], time.time()
+    while len(path) <= (given.steps or net["steps"]) and (not viewer or viewer.is_running()):
+        step(model, data, net, len(path) - 1)
+        path.append(data.qpos.copy())
+        if viewer:
+            viewer.sync()
+            time.sleep(max(0.0, began + data.time - time.time()))
+    if given.path:
+        np.savetxt(given.path, path, delimiter=",", fmt="%.17g")
+    print(f"{path[-1][0] - path[0][0]:.4f} m along the ground in {data.time:.3f} s")

@@ -1,0 +1,37 @@
+"""Walks an exported robot in MuJoCo on grounds of several frictions, from perturbed starts.
+
+The arguments: the folder of the export, walks, how far each coordinate of their starts is moved (m),
+their seed, frictions. Prints JSON: the payload's displacements along the ground (m), a list a friction;
+null for a walk whose numbers MuJoCo gave up.
+"""
+import json, sys
+import mujoco, numpy
+
+folder, walks, distance, seed = sys.argv[1], int(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4])
+sys.path.insert(0, folder)
+import walk
+
+model, net = walk.load(folder)
+data = mujoco.MjData(model)
+steps, mechanical = int(net["steps"]), int(net["steps"] * net["substeps"])
+
+
+def distance_of(moved):
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    data.qpos += moved
+    start = data.qpos[0]
+    for n in range(steps):
+        walk.step(model, data, net, n)
+    # MuJoCo begins anew, at time 0, where a number is absurd.
+    whole = data.time > (mechanical - 0.5) * model.opt.timestep
+    return data.qpos[0] - start if whole and numpy.isfinite(data.qpos[0]) else None
+
+
+draw = numpy.random.default_rng(seed)
+starts = [distance * draw.choice([-1.0, 1.0], model.nq) for _ in range(walks)]
+found = []
+for friction in map(float, sys.argv[5:]):
+    # A contact has the larger friction of its two sides.
+    model.geom_friction[:, 0] = friction
+    found.append([distance_of(moved) for moved in starts])
+json.dump({"mujoco": mujoco.__version__, "walks": found}, sys.stdout)

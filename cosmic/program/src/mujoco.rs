@@ -1,0 +1,50 @@
+//! The options of a model for MuJoCo.
+
+use crate::arguments::whole;
+use clap::Args;
+use cosmic_lab::export::mujoco::{MOST_FRICTION, MujocoSettings};
+
+/// What MuJoCo has and the scene has not. The defaults are settings that the distance does not hang on.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Options of --mujoco")]
+pub(super) struct MujocoOptions {
+    /// Coefficient of friction, at most 5 [default: the scene's, 5 where that is more or nothing slips]
+    #[arg(long, value_name = "MU", value_parser = above_zero(MOST_FRICTION), allow_negative_numbers = true)]
+    friction: Option<f64>,
+    /// Mechanical steps for each of the controller, not fewer than the scene's
+    #[arg(long, value_name = "N", default_value_t = MujocoSettings::default().substeps, value_parser = whole(1..=64_usize), allow_negative_numbers = true)]
+    substeps: usize,
+    /// Time constant of a contact, s, not shorter than two mechanical steps
+    #[arg(long, value_name = "S", default_value_t = MujocoSettings::default().contact_time, value_parser = above_zero(1.0), allow_negative_numbers = true)]
+    contact_time: f64,
+    /// Ratio of frictional to normal impedance: a small one creeps
+    #[arg(long, value_name = "R", default_value_t = MujocoSettings::default().impedance_ratio, value_parser = above_zero(1e6), allow_negative_numbers = true)]
+    impedance_ratio: f64,
+    /// The most iterations of the solver in a step
+    #[arg(long, value_name = "N", default_value_t = MujocoSettings::default().iterations, value_parser = whole(1..=10_000_usize), allow_negative_numbers = true)]
+    solver_iterations: usize,
+    /// The tolerance at which the solver ends a step
+    #[arg(long, value_name = "T", default_value_t = MujocoSettings::default().tolerance, value_parser = above_zero(1.0), allow_negative_numbers = true)]
+    solver_tolerance: f64,
+}
+
+impl MujocoOptions {
+    pub(super) fn settings(&self) -> MujocoSettings {
+        MujocoSettings {
+            friction: self.friction,
+            substeps: self.substeps,
+            contact_time: self.contact_time,
+            impedance_ratio: self.impedance_ratio,
+            iterations: self.solver_iterations,
+            tolerance: self.solver_tolerance,
+        }
+    }
+}
+
+/// Reads a number above 0 and up to `most`.
+fn above_zero(most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| match text.parse() {
+        Ok(x) if 0.0 < x && x <= most => Ok(x),
+        _ => Err(format!("expected a number above 0, at most {most}")),
+    }
+}

@@ -1,0 +1,392 @@
+//! `cosmic export --mujoco` as a user meets it: robots in MuJoCo against the same robots here.
+#![cfg(unix)]
+
+use crate::common::Bench;
+use crate::mujoco::python;
+use crate::program::Told;
+use cosmic::ground::Ground;
+use cosmic::scene::Scene;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// Steps of a flight: more than a second, in which the clock turns ten radians.
+const STEPS: usize = 512;
+
+/// A walk of an exported robot: coordinates along and across the ground, node by node.
+struct Walk {
+    first: Vec<[f64; 2]>,
+    last: Vec<[f64; 2]>,
+    said: String,
+}
+
+impl Walk {
+    /// Runs the player of a folder.
+    #[track_caller]
+    fn of(python: &Path, bench: &Bench, folder: &str, more: &str) -> Self {
+        let (player, path) = (
+            bench.path(&format!("{folder}/walk.py")),
+            bench.path("path.csv"),
+        );
+        let mut walk = Command::new(python);
+        let walk = walk.arg(player).args(more.split_whitespace()).arg("--path");
+        let told = Told::of(walk.arg(path).output().unwrap()).ok();
+        let rows = bench.read("path.csv");
+        let row = |row: &str| {
+            let numbers: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+            let (pairs, rest) = numbers.as_chunks();
+            assert!(rest.is_empty());
+            pairs.to_vec()
+        };
+        Self {
+            first: row(rows.lines().next().unwrap()),
+            last: row(rows.lines().last().unwrap()),
+            said: told.out,
+        }
+    }
+
+    /// How far the payload got along the ground, m.
+    fn distance(&self) -> f64 {
+        self.last[0][0] - self.first[0][0]
+    }
+}
+
+/// The largest distance of a coordinate in MuJoCo from ours after a flight of the robot of a source with
+/// these settings, m.
+fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]) -> f64 {
+    let all = [
+        &["physics.contact=none", "physics.void_edges=drop"],
+        settings,
+    ]
+    .concat();
+    let set: String = all
+        .iter()
+        .map(|setting| format!(" --set {setting}"))
+        .collect();
+    // As many mechanical steps there as here.
+    let substeps = settings
+        .iter()
+        .find_map(|s| s.strip_prefix("physics.substeps="));
+    let substeps = substeps.unwrap_or("1");
+    let export = format!("export {source} --mujoco --out flight --substeps {substeps}{set}");
+    bench.cosmic(&export).ok();
+    let there = Walk::of(python, bench, "flight", &format!("--steps {STEPS}"));
+    let ours = bench.cosmic(&format!("evaluate {source} --record {STEPS}{set}"));
+    let ours = ours.json()["results"]["trajectory"][STEPS.to_string()]["x"].take();
+    let ours: Vec<[f64; 2]> = serde_json::from_value(ours).unwrap();
+    let ground = Ground::from(&Scene::default().set(&all).unwrap().physics);
+    assert_eq!(
+        (there.first.len(), there.last.len()),
+        (ours.len(), ours.len())
+    );
+    // A robot that does not move at all would agree as well.
+    assert!(there.first != there.last);
+    let errors = there.last.iter().zip(ours).flat_map(|(&point, ours)| {
+        let there = ground.point_to_world(point);
+        [0, 1].map(|k: usize| (there[k] - ours[k]).abs())
+    });
+    errors.fold(0.0, f64::max)
+}
+
+#[test]
+fn flight_is_the_same_in_mujoco() {
+    let Some(python) = python() else { return };
+    let bench = Bench::default();
+    for (source, settings) in [
+        // Layouts, whose void edges pull neither here nor there.
+        ("baseline_short", &[][..]),
+        (
+            "baseline_tall",
+            &["physics.incline_deg=15", "physics.payload_mass=0.1"],
+        ),
+        (
+            "baseline_short",
+            &["physics.incline_deg=-40", "physics.damping=0"],
+        ),
+        (
+            "baseline_tall",
+            &["physics.substeps=3", "controller.goal_relative=true"],
+        ),
+        // Mixtures, of which every edge pulls and strains.
+        (
+            "stability",
+            &["physics.dt=0.001", "physics.ground_height=-0.3"],
+        ),
+        (
+            "five_by_five",
+            &["lattice.kind=triangular", "lattice.drop=0.2"],
+        ),
+    ] {
+        let error = error_of_flight(python, &bench, source, settings);
+        // The softening of lengths (D4) is matched at rest alone. A bar that is strained by e measures
+        // itself off by 5e-12 e m, and points off by a share of 1e-10. In half a thousand steps that
+        // becomes 1e-12 to 1e-10 m, and up to 7e-10 m where the motion is chaotic.
+        assert!(error < 1e-9, "{source} {settings:?}: {error:e} m");
+    }
+}
+
+/// A small robot for ground with friction 1, all phases of its optimisation included.
+const WALKER: &str = "
+[lattice]
+columns = 4
+rows = 4
+[physics]
+steps = 2048
+contact = \"coulomb\"
+friction = 1.0
+[volume]
+widening_over = [22, 30]
+[schedule]
+iterations = 60
+attraction_from = 34
+snap_at = 48
+horizon = [1024, 2048]
+horizon_over = [16, 30]
+[binarisation]
+threshold_over = [4, 36]
+[loss]
+window = 512
+";
+
+#[test]
+fn walks_get_as_far_in_mujoco() {
+    let Some(python) = python() else { return };
+    let bench = Bench::with(WALKER);
+    for seed in 0..3 {
+        let run = &format!("run-{seed}");
+        bench.run(run, &format!("--seed {seed} --quiet"));
+        bench.cosmic(&format!("export {run} --mujoco")).ok();
+        let folder = &format!("{run}/export");
+        let there = Walk::of(python, &bench, folder, "");
+        let ours = bench.json(&format!("{run}/summary.json"));
+        let ours = ours["displacement_along"].as_f64().unwrap();
+        let distance = there.distance();
+        let says = format!("{distance:.4} m along the ground in 4.096 s\n");
+        assert_eq!(there.said, says);
+        // Contact differs: these get 0.98 to 1.00 of the distance. Gaits are chaotic, so another build may
+        // find other robots; over whole rollouts medians are 0.97 to 1.00 at equal friction.
+        assert!(ours > 0.1, "it hardly walks: {ours}");
+        assert!(
+            (0.85..1.1).contains(&(distance / ours)),
+            "{distance} of {ours}"
+        );
+        // On ice nobody gets far.
+        bench
+            .cosmic(&format!("export {run} --mujoco --friction 0.01"))
+            .ok();
+        assert!(Walk::of(python, &bench, folder, "").distance() < 0.5 * ours);
+    }
+}
+
+/// Compares the controller's two files, and asks MuJoCo for the names in the model.
+const LOOK: &str = "
+import json, sys, mujoco, numpy
+folder = sys.argv[1]
+words = json.load(open(folder + '/controller.json'))
+numbers = numpy.load(folder + '/controller.npz')
+for name in numbers:
+    assert numpy.array_equal(numbers[name], words[name]), name
+    assert numbers[name].shape == numpy.shape(words[name]), name
+model = mujoco.MjModel.from_xml_path(folder + '/robot.xml')
+assert [model.actuator(k).name for k in range(model.nu)] == [f'a{e}' for e in words['actuators']]
+assert [model.body(k + 1).name for k in range(model.nbody - 1)] == [f'n{n}' for n in words['nodes']]
+print(model.nbody - 1, model.ntendon, model.nu, sorted(numbers))
+";
+
+/// Edges that are void are left out, nodes that only they join too, unless the controller sees them.
+#[test]
+fn a_model_has_what_moves_or_is_seen() {
+    let Some(python) = python() else { return };
+    let bench = Bench::default();
+    let arrays = "['b1', 'b2', 'dt', 'omega', 'steps', 'strain', 'substeps', 'w1', 'w2']";
+    for (settings, sees) in [
+        ("", true),
+        // The layout leaves nodes alone, and this controller sees none.
+        (
+            " --set controller.offset_scale=0 --set controller.velocity_scale=0",
+            false,
+        ),
+    ] {
+        let export = format!("export baseline_short --mujoco --out e{settings}");
+        bench.cosmic(&export).ok();
+        let model = bench.read("e/robot.xml");
+        let ends = model.split("site site=\"n").skip(1);
+        let joined: BTreeSet<_> = ends.filter_map(|end| end.split('"').next()).collect();
+        assert!(joined.len() < 36 && joined.contains("0"));
+        let nodes = if sees { 36 } else { joined.len() };
+        let mut look = Command::new(python);
+        let look = look.args(["-c", LOOK, "e"]).current_dir(bench.path(""));
+        let told = Told::of(look.output().unwrap()).ok();
+        assert_eq!(told.out, format!("{nodes} 55 22 {arrays}\n"));
+    }
+}
+
+#[test]
+fn what_mujoco_has_no_image_of_is_refused() {
+    let bench = Bench::default();
+    for (scene, setting) in [
+        (
+            "stability --set physics.stiffening=2",
+            "physics.stiffening=0",
+        ),
+        (
+            "stability --set physics.bending_radius=0.01",
+            "physics.bending_radius=0",
+        ),
+        (
+            "stability --set physics.integrator=leapfrog",
+            "physics.integrator=symplectic_euler",
+        ),
+        ("steps", "ground.profile=flat"),
+    ] {
+        let export = format!("export {scene} --mujoco --out e");
+        bench
+            .cosmic(&export)
+            .fails(2, &[&format!("--set {setting}")]);
+        assert!(!bench.path("e").exists());
+        bench.cosmic(&format!("{export} --set {setting}")).ok();
+        fs::remove_dir_all(bench.path("e")).unwrap();
+    }
+    for (more, says) in [
+        ("", "--mujoco"),
+        (
+            "--mujoco --friction 6",
+            "expected a number above 0, at most 5",
+        ),
+        (
+            "--mujoco --substeps 0",
+            "expected a whole number from 1 to 64",
+        ),
+    ] {
+        bench
+            .cosmic(&format!("export stability {more}"))
+            .fails(2, &[says]);
+    }
+    bench
+        .cosmic("export nowhere.json --mujoco")
+        .fails(4, &["nowhere.json"]);
+    assert!(!bench.path("export").exists());
+}
+
+/// Ground that holds whatever touches it, and friction beyond what MuJoCo's contacts stand, are the largest.
+#[test]
+fn friction_is_the_scene_s_or_the_largest() {
+    let bench = Bench::default();
+    for (more, friction) in [
+        ("stability", "5"),
+        ("coulomb", "2.5"),
+        ("coulomb --set physics.friction=70", "5"),
+        ("coulomb --friction 0.6", "0.6"),
+    ] {
+        let written = bench
+            .cosmic(&format!("export {more} --mujoco --out e"))
+            .ok();
+        assert_eq!(written.out.lines().count(), 4);
+        let model = bench.read("e/robot.xml");
+        assert!(
+            model.contains(&format!("friction=\"{friction} 0 0\"")),
+            "{model}"
+        );
+        assert_eq!(model.matches("<geom").count(), 1 + 36 + 1);
+    }
+    bench
+        .cosmic("export stability --mujoco --out e --set physics.contact=none")
+        .ok();
+    assert_eq!(bench.read("e/robot.xml").matches("<geom").count(), 1 + 36);
+    // It is to be read by whoever walks a robot.
+    assert!(bench.lines("e/walk.py") <= 40);
+}
+
+/// A robot of 3x3 nodes under every scene of the study.
+const LITTLE: &str = "[lattice]\ncolumns = 3\nrows = 3\n[physics]\nsteps = 64\n\
+    [controller]\nhidden = 4\n[volume]\nwidening_over = [4, 6]\n\
+    [schedule]\niterations = 20\nattraction_from = 8\nsnap_at = 14\nhorizon = [32, 64]\n\
+    [binarisation]\nthreshold_over = [1, 12]\n[loss]\nwindow = 16\nevery = 4\n";
+
+#[test]
+fn a_study_of_transfer_has_its_table_and_its_figure() {
+    let Some(python) = python() else { return };
+    let bench = Bench::default();
+    bench.write("base.toml", LITTLE);
+    let python = python.display();
+    let study = |more: &str| {
+        let line = format!("study transfer --base base.toml --out t --runs r {more}");
+        bench.cosmic(&format!("{line} --python {python}"))
+    };
+    let said = study("--seeds 2").ok();
+    assert_eq!(said.error.matches("measured  ").count(), 3 * 2, "{said:?}");
+    assert_eq!(said.out.lines().count(), 4, "{said:?}");
+    let document = bench.read("t/transfer.md");
+    for (what, count) in [
+        ("\n| incline of 15 degrees |", 4),
+        ("| 0.6 |", 3),
+        ("](transfer/frictions.svg)", 1),
+        ("MuJoCo 4.0.", 1),
+        (
+            "cosmic study transfer --seeds 2 --base base.toml --out t --runs r\n",
+            1,
+        ),
+        ("NaN", 0),
+    ] {
+        assert_eq!(document.matches(what).count(), count, "{what}: {document}");
+    }
+    let results = bench.json("t/transfer.json");
+    let kept = bench.json("r/runs/coulomb-1/transfer.json");
+    let coulomb = &results["rows"][1];
+    assert_eq!(coulomb["runs"][1]["transfer"]["walks"], kept["walks"]);
+    let walks = |k: usize| kept["walks"][k].as_array().unwrap();
+    assert!((0..4).all(|k| walks(k).len() == 8 && walks(k).iter().all(Value::is_number)));
+    // The scene's own world is that of Coulomb's law at 2.5: the same rollouts.
+    let p50 = bench.json("r/runs/coulomb-1/summary.json")["displacement_p50"].take();
+    assert_eq!(kept["own"][1], p50);
+    names_are_on_the_page(&bench);
+    // What is there is not walked again, and another seed joins.
+    let path = "r/runs/coulomb-1/transfer.json";
+    bench.write(path, bench.read(path).replace("4.0.", "3.0."));
+    study("--seeds 3").ok();
+    assert!(bench.read(path).contains("3.0."));
+    assert_eq!(bench.lines("t/transfer.csv"), 1 + 9);
+}
+
+/// `docs/files.md` has every key of what the study and the export write.
+fn names_are_on_the_page(bench: &Bench) {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files.md");
+    let page = fs::read_to_string(page).unwrap();
+    let header = bench.read("t/transfer.csv");
+    let mut names: Vec<String> = header
+        .lines()
+        .next()
+        .unwrap()
+        .split(',')
+        .map(str::to_owned)
+        .collect();
+    let run = "r/runs/stability-0";
+    let files = ["transfer.json", "export/controller.json"].map(|file| format!("{run}/{file}"));
+    let mut keys = |value: &Value| names.extend(value.as_object().unwrap().keys().cloned());
+    files.iter().for_each(|file| keys(&bench.json(file)));
+    let row = bench.json("t/transfer.json")["rows"][0].take();
+    keys(&row);
+    keys(&row["on_frictions"][0]);
+    keys(&row["runs"][0]);
+    names.retain(|name| !page.contains(&format!("`{name}`")));
+    assert_eq!(names, [""; 0]);
+}
+
+#[test]
+fn a_study_of_transfer_without_mujoco_says_how_to_get_it() {
+    let bench = Bench::default();
+    for python in ["nowhere/python", "false"] {
+        let told = bench.cosmic(&format!("study transfer --python {python}"));
+        told.fails(
+            2,
+            &[
+                python,
+                "pip install mujoco numpy",
+                "--python mujoco/bin/python",
+            ],
+        );
+    }
+    assert!(!bench.path("runs").exists());
+}

@@ -1,0 +1,60 @@
+//! MuJoCo in a virtual environment of Python, made once in the target folder.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::LazyLock;
+
+/// The Python packages, of the version that the tests were written for.
+const PACKAGES: [&str; 2] = ["mujoco==4.0.*", "numpy==2.*"];
+
+/// What `pip` says where it does not get through to the registry.
+const CUT_OFF: &str = "after connection broken by";
+
+/// The environment's Python, or why there is none.
+static PYTHON: LazyLock<Result<PathBuf, &str>> = LazyLock::new(make);
+
+/// A Python with MuJoCo. `None`, said aloud, where none is there and none can be fetched; anything else that
+/// goes wrong is a failure.
+pub(crate) fn python() -> Option<&'static Path> {
+    match &*PYTHON {
+        Ok(python) => Some(python),
+        Err(why) => {
+            let says = format!("SKIPPED: {why}: nothing is held against MuJoCo\n");
+            // Past the test harness, which hides what passing tests print.
+            io::stderr().write_all(says.as_bytes()).unwrap();
+            None
+        }
+    }
+}
+
+fn make() -> Result<PathBuf, &'static str> {
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let folder = place.join("mujoco-4.0");
+    let (python, ready) = (folder.join("bin/python"), folder.join("ready"));
+    // One process makes it; others wait here.
+    let lock = File::create(place.join("mujoco-4.0.lock")).unwrap();
+    lock.lock().unwrap();
+    if ready.exists() {
+        return Ok(python);
+    }
+    let venv = ["-m", "venv", "--clear"];
+    let made = Command::new("python3").args(venv).arg(&folder).output();
+    let made = made.map_err(|_| "no python3 here")?;
+    assert!(made.status.success(), "no environment: {}", words(&made));
+    let pip = ["-m", "pip", "install", "--quiet", "--retries", "2"];
+    let fetched = Command::new(&python).args(pip).args(PACKAGES).output();
+    let fetched = fetched.unwrap();
+    if !fetched.status.success() && words(&fetched).contains(CUT_OFF) {
+        return Err("the registry of Python packages cannot be reached");
+    }
+    assert!(fetched.status.success(), "no packages: {}", words(&fetched));
+    fs::write(ready, "").unwrap();
+    Ok(python)
+}
+
+fn words(output: &Output) -> String {
+    let [out, error] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes));
+    format!("{out}{error}")
+}
