@@ -14,7 +14,7 @@ use crate::scene::{
     ControllerSettings, HorizonMode, MaterialSettings, PhysicsSettings, ProjectionSettings,
 };
 use crate::simulator::stability::{Vibration, bound_of_any_design};
-use crate::simulator::{Guarded, Simulator, Span, StepCheck, Trajectory};
+use crate::simulator::{BarLoad, Guarded, Simulator, Span, StepCheck, Trajectory};
 
 /// Which steps carry a gradient (D11).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,6 +135,17 @@ impl Task {
             None => body,
             Some(variation) => body.varied(variation),
         }
+    }
+
+    /// What every edge of a mixture's robot bears in the states of a trajectory.
+    pub fn loads(
+        &self,
+        mixture: &[[f64; 3]],
+        controller: &Controller<f64>,
+        trajectory: &Trajectory<f64>,
+    ) -> Vec<BarLoad> {
+        let body = self.body(mixture);
+        self.simulator.loads(&body, controller, trajectory)
     }
 
     /// The ground line.

@@ -94,6 +94,13 @@ fn describe(folder: &Path, summary: &Summary) -> String {
             counted(s.floppy_modes, "floppy mode"),
         );
     }
+    if let Some(loads) = &summary.loads {
+        let [low, high] = loads.strains;
+        text += &format!(
+            "actuators: strain {low:.3} to {high:.3} (99 %: {:.3}), {:.2} N, {:.2} m/s, {:.3} W at most\n",
+            loads.strain.p99, loads.force.peak, loads.speed.peak, loads.power.peak,
+        );
+    }
     if let Some(entered) = summary.entered {
         text += &format!("began after iteration {entered} with the robot in start.json\n");
     }

@@ -109,7 +109,18 @@ fn flight_is_the_same_in_mujoco() {
             "baseline_tall",
             &["physics.substeps=3", "controller.goal_relative=true"],
         ),
+        // Every actuator is at its stops again and again.
+        (
+            "baseline_short",
+            &[
+                r#"physics.forces=["damper","stops"]"#,
+                "stops.at=0.02",
+                "damper.time=5e-4",
+                "physics.damping=0",
+            ],
+        ),
         // Mixtures, of which every edge pulls and strains.
+        ("stability", &["design.one_piece=true"]),
         (
             "stability",
             &["physics.dt=0.001", "physics.ground_height=-0.3"],

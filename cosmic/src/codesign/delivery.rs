@@ -14,7 +14,7 @@ use crate::domain::{Domain, draw, perturbed};
 use crate::lattice::State;
 use crate::random::{Purpose, stream};
 use crate::scene::SelectionKind;
-use crate::simulator::{Divergence, Span, Trajectory};
+use crate::simulator::{Divergence, Loads, Span, Trajectory};
 use crate::task::together;
 
 /// Steps from one state of a delivery's trajectory to the next.
@@ -48,6 +48,8 @@ pub struct Delivery {
     pub volumes: [f64; 2],
     /// How the bars of `materials` hang together.
     pub structure: Structure,
+    /// What the bars of `materials` bear in the states of `trajectory`; `None` for a diverged rollout.
+    pub loads: Option<Loads>,
     /// Every 16th state of the unperturbed rollout, and the last.
     pub trajectory: Trajectory<f64>,
     /// The first absurd state of the unperturbed rollout, if there is one.
@@ -93,11 +95,25 @@ impl CoDesign {
             spread: spreads[0].displacement,
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.loss.is_far()).then_some(spreads[0].merit),
+            loads: (guarded.divergence.is_none())
+                .then(|| self.loads(progress, &mixture, controller, trajectory)),
             structure: Structure::new(&self.task.lattice, &self.materials(progress)),
             volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
             trajectory: guarded.trajectory,
             divergence: guarded.divergence,
         }
+    }
+
+    fn loads(
+        &self,
+        progress: &Progress,
+        mixture: &[[f64; 3]],
+        controller: &Controller<f64>,
+        trajectory: &Trajectory<f64>,
+    ) -> Loads {
+        let (layout, body) = (self.materials(progress), self.task.body(mixture));
+        let radius = self.task.physics.bending_radius;
+        (self.task.simulator).loads_of(&layout, &body, controller, trajectory, radius)
     }
 
     /// Displacements of a robot in full rollouts from the perturbed starts that judge the result of

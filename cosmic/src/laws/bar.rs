@@ -122,14 +122,11 @@ impl<L: BarForce> OnBars<L> {
     /// The bar of an edge in a pose.
     fn bar(&self, pose: &Pose, edge: usize) -> Bar<f64> {
         let ends = pose.lattice.edges[edge];
-        let length = length(&pose.state.x, ends);
-        let [d, dv] = [&pose.state.x, &pose.state.v]
-            .map(|of: &Vec<[f64; 2]>| [0, 1].map(|k| of[ends[1]][k] - of[ends[0]][k]));
         let (strain, rest_length) = (pose.body.strain[edge], pose.lattice.rest_length[edge]);
         let activation = pose.activation.get(edge).copied().unwrap_or(0.0);
         Bar {
-            length,
-            rate: (d[0] * dv[0] + d[1] * dv[1]) / length,
+            length: length(&pose.state.x, ends),
+            rate: pose.state.rate(ends),
             target: rest_length * (1.0 + strain * activation),
             rest_length,
             stiffness: pose.body.stiffness[edge],
@@ -217,6 +214,10 @@ impl<L: BarForce> Force for OnBars<L> {
             }
         };
         here.map(pull).collect()
+    }
+
+    fn tension(&self, pose: &Pose, edge: usize) -> f64 {
+        self.0.tension(self.bar(pose, edge))
     }
 
     fn energy(&self, pose: &Pose) -> Option<f64> {

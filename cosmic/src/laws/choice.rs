@@ -323,6 +323,16 @@ impl ForceLaws {
         here.chain(forces()).find(|force| force.name() == name)
     }
 
+    /// The law along bars of that type with its settings here, if it is among these.
+    pub fn along_bars<L: BarForce>(&self) -> Option<L> {
+        let here = self.laws().find(|law| law.name() == L::NAME)?;
+        let file = law_json(L::NAME, here.boxed().settings());
+        let file: LawFile = serde_json::from_value(file).ok()?;
+        let mut law = L::default();
+        file.fill::<serde_json::Error>(&mut law).ok()?;
+        Some(law)
+    }
+
     /// The name of each, and what it says of itself in a sentence.
     pub fn about(&self) -> Vec<(&'static str, &'static str)> {
         let about = |law: &dyn AnyForce| (law.name(), law.boxed().settings().about());

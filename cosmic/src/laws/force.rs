@@ -88,6 +88,11 @@ pub trait Force: Debug + Send + Sync {
     /// The force of each part on a node.
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull>;
 
+    /// The force with which the bar of an edge pulls its ends together by this force, N.
+    fn tension(&self, _pose: &Pose, _edge: usize) -> f64 {
+        0.0
+    }
+
     /// The potential energy, J, of which the force is the slope; `None` if it has none.
     fn energy(&self, pose: &Pose) -> Option<f64>;
 

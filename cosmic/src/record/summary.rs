@@ -7,6 +7,7 @@ use crate::codesign::{Delivery, Progress};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::scene::Departure;
+use crate::simulator::Loads;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -56,6 +57,9 @@ pub struct Summary {
     /// How the bars hang together; `None` in files of earlier versions.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub structure: Option<Structure>,
+    /// What actuators and bars bear; `None` if the rollout diverged, and in files of earlier versions.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub loads: Option<Loads>,
     /// Edges whose material after the snap is not the dominant one before it.
     pub flips: usize,
     /// Gradients skipped because they were not finite.
@@ -108,7 +112,7 @@ pub struct Start {
 pub type SummaryNumber = fn(&Summary) -> Option<f64>;
 
 /// The numbers of a summary in tables, each with the name of its column.
-pub const NUMBERS: [(&str, SummaryNumber); 19] = [
+pub const NUMBERS: [(&str, SummaryNumber); 25] = [
     ("displacement_p50", |s| s.displacement_p50),
     ("displacement_p10", |s| s.displacement_p10),
     ("displacement_p90", |s| s.displacement_p90),
@@ -126,6 +130,12 @@ pub const NUMBERS: [(&str, SummaryNumber); 19] = [
     ("floppy_modes", |s| {
         s.structure.map(|s| s.floppy_modes as f64)
     }),
+    ("strain_peak", |s| s.loads.as_ref().map(|l| l.strain.peak)),
+    ("strain_p99", |s| s.loads.as_ref().map(|l| l.strain.p99)),
+    ("force_peak", |s| s.loads.as_ref().map(|l| l.force.peak)),
+    ("speed_peak", |s| s.loads.as_ref().map(|l| l.speed.peak)),
+    ("power_peak", |s| s.loads.as_ref().map(|l| l.power.peak)),
+    ("compression", |s| s.loads.as_ref().map(|l| l.compression)),
     ("flips", |s| Some(s.flips as f64)),
     ("skipped_gradients", |s| Some(s.skipped_gradients as f64)),
     ("delivered_iteration", |s| {
@@ -157,6 +167,7 @@ impl Summary {
             volume: delivery.volumes[0],
             actuator_volume: delivery.volumes[1],
             structure: Some(delivery.structure),
+            loads: delivery.loads.clone(),
             flips: progress.flips,
             skipped_gradients: progress.skipped,
             entered: progress.entered,

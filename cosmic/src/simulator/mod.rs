@@ -15,10 +15,12 @@ mod rollout;
 mod blame;
 mod divergence;
 mod overflow;
+mod loads;
 
 pub use blame::Cause;
 pub use divergence::{Divergence, Guarded};
 pub use energy::Store;
+pub use loads::{BarLoad, Loads, Magnitude};
 pub use overflow::Overflow;
 pub use rollout::{Simulator, Span};
 pub use step_check::{Grade, StepCheck, StepLimit, rounded_down};

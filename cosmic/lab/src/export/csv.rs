@@ -4,23 +4,11 @@ use super::layers::joints;
 use super::member::{MM, Member, place};
 use super::pattern::Pattern;
 use super::sizes::Sizes;
-use crate::report::{RobotFiles, RunFiles};
+use crate::report::{RobotFiles, RunFiles, loads};
 use crate::table::{Cell, Column, Table};
-use cosmic::controller::observation;
 use cosmic::design::Material;
 use cosmic::error::Result;
-use cosmic::ground::Ground;
-use cosmic::lattice::length;
-use cosmic::laws::{Bar, BarForce, Stiffening};
-use cosmic::record::run::DESIGN;
 use std::f64::consts::PI;
-
-/// The largest forces of a bar's spring over the states that a trajectory holds, N.
-#[derive(Clone, Copy, Debug, Default)]
-struct Peaks {
-    tension: f64,
-    compression: f64,
-}
 
 /// A row for each bar.
 pub(super) fn bars(
@@ -30,7 +18,7 @@ pub(super) fn bars(
     sizes: &Sizes,
 ) -> Result<Table> {
     let materials = &run.robot.scene.materials;
-    let peaks = peaks(run)?;
+    let loads = loads(run)?;
     let of = |m: &Member, library: &[f64; 3]| library[m.material as usize];
     let layer = |k: usize| Cell::from(pattern.map(|p| p.stack.of_member[k] as f64 + 1.0));
     let numbered: Vec<(usize, &Member)> = members.iter().enumerate().collect();
@@ -56,10 +44,10 @@ pub(super) fn bars(
         })
         .column("stiffness", "N/m", |(_, m)| of(m, &materials.stiffness))
         .column("mass", "kg", |(_, m)| mass(m))
-        .column("peak_tension", "N", |(_, m)| peaks[m.edge].tension)
-        .column("peak_compression", "N", |(_, m)| peaks[m.edge].compression)
+        .column("peak_tension", "N", |(_, m)| loads[m.edge].tension)
+        .column("peak_compression", "N", |(_, m)| loads[m.edge].compression)
         .column("peak_force", "the larger of the two, N", |(_, m)| {
-            peaks[m.edge].tension.max(peaks[m.edge].compression)
+            loads[m.edge].force.peak
         })
         .add(whole("layer", "in the flat pattern, from 1"), |(k, _)| {
             layer(*k)
@@ -121,38 +109,4 @@ fn stroke(member: &Member, max_strain: &[f64; 3]) -> f64 {
     } else {
         0.0
     }
-}
-
-/// The peaks of every edge: its spring's force in the states of the trajectory, with the activation that
-/// the controller has there. Nothing is simulated again.
-fn peaks(run: &RunFiles) -> Result<Vec<Peaks>> {
-    let scene = &run.robot.scene;
-    let file = run.folder.join(DESIGN).display().to_string();
-    let case = run.robot.design.case(scene, &file)?;
-    let (body, lattice) = (case.body(), &case.lattice);
-    let ground = Ground::from(&scene.physics);
-    // With the coefficient 0 this is Hooke's law.
-    let law = Stiffening {
-        cubic: scene.physics.stiffening,
-    };
-    let mut peaks = vec![Peaks::default(); lattice.edges.len()];
-    for (&step, state) in run.trajectory.steps.iter().zip(&run.trajectory.states) {
-        let time = step as f64 * run.trajectory.dt;
-        let seen = observation(&case.observation, time, state, &body.presence, &ground);
-        let activation = case.controller.activation(&seen);
-        for (edge, peak) in peaks.iter_mut().enumerate() {
-            let rest_length = lattice.rest_length[edge];
-            let tension = law.tension(Bar {
-                length: length(&state.x, lattice.edges[edge]),
-                rate: 0.0,
-                target: rest_length * (1.0 + body.strain[edge] * activation[edge]),
-                rest_length,
-                stiffness: body.stiffness[edge],
-                strain: body.strain[edge],
-            });
-            peak.tension = peak.tension.max(tension);
-            peak.compression = peak.compression.max(-tension);
-        }
-    }
-    Ok(peaks)
 }

@@ -11,8 +11,9 @@ use cosmic::controller::Controller;
 use cosmic::error::{Error, Result};
 use cosmic::ground::Ground;
 use cosmic::lattice::{Body, SOFTENING};
+use cosmic::laws::{Damper, Law, Stops};
 use cosmic::record::files::{Format, make_folder, write_json};
-use cosmic::scene::Integrator;
+use cosmic::scene::{Integrator, PhysicsSettings};
 use serde::Serialize;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -93,7 +94,7 @@ fn check(case: &Case) -> Result<()> {
         ),
         (physics.stiffening > 0.0, "stiffening=0"),
         (physics.bending_radius > 0.0, "bending_radius=0"),
-        (physics.forces != Default::default(), "forces=[]"),
+        (!ForcesOfBars::are_all(physics), "forces=[]"),
         (
             !["none", "infinite", "coulomb"].contains(&contact),
             "contact=coulomb",
@@ -111,12 +112,37 @@ fn check(case: &Case) -> Result<()> {
     }
 }
 
+/// The laws beside springs that have an image.
+struct ForcesOfBars {
+    damper: Option<Damper>,
+    stops: Option<Stops>,
+}
+
+impl ForcesOfBars {
+    fn of(physics: &PhysicsSettings) -> Self {
+        Self {
+            damper: physics.forces.along_bars(),
+            stops: physics.forces.along_bars(),
+        }
+    }
+
+    /// True if a scene has no others.
+    fn are_all(physics: &PhysicsSettings) -> bool {
+        let known = [Damper::NAME, Stops::NAME];
+        let names = physics.forces.about().into_iter();
+        names
+            .map(|(name, _)| name)
+            .all(|name| known.contains(&name))
+    }
+}
+
 /// A robot in MuJoCo's terms.
 struct Robot<'c> {
     case: &'c Case,
     settings: &'c MujocoSettings,
     ground: Ground,
     body: Body<f64>,
+    forces: ForcesOfBars,
     /// On `qpos`, `qvel`, sine and cosine of the clock.
     controller: Controller<f64>,
     /// The nodes of the model, ascending.
@@ -158,6 +184,7 @@ impl<'c> Robot<'c> {
             settings,
             ground,
             body,
+            forces: ForcesOfBars::of(&case.physics),
             nodes,
             bars,
             actuators,
@@ -190,7 +217,8 @@ impl<'c> Robot<'c> {
         } = self.settings;
         let (gravity, friction) = (-physics.gravity, self.friction());
         let bodies: String = self.nodes.iter().map(|&node| self.node(node, dt)).collect();
-        let tendons: String = self.bars.iter().map(|&edge| self.tendon(edge)).collect();
+        let of_bar = |&edge: &usize| self.tendon(edge) + &self.stops(edge);
+        let tendons: String = self.bars.iter().map(of_bar).collect();
         let actuators: String = self
             .actuators
             .iter()
@@ -267,16 +295,39 @@ impl<'c> Robot<'c> {
     }
 
     fn tendon(&self, edge: usize) -> String {
-        let [from, to] = self.case.lattice.edges[edge];
-        let spring = if self.actuators.contains(&edge) {
+        let k = self.body.stiffness[edge];
+        let mut bar = if self.actuators.contains(&edge) {
             "class=\"actuator\"".to_owned()
         } else {
-            let (k, length) = (self.body.stiffness[edge], self.rest_length(edge));
+            let length = self.rest_length(edge);
             format!("stiffness=\"{k}\" springlength=\"{length}\"")
         };
+        if let Some(damper) = &self.forces.damper {
+            bar += &format!(" damping=\"{}\"", k * damper.time);
+        }
+        self.between_ends(edge, &format!("name=\"e{edge}\" {bar}"))
+    }
+
+    /// The end stops of an actuator: a spring with a dead band.
+    fn stops(&self, edge: usize) -> String {
+        let strain = self.body.strain[edge];
+        match &self.forces.stops {
+            Some(stops) if strain != 0.0 => {
+                let stiffness = stops.stiffness * strain / stops.at;
+                let rest_length = self.case.lattice.rest_length[edge];
+                let [low, high] = [1.0 - stops.at, 1.0 + stops.at].map(|end| end * rest_length);
+                let band = format!("stiffness=\"{stiffness}\" springlength=\"{low} {high}\"");
+                self.between_ends(edge, &format!("name=\"s{edge}\" {band}"))
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// A tendon between the ends of an edge.
+    fn between_ends(&self, edge: usize, attributes: &str) -> String {
+        let [from, to] = self.case.lattice.edges[edge];
         format!(
-            "    <spatial name=\"e{edge}\" {spring}><site site=\"n{from}\"/><site site=\"n{to}\"/>\
-             </spatial>\n"
+            "    <spatial {attributes}><site site=\"n{from}\"/><site site=\"n{to}\"/></spatial>\n"
         )
     }
 

@@ -27,6 +27,7 @@ pub(super) fn with_numbers<'r, S>(
     let ends = count("free ends", "ends of bars without another bar");
     let crossings = count("crossings", "pairs of bars that cross");
     let structure = |run| of(run).structure;
+    let strain = Column::new("strain", "largest strain of an actuator").decimals(3, "–");
     let has_loss = |run| of(run).loss_p50.is_some();
     let has_loss = table.subjects().iter().any(has_loss);
     let table = table
@@ -43,6 +44,7 @@ pub(super) fn with_numbers<'r, S>(
         .add(crossings, move |run| {
             structure(run).map(|s| s.crossings as f64)
         })
+        .add(strain, |run| of(run).loads.as_ref().map(|l| l.strain.peak))
         .add(seed, |run| Cell::Count(of(run).seed))
         .add(seconds.decimals(1, "-"), |run| of(run).seconds);
     if !has_loss {

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::files::RobotFiles;
 use super::motion::{Motion, PAYLOAD, SKELETON, bounds, hex};
 use super::numbers::with_numbers;
-use super::{html, layout, ternary};
+use super::{html, layout, loads, ternary};
 use crate::table::{Cell, Column, Table, decimals, escape};
 use cosmic::design::Material;
 use cosmic::record::Summary;
@@ -24,6 +24,7 @@ pub(super) fn of_run(motion: &Motion, robot: &str, convergence: Option<&str>) ->
         figures(summary),
         player(motion),
         format!("<h2>Gait</h2>\n{robot}\n"),
+        loads::section(run),
         design(&run.robot),
         format!("<h2>Convergence</h2>\n{convergence}\n"),
         numbers(summary, motion.deepest_cut()),

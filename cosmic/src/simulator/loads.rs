@@ -1,0 +1,250 @@
+//! What bars bear and do in the states of a rollout.
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Simulator, Trajectory};
+use crate::controller::{Controller, observation};
+use crate::design::Material;
+use crate::lattice::{Body, length};
+use crate::laws::Pose;
+
+/// A magnitude over some states.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Magnitude {
+    /// The largest.
+    pub peak: f64,
+    /// The 99 % quantile.
+    pub p99: f64,
+}
+
+impl Magnitude {
+    fn of(mut sample: Vec<f64>) -> Self {
+        sample.iter_mut().for_each(|x| *x = x.abs());
+        sample.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let place = share * sample.len().saturating_sub(1) as f64;
+            sample.get(place.round() as usize).copied().unwrap_or(0.0)
+        };
+        Self {
+            peak: at(1.0),
+            p99: at(0.99),
+        }
+    }
+
+    /// The larger peak, and the larger quantile.
+    fn max(self, other: Self) -> Self {
+        Self {
+            peak: self.peak.max(other.peak),
+            p99: self.p99.max(other.p99),
+        }
+    }
+}
+
+/// What a bar bears and does in some states.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BarLoad {
+    /// Least and greatest change of length over the length at rest.
+    pub strains: [f64; 2],
+    /// That change in magnitude.
+    pub strain: Magnitude,
+    /// The force along the bar, N.
+    pub force: Magnitude,
+    /// The rate of the length, m/s.
+    pub speed: Magnitude,
+    /// Force times rate: what the bar gives its nodes, or takes from them, W.
+    pub power: Magnitude,
+    /// The largest force that pulls, N.
+    pub tension: f64,
+    /// The largest force that pushes, N.
+    pub compression: f64,
+}
+
+/// The loads of a robot: of its actuators, and of its bars against buckling.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Loads {
+    /// Least and greatest strain of an actuator.
+    pub strains: [f64; 2],
+    /// The largest of any actuator.
+    pub strain: Magnitude,
+    /// The largest of any actuator, N.
+    pub force: Magnitude,
+    /// The largest of any actuator, m/s.
+    pub speed: Magnitude,
+    /// The largest of any actuator, W.
+    pub power: Magnitude,
+    /// The largest force that pushes on a bar, N.
+    pub compression: f64,
+    /// The radius of gyration of their section, m, with which no bar buckles.
+    pub least_radius: f64,
+    /// Bars that would buckle with `physics.bending_radius`, by the numbers of their edges; `None` if that
+    /// is 0.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub buckling: Option<Vec<usize>>,
+}
+
+/// The radius of gyration with which a bar of this stiffness (N/m) and length (m) just bears a force that
+/// pushes (N). Euler's load of a bar on hinges is `pi^2 EI / l^2`, with `EI = k r^2 l`: L. Euler, "De curvis
+/// elasticis", 1744.
+fn radius_against_buckling(force: f64, stiffness: f64, length: f64) -> f64 {
+    (force * length / stiffness).sqrt() / PI
+}
+
+impl Simulator {
+    /// The loads of every edge in the states of a trajectory, with the controller's activation there.
+    /// Between those states nothing is known.
+    pub fn loads(
+        &self,
+        body: &Body<f64>,
+        controller: &Controller<f64>,
+        trajectory: &Trajectory<f64>,
+    ) -> Vec<BarLoad> {
+        let edges = self.lattice.edges.len();
+        // Per edge: strains, tensions, rates.
+        let mut seen = vec![[(); 3].map(|()| Vec::new()); edges];
+        for (&step, state) in trajectory.steps.iter().zip(&trajectory.states) {
+            let time = step as f64 * self.dt;
+            let observed = observation(&self.controller, time, state, &body.presence, &self.ground);
+            let pose = Pose {
+                lattice: &self.lattice,
+                body,
+                state,
+                activation: &controller.activation(&observed),
+                time,
+            };
+            for (edge, [strains, tensions, rates]) in seen.iter_mut().enumerate() {
+                let rest_length = self.lattice.rest_length[edge];
+                let ends = self.lattice.edges[edge];
+                strains.push(length(&state.x, ends) / rest_length - 1.0);
+                let forces = self.robot.mechanics.forces.iter();
+                tensions.push(forces.map(|force| force.tension(&pose, edge)).sum());
+                rates.push(state.rate(ends));
+            }
+        }
+        seen.into_iter().map(BarLoad::of).collect()
+    }
+
+    /// The loads of a layout's bars.
+    pub fn loads_of(
+        &self,
+        layout: &[Material],
+        body: &Body<f64>,
+        controller: &Controller<f64>,
+        trajectory: &Trajectory<f64>,
+        radius: f64,
+    ) -> Loads {
+        let bars = self.loads(body, controller, trajectory);
+        let mut loads = Loads::default();
+        let mut buckling = Vec::new();
+        for (edge, (bar, &material)) in bars.iter().zip(layout).enumerate() {
+            if !material.is_solid() {
+                continue;
+            }
+            loads.compression = loads.compression.max(bar.compression);
+            let (k, l) = (body.stiffness[edge], self.lattice.rest_length[edge]);
+            let least = radius_against_buckling(bar.compression, k, l);
+            loads.least_radius = loads.least_radius.max(least);
+            if least > radius {
+                buckling.push(edge);
+            }
+            if material == Material::Actuator {
+                let [low, high] = bar.strains;
+                loads.strains = [loads.strains[0].min(low), loads.strains[1].max(high)];
+                loads.strain = loads.strain.max(bar.strain);
+                loads.force = loads.force.max(bar.force);
+                loads.speed = loads.speed.max(bar.speed);
+                loads.power = loads.power.max(bar.power);
+            }
+        }
+        loads.buckling = (radius > 0.0).then_some(buckling);
+        loads
+    }
+}
+
+impl BarLoad {
+    /// From strains, tensions (N) and rates (m/s) in some states.
+    fn of([strains, tensions, rates]: [Vec<f64>; 3]) -> Self {
+        let most = |sample: &[f64], sign: f64| sample.iter().fold(0.0, |m: f64, x| m.max(sign * x));
+        let powers = tensions
+            .iter()
+            .zip(&rates)
+            .map(|(force, rate)| force * rate);
+        Self {
+            strains: [-most(&strains, -1.0), most(&strains, 1.0)],
+            tension: most(&tensions, 1.0),
+            compression: most(&tensions, -1.0),
+            power: Magnitude::of(powers.collect()),
+            strain: Magnitude::of(strains),
+            force: Magnitude::of(tensions),
+            speed: Magnitude::of(rates),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Magnitude, radius_against_buckling};
+    use crate::controller::Controller;
+    use crate::design::Material;
+    use crate::lattice::{Body, Lattice, State};
+    use crate::projection::one_hot;
+    use crate::scene::Scene;
+    use crate::simulator::{Simulator, Trajectory};
+
+    #[test]
+    fn a_magnitude_is_the_peak_and_nearly_the_peak() {
+        let sample = (0..=100).map(|k| -f64::from(k)).collect();
+        let (peak, p99) = (100.0, 99.0);
+        assert_eq!(Magnitude::of(sample), Magnitude { peak, p99 });
+        assert_eq!(Magnitude::of(Vec::new()), Magnitude::default());
+    }
+
+    /// A round bar of 3 mm radius (of gyration 1.5 mm), 0.1 m long and of 400 N/m, buckles at 0.089 N.
+    #[test]
+    fn the_radius_against_buckling_is_euler_s() {
+        let (radius, length, stiffness) = (1.5e-3f64, 0.1, 400.0);
+        let bending = stiffness * radius * radius * length;
+        let load = std::f64::consts::PI.powi(2) * bending / (length * length);
+        assert!((load - 0.0888).abs() < 1e-4);
+        let found = radius_against_buckling(load, stiffness, length);
+        assert!((found - radius).abs() < 1e-15);
+    }
+
+    /// A lattice that is stretched by a tenth along x and grows on at 1 m/s a metre.
+    #[test]
+    fn loads_are_those_of_hooke_s_bars() {
+        let scene = Scene::default();
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
+        let layout = vec![Material::Skeleton; lattice.edges.len()];
+        let mixture = one_hot::<f64>(&layout);
+        let body = Body::new(&mixture, &lattice, &scene.materials, &scene.physics);
+        let controller = Controller::xavier(&scene.controller, &lattice, 1);
+        let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
+        let rest = lattice.state_at_rest();
+        let stretched = State {
+            x: rest.x.iter().map(|[x, y]| [1.1 * x, *y]).collect(),
+            v: rest.x.iter().map(|[x, _]| [1.1 * x, 0.0]).collect(),
+        };
+        let trajectory = Trajectory {
+            steps: vec![0, 16],
+            states: vec![rest, stretched],
+        };
+        let loads = simulator.loads(&body, &controller, &trajectory);
+        for (load, &[i, j]) in loads.iter().zip(&lattice.edges) {
+            let [dx, dy] = lattice.direction([i, j]).map(f64::abs);
+            if dy == 0.0 {
+                // 400 N/m times 10 mm, at 0.11 m/s; the softening is 5e-11 of a length.
+                assert!((load.strain.peak - 0.1).abs() < 1e-9, "{load:?}");
+                assert!((load.tension - 4.0).abs() < 1e-7 && load.compression < 1e-7);
+                assert!((load.speed.peak - 0.11).abs() < 1e-9);
+                assert!((load.power.peak - 0.44).abs() < 1e-7);
+            } else if dx == 0.0 {
+                assert!(load.force.peak < 1e-7 && load.speed.peak < 1e-9);
+            }
+        }
+        let all = simulator.loads_of(&layout, &body, &controller, &trajectory, 1e-3);
+        assert_eq!(all.strains, [0.0; 2]);
+        assert_eq!(all.buckling, Some(Vec::new()));
+    }
+}
