@@ -156,7 +156,7 @@ fn page(times: &str, budgets: &str) -> String {
     format!(
         "# Growth\n\n\
          Measured on {machine}. This page is written by\n\n```sh\n\
-         cargo bench -p benches --bench growth -- --table    # half an hour on two cores\n```\n\n\
+         cargo bench -p benches --bench growth -- --table    # a quarter of an hour on two cores\n```\n\n\
          ## Time and memory\n\n\
          The scene `large` with other numbers of nodes, a mixture of all materials, over {MEASURED_STEPS} \
          steps, on one thread. Times are nanoseconds by edge and step, the least of {ROUNDS} rounds taken in \
