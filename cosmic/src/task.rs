@@ -116,6 +116,15 @@ impl Task {
         }
     }
 
+    /// This task for controllers [without feedback](Controller::without_feedback).
+    #[must_use]
+    pub fn without_feedback(&self) -> Self {
+        Self {
+            simulator: self.simulator.without_feedback(),
+            ..self.clone()
+        }
+    }
+
     /// This task with the goal in the opposite direction.
     #[must_use]
     pub fn turned_back(&self) -> Self {

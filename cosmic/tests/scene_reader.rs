@@ -194,7 +194,7 @@ fn wrong_scenes_are_refused_where_they_are_wrong() {
 /// Scenes whose settings contradict one another, and what is said.
 const AT_ODDS: [(&str, &str); 16] = [
     (
-        "[ground]\nprofile = \"rough\"\nspacing = ^1e-20",
+        "[ground]\nprofile = ^\"rough\"\nspacing = 1e-20",
         "that is not ahead of",
     ),
     (

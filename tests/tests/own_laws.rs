@@ -267,7 +267,7 @@ fn gradients_of_own_laws_are_right_in_every_mode() {
         // Stops so tight that most actuators are at them.
         (
             "stops",
-            "[physics]\nforces = [\"stops\"]\ncontact = \"none\"\n[stops]\nat = 0.003",
+            "[physics]\nforces = [\"stops\"]\ncontact = \"none\"\n[stops]\nat = 0.003\nstiffness = 3.0",
         ),
     ] {
         let check = check_gradients(&robot(settings), None, 90, &Options::default());

@@ -97,9 +97,23 @@ fn describe(folder: &Path, summary: &Summary) -> String {
     if let Some(loads) = &summary.loads {
         let [low, high] = loads.strains;
         text += &format!(
-            "actuators: strain {low:.3} to {high:.3} (99 %: {:.3}), {:.2} N, {:.2} m/s, {:.3} W at most\n",
-            loads.strain.p99, loads.force.peak, loads.speed.peak, loads.power.peak,
+            "actuators: strain {low:.3} to {high:.3} (99 %: {:.3}), {:.2} N, {:.2} m/s, {:.3} W at \
+             most; bars through one another {:.0} % of the time\n",
+            loads.strain.p99,
+            loads.force.peak,
+            loads.speed.peak,
+            loads.power.peak,
+            100.0 * loads.tangled,
         );
+    }
+    if let (Some(clock), Some(median)) = (summary.displacement_clock_p50, summary.displacement_p50)
+    {
+        let keeps = if median > 0.0 {
+            format!(", which keeps {:.0} %", 100.0 * clock / median)
+        } else {
+            String::new()
+        };
+        text += &format!("without feedback, by the clock alone: {clock:.3} m{keeps}\n");
     }
     if let Some(entered) = summary.entered {
         text += &format!("began after iteration {entered} with the robot in start.json\n");

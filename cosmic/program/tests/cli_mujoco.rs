@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use crate::common::Bench;
-use crate::mujoco::python;
+use crate::common::python::python;
 use crate::program::Told;
 use cosmic::ground::Ground;
 use cosmic::scene::Scene;
@@ -115,6 +115,7 @@ fn flight_is_the_same_in_mujoco() {
             &[
                 r#"physics.forces=["damper","stops"]"#,
                 "stops.at=0.02",
+                "stops.stiffness=10",
                 "damper.time=5e-4",
                 "physics.damping=0",
             ],

@@ -355,7 +355,8 @@ fn a_browser_draws_the_page_without_errors() {
         "the script did not end"
     );
     assert!(!page.contains("data-error"), "the script failed");
-    assert_eq!(page.matches("</svg>").count(), 4);
+    // Gait, strains, layout, mixtures, convergence.
+    assert_eq!(page.matches("</svg>").count(), 5);
     for name in ["robot.svg", "convergence.svg"] {
         let picture = document(name);
         // XML that is not well formed is replaced by a `parsererror`.

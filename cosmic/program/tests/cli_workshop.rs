@@ -1,31 +1,14 @@
 //! `cosmic export` for the workshop: what is written is read back by other programs, in Python.
 
+use crate::common::python::python;
 use crate::common::{Bench, scene};
 use cosmic::lattice::Lattice;
 use cosmic::record::DesignFile;
 use cosmic::scene::Scene;
 use serde_json::{Value, json};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
-use std::sync::OnceLock;
-
-/// What reads the files back: drawings, solids, unions of solids, and what these need.
-const PACKAGES: [&str; 6] = [
-    "ezdxf~=1.4",
-    "trimesh>=4",
-    "numpy",
-    "shapely>=2",
-    "networkx",
-    "manifold3d>=3",
-];
-
-/// What pip says where it cannot reach the registry.
-const UNREACHABLE: [&str; 3] = [
-    "connection broken by",
-    "Max retries exceeded",
-    "Read timed out",
-];
 
 fn told(command: &mut Command) -> Output {
     let output = command.output();
@@ -35,48 +18,6 @@ fn told(command: &mut Command) -> Output {
 fn text(output: &Output) -> String {
     let both = [&output.stdout[..], &output.stderr[..]].concat();
     String::from_utf8_lossy(&both).into_owned()
-}
-
-/// Python with the packages, in an environment in the target folder, made by the first test that asks;
-/// `None` without Python, or without both packages and a registry.
-fn python() -> Option<&'static Path> {
-    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
-    PYTHON.get_or_init(make_environment).as_deref()
-}
-
-fn make_environment() -> Option<PathBuf> {
-    if Command::new("python3").arg("--version").output().is_err() {
-        return skip("there is no python3");
-    }
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("workshop");
-    let python = folder.join("bin/python");
-    let ready = folder.join("ready");
-    if fs::read_to_string(&ready).is_ok_and(|packages| packages == PACKAGES.join(" ")) {
-        return Some(python);
-    }
-    let made = told(
-        Command::new("python3")
-            .args(["-m", "venv", "--clear"])
-            .arg(&folder),
-    );
-    assert!(made.status.success(), "no environment: {}", text(&made));
-    let mut pip = Command::new(&python);
-    pip.args("-m pip install --quiet --disable-pip-version-check --retries 2".split(' '));
-    let installed = told(pip.args(PACKAGES));
-    let said = text(&installed);
-    if !installed.status.success() && UNREACHABLE.iter().any(|words| said.contains(words)) {
-        return skip("the package registry cannot be reached");
-    }
-    assert!(installed.status.success(), "no packages: {said}");
-    fs::write(ready, PACKAGES.join(" ")).unwrap();
-    Some(python)
-}
-
-fn skip(why: &str) -> Option<PathBuf> {
-    // The harness hides what a passing test prints, but not what goes to standard error itself.
-    let line = format!("\nSKIPPED: what `cosmic export` writes is not read back: {why}\n\n");
-    std::io::Write::write_all(&mut std::io::stderr(), line.as_bytes()).unwrap();
-    None
 }
 
 /// What the export of a run has to agree with, from the run's own files.

@@ -5,8 +5,6 @@
 #[cfg(unix)]
 mod background;
 mod common;
-#[cfg(unix)]
-mod mujoco;
 mod program;
 
 mod cli_at_work;

@@ -40,6 +40,9 @@ pub struct Delivery {
     pub selection: Quantiles,
     /// Displacements along the ground from other perturbed starts, m: the figures to quote.
     pub spread: Quantiles,
+    /// Displacements from the starts of `spread` with the clock alone, m: the controller observes the robot
+    /// as it is at the start.
+    pub clock_alone: Quantiles,
     /// Displacements of the last iterate from the starts of `spread`, m.
     pub last: Quantiles,
     /// For a task other than distance: minus the losses from the starts of `spread`.
@@ -93,6 +96,7 @@ impl CoDesign {
             along: moved[0],
             selection: selections[best],
             spread: spreads[0].displacement,
+            clock_alone: self.clock_alone(&mixture, controller, &domains),
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.loss.is_far()).then_some(spreads[0].merit),
             loads: (guarded.divergence.is_none())
@@ -102,6 +106,25 @@ impl CoDesign {
             trajectory: guarded.trajectory,
             divergence: guarded.divergence,
         }
+    }
+
+    /// Displacements of a robot without feedback.
+    fn clock_alone(
+        &self,
+        mixture: &[[f64; 3]],
+        controller: &Controller<f64>,
+        domains: &[Domain],
+    ) -> Quantiles {
+        let (task, ground) = (self.task.without_feedback(), self.task.ground());
+        let presence = self.task.body(mixture).presence;
+        let settings = &self.scene.controller;
+        let held = controller.without_feedback(settings, &self.start, &presence, &ground);
+        let domain = |domain: &Domain| Domain {
+            task: Cow::Borrowed(&task),
+            start: domain.start.clone(),
+        };
+        let domains: Vec<Domain> = domains.iter().map(domain).collect();
+        self.spreads(mixture, &[&held], &domains)[0].displacement
     }
 
     fn loads(

@@ -4,8 +4,9 @@ use autodiff::Real;
 use autodiff::fused::dense;
 use serde::{Deserialize, Serialize};
 
-use super::sensing::observation_length;
-use crate::lattice::Lattice;
+use super::sensing::{observation, observation_length};
+use crate::ground::Ground;
+use crate::lattice::{Lattice, State};
 use crate::random::{self, Purpose};
 use crate::scene::ControllerSettings;
 
@@ -68,6 +69,29 @@ impl Controller<f64> {
     }
 }
 
+impl Controller<f64> {
+    /// This controller for settings [without feedback](ControllerSettings::without_feedback): what it
+    /// observes of the robot stays as it is in this state.
+    #[must_use]
+    pub fn without_feedback(
+        &self,
+        settings: &ControllerSettings,
+        state: &State<f64>,
+        presence: &[f64],
+        ground: &Ground,
+    ) -> Self {
+        let observed = |settings| observation(settings, 0.0, state, presence, ground);
+        let [seen, unseen] = [observed(settings), observed(&settings.without_feedback())];
+        let held: Vec<f64> = seen.iter().zip(unseen).map(|(a, b)| a - b).collect();
+        let mut controller = self.clone();
+        let rows = self.w1.chunks_exact(self.inputs);
+        for (bias, row) in controller.b1.iter_mut().zip(rows) {
+            *bias += f64::dot(row, &held);
+        }
+        controller
+    }
+}
+
 impl<R: Copy> Controller<R> {
     /// Every weight replaced by a function of it.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> Controller<S> {
@@ -92,8 +116,46 @@ fn layer<R: Real>(weights: &[R], biases: &[R], input: &[R]) -> Vec<R> {
 #[cfg(test)]
 mod tests {
     use super::Controller;
+    use crate::controller::observation;
+    use crate::ground::Ground;
     use crate::lattice::Lattice;
     use crate::scene::Scene;
+
+    /// Wherever the robot is, it is driven as it would be at the start.
+    #[test]
+    fn without_feedback_only_the_clock_moves_on() {
+        let mut scene = Scene::default();
+        (
+            scene.controller.goal_relative,
+            scene.controller.offset_scale,
+        ) = (true, 3.0);
+        let (settings, ground) = (&scene.controller, &Ground::from(&scene.physics));
+        let lattice = Lattice::new(&scene.lattice, &scene.physics);
+        let start = lattice.state_at_rest();
+        let mut away = start.clone();
+        away.x.iter_mut().for_each(|x| x[0] = 3.0 - 2.0 * x[0]);
+        let controller = Controller::xavier(settings, &lattice, 0);
+        let held = controller.without_feedback(settings, &start, &[], ground);
+        let unseen = settings.without_feedback();
+        let driven = |c: &Controller<f64>, settings, state| {
+            c.activation(&observation(settings, 0.7, state, &[], ground))
+        };
+        let (there, at_start) = (
+            driven(&held, &unseen, &away),
+            driven(&controller, settings, &start),
+        );
+        for (a, b) in there.iter().zip(&at_start) {
+            // Sums of 156 terms of order one, rounded at 1e-16.
+            assert!((a - b).abs() < 1e-13, "{a} {b}");
+        }
+        let seeing = driven(&controller, settings, &away);
+        assert!(
+            seeing
+                .iter()
+                .zip(&at_start)
+                .any(|(a, b)| (a - b).abs() > 0.1)
+        );
+    }
 
     #[test]
     fn the_paper_s_shapes_and_weights_that_fill_the_glorot_range() {

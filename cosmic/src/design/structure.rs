@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::Material;
-use crate::lattice::{EdgeRules, Lattice};
+use crate::lattice::{EdgeRules, Lattice, cross};
 use crate::scene::DesignSettings;
 
 /// How far apart two heights of lowest nodes may be, in units of the spacing.
@@ -240,19 +240,9 @@ fn are_bars(pair: &[usize; 2], layout: &[Material]) -> bool {
 }
 
 /// The pairs of edges that cross between their ends.
-fn crossings(lattice: &Lattice) -> Vec<[usize; 2]> {
-    let side = |[a, b]: [usize; 2], c: usize| {
-        let [p, q, r] = [a, b, c].map(|node| lattice.places[node]);
-        let area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
-        if area.abs() < LEVEL {
-            0.0
-        } else {
-            area.signum()
-        }
-    };
-    let cross = |a: [usize; 2], b: [usize; 2]| {
-        side(a, b[0]) * side(a, b[1]) < 0.0 && side(b, a[0]) * side(b, a[1]) < 0.0
-    };
+pub(crate) fn crossings(lattice: &Lattice) -> Vec<[usize; 2]> {
+    let ends = |edge: [usize; 2]| edge.map(|node| lattice.places[node]);
+    let cross = |a: [usize; 2], b: [usize; 2]| cross(ends(a), ends(b));
     let edges = &lattice.edges;
     let later = |i: usize| {
         (i + 1..edges.len()).filter_map(move |j| cross(edges[i], edges[j]).then_some([i, j]))

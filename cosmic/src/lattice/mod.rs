@@ -11,4 +11,4 @@ pub(crate) use own::named;
 pub use own::{EdgeRules, Payload, Truss, add};
 pub use state::State;
 pub(crate) use state::mean;
-pub use truss::{Lattice, SOFTENING, length};
+pub use truss::{Lattice, SOFTENING, cross, length, rate};

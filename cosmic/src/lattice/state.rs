@@ -3,7 +3,6 @@
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
-use super::truss::length;
 use crate::ground::Ground;
 
 /// Positions (m) and velocities (m/s) of the nodes, and nothing else.
@@ -49,13 +48,5 @@ impl<R: Copy> State<R> {
             x: self.x.iter().map(|x| x.map(&f)).collect(),
             v: self.v.iter().map(|v| v.map(&f)).collect(),
         }
-    }
-}
-
-impl State<f64> {
-    /// How fast an edge grows, m/s.
-    pub fn rate(&self, ends: [usize; 2]) -> f64 {
-        let [d, dv] = [&self.x, &self.v].map(|of| [0, 1].map(|k| of[ends[1]][k] - of[ends[0]][k]));
-        (d[0] * dv[0] + d[1] * dv[1]) / length(&self.x, ends)
     }
 }

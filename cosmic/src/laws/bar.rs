@@ -7,7 +7,7 @@ use autodiff::{AnyProgram, Array, Dual, Kernel, Real};
 use super::force::{AnyForce, Force, Pose, Pull, Step, add};
 use super::law::Law;
 use super::stiffness::Stiffness;
-use crate::lattice::{Lattice, SOFTENING, length};
+use crate::lattice::{Lattice, SOFTENING, length, rate};
 use crate::settings::Settings;
 
 /// A bar, by the numbers that its tension may depend on.
@@ -126,7 +126,7 @@ impl<L: BarForce> OnBars<L> {
         let activation = pose.activation.get(edge).copied().unwrap_or(0.0);
         Bar {
             length: length(&pose.state.x, ends),
-            rate: pose.state.rate(ends),
+            rate: rate(pose.state, ends),
             target: rest_length * (1.0 + strain * activation),
             rest_length,
             stiffness: pose.body.stiffness[edge],

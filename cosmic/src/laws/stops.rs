@@ -13,7 +13,7 @@ crate::settings! {
         /// Strain at the stops, stretched and compressed; that of `materials.max_strain` for a stop right
         /// at the end of what is asked for.
         at: f64 = 0.35, allowed above(0.0, 0.99), source "beyond the paper";
-        /// Stiffness of a stop.
+        /// Stiffness of the stops of an actuator whose largest strain is `at`, and in proportion to that strain.
         stiffness: f64 = 400.0, allowed within(0.0, 1e6), unit "N/m", source "that of skeleton";
     }
 }
@@ -53,6 +53,7 @@ impl Stops {
         )
     }
 
+    /// The share of actuator, if `at` is the largest strain of one.
     #[inline(always)]
     fn share<R: Real>(&self, strain: R) -> R {
         strain * R::lit(self.at.recip())

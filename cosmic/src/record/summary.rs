@@ -41,6 +41,10 @@ pub struct Summary {
     pub displacement_p90: Option<f64>,
     /// Median of the last iterate over these starts.
     pub displacement_last_p50: Option<f64>,
+    /// Median over the starts of `displacement_p50` with the clock alone; `None` in files of earlier versions
+    /// too.
+    #[serde(default)]
+    pub displacement_clock_p50: Option<f64>,
     /// Median over the other starts that the delivered design was chosen by; for a task other than
     /// distance, the median of minus the loss.
     pub displacement_selection_p50: Option<f64>,
@@ -112,11 +116,12 @@ pub struct Start {
 pub type SummaryNumber = fn(&Summary) -> Option<f64>;
 
 /// The numbers of a summary in tables, each with the name of its column.
-pub const NUMBERS: [(&str, SummaryNumber); 25] = [
+pub const NUMBERS: [(&str, SummaryNumber); 27] = [
     ("displacement_p50", |s| s.displacement_p50),
     ("displacement_p10", |s| s.displacement_p10),
     ("displacement_p90", |s| s.displacement_p90),
     ("displacement_last_p50", |s| s.displacement_last_p50),
+    ("displacement_clock_p50", |s| s.displacement_clock_p50),
     ("displacement_along", |s| Some(s.displacement_along)),
     ("displacement_x", |s| Some(s.displacement[0])),
     ("displacement_y", |s| Some(s.displacement[1])),
@@ -136,6 +141,7 @@ pub const NUMBERS: [(&str, SummaryNumber); 25] = [
     ("speed_peak", |s| s.loads.as_ref().map(|l| l.speed.peak)),
     ("power_peak", |s| s.loads.as_ref().map(|l| l.power.peak)),
     ("compression", |s| s.loads.as_ref().map(|l| l.compression)),
+    ("tangled", |s| s.loads.as_ref().map(|l| l.tangled)),
     ("flips", |s| Some(s.flips as f64)),
     ("skipped_gradients", |s| Some(s.skipped_gradients as f64)),
     ("delivered_iteration", |s| {
@@ -162,6 +168,7 @@ impl Summary {
             displacement_p50: finite(delivery.spread.p50),
             displacement_p90: finite(delivery.spread.p90),
             displacement_last_p50: finite(delivery.last.p50),
+            displacement_clock_p50: finite(delivery.clock_alone.p50),
             displacement_selection_p50: finite(delivery.selection.p50),
             loss_p50: delivery.merit.and_then(|merit| finite(-merit.p50)),
             volume: delivery.volumes[0],

@@ -267,4 +267,15 @@ impl ControllerSettings {
             ..self.clone()
         }
     }
+
+    /// These settings for a controller that sees the clock alone.
+    #[must_use]
+    pub fn without_feedback(&self) -> Self {
+        Self {
+            offset_scale: 0.0,
+            velocity_scale: 0.0,
+            goal_relative: false,
+            ..self.clone()
+        }
+    }
 }

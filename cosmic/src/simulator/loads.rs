@@ -1,13 +1,14 @@
 //! What bars bear and do in the states of a rollout.
 
+use std::collections::HashSet;
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
 use super::{Simulator, Trajectory};
 use crate::controller::{Controller, observation};
-use crate::design::Material;
-use crate::lattice::{Body, length};
+use crate::design::{Material, crossings};
+use crate::lattice::{Body, State, cross, length, rate};
 use crate::laws::Pose;
 
 /// A magnitude over some states.
@@ -78,6 +79,11 @@ pub struct Loads {
     pub compression: f64,
     /// The radius of gyration of their section, m, with which no bar buckles.
     pub least_radius: f64,
+    /// Share of the states in which bars cross that do not at rest: nothing keeps a robot from passing through
+    /// itself.
+    pub tangled: f64,
+    /// Such pairs of bars in a state, in the mean.
+    pub tangles: f64,
     /// Bars that would buckle with `physics.bending_radius`, by the numbers of their edges; `None` if that
     /// is 0.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -119,7 +125,7 @@ impl Simulator {
                 strains.push(length(&state.x, ends) / rest_length - 1.0);
                 let forces = self.robot.mechanics.forces.iter();
                 tensions.push(forces.map(|force| force.tension(&pose, edge)).sum());
-                rates.push(state.rate(ends));
+                rates.push(rate(state, ends));
             }
         }
         seen.into_iter().map(BarLoad::of).collect()
@@ -157,8 +163,34 @@ impl Simulator {
                 loads.power = loads.power.max(bar.power);
             }
         }
+        let tangles = self.tangles(layout, trajectory);
+        let states = tangles.len().max(1) as f64;
+        loads.tangled = tangles.iter().filter(|pairs| **pairs > 0).count() as f64 / states;
+        loads.tangles = tangles.iter().sum::<usize>() as f64 / states;
         loads.buckling = (radius > 0.0).then_some(buckling);
         loads
+    }
+}
+
+impl Simulator {
+    /// In each state the pairs of bars that cross and do not at rest.
+    fn tangles(&self, layout: &[Material], trajectory: &Trajectory<f64>) -> Vec<usize> {
+        let edges = &self.lattice.edges;
+        let bars: Vec<usize> = (0..edges.len()).filter(|&e| layout[e].is_solid()).collect();
+        let at_rest: HashSet<[usize; 2]> = crossings(&self.lattice).into_iter().collect();
+        let apart = |i: usize, j: usize| edges[i].iter().all(|node| !edges[j].contains(node));
+        let later = |(k, &i): (usize, &usize)| {
+            let later = bars[k + 1..].iter().map(move |&j| [i, j]);
+            later.filter(|[i, j]| apart(*i, *j)).collect::<Vec<_>>()
+        };
+        let pairs = bars.iter().enumerate().flat_map(later);
+        let pairs: Vec<[usize; 2]> = pairs.filter(|pair| !at_rest.contains(pair)).collect();
+        let count = |state: &State<f64>| {
+            let ends = |edge: usize| edges[edge].map(|node| state.x[node]);
+            let crossed = pairs.iter().filter(|[i, j]| cross(ends(*i), ends(*j)));
+            crossed.count()
+        };
+        trajectory.states.iter().map(count).collect()
     }
 }
 
@@ -246,5 +278,19 @@ mod tests {
         let all = simulator.loads_of(&layout, &body, &controller, &trajectory, 1e-3);
         assert_eq!(all.strains, [0.0; 2]);
         assert_eq!(all.buckling, Some(Vec::new()));
+        assert_eq!((all.tangled, all.tangles), (0.0, 0.0));
+        // Half of the robot is moved across the other half in one of two states.
+        let mut folded = trajectory.clone();
+        let middle = 0.25;
+        let fold = |x: &mut [f64; 2]| x[0] = middle + 0.37 * (x[0] - middle).abs();
+        folded.states[1].x.iter_mut().for_each(fold);
+        folded.states[1]
+            .x
+            .iter_mut()
+            .enumerate()
+            .for_each(|(k, x)| x[1] += 1e-3 * k as f64);
+        let all = simulator.loads_of(&layout, &body, &controller, &folded, 0.0);
+        assert!(all.tangled == 0.5 && all.tangles > 1.0, "{all:?}");
+        assert_eq!(all.buckling, None);
     }
 }

@@ -65,6 +65,14 @@ impl Robot {
         robot
     }
 
+    /// This robot with a controller that sees the clock alone.
+    pub(super) fn without_feedback(&self) -> Self {
+        Self {
+            senses: [false; 2],
+            ..self.clone()
+        }
+    }
+
     /// The edges with an output of the controller, in the order of the outputs: that of the
     /// slots, so that they spread out by whole lanes.
     pub(super) fn actuators(&self) -> Vec<usize> {

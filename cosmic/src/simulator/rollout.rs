@@ -110,6 +110,16 @@ impl Simulator {
         other
     }
 
+    /// This world for controllers [without feedback](Controller::without_feedback).
+    #[must_use]
+    pub fn without_feedback(&self) -> Self {
+        Self {
+            controller: self.controller.without_feedback(),
+            robot: self.robot.without_feedback(),
+            ..self.clone()
+        }
+    }
+
     /// This world with the goal in the opposite direction.
     #[must_use]
     pub fn turned_back(&self) -> Self {

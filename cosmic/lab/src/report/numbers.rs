@@ -16,6 +16,8 @@ pub(super) fn with_numbers<'r, S>(
     let p90 = metres("p90", "displacement: 90 % quantile over perturbed starts");
     let says = "displacement of the last iterate: median over perturbed starts";
     let last = metres("last p50", says);
+    let says = "displacement with the clock alone, without feedback: median over perturbed starts";
+    let clock = metres("clock alone", says);
     let single = metres("single", "displacement of one unperturbed rollout");
     let solid = share("V", "share of solid edges");
     let actuators = share("V_act", "share of actuators");
@@ -35,6 +37,7 @@ pub(super) fn with_numbers<'r, S>(
         .add(p10, |run| of(run).displacement_p10)
         .add(p90, |run| of(run).displacement_p90)
         .add(last, |run| of(run).displacement_last_p50)
+        .add(clock, |run| of(run).displacement_clock_p50)
         .add(single, |run| of(run).displacement_along)
         .add(solid, |run| of(run).volume)
         .add(actuators, |run| of(run).actuator_volume)

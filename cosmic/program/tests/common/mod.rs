@@ -1,5 +1,7 @@
 //! A folder for a test, and small runs of the program in it.
 
+pub(crate) mod python;
+
 use crate::program::{Told, cosmic_in};
 use cosmic::record::RunPlan;
 use cosmic::scene::Scene;

@@ -1,4 +1,5 @@
-//! MuJoCo in a virtual environment of Python, made once in the target folder.
+//! The programs that read and walk what `export` writes, in a virtual environment of Python that is made once in
+//! the target folder.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -6,22 +7,34 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-/// The Python packages, of the version that the tests were written for.
-const PACKAGES: [&str; 2] = ["mujoco==4.0.*", "numpy==2.*"];
+/// A simulator; readers of drawings and solids, unions of solids, and what these need.
+const PACKAGES: [&str; 7] = [
+    "mujoco==4.0.*",
+    "numpy==2.*",
+    "ezdxf~=1.4",
+    "trimesh>=4",
+    "shapely>=2",
+    "networkx",
+    "manifold3d>=3",
+];
 
 /// What `pip` says where it does not get through to the registry.
-const CUT_OFF: &str = "after connection broken by";
+const CUT_OFF: [&str; 3] = [
+    "connection broken by",
+    "Max retries exceeded",
+    "Read timed out",
+];
 
 /// The environment's Python, or why there is none.
 static PYTHON: LazyLock<Result<PathBuf, &str>> = LazyLock::new(make);
 
-/// A Python with MuJoCo. `None`, said aloud, where none is there and none can be fetched; anything else that
+/// A Python with the packages. `None`, said aloud, where none is there and none can be fetched; anything else that
 /// goes wrong is a failure.
 pub(crate) fn python() -> Option<&'static Path> {
     match &*PYTHON {
         Ok(python) => Some(python),
         Err(why) => {
-            let says = format!("SKIPPED: {why}: nothing is held against MuJoCo\n");
+            let says = format!("SKIPPED: {why}: what `cosmic export` writes is not read back\n");
             // Past the test harness, which hides what passing tests print.
             io::stderr().write_all(says.as_bytes()).unwrap();
             None
@@ -31,12 +44,13 @@ pub(crate) fn python() -> Option<&'static Path> {
 
 fn make() -> Result<PathBuf, &'static str> {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let folder = place.join("mujoco-4.0");
+    let folder = place.join("python");
     let (python, ready) = (folder.join("bin/python"), folder.join("ready"));
     // One process makes it; others wait here.
-    let lock = File::create(place.join("mujoco-4.0.lock")).unwrap();
+    let lock = File::create(place.join("python.lock")).unwrap();
     lock.lock().unwrap();
-    if ready.exists() {
+    let packages = PACKAGES.join(" ");
+    if fs::read_to_string(&ready).is_ok_and(|known| known == packages) {
         return Ok(python);
     }
     let venv = ["-m", "venv", "--clear"];
@@ -46,11 +60,12 @@ fn make() -> Result<PathBuf, &'static str> {
     let pip = ["-m", "pip", "install", "--quiet", "--retries", "2"];
     let fetched = Command::new(&python).args(pip).args(PACKAGES).output();
     let fetched = fetched.unwrap();
-    if !fetched.status.success() && words(&fetched).contains(CUT_OFF) {
+    let is_cut_off = || CUT_OFF.iter().any(|says| words(&fetched).contains(says));
+    if !fetched.status.success() && is_cut_off() {
         return Err("the registry of Python packages cannot be reached");
     }
     assert!(fetched.status.success(), "no packages: {}", words(&fetched));
-    fs::write(ready, "").unwrap();
+    fs::write(ready, packages).unwrap();
     Ok(python)
 }
 
