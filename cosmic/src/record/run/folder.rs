@@ -9,9 +9,16 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
 
 /// The scene's place in a run's folder.
 pub const SCENE: &str = "scene.toml";
+
+/// How often a lock is tried, and the pause after a failure. A program that another thread starts holds a copy
+/// of every lock for the moment until it runs.
+const TRIES: usize = 5;
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// The exclusive right to work in a folder, until it is dropped. The system releases the lock when
 /// the process ends in any way; the file that stays behind locks nothing.
@@ -31,14 +38,19 @@ impl Lock {
         let mut options = OpenOptions::new();
         let options = options.write(true).create(true).truncate(false);
         let file = options.open(&path).map_err(Error::writing(path))?;
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => Err(Error::Taken(folder.to_owned())),
-            // Not every file system has locks. Without them two processes are not told apart.
-            Ok(()) | Err(TryLockError::Error(_)) => Ok(Self {
-                folder: folder.to_owned(),
-                _file: file,
-            }),
+        for _ in 0..TRIES {
+            match file.try_lock() {
+                Err(TryLockError::WouldBlock) => thread::sleep(PAUSE),
+                // Not every file system has locks. Without them two processes are not told apart.
+                Ok(()) | Err(TryLockError::Error(_)) => {
+                    return Ok(Self {
+                        folder: folder.to_owned(),
+                        _file: file,
+                    });
+                }
+            }
         }
+        Err(Error::Taken(folder.to_owned()))
     }
 
     /// The folder that is locked.
