@@ -6,6 +6,7 @@ use std::sync::Once;
 use autodiff::Real;
 use autodiff::check::{Options, Verdict};
 use cosmic::case::Case;
+use cosmic::design::Material;
 use cosmic::ground::Ground;
 use cosmic::lattice::{Lattice, State};
 use cosmic::laws::{
@@ -418,4 +419,20 @@ fn wrong_choices_are_pointed_at() {
             assert!(said.contains(words), "{text}\n{said}\nlacks {words}");
         }
     }
+}
+
+/// Stops far stiffer than the bars decide which step is stable, before an actuator has met one.
+#[test]
+fn the_stable_step_counts_stops() {
+    let bound = |stops: &str| {
+        let mut case = robot(&format!(
+            "[physics]\nforces = [\"stops\"]\n[stops]\n{stops}"
+        ));
+        case.frozen = Some(vec![Material::Actuator; case.lattice.edges.len()]);
+        let body = case.body();
+        Vibration::new(&case.lattice, &body, &case.physics, &case.start.x).largest_frequency()
+    };
+    let [none, soft, hard] =
+        ["stiffness = 0.0", "stiffness = 40.0", "stiffness = 40000.0"].map(bound);
+    assert!(none < soft && soft < 0.2 * hard, "{none} {soft} {hard}");
 }

@@ -10,6 +10,9 @@ use super::stiffness::Stiffness;
 use crate::lattice::{Lattice, SOFTENING, length, rate};
 use crate::settings::Settings;
 
+/// A factor on strokes that rounding cannot take back.
+const BEYOND: f64 = 1.0 + 1e-9;
+
 /// A bar, by the numbers that its tension may depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Bar<R> {
@@ -148,14 +151,15 @@ impl<L: BarForce> OnBars<L> {
         self.0.tension(moving).tangent
     }
 
+    /// A bar whose length is off from rest by its stroke.
     fn resting(stiffness: f64, rest_length: f64, off: f64) -> Bar<f64> {
         Bar {
-            length: rest_length + off,
+            length: rest_length + off * BEYOND,
             rate: 0.0,
             target: rest_length,
             rest_length,
             stiffness,
-            strain: 0.0,
+            strain: (off / rest_length).abs(),
         }
     }
 }
@@ -226,7 +230,8 @@ impl<L: BarForce> Force for OnBars<L> {
     }
 
     /// A bar is taken to be as stiff as it is where its length is off by the stroke of its own
-    /// actuator; what else pulls it longer makes a stiffening one stiffer than that.
+    /// actuator and a little more, so that stops there count; what else pulls it longer makes a
+    /// stiffening one stiffer than that.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for edge in 0..pose.lattice.edges.len() {
             let bar = self.bar(pose, edge);
