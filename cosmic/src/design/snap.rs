@@ -41,11 +41,7 @@ pub fn snap(mixture: &[[f64; 3]], bounds: &VolumeBounds, rules: &LayoutRules) ->
     // Each bridge connects something that was apart.
     for _ in 0..=mixture.len() {
         materials = mended(materials, &counts, rules, &groups, &cost);
-        let bridge = if rules.faults(&materials) > 0 {
-            rules.bridge(&materials)
-        } else {
-            Vec::new()
-        };
+        let bridge = rules.bridge(&materials);
         if bridge.is_empty() {
             break;
         }

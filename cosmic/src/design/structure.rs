@@ -205,8 +205,11 @@ impl LayoutRules {
     }
 
     /// The fewest void edges that would connect the first payload with a bar or a payload apart from it;
-    /// none if there is no way, or nothing to connect.
+    /// none if there is no way, nothing to connect, or no need to.
     pub(super) fn bridge(&self, layout: &[Material]) -> Vec<usize> {
+        if !self.asked.one_piece {
+            return Vec::new();
+        }
         let held = self.frame.held(layout);
         let (degrees, payload) = (self.frame.degrees(layout), &self.frame.payload);
         let is_goal = |node: usize| !held[node] && (degrees[node] > 0 || payload.contains(&node));
@@ -353,6 +356,14 @@ mod tests {
         assert_eq!(rules.faults(&layout), 1);
         let bridge = rules.bridge(&layout);
         assert!(!bridge.is_empty());
+        // Other faults are none of a bridge's business.
+        let in_pieces = DesignSettings {
+            one_piece: false,
+            free_ends: false,
+            ..asked.clone()
+        };
+        let in_pieces = LayoutRules::new(&lattice, &in_pieces);
+        assert!(in_pieces.faults(&layout) > 0 && in_pieces.bridge(&layout).is_empty());
         let mut joined = layout.clone();
         bridge.iter().for_each(|&edge| joined[edge] = Skeleton);
         assert_eq!(rules.faults(&joined), 0);
