@@ -4,11 +4,10 @@
 //! - the same with `-- --table` designs robots of all sizes as well, and writes `docs/growth.md`.
 
 use std::fmt::Write as _;
-use std::hint::black_box;
 use std::time::Instant;
 
 use autodiff::Memory;
-use benches::machine::{machine, row, write_page};
+use benches::machine::{machine, row, seconds, write_page};
 use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::inputs::{CONTROLLER, DESIGN};
@@ -171,11 +170,4 @@ fn page(times: &str, budgets: &str) -> String {
          `cosmic optimize large --set lattice.columns=16 --set lattice.rows=16 --seed 0`.\n\n{distances}",
         largest = SIZES[SIZES.len() - 1],
     )
-}
-
-/// The time of a work.
-fn seconds<T>(work: impl FnOnce() -> T) -> f64 {
-    let start = Instant::now();
-    black_box(work());
-    start.elapsed().as_secs_f64()
 }

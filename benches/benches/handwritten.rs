@@ -3,12 +3,9 @@
 //! - `cargo bench -p benches --bench handwritten`
 //! - the same with `-- --table` writes `docs/handwritten.md`.
 
-use std::hint::black_box;
-use std::time::Instant;
-
 use autodiff::Real;
 use benches::handwritten::{Buffer, Handwritten};
-use benches::machine::{built_in, machine, row, write_page};
+use benches::machine::{built_in, machine, row, seconds, write_page};
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
@@ -40,7 +37,7 @@ fn page() -> String {
         let subject = Subject::new(&case, &scene.loss);
         let two = TwoMatvecs::new(&case);
         let by_hand = Handwritten::new(&case, &scene.loss, MEASURED_STEPS);
-        let mut yardstick = || matvecs = taken(|| two.run(MEASURED_STEPS)).min(matvecs);
+        let mut yardstick = || matvecs = seconds(|| two.run(MEASURED_STEPS)).min(matvecs);
         let double = times::<f64>((&subject, &by_hand), &mut yardstick);
         let single = times::<f32>((&subject, &by_hand), &mut yardstick);
         for (kind, times) in [("f64", double), ("f32", single)] {
@@ -85,14 +82,14 @@ fn times<R: Real>(
         yardstick();
         let round = [
             [
-                taken(|| subject.rollout::<R>()),
-                taken(|| subject.gradient::<R>(DESIGN)),
-                taken(|| subject.gradient::<R>(CONTROLLER)),
+                seconds(|| subject.rollout::<R>()),
+                seconds(|| subject.gradient::<R>(DESIGN)),
+                seconds(|| subject.gradient::<R>(CONTROLLER)),
             ],
             [
-                taken(|| by_hand.rollout::<R>(&mut rows)),
-                taken(|| by_hand.design_gradient(&mut rows)),
-                taken(|| by_hand.controller_gradient(&mut rows)),
+                seconds(|| by_hand.rollout::<R>(&mut rows)),
+                seconds(|| by_hand.design_gradient(&mut rows)),
+                seconds(|| by_hand.controller_gradient(&mut rows)),
             ],
         ];
         for (least, time) in least
@@ -109,11 +106,4 @@ fn times<R: Real>(
 /// Microseconds a step, of the seconds of a rollout.
 fn per_step(time: f64) -> f64 {
     time * 1e6 / MEASURED_STEPS as f64
-}
-
-/// How long a work takes, s.
-fn taken<T>(work: impl FnOnce() -> T) -> f64 {
-    let start = Instant::now();
-    black_box(work());
-    start.elapsed().as_secs_f64()
 }

@@ -2,7 +2,9 @@
 //! they write.
 
 use std::fmt::Write as _;
+use std::hint::black_box;
 use std::path::Path;
+use std::time::Instant;
 
 use cosmic::case::Case;
 use cosmic::scene::Scene;
@@ -29,6 +31,13 @@ pub fn built_in(scene: &str) -> (Scene, Case) {
     let scene = Scene::load(scene).expect("the scene is built in");
     let case = Case::of_scene(&scene, 0).expect("a built-in scene is complete");
     (scene, case)
+}
+
+/// How long a work takes, s.
+pub fn seconds<T>(work: impl FnOnce() -> T) -> f64 {
+    let start = Instant::now();
+    black_box(work());
+    start.elapsed().as_secs_f64()
 }
 
 /// Appends a table's row: a name and figures, with so many digits.

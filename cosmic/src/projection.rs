@@ -195,11 +195,19 @@ impl<R: Real> Body<R> {
         }
     }
 
-    /// This body of a mixture with nodes that belong to the robot as much as their edges are solid: by one
-    /// minus the product of the shares of void, and wholly where payload is. A [layout](is_layout) leaves
-    /// nodes without a bar to themselves.
+    /// This body of a mixture; if it is to be in one piece, with nodes that belong to the robot as much as
+    /// their edges are solid: by one minus the product of the shares of void, and wholly where payload is. A
+    /// [layout](is_layout) leaves nodes without a bar to themselves.
     #[must_use]
-    pub fn of_live_nodes(mut self, mixture: &[[R; 3]], lattice: &Lattice) -> Self {
+    pub fn with_one_piece(
+        mut self,
+        one_piece: bool,
+        mixture: &[[R; 3]],
+        lattice: &Lattice,
+    ) -> Self {
+        if !one_piece {
+            return self;
+        }
         let mut absent = vec![R::one(); lattice.nodes()];
         for (ends, m) in lattice.edges.iter().zip(mixture) {
             ends.iter()

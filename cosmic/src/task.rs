@@ -94,7 +94,7 @@ impl Task {
         }
     }
 
-    /// This task with nodes that count [as much as their edges are solid](Body::of_live_nodes), or all of
+    /// This task with nodes that count [as much as their edges are solid](Body::with_one_piece), or all of
     /// them alike.
     #[must_use]
     pub fn with_one_piece(self, one_piece: bool) -> Self {
@@ -136,10 +136,8 @@ impl Task {
 
     /// The body of a mixture, as designed or as built.
     pub fn body<R: Real>(&self, mixture: &[[R; 3]]) -> Body<R> {
-        let mut body = Body::new(mixture, &self.lattice, &self.materials, &self.physics);
-        if self.one_piece {
-            body = body.of_live_nodes(mixture, &self.lattice);
-        }
+        let body = Body::new(mixture, &self.lattice, &self.materials, &self.physics)
+            .with_one_piece(self.one_piece, mixture, &self.lattice);
         match &self.variation {
             None => body,
             Some(variation) => body.varied(variation),

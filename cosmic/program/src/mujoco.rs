@@ -4,7 +4,7 @@ use crate::arguments::whole;
 use clap::Args;
 use cosmic_lab::export::mujoco::{MOST_FRICTION, MujocoSettings};
 
-/// What MuJoCo has and the scene has not. The defaults are settings that the distance does not hang on.
+/// Settings of MuJoCo that a scene does not have. The distance does not hang on their defaults.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Options of --mujoco")]
 pub(super) struct MujocoOptions {

@@ -62,27 +62,9 @@ fn show(folder: &Path, summary: &Summary, output: &Output) -> Result<()> {
     print(&describe(folder, summary))
 }
 
-/// Folder and figures of a run; the last line has displacement, volumes and time.
-fn describe(folder: &Path, summary: &Summary) -> String {
-    let mut text = format!("run: {}\n", folder.display());
-    for start in &summary.starts {
-        let end = match start.dropped_at {
-            Some(iteration) => format!("dropped after iteration {iteration}"),
-            None => metres(start.displacement_p50),
-        };
-        text += &format!("start {}: {end}\n", start.seed);
-    }
-    text += &format!(
-        "{}, seed {}: {}, controller of iteration {}, {}, {} skipped\n\
-         departures from the paper: {}\n",
-        summary.scene,
-        summary.seed,
-        counted(summary.iterations, "iteration"),
-        summary.delivered_iteration,
-        counted(summary.flips, "flip"),
-        counted(summary.skipped_gradients, "gradient"),
-        departures(summary),
-    );
+/// A line each on how the bars hang together, what they bear, and what the clock alone does.
+fn robot(summary: &Summary) -> String {
+    let mut text = String::new();
     if let Some(s) = summary.structure {
         text += &format!(
             "bars: {}, {}, {}, {}, {}, {}\n",
@@ -115,6 +97,31 @@ fn describe(folder: &Path, summary: &Summary) -> String {
         };
         text += &format!("without feedback, by the clock alone: {clock:.3} m{keeps}\n");
     }
+    text
+}
+
+/// Folder and figures of a run; the last line has displacement, volumes and time.
+fn describe(folder: &Path, summary: &Summary) -> String {
+    let mut text = format!("run: {}\n", folder.display());
+    for start in &summary.starts {
+        let end = match start.dropped_at {
+            Some(iteration) => format!("dropped after iteration {iteration}"),
+            None => metres(start.displacement_p50),
+        };
+        text += &format!("start {}: {end}\n", start.seed);
+    }
+    text += &format!(
+        "{}, seed {}: {}, controller of iteration {}, {}, {} skipped\n\
+         departures from the paper: {}\n",
+        summary.scene,
+        summary.seed,
+        counted(summary.iterations, "iteration"),
+        summary.delivered_iteration,
+        counted(summary.flips, "flip"),
+        counted(summary.skipped_gradients, "gradient"),
+        departures(summary),
+    );
+    text += &robot(summary);
     if let Some(entered) = summary.entered {
         text += &format!("began after iteration {entered} with the robot in start.json\n");
     }

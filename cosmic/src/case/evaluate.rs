@@ -53,7 +53,12 @@ impl Case {
 
     /// The body that is rolled out.
     pub fn body(&self) -> Body<f64> {
-        self.task().body(&self.own_mixture())
+        let mixture = self.own_mixture();
+        Body::new(&mixture, &self.lattice, &self.materials, &self.physics).with_one_piece(
+            self.design.one_piece,
+            &mixture,
+            &self.lattice,
+        )
     }
 
     /// Where the rollout diverges, if it does.

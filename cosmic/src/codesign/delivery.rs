@@ -85,23 +85,27 @@ impl CoDesign {
             Some(_) => [f64::NAN; 2],
             None => self.between(&self.start, trajectory.at(trajectory.last_step())),
         };
+        let (materials, body) = (self.materials(progress), self.task.body(&mixture));
         let share =
             |of: fn(&[f64; 3]) -> f64| mixture.iter().map(of).sum::<f64>() / mixture.len() as f64;
         Delivery {
             z: progress.z.clone(),
-            materials: self.materials(progress),
             controller: controller.clone(),
             iteration: chosen.iteration,
             displacement: self.task.ground().vector_to_world(moved),
             along: moved[0],
             selection: selections[best],
             spread: spreads[0].displacement,
-            clock_alone: self.clock_alone(&mixture, controller, &domains),
+            clock_alone: self.clock_alone(&mixture, &body.presence, controller, &domains),
             last: spreads[judged.len() - 1].displacement,
             merit: (!self.loss.is_far()).then_some(spreads[0].merit),
-            loads: (guarded.divergence.is_none())
-                .then(|| self.loads(progress, &mixture, controller, trajectory)),
-            structure: Structure::new(&self.task.lattice, &self.materials(progress)),
+            loads: (guarded.divergence.is_none()).then(|| {
+                let radius = self.task.physics.bending_radius;
+                let simulator = &self.task.simulator;
+                simulator.loads_of(&materials, &body, controller, trajectory, radius)
+            }),
+            structure: Structure::new(&self.task.lattice, &materials),
+            materials,
             volumes: [share(|m| m[1] + m[2]), share(|m| m[2])],
             trajectory: guarded.trajectory,
             divergence: guarded.divergence,
@@ -112,31 +116,19 @@ impl CoDesign {
     fn clock_alone(
         &self,
         mixture: &[[f64; 3]],
+        presence: &[f64],
         controller: &Controller<f64>,
         domains: &[Domain],
     ) -> Quantiles {
         let (task, ground) = (self.task.without_feedback(), self.task.ground());
-        let presence = self.task.body(mixture).presence;
         let settings = &self.scene.controller;
-        let held = controller.without_feedback(settings, &self.start, &presence, &ground);
+        let held = controller.without_feedback(settings, &self.start, presence, &ground);
         let domain = |domain: &Domain| Domain {
             task: Cow::Borrowed(&task),
             start: domain.start.clone(),
         };
         let domains: Vec<Domain> = domains.iter().map(domain).collect();
         self.spreads(mixture, &[&held], &domains)[0].displacement
-    }
-
-    fn loads(
-        &self,
-        progress: &Progress,
-        mixture: &[[f64; 3]],
-        controller: &Controller<f64>,
-        trajectory: &Trajectory<f64>,
-    ) -> Loads {
-        let (layout, body) = (self.materials(progress), self.task.body(mixture));
-        let radius = self.task.physics.bending_radius;
-        (self.task.simulator).loads_of(&layout, &body, controller, trajectory, radius)
     }
 
     /// Displacements of a robot in full rollouts from the perturbed starts that judge the result of

@@ -140,8 +140,9 @@ mod tests {
             let (none, plain) = far("polish_trials = 0", seed);
             let (flips, polished) = far("polish_trials = 8", seed);
             assert_eq!(none, 0);
-            // Before the updates 8, 10, 12 and 14: the last two of nine settle.
-            assert!(flips <= 4, "{flips} edges");
+            // Before the updates 8, 10, 12 and 14 an edge each may change, as the last two of nine
+            // settle; of these seeds no one has all four.
+            assert!(flips <= 3, "{flips} edges");
             assert!(polished >= plain, "{polished} < {plain}");
             better += usize::from(polished > plain);
         }

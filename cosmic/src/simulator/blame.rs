@@ -37,8 +37,7 @@ impl Simulator {
         node: usize,
     ) -> Cause {
         let time = step as f64 * self.dt;
-        let seen = observation(&self.controller, time, before, &body.presence, &self.ground);
-        let activation = controller.activation(&seen);
+        let activation = self.activation(body, controller, before, time);
         let edges = self.pulling_edges(body, node);
         // The activation of an edge that does not strain has no effect, not even as NaN.
         let is_misled = |&&e: &&usize| activation[e].is_nan() && body.strain[e] != 0.0;
@@ -67,6 +66,18 @@ impl Simulator {
         // NaN ranks above every number, and of equals the last wins: motion that is no number.
         let most = terms.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         most.map_or(Cause::Motion, |most| most.0)
+    }
+
+    /// What a controller puts out for every edge of a robot in a state at a time, s.
+    pub(super) fn activation(
+        &self,
+        body: &Body<f64>,
+        controller: &Controller<f64>,
+        state: &State<f64>,
+        time: f64,
+    ) -> Vec<f64> {
+        let seen = observation(&self.controller, time, state, &body.presence, &self.ground);
+        controller.activation(&seen)
     }
 
     /// The edges of a node that can pull on it: those with any stiffness.

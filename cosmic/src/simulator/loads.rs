@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use super::{Simulator, Trajectory};
-use crate::controller::{Controller, observation};
+use crate::controller::Controller;
 use crate::design::{Material, crossings};
 use crate::lattice::{Body, State, cross, length, rate};
 use crate::laws::Pose;
@@ -111,12 +111,11 @@ impl Simulator {
         let mut seen = vec![[(); 3].map(|()| Vec::new()); edges];
         for (&step, state) in trajectory.steps.iter().zip(&trajectory.states) {
             let time = step as f64 * self.dt;
-            let observed = observation(&self.controller, time, state, &body.presence, &self.ground);
             let pose = Pose {
                 lattice: &self.lattice,
                 body,
                 state,
-                activation: &controller.activation(&observed),
+                activation: &self.activation(body, controller, state, time),
                 time,
             };
             for (edge, [strains, tensions, rates]) in seen.iter_mut().enumerate() {

@@ -24,7 +24,8 @@ use std::f64::consts::TAU;
 
 /// The most of the shortest bar at a node that goes into the joint: less than a half leaves a strut.
 const MOST: f64 = 0.4;
-/// What a part of the solid is.
+
+/// The kinds of parts of the solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Strut(Material),

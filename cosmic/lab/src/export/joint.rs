@@ -77,7 +77,7 @@ pub(super) struct Disc {
     pub(super) height: f64,
 }
 
-/// What holds the struts of a node together.
+/// The part that holds the struts of a node together.
 pub(super) struct Joint {
     pub(super) node: usize,
     pub(super) place: [f64; 2],

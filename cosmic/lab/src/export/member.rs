@@ -4,6 +4,7 @@ use super::sizes::misfit;
 use crate::report::RobotFiles;
 use cosmic::design::Material;
 use cosmic::error::Result;
+use cosmic::lattice::cross;
 
 /// Millimetres in a metre.
 pub(super) const MM: f64 = 1e3;
@@ -63,9 +64,7 @@ impl Member {
 
     /// How near the axes of two bars come to one another, mm; 0 where they cross.
     pub(super) fn distance(&self, other: &Self) -> f64 {
-        let [a, b] = self.ends;
-        let [c, d] = other.ends;
-        if side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0 {
+        if cross(self.ends, other.ends) {
             return 0.0;
         }
         let to_self = other.ends.map(|p| self.distance_to(p));
@@ -80,11 +79,6 @@ impl Member {
         let along = along.clamp(0.0, self.span());
         (p[0] - a[0] - along * u[0]).hypot(p[1] - a[1] - along * u[1])
     }
-}
-
-/// Positive to the left of the line from `a` to `b`, negative to its right.
-fn side(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
-    (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
 }
 
 /// The place of a node, mm along and above the ground from the lower left corner of the lattice.

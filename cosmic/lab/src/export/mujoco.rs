@@ -33,7 +33,7 @@ pub const MOST_FRICTION: f64 = 5.0;
 /// Radius of the sphere at each node that meets the ground, m.
 const RADIUS: f64 = 0.002;
 
-/// What MuJoCo has and the scene has not.
+/// The settings of MuJoCo that a scene does not have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MujocoSettings {
     /// Coefficient of friction; `None` takes the scene's, or [`MOST_FRICTION`] for a larger one and for ground
@@ -149,7 +149,7 @@ struct Robot<'c> {
     nodes: Vec<usize>,
     /// The edges that pull, ascending.
     bars: Vec<usize>,
-    /// Those of them that the controller strains.
+    /// The edges among `bars` that the controller strains.
     actuators: Vec<usize>,
 }
 

@@ -91,7 +91,7 @@ pub fn write_npz(path: &Path, arrays: &[(&str, NumpyArray)]) -> Result<()> {
     write_atomic(path, |file| file.write_all(&archive))
 }
 
-/// What an archive says of a file, both before it and in the directory: stored, of 1 January 1980.
+/// The fields of a file that stand before it and in the directory of the archive: stored, of 1 January 1980.
 fn entry(name: &str, data: &[u8]) -> Vec<u8> {
     let size = (data.len() as u32).to_le_bytes();
     let mut entry = vec![20, 0, 0, 0, 0, 0, 0, 0, 0x21, 0];

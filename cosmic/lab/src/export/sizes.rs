@@ -2,7 +2,7 @@
 
 use cosmic::error::Error;
 
-/// What a workshop chooses, in millimetres.
+/// The sizes that a workshop chooses, in millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sizes {
     /// Width of a flat bar.

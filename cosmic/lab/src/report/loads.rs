@@ -1,4 +1,4 @@
-//! What the bars of a run bear: the strains of actuators against their limit, and a table.
+//! The loads of a run's bars: the strains of actuators against their limit, and a table.
 
 use super::files::RunFiles;
 use super::plot::{Axes, range};

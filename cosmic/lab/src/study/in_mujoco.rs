@@ -40,7 +40,7 @@ pub(super) struct Transfer {
     own: Vec<Option<f64>>,
 }
 
-/// What the program of Python prints.
+/// The output of the program of Python.
 #[derive(Deserialize)]
 struct Walks {
     mujoco: String,
