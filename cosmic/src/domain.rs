@@ -19,6 +19,17 @@ pub struct Domain<'a> {
     pub start: State<f64>,
 }
 
+impl Domain<'_> {
+    /// This domain for controllers without feedback.
+    #[must_use]
+    pub fn without_feedback(&self) -> Domain<'static> {
+        Domain {
+            task: Cow::Owned(self.task.without_feedback()),
+            start: self.start.clone(),
+        }
+    }
+}
+
 /// Draws a domain around a task at rest. Every number is drawn whether its range is zero or not:
 /// switching one range off leaves the other draws as they were.
 pub fn draw(task: &Task, settings: &RobustSettings, stream: &mut ChaCha8Rng) -> Domain<'static> {

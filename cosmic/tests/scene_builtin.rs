@@ -73,7 +73,7 @@ fn the_scenes_differ_from_the_default_as_the_experiments_do() {
         );
         assert_eq!(
             (baseline.adam.fine_rate, baseline.adam.fine_decay),
-            (0.006, 0.1)
+            (0.012, 0.1)
         );
     }
     assert_ne!(

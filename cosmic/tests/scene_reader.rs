@@ -309,7 +309,8 @@ fn departures_are_named_and_can_all_be_switched_off() {
             "schedule.snap_trials",
             "schedule.polish_trials",
             "schedule.settle",
-            "selection.kind"
+            "selection.kind",
+            "design.one_piece"
         ]
     );
     let mut given = scene.clone();
@@ -329,6 +330,7 @@ fn departures_are_named_and_can_all_be_switched_off() {
     scene.loss.kind = LossKind::Final;
     scene.gradient.cotangent_bound = None;
     scene.selection.kind = SelectionKind::Last;
+    scene.design.one_piece = false;
     assert_eq!(options(&scene), Vec::<&str>::new());
     (scene.physics.integrator, scene.physics.substeps) = (Integrator::Leapfrog, 2);
     let of_steps = ["physics.integrator", "physics.substeps"];

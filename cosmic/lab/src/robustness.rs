@@ -47,7 +47,14 @@ impl Robustness {
             .add(least, |run| run.least)
             .add(metres("p10", "10 % quantile over them"), |run| run.p10)
             .add(metres("p50", "median over them"), |run| run.p50)
-            .add(metres("p90", "90 % quantile over them"), |run| run.p90);
+            .add(metres("p90", "90 % quantile over them"), |run| run.p90)
+            .add(
+                metres(
+                    "clock_p50",
+                    "median over them of the clock alone, without feedback",
+                ),
+                |run| run.clock_p50,
+            );
         if self.runs.iter().all(|run| run.loss.is_none()) {
             return table.done();
         }
@@ -83,6 +90,8 @@ pub struct RobustRun {
     pub p50: Option<f64>,
     /// 90 % quantile over them.
     pub p90: Option<f64>,
+    /// Median over them of the clock alone, without feedback.
+    pub clock_p50: Option<f64>,
     /// The median loss over them, if the scene's task is other than distance.
     pub loss: Option<f64>,
     /// The divergence of the nominal rollout, if any.
@@ -133,6 +142,13 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
         task: Cow::Borrowed(task),
         start: case.start.clone(),
     });
+    let held = codesign.without_feedback(&case.body().presence, &case.controller);
+    let reach_by_clock = |domain: &Domain| {
+        codesign
+            .reach(&mixture, &held, &domain.without_feedback())
+            .moved[0]
+    };
+    let by_clock: Vec<f64> = domains.par_iter().map(reach_by_clock).collect();
     let far: Vec<f64> = reached.iter().map(|r| r.moved[0]).collect();
     let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
     let spread = Quantiles::of(&far);
@@ -147,6 +163,7 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
         p10: finite(spread.p10),
         p50: finite(spread.p50),
         p90: finite(spread.p90),
+        clock_p50: finite(Quantiles::of(&by_clock).p50),
         loss: finite(loss).filter(|_| !codesign.is_far()),
         divergence: diverges.then(|| case.divergence()).flatten(),
     })

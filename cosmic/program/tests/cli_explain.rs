@@ -7,7 +7,8 @@ use cosmic::scene::{Scene, VoidEdges};
 #[test]
 fn a_rollout_is_stated_with_its_stable_step() {
     let bench = Bench::default();
-    let told = bench.cosmic("explain").ok();
+    assert!(bench.cosmic("explain").ok().out.starts_with("earth\n"));
+    let told = bench.cosmic("explain stability").ok();
     assert!(told.out.starts_with("stability\n"), "{}", told.out);
     let words = [
         "36 nodes, 110 edges",

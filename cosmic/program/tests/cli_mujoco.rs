@@ -76,6 +76,9 @@ fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]
     let ours = bench.cosmic(&format!("evaluate {source} --record {STEPS}{set}"));
     let ours = ours.json()["results"]["trajectory"][STEPS.to_string()]["x"].take();
     let ours: Vec<[f64; 2]> = serde_json::from_value(ours).unwrap();
+    let nodes = bench.json("flight/controller.json")["nodes"].take();
+    let nodes: Vec<usize> = serde_json::from_value(nodes).unwrap();
+    let ours: Vec<[f64; 2]> = nodes.iter().map(|&node| ours[node]).collect();
     let ground = Ground::from(&Scene::default().set(&all).unwrap().physics);
     assert_eq!(
         (there.first.len(), there.last.len()),
@@ -121,7 +124,9 @@ fn flight_is_the_same_in_mujoco() {
             ],
         ),
         // Mixtures, of which every edge pulls and strains.
-        ("stability", &["design.one_piece=true"]),
+        ("stability", &[]),
+        // Nodes without a bar fly and are seen.
+        ("baseline_short", &["design.one_piece=false"]),
         (
             "stability",
             &["physics.dt=0.001", "physics.ground_height=-0.3"],
@@ -214,12 +219,9 @@ fn a_model_has_what_moves_or_is_seen() {
     let bench = Bench::default();
     let arrays = "['b1', 'b2', 'dt', 'omega', 'steps', 'strain', 'substeps', 'w1', 'w2']";
     for (settings, sees) in [
-        ("", true),
-        // The layout leaves nodes alone, and this controller sees none.
-        (
-            " --set controller.offset_scale=0 --set controller.velocity_scale=0",
-            false,
-        ),
+        ("", false),
+        // The layout leaves nodes alone, and this controller sees them.
+        (" --set design.one_piece=false", true),
     ] {
         let export = format!("export baseline_short --mujoco --out e{settings}");
         bench.cosmic(&export).ok();
@@ -328,12 +330,12 @@ fn a_study_of_transfer_has_its_table_and_its_figure() {
         bench.cosmic(&format!("{line} --python {python}"))
     };
     let said = study("--seeds 2").ok();
-    assert_eq!(said.error.matches("measured  ").count(), 3 * 2, "{said:?}");
+    assert_eq!(said.error.matches("measured  ").count(), 7 * 2, "{said:?}");
     assert_eq!(said.out.lines().count(), 4, "{said:?}");
     let document = bench.read("t/transfer.md");
     for (what, count) in [
-        ("\n| incline of 15 degrees |", 4),
-        ("| 0.6 |", 3),
+        ("\n| `incline`, 15 degrees |", 4),
+        ("| 0.6 |", 7),
         ("](transfer/frictions.svg)", 1),
         ("MuJoCo 4.0.", 1),
         (
@@ -359,7 +361,7 @@ fn a_study_of_transfer_has_its_table_and_its_figure() {
     bench.write(path, bench.read(path).replace("4.0.", "3.0."));
     study("--seeds 3").ok();
     assert!(bench.read(path).contains("3.0."));
-    assert_eq!(bench.lines("t/transfer.csv"), 1 + 9);
+    assert_eq!(bench.lines("t/transfer.csv"), 1 + 21);
 }
 
 /// `docs/files.md` has every key of what the study and the export write.

@@ -147,13 +147,13 @@ fn more_seeds_join_and_other_scenes_do_not() {
     of("a", "1 --first-seed 1");
     let alone = bench.read("a/findings.md");
     let undecided = "undecided: one seed's change has no error";
-    assert_eq!(alone.matches(undecided).count(), 15, "{alone}");
+    assert_eq!(alone.matches(undecided).count(), 20, "{alone}");
     let said = of("a", "2");
-    assert_eq!(ended(&said), 19, "{said:?}");
+    assert_eq!(ended(&said), 24, "{said:?}");
     of("b", "2");
     assert_eq!(results(&bench, "a"), results(&bench, "b"));
     let document = bench.read("a/findings.md");
-    assert_eq!(document.matches("\n- **").count(), 16, "{document}");
+    assert_eq!(document.matches("\n- **").count(), 21, "{document}");
     let said = study(&bench, "findings", "a", "--seeds 2");
     said.fails(2, &["another folder by --runs"]);
     let refused = |base: &str, says: &str| {

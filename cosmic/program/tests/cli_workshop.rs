@@ -41,6 +41,7 @@ fn expected(bench: &Bench, sizes: Value) -> Value {
     let nodes = lattice.nodes() as f64 * scene.physics.node_mass;
     let asked = &scene.controller;
     json!({
+        "nodes": lattice.nodes(),
         "bars": solid.map(bar).collect::<serde_json::Map<_, _>>(),
         "bar_mass": body.mass.iter().sum::<f64>() - nodes - payload,
         "max_strain": scene.materials.max_strain[2],

@@ -112,6 +112,17 @@ impl CoDesign {
         }
     }
 
+    /// A controller for [domains without feedback](Domain::without_feedback): what it observes of a robot of
+    /// such presence stays as it is at the start.
+    pub fn without_feedback(
+        &self,
+        presence: &[f64],
+        controller: &Controller<f64>,
+    ) -> Controller<f64> {
+        let (settings, ground) = (&self.scene.controller, self.task.ground());
+        controller.without_feedback(settings, &self.start, presence, &ground)
+    }
+
     /// Displacements of a robot without feedback.
     fn clock_alone(
         &self,
@@ -120,14 +131,8 @@ impl CoDesign {
         controller: &Controller<f64>,
         domains: &[Domain],
     ) -> Quantiles {
-        let (task, ground) = (self.task.without_feedback(), self.task.ground());
-        let settings = &self.scene.controller;
-        let held = controller.without_feedback(settings, &self.start, presence, &ground);
-        let domain = |domain: &Domain| Domain {
-            task: Cow::Borrowed(&task),
-            start: domain.start.clone(),
-        };
-        let domains: Vec<Domain> = domains.iter().map(domain).collect();
+        let held = self.without_feedback(presence, controller);
+        let domains: Vec<Domain> = domains.iter().map(Domain::without_feedback).collect();
         self.spreads(mixture, &[&held], &domains)[0].displacement
     }
 

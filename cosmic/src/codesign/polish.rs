@@ -141,8 +141,8 @@ mod tests {
             let (flips, polished) = far("polish_trials = 8", seed);
             assert_eq!(none, 0);
             // Before the updates 8, 10, 12 and 14 an edge each may change, as the last two of nine
-            // settle; of these seeds no one has all four.
-            assert!(flips <= 3, "{flips} edges");
+            // settle.
+            assert!(flips <= 4, "{flips} edges");
             assert!(polished >= plain, "{polished} < {plain}");
             better += usize::from(polished > plain);
         }

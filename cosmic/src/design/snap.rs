@@ -234,7 +234,7 @@ mod tests {
         let nodes = (0..=edges).map(|k| [k as f64, 0.0]).collect();
         let mut chain = Lattice::between(nodes, (0..edges).map(|k| [k, k + 1]).collect());
         chain.rules = rules.clone();
-        LayoutRules::new(&chain, &DesignSettings::default())
+        LayoutRules::new(&chain, &LOOSE)
     }
 
     const ONE_PIECE: DesignSettings = DesignSettings {
@@ -242,6 +242,11 @@ mod tests {
         free_ends: true,
         crossings: true,
         feet: 0,
+    };
+
+    const LOOSE: DesignSettings = DesignSettings {
+        one_piece: false,
+        ..ONE_PIECE
     };
 
     fn free(edges: usize) -> LayoutRules {

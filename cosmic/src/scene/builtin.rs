@@ -36,8 +36,10 @@ macro_rules! builtin {
     };
 }
 
-/// Every built-in scene, the default first.
-pub const BUILTIN: [Builtin; 12] = builtin![
+/// Every built-in scene, the one that the program takes by default first. Keys that a file lacks are of
+/// `stability`, as [`Scene::default`] is.
+pub const BUILTIN: [Builtin; 13] = builtin![
+    "earth",
     "stability",
     "baseline_tall",
     "baseline_short",

@@ -74,7 +74,7 @@ settings! {
     struct DesignSettings {
         /// Whether all bars are to hang together with the payload. Then a node counts in the mean
         /// position, and is observed, as much as its edges are solid: not at all without a bar.
-        one_piece: bool = false, source "paper: false";
+        one_piece: bool = true, source "paper: false";
         /// Whether a bar may have an end where there is no other bar.
         free_ends: bool = true, source "paper silent";
         /// Whether bars may cross.

@@ -31,7 +31,7 @@ settings! {
         polish_trials: usize = 16, allowed within(0.0, 1e4), source "paper: 0";
         /// Iterations of the fine-tuning from one such polish to the next, the first right after the
         /// snap; those that settle have none.
-        polish_every: usize = 5, allowed within(1.0, 1e5), source "paper silent";
+        polish_every: usize = 3, allowed within(1.0, 1e5), source "paper silent";
         /// Passes, repeated: d of the design, c of the controller.
         cycle: Vec<Pass> = passes("dcdcddcdcd"), allowed within(1.0, 1e3),
             source "paper: three to two";
@@ -85,9 +85,9 @@ settings! {
     /// Adam, for the controller's weights.
     struct AdamSettings {
         /// Learning rate while design and controller move together.
-        rate: f64 = 0.002, allowed within(0.0, 10.0), source "found by experiment";
+        rate: f64 = 0.003, allowed within(0.0, 10.0), source "found by experiment";
         /// Learning rate at the start of the fine-tuning, when the controller moves alone.
-        fine_rate: f64 = 0.002, allowed within(0.0, 10.0), source "found by experiment";
+        fine_rate: f64 = 0.003, allowed within(0.0, 10.0), source "found by experiment";
         /// Share of the fine-tuning's learning rate that is left at its end, reached linearly; where
         /// it settles, the rate falls to zero from there on.
         fine_decay: f64 = 0.1, allowed SHARE, source "found by experiment";

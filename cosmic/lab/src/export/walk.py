@@ -1,6 +1,5 @@
 """Walks the robot of this folder in MuJoCo (pip install mujoco numpy): unseen, or with --view."""
-import argparse, importlib, pathlib, time
-import mujoco
+import argparse, importlib, mujoco, pathlib, time
 import numpy as np
 
 
@@ -9,13 +8,14 @@ def load(folder):
     return model, dict(np.load(pathlib.Path(folder, "controller.npz")))
 
 
-def step(model, data, net, n):
-    """Control step n: target strains from what the nodes do, held for all substeps."""
-    turn = net["omega"] * (n * net["dt"])
-    sensed = np.concatenate([data.qpos, data.qvel, [np.sin(turn), np.cos(turn)]])
-    hidden = np.tanh(net["w1"] @ sensed + net["b1"])
-    data.ctrl = net["strain"] * np.tanh(net["w2"] @ hidden + net["b2"])
-    mujoco.mj_step(model, data, int(net["substeps"]))
+def step(model, robots, net, n):
+    """Control step n of some robots: target strains from what nodes do, held for all substeps."""
+    clock = [np.sin(net["omega"] * (n * net["dt"])), np.cos(net["omega"] * (n * net["dt"]))]
+    sensed = np.array([np.concatenate([data.qpos, data.qvel, clock]) for data in robots])
+    hidden = np.tanh(sensed @ net["w1"].T + net["b1"])
+    for data, target in zip(robots, net["strain"] * np.tanh(hidden @ net["w2"].T + net["b2"])):
+        data.ctrl = target
+        mujoco.mj_step(model, data, int(net["substeps"]))
 
 
 if __name__ == "__main__":
@@ -30,7 +30,7 @@ if __name__ == "__main__":
     viewer = given.view and importlib.import_module("mujoco.viewer").launch_passive(model, data)
     path, began = [data.qpos.copy()], time.time()
     while len(path) <= (given.steps or net["steps"]) and (not viewer or viewer.is_running()):
-        step(model, data, net, len(path) - 1)
+        step(model, [data], net, len(path) - 1)
         path.append(data.qpos.copy())
         if viewer:
             viewer.sync()

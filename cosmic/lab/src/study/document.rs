@@ -1,8 +1,8 @@
 //! Parts of the documents: numbers, tables, the text that all studies share.
 
+use super::Study;
 use super::results::StudyResults;
 use super::rows::{RunRow, TrialRow};
-use super::{Study, StudyKind};
 use crate::table::{Cell, Column, Table, TableOf, decimals};
 use cosmic::scene::Departure;
 
@@ -62,19 +62,14 @@ fn preamble(study: &Study) -> String {
             format!(" Every experiment starts from the settings of `{file}`."),
         ),
     };
-    let columns = match study.kind {
-        StudyKind::Transfer => "",
-        _ => {
-            "*Spread* is from the 10 % to the 90 % quantile of these rollouts, *dt/2* the same design at half \
-             the time step, *last* the last iterate, each as its median over the seeds. ± is the standard error \
-             of the median over the seeds, by the bootstrap. "
-        }
-    };
     format!(
         "Displacements of the payload along the ground, in metres, over {whose}.{limit}{base} The number \
          of a seed is of its delivered design: the median of full rollouts in double precision from \
          8 or more starts moved by {moved}, other starts than those by which the design was chosen. \
-         {columns}A run that diverges counts below all others.\n"
+         *Spread* is from the 10 % to the 90 % quantile of these rollouts, *dt/2* the same design at half \
+         the time step, *last* the last iterate, *clock alone* the share of the displacement that is left \
+         without feedback, *peak strain* that of the actuators, each as its median over the seeds. ± is the \
+         standard error of the median over the seeds, by the bootstrap. A run that diverges counts below all others.\n"
     )
 }
 
@@ -100,16 +95,22 @@ pub(super) fn trial_table<'r>(
         .column("spread", "", |row| row.spread)
         .column("dt/2", "", |row| row.half_step)
         .column("last", "", |row| row.last)
+        .column("clock alone", "", |row| row.clock_alone.median)
+        .column("peak strain, largest", "", |row| {
+            let [median, largest] = [row.strain_peak.median, row.strain_peak.best].map(metres);
+            format!("{median}, {largest}")
+        })
         .decimals(2, NONE)
         .add(column("V", 3), |row| row.volumes[0])
         .add(column("V_act", 3), |row| row.volumes[1])
-        .column("one-hot, in bounds", "", |row| {
+        .column("one-hot, in bounds, in one piece", "", |row| {
             let (one_hot, within, runs) = (row.one_hot, row.within_bounds, row.runs.len());
+            let whole = row.one_piece;
             let diverged = match row.runs.iter().filter(|run| run.diverged).count() {
                 0 => String::new(),
                 n => format!(", {n} diverged"),
             };
-            format!("{one_hot}, {within} of {runs}{diverged}")
+            format!("{one_hot}, {within}, {whole} of {runs}{diverged}")
         })
         .column("gradients skipped", "", |row| row.skipped_gradients)
         .add(column("s", 1), |row| row.seconds)

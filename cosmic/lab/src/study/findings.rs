@@ -33,6 +33,11 @@ d-no-memory         | d | What does the mean of design gradients bring without a
 d-no-trials         | d | What do the snap's alternatives bring there? |
 d-no-polish         | d | What do other materials after the snap bring there? |
 d-no-settling       | d | What does settling bring there? |
+stability           | loose     | What does it bring that all bars hang together? |
+no-free-ends        | stability | And that none has a free end? |
+no-crossings        | stability | And that none cross? |
+feet                | stability | And that there are at least four feet? |
+stops               | stability | What do end stops cost, where actuators overshoot without? |
 ";
 
 /// The whole document.

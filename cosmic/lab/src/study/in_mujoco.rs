@@ -136,6 +136,9 @@ impl Transfer {
     }
 }
 
+/// The share of its displacement that a robot keeps if it is said to keep most.
+pub(super) const MOST: f64 = 0.9;
+
 /// Robots of many seeds on ground of one friction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct OnFriction {
@@ -147,6 +150,8 @@ pub(super) struct OnFriction {
     pub(super) own: Statistics,
     /// Displacements in MuJoCo over those that the robots were delivered with.
     pub(super) keeps: Statistics,
+    /// Robots that keep at least [`MOST`].
+    pub(super) kept: usize,
     /// Displacements in MuJoCo over those here on the same friction.
     pub(super) agrees: Statistics,
 }
@@ -164,11 +169,15 @@ impl OnFriction {
                     |(far, transfer): &(_, Option<&Transfer>)| number(*far, (*transfer)?);
                 Statistics::of(&robots.iter().map(of_robot).collect::<Vec<_>>())
             };
+            let kept = |far, t: &Transfer| ratio(t.there(k), far);
             Self {
                 friction,
                 there: of(&|_, t| t.there(k)),
                 own: of(&|_, t| t.own(k)),
-                keeps: of(&|far, t| ratio(t.there(k), far)),
+                keeps: of(&kept),
+                kept: (robots.iter())
+                    .filter(|(far, transfer)| transfer.is_some_and(|t| kept(*far, t) >= Some(MOST)))
+                    .count(),
                 agrees: of(&|_, t| ratio(t.there(k), t.own(k))),
             }
         };

@@ -2,7 +2,7 @@
 
 use super::check::Check;
 use super::in_mujoco::{OnFriction, Transfer};
-use super::statistics::Statistics;
+use super::statistics::{Statistics, ratio};
 use super::trials::Trial;
 use crate::sweep::{RunState, SweepPlan};
 use cosmic::error::Result;
@@ -83,6 +83,12 @@ pub(super) struct TrialRow {
     pub(super) one_hot: usize,
     /// Runs whose volumes are within the widened bounds.
     pub(super) within_bounds: usize,
+    /// Runs whose bars all hang together with the payload.
+    pub(super) one_piece: usize,
+    /// The displacement of the clock alone, without feedback, over the displacement.
+    pub(super) clock_alone: Statistics,
+    /// The largest strain of an actuator.
+    pub(super) strain_peak: Statistics,
     /// Gradients skipped in all runs because they were not finite.
     pub(super) skipped_gradients: usize,
     /// How far robots get in MuJoCo, a row a friction; of the study of transfer alone.
@@ -118,7 +124,7 @@ impl TrialRow {
             .iter()
             .map(|run| (run.displacement(), run.transfer.as_ref()));
         let on_frictions = OnFriction::rows(&tried.collect::<Vec<_>>());
-        let skipped = runs.iter().filter_map(|run| run.summary.as_ref());
+        let summaries = runs.iter().filter_map(|run| run.summary.as_ref());
         Self {
             trial: trial.clone(),
             departures: trial.scene.departures(),
@@ -134,7 +140,18 @@ impl TrialRow {
             seconds: summary(&|s| Some(s.seconds)),
             one_hot: count(|check| check.one_hot),
             within_bounds: count(|check| check.within_bounds),
-            skipped_gradients: skipped.map(|summary| summary.skipped_gradients).sum(),
+            one_piece: summaries
+                .clone()
+                .filter(|s| s.structure.is_some_and(|s| s.pieces == 1))
+                .count(),
+            clock_alone: statistics(&|run| {
+                ratio(
+                    run.summary.as_ref()?.displacement_clock_p50,
+                    run.displacement(),
+                )
+            }),
+            strain_peak: statistics(&|run| Some(run.summary.as_ref()?.loads.as_ref()?.strain.peak)),
+            skipped_gradients: summaries.map(|summary| summary.skipped_gradients).sum(),
             on_frictions,
             runs,
         }

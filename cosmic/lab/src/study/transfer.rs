@@ -1,7 +1,7 @@
 //! Designs in another simulator: how much of their distance they keep in MuJoCo.
 
 use super::Study;
-use super::document::{NONE, document, metres};
+use super::document::{NONE, document, metres, trial_table};
 use super::in_mujoco::OnFriction;
 use super::results::StudyResults;
 use super::rows::{RunRow, TrialRow};
@@ -17,6 +17,10 @@ pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
         "{}\n![every seed](transfer/frictions.svg)\n",
         table(&results.rows)
     );
+    let rows: Vec<&TrialRow> = results.rows.iter().collect();
+    let designs = trial_table(&rows, |table| {
+        table.column("scene", "", |row| row.trial.title)
+    });
     let setting = setting(results);
     document(
         study,
@@ -24,6 +28,7 @@ pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
         ABOUT,
         &[
             ["What designs keep in MuJoCo", &table],
+            ["Designs", &designs],
             ["Settings", &setting],
         ],
     )
@@ -32,7 +37,7 @@ pub(super) fn document_of(study: &Study, results: &StudyResults) -> String {
 const ABOUT: &str = "\nEvery delivered design is exported to MuJoCo (`cosmic export RUN --mujoco`) and walks there on \
     grounds of several frictions, from as many perturbed starts; its number there is the median of these \
     walks. *Keeps* is that over *designed*, the displacement that it was delivered with in the scene's own \
-    world; *Coulomb here* is the same design by our own law of Coulomb friction at that friction, and *agrees* \
+    world; *at least 0.9* counts the seeds that keep as much. *Coulomb here* is the same design by our own law of Coulomb friction at that friction, and *agrees* \
     is MuJoCo over that: the difference of the simulators alone. Each is the median over the seeds, in \
     brackets the 10 % and the 90 % quantile. Flight is the same in both to the rounding of numbers; contact is \
     soft and frictional in MuJoCo, and by the time of impact here. MuJoCo has no infinite friction: 5 stands \
@@ -50,6 +55,9 @@ fn table(rows: &[TrialRow]) -> String {
         .column("MuJoCo", "", |(_, on)| spread(&on.there))
         .column("**keeps**", "", |(_, on)| {
             format!("**{}**", spread(&on.keeps))
+        })
+        .column("at least 0.9", "", |(row, on)| {
+            format!("{} of {}", on.kept, row.runs.len())
         })
         .column("Coulomb here", "", |(_, on)| spread(&on.own))
         .column("agrees", "", |(_, on)| spread(&on.agrees))

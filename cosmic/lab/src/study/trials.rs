@@ -92,8 +92,8 @@ pub(super) fn trials(kind: StudyKind, base: &Base) -> Result<Vec<Trial>> {
     match kind {
         StudyKind::Paper => paper(base),
         StudyKind::Ablation => ablation(base),
-        StudyKind::Findings => findings(base),
-        StudyKind::Transfer => transfer(base),
+        StudyKind::Findings => changed(base, kind, FINDINGS),
+        StudyKind::Transfer => changed(base, kind, TRANSFERRED),
     }
 }
 
@@ -240,6 +240,11 @@ d-no-memory         | uniform      | d, without gradient.design_memory | gradien
 d-no-trials         | uniform      | d, without schedule.snap_trials | schedule.snap_trials = 0
 d-no-polish         | uniform      | d, without schedule.polish_trials | schedule.polish_trials = 0
 d-no-settling       | uniform      | d, without schedule.settle | schedule.settle = 0.0
+loose               | stability    | without design.one_piece | design.one_piece = false
+no-free-ends        | stability    | no bar with a free end | design.free_ends = false
+no-crossings        | stability    | no bars that cross | design.crossings = false
+feet                | stability    | at least four feet | design.feet = 4
+stops               | stability    | end stops of 400 N/m | physics.forces = ['stops']
 ";
 
 /// The lines of a table as text, each with four cells between bars.
@@ -252,37 +257,31 @@ pub(super) fn lines(table: &'static str) -> impl Iterator<Item = [&'static str; 
     lines.map(move |line| cells(line).try_into().expect(line))
 }
 
-fn findings(base: &Base) -> Result<Vec<Trial>> {
+/// The designs that are tried in another simulator, as [`FINDINGS`].
+const TRANSFERRED: &str = "
+stability | stability | `stability` |
+coulomb   | coulomb   | `coulomb`, friction 2.5 |
+incline   | incline   | `incline`, 15 degrees |
+friction  | stability | friction 1 | physics = { contact = 'coulomb', friction = 1.0 }
+scattered | stability | friction 0.6 to 1, unknown | \
+    physics = { contact = 'coulomb', friction = 0.8 }; robust = { samples = 2, friction = 0.4 }
+heavy     | stability | gravity 9.81, friction 1, robust | \
+    physics = { gravity = 9.81, contact = 'coulomb', friction = 1.0 }; robust.samples = 2
+earth     | earth     | `earth` |
+";
+
+/// The trials of a table of changes, by the study's name.
+fn changed(base: &Base, study: StudyKind, table: &'static str) -> Result<Vec<Trial>> {
     let trial = |[name, builtin, title, change]: [&'static str; 4]| {
         Ok(Trial {
             name: name.to_owned(),
-            table: "findings",
+            table: study.name(),
             title,
             paper: None,
             scene: base.scene(builtin, &[&change.replace("; ", "\n")])?,
         })
     };
-    lines(FINDINGS).map(trial).collect()
-}
-
-/// The scenes whose designs are tried in another simulator, each with its title.
-const TRANSFERRED: [(&str, &str); 3] = [
-    ("stability", "stability"),
-    ("coulomb", "coulomb"),
-    ("incline", "incline of 15 degrees"),
-];
-
-fn transfer(base: &Base) -> Result<Vec<Trial>> {
-    let trial = |(name, title): (&str, _)| {
-        Ok(Trial {
-            name: name.to_owned(),
-            table: "transfer",
-            title,
-            paper: None,
-            scene: base.scene(name, &[])?,
-        })
-    };
-    TRANSFERRED.into_iter().map(trial).collect()
+    lines(table).map(trial).collect()
 }
 
 #[cfg(test)]

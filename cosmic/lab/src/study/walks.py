@@ -12,19 +12,22 @@ sys.path.insert(0, folder)
 import walk
 
 model, net = walk.load(folder)
-data = mujoco.MjData(model)
+robots = [mujoco.MjData(model) for _ in range(walks)]
 steps, mechanical = int(net["steps"]), int(net["steps"] * net["substeps"])
 
 
-def distance_of(moved):
-    mujoco.mj_resetDataKeyframe(model, data, 0)
-    data.qpos += moved
-    start = data.qpos[0]
+def distances_of(starts):
+    for data, moved in zip(robots, starts):
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        data.qpos += moved
+    begun = [data.qpos[0] for data in robots]
     for n in range(steps):
-        walk.step(model, data, net, n)
+        walk.step(model, robots, net, n)
     # MuJoCo begins anew, at time 0, where a number is absurd.
-    whole = data.time > (mechanical - 0.5) * model.opt.timestep
-    return data.qpos[0] - start if whole and numpy.isfinite(data.qpos[0]) else None
+    whole = (mechanical - 0.5) * model.opt.timestep
+    ended = [data.time > whole and numpy.isfinite(data.qpos[0]) for data in robots]
+    ways = [data.qpos[0] - start for data, start in zip(robots, begun)]
+    return [way if end else None for way, end in zip(ways, ended)]
 
 
 draw = numpy.random.default_rng(seed)
@@ -33,5 +36,5 @@ found = []
 for friction in map(float, sys.argv[5:]):
     # A contact has the larger friction of its two sides.
     model.geom_friction[:, 0] = friction
-    found.append([distance_of(moved) for moved in starts])
+    found.append(distances_of(starts))
 json.dump({"mujoco": mujoco.__version__, "walks": found}, sys.stdout)
