@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// Co-design a robot: structure, material and controller together, by the paper's algorithm 1
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A built-in scene or a TOML file [default: stability, with --from the scene beside that
+    /// A built-in scene or a TOML file [default: earth, with --from the scene beside that
     /// design]
     #[arg(value_name = "SCENE")]
     scene: Option<String>,

@@ -49,7 +49,8 @@ enum Action {
         #[command(flatten)]
         output: Output,
     },
-    /// Print the default scene, complete and commented: a template for your own
+    /// Print the values of missing keys, those of `stability`, as a complete and commented scene: a template
+    /// for your own
     Default {
         /// Write JSON
         #[arg(long)]

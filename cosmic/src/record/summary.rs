@@ -151,6 +151,13 @@ pub const NUMBERS: [(&str, SummaryNumber); 27] = [
 ];
 
 impl Summary {
+    /// The share of its displacement that a robot keeps by the clock alone, without feedback; `None` for one
+    /// that hardly moves, by less than a centimetre.
+    pub fn clock_keeps(&self) -> Option<f64> {
+        let far = self.displacement_p50.filter(|far| *far >= 0.01)?;
+        Some(self.displacement_clock_p50? / far)
+    }
+
     pub(super) fn new(
         plan: &RunPlan,
         progress: &Progress,

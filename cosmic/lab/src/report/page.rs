@@ -59,19 +59,24 @@ fn scene(robot: &RobotFiles) -> String {
     )
 }
 
-/// The four most important numbers.
+/// The most important numbers.
 fn figures(summary: &Summary) -> String {
     let ends = summary.displacement_p10.zip(summary.displacement_p90);
     let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
         format!("{} \u{2013} {} m", decimals(low, 3), decimals(high, 3))
     });
-    let median = summary.displacement_p50;
-    let median = median.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m");
+    let far = summary.displacement_p50;
+    let median = far.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m");
+    let kept = summary.clock_keeps();
+    let kept = kept.map_or("\u{2013}".to_owned(), |kept| {
+        format!("{:.0} %", 100.0 * kept)
+    });
     let shares = [summary.volume, summary.actuator_volume];
     let [solid, actuators] = shares.map(|share| format!("{:.1} %", 100.0 * share));
     let cells = [
         (median, "displacement, median"),
         (spread, "10 % to 90 % of perturbed starts"),
+        (kept, "of it by the clock alone, without feedback"),
         (solid, "of the edges are solid"),
         (actuators, "are actuators"),
     ];

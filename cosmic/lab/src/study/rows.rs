@@ -2,7 +2,7 @@
 
 use super::check::Check;
 use super::in_mujoco::{OnFriction, Transfer};
-use super::statistics::{Statistics, ratio};
+use super::statistics::Statistics;
 use super::trials::Trial;
 use crate::sweep::{RunState, SweepPlan};
 use cosmic::error::Result;
@@ -144,12 +144,7 @@ impl TrialRow {
                 .clone()
                 .filter(|s| s.structure.is_some_and(|s| s.pieces == 1))
                 .count(),
-            clock_alone: statistics(&|run| {
-                ratio(
-                    run.summary.as_ref()?.displacement_clock_p50,
-                    run.displacement(),
-                )
-            }),
+            clock_alone: statistics(&|run| run.summary.as_ref()?.clock_keeps()),
             strain_peak: statistics(&|run| Some(run.summary.as_ref()?.loads.as_ref()?.strain.peak)),
             skipped_gradients: summaries.map(|summary| summary.skipped_gradients).sum(),
             on_frictions,

@@ -262,7 +262,8 @@ const TRANSFERRED: &str = "
 stability | stability | `stability` |
 coulomb   | coulomb   | `coulomb`, friction 2.5 |
 incline   | incline   | `incline`, 15 degrees |
-friction  | stability | friction 1 | physics = { contact = 'coulomb', friction = 1.0 }
+friction  | stability | friction 1, a faster clock, a tighter bound on the cotangent | \
+    physics = { contact = 'coulomb', friction = 1.0 }; controller.omega = 13.0; gradient.cotangent_bound = 1.0
 scattered | stability | friction 0.6 to 1, unknown | \
     physics = { contact = 'coulomb', friction = 0.8 }; robust = { samples = 2, friction = 0.4 }
 heavy     | stability | gravity 9.81, friction 1, robust | \
