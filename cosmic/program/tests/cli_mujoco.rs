@@ -334,7 +334,7 @@ fn a_study_of_transfer_has_its_table_and_its_figure() {
     assert_eq!(said.out.lines().count(), 4, "{said:?}");
     let document = bench.read("t/transfer.md");
     for (what, count) in [
-        ("\n| `incline`, 15 degrees |", 4),
+        ("\n| `incline`, 15 degrees |", 5),
         ("| 0.6 |", 7),
         ("](transfer/frictions.svg)", 1),
         ("MuJoCo 4.0.", 1),

@@ -59,7 +59,7 @@ fn scene(robot: &RobotFiles) -> String {
     )
 }
 
-/// The most important numbers.
+/// The four most important numbers.
 fn figures(summary: &Summary) -> String {
     let ends = summary.displacement_p10.zip(summary.displacement_p90);
     let spread = ends.map_or("some diverged".to_owned(), |(low, high)| {
@@ -77,8 +77,10 @@ fn figures(summary: &Summary) -> String {
         (median, "displacement, median"),
         (spread, "10 % to 90 % of perturbed starts"),
         (kept, "of it by the clock alone, without feedback"),
-        (solid, "of the edges are solid"),
-        (actuators, "are actuators"),
+        (
+            format!("{solid} / {actuators}"),
+            "of the edges are solid / are actuators",
+        ),
     ];
     let cell = |(number, says)| format!("<div><b>{number}</b><span>{says}</span></div>");
     let cells = cells.map(cell).concat();

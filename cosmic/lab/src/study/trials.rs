@@ -262,11 +262,11 @@ const TRANSFERRED: &str = "
 stability | stability | `stability` |
 coulomb   | coulomb   | `coulomb`, friction 2.5 |
 incline   | incline   | `incline`, 15 degrees |
-friction  | stability | friction 1, a faster clock, a tighter bound on the cotangent | \
+friction  | stability | `stability`, friction 1 (clock 13 rad/s, cotangent bound 1) | \
     physics = { contact = 'coulomb', friction = 1.0 }; controller.omega = 13.0; gradient.cotangent_bound = 1.0
-scattered | stability | friction 0.6 to 1, unknown | \
+scattered | stability | `stability`, friction 0.8 scattered by 0.4 | \
     physics = { contact = 'coulomb', friction = 0.8 }; robust = { samples = 2, friction = 0.4 }
-heavy     | stability | gravity 9.81, friction 1, robust | \
+heavy     | stability | `stability`, gravity 9.81, friction 1, robust | \
     physics = { gravity = 9.81, contact = 'coulomb', friction = 1.0 }; robust.samples = 2
 earth     | earth     | `earth` |
 ";
