@@ -131,8 +131,16 @@ impl CoDesign {
         controller: &Controller<f64>,
         domains: &[Domain],
     ) -> Quantiles {
-        let held = self.without_feedback(presence, controller);
-        let domains: Vec<Domain> = domains.iter().map(Domain::without_feedback).collect();
+        let (task, held) = (
+            self.task.without_feedback(),
+            self.without_feedback(presence, controller),
+        );
+        // Of one task, so that they run side by side.
+        let domain = |domain: &Domain| Domain {
+            task: Cow::Borrowed(&task),
+            start: domain.start.clone(),
+        };
+        let domains: Vec<Domain> = domains.iter().map(domain).collect();
         self.spreads(mixture, &[&held], &domains)[0].displacement
     }
 

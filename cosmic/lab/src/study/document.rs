@@ -69,7 +69,8 @@ fn preamble(study: &Study) -> String {
          *Spread* is from the 10 % to the 90 % quantile of these rollouts, *dt/2* the same design at half \
          the time step, *last* the last iterate, *clock alone* the share of the displacement that is left \
          without feedback, *peak strain* that of the actuators, each as its median over the seeds. ± is the \
-         standard error of the median over the seeds, by the bootstrap. A run that diverges counts below all others.\n"
+         standard error of the median over the seeds, by the bootstrap. A run that diverges counts below all \
+         others.\n"
     )
 }
 

@@ -137,7 +137,7 @@ impl Transfer {
 }
 
 /// The share of its displacement that a robot keeps if it is said to keep most.
-pub(super) const MOST: f64 = 0.9;
+const MOST: f64 = 0.9;
 
 /// Robots of many seeds on ground of one friction.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -257,7 +257,7 @@ pub(super) fn lines(table: &'static str) -> impl Iterator<Item = [&'static str; 
     lines.map(move |line| cells(line).try_into().expect(line))
 }
 
-/// The designs that are tried in another simulator, as [`FINDINGS`].
+/// The trials whose designs are tried in another simulator, in the form of [`FINDINGS`].
 const TRANSFERRED: &str = "
 stability | stability | `stability` |
 coulomb   | coulomb   | `coulomb`, friction 2.5 |
