@@ -22,7 +22,8 @@ const SPEED: f64 = 10.0;
 /// The surroundings of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum World {
-    /// No ground, gravity or actuation: the energy of its vibrations is watched.
+    /// No ground, gravity or actuation: the energy of its vibrations is watched, or their speed where they
+    /// have none.
     Free,
     /// The world of its case: its speed is watched, against that of what drives it.
     Driven,
@@ -114,8 +115,9 @@ impl Trial {
         let guarded = task.guarded(&mixture, &case.controller, &case.start, &span);
         let growth = match self.world {
             World::Free => energy_growth(&case, &body, &guarded),
-            World::Driven => speed_growth(&case, self.frequency, &guarded),
+            World::Driven => None,
         };
+        let growth = growth.unwrap_or_else(|| speed_growth(&case, self.frequency, &guarded));
         let finite = guarded.trajectory.states.iter().all(is_finite);
         let unannounced = !finite && guarded.divergence.is_none();
         let outcome = match guarded.divergence {
@@ -175,12 +177,13 @@ fn is_finite(state: &State<f64>) -> bool {
     numbers.all(|c| c.is_finite())
 }
 
-/// The most energy of any state over that of the first, in units of [`ENERGY`].
-fn energy_growth(case: &Case, body: &Body<f64>, guarded: &Guarded) -> f64 {
+/// The most energy of any state over that of the first, in units of [`ENERGY`]; `None` where a force has no
+/// energy, as that of a damper.
+fn energy_growth(case: &Case, body: &Body<f64>, guarded: &Guarded) -> Option<f64> {
     let store = Store::new(&case.lattice, &case.physics, body);
     let states = guarded.trajectory.states.iter();
-    let energy = |state| store.energy(state).unwrap_or(f64::NAN);
-    most(states.map(energy)) / (ENERGY * energy(&case.start))
+    let energies: Option<Vec<f64>> = states.map(|state| store.energy(state)).collect();
+    Some(most(energies?.into_iter()) / (ENERGY * store.energy(&case.start)?))
 }
 
 /// The highest speed of any node over its bound: [`SPEED`] times the sum of the speed that gravity adds in
