@@ -40,6 +40,8 @@ impl Robustness {
     pub fn table(&self) -> Table {
         let metres = |name, says| Column::new(name, says).unit("m").decimals(3, "diverged");
         let nominal = metres("nominal", "displacement of the robot as it was designed");
+        let says = "median over them of the clock alone, without feedback";
+        let clock = metres("clock_p50", says);
         let least = metres("least", "the least displacement over the drawn domains");
         let table = Table::of("", "", &self.runs)
             .column("run", "the run's folder", |run| &run.run[..])
@@ -48,13 +50,7 @@ impl Robustness {
             .add(metres("p10", "10 % quantile over them"), |run| run.p10)
             .add(metres("p50", "median over them"), |run| run.p50)
             .add(metres("p90", "90 % quantile over them"), |run| run.p90)
-            .add(
-                metres(
-                    "clock_p50",
-                    "median over them of the clock alone, without feedback",
-                ),
-                |run| run.clock_p50,
-            );
+            .add(clock, |run| run.clock_p50);
         if self.runs.iter().all(|run| run.loss.is_none()) {
             return table.done();
         }

@@ -88,13 +88,10 @@ fn robot(summary: &Summary) -> String {
             100.0 * loads.tangled,
         );
     }
-    if let (Some(clock), Some(median)) = (summary.displacement_clock_p50, summary.displacement_p50)
-    {
-        let keeps = if median > 0.0 {
-            format!(", which keeps {:.0} %", 100.0 * clock / median)
-        } else {
-            String::new()
-        };
+    if let Some(clock) = summary.displacement_clock_p50 {
+        let keeps = summary.clock_keeps().map_or(String::new(), |kept| {
+            format!(", which keeps {:.0} %", 100.0 * kept)
+        });
         text += &format!("without feedback, by the clock alone: {clock:.3} m{keeps}\n");
     }
     text

@@ -220,8 +220,13 @@ fn a_model_has_what_moves_or_is_seen() {
     let arrays = "['b1', 'b2', 'dt', 'omega', 'steps', 'strain', 'substeps', 'w1', 'w2']";
     for (settings, sees) in [
         ("", false),
-        // The layout leaves nodes alone, and this controller sees them.
+        // The layout leaves nodes alone, and the first of these controllers sees them.
         (" --set design.one_piece=false", true),
+        (
+            " --set design.one_piece=false --set controller.offset_scale=0 --set \
+             controller.velocity_scale=0",
+            false,
+        ),
     ] {
         let export = format!("export baseline_short --mujoco --out e{settings}");
         bench.cosmic(&export).ok();

@@ -150,12 +150,17 @@ pub const NUMBERS: [(&str, SummaryNumber); 27] = [
     ("seconds", |s| Some(s.seconds)),
 ];
 
+/// The quotient of two displacements; `None` if the divisor is below a centimetre, because a robot
+/// that hardly moves is no measure.
+pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    let b = b.filter(|b| *b >= 0.01);
+    Option::zip(a, b).map(|(a, b)| a / b)
+}
+
 impl Summary {
-    /// The share of its displacement that a robot keeps by the clock alone, without feedback; `None` for one
-    /// that hardly moves, by less than a centimetre.
+    /// The [share](ratio) of its displacement that a robot keeps by the clock alone, without feedback.
     pub fn clock_keeps(&self) -> Option<f64> {
-        let far = self.displacement_p50.filter(|far| *far >= 0.01)?;
-        Some(self.displacement_clock_p50? / far)
+        ratio(self.displacement_clock_p50, self.displacement_p50)
     }
 
     pub(super) fn new(

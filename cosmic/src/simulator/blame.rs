@@ -68,7 +68,7 @@ impl Simulator {
         most.map_or(Cause::Motion, |most| most.0)
     }
 
-    /// What a controller puts out for every edge of a robot in a state at a time, s.
+    /// The outputs of a controller, one an edge, for a robot in a state at a time, s.
     pub(super) fn activation(
         &self,
         body: &Body<f64>,

@@ -4,10 +4,11 @@ use super::Study;
 use super::document::{document, metres, motifs, percent, pictures, table, trial_table};
 use super::results::StudyResults;
 use super::rows::TrialRow;
-use super::statistics::{Statistics, ratio};
+use super::statistics::Statistics;
 use super::trials::{ABLATION, CONTROL, MATERIAL, TOPOLOGY, lines};
 use crate::report::Bar;
 use crate::table::decimals;
+use cosmic::record::summary::ratio;
 
 /// Something that a trial may design: its name, its bit in [`ABLATION`], the paper's gain as a ratio.
 type Entity = (&'static str, u8, Option<f64>);

@@ -217,7 +217,7 @@ fn made_by(study: &Study) -> String {
 #[cfg(test)]
 mod tests {
     use super::{metres, percent};
-    use crate::study::statistics::ratio;
+    use cosmic::record::summary::ratio;
 
     #[test]
     fn numbers_that_are_not_there_show() {

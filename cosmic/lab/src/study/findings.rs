@@ -4,9 +4,10 @@ use super::Study;
 use super::document::{document, metres, percent, trial_table};
 use super::results::StudyResults;
 use super::rows::{RunRow, TrialRow};
-use super::statistics::{mean, ratio};
+use super::statistics::mean;
 use super::trials::{REFERENCE, lines};
 use crate::table::decimals;
+use cosmic::record::summary::ratio;
 
 /// The trial that answers, the trial it is compared with, the question, and the paper's answer, if
 /// any.

@@ -1,12 +1,13 @@
 //! `transfer.json`: how far a finished run's robot gets in MuJoCo, on grounds of several frictions.
 
 use super::python;
-use super::statistics::{Statistics, ratio};
+use super::statistics::Statistics;
 use crate::export::mujoco::{self, MujocoSettings};
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::error::{Error, Result};
 use cosmic::laws::ContactLaw;
 use cosmic::record::files::{Format, read_json, write_json};
+use cosmic::record::summary::ratio;
 use cosmic::record::{DesignFile, Summary, run};
 use cosmic::scene::Scene;
 use serde::{Deserialize, Serialize};

@@ -4,9 +4,9 @@ use super::Study;
 use super::document::{document, motifs, percent, pictures, table, trial_table};
 use super::results::StudyResults;
 use super::rows::TrialRow;
-use super::statistics::ratio;
 use super::trials::{DEFAULT, STRICT};
 use crate::report::PICTURES;
+use cosmic::record::summary::ratio;
 
 /// The paper's displacement of design b over that of its baseline.
 const PAPER_GAIN: f64 = 1.66;

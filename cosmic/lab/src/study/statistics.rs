@@ -42,13 +42,6 @@ impl Statistics {
     }
 }
 
-/// The quotient of two displacements; `None` if the divisor is below a centimetre, because a robot
-/// that hardly moves is no measure.
-pub(super) fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
-    let b = b.filter(|b| *b >= 0.01);
-    Option::zip(a, b).map(|(a, b)| a / b)
-}
-
 /// The mean of a sample and the variance of its population.
 fn mean_and_variance(sample: &[f64]) -> [f64; 2] {
     let count = sample.len() as f64;
