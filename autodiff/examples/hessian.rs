@@ -36,20 +36,16 @@ fn main() {
         println!("{iteration}: energy {energy:.9}, slope {slope:.1e}");
         // Far from the minimum the Hessian alone would lead astray.
         let damping = DMatrix::identity(x.len(), x.len()) * slope;
-        let factors = (matrix(&hessian(&Chain, &x)) + damping).lu();
+        let factors = (DMatrix::from(hessian(&Chain, &x)) + damping).lu();
         let step = factors.solve(&slopes).expect("a regular Hessian");
         x.iter_mut().zip(&step).for_each(|(x, step)| *x -= step);
     }
     assert!(gradient(&Chain, &x).iter().all(|g| g.abs() < 1e-9));
 
-    let mut stiffness = matrix(&hessian(&Chain, &x)).symmetric_eigenvalues();
+    let mut stiffness = DMatrix::from(hessian(&Chain, &x)).symmetric_eigenvalues();
     stiffness.as_mut_slice().sort_by(f64::total_cmp);
     println!(
         "lowest tones, in units of the weights' own: {:.4?}",
         &stiffness.map(f64::sqrt).as_slice()[..4]
     );
-}
-
-fn matrix(rows: &[Vec<f64>]) -> DMatrix<f64> {
-    DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows[i][j])
 }

@@ -42,7 +42,7 @@ fn main() {
     let (mut mean, mut square) = ([0.0; 25], [0.0; 25]);
     for _ in 0..1000 {
         let error = |weights: &[Var<f64>]| {
-            let off = |from| grown(weights, from, 60) - Real::lit(counted(from, 60.0));
+            let off = |from| grown(weights, from, 60) - counted(from, 60.0);
             let off = [0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5].map(off);
             Real::dot(&off, &off)
         };

@@ -1,6 +1,7 @@
-//! The names of elementary functions that a [`Real`](crate::Real) has no method for.
+//! The names of elementary functions of one number.
 
-/// A function of one number for [`Real::elementary`](crate::Real::elementary).
+/// A function of one number for [`Real::elementary`](crate::Real::elementary): those that a number type
+/// need not have an implementation of, because they are made of others.
 ///
 /// At an end of its domain the derivative is the limit from inside, infinite for `asin`, `acos`,
 /// `acosh`, `atanh`, `ln_1p` and the logarithms, as it is for `cbrt` at 0; outside it is NaN, as
@@ -32,10 +33,14 @@ pub enum Elementary {
     Log10,
     /// Cubic root of either sign.
     Cbrt,
+    /// `1 / (1 + e^-x)`.
+    Sigmoid,
+    /// `ln(1 + e^x)`.
+    Softplus,
 }
 
 impl Elementary {
-    /// The name of the method in num-traits' `Float`.
+    /// The name of the method.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Asin => "asin",
@@ -50,6 +55,8 @@ impl Elementary {
             Self::Log2 => "log2",
             Self::Log10 => "log10",
             Self::Cbrt => "cbrt",
+            Self::Sigmoid => "sigmoid",
+            Self::Softplus => "softplus",
         }
     }
 }

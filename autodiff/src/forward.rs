@@ -1,7 +1,7 @@
 //! Forward mode: the arithmetic of [`Dual`], a number that carries tangents.
 
 use crate::dual::Dual;
-use crate::operators::{constants_by_f64, operators};
+use crate::operators::{closure_operators, constants_by_f64, operators};
 use crate::real::{Fused, Real};
 use crate::rule::{self, by_rule};
 
@@ -157,3 +157,4 @@ operators! {
 }
 
 constants_by_f64! { [R: Real, const N: usize] Dual<R, N> }
+closure_operators! { [R: Real, const N: usize] Dual<R, N> }

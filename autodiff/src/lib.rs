@@ -5,13 +5,18 @@
 //! along a direction, a gradient, a Jacobian, a Hessian.
 //!
 //! ```
-//! use autodiff::{Function, Real, gradient, hessian};
+//! use autodiff::{Function, Real, gradient, gradient_of, hessian, lit};
 //!
+//! // A closure, for one derivative; floats are constants.
+//! let slope = gradient_of(|x| (x[0].powi(2) - 1.0).powi(2) + 0.5 * x[1] * x[1], &[2.0, 3.0]);
+//! assert_eq!(slope, [24.0, 3.0]);
+//!
+//! // A type, for all of them; `lit` makes a constant on either side of an operator.
 //! struct Well;
 //!
 //! impl Function for Well {
 //!     fn eval<R: Real>(&self, x: &[R]) -> R {
-//!         (x[0] * x[0] - R::one()).powi(2) + R::lit(0.5) * x[1] * x[1]
+//!         (x[0].powi(2) - lit(1.0)).powi(2) + lit(0.5) * x[1] * x[1]
 //!     }
 //! }
 //!
@@ -19,21 +24,27 @@
 //! assert_eq!(hessian(&Well, &[2.0, 3.0]), [[44.0, 0.0], [0.0, 1.0]]);
 //! ```
 //!
-//! For a gradient and nothing else a closure does: `gradient_of(|x| x[0] * x[1].sin(), &[2.0, 0.0])`.
+//! Every driver takes the function first, then the point, then the rest; its closure form ends in
+//! `_of`.
 //!
 //! # Writing a function
 //!
-//! - A constant enters by [`R::lit`](Real::lit): `R::lit(9.81) * x[0]`, where `9.81 * x[0]` does
-//!   not compile. `R::zero()` and `R::one()` are there wherever the bound is `R: Real`; on a number
-//!   type by its name, as in a closure over [`Var`]s, write `Var::lit(0.0)`.
+//! - In a closure, over [`Var`] or [`Dual`], formulas stand as on paper: `2.0 * x[0] + 1.0`, `&x * &y`,
+//!   `x += 0.5`, `x > 0.0`. A number by itself is `Var::lit(0.0)`.
+//! - In code over `R: Real` a constant beside an operator is [`lit(9.81)`](lit): `lit(9.81) * x[0]`, where
+//!   `9.81 * x[0]` does not compile, because `f32` could not. A constant by itself, as an argument or a
+//!   start, is [`R::lit(9.81)`](Real::lit), `R::zero()` or `R::one()`.
 //! - What is not differentiated, data and settings, is a field of the type.
-//! - Loops, arrays and helper functions over `R: Real` are plain Rust; a sum is
-//!   [`R::sum(&terms)`](Real::sum).
+//! - Loops, arrays, iterators and helper functions over `R: Real` are plain Rust:
+//!   `x.iter().map(|&x| x * x).sum::<R>()`. The sum of a slice is [`R::sum_of(&terms)`](Real::sum_of), a
+//!   dot product [`R::dot(&a, &b)`](Real::dot): one entry each on the tape.
 //! - A comparison, [`x.lt(y)`](Real::lt), gives a mask: write `R::select(x.lt(y), a, b)`, not
 //!   `if x < y`; the [pitfalls](#pitfalls) say why. (For `x < y` the compiler suggests the bound
 //!   `PartialOrd`. Do not follow it: an implementation of `eval` cannot add bounds.)
-//! - The elementary functions are methods of [`Real`], the rarer ones through
-//!   [`elementary`](Real::elementary); [`custom`] adds others.
+//! - The elementary functions are methods of [`Real`], with [`sigmoid`](Real::sigmoid) and
+//!   [`softplus`](Real::softplus) among them; [`custom`] adds others.
+//! - Code that is not to be differentiated, a solver or a table, takes floats: [`x.primal()`](Real::primal).
+//!   What a solver finds gets its derivatives from [`implicit::root`].
 //!
 //! # Traits for functions
 //!
@@ -48,6 +59,9 @@
 //! | [`implicit::Residual`] | zero at the solution of equations | [`implicit::root`] |
 //! | [`custom::Rule`] | with one result, whose partials you give | [`custom::apply`] |
 //! | [`Fused`] | of several slices, whose reverse sweep you write | [`Real::fused`] |
+//!
+//! [`Parameters`] is for the arguments: nested structs, arrays and matrices of numbers in place of one
+//! slice.
 //!
 //! # Many time steps
 //!
@@ -133,13 +147,14 @@
 //! | wanted | take | cost, in evaluations |
 //! | --- | --- | --- |
 //! | derivative along a direction | [`jvp`] | about 2 |
-//! | gradient of one scalar by many arguments | [`gradient`], [`value_and_gradient`]; of a closure [`gradient_of`], [`value_and_gradient_of`] | a few for arrays, tens for scalars on the tape; whatever the number of arguments |
+//! | gradient of one scalar by many arguments | [`gradient`], [`value_and_gradient`] | a few for arrays, tens for scalars on the tape; whatever the number of arguments |
+//! | gradient by a handful of arguments | [`gradient_forward`] | 2 to 3 for every four arguments; no tape |
 //! | cotangents of several values at once | [`vjp`] | likewise |
 //! | all of a Jacobian | [`jacobian`] | forward over arguments or reverse over values, whichever are fewer |
 //! | a Jacobian that is mostly zeros | [`sparse_jacobian`] | one direction per colour: 3 for a tridiagonal one of any size |
 //! | Hessian times a vector | [`hessian_vector`] | a few gradients |
 //! | all of a Hessian | [`hessian`] | that for every four arguments |
-//! | a Hessian that is mostly zeros | [`sparse_jacobian`] of a function that returns its [`gradient`] | a gradient's for every colour |
+//! | a Hessian that is mostly zeros | [`sparse_hessian`] | a gradient's for every colour |
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
 //! | the same from many starts with shared parameters | [`Rollout::run_batch`] | about half of running them one by one, in lanes over the starts |
 //! | the same where starts have arrays of their own among the parameters | [`Rollout::run_batch_with`] | for two starts, some nine tenths of running them one by one; they share the matrices |
@@ -149,7 +164,7 @@
 //! Three tiers of reverse mode stand behind this, and mix freely:
 //!
 //! - [`Tape`] and [`Var`] record scalar code of any shape, entry by entry;
-//! - [`Real::dot`], [`Real::sum`], [`fused::dense`] and every [`Fused`] function are one entry each;
+//! - [`Real::dot`], [`Real::sum_of`], [`fused::dense`] and every [`Fused`] function are one entry each;
 //! - a [`Program`] records one step over arrays, with [`Kernel`]s mapped over them, and runs it
 //!   many times forward and back in lanes.
 //!
@@ -170,25 +185,18 @@
 //!   [`real`]. It is a convention; an optimiser that sits on a kink gets what the table says.
 //! - **Smooth functions of kinks.** Each kink is taken by itself: where two cancel, their derivatives
 //!   need not. `ln(1 + e^x)` as it is often written, `x.max(0) + ln(1 + exp(-|x|))`, has the slope
-//!   0 at 0, where 1/2 is right. Choose between two smooth forms that agree at the switch:
+//!   0 at 0, where 1/2 is right: take [`softplus`](Real::softplus). Where there is no such method, choose
+//!   by `select` between two smooth forms that agree at the switch.
+//! - **Overflow on the way.** `1 / (1 + exp(-x))` is 0 at -800, but its parts are infinite, and their
+//!   derivatives NaN: take [`sigmoid`](Real::sigmoid).
 //!
 //!   ```
-//!   use autodiff::{Function, Real, gradient, hessian};
+//!   use autodiff::{Real, gradient_of, hessian_of};
 //!
-//!   struct Softplus;
-//!
-//!   impl Function for Softplus {
-//!       fn eval<R: Real>(&self, x: &[R]) -> R {
-//!           let (x, one) = (x[0], R::one());
-//!           let small = (one + x.exp()).ln();
-//!           let large = x + (one + (-x).exp()).ln(); // the same, and finite for any x > 0
-//!           R::select(x.lt(R::zero()), small, large)
-//!       }
-//!   }
-//!
-//!   assert_eq!(gradient(&Softplus, &[0.0]), [0.5]);
-//!   assert_eq!(hessian(&Softplus, &[0.0]), [[0.25]]);
-//!   assert_eq!([-1e3, 1e3].map(|x| gradient(&Softplus, &[x])[0]), [0.0, 1.0]);
+//!   assert_eq!(gradient_of(|x| x[0].softplus(), &[0.0]), [0.5]);
+//!   assert_eq!(hessian_of(|x| x[0].softplus(), &[0.0]), [[0.25]]);
+//!   assert_eq!([-1e3, 1e3].map(|x| gradient_of(|x| x[0].softplus(), &[x])[0]), [0.0, 1.0]);
+//!   assert!(gradient_of(|x| x[0].sigmoid(), &[-500.0])[0] > 0.0);
 //!   ```
 //! - **Units.** Partials are numbers of the same type: where that of `1/x` or `rsqrt(x)` is too small or too
 //!   large for it, in `f32` beyond some 1e19, slopes become 0 or infinite though the value is neither.
@@ -239,6 +247,7 @@
 //!
 //! None is on by default.
 //!
+//! - `derive`: `#[derive(Parameters)]` for structures of [`parameters`];
 //! - `nalgebra`: [`Element`] in nalgebra's matrices, module `nalgebra`;
 //! - `rayon`: Jacobians, Hessians and batches of gradients on several cores, module `parallel`.
 //!
@@ -255,6 +264,7 @@ extern crate self as autodiff;
 mod operators;
 mod elementary;
 mod dual;
+mod literal;
 pub mod real;
 mod rule;
 mod math;
@@ -269,6 +279,7 @@ pub mod arrays;
 pub mod rollout;
 mod record;
 pub mod drivers;
+pub mod parameters;
 pub mod interop;
 pub mod diagnose;
 
@@ -277,15 +288,19 @@ pub use diagnose::{DoubleDouble, check, trace};
 #[cfg(feature = "rayon")]
 pub use drivers::parallel;
 pub use drivers::{
-    Function, VectorFunction, batch, gradient, gradient_of, hessian, hessian_vector, implicit,
-    jacobian, jvp, sparse, sparse::sparse_jacobian, value_and_gradient, value_and_gradient_of, vjp,
+    Dense, Function, VectorFunction, batch, gradient, gradient_forward, gradient_forward_of,
+    gradient_of, hessian, hessian_of, hessian_vector, hessian_vector_of, implicit, jacobian,
+    jacobian_of, jvp, jvp_of, sparse,
+    sparse::{sparse_hessian, sparse_jacobian},
+    value_and_gradient, value_and_gradient_of, vjp, vjp_of,
 };
 pub use dual::Dual;
 pub use elementary::Elementary;
 pub use interop::Element;
 #[cfg(feature = "nalgebra")]
 pub use interop::nalgebra;
-pub use real::{Fused, Mask, Real};
+pub use parameters::Parameters;
+pub use real::{Fused, Mask, Real, lit};
 pub use record::{AnyProgram, emit};
 pub use reverse::{Tape, Var};
 pub use rollout::{CotangentBound, Given, Memory, Model, Rollout};

@@ -1,6 +1,7 @@
 //! The operators and identities of number types.
 
-/// Implements `+ - * /`, negation, the assigning operators, `Zero`, `One` and `Sum` for a number type:
+/// Implements `+ - * /`, negation, the assigning operators, operators with a
+/// [`Literal`](crate::real::Literal) on the right, `Zero`, `One`, `Sum` and `Product` for a number type:
 ///
 /// ```text
 /// operators! {
@@ -68,9 +69,168 @@ macro_rules! operators {
                 $one
             }
         }
+        $crate::operators::literal_operators! { [$($generics)*] $number }
+        $crate::operators::folds! { [$($generics)*] $number }
+    };
+}
+
+/// `number op literal`.
+macro_rules! literal_operators {
+    ([$($generics:tt)*] $number:ty) => {
+        $crate::operators::literal_operators! {
+            @each [$($generics)*] $number, Add add, Sub sub, Mul mul, Div div
+        }
+    };
+    (@each $generics:tt $number:ty, $($trait:ident $method:ident),*) => {
+        $($crate::operators::right_operand! {
+            $generics $number, $trait $method $crate::literal::Literal, b <$number>::lit(b.0)
+        })*
+    };
+}
+
+/// Sums and products of iterators, over numbers and over references.
+macro_rules! folds {
+    ([$($generics:tt)*] $number:ty) => {
         impl<$($generics)*> std::iter::Sum for $number {
+            #[inline(always)]
             fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
-                terms.fold(num_traits::Zero::zero(), |sum, term| sum + term)
+                let mut sum = <Self as num_traits::Zero>::zero();
+                for term in terms {
+                    sum += term;
+                }
+                sum
+            }
+        }
+        impl<$($generics)*> std::iter::Product for $number {
+            #[inline(always)]
+            fn product<I: Iterator<Item = Self>>(factors: I) -> Self {
+                let mut product = <Self as num_traits::One>::one();
+                for factor in factors {
+                    product *= factor;
+                }
+                product
+            }
+        }
+        impl<'a, $($generics)*> std::iter::Sum<&'a Self> for $number {
+            #[inline(always)]
+            fn sum<I: Iterator<Item = &'a Self>>(terms: I) -> Self {
+                terms.copied().sum()
+            }
+        }
+        impl<'a, $($generics)*> std::iter::Product<&'a Self> for $number {
+            #[inline(always)]
+            fn product<I: Iterator<Item = &'a Self>>(factors: I) -> Self {
+                factors.copied().product()
+            }
+        }
+    };
+}
+
+/// Operators as closures over a number type by its name want them: with floats on either side, with
+/// references, and comparisons with floats.
+macro_rules! closure_operators {
+    ([$($generics:tt)*] $number:ty) => {
+        $crate::operators::closure_operators! {
+            @each [$($generics)*] $number,
+            Add add AddAssign add_assign, Sub sub SubAssign sub_assign,
+            Mul mul MulAssign mul_assign, Div div DivAssign div_assign
+        }
+        impl<$($generics)*> PartialEq<f64> for $number
+        where
+            Self: PartialEq,
+        {
+            fn eq(&self, other: &f64) -> bool {
+                *self == Self::lit(*other)
+            }
+        }
+        impl<$($generics)*> PartialOrd<f64> for $number
+        where
+            Self: PartialOrd,
+        {
+            fn partial_cmp(&self, other: &f64) -> Option<std::cmp::Ordering> {
+                self.partial_cmp(&Self::lit(*other))
+            }
+        }
+        impl<'a, $($generics)*> std::ops::Neg for &'a $number {
+            type Output = $number;
+            #[inline(always)]
+            fn neg(self) -> $number {
+                -*self
+            }
+        }
+    };
+    (
+        @each $generics:tt $number:ty,
+        $($trait:ident $method:ident $assign_trait:ident $assign:ident),*
+    ) => {
+        $($crate::operators::closure_operator! {
+            $generics $number, $trait $method $assign_trait $assign
+        })*
+    };
+}
+
+/// One of them, and the assigning one.
+macro_rules! closure_operator {
+    (
+        [$($generics:tt)*] $number:ty,
+        $trait:ident $method:ident $assign_trait:ident $assign:ident
+    ) => {
+        $crate::operators::right_operand! {
+            [$($generics)*] $number, $trait $method f64, b <$number>::lit(b)
+        }
+        $crate::operators::right_operand! {
+            ['a, $($generics)*] $number, $trait $method &'a $number, b *b
+        }
+        impl<$($generics)*> std::ops::$trait<$number> for f64 {
+            type Output = $number;
+            #[inline(always)]
+            fn $method(self, other: $number) -> $number {
+                std::ops::$trait::$method(<$number>::lit(self), other)
+            }
+        }
+        impl<'a, $($generics)*> std::ops::$trait<&'a $number> for f64 {
+            type Output = $number;
+            #[inline(always)]
+            fn $method(self, other: &'a $number) -> $number {
+                std::ops::$trait::$method(self, *other)
+            }
+        }
+        impl<'a, T, $($generics)*> std::ops::$trait<T> for &'a $number
+        where
+            $number: std::ops::$trait<T, Output = $number>,
+        {
+            type Output = $number;
+            #[inline(always)]
+            fn $method(self, other: T) -> $number {
+                std::ops::$trait::$method(*self, other)
+            }
+        }
+        impl<$($generics)*> std::ops::$assign_trait<f64> for $number {
+            #[inline(always)]
+            fn $assign(&mut self, other: f64) {
+                *self = std::ops::$trait::$method(*self, other);
+            }
+        }
+        impl<'a, $($generics)*> std::ops::$assign_trait<&'a $number> for $number {
+            #[inline(always)]
+            fn $assign(&mut self, other: &'a $number) {
+                *self = std::ops::$trait::$method(*self, *other);
+            }
+        }
+    };
+}
+
+/// `number op operand`, given what number the operand stands for.
+macro_rules! right_operand {
+    (
+        [$($generics:tt)*] $number:ty, $trait:ident $method:ident $operand:ty,
+        $b:ident $of_operand:expr
+    ) => {
+        impl<$($generics)*> std::ops::$trait<$operand> for $number {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, $b: $operand) -> Self {
+                std::ops::$trait::$method(self, $of_operand)
             }
         }
     };
@@ -140,4 +300,7 @@ macro_rules! by_primal {
     };
 }
 
-pub(crate) use {by_primal, constants_by_f64, operator, operators};
+pub(crate) use {
+    by_primal, closure_operator, closure_operators, constants_by_f64, folds, literal_operators,
+    operator, operators, right_operand,
+};

@@ -41,12 +41,16 @@
 //! infinite number is NaN there.
 
 use std::fmt::Debug;
-use std::ops::{AddAssign, BitAnd, BitOr, Div, DivAssign, MulAssign, Neg, Not, Sub, SubAssign};
+use std::iter::{Product, Sum};
+use std::ops::{
+    Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
+};
 
 use num_traits::{One, Zero};
 
 use crate::dual::Dual;
 use crate::elementary::Elementary;
+pub use crate::literal::Literal;
 
 /// The result of a comparison: `bool`, or one truth value per lane.
 ///
@@ -76,18 +80,32 @@ impl Mask for bool {
     }
 }
 
+/// A method for each [`Elementary`] function.
+macro_rules! elementary_methods {
+    ($($method:ident $function:ident $description:literal),*) => {
+        $(
+            #[doc = $description]
+            #[inline(always)]
+            fn $method(self) -> Self {
+                self.elementary(Elementary::$function)
+            }
+        )*
+    };
+}
+
 /// A real number as generic code sees it. See the [module](self) for the conventions at kinks.
 ///
-/// The inverse tangent is `x.atan2(R::one())`; other functions without a method are in [`Elementary`]:
-/// `x.elementary(Elementary::Sinh)`.
-///
-/// Constants enter through [`lit`](Real::lit); they carry no derivative and are not recorded.
-/// Comparisons look at the primal alone.
+/// Constants enter through [`lit`]; they carry no derivative and are not recorded. Comparisons look at
+/// the primal alone.
 ///
 /// `is_zero`, of the supertrait `Zero`, is no comparison: it asks whether the number is the additive
 /// identity, so that work on it may be left out. Lanes are if all of them are zero; a number that
 /// carries a derivative is not, whatever its primal. `if x.is_zero()` compiles and is wrong; the
 /// pitfalls of the [crate](crate#pitfalls) show what to write in its place.
+///
+/// Other crates may implement the trait for numbers of their own. Within a major version a new method
+/// comes with a default, and a new function is one more name in [`Elementary`], whose
+/// [`value`](Elementary::value) serves any number.
 pub trait Real:
     Copy
     + Debug
@@ -103,12 +121,27 @@ pub trait Real:
     + SubAssign
     + MulAssign
     + DivAssign
+    + Add<Literal, Output = Self>
+    + Sub<Literal, Output = Self>
+    + Mul<Literal, Output = Self>
+    + Div<Literal, Output = Self>
+    + Sum
+    + Product
+    + for<'a> Sum<&'a Self>
+    + for<'a> Product<&'a Self>
 {
     /// What a comparison returns.
     type Mask: Mask;
 
     /// A constant.
     fn lit(value: f64) -> Self;
+    /// The primal as a float, for code that is not differentiated: a solver whose solution enters by
+    /// [`implicit::root`](crate::implicit::root), a table, a message. Nothing of a derivative is left in
+    /// it.
+    ///
+    /// # Panics
+    /// If lanes differ, and in a kernel whose derivatives are [emitted](crate::emit).
+    fn primal(self) -> f64;
 
     // Comparison.
 
@@ -165,9 +198,31 @@ pub trait Real:
     fn powi(self, exponent: i32) -> Self;
     /// Real power of a non-negative base.
     fn powf(self, exponent: Self) -> Self;
-    /// One of the [`Elementary`] functions, which have no method here:
-    /// `x.elementary(Elementary::Asinh)`.
+    /// One of the [`Elementary`] functions by its name; each has a method too.
     fn elementary(self, function: Elementary) -> Self;
+    /// Inverse tangent, between `-pi/2` and `pi/2`.
+    #[inline(always)]
+    fn atan(self) -> Self {
+        self.atan2(Self::one())
+    }
+    elementary_methods! {
+        asin Asin "Inverse sine.",
+        acos Acos "Inverse cosine.",
+        sinh Sinh "Hyperbolic sine.",
+        cosh Cosh "Hyperbolic cosine.",
+        asinh Asinh "Inverse hyperbolic sine.",
+        acosh Acosh "Inverse hyperbolic cosine.",
+        atanh Atanh "Inverse hyperbolic tangent.",
+        exp_m1 ExpM1 "`e^x - 1`, accurate near 0.",
+        ln_1p Ln1p "`ln(1 + x)`, accurate near 0.",
+        log2 Log2 "Logarithm to base 2.",
+        log10 Log10 "Logarithm to base 10.",
+        cbrt Cbrt "Cubic root of either sign.",
+        sigmoid Sigmoid "The logistic function `1 / (1 + e^-x)`: right everywhere, where that formula \
+            differentiates to NaN as soon as `e^-x` overflows.",
+        softplus Softplus "`ln(1 + e^x)`, right everywhere: a smooth `max(x, 0)` with the slope \
+            [`sigmoid`](Real::sigmoid)."
+    }
     /// Absolute value.
     fn abs(self) -> Self;
     /// -1, 0 or 1: unlike `f64::signum`, zero at zero.
@@ -248,9 +303,10 @@ pub trait Real:
         }
         sum
     }
-    /// The sum of a slice, from first to last.
+    /// The sum of a slice, from first to last: on the reverse tape one entry, where the `sum` of an
+    /// iterator makes one for each term.
     #[inline(always)]
-    fn sum(terms: &[Self]) -> Self {
+    fn sum_of(terms: &[Self]) -> Self {
         let mut sum = Self::zero();
         for &term in terms {
             sum += term;
@@ -273,6 +329,38 @@ pub trait Real:
         work.other(of)
     }
 }
+
+/// A constant in code over any [`Real`], on either side of an operator: `lit(2.0) * x + lit(1.0)`. Where
+/// a number itself is wanted, as for an argument, write [`R::lit(2.0)`](Real::lit).
+///
+/// ```
+/// use autodiff::{Real, lit};
+///
+/// fn celsius<R: Real>(fahrenheit: R) -> R {
+///     (fahrenheit - lit(32.0)) / lit(1.8)
+/// }
+/// assert_eq!(celsius(212.0), 100.0);
+/// ```
+#[inline(always)]
+pub fn lit(value: f64) -> Literal {
+    Literal(value)
+}
+
+/// `literal op number`.
+macro_rules! literal_first {
+    ($($trait:ident $method:ident),*) => {
+        $(
+            impl<R: Real> $trait<R> for Literal {
+                type Output = R;
+                #[inline(always)]
+                fn $method(self, other: R) -> R {
+                    R::lit(self.0).$method(other)
+                }
+            }
+        )*
+    };
+}
+literal_first! { Add add, Sub sub, Mul mul, Div div }
 
 /// Work that plain floats have a function of their own for; see [`Real::by_type`]. The choice is made
 /// at compile time: for a float the generic code is not compiled.

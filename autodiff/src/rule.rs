@@ -17,11 +17,12 @@ pub(crate) fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     (a * b, [b, a])
 }
 
-/// `a / b`. The value is one division, not a product with the reciprocal: the bits of plain code.
+/// `a / b`. The value is one division, not a product with the reciprocal: the bits of plain code. So is
+/// the partial by `b`: the reciprocal of a subnormal number overflows where the quotient by it need not.
 #[inline(always)]
 pub(crate) fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
-    let (quotient, by_a) = (a / b, b.recip());
-    (quotient, [by_a, -(quotient * by_a)])
+    let quotient = a / b;
+    (quotient, [b.recip(), -(quotient / b)])
 }
 
 /// `1 / x`.
@@ -80,12 +81,17 @@ pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
     (value, value * value + R::one())
 }
 
-/// Hyperbolic tangent. The partial is right to an ulp of 1: where the value has rounded to 1, from 20
-/// on, it is 0.
+/// Hyperbolic tangent. Where the value is near 1, `1 - value^2` has lost its digits: there the partial is
+/// `4 e^-2x / (1 + e^-2x)^2`.
 #[inline(always)]
 pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
-    let value = x.tanh();
-    (value, one_minus_square(value))
+    let (value, one) = (x.tanh(), R::one());
+    let twice = x + x;
+    let power = R::select(x.lt(R::zero()), twice, -twice).exp();
+    let share = R::lit(2.0) / (one + power);
+    let small = x.abs().lt(R::lit(0.5));
+    let partial = R::select(small, one - value * value, power * share * share);
+    (value, partial)
 }
 
 /// `1 - x^2`, with an accurate derivative near 0 and an accurate value near 1.
@@ -147,13 +153,17 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     (value, [by_y, by_x])
 }
 
-/// `sqrt(x^2 + y^2)`.
+/// `sqrt(x^2 + y^2)`. Small arguments are scaled up in the partials, exactly: the reciprocal of a
+/// subnormal length is infinite, and second derivatives would be the difference of two infinities.
 #[inline(always)]
 pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero) = (x.hypot(y), R::zero());
     let origin = value.le(zero);
-    let by_x = R::select(origin, zero, x / value);
-    let by_y = R::select(origin, zero, y / value);
+    // A power of two after which any length above zero has a reciprocal, in f32 too.
+    let scale = R::select(value.lt(R::lit(1e-25)), R::lit(2f64.powi(60)), R::one());
+    let length = value * scale;
+    let by_x = R::select(origin, zero, x * scale / length);
+    let by_y = R::select(origin, zero, y * scale / length);
     (value, [by_x, by_y])
 }
 
@@ -203,6 +213,10 @@ macro_rules! by_rule {
         #[$attribute]
         fn lit(value: f64) -> Self {
             Self::constant(R::lit(value))
+        }
+        #[$attribute]
+        fn primal(self) -> f64 {
+            self.value.primal()
         }
         #[$attribute]
         fn lt(self, other: Self) -> R::Mask {

@@ -26,7 +26,7 @@ struct Move;
 impl Kernel<3, 1> for Move {
     #[inline(always)]
     fn eval<R: Real>(&self, [x, force, neighbour]: [R; 3]) -> [R; 1] {
-        let sum = R::sum(&[x, R::lit(0.1) * force, R::lit(0.05) * neighbour.sin()]);
+        let sum = R::sum_of(&[x, R::lit(0.1) * force, R::lit(0.05) * neighbour.sin()]);
         [sum + R::dot(&[x, force], &[force, neighbour]) * R::lit(0.01)]
     }
 }

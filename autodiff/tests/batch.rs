@@ -4,7 +4,7 @@ use crate::common::{forward_gradient, largest_difference};
 use autodiff::Elementary;
 use autodiff::batch::{Sum, Summand};
 use autodiff::custom::{Rule, apply};
-use autodiff::{Function, Mask, Real, gradient, hessian};
+use autodiff::{Dense, Function, Mask, Real, gradient, hessian};
 
 /// Every operation that a trace records, kinks and selections included.
 #[derive(Clone)]
@@ -34,7 +34,7 @@ impl Summand for Everything {
         // Shared and own, of which some data have no use.
         let dots = dots + R::dot(&shared[..2], datum);
         let dots = dots + R::select(inside, R::dot(&shared[1..], datum), x);
-        dots + R::sum(datum) * R::sum(&[a, y, c]) + R::sum(scratch)
+        dots + R::sum_of(datum) * R::sum_of(&[a, y, c]) + R::sum_of(scratch)
     }
 }
 
@@ -194,15 +194,15 @@ impl<S: Summand, const N: usize> Function for Terms<S, N> {
     fn eval<R: Real>(&self, shared: &[R]) -> R {
         let mut scratch = vec![R::zero(); self.0.scratch()];
         let mut term = |datum: &[f64; N]| self.0.eval(shared, &datum.map(R::lit), &mut scratch);
-        R::sum(&self.1.iter().map(&mut term).collect::<Vec<R>>())
+        R::sum_of(&self.1.iter().map(&mut term).collect::<Vec<R>>())
     }
 }
 
 /// The Hessian replays on duals. No differences: what is detached moves with them.
 #[test]
 fn sums_nest() {
-    let check = |got: Vec<Vec<f64>>, expected: Vec<Vec<f64>>| {
-        assert_close(&got.concat(), &expected.concat(), "hessian");
+    let check = |got: Dense<f64>, expected: Dense<f64>| {
+        assert_close(got.as_slice(), expected.as_slice(), "hessian");
     };
     let total = Total(Sum::new(Everything, &data(20)));
     check(

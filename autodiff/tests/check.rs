@@ -40,7 +40,7 @@ impl Rule for Cube {
 impl Function for WrongCube {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let cube = |i: usize| apply(Cube(if i == self.of { self.wrong } else { 1.0 }), &x[i..=i]);
-        R::sum(&(0..x.len()).map(cube).collect::<Vec<_>>())
+        R::sum_of(&(0..x.len()).map(cube).collect::<Vec<_>>())
     }
 }
 
@@ -256,7 +256,7 @@ struct Root;
 
 impl Function for Root {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        R::sum(&x[1..]) + x[0].sqrt()
+        R::sum_of(&x[1..]) + x[0].sqrt()
     }
 }
 

@@ -146,7 +146,7 @@ fn starts_together_are_as_each_alone() {
                 let given = [&[Given::Each(stiffness)][..], &controls].concat();
                 let seen = Squares::default().rollout().run_batch_with(starts, &given);
                 let squares: Vec<Var<f64>> = seen.iter().map(|seen| Var::dot(seen, seen)).collect();
-                Var::sum(&squares)
+                Var::sum_of(&squares)
             };
             gradient_of(of_all, &points.concat())
         };

@@ -1,7 +1,7 @@
 //! Roots differentiated through their equations, against the iterations and differences.
 
 use crate::common::{assert_close, differences, gradients};
-use autodiff::implicit::{Residual, Singular, root};
+use autodiff::implicit::{NoRoot, Residual, root, root_within};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{
     DoubleDouble, Dual, Function, Real, Tape, Var, VectorFunction, gradient, hessian, jacobian, vjp,
@@ -67,8 +67,8 @@ const ROUNDING: f64 = 1e-14;
 
 #[test]
 fn jacobians_are_those_of_the_iterations() {
-    let unrolled = jacobian(&UNROLLED, &POINT).concat();
-    assert_close(&jacobian(&IMPLICIT, &POINT).concat(), &unrolled, ROUNDING);
+    let unrolled = jacobian(&UNROLLED, &POINT).into_vec();
+    assert_close(&jacobian(&IMPLICIT, &POINT).into_vec(), &unrolled, ROUNDING);
     let weights = [0.3, -1.0, 2.0];
     let (_, p_bar) = vjp(&IMPLICIT, &POINT, &weights);
     assert_close(&p_bar, &vjp(&UNROLLED, &POINT, &weights).1, ROUNDING);
@@ -86,12 +86,12 @@ fn gradients_agree_with_differences_in_every_mode_and_nesting() {
 
 #[test]
 fn second_and_third_derivatives_need_nothing_more() {
-    let unrolled = hessian(&UNROLLED, &POINT).concat();
-    assert_close(&hessian(&IMPLICIT, &POINT).concat(), &unrolled, ROUNDING);
+    let unrolled = hessian(&UNROLLED, &POINT).into_vec();
+    assert_close(&hessian(&IMPLICIT, &POINT).into_vec(), &unrolled, ROUNDING);
 
     let third = |solution: &Solution| {
         let p = POINT.map(|p| Dual::<f64, 1>::variable(p, 0));
-        let rows = hessian(solution, &p).concat();
+        let rows = hessian(solution, &p).into_vec();
         rows.iter().map(|h| h.tangent[0]).collect::<Vec<f64>>()
     };
     assert_close(&third(&IMPLICIT), &third(&UNROLLED), 10.0 * ROUNDING);
@@ -143,7 +143,7 @@ fn there_may_be_many_unknowns() {
         let tolerance = unknowns as f64 * ROUNDING;
         assert_close(&by_weights(implicit), &by_weights(unrolled), tolerance);
         let [implicit, unrolled] = [implicit, unrolled].map(|ring| jacobian(&ring, &POINT));
-        assert_close(&implicit.concat(), &unrolled.concat(), tolerance);
+        assert_close(implicit.as_slice(), unrolled.as_slice(), tolerance);
     }
 }
 
@@ -153,7 +153,7 @@ fn wide_numbers_give_wide_derivatives() {
     // Rounding of double-doubles, as above.
     assert_close(&gradient(&IMPLICIT, &p), &gradient(&UNROLLED, &p), 1e-29);
     let [implicit, unrolled] = [IMPLICIT, UNROLLED].map(|solution| jacobian(&solution, &p));
-    assert_close(&implicit.concat(), &unrolled.concat(), 1e-29);
+    assert_close(implicit.as_slice(), unrolled.as_slice(), 1e-29);
 }
 
 #[test]
@@ -177,8 +177,8 @@ fn a_singular_root_is_an_error() {
             vec![x[0] - p[0], (x[1] - x[0]) * (x[1] - p[0])]
         }
     }
-    let error: Singular = root(Double, &[1.0, 1.0], &[1.0]).expect_err("a double root");
-    assert_eq!(error.unknown, 1);
+    let error = root(Double, &[1.0, 1.0], &[1.0]).expect_err("a double root");
+    assert_eq!(error, NoRoot::Singular { unknown: 1 });
     assert!(error.to_string().contains("unknown 1 depends"), "{error}");
 }
 
@@ -217,8 +217,23 @@ fn neither_units_of_equations_nor_of_unknowns_make_a_root_singular() {
     }
     for size in [1e-200, 0.7, 1e200] {
         let error = root(Twice(size), &[1.0, 1.0], &[0.4]).expect_err("one equation");
-        assert_eq!(error.unknown, 1);
+        assert_eq!(error, NoRoot::Singular { unknown: 1 });
     }
+}
+
+#[test]
+fn a_point_that_is_no_root_is_refused() {
+    let at = |x: [f64; 2]| root(Turned, &x, &[0.5]);
+    let exact = [0.8, 0.6];
+    assert!(at(exact).is_ok());
+    assert!(at([0.8 + 1e-6, 0.6]).is_ok());
+    let error = at([0.8, 0.6 + 1e-4]).expect_err("a tenth of a thousandth away");
+    assert!(matches!(error, NoRoot::Far { unknown: 1, .. }), "{error}");
+    assert!(error.to_string().contains("no root"), "{error}");
+    assert!(root_within(Turned, &[0.8, 0.6 + 1e-4], &[0.5], 1e-3).is_ok());
+    assert!(at([f64::NAN, 0.6]).is_err());
+    // Singles have fewer digits.
+    assert!(root(Turned, &[0.8f32, 0.6 + 1e-4], &[0.5]).is_ok());
 }
 
 /// `p x0 + x1 = 1, x0 - p x1 = p`: rows are exchanged where `p` is below 1.

@@ -3,6 +3,7 @@
 //!
 //! `cargo test -p cosmic-autodiff --test all kinks::` runs one module.
 
+mod closures;
 mod common;
 mod net;
 mod steps;
@@ -32,6 +33,7 @@ mod nesting;
 mod numbers;
 mod orders;
 mod parallel;
+mod parameters;
 mod program;
 mod rollout;
 mod rounding;

@@ -64,7 +64,7 @@ fn gradient<R: Real>((steps, len): (usize, usize), memory: Memory, starts: usize
     let start: Vec<R> = (0..len).map(|i| R::lit(0.1 * i as f64)).collect();
     let mut tape = Tape::new();
     let sum = tape.record(&start, |x: &[Var<R>]| {
-        Var::sum(&rollout.run_batch(&vec![x; starts], &[]).concat())
+        Var::sum_of(&rollout.run_batch(&vec![x; starts], &[]).concat())
     });
     tape.pullback(&[sum], &[R::one()]).to_vec()
 }

@@ -23,7 +23,7 @@ fn a_variable_outside_its_closure_is_refused() {
     assert_eq!(x.value(), 1.0);
     assert_stale(move || x + x);
     assert_stale(move || x.sqrt());
-    assert_stale(move || Var::sum(&[x, x]));
+    assert_stale(move || Var::sum_of(&[x, x]));
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn a_variable_of_an_earlier_recording_is_refused_beside_others() {
     let joins: [Join; 4] = [
         |x, old| x * old,
         |x, old| old - x,
-        |x, old| Var::sum(&[x, old]),
+        |x, old| Var::sum_of(&[x, old]),
         |x, old| Var::dot(&[x], &[old]),
     ];
     for join in joins {
@@ -73,7 +73,7 @@ fn a_variable_on_another_thread_is_refused() {
 #[test]
 fn variables_of_two_tapes_do_not_mix() {
     type Join = fn(Var<f64>, Var<f64>) -> Var<f64>;
-    for join in [|x, y| x * y, |x, y| Var::sum(&[x, y])] as [Join; 2] {
+    for join in [|x, y| x * y, |x, y| Var::sum_of(&[x, y])] as [Join; 2] {
         assert_refused("nest by type", || {
             let inner = |x| gradient_of(|y| join(x, y[0]), &[1.0])[0];
             gradient_of(|x| Var::constant(inner(x[0])), &[1.0]);
@@ -260,7 +260,7 @@ fn a_function_with_more_values_at_one_time_than_at_another_is_refused() {
     };
     // Forward, and in reverse.
     for values in [3, 1] {
-        assert_eq!(jacobian_of(values, 0), vec![vec![1.0, 0.0]; values]);
+        assert_eq!(jacobian_of(values, 0).as_slice(), [1.0, 0.0].repeat(values));
         assert_refused("number of values may not", || jacobian_of(values, 1));
     }
 }

@@ -25,7 +25,7 @@ struct Rectangle {
 
 impl VectorFunction for Rectangle {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let sum = R::sum(x);
+        let sum = R::sum_of(x);
         let value = |i: usize| (sum * R::lit(i as f64 + 1.0)).sin() * x[i % x.len()];
         (0..self.values).map(value).collect()
     }
@@ -94,7 +94,7 @@ fn jacobians_agree_by_rows_and_by_columns() {
         let function = Rectangle { values };
         let x: Vec<f64> = (0..arguments).map(|i| 0.3 + 0.1 * i as f64).collect();
         let jacobian = jacobian(&function, &x);
-        assert_eq!(jacobian.len(), values);
+        assert_eq!(jacobian.rows(), values);
         for i in 0..values {
             assert_close(
                 &vjp(&function, &x, &unit(values, i)).1,
@@ -167,7 +167,7 @@ fn numbers_moved_by_constants_keep_their_derivative() {
         let mut point = x.map(Dual::<f64, 1>::constant);
         point[i].tangent[0] = 1.0;
         let row = forward_gradient(&Moved, &point);
-        row.iter().map(|g| g.tangent[0]).collect::<Vec<_>>()
+        [0, 1].map(|j| row[j].tangent[0])
     });
     assert_eq!(hessian(&Moved, &x), rows);
 }
@@ -183,7 +183,9 @@ fn a_hessian_has_a_row_for_each_argument() {
     }
     for n in [1, 4, 5, 9] {
         let rows = hessian(&Product, &vec![1.0; n]);
-        let expected = |i: usize| (0..n).map(|j| if i == j { 0.0 } else { 1.0 }).collect();
-        assert_eq!(rows, (0..n).map(expected).collect::<Vec<Vec<f64>>>());
+        for i in 0..n {
+            let expected = |j| if i == j { 0.0 } else { 1.0 };
+            assert_eq!(rows[i], (0..n).map(expected).collect::<Vec<_>>());
+        }
     }
 }

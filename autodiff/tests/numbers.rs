@@ -81,7 +81,7 @@ fn operations<R: Real>([x, y, z]: [R; 3]) -> Vec<(&'static str, R)> {
         ("chain", R::chain(x, y)),
         ("chain_add", R::chain_add(x, y, z)),
         ("dot", R::dot(&[x, y, z], &[z, x, y])),
-        ("sum", R::sum(&[x, y, z])),
+        ("sum", R::sum_of(&[x, y, z])),
     ];
     [&methods, &elementary(x)[..]].concat()
 }

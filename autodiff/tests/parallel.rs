@@ -2,7 +2,7 @@
 
 use autodiff::sparse::{Pattern, sparse_jacobian};
 use autodiff::{
-    Dual, Function, Real, VectorFunction, gradient_of, hessian, jacobian, parallel,
+    Dense, Dual, Function, Real, VectorFunction, gradient_of, hessian, jacobian, parallel,
     value_and_gradient,
 };
 
@@ -83,8 +83,12 @@ fn sparse_jacobians_too() {
 fn nested_duals_go_through_and_an_outer_tape_is_refused() {
     let (function, x) = (Waves { values: 12 }, point(9));
     let moving: Vec<_> = x.iter().map(|&x| Dual::<f64, 1>::variable(x, 0)).collect();
-    let tangents = |rows: Vec<Vec<Dual<f64, 1>>>| -> Vec<[f64; 1]> {
-        rows.concat().iter().map(|entry| entry.tangent).collect()
+    let tangents = |matrix: Dense<Dual<f64, 1>>| -> Vec<[f64; 1]> {
+        matrix
+            .as_slice()
+            .iter()
+            .map(|entry| entry.tangent)
+            .collect()
     };
     let serial = tangents(jacobian(&function, &moving));
     assert_eq!(tangents(parallel::jacobian(&function, &moving)), serial);

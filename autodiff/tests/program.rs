@@ -269,7 +269,7 @@ fn arrays_may_be_empty() {
                     } else {
                         (starts.iter().map(|s| rollout.run(s, &parameters))).collect()
                     };
-                    Var::sum(&seen.concat())
+                    Var::sum_of(&seen.concat())
                 },
                 &starts.concat(),
             )

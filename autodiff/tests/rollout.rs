@@ -303,7 +303,7 @@ fn nothing_may_be_observed() {
             let seen = rollout.run_batch(&starts[..count], &[]);
             assert_eq!(seen, vec![Vec::<f64>::new(); count]);
         }
-        let none = |x: &[Var<f64>]| Var::sum(&rollout.run_batch(&[x, x, x], &[]).concat());
+        let none = |x: &[Var<f64>]| Var::sum_of(&rollout.run_batch(&[x, x, x], &[]).concat());
         assert_eq!(gradient_of(none, starts[0]), [0.0; 3]);
     }
 }

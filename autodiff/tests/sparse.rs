@@ -1,7 +1,9 @@
 //! Compressed Jacobians against dense ones, and the number of directions they take.
 
-use autodiff::sparse::{Pattern, sparse_jacobian};
-use autodiff::{Dual, Real, VectorFunction, gradient_of, jacobian};
+use autodiff::sparse::{Pattern, sparse_hessian, sparse_jacobian};
+use autodiff::{
+    Dense, Dual, Function, Real, VectorFunction, custom, gradient_of, hessian, jacobian, lit,
+};
 
 /// Every value by a few arguments, the same ones as the pattern's row.
 struct Local<'a>(&'a Pattern);
@@ -66,26 +68,22 @@ fn patterns() -> Vec<(Pattern, usize)> {
 fn compressed_and_dense_jacobians_are_equal_to_the_bit() {
     for (pattern, _) in patterns() {
         let (function, x) = (Local(&pattern), point(pattern.columns()));
-        let dense = if x.is_empty() {
-            Vec::new()
-        } else {
-            // Forward by columns, one at a time: the same operations on the same numbers.
-            dense_by_columns(&function, &x)
-        };
         let entries = sparse_jacobian(&function, &x, &pattern);
-        assert_eq!(pattern.to_dense(&entries), dense);
+        // Forward by columns, one at a time: the same operations on the same numbers.
+        assert_eq!(pattern.to_dense(&entries), dense_by_columns(&function, &x));
     }
 }
 
-fn dense_by_columns(function: &impl VectorFunction, x: &[f64]) -> Vec<Vec<f64>> {
+fn dense_by_columns(function: &impl VectorFunction, x: &[f64]) -> Dense<f64> {
     let column = |j: usize| {
         let mut x: Vec<Dual<f64, 1>> = x.iter().copied().map(Dual::constant).collect();
         x[j].tangent[0] = 1.0;
         function.eval(&x)
     };
     let columns: Vec<_> = (0..x.len()).map(column).collect();
-    let row = |i: usize| columns.iter().map(|column| column[i].tangent[0]).collect();
-    (0..columns[0].len()).map(row).collect()
+    let rows = columns.first().map_or(0, Vec::len);
+    let row = |i: usize| columns.iter().map(move |column| column[i].tangent[0]);
+    Dense::new(rows, x.len(), (0..rows).flat_map(row).collect())
 }
 
 #[test]
@@ -120,13 +118,82 @@ fn few_colors_serve_and_no_two_columns_of_a_row_share_one() {
 }
 
 #[test]
-fn a_pattern_is_found_by_probing() {
+fn a_pattern_is_found_by_tracing() {
     for (pattern, _) in patterns() {
         let (function, x) = (Local(&pattern), point(pattern.columns()));
-        if !x.is_empty() {
-            assert_eq!(Pattern::probed(&function, &x), pattern);
-        }
+        assert_eq!(Pattern::traced(&function, &x), pattern);
+        // Where every derivative vanishes, too.
+        assert_eq!(
+            Pattern::traced(&Squares(&pattern), &vec![0.0; x.len()]),
+            pattern
+        );
     }
+}
+
+/// Each value the sum of the squares of its row's arguments, in one of three ways.
+struct Squares<'a>(&'a Pattern);
+
+impl VectorFunction for Squares<'_> {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        let value = |i: usize| {
+            let row: Vec<R> = self.0.row(i).iter().map(|&j| x[j]).collect();
+            match i % 3 {
+                0 => R::dot(&row, &row),
+                1 => custom::apply(SumOfSquares, &row),
+                _ => row.iter().map(|&x| x * x).sum(),
+            }
+        };
+        (0..self.0.rows()).map(value).collect()
+    }
+}
+
+#[derive(Clone)]
+struct SumOfSquares;
+
+impl custom::Rule for SumOfSquares {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        R::dot(x, x)
+    }
+    fn partials<R: Real>(&self, x: &[R], _: R) -> Vec<R> {
+        x.iter().map(|&x| x + x).collect()
+    }
+}
+
+/// The product of neighbours, squared, and a linear term in the last.
+struct Neighbours;
+
+impl Function for Neighbours {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let pairs = x.windows(2).map(|x| (x[0] * x[1]).powi(2));
+        pairs.sum::<R>() + lit(3.0) * x[x.len() - 1]
+    }
+}
+
+#[test]
+fn sparse_hessians_are_the_dense_ones() {
+    let x = point(9);
+    let pattern = Pattern::traced_hessian(&Neighbours, &x);
+    assert_eq!(pattern, Pattern::banded(9, 1, 1));
+    assert_eq!(pattern.row_starts()[..3], [0, 2, 5]);
+    assert_eq!(pattern.column_indices()[..5], [0, 1, 0, 1, 2]);
+    let entries = sparse_hessian(&Neighbours, &x, &pattern);
+    let (sparse, dense) = (pattern.to_dense(&entries), hessian(&Neighbours, &x));
+    for (a, b) in sparse.as_slice().iter().zip(dense.as_slice()) {
+        // Two orders of the same few products.
+        assert!((a - b).abs() <= 8.0 * f64::EPSILON * b.abs(), "{a} and {b}");
+    }
+}
+
+/// A column that is missing where another of its row has its colour: its entry is added to that one's.
+#[test]
+#[should_panic(expected = "along a test direction")]
+fn a_missing_column_whose_color_is_taken_is_noticed() {
+    let all = Pattern::banded(8, 1, 1);
+    let mut rows: Vec<Vec<usize>> = (0..8).map(|i| all.row(i).to_vec()).collect();
+    rows[4] = vec![3, 4];
+    let wrong = Pattern::new(8, &rows);
+    assert_eq!(wrong.colors(), 3);
+    sparse_jacobian(&Local(&all), &point(8), &wrong);
 }
 
 #[test]
@@ -151,7 +218,7 @@ fn nested_numbers_pass_through() {
     let function = Local(&pattern);
     let x: Vec<Dual<f64, 1>> = point(5).into_iter().map(|x| Dual::variable(x, 0)).collect();
     let second = sparse_jacobian(&function, &x, &pattern);
-    let dense = jacobian(&function, &x).concat();
+    let dense = jacobian(&function, &x).into_vec();
     let dense: Vec<_> = dense.iter().filter(|entry| entry.value != 0.0).collect();
     assert_eq!(second.len(), dense.len());
     for (a, b) in second.iter().zip(dense) {

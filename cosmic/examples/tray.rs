@@ -18,7 +18,7 @@ impl Loss for Level {
         let states = trajectory.states.iter();
         let slopes = states.map(|s| s.x[self.0[0]][1] - s.x[self.0[1]][1]);
         let squares: Vec<R> = slopes.map(|s| s * s).collect();
-        R::sum(&squares) * R::lit(1.0 / squares.len() as f64)
+        R::sum_of(&squares) * R::lit(1.0 / squares.len() as f64)
     }
 }
 

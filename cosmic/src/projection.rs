@@ -252,7 +252,7 @@ fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsS
         shares[i].push(half);
         shares[j].push(half);
     }
-    shares.iter().map(|shares| R::sum(shares)).collect()
+    shares.iter().map(|shares| R::sum_of(shares)).collect()
 }
 
 /// The shares as they count in the stiffness: to the power of `penalisation` (SIMP). Above 1 small

@@ -1,7 +1,7 @@
 //! The subproblem of the method of moving asymptotes, solved for random problems: does the point
 //! that comes back satisfy the optimality conditions of the model as the papers write it?
 
-use autodiff::{Real, VectorFunction, jacobian};
+use autodiff::{Dense, Real, VectorFunction, jacobian};
 use cosmic::optimiser::{Linearisation, Mma, MmaState, OptimiserError, Update};
 use cosmic::scene::MmaSettings;
 use rand::rngs::ChaCha8Rng;
@@ -230,7 +230,7 @@ fn row_fault(situation: &Situation, update: &Update, (i, value): (usize, f64)) -
 fn variable_fault(
     models: &Models<'_>,
     update: &Update,
-    (j, slopes): (usize, &[Vec<f64>]),
+    (j, slopes): (usize, &Dense<f64>),
 ) -> Option<String> {
     let x = update.point[j];
     if !models.moves(j) {
@@ -240,7 +240,7 @@ fn variable_fault(
     let (alpha, beta) = models.bounds(j);
     // Rounding of a number up to 10.
     let at = |bound: f64| (x - bound).abs() <= 1e-14;
-    let weighted = update.multipliers.iter().zip(&slopes[1..]);
+    let weighted = update.multipliers.iter().zip(slopes.iter().skip(1));
     let parts: Vec<f64> = std::iter::once(slopes[0][j])
         .chain(weighted.map(|(multiplier, row)| multiplier * row[j]))
         .collect();

@@ -110,11 +110,12 @@ impl Optimiser for Moving {
         Self::method::<P>().init(&P::START)
     }
     fn update<P: Problem>(state: &mut MmaState, x: &mut [f64]) {
+        let jacobian = jacobian(&Constraints::<P>(PhantomData), x);
         let at = Linearisation {
             point: x,
             objective_gradient: &gradient_of(P::objective, x),
             constraints: &P::constraints(x),
-            jacobian: &jacobian(&Constraints::<P>(PhantomData), x),
+            jacobian: &jacobian.iter().map(<[f64]>::to_vec).collect::<Vec<_>>(),
         };
         let update = Self::method::<P>().update(state, &at);
         x.copy_from_slice(&update.expect("finite input").point);

@@ -12,7 +12,8 @@ use super::jacobian::joined_columns;
 use super::lu::Lu;
 use super::seed::{CHUNK, seeded};
 use crate::dual::Dual;
-use crate::real::{Fused, Real};
+use crate::math::rounding::epsilon;
+use crate::real::{Fused, Mask, Real};
 use crate::reverse::{Tape, Var};
 
 /// As many equations as unknowns, with parameters. It must own its data, or share them by an `Arc`,
@@ -31,8 +32,7 @@ use crate::reverse::{Tape, Var};
 /// impl Residual for Equilibrium {
 ///     fn eval<R: Real>(&self, x: &[R], load: &[R]) -> Vec<R> {
 ///         let load = Var::constant(load[0]);
-///         let quarter = Var::lit(0.25);
-///         gradient_of(|x| quarter * x[0].powi(4) + (x[0] * x[0]) * (quarter + quarter) - load * x[0], x)
+///         gradient_of(|x| 0.25 * x[0].powi(4) + 0.5 * x[0] * x[0] - load * x[0], x)
 ///     }
 /// }
 ///
@@ -45,32 +45,54 @@ pub trait Residual: Clone + Send + 'static {
     fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R>;
 }
 
-/// The Jacobian of a residual by its unknowns has no inverse: `x` is no function of `p` there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Why [`root`] makes nothing of a point.
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Singular {
-    /// The first unknown whose column depends on those before it, to within rounding, or is not a
-    /// number.
-    pub unknown: usize,
+pub enum NoRoot {
+    /// The Jacobian of the residual by the unknowns has no inverse: `x` is no function of `p` there.
+    Singular {
+        /// The first unknown whose column depends on those before it, to within rounding, or is not a
+        /// number.
+        unknown: usize,
+    },
+    /// The residual is not zero.
+    Far {
+        /// The first unknown that is too far from the root.
+        unknown: usize,
+        /// Its distance from the root, by a step of Newton's method, as the number type prints it.
+        step: String,
+        /// The distance that is allowed.
+        allowed: String,
+    },
 }
 
-impl fmt::Display for Singular {
+impl fmt::Display for NoRoot {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let unknown = self.unknown;
-        write!(
-            formatter,
-            "the residual's Jacobian is singular: its column for unknown {unknown} depends on \
-             those before it or is not a number, so the root is no function of the parameters"
-        )
+        match self {
+            Self::Singular { unknown } => write!(
+                formatter,
+                "the residual's Jacobian is singular: its column for unknown {unknown} depends on \
+                 those before it or is not a number, so the root is no function of the parameters"
+            ),
+            Self::Far {
+                unknown,
+                step,
+                allowed,
+            } => write!(
+                formatter,
+                "the point is no root: unknown {unknown} is {step} away from it, where {allowed} is \
+                 allowed; solve more accurately, or allow more by `root_within`"
+            ),
+        }
     }
 }
 
-impl std::error::Error for Singular {}
+impl std::error::Error for NoRoot {}
 
 /// Makes the root `x` of `residual`, found for the primal of `p`, a function of `p`: its value is `x`
 /// itself, its derivatives follow from the equations, in every mode and nesting. Derivatives that `x`
-/// carries are ignored, so run the solver on [detached](Real::detach) parameters, which cost nothing
-/// on the tape. The derivatives are off by the order of the error of `x`.
+/// carries are ignored, so run the solver on [primals](Real::primal), or on
+/// [detached](Real::detach) parameters, which cost nothing on the tape. The derivatives are off by the order of the error of `x`.
 ///
 /// ```
 /// use autodiff::implicit::{Residual, root};
@@ -85,19 +107,22 @@ impl std::error::Error for Singular {}
 ///     }
 /// }
 ///
+/// /// Anyone's solver, of plain floats.
+/// fn bisected(f: impl Fn(f64) -> f64) -> f64 {
+///     let (mut low, mut high) = (0.0, 1.0);
+///     for _ in 0..60 {
+///         let middle = 0.5 * (low + high);
+///         if f(middle) < 0.0 { low = middle } else { high = middle }
+///     }
+///     low
+/// }
+///
 /// struct Solution;
 /// impl Function for Solution {
 ///     fn eval<R: Real>(&self, p: &[R]) -> R {
-///         // Bisection has no derivative to speak of.
-///         let (held, half) = ([p[0].detach()], R::lit(0.5));
-///         let [mut low, mut high] = [R::zero(), R::one()];
-///         for _ in 0..60 {
-///             let middle = half * (low + high);
-///             let below = Quintic.eval(&[middle], &held)[0].lt(R::zero());
-///             low = R::select(below, middle, low);
-///             high = R::select(below, high, middle);
-///         }
-///         root(Quintic, &[low], p).expect("a residual that increases")[0]
+///         let held = p[0].primal();
+///         let x = bisected(|x| Quintic.eval(&[x], &[held])[0]);
+///         root(Quintic, &[R::lit(x)], p).expect("a residual that increases")[0]
 ///     }
 /// }
 ///
@@ -106,18 +131,51 @@ impl std::error::Error for Singular {}
 /// ```
 ///
 /// # Errors
-/// If the Jacobian by the unknowns is singular at the root, or not a number.
+/// If the Jacobian by the unknowns is singular at the root, or not a number; if `x` is no root: if a step
+/// of Newton's method from it is longer than `(1 + max |x|)` times the cubic root of the type's epsilon,
+/// 6e-6 in f64.
 ///
 /// # Panics
 /// If the residual has not as many entries as `x`.
-pub fn root<R: Real>(residual: impl Residual, x: &[R], p: &[R]) -> Result<Vec<R>, Singular> {
+pub fn root<R: Real>(residual: impl Residual, x: &[R], p: &[R]) -> Result<Vec<R>, NoRoot> {
+    root_within(residual, x, p, epsilon::<R>().cbrt())
+}
+
+/// [`root`] with a tolerance of the caller's: how long a step of Newton's method from `x` may be, as a
+/// share of `1 + max |x|`.
+///
+/// # Errors
+/// As [`root`].
+///
+/// # Panics
+/// As [`root`].
+pub fn root_within<R: Real>(
+    residual: impl Residual,
+    x: &[R],
+    p: &[R],
+    tolerance: R,
+) -> Result<Vec<R>, NoRoot> {
     let [x, held] = [x, p].map(|numbers| numbers.iter().map(|n| n.detach()).collect::<Vec<R>>());
-    factors(&residual, &x, &held)?;
+    let factors = factors(&residual, &x, &held)?;
+    let mut steps = residual.eval(&x, &held);
+    factors.solve(&mut steps);
+    let largest = x.iter().fold(R::zero(), |largest, x| largest.max(x.abs()));
+    let allowed = tolerance.detach() * (R::one() + largest);
+    for (unknown, step) in steps.into_iter().map(Real::abs).enumerate() {
+        if !step.le(allowed).all() {
+            let [step, allowed] = [step, allowed].map(|number| format!("{number:?}"));
+            return Err(NoRoot::Far {
+                unknown,
+                step,
+                allowed,
+            });
+        }
+    }
     Ok(R::fused(Root(residual), &[&x, p]))
 }
 
 /// The factors of the Jacobian by the unknowns.
-fn factors<R: Real>(residual: &impl Residual, x: &[R], p: &[R]) -> Result<Lu<R>, Singular> {
+fn factors<R: Real>(residual: &impl Residual, x: &[R], p: &[R]) -> Result<Lu<R>, NoRoot> {
     let p = constants(p);
     let pass = |first| {
         let f = residual.eval(&seeded(x, first), &p);
@@ -129,7 +187,9 @@ fn factors<R: Real>(residual: &impl Residual, x: &[R], p: &[R]) -> Result<Lu<R>,
         f
     };
     let passes = (0..x.len()).step_by(CHUNK).map(pass);
-    Lu::new(joined_columns(passes, x.len(), x.len())).map_err(|unknown| Singular { unknown })
+    let columns = joined_columns(passes, x.len(), Some(x.len()));
+    Lu::new(columns.iter().map(<[R]>::to_vec).collect())
+        .map_err(|unknown| NoRoot::Singular { unknown })
 }
 
 fn constants<R: Real, const N: usize>(numbers: &[R]) -> Vec<Dual<R, N>> {

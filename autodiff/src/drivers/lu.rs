@@ -33,7 +33,7 @@ impl<R: Real> Lu<R> {
         let negligible = |k: usize| {
             let shares = rows.iter().zip(&row_scales);
             let shares = shares.map(|(row, &scale)| row[k] / scale);
-            largest(&shares.collect::<Vec<R>>()) * epsilon() * R::lit(n as f64)
+            largest(&shares.collect::<Vec<R>>()) * epsilon::<R>() * R::lit(n as f64)
         };
         let negligible: Vec<R> = (0..n).map(negligible).collect();
         let mut exchanges = Vec::with_capacity(n * n / 2);

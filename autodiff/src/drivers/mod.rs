@@ -1,9 +1,9 @@
 //! Derivatives of whole functions.
 //!
 //! A function to differentiate is a type with one generic method, [`Function`] or
-//! [`VectorFunction`]: a closure cannot be generic over the number type, and each driver picks
-//! its own. Parameters that are not differentiated are fields of the type. Where reverse mode is
-//! all that is wanted, [`gradient_of`] and [`value_and_gradient_of`] take a closure.
+//! [`VectorFunction`], because each driver picks its own number type. Parameters that are not
+//! differentiated are fields of the type. A closure cannot be generic, but serves one driver: the
+//! closure form of each ends in `_of`. The function comes first, then the point, then the rest.
 //!
 //! All drivers are generic over the number type of `x`, so they nest. A number of an outer derivative
 //! enters an inner closure as a [`Var::constant`](crate::Var::constant): constant to the inner derivative, not to the outer
@@ -21,6 +21,7 @@
 //! Drivers of reverse mode keep the memory of their recording, up to a gigabyte, for the next call on
 //! the same thread; a [`Tape`](crate::Tape) of one's own frees it when it is dropped.
 
+mod dense;
 mod seed;
 mod gradient;
 mod jacobian;
@@ -32,7 +33,11 @@ pub mod batch;
 #[cfg(feature = "rayon")]
 pub mod parallel;
 
-pub use gradient::{Function, gradient, gradient_of, value_and_gradient, value_and_gradient_of};
-pub use hessian::{hessian, hessian_vector};
-pub use jacobian::{VectorFunction, jacobian, jvp, vjp};
+pub use dense::Dense;
+pub use gradient::{
+    Function, gradient, gradient_forward, gradient_forward_of, gradient_of, value_and_gradient,
+    value_and_gradient_of,
+};
+pub use hessian::{hessian, hessian_of, hessian_vector, hessian_vector_of};
+pub use jacobian::{VectorFunction, jacobian, jacobian_of, jvp, jvp_of, vjp, vjp_of};
 pub(crate) use seed::along;

@@ -10,6 +10,7 @@
 
 use rayon::prelude::*;
 
+use super::dense::Dense;
 use super::gradient::Function;
 use super::hessian::hessian_rows;
 use super::jacobian::{VectorFunction, joined_columns};
@@ -58,12 +59,12 @@ pub fn values_and_gradients<R: Real>(
 /// }
 /// assert_eq!(parallel::jacobian(&Polar, &[2.0, 0.0]), [[1.0, 0.0], [0.0, 2.0]]);
 /// ```
-pub fn jacobian<R: Real>(function: &(impl VectorFunction + Sync), x: &[R]) -> Vec<Vec<R>> {
+pub fn jacobian<R: Real>(function: &(impl VectorFunction + Sync), x: &[R]) -> Dense<R> {
     let values = function.eval(x).len();
     if values >= x.len() {
         let pass = |first| function.eval(&seeded(x, first));
         let passes: Vec<_> = firsts(x.len()).map(pass).collect();
-        return joined_columns(passes, x.len(), values);
+        return joined_columns(passes, x.len(), Some(values));
     }
     // Each share of the rows makes a recording of its own, which costs about as much as two sweeps.
     let record = || {
@@ -74,7 +75,8 @@ pub fn jacobian<R: Real>(function: &(impl VectorFunction + Sync), x: &[R]) -> Ve
     let row = |(tape, y): &mut (Tape<R>, Vec<Var<R>>), i: usize| {
         tape.pullback(&y[i..=i], &[R::one()]).to_vec()
     };
-    (0..values).into_par_iter().map_init(record, row).collect()
+    let rows = (0..values).into_par_iter().map_init(record, row);
+    Dense::of_rows(x.len(), rows.collect())
 }
 
 /// [`sparse_jacobian`](crate::sparse_jacobian), its colours shared out among threads.
@@ -87,12 +89,8 @@ pub fn sparse_jacobian<R: Real>(
     pattern: &Pattern,
 ) -> Vec<R> {
     let pass = |first| function.eval(&pattern.seeded(x, first));
-    let passes: Vec<_> = firsts(pattern.colors()).map(pass).collect();
-    let mut entries = vec![R::zero(); pattern.entries()];
-    for (pass, y) in passes.iter().enumerate() {
-        pattern.decompress(y, pass * CHUNK, &mut entries);
-    }
-    entries
+    let passes: Vec<_> = firsts(pattern.directions()).map(pass).collect();
+    pattern.decompressed(passes.into_iter())
 }
 
 /// [`hessian`](crate::hessian), its rows shared out among threads.
@@ -108,11 +106,11 @@ pub fn sparse_jacobian<R: Real>(
 /// }
 /// assert_eq!(parallel::hessian(&Cubic, &[1.0, 2.0]), [[4.0, 2.0], [2.0, 0.0]]);
 /// ```
-pub fn hessian<R: Real>(function: &(impl Function + Sync), x: &[R]) -> Vec<Vec<R>> {
+pub fn hessian<R: Real>(function: &(impl Function + Sync), x: &[R]) -> Dense<R> {
     let rows: Vec<Vec<Vec<R>>> = firsts(x.len())
-        .map(|first| hessian_rows(function, x, first))
+        .map(|first| hessian_rows(|x| function.eval(x), x, first))
         .collect();
-    rows.concat()
+    Dense::of_rows(x.len(), rows.concat())
 }
 
 /// The first column of every pass.

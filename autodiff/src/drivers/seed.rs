@@ -24,21 +24,12 @@ pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
 
 /// `x` as duals: the [`CHUNK`] arguments from place `first` on move, each along another direction.
 pub(crate) fn seeded<R: Real>(x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
-    seeded_along(x, 0..x.len(), first)
-}
-
-/// `x` as duals, given the direction of each: those along the [`CHUNK`] directions from `first` on move.
-pub(crate) fn seeded_along<R: Real>(
-    x: &[R],
-    directions: impl IntoIterator<Item = usize>,
-    first: usize,
-) -> Vec<Dual<R, CHUNK>> {
-    let seed = |(&value, direction): (&R, usize)| {
-        if (first..first + CHUNK).contains(&direction) {
-            Dual::variable(value, direction - first)
+    let seed = |(j, &value): (usize, &R)| {
+        if (first..first + CHUNK).contains(&j) {
+            Dual::variable(value, j - first)
         } else {
             Dual::constant(value)
         }
     };
-    x.iter().zip(directions).map(seed).collect()
+    x.iter().enumerate().map(seed).collect()
 }

@@ -6,14 +6,19 @@
 //! Powell and J. K. Reid, "On the estimation of sparse Jacobian matrices", IMA Journal of Applied
 //! Mathematics 13, 1974). A tridiagonal one of any size takes three.
 
-use super::jacobian::{VectorFunction, jacobian};
-use super::seed::{CHUNK, seeded_along};
+use super::dense::Dense;
+use super::gradient::{Function, gradient};
+use super::jacobian::VectorFunction;
+use super::seed::CHUNK;
 use crate::dual::Dual;
-use crate::real::Real;
+use crate::math::rounding::epsilon;
+use crate::real::{Mask, Real};
+use crate::reverse::with_tape;
 
 /// Which entries of a Jacobian may differ from zero, and a colouring of its columns.
 ///
-/// Make it once for a function and use it for every point.
+/// Make it once for a function and use it for every point. With the entries it is a matrix in the
+/// compressed sparse row format.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
     /// Where each row's entries begin in `columns`, and the end.
@@ -69,16 +74,36 @@ impl Pattern {
         Self::new(first, &rows)
     }
 
-    /// The entries that are not zero at `x`, by one dense Jacobian.
+    /// The pattern of a function's Jacobian, from one recording of it at `x`: an entry wherever operations
+    /// lead from the argument to the value, even if the derivative is zero there.
     ///
-    /// It serves other points only if no entry vanishes just here: take an `x` without zeros and equal
-    /// numbers, on the side of every kink on which the pattern will be used. Where the sparse Jacobian is itself
-    /// differentiated, entries whose terms cancel everywhere belong to the pattern too, and are not
-    /// found by values: use [`Pattern::new`].
-    pub fn probed(function: &impl VectorFunction, x: &[f64]) -> Self {
-        let filled = |row: Vec<f64>| (0..x.len()).filter(|&j| row[j] != 0.0).collect();
-        let rows: Vec<Vec<usize>> = jacobian(function, x).into_iter().map(filled).collect();
+    /// It serves all points at which the function takes the branches that it takes at `x`.
+    ///
+    /// ```
+    /// use autodiff::sparse::Pattern;
+    /// use autodiff::{Real, VectorFunction};
+    ///
+    /// struct Sums;
+    /// impl VectorFunction for Sums {
+    ///     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+    ///         vec![x[0] * x[2], x[1].sin()]
+    ///     }
+    /// }
+    /// let pattern = Pattern::traced(&Sums, &[0.0; 3]);
+    /// assert_eq!(pattern, Pattern::new(3, &[vec![0, 2], vec![1]]));
+    /// ```
+    pub fn traced(function: &impl VectorFunction, x: &[f64]) -> Self {
+        let rows = with_tape(|tape| {
+            let y = tape.record(x, |x| function.eval(x));
+            tape.dependence(&y)
+        });
         Self::new(x.len(), &rows)
+    }
+
+    /// The pattern of a function's Hessian, from one recording of its gradient at `x`; see
+    /// [`traced`](Self::traced).
+    pub fn traced_hessian(function: &impl Function, x: &[f64]) -> Self {
+        Self::traced(&Gradient(function), x)
     }
 
     /// How many rows.
@@ -99,6 +124,17 @@ impl Pattern {
         &self.columns[self.starts[i]..self.starts[i + 1]]
     }
 
+    /// Where the entries of each row begin, and the end of the last: the row pointers of the compressed
+    /// sparse row format (CSR). The entries themselves are what [`sparse_jacobian`] returns.
+    pub fn row_starts(&self) -> &[usize] {
+        &self.starts
+    }
+
+    /// The column of every entry, row by row: the column indices of CSR.
+    pub fn column_indices(&self) -> &[usize] {
+        &self.columns
+    }
+
     /// How many entries.
     pub fn entries(&self) -> usize {
         self.columns.len()
@@ -109,62 +145,137 @@ impl Pattern {
         self.colors
     }
 
-    /// The dense matrix, row by row, of entries in the order of the pattern.
+    /// The dense matrix of entries in the order of the pattern.
     ///
     /// # Panics
     /// If there is not one number per entry.
-    pub fn to_dense<R: Real>(&self, entries: &[R]) -> Vec<Vec<R>> {
+    pub fn to_dense<R: Real>(&self, entries: &[R]) -> Dense<R> {
         assert_eq!(
             entries.len(),
             self.entries(),
             "one number per entry of the pattern is needed"
         );
-        let row = |i: usize| {
-            let mut row = vec![R::zero(); self.columns()];
-            for (&j, &entry) in self.row(i).iter().zip(&entries[self.starts[i]..]) {
-                row[j] = entry;
+        let mut dense = vec![R::zero(); self.rows() * self.columns()];
+        for i in 0..self.rows() {
+            for place in self.starts[i]..self.starts[i + 1] {
+                dense[i * self.columns() + self.columns[place]] = entries[place];
             }
-            row
-        };
-        (0..self.rows()).map(row).collect()
+        }
+        Dense::new(self.rows(), self.columns(), dense)
     }
 
-    /// `x` with the columns of the [`CHUNK`] colours from `first` on moving, each colour along a
-    /// direction of its own.
+    /// How many directions a Jacobian takes: one for each colour, and the test direction.
+    pub(crate) fn directions(&self) -> usize {
+        self.colors + 1
+    }
+
+    /// `x` moving along the [`CHUNK`] directions from `first` on.
     pub(crate) fn seeded<R: Real>(&self, x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
         assert_eq!(
             x.len(),
             self.columns(),
             "a sparse Jacobian needs one argument per column of its pattern"
         );
-        seeded_along(x, self.color_of_column.iter().copied(), first)
+        let chunk = first..first + CHUNK;
+        let seed = |(j, &value): (usize, &R)| {
+            let mut dual = Dual::constant(value);
+            let color = self.color_of_column[j];
+            if chunk.contains(&color) {
+                dual.tangent[color - first] = R::one();
+            }
+            if chunk.contains(&self.colors) {
+                dual.tangent[self.colors - first] = R::lit(test_direction(j));
+            }
+            dual
+        };
+        x.iter().enumerate().map(seed).collect()
     }
 
-    /// Writes the entries of these colours, from the values at [`seeded`](Self::seeded) arguments.
-    pub(crate) fn decompress<R: Real>(
+    /// The entries, from the values at [`seeded`](Self::seeded) arguments in every pass.
+    pub(crate) fn decompressed<R: Real>(
         &self,
-        y: &[Dual<R, CHUNK>],
+        passes: impl Iterator<Item = Vec<Dual<R, CHUNK>>>,
+    ) -> Vec<R> {
+        let mut entries = vec![R::zero(); self.entries()];
+        for (pass, y) in passes.enumerate() {
+            assert_eq!(
+                y.len(),
+                self.rows(),
+                "a sparse Jacobian needs one value per row of its pattern"
+            );
+            let first = pass * CHUNK;
+            for (i, y) in y.iter().enumerate() {
+                self.decompress_row(i, y, first, &mut entries);
+            }
+            // The last direction of the last pass: all entries are known by then.
+            if (first..first + CHUNK).contains(&self.colors) {
+                self.test(y.iter().map(|y| y.tangent[self.colors - first]), &entries);
+            }
+        }
+        entries
+    }
+
+    /// Writes the entries of a row that one pass has.
+    fn decompress_row<R: Real>(
+        &self,
+        i: usize,
+        y: &Dual<R, CHUNK>,
         first: usize,
         entries: &mut [R],
     ) {
-        assert_eq!(
-            y.len(),
-            self.rows(),
-            "a sparse Jacobian needs one value per row of its pattern"
-        );
-        for (i, y) in y.iter().enumerate() {
-            let mut rest = y.tangent;
-            for place in self.starts[i]..self.starts[i + 1] {
-                let color = self.color_of_column[self.columns[place]];
-                if (first..first + CHUNK).contains(&color) {
-                    entries[place] = std::mem::replace(&mut rest[color - first], R::zero());
-                }
+        let mut rest = y.tangent;
+        if (first..first + CHUNK).contains(&self.colors) {
+            rest[self.colors - first] = R::zero();
+        }
+        for place in self.starts[i]..self.starts[i + 1] {
+            let color = self.color_of_column[self.columns[place]];
+            if (first..first + CHUNK).contains(&color) {
+                entries[place] = std::mem::replace(&mut rest[color - first], R::zero());
             }
+        }
+        assert!(
+            rest.iter().all(R::is_zero),
+            "value {i} depends on an argument that its row of the pattern leaves out"
+        );
+    }
+
+    /// Compares the derivative of each value along the test direction with that of the entries.
+    fn test<R: Real>(&self, along: impl Iterator<Item = R>, entries: &[R]) {
+        // Rounding errors are larger than an epsilon where terms cancel inside of the function; a missing
+        // entry is of the order of the others.
+        let share = epsilon::<R>().cbrt();
+        let largest = entries
+            .iter()
+            .fold(R::zero(), |m, e| m.max(e.detach().abs()));
+        for (i, along) in along.enumerate() {
+            let (mut sum, mut size) = (R::zero(), largest * epsilon::<R>());
+            for place in self.starts[i]..self.starts[i + 1] {
+                let term = entries[place].detach() * R::lit(test_direction(self.columns[place]));
+                sum += term;
+                size += term.abs();
+            }
+            let off = (along.detach() - sum).abs();
+            let wrong = (share * size).lt(off) & off.finite();
             assert!(
-                rest.iter().all(R::is_zero),
-                "value {i} depends on an argument that its row of the pattern leaves out"
+                !wrong.any(),
+                "value {i} depends on an argument that its row of the pattern leaves out: along a test \
+                 direction its derivative is {along:?}, and {sum:?} by the pattern"
             );
         }
+    }
+}
+
+/// An entry of the direction along which a pattern is tested: between 1 and 2, without a pattern.
+fn test_direction(j: usize) -> f64 {
+    1.0 + ((j + 1) as f64 * 0.618033988749895).fract()
+}
+
+/// The gradient of a function, as a function.
+struct Gradient<'a, F>(&'a F);
+
+impl<F: Function> VectorFunction for Gradient<'_, F> {
+    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
+        gradient(self.0, x)
     }
 }
 
@@ -217,18 +328,42 @@ fn colored(columns: usize, rows: &[Vec<usize>]) -> Vec<usize> {
 ///
 /// # Panics
 /// If lengths differ from the pattern's, or if a value turns out to depend on an argument that the
-/// pattern leaves out. That is noticed only where the row has no entry of the same colour, to which it
-/// would be added: compare a new pattern with [`jacobian`] once. Under an outer tape an entry counts as
-/// a dependence even where its terms cancel to zero, because their derivatives need not cancel.
+/// pattern leaves out: the derivative along a test direction, one more than there are colours, then
+/// differs from that of the entries. An entry below some 1e-5 of its row may be missed. Under an outer
+/// tape an entry counts as a dependence even where its terms cancel to zero, because their derivatives
+/// need not cancel.
 pub fn sparse_jacobian<R: Real>(
     function: &impl VectorFunction,
     x: &[R],
     pattern: &Pattern,
 ) -> Vec<R> {
-    let mut entries = vec![R::zero(); pattern.entries()];
-    for first in (0..pattern.colors()).step_by(CHUNK) {
-        let y = function.eval(&pattern.seeded(x, first));
-        pattern.decompress(&y, first, &mut entries);
-    }
-    entries
+    let passes = (0..pattern.directions()).step_by(CHUNK);
+    pattern.decompressed(passes.map(|first| function.eval(&pattern.seeded(x, first))))
+}
+
+/// The entries of a sparse Hessian in the order of its pattern, row by row: as [`sparse_jacobian`] of the
+/// gradient, forward over reverse.
+///
+/// ```
+/// use autodiff::sparse::{Pattern, sparse_hessian};
+/// use autodiff::{Function, Real};
+///
+/// /// The energy of a chain of springs.
+/// struct Chain;
+/// impl Function for Chain {
+///     fn eval<R: Real>(&self, x: &[R]) -> R {
+///         x.windows(2).map(|x| (x[1] - x[0] - R::one()).powi(2)).sum()
+///     }
+/// }
+///
+/// let x: Vec<f64> = (0..1000).map(f64::from).collect();
+/// let pattern = Pattern::traced_hessian(&Chain, &x);
+/// assert_eq!(pattern, Pattern::banded(1000, 1, 1));
+/// assert_eq!(sparse_hessian(&Chain, &x, &pattern)[2..5], [-2.0, 4.0, -2.0]);
+/// ```
+///
+/// # Panics
+/// As [`sparse_jacobian`].
+pub fn sparse_hessian<R: Real>(function: &impl Function, x: &[R], pattern: &Pattern) -> Vec<R> {
+    sparse_jacobian(&Gradient(function), x, pattern)
 }

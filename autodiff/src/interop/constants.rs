@@ -1,9 +1,8 @@
 //! The constants and the sums that num-traits and generic code ask of an element.
 
 use std::f64::consts;
-use std::iter::{Product, Sum};
 
-use num_traits::{FloatConst, One};
+use num_traits::FloatConst;
 
 use super::element::Element;
 use crate::math::rounding;
@@ -49,24 +48,6 @@ impl<R: Real> FloatConst for Element<R> {
     }
     fn PI() -> Self {
         Self(rounding::pi())
-    }
-}
-
-impl<'a, R: Real> Sum<&'a Self> for Element<R> {
-    fn sum<I: Iterator<Item = &'a Self>>(numbers: I) -> Self {
-        numbers.copied().sum()
-    }
-}
-
-impl<R: Real> Product for Element<R> {
-    fn product<I: Iterator<Item = Self>>(numbers: I) -> Self {
-        numbers.fold(Self::one(), |product, x| product * x)
-    }
-}
-
-impl<'a, R: Real> Product<&'a Self> for Element<R> {
-    fn product<I: Iterator<Item = &'a Self>>(numbers: I) -> Self {
-        numbers.copied().product()
     }
 }
 

@@ -105,7 +105,7 @@ impl<R: Real> Float for Element<R> {
         decided::<R>(rounding::sign_bit(self.0))
     }
     fn to_degrees(self) -> Self {
-        self * Self(R::lit(180.0) / rounding::pi())
+        self * Self(R::lit(180.0) / rounding::pi::<R>())
     }
     fn to_radians(self) -> Self {
         self * Self(rounding::pi::<R>() / R::lit(180.0))

@@ -7,7 +7,7 @@ use num_traits::{Float, Num, Signed, Zero};
 
 use super::element::Element;
 use crate::math::rounding::remainder;
-use crate::operators::{constants_by_f64, operator, operators};
+use crate::operators::{closure_operators, constants_by_f64, operator, operators};
 use crate::real::{Mask, Real};
 use crate::rule;
 
@@ -87,6 +87,7 @@ impl<R: Real> Signed for Element<R> {
 }
 
 constants_by_f64! { [R: Real] Element<R> }
+closure_operators! { [R: Real] Element<R> }
 
 impl<R: Real> fmt::Display for Element<R> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -1,12 +1,15 @@
 //! Elementary functions: their values from additions and multiplications, and the table of those that
-//! a [`Real`](crate::Real) has no method for.
+//! are made of others.
 
 mod primitive;
 #[cfg(target_arch = "x86_64")]
 mod abreast;
+pub(crate) mod exact;
+mod power;
 pub(crate) mod rounding;
 mod table;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) use abreast::Abreast;
+pub(crate) use power::powi;
 pub(crate) use primitive::{Primitive, SIN_RANGE, exp, sin_cos, tanh};

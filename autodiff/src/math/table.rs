@@ -1,4 +1,4 @@
-//! Elementary functions that a [`Real`] has no method for.
+//! The [`Elementary`] functions.
 //!
 //! Their values are made of the functions that it has. No constants but small integers and halves go
 //! in, so they are as precise as the type; and they select and do not branch, so they run in lanes.
@@ -27,6 +27,8 @@ impl Elementary {
             Self::Log2 => x.ln() / R::lit(2.0).ln(),
             Self::Log10 => x.ln() / R::lit(10.0).ln(),
             Self::Cbrt => cbrt(x),
+            Self::Sigmoid => sigmoid(x).0,
+            Self::Softplus => softplus(x),
         }
     }
 
@@ -58,6 +60,8 @@ impl Elementary {
             Self::Log2 => rule::ln(x).1 / R::lit(2.0).ln(),
             Self::Log10 => rule::ln(x).1 / R::lit(10.0).ln(),
             Self::Cbrt => (R::lit(3.0) * value * value).recip(),
+            Self::Sigmoid => sigmoid(x).1,
+            Self::Softplus => x.sigmoid(),
         };
         (value, partial)
     }
@@ -157,4 +161,22 @@ fn cbrt<R: Real>(x: R) -> R {
     let root = power - (power - size / (power * power)) / three;
     // The step is NaN at zero and infinity, where the power is right.
     odd(x, R::select(root.finite(), root, power))
+}
+
+/// The logistic function and its slope, from the exponential that does not overflow. Both sides of the
+/// switch are one analytic function, so that derivatives of every order agree there.
+#[inline(always)]
+fn sigmoid<R: Real>(x: R) -> (R, R) {
+    let (one, negative) = (R::one(), x.lt(R::zero()));
+    let power = R::select(negative, x, -x).exp();
+    let share = (one + power).recip();
+    let rest = power * share;
+    (R::select(negative, rest, share), rest * share)
+}
+
+#[inline(always)]
+fn softplus<R: Real>(x: R) -> R {
+    let negative = x.lt(R::zero());
+    let above = R::select(negative, R::zero(), x);
+    above + ln_1p(R::select(negative, x, -x).exp())
 }

@@ -52,7 +52,7 @@ impl List {
                 Op::Fma([a, b, c]) => at(a).fma(at(b), at(c)),
                 Op::Select(mask, [a, b]) => R::select(holds(at(mask)), at(a), at(b)),
                 Op::Dot([a, b], len) => R::dot(several(a, len), several(b, len)),
-                Op::Sum(x, len) => R::sum(several(x, len)),
+                Op::Sum(x, len) => R::sum_of(several(x, len)),
             };
             values.push(value);
         }

@@ -132,6 +132,14 @@ impl Real for Symbol {
     fn lit(value: f64) -> Self {
         push(Op::Constant(value.to_bits()))
     }
+    fn primal(self) -> f64 {
+        current(|recording| {
+            let refused = "a kernel whose derivatives are emitted cannot ask for a primal";
+            assert!(!recording.is_simplified, "{refused}");
+            recording.unfit = true;
+        });
+        f64::NAN
+    }
     fn lt(self, other: Self) -> SymbolMask {
         logic(Logic::Lt, self.0, other.0)
     }
@@ -161,7 +169,7 @@ impl Real for Symbol {
         let pairs = a.iter().zip(b);
         pairs.fold(Self::zero(), |sum, (&x, &y)| x.fma(y, sum))
     }
-    fn sum(terms: &[Self]) -> Self {
+    fn sum_of(terms: &[Self]) -> Self {
         if let Some(x) = run(terms) {
             return push(Op::Sum(x, terms.len() as u32));
         }

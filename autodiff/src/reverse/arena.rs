@@ -113,6 +113,37 @@ impl<R: Real> Arena<R> {
         first
     }
 
+    /// Calls `visit` with each parent of the entry at place `at`, which has many parents or outputs. Every
+    /// output of a fused function depends on all of its inputs.
+    pub(super) fn each_parent_of_long(&self, at: usize, mut visit: impl FnMut(u32)) {
+        let LongEntries {
+            terms,
+            linear,
+            selects,
+            fused,
+        } = &self.long;
+        let marked = |at: &usize| self.entries[*at].parents != [NONE, NONE];
+        // The later outputs of a fused function follow the entry that has its mark.
+        let Some([kind, place]) = (0..=at)
+            .rev()
+            .find(marked)
+            .map(|at| self.entries[at].parents)
+        else {
+            return;
+        };
+        let place = place as usize;
+        match kind {
+            FUSED => fused[place].parents.iter().copied().for_each(visit),
+            LINEAR => {
+                let end = linear.get(place + 1).copied().unwrap_or(terms.len());
+                let terms = &terms[linear[place]..end];
+                terms.iter().for_each(|&(_, parent)| visit(parent));
+            }
+            SELECT => selects[place].1.into_iter().for_each(visit),
+            _ => {}
+        }
+    }
+
     /// Carries the cotangents of all entries back to the inputs, which come first.
     ///
     /// The parent of an entry is often the one before it. The cotangent of that one is kept in a

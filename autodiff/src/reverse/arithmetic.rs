@@ -5,7 +5,7 @@ use num_traits::Zero;
 use super::current::{self, CONSTANT};
 use super::fused;
 use super::var::Var;
-use crate::operators::{constants_by_f64, operators};
+use crate::operators::{closure_operators, constants_by_f64, operators};
 use crate::real::{Fused, Real};
 use crate::rule::{self, by_rule};
 
@@ -95,8 +95,8 @@ impl<R: Real> Real for Var<R> {
         Self::push_linear(value, by_a.chain(by_b), generation)
     }
     /// One entry.
-    fn sum(terms: &[Self]) -> Self {
-        let (value, one) = (R::sum(&fused::values(terms)), R::one());
+    fn sum_of(terms: &[Self]) -> Self {
+        let (value, one) = (R::sum_of(&fused::values(terms)), R::one());
         let generation = terms.iter().fold(CONSTANT, Self::common);
         Self::push_linear(value, terms.iter().map(|x| (one, x.index)), generation)
     }
@@ -136,3 +136,4 @@ operators! {
 }
 
 constants_by_f64! { [R: Real] Var<R> }
+closure_operators! { [R: Real] Var<R> }

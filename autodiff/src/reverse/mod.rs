@@ -8,6 +8,7 @@ mod current;
 mod var;
 mod fused;
 mod arithmetic;
+mod dependence;
 mod tape;
 mod pool;
 

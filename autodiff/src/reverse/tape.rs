@@ -2,6 +2,7 @@
 
 use super::arena::Arena;
 use super::current::{self, CONSTANT};
+use super::dependence::Dependence;
 use super::var::Var;
 use crate::real::Real;
 
@@ -100,6 +101,20 @@ impl<R: Real> Tape<R> {
         }
         self.arena.sweep(&mut self.bars, self.inputs.len());
         &self.bars[..self.inputs.len()]
+    }
+
+    /// For each output of the last recording, the inputs that it depends on, ascending: those from which
+    /// operations lead to it, even where their derivatives are zero.
+    pub(crate) fn dependence(&self, outputs: &[Var<R>]) -> Vec<Vec<usize>> {
+        let mut dependence = Dependence::new(&self.arena, self.inputs.len());
+        let row = |output: &Var<R>| {
+            if output.is_constant() {
+                Vec::new()
+            } else {
+                dependence.of(output.index)
+            }
+        };
+        outputs.iter().map(row).collect()
     }
 
     /// How many entries the last recording made, including one for each input.

@@ -2,6 +2,7 @@
 
 use crate::elementary::Elementary;
 use crate::math;
+use crate::operators::literal_operators;
 use crate::real::{ByType, Real, Vectorized};
 
 macro_rules! impl_real_for_float {
@@ -12,6 +13,10 @@ macro_rules! impl_real_for_float {
             #[inline(always)]
             fn lit(value: f64) -> Self {
                 value as $float
+            }
+            #[inline(always)]
+            fn primal(self) -> f64 {
+                self.into()
             }
             #[inline(always)]
             fn lt(self, other: Self) -> bool {
@@ -63,7 +68,7 @@ macro_rules! impl_real_for_float {
             }
             #[inline(always)]
             fn powi(self, exponent: i32) -> Self {
-                self.powi(exponent)
+                math::powi(self as f64, exponent) as $float
             }
             #[inline(always)]
             fn powf(self, exponent: Self) -> Self {
@@ -111,5 +116,7 @@ macro_rules! impl_real_for_float {
     };
 }
 
+literal_operators! { [] f64 }
+literal_operators! { [] f32 }
 impl_real_for_float!(f64, f64_lanes);
 impl_real_for_float!(f32, f32_lanes);

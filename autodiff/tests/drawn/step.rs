@@ -179,7 +179,7 @@ impl Layer {
         let seen: Vec<R> = self.seen.iter().flat_map(|&k| arrays[k].clone()).collect();
         let mut rows = (0..shape[0]).map(|row| {
             let weights = &matrix[row * seen.len()..][..seen.len()];
-            let sum = R::dot(weights, &seen) * scale(shape) + arrays[self.bias][row];
+            let sum = R::dot(weights, &seen) * scale::<R>(shape) + arrays[self.bias][row];
             if self.tanh { sum.tanh() } else { sum }
         });
         let place = |&is_row: &bool| {
@@ -205,7 +205,7 @@ impl Step for Drawn {
     fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
         let (arrays, matrices) = given.split_at(self.parameters.len());
         let scaled = matrices.iter().zip(&self.matrices).map(|(matrix, &shape)| {
-            let entries = matrix.iter().map(|&entry| entry * scale(shape));
+            let entries = matrix.iter().map(|&entry| entry * scale::<R>(shape));
             entries.collect()
         });
         arrays.iter().map(|a| a.to_vec()).chain(scaled).collect()

@@ -124,7 +124,7 @@ fn what_is_held_is_so_in_the_second_derivatives_of_a_rollout() {
     let (expected, x) = summed(Plain(Held), Memory::All);
     let (emitted, _) = summed(Held, Memory::All);
     let (expected, emitted) = (hessian(&expected, &x), hessian(&emitted, &x));
-    for (g, e) in emitted.concat().iter().zip(expected.concat()) {
+    for (g, e) in emitted.as_slice().iter().zip(expected.as_slice()) {
         // Eighteen kernels' roundings in another order, each grown by the steps that follow.
         assert!((g - e).abs() <= 1e-12 * e.abs(), "{g} and {e}");
     }

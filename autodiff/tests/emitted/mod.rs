@@ -89,7 +89,7 @@ impl Kernel<3, RESULTS> for Every {
             z.clamp(-width, width) / x + (zero - z) * x * y,
             R::select(inside, x * y, -z) + R::select(R::Mask::splat(true), zero, x),
             x.signum().straight_through(y * z) + z.detach() * x,
-            R::dot(&[x, y, z], &[z, x, width]) + R::sum(&[x, y, z]),
+            R::dot(&[x, y, z], &[z, x, width]) + R::sum_of(&[x, y, z]),
             assigned.fma(y, z),
             x.elementary(Elementary::Asinh)
                 - y.elementary(Elementary::Sinh) * z.elementary(Elementary::Cbrt),
@@ -253,7 +253,7 @@ struct Sum<K>(Rollout<Steps<K>>);
 impl<K: Kernel<2, 3> + Clone + Sync> Function for Sum<K> {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         let (start, pull) = x.split_at(STATE);
-        R::sum(&self.0.run(start, &[pull]))
+        R::sum_of(&self.0.run(start, &[pull]))
     }
 }
 

@@ -94,7 +94,7 @@ fn log_sum_exp<R: Real>(v: &mut [R]) -> R {
     for entry in &mut *v {
         *entry = entry.exp();
     }
-    R::sum(v).ln() + largest
+    R::sum_of(v).ln() + largest
 }
 
 impl Function for Mixture {
@@ -112,7 +112,7 @@ impl Function for Mixture {
         for (&weight, (mean, factor)) in weights.iter().zip(parts) {
             let (logarithms, below) = factor.split_at(d);
             let diagonal: Vec<R> = logarithms.iter().map(|q| q.exp()).collect();
-            let sum = R::sum(logarithms);
+            let sum = R::sum_of(logarithms);
             let squares = R::dot(&diagonal, &diagonal) + R::dot(below, below);
             prior += half_square * squares - m * sum;
             packed.push(weight + sum);

@@ -144,7 +144,7 @@ fn along<R: Real>(numbers: &[&[Var<R>]], cotangents: &[Vec<R>]) -> Var<R> {
     let constants = |of: &Vec<R>| of.iter().map(|&c| Var::constant(c)).collect::<Vec<_>>();
     let pairs = numbers.iter().zip(cotangents);
     let sums: Vec<Var<R>> = pairs.map(|(n, c)| Var::dot(n, &constants(c))).collect();
-    Var::sum(&sums)
+    Var::sum_of(&sums)
 }
 
 /// A rollout in lanes: of a body, a network and the edges that want outputs, ascending; and the

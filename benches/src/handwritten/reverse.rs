@@ -169,7 +169,8 @@ impl<R: Real, const OUTPUTS: usize> Cotangents<R, OUTPUTS> {
         for node in (0..NODES).step_by(L::N) {
             for axis in 0..2 {
                 let place = &mut self.before[axis * NODES + node..];
-                (L::load(place) + net(&self.bands.0[axis], node)).store(place);
+                let by_net: L = net(&self.bands.0[axis], node);
+                (L::load(place) + by_net).store(place);
             }
         }
     }

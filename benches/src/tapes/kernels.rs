@@ -86,7 +86,7 @@ impl Steps {
         let stiffness = self.rollout.model.0.to_slots(&stiffness[..EDGES]);
         let (rest_length, inverse_mass) = (lift(&self.rest_length), lift(&self.inverse_mass));
         let parameters: [&[R]; 3] = [&stiffness, &rest_length, &inverse_mass];
-        R::sum(&self.rollout.run(&start, &parameters))
+        R::sum_of(&self.rollout.run(&start, &parameters))
     }
 }
 

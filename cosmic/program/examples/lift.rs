@@ -25,7 +25,7 @@ impl Loss for Lift {
         let observed = self.observed(trajectory.last_step());
         let height = |&step: &usize| trajectory.at(step).x[0][1];
         let heights: Vec<R> = observed.iter().map(height).collect();
-        R::sum(&heights) * R::lit(-1.0 / heights.len() as f64)
+        R::sum_of(&heights) * R::lit(-1.0 / heights.len() as f64)
     }
 }
 

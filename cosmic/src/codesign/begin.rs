@@ -63,7 +63,7 @@ impl CoDesign {
     ///     }
     ///     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
     ///         let speeds = trajectory.states.iter().map(|s| R::dot(&s.v[5], &s.v[5]));
-    ///         R::sum(&speeds.collect::<Vec<_>>()) * R::lit(0.5)
+    ///         R::sum_of(&speeds.collect::<Vec<_>>()) * R::lit(0.5)
     ///     }
     /// }
     ///
@@ -392,7 +392,7 @@ mod tests {
 
         fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
             let heights: Vec<R> = trajectory.states.iter().map(|s| -s.x[0][1]).collect();
-            R::sum(&heights) * R::lit(0.5)
+            R::sum_of(&heights) * R::lit(0.5)
         }
     }
 

@@ -251,7 +251,7 @@ mod tests {
 
         fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
             let heights = trajectory.states[0].x.iter().map(|x| x[1]);
-            R::sum(&heights.collect::<Vec<_>>()) * R::lit(1e25) * R::lit(1e25)
+            R::sum_of(&heights.collect::<Vec<_>>()) * R::lit(1e25) * R::lit(1e25)
         }
     }
 

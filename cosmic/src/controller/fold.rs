@@ -35,7 +35,7 @@ impl<R: Real> Controller<R> {
             ground,
             nodes,
             presence,
-            total: R::sum(presence),
+            total: R::sum_of(presence),
             clocks: [cosines, sines],
         };
         assert!(
@@ -117,7 +117,7 @@ impl<R: Real> Fold<'_, R> {
     /// Weights on offsets from the mean (and on the mean, for a goal relative to it) as weights on
     /// the positions themselves.
     fn centred(&self, mut column: Vec<R>, goal: R) -> Vec<R> {
-        let mut on_mean = R::sum(&column);
+        let mut on_mean = R::sum_of(&column);
         if self.settings.goal_relative {
             on_mean += goal;
         }

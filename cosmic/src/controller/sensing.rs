@@ -50,7 +50,7 @@ pub fn observation<R: Real>(
 }
 
 fn weighted_mean<R: Real>(points: &[[R; 2]], weights: &[R]) -> [R; 2] {
-    let sum = R::sum(weights);
+    let sum = R::sum_of(weights);
     [0, 1].map(|k| {
         let column: Vec<R> = points.iter().map(|point| point[k]).collect();
         R::dot(&column, weights) / sum

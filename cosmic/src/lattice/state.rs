@@ -19,7 +19,7 @@ pub(crate) fn mean<R: Real, const N: usize>(rows: &[[R; N]]) -> [R; N] {
     let share = R::lit(1.0 / rows.len() as f64);
     std::array::from_fn(|k| {
         let column: Vec<R> = rows.iter().map(|row| row[k]).collect();
-        R::sum(&column) * share
+        R::sum_of(&column) * share
     })
 }
 

@@ -53,7 +53,7 @@ impl Loss for Displacement {
             along
         };
         let positions: Vec<R> = observed.iter().map(along).collect();
-        R::sum(&positions) * R::lit(-1.0 / positions.len() as f64)
+        R::sum_of(&positions) * R::lit(-1.0 / positions.len() as f64)
     }
 }
 

@@ -27,7 +27,7 @@ impl<R: Real> Measures<R> {
 pub fn measures<R: Real>(mixture: &[[R; 3]], delta: f64) -> Measures<R> {
     let mean = |measure: &dyn Fn(&[R; 3]) -> R| {
         let terms: Vec<R> = mixture.iter().map(measure).collect();
-        R::sum(&terms) * R::lit(1.0 / mixture.len() as f64)
+        R::sum_of(&terms) * R::lit(1.0 / mixture.len() as f64)
     };
     Measures {
         volume: mean(&|m| m[1] + m[2]),

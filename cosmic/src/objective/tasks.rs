@@ -60,7 +60,7 @@ impl Objective {
         let square = |v: &[R; 2]| R::dot(v, v);
         let at = |step: usize| {
             let squares: Vec<R> = trajectory.at(step).v.iter().map(square).collect();
-            R::sum(&squares) * R::lit(1.0 / squares.len() as f64)
+            R::sum_of(&squares) * R::lit(1.0 / squares.len() as f64)
         };
         let observed = self.observed(trajectory.last_step());
         // Each state stands for the steps since the one before, the first for those since the
@@ -68,14 +68,14 @@ impl Objective {
         let since = |k: usize| observed[k] - k.checked_sub(1).map_or(0, |before| observed[before]);
         let weighed = |k: usize| at(observed[k]) * R::lit(since(k) as f64);
         let weighed: Vec<R> = (0..observed.len()).map(weighed).collect();
-        R::sum(&weighed) * R::lit(self.damping * self.dt)
+        R::sum_of(&weighed) * R::lit(self.damping * self.dt)
     }
 
     /// The mean of a function over the states observed.
     fn mean<R: Real>(&self, trajectory: &Trajectory<R>, of: impl Fn(&State<R>) -> R) -> R {
         let observed = self.observed(trajectory.last_step());
         let values: Vec<R> = observed.iter().map(|&s| of(trajectory.at(s))).collect();
-        R::sum(&values) * R::lit(1.0 / values.len() as f64)
+        R::sum_of(&values) * R::lit(1.0 / values.len() as f64)
     }
 }
 

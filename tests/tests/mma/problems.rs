@@ -15,7 +15,8 @@ pub(crate) trait Problem {
 
 impl<F: VectorFunction> Problem for F {
     fn linearise(&self, x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
-        (self.eval(x), jacobian(self, x))
+        let rows = jacobian(self, x);
+        (self.eval(x), rows.iter().map(<[f64]>::to_vec).collect())
     }
 }
 

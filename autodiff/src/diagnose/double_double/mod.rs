@@ -36,7 +36,6 @@
 //! Literals are f64: `R::lit(0.1)` is the same number in both runs, so that the difference is rounding
 //! alone and not a better constant.
 
-mod exact;
 mod number;
 mod real;
 

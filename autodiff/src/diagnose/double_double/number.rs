@@ -4,9 +4,10 @@ use std::cmp::Ordering;
 
 use num_traits::FromPrimitive;
 
-use super::exact::{two_product, two_sum};
 use crate::math::Primitive;
+use crate::math::exact::{two_product, two_sum};
 use crate::operators::operators;
+use crate::real::Real;
 
 /// The unevaluated sum of two floats; see the [module](super).
 ///

@@ -8,9 +8,9 @@
 
 use num_traits::{One, Zero};
 
-use super::exact::two_product;
 use super::number::DoubleDouble;
 use crate::elementary::Elementary;
+use crate::math::exact::two_product;
 use crate::real::Real;
 
 /// `ln 2` as a sum of floats.
@@ -85,6 +85,10 @@ impl Real for DoubleDouble {
     #[inline]
     fn lit(value: f64) -> Self {
         Self::from(value)
+    }
+    #[inline]
+    fn primal(self) -> f64 {
+        self.high
     }
     #[inline]
     fn lt(self, other: Self) -> bool {

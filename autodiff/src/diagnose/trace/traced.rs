@@ -189,7 +189,7 @@ impl<R: Real> Real for Traced<R> {
         sum
     }
     #[track_caller]
-    fn sum(terms: &[Self]) -> Self {
+    fn sum_of(terms: &[Self]) -> Self {
         let mut sum = Self::zero();
         for &term in terms {
             sum += term;

@@ -84,7 +84,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         let mut totals = Vec::with_capacity(self.memory.shared_bars.len());
         for bar in &self.memory.shared_bars {
             bar.store(&mut lanes);
-            totals.push(R::sum(&lanes[..L::N]));
+            totals.push(R::sum_of(&lanes[..L::N]));
         }
         pool::keep(self.memory);
         totals

@@ -16,7 +16,7 @@
 //!         let stiffness = Matrix2::new(a + b, -b, -b, b);
 //!         let force = Vector2::new(Element::lit(0.0), load);
 //!         let factors = stiffness.cholesky().expect("springs that pull");
-//!         (force.dot(&factors.solve(&force)) * Element::lit(0.5)).0
+//!         (0.5 * force.dot(&factors.solve(&force))).0
 //!     }
 //! }
 //!
@@ -33,9 +33,12 @@
 //! - Iterative factorisations (SVD, eigenvalues) are differentiated through their iterations, and
 //!   stop when the primal has converged; degenerate singular values have no derivative.
 //! - **Iterative factorisations skip entries that are zero, and lose the derivatives by them**, as in a
-//!   diagonal, triangular or block matrix. There, take SVD, Schur, eigenvalues and eigenvectors, the
-//!   pseudo-inverse, and what is made of them as a root ([`implicit`](crate::implicit)) or by a rule of
-//!   your own. LU, QR, Cholesky, inverse and determinant are right.
+//!   diagonal, triangular or block matrix: `symmetric_eigenvalues` of a diagonal matrix has a Hessian of
+//!   zeros. nalgebra asks for zeros in the same way where an iteration has converged, so an element cannot
+//!   refuse. For a symmetric matrix take [`symmetric_eigen`], which is right everywhere; elsewhere take
+//!   SVD, Schur, the pseudo-inverse, and what is made of them as a root
+//!   ([`implicit`](crate::implicit)) or by a rule of your own. LU, QR, Cholesky, inverse and determinant
+//!   are right.
 //! - **Geometry branches at the identity, and its derivative there is wrong**: zero for a
 //!   `UnitQuaternion`, `Rotation3` or `Isometry3` made of a rotation vector of zero, for `scaled_axis`
 //!   of the identity and for `rotation_between` parallel vectors. [`rotation`] is right everywhere.
@@ -43,8 +46,11 @@
 //!   exponential, which uses one.
 //! - Under `use autodiff::*`, `nalgebra` means this module; the crate itself is `::nalgebra`.
 
+mod eigen;
 mod field;
+mod parameters;
 mod rotation;
 
 pub use super::element::Element;
+pub use eigen::{EigenPair, symmetric_eigen};
 pub use rotation::{rotation, vector};

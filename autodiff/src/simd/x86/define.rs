@@ -177,6 +177,15 @@ macro_rules! define_lanes {
             fn lit(value: f64) -> Self {
                 Self::splat(value as $scalar)
             }
+            fn primal(self) -> f64 {
+                let mut lanes = [0.0; $n];
+                self.store(&mut lanes);
+                let one = lanes
+                    .iter()
+                    .all(|lane| lane.to_bits() == lanes[0].to_bits());
+                assert!(one, "lanes differ, and have no one primal: {lanes:?}");
+                lanes[0].into()
+            }
             #[inline(always)]
             fn lt(self, other: Self) -> $mask {
                 unsafe { $lt(self.0, other.0) }

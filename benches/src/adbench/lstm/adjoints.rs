@@ -8,45 +8,66 @@ use super::{Add, Cell, Change, Gate, Hidden, Prediction, Product};
 impl Gate {
     #[inline(always)]
     pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
-        let [x0, x1, _] = x;
+        let [x0, x1, x2] = x;
         let [r0] = y;
         let [y0] = y_bar;
+        let t4 = R::lit(0.0);
         let t5 = R::lit(0.5);
+        let t6 = x0.fma(x1, x2);
         let t7 = R::lit(1.0);
-        let t10 = r0.abs();
-        let t11 = t10.lt(t5);
-        let t13 = (-r0).fma(r0, t7);
-        let t14 = t7 - r0;
-        let t15 = t7 + r0;
-        let t16 = t14 * t15;
-        let t17 = R::select(t11, t13, t16);
-        let t18 = y0 * t17;
-        let t19 = t5 * t18;
-        let t20 = x1 * t19;
-        let t21 = x0 * t19;
-        [t20, t21, t19]
+        let t8 = t5 * t6;
+        let t10 = t8 + t8;
+        let t11 = t8.lt(t4);
+        let t12 = -t10;
+        let t13 = R::select(t11, t10, t12);
+        let t14 = t13.exp();
+        let t15 = R::lit(2.0);
+        let t16 = t7 + t14;
+        let t17 = t16.recip();
+        let t18 = t15 * t17;
+        let t19 = t8.abs();
+        let t20 = t19.lt(t5);
+        let t22 = (-r0).fma(r0, t7);
+        let t23 = t14 * t18;
+        let t24 = t18 * t23;
+        let t25 = R::select(t20, t22, t24);
+        let t26 = R::chain(t25, y0);
+        let t27 = t5 * t26;
+        let t28 = x1 * t27;
+        let t29 = x0 * t27;
+        [t28, t29, t27]
     }
 }
 
 impl Change {
     #[inline(always)]
     pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 3], y: [R; 1], y_bar: [R; 1]) -> [R; 3] {
-        let [x0, x1, _] = x;
+        let [x0, x1, x2] = x;
         let [r0] = y;
         let [y0] = y_bar;
+        let t4 = R::lit(0.0);
+        let t5 = x0.fma(x1, x2);
         let t6 = R::lit(1.0);
-        let t8 = r0.abs();
-        let t9 = R::lit(0.5);
-        let t10 = t8.lt(t9);
-        let t12 = (-r0).fma(r0, t6);
-        let t13 = t6 - r0;
-        let t14 = t6 + r0;
-        let t15 = t13 * t14;
-        let t16 = R::select(t10, t12, t15);
-        let t17 = y0 * t16;
-        let t18 = x1 * t17;
-        let t19 = x0 * t17;
-        [t18, t19, t17]
+        let t8 = t5 + t5;
+        let t9 = t5.lt(t4);
+        let t10 = -t8;
+        let t11 = R::select(t9, t8, t10);
+        let t12 = t11.exp();
+        let t13 = R::lit(2.0);
+        let t14 = t6 + t12;
+        let t15 = t14.recip();
+        let t16 = t13 * t15;
+        let t17 = t5.abs();
+        let t18 = R::lit(0.5);
+        let t19 = t17.lt(t18);
+        let t21 = (-r0).fma(r0, t6);
+        let t22 = t12 * t16;
+        let t23 = t16 * t22;
+        let t24 = R::select(t19, t21, t23);
+        let t25 = R::chain(t24, y0);
+        let t26 = x1 * t25;
+        let t27 = x0 * t25;
+        [t26, t27, t25]
     }
 }
 
@@ -54,27 +75,37 @@ impl Cell {
     #[inline(always)]
     pub(crate) fn emitted_vjp_with_results<R: Real>(&self, x: [R; 4], y: [R; 2], y_bar: [R; 2]) -> [R; 4] {
         let [x0, x1, x2, x3] = x;
-        let [_, r1] = y;
+        let [r0, r1] = y;
         let [y0, y1] = y_bar;
+        let t6 = R::lit(0.0);
         let t7 = R::lit(0.5);
         let t8 = t7.fma(x1, t7);
         let t9 = R::lit(1.0);
         let t10 = t7.fma(x2, t7);
-        let t14 = r1.abs();
-        let t15 = t14.lt(t7);
-        let t17 = (-r1).fma(r1, t9);
-        let t18 = t9 - r1;
-        let t19 = t9 + r1;
-        let t20 = t18 * t19;
-        let t21 = R::select(t15, t17, t20);
-        let t23 = y1.fma(t21, y0);
-        let t24 = t8 * t23;
-        let t25 = x0 * t23;
-        let t26 = x3 * t23;
-        let t27 = t10 * t23;
-        let t28 = t7 * t26;
-        let t29 = t7 * t25;
-        [t24, t29, t28, t27]
+        let t14 = r0 + r0;
+        let t15 = r0.lt(t6);
+        let t16 = -t14;
+        let t17 = R::select(t15, t14, t16);
+        let t18 = t17.exp();
+        let t19 = R::lit(2.0);
+        let t20 = t9 + t18;
+        let t21 = t20.recip();
+        let t22 = t19 * t21;
+        let t23 = r0.abs();
+        let t24 = t23.lt(t7);
+        let t26 = (-r1).fma(r1, t9);
+        let t27 = t18 * t22;
+        let t28 = t22 * t27;
+        let t29 = R::select(t24, t26, t28);
+        let t30 = R::chain(t29, y1);
+        let t31 = y0 + t30;
+        let t32 = t8 * t31;
+        let t33 = x0 * t31;
+        let t34 = x3 * t31;
+        let t35 = t10 * t31;
+        let t36 = t7 * t34;
+        let t37 = t7 * t33;
+        [t32, t37, t36, t35]
     }
 }
 

@@ -262,7 +262,7 @@ impl<'a> Subject<'a> {
         let starts: Vec<State<R>> = self.starts.iter().map(|start| start.map(R::lit)).collect();
         let all = (self.task).rollout_many(&[mixture], controller, &starts, &span);
         let losses: Vec<R> = all.iter().map(|seen| self.loss.loss(seen)).collect();
-        R::sum(&losses) * R::lit(1.0 / STARTS as f64)
+        R::sum_of(&losses) * R::lit(1.0 / STARTS as f64)
     }
 
     /// The mixture to differentiate by. That of a frozen layout is its design vectors.

@@ -1,11 +1,11 @@
 //! Sums and products of two floats without rounding error: the float nearest to the result and
 //! what it leaves out.
 
-use crate::math::Primitive;
+use super::primitive::Primitive;
 
 /// `a + b` (Knuth, *The Art of Computer Programming* 2, section 4.2.2).
 #[inline]
-pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let from_b = sum - a;
     (sum, (a - (sum - from_b)) + (b - from_b))
@@ -13,7 +13,7 @@ pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// `a * b` (Dekker 1971, by a fused multiply-add in place of splitting).
 #[inline]
-pub(super) fn two_product(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     (product, Primitive::mul_add(a, b, -product))
 }

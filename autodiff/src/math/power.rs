@@ -1,0 +1,107 @@
+//! Integer powers, the same in every build: the compiler's own are products in some places and the
+//! system's `pow` in others.
+
+use super::exact::two_product;
+use super::primitive::Primitive;
+
+/// Up to this exponent a handful of products is within an ulp for each.
+const FEW: u32 = 8;
+
+/// `x^exponent`. Each product doubles the relative error so far: beyond a few, numbers are pairs of
+/// floats, whose error stays below an ulp of the result up to the largest exponent. Where the result is
+/// subnormal, or a factor on the way is, it is one of the products' instead.
+#[inline(always)]
+pub(crate) fn powi(x: f64, exponent: i32) -> f64 {
+    let times = exponent.unsigned_abs();
+    if times > FEW {
+        return long_power(x, exponent);
+    }
+    let power = product(x, times);
+    if exponent < 0 { power.recip() } else { power }
+}
+
+/// By squaring; the last square is not taken, as it may overflow.
+#[inline(always)]
+fn product(x: f64, mut times: u32) -> f64 {
+    let (mut power, mut square) = (1.0, x);
+    while times > 0 {
+        if times % 2 == 1 {
+            power *= square;
+        }
+        times /= 2;
+        if times > 0 {
+            square *= square;
+        }
+    }
+    power
+}
+
+/// A float and what it leaves out.
+#[derive(Clone, Copy)]
+struct Pair(f64, f64);
+
+impl Pair {
+    fn times(self, other: Self) -> Self {
+        let (high, low) = two_product(self.0, other.0);
+        let cross = self.0 * other.1 + self.1 * other.0;
+        let rest = low + cross;
+        let sum = high + rest;
+        Pair(sum, rest - (sum - high))
+    }
+}
+
+#[inline(never)]
+fn long_power(x: f64, exponent: i32) -> f64 {
+    let mut square = Pair(x, 0.0);
+    if exponent < 0 {
+        // The reciprocal of the power would be zero where that overflows, and it may be subnormal.
+        let inverse = x.recip();
+        let rest = Primitive::mul_add(-inverse, x, 1.0);
+        square = Pair(inverse, rest * inverse);
+    }
+    let mut times = exponent.unsigned_abs();
+    let mut power = Pair(1.0, 0.0);
+    while times > 0 {
+        if times % 2 == 1 {
+            power = power.times(square);
+        }
+        times /= 2;
+        if times > 0 {
+            square = square.times(square);
+        }
+    }
+    // Beyond the range the second number is NaN, or both have lost their sign.
+    if power.0 != 0.0 && power.1.is_finite() {
+        power.0
+    } else {
+        plain(x, exponent)
+    }
+}
+
+/// The limit of a power that leaves the range: 0, infinity or NaN, with its sign.
+fn plain(x: f64, exponent: i32) -> f64 {
+    let base = if exponent < 0 { x.recip() } else { x };
+    product(base, exponent.unsigned_abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::powi;
+
+    #[test]
+    fn powers_beyond_the_range_have_the_limit_and_its_sign() {
+        assert_eq!(powi(2.0, -1074), 5e-324);
+        assert_eq!(powi(-2.0, 1025), f64::NEG_INFINITY);
+        assert_eq!(powi(-0.0, 1001).to_bits(), (-0.0f64).to_bits());
+        assert_eq!(powi(-0.0, -1001), f64::NEG_INFINITY);
+        assert_eq!(powi(f64::INFINITY, -20), 0.0);
+        assert_eq!(powi(0.5, i32::MIN), f64::INFINITY);
+        assert!(powi(f64::NAN, 20).is_nan());
+    }
+
+    /// 1.0000000001^(2^31 - 1), by mpmath.
+    #[test]
+    fn a_large_exponent_loses_nothing() {
+        assert_eq!(powi(1.0 + 1e-10, i32::MAX), 1.239549965208056);
+    }
+}

@@ -1,0 +1,208 @@
+//! Structures of parameters: nested structs, arrays and matrices of numbers, as they are used, in place
+//! of one long slice.
+//!
+//! With the feature `derive`, `#[derive(Parameters)]` implements [`Parameters`] for a struct that is
+//! generic over its number. [`value_and_gradient`] then takes and returns the struct itself, and
+//! [`names`](Parameters::names) tells a gradient check what each number is called.
+//!
+//! ```
+//! # #[cfg(feature = "derive")] {
+//! use autodiff::check::{Options, check_gradient};
+//! use autodiff::{Function, Parameters, Real, Var, parameters};
+//!
+//! #[derive(Clone, Debug, PartialEq, Parameters)]
+//! struct Layer<R> {
+//!     weights: Vec<[R; 2]>,
+//!     bias: R,
+//! }
+//!
+//! #[derive(Clone, Debug, PartialEq, Parameters)]
+//! struct Network<R> {
+//!     hidden: Layer<R>,
+//!     output: [R; 2],
+//!     steps: usize, // no number: copied
+//! }
+//!
+//! fn energy<R: Real>(network: &Network<R>) -> R {
+//!     let rows = network.hidden.weights.iter().zip(network.output);
+//!     rows.map(|(row, gain)| gain * (R::dot(row, &[R::one(); 2]) + network.hidden.bias).tanh()).sum()
+//! }
+//!
+//! let at = Network {
+//!     hidden: Layer { weights: vec![[0.5, 0.0], [1.0, -1.0]], bias: 0.25 },
+//!     output: [1.0, 2.0],
+//!     steps: 3,
+//! };
+//! let (_, gradient) = parameters::value_and_gradient(energy, &at);
+//! assert_eq!(gradient.output, [0.75f64.tanh(), 0.25f64.tanh()]);
+//!
+//! // As a function of a slice, for every other driver.
+//! struct Energy(Network<f64>);
+//! impl Function for Energy {
+//!     fn eval<R: Real>(&self, x: &[R]) -> R {
+//!         energy(&self.0.with(x))
+//!     }
+//! }
+//! assert_eq!(at.names()[3], "hidden.weights[1][1]");
+//! let options = Options { names: at.names(), ..Options::default() };
+//! let report = check_gradient(&Energy(at.clone()), &at.flatten(), &options);
+//! assert!(report.to_string().contains("smooth"), "{report}");
+//! # }
+//! ```
+
+use std::fmt::Write;
+
+use crate::drivers::value_and_gradient_of;
+use crate::real::Real;
+use crate::reverse::Var;
+
+#[cfg(feature = "derive")]
+pub use autodiff_derive::Parameters;
+
+/// A structure of numbers of type `R`. See the [module](self).
+pub trait Parameters<R: Real> {
+    /// The structure over another number.
+    type With<S: Real>: Parameters<S>;
+
+    /// The structure with every number replaced, in one order. An implementation by hand calls
+    /// [`Walk::field`] for each part.
+    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S>;
+
+    /// All numbers, in order.
+    fn flatten(&self) -> Vec<R> {
+        let mut numbers = Vec::new();
+        let visit = &mut |_: &[Step<'_>], number| {
+            numbers.push(number);
+            number
+        };
+        self.map::<R>(&mut Walk::new(visit));
+        numbers
+    }
+
+    /// What each number is called: `hidden.weights[1][0]`.
+    fn names(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        let visit = &mut |path: &[Step<'_>], number| {
+            names.push(name(path));
+            number
+        };
+        self.map::<R>(&mut Walk::new(visit));
+        names
+    }
+
+    /// The structure with these numbers, in the order of [`flatten`](Self::flatten).
+    ///
+    /// # Panics
+    /// If there are more or fewer numbers than the structure has.
+    fn with<S: Real>(&self, numbers: &[S]) -> Self::With<S> {
+        let mut rest = numbers.iter();
+        let visit = &mut |path: &[Step<'_>], _| match rest.next() {
+            Some(&number) => number,
+            None => panic!("{} numbers end before `{}`", numbers.len(), name(path)),
+        };
+        let structure = self.map(&mut Walk::new(visit));
+        let left = rest.len();
+        assert!(
+            left == 0,
+            "{left} of {} numbers are left over",
+            numbers.len()
+        );
+        structure
+    }
+}
+
+/// The value and the gradient of a function of a structure, by one reverse sweep; the gradient is a
+/// structure too.
+pub fn value_and_gradient<R: Real, P: Parameters<R, With<R> = P>>(
+    function: impl FnOnce(&P::With<Var<R>>) -> Var<R>,
+    at: &P,
+) -> (R, P) {
+    let (value, gradient) = value_and_gradient_of(|x| function(&at.with(x)), &at.flatten());
+    (value, at.with(&gradient))
+}
+
+/// The gradient of a function of a structure, as a structure.
+pub fn gradient<R: Real, P: Parameters<R, With<R> = P>>(
+    function: impl FnOnce(&P::With<Var<R>>) -> Var<R>,
+    at: &P,
+) -> P {
+    value_and_gradient(function, at).1
+}
+
+/// A step of the way to a number.
+#[derive(Clone, Copy)]
+enum Step<'a> {
+    Field(&'a str),
+    Index(usize),
+}
+
+fn name(path: &[Step<'_>]) -> String {
+    let mut name = String::new();
+    for step in path {
+        // Writing to a string does not fail.
+        let _ = match step {
+            Step::Field(field) if name.is_empty() => write!(name, "{field}"),
+            Step::Field(field) => write!(name, ".{field}"),
+            Step::Index(index) => write!(name, "[{index}]"),
+        };
+    }
+    name
+}
+
+/// A walk through a structure, which replaces numbers of type `R` by numbers of type `S`.
+pub struct Walk<'a, R, S> {
+    path: Vec<Step<'a>>,
+    visit: &'a mut dyn FnMut(&[Step<'a>], R) -> S,
+}
+
+impl<'a, R: Real, S: Real> Walk<'a, R, S> {
+    fn new(visit: &'a mut dyn FnMut(&[Step<'a>], R) -> S) -> Self {
+        let path = Vec::new();
+        Self { path, visit }
+    }
+
+    /// Replaces the numbers of a field.
+    pub fn field<P: Parameters<R>>(&mut self, name: &'a str, part: &P) -> P::With<S> {
+        self.part(Step::Field(name), part)
+    }
+
+    /// Replaces the numbers of an element of a list.
+    pub fn element<P: Parameters<R>>(&mut self, index: usize, part: &P) -> P::With<S> {
+        self.part(Step::Index(index), part)
+    }
+
+    fn part<P: Parameters<R>>(&mut self, step: Step<'a>, part: &P) -> P::With<S> {
+        self.path.push(step);
+        let part = part.map(self);
+        self.path.pop();
+        part
+    }
+
+    fn number(&mut self, number: R) -> S {
+        (self.visit)(&self.path, number)
+    }
+}
+
+impl<R: Real> Parameters<R> for R {
+    type With<S: Real> = S;
+    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> S {
+        walk.number(*self)
+    }
+}
+
+impl<R: Real, P: Parameters<R>> Parameters<R> for Vec<P> {
+    type With<S: Real> = Vec<P::With<S>>;
+    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
+        let elements = self.iter().enumerate();
+        elements
+            .map(|(index, part)| walk.element(index, part))
+            .collect()
+    }
+}
+
+impl<R: Real, P: Parameters<R>, const N: usize> Parameters<R> for [P; N] {
+    type With<S: Real> = [P::With<S>; N];
+    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
+        std::array::from_fn(|index| walk.element(index, &self[index]))
+    }
+}

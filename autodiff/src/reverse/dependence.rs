@@ -1,0 +1,59 @@
+//! Which inputs the outputs of a recording depend on.
+
+use super::arena::Arena;
+use super::index::{FUSED, NONE};
+use crate::real::Real;
+
+/// A search backwards through the entries, which visits each once for an output.
+pub(super) struct Dependence<'a, R: Real> {
+    arena: &'a Arena<R>,
+    inputs: usize,
+    /// For each entry the last search that came by, counted from 1.
+    visited: Vec<u32>,
+    searches: u32,
+    pending: Vec<u32>,
+}
+
+impl<'a, R: Real> Dependence<'a, R> {
+    pub(super) fn new(arena: &'a Arena<R>, inputs: usize) -> Self {
+        Self {
+            arena,
+            inputs,
+            visited: vec![0; arena.entries.len()],
+            searches: 0,
+            pending: Vec::new(),
+        }
+    }
+
+    /// The inputs that the entry depends on, ascending. A partial of zero counts.
+    pub(super) fn of(&mut self, output: u32) -> Vec<usize> {
+        self.searches += 1;
+        let mut found = Vec::new();
+        self.visit(output);
+        while let Some(at) = self.pending.pop() {
+            let at = at as usize;
+            if at < self.inputs {
+                found.push(at);
+                continue;
+            }
+            let arena = self.arena;
+            let [first, second] = arena.entries[at].parents;
+            if first < FUSED {
+                self.visit(first);
+                self.visit(second);
+            } else {
+                arena.each_parent_of_long(at, |parent| self.visit(parent));
+            }
+        }
+        found.sort_unstable();
+        found
+    }
+
+    fn visit(&mut self, entry: u32) {
+        if entry == NONE || self.visited[entry as usize] == self.searches {
+            return;
+        }
+        self.visited[entry as usize] = self.searches;
+        self.pending.push(entry);
+    }
+}
