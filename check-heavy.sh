@@ -14,6 +14,7 @@ CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 CARGO_PROFILE_RELEASE_DEBUG=0 \
 
 say 'features'
 cargo check -p cosmic-autodiff --no-default-features
+cargo check -p cosmic-autodiff --features derive
 cargo check -p cosmic-autodiff --features nalgebra
 cargo check -p cosmic-autodiff --features rayon
 cargo check -p cosmic-codesign --no-default-features
@@ -27,7 +28,7 @@ say 'packages, each unpacked, built and tested without the repository'
 packages=$(mktemp -d)
 trap 'rm -rf "$packages"' EXIT
 cargo package --quiet --no-verify --allow-dirty --target-dir "$packages/target" \
-  -p cosmic-autodiff -p cosmic-codesign -p cosmic-lab -p cosmic-program
+  -p cosmic-autodiff -p cosmic-autodiff-derive -p cosmic-codesign -p cosmic-lab -p cosmic-program
 patches=()
 for archive in "$packages"/target/package/*.crate; do
   tar xzf "$archive" -C "$packages"

@@ -251,6 +251,13 @@
 //! - `nalgebra`: [`Element`] in nalgebra's matrices, module `nalgebra`;
 //! - `rayon`: Jacobians, Hessians and batches of gradients on several cores, module `parallel`.
 //!
+//! # Versions
+//!
+//! Within a version that semantic versioning calls compatible, new methods of [`Real`] come with
+//! defaults, and so do new methods of the traits for functions. Errors and results may get new fields
+//! and variants. So may settings, [`check::Options`] and [`Rollout`]: make them from their defaults,
+//! `Options { seed: 1, ..Options::default() }`.
+//!
 //! # Misuse
 //!
 //! A variable used outside its recording, on another thread or with another tape's variables, a slice

@@ -90,8 +90,8 @@ fn drivers_take_closures() {
     );
     assert!(close(&row, &rows[0]));
     // What the closure captures it may use up, and a Jacobian of no arguments has rows of none.
-    let owned = vec![4.0];
-    let (slope, product) = hessian_vector_of(move |x| owned[0] * x[0].powi(3), &[2.0], &[1.0]);
+    let owned = Box::new(4.0);
+    let (slope, product) = hessian_vector_of(move |x| *owned * x[0].powi(3), &[2.0], &[1.0]);
     assert_eq!((slope, product), (vec![48.0], vec![48.0]));
     let empty = jacobian_of(|_: &[Dual<f64, 4>]| vec![Dual::lit(1.0); 3], &[]);
     assert_eq!((empty.rows(), empty.columns()), (3, 0));

@@ -29,6 +29,7 @@ impl fmt::Display for Verdict {
 
 /// One direction's check. Slopes are per unit length along the direction.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Direction {
     /// The claimed slope: gradient times direction.
     pub gradient: f64,
@@ -68,6 +69,7 @@ impl Direction {
 
 /// The component that has the largest part in the worst direction's error.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Component {
     /// Its index.
     pub index: usize,
@@ -98,6 +100,7 @@ impl fmt::Display for Component {
 
 /// The outcome of a check; displayed as a table.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Report {
     /// One row per random direction.
     pub directions: Vec<Direction>,
