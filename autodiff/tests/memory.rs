@@ -134,6 +134,7 @@ fn a_budget_for_all_steps_does_none_again() {
 
 /// Half of a budget goes into rows that are kept, the rest into checkpoints.
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn half_of_a_budget_keeps_rows() {
     let row = row();
     // Three rows, and three checkpoints of four stretches: each step is done once more.
@@ -148,6 +149,7 @@ fn half_of_a_budget_keeps_rows() {
 /// Operations put their numbers into whole registers, of which small states fill little: what a
 /// budget takes differs between number types, machines and numbers of starts, and a refusal says it.
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn the_least_budget_is_what_a_refusal_says() {
     fn check<R: Real + PartialEq>() {
         for (len, starts) in [(1, 1), (2, 1), (2, 2), (7, 1), (17, 2)] {
