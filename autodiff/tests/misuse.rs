@@ -140,6 +140,7 @@ fn a_panic_inside_leaves_the_outer_recording_current() {
 }
 
 #[test]
+#[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn a_tape_moves_between_threads() {
     let mut tape = Tape::new();
     let y = tape.record(&[2.0], |x| x[0] * x[0]);

@@ -44,6 +44,7 @@ fn in_pools(check: impl Fn() + Sync) {
 }
 
 #[test]
+#[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn every_driver_gives_the_serial_bits_with_any_number_of_threads() {
     in_pools(|| {
         for (values, arguments) in [(30, 7), (7, 30), (1, 1), (0, 3)] {
@@ -64,6 +65,7 @@ fn every_driver_gives_the_serial_bits_with_any_number_of_threads() {
 }
 
 #[test]
+#[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn sparse_jacobians_too() {
     struct Pairs;
     impl VectorFunction for Pairs {

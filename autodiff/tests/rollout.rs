@@ -340,6 +340,7 @@ fn a_second_pullback_has_the_same_bits() {
 /// A thread keeps the rows of its last sweep for the next one, which may be longer or shorter or of
 /// another number type.
 #[test]
+#[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
     fn gradient(steps: usize) -> (f64, Vec<f64>) {
         let loss = Loss::new(steps);

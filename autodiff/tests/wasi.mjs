@@ -4,6 +4,7 @@ import { readFile } from 'node:fs/promises'
 import { WASI } from 'node:wasi'
 
 const args = process.argv.slice(2)
-const wasi = new WASI({ version: 'preview1', args, env: process.env, preopens: { '/': '/' } })
+const preopens = { '/': '/', '.': process.cwd() }
+const wasi = new WASI({ version: 'preview1', args, env: process.env, preopens })
 const module = await WebAssembly.compile(await readFile(args[0]))
 process.exitCode = wasi.start(await WebAssembly.instantiate(module, wasi.getImportObject()))

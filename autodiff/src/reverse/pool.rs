@@ -38,6 +38,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(target_family = "wasm", ignore = "no threads: tests share one")]
     fn a_thread_keeps_one_tape_of_a_type() {
         let capacity = |tape: &mut Tape<f64>| tape.bytes();
         assert_eq!(with_tape(capacity), 0);
