@@ -116,7 +116,9 @@ fn every_register_has_the_bits_of_scalars() {
 }
 
 #[cfg(lanes)]
-const BITS: (fn(f64) -> u64, fn(f32) -> u64) = (f64::to_bits, |x| x.to_bits() as u64);
+fn single_bits(x: f32) -> u64 {
+    x.to_bits().into()
+}
 
 #[cfg(lanes = "x86")]
 fn registers_have_the_bits_of_scalars() {
@@ -124,19 +126,19 @@ fn registers_have_the_bits_of_scalars() {
     use super::enter::{f32_avx2, f32_avx512, f64_avx2, f64_avx512};
     // SAFETY: the processor is asked first.
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-        check(|all| unsafe { f64_avx2(all) }, BITS.0);
-        check(|all| unsafe { f32_avx2(all) }, BITS.1);
+        check(|all| unsafe { f64_avx2(all) }, f64::to_bits);
+        check(|all| unsafe { f32_avx2(all) }, single_bits);
     }
     if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
-        check(|all| unsafe { f64_avx512(all) }, BITS.0);
-        check(|all| unsafe { f32_avx512(all) }, BITS.1);
+        check(|all| unsafe { f64_avx512(all) }, f64::to_bits);
+        check(|all| unsafe { f32_avx512(all) }, single_bits);
     }
 }
 
 #[cfg(any(lanes = "neon", lanes = "simd128"))]
 fn registers_have_the_bits_of_scalars() {
-    check(|all| all.run::<F64x2>(), BITS.0);
-    check(|all| all.run::<F32x4>(), BITS.1);
+    check(|all| all.run::<F64x2>(), f64::to_bits);
+    check(|all| all.run::<F32x4>(), single_bits);
 }
 
 /// Masking, expanding and compressing the numbers 1, 2, ... by all bits, and taking turns, against one
