@@ -5,7 +5,7 @@
 
 #[cfg(lanes = "neon")]
 use super::aarch64::{F32x4, F64x2};
-use super::level::{Level, level};
+use super::level;
 #[cfg(lanes = "simd128")]
 use super::wasm::{F32x4, F64x2};
 #[cfg(lanes = "x86")]
@@ -17,12 +17,12 @@ pub(crate) fn f64_lanes<V: Vectorized<f64>>(work: V) -> V::Output {
     match level() {
         #[cfg(lanes = "x86")]
         // SAFETY: the level says that the processor has the instructions.
-        Level::Avx512 => unsafe { f64_avx512(work) },
+        level::Level::Avx512 => unsafe { f64_avx512(work) },
         #[cfg(lanes = "x86")]
         // SAFETY: as above.
-        Level::Avx2 => unsafe { f64_avx2(work) },
+        level::Level::Avx2 => unsafe { f64_avx2(work) },
         #[cfg(any(lanes = "neon", lanes = "simd128"))]
-        Level::Neon | Level::Simd128 => work.run::<F64x2>(),
+        level::Level::Neon | level::Level::Simd128 => work.run::<F64x2>(),
         _ => work.run::<f64>(),
     }
 }
@@ -32,12 +32,12 @@ pub(crate) fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
     match level() {
         #[cfg(lanes = "x86")]
         // SAFETY: as above.
-        Level::Avx512 => unsafe { f32_avx512(work) },
+        level::Level::Avx512 => unsafe { f32_avx512(work) },
         #[cfg(lanes = "x86")]
         // SAFETY: as above.
-        Level::Avx2 => unsafe { f32_avx2(work) },
+        level::Level::Avx2 => unsafe { f32_avx2(work) },
         #[cfg(any(lanes = "neon", lanes = "simd128"))]
-        Level::Neon | Level::Simd128 => work.run::<F32x4>(),
+        level::Level::Neon | level::Level::Simd128 => work.run::<F32x4>(),
         _ => work.run::<f32>(),
     }
 }
