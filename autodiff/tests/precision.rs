@@ -100,8 +100,8 @@ functions! {
     "log2": FEW => x.elementary(Elementary::Log2);
     "log10": FEW => x.elementary(Elementary::Log10);
     "cbrt": FEW => x.elementary(Elementary::Cbrt);
-    "sigmoid": FEW => (one + (-x).exp()).recip();
-    "softplus": FEW => x.exp().elementary(Elementary::Ln1p);
+    "sigmoid": FEW => x.elementary(Elementary::Sigmoid);
+    "softplus": FEW => x.elementary(Elementary::Softplus);
     "add": FEW => x + y;
     "sub": FEW => x - y;
     "mul": FEW => x * y;
@@ -196,31 +196,11 @@ functions! {
 }
 
 /// Where functions are wrong today: what is mended is taken off, and the test asks for it.
-const WRONG_TODAY: [(&str, &str); 17] = [
-    (
-        "tanh",
-        "-360.0 -25.0 -15.0 -2.5 2.5 15.0 18.0 19.1 20.0 25.0 100.0 360.0",
-    ),
-    ("powi_100", "-25.0 -0.3 0.003 0.3 0.6 1.3 25.0 100.0"),
-    ("powi_m100", "-25.0 -0.3 0.003 0.3 0.6 1.3 25.0 100.0"),
-    (
-        "powi_1000",
-        "-1.000000001 0.6 0.999999999 1.000000001 1.0001 1.3",
-    ),
-    (
-        "powi_m1000",
-        "-1.000000001 0.6 0.999999999 1.000000001 1.0001 1.3",
-    ),
-    ("powi_most", "-1.000000001 0.999999999 1.000000001"),
-    ("powi_least", "-1.000000001 0.999999999 1.000000001"),
+const WRONG_TODAY: [(&str, &str); 6] = [
     ("asinh", "1e+150"),
     (
         "sigmoid",
-        "-1e+300 -1e+20 -700.0 -500.0 -1e-20 -1e-310 1e-310 1e-300 1e-200 1e-150 1e-20 1e-08 0.003",
-    ),
-    (
-        "softplus",
-        "15.0 25.0 36.5 40.0 100.0 360.0 500.0 700.0 100000000.0 1e+20 1e+150 1e+300",
+        "-1e-20 -1e-310 1e-310 1e-300 1e-200 1e-150 1e-20 1e-08 0.003",
     ),
     ("div", "0.0,1e-310 0.0,5e-324"),
     (
@@ -235,9 +215,6 @@ const WRONG_TODAY: [(&str, &str); 17] = [
         "powf",
         "5e-324,5e-324 1e-310,1e-310 1e-310,-3e-310 1e-300,1e-310 1e-310,1e+300",
     ),
-    ("coth", "2.5 15.0 25.0 100.0"),
-    ("gudermann", "-25.0 -15.0 15.0 25.0 100.0"),
-    ("gelu", "15.0"),
 ];
 
 struct Case {
@@ -292,18 +269,20 @@ const MODES: [(&str, Mode); 4] = [
     }),
     ("forward over reverse", |f, x| {
         let rows = hessian(&f, x);
-        [vec![f.eval(x)], gradient(&f, x), triangle(&rows)].concat()
+        with_triangle(f, x, |i| rows[i].to_vec())
     }),
     ("reverse over reverse", |f, x| {
-        let row = |i: usize| gradient_of(|x| gradient(&f, x)[i], x);
-        let rows: Vec<Vec<f64>> = (0..x.len()).map(row).collect();
-        [vec![f.eval(x)], gradient(&f, x), triangle(&rows)].concat()
+        with_triangle(f, x, |i| gradient_of(|x| gradient(&f, x)[i], x))
     }),
 ];
 
-fn triangle(rows: &[Vec<f64>]) -> Vec<f64> {
-    let parts = rows.iter().enumerate().map(|(i, row)| &row[i..]);
-    parts.flatten().copied().collect()
+fn with_triangle(f: Named, x: &[f64], row: impl Fn(usize) -> Vec<f64>) -> Vec<f64> {
+    let second = (0..x.len()).flat_map(|i| row(i).split_off(i));
+    [f.eval(x)]
+        .into_iter()
+        .chain(gradient(&f, x))
+        .chain(second)
+        .collect()
 }
 
 /// The distance in units of the expected number's last place. What is beyond the largest float counts as the
