@@ -24,6 +24,32 @@ else
   echo 'no target wasm32-unknown-unknown: skipped'
 fi
 
+oldest=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
+say "the oldest Rust, $oldest"
+if rustup toolchain install "$oldest" --profile minimal >/dev/null 2>&1; then
+  cargo +"$oldest" check --target-dir target/oldest --all-features \
+    -p cosmic-autodiff -p cosmic-codesign -p cosmic-lab -p cosmic-program
+else
+  echo "no toolchain $oldest: skipped"
+fi
+
+say 'lanes of other processors: NEON, and simd128 of WebAssembly'
+if command -v qemu-aarch64 >/dev/null && command -v aarch64-linux-gnu-gcc >/dev/null &&
+  rustup target add aarch64-unknown-linux-gnu >/dev/null 2>&1; then
+  CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc \
+  CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER='qemu-aarch64 -L /usr/aarch64-linux-gnu' \
+    cargo test -p cosmic-autodiff --no-fail-fast --target aarch64-unknown-linux-gnu
+else
+  echo 'no qemu-user, gcc-aarch64-linux-gnu or target aarch64-unknown-linux-gnu: skipped'
+fi
+if command -v node >/dev/null && rustup target add wasm32-wasip1 >/dev/null 2>&1; then
+  CARGO_TARGET_WASM32_WASIP1_RUNNER="node --no-warnings $PWD/autodiff/tests/wasi.mjs" \
+  RUSTFLAGS='-C target-feature=+simd128' \
+    cargo test -p cosmic-autodiff --no-fail-fast --target wasm32-wasip1
+else
+  echo 'no node or target wasm32-wasip1: skipped'
+fi
+
 say 'packages, each unpacked, built and tested without the repository'
 packages=$(mktemp -d)
 trap 'rm -rf "$packages"' EXIT

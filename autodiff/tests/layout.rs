@@ -161,6 +161,7 @@ impl Model for ManyInputs {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn sizes_beyond_any_memory_are_refused() {
     let too_long = "longer than any memory";
     assert_refused(too_long, || Rollout::new(Huge(8), 1).run(&[1.0; 8], &[]));
@@ -170,6 +171,7 @@ fn sizes_beyond_any_memory_are_refused() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn starts_whose_arrays_overflow_are_refused() {
     let huge = 1 << (usize::BITS - 3);
     let start: &[f64] = &[1.0; 8];
@@ -183,6 +185,7 @@ fn starts_whose_arrays_overflow_are_refused() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn starts_and_entries_that_do_not_fit_are_told() {
     let rollout = Rollout::new(SetOutBefore, 1);
     let parameters: [&[f64]; 2] = [&[], &[0.25]];

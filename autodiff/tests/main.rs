@@ -34,6 +34,7 @@ mod numbers;
 mod orders;
 mod parallel;
 mod parameters;
+mod precision;
 mod program;
 mod rollout;
 mod rounding;

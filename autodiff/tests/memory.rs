@@ -103,6 +103,7 @@ fn back(s: usize, t: usize) -> usize {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn no_step_is_done_oftener_than_the_rule_says() {
     let row = row();
     for checkpoints in 2..row {
@@ -124,6 +125,7 @@ fn no_step_is_done_oftener_than_the_rule_says() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_budget_for_all_steps_does_none_again() {
     let (steps, row) = (7, row());
     let all = steps * row + 1;
@@ -134,6 +136,7 @@ fn a_budget_for_all_steps_does_none_again() {
 
 /// Half of a budget goes into rows that are kept, the rest into checkpoints.
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn half_of_a_budget_keeps_rows() {
     let row = row();
     // Three rows, and three checkpoints of four stretches: each step is done once more.
@@ -148,6 +151,7 @@ fn half_of_a_budget_keeps_rows() {
 /// Operations put their numbers into whole registers, of which small states fill little: what a
 /// budget takes differs between number types, machines and numbers of starts, and a refusal says it.
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn the_least_budget_is_what_a_refusal_says() {
     fn check<R: Real + PartialEq>() {
         for (len, starts) in [(1, 1), (2, 1), (2, 2), (7, 1), (17, 2)] {
@@ -169,6 +173,7 @@ fn the_least_budget_is_what_a_refusal_says() {
 
 /// Starts side by side fill registers better than one alone does.
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn what_does_for_one_start_does_for_several() {
     let least = least(|| _ = gradient::<f32>((50, 17), Memory::States(1), 1));
     for starts in 1..20 {

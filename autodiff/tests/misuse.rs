@@ -18,6 +18,7 @@ fn variables_are_small_and_go_anywhere() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_variable_outside_its_closure_is_refused() {
     let x = Tape::new().record(&[1.0], |x| x[0]);
     assert_eq!(x.value(), 1.0);
@@ -27,6 +28,7 @@ fn a_variable_outside_its_closure_is_refused() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_variable_of_an_earlier_recording_is_refused() {
     let mut tape = Tape::new();
     let old = tape.record(&[1.0], |x| x[0]);
@@ -44,6 +46,7 @@ fn a_variable_of_an_earlier_recording_is_refused() {
 
 /// With one of the recording that runs, it may be stale or another tape's: both are said.
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_variable_of_an_earlier_recording_is_refused_beside_others() {
     let mut tape = Tape::new();
     let old = tape.record(&[1.0], |x| x[0]);
@@ -62,6 +65,7 @@ fn a_variable_of_an_earlier_recording_is_refused_beside_others() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_variable_on_another_thread_is_refused() {
     Tape::new().record(&[1.0], |x| {
         let x = x[0];
@@ -71,6 +75,7 @@ fn a_variable_on_another_thread_is_refused() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn variables_of_two_tapes_do_not_mix() {
     type Join = fn(Var<f64>, Var<f64>) -> Var<f64>;
     for join in [|x, y| x * y, |x, y| Var::sum_of(&[x, y])] as [Join; 2] {
@@ -121,6 +126,7 @@ fn both_recordings_may_grow_by_turns() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_panic_inside_leaves_the_outer_recording_current() {
     let gradient = gradient_of(
         |x| {
@@ -134,6 +140,7 @@ fn a_panic_inside_leaves_the_outer_recording_current() {
 }
 
 #[test]
+#[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn a_tape_moves_between_threads() {
     let mut tape = Tape::new();
     let y = tape.record(&[2.0], |x| x[0] * x[0]);
@@ -165,6 +172,7 @@ fn constants_are_not_recorded() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn lengths_are_checked() {
     assert_refused("one cotangent per output", || {
         let mut tape = Tape::new();
@@ -193,6 +201,7 @@ impl Kernel<1, 1> for Twice {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn arrays_of_another_program_are_refused() {
     type Use = fn(&mut Program<f64>, Array);
     let uses: [Use; 5] = [
@@ -222,6 +231,7 @@ fn arrays_of_another_program_are_refused() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_matrix_of_another_program_is_refused() {
     let mut other = Program::<f64>::default();
     let matrices = [(1, 2), (2, 2), (1, 2)].map(|(rows, columns)| other.matrix(rows, columns));
@@ -235,6 +245,7 @@ fn a_matrix_of_another_program_is_refused() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_state_is_advanced_once() {
     let mut program = Program::<f64>::default();
     let (x, y) = (program.state(2), program.state(2));
@@ -245,6 +256,7 @@ fn a_state_is_advanced_once() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_function_with_more_values_at_one_time_than_at_another_is_refused() {
     use std::sync::atomic::{AtomicUsize, Ordering};
     /// So many values more in each evaluation than in the one before.

@@ -44,6 +44,7 @@ fn in_pools(check: impl Fn() + Sync) {
 }
 
 #[test]
+#[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn every_driver_gives_the_serial_bits_with_any_number_of_threads() {
     in_pools(|| {
         for (values, arguments) in [(30, 7), (7, 30), (1, 1), (0, 3)] {
@@ -64,6 +65,7 @@ fn every_driver_gives_the_serial_bits_with_any_number_of_threads() {
 }
 
 #[test]
+#[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn sparse_jacobians_too() {
     struct Pairs;
     impl VectorFunction for Pairs {
@@ -80,6 +82,7 @@ fn sparse_jacobians_too() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn nested_duals_go_through_and_an_outer_tape_is_refused() {
     let (function, x) = (Waves { values: 12 }, point(9));
     let moving: Vec<_> = x.iter().map(|&x| Dual::<f64, 1>::variable(x, 0)).collect();

@@ -113,6 +113,7 @@ fn cotangent_bound_holds_back_and_is_off_by_default() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn observed_steps_ascend_to_the_last_at_most() {
     for (observed, sentence) in [
         (vec![9, 3], "the observed steps of a rollout ascend"),
@@ -252,6 +253,7 @@ fn assert_unusable(rollout: Rollout<Net>, sentence: &str) {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn bounds_that_hold_nothing_back_are_refused() {
     for bound in [-1.0, f64::NAN] {
         let mut rollout = Loss::new(2).rollout;
@@ -268,6 +270,7 @@ fn bounds_that_hold_nothing_back_are_refused() {
 }
 
 #[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn too_few_inputs_are_told() {
     let sentence = "6 steps with 1 inputs each take 6 numbers: a rollout has 5";
     for (given, sentence) in [(5, sentence), (0, "a rollout has 0")] {
@@ -337,6 +340,7 @@ fn a_second_pullback_has_the_same_bits() {
 /// A thread keeps the rows of its last sweep for the next one, which may be longer or shorter or of
 /// another number type.
 #[test]
+#[cfg_attr(target_family = "wasm", ignore = "no threads")]
 fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
     fn gradient(steps: usize) -> (f64, Vec<f64>) {
         let loss = Loss::new(steps);

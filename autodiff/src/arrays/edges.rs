@@ -377,6 +377,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
     fn lanes_that_are_not_those_of_the_plan_are_refused() {
         let mut program = Program::<f64>::default();
         let x = program.state(3);

@@ -2,14 +2,14 @@
 //! are made of others.
 
 mod primitive;
-#[cfg(target_arch = "x86_64")]
+#[cfg(lanes)]
 mod abreast;
 pub(crate) mod exact;
 mod power;
 pub(crate) mod rounding;
 mod table;
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(lanes)]
 pub(crate) use abreast::Abreast;
 pub(crate) use power::powi;
 pub(crate) use primitive::{Primitive, SIN_RANGE, exp, sin_cos, tanh};

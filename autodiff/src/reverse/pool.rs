@@ -38,6 +38,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(target_family = "wasm", ignore = "no threads: tests share one")]
     fn a_thread_keeps_one_tape_of_a_type() {
         let capacity = |tape: &mut Tape<f64>| tape.bytes();
         assert_eq!(with_tape(capacity), 0);
@@ -51,6 +52,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
     fn a_tape_that_was_left_in_a_panic_is_not_used_again() {
         let left =
             std::panic::catch_unwind(|| gradient_of(|_: &[Var<f64>]| panic!("left"), &[1.0]));

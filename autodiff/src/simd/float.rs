@@ -103,10 +103,7 @@ macro_rules! impl_real_for_float {
             }
             #[inline(always)]
             fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
-                #[cfg(target_arch = "x86_64")]
-                return super::enter::$lanes(work);
-                #[cfg(not(target_arch = "x86_64"))]
-                work.run::<Self>()
+                super::enter::$lanes(work)
             }
             #[inline(always)]
             fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output {

@@ -5,6 +5,10 @@
 pub enum Level {
     /// The instructions that every processor of the target has; scalar code.
     Baseline,
+    /// WebAssembly's 128-bit registers, where the crate is compiled for them.
+    Simd128,
+    /// 128-bit registers and fused multiply-add, on every aarch64.
+    Neon,
     /// 256-bit registers and fused multiply-add.
     Avx2,
     /// 512-bit registers.
@@ -41,7 +45,7 @@ fn found() -> Level {
     if cfg!(unoptimised) {
         return Level::Baseline;
     }
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(lanes = "x86")]
     {
         if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
             return Level::Avx512;
@@ -50,5 +54,11 @@ fn found() -> Level {
             return Level::Avx2;
         }
     }
-    Level::Baseline
+    if cfg!(lanes = "neon") {
+        Level::Neon
+    } else if cfg!(lanes = "simd128") {
+        Level::Simd128
+    } else {
+        Level::Baseline
+    }
 }

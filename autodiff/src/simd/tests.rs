@@ -1,5 +1,9 @@
 //! Every lane type against scalars, bit for bit.
 
+#[cfg(lanes = "neon")]
+use super::aarch64::{F32x4, F64x2};
+#[cfg(lanes = "simd128")]
+use super::wasm::{F32x4, F64x2};
 use super::{Lane, Vectorized, WIDEST};
 use crate::elementary::Elementary;
 use crate::real::{Mask, Real};
@@ -98,29 +102,43 @@ fn check<S: Real>(enter: impl FnOnce(All<S>) -> usize, bits: impl Fn(S) -> u64) 
     }
 }
 
-/// On a stack of its own: without optimisation each of the many lanes has a place there.
-#[cfg(target_arch = "x86_64")]
+/// On a stack of its own where there are threads: without optimisation each of the many lanes has a
+/// place there.
+#[cfg(lanes)]
 #[test]
 fn every_register_has_the_bits_of_scalars() {
+    if cfg!(lanes = "simd128") {
+        return registers_have_the_bits_of_scalars();
+    }
     let thread = std::thread::Builder::new().stack_size(64 << 20);
     let checked = thread.spawn(registers_have_the_bits_of_scalars).unwrap();
     checked.join().unwrap();
 }
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(lanes)]
+fn single_bits(x: f32) -> u64 {
+    x.to_bits().into()
+}
+
+#[cfg(lanes = "x86")]
 fn registers_have_the_bits_of_scalars() {
     #![allow(unsafe_code)]
     use super::enter::{f32_avx2, f32_avx512, f64_avx2, f64_avx512};
-    let bits = (f64::to_bits, |x: f32| u64::from(x.to_bits()));
     // SAFETY: the processor is asked first.
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-        check(|all| unsafe { f64_avx2(all) }, bits.0);
-        check(|all| unsafe { f32_avx2(all) }, bits.1);
+        check(|all| unsafe { f64_avx2(all) }, f64::to_bits);
+        check(|all| unsafe { f32_avx2(all) }, single_bits);
     }
     if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
-        check(|all| unsafe { f64_avx512(all) }, bits.0);
-        check(|all| unsafe { f32_avx512(all) }, bits.1);
+        check(|all| unsafe { f64_avx512(all) }, f64::to_bits);
+        check(|all| unsafe { f32_avx512(all) }, single_bits);
     }
+}
+
+#[cfg(any(lanes = "neon", lanes = "simd128"))]
+fn registers_have_the_bits_of_scalars() {
+    check(|all| all.run::<F64x2>(), f64::to_bits);
+    check(|all| all.run::<F32x4>(), single_bits);
 }
 
 /// Masking, expanding and compressing the numbers 1, 2, ... by all bits, and taking turns, against one
@@ -176,11 +194,19 @@ fn lanes_move_to_set_bits_and_back() {
     #![allow(unsafe_code)]
     assert_eq!(MoveLanes.run::<f64>(), 1);
     // SAFETY: the processor is asked first.
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(lanes = "x86")]
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
         assert_eq!(unsafe { super::enter::f64_avx2(MoveLanes) }, 4);
         assert_eq!(unsafe { super::enter::f32_avx2(MoveLanes) }, 8);
     }
+    #[cfg(any(lanes = "neon", lanes = "simd128"))]
+    assert_eq!(
+        [
+            Vectorized::<f64>::run::<F64x2>(MoveLanes),
+            Vectorized::<f32>::run::<F32x4>(MoveLanes)
+        ],
+        [2, 4]
+    );
     f64::vectorize(MoveLanes);
     f32::vectorize(MoveLanes);
 }

@@ -8,7 +8,8 @@ macro_rules! define_lanes {
     (
         $name:ident: [$scalar:ident; $n:literal] in $register:ident, mask $mask:ty,
         $splat:ident $load:ident $store:ident
-        $add:ident $sub:ident $mul:ident $div:ident $fma:ident $sqrt:ident,
+        $add:ident $sub:ident $mul:ident $div:ident $sqrt:ident,
+        fma $fma:ident, with one rounding $fused:ident,
         part $load_part:expr, $store_part:expr,
         $lt:expr, $le:expr, $blend:expr,
         |$tested:ident, $kept:ident| $where_nonzero:expr,
@@ -95,13 +96,13 @@ macro_rules! define_lanes {
             fn load_part(from: &[$scalar]) -> Self {
                 debug_assert!(from.len() < $n);
                 // SAFETY: no lane beyond the slice is touched.
-                Self(unsafe { $load_part(from.as_ptr(), from.len()) })
+                Self(unsafe { $load_part(from) })
             }
             #[inline(always)]
             fn store_part(self, to: &mut [$scalar]) {
                 debug_assert!(to.len() < $n);
                 // SAFETY: no lane beyond the slice is touched.
-                unsafe { $store_part(to.as_mut_ptr(), to.len(), self.0) }
+                unsafe { $store_part(to, self.0) }
             }
             #[inline(always)]
             fn mask(bits: u16) -> $mask {
@@ -146,7 +147,7 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn mul_add(self, a: Self, b: Self) -> Self {
-                Self(unsafe { $fma(self.0, a.0, b.0) })
+                Self(unsafe { $fused(self.0, a.0, b.0) })
             }
             #[inline(always)]
             fn exp2_integer(self) -> Self {
@@ -200,7 +201,7 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn fma(self, factor: Self, term: Self) -> Self {
-                self.mul_add(factor, term)
+                Self(unsafe { $fma(self.0, factor.0, term.0) })
             }
             #[inline(always)]
             fn sqrt(self) -> Self {

@@ -6,14 +6,12 @@
 // `cargo bench -p benches --bench tapes`: kernels in lanes against the scalar step.
 #![allow(unsafe_code)]
 
-#[macro_use]
-mod define;
-
 use std::arch::x86_64::*;
 use std::ops::{BitAnd, BitOr, Not};
 
 use num_traits::Zero;
 
+use super::places::{RANK, SET_BIT, twice_each};
 use crate::elementary::Elementary;
 use crate::math::{self, Abreast, Primitive};
 use crate::operators::operators;
@@ -54,38 +52,6 @@ fn first_i32(n: usize) -> __m256i {
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
 }
 
-/// For every byte, and each of its bits, how many bits below it are set: where `expand` takes a lane
-/// from.
-static RANK: [[u8; 8]; 256] = ranks_and_set_bits()[0];
-/// For every byte, the bits that are set, in order: where `compress` takes a lane from.
-static SET_BIT: [[u8; 8]; 256] = ranks_and_set_bits()[1];
-
-const fn ranks_and_set_bits() -> [[[u8; 8]; 256]; 2] {
-    let mut both = [[[0; 8]; 256]; 2];
-    let mut bits = 0;
-    while bits < 256 {
-        let (mut bit, mut rank) = (0, 0);
-        while bit < 8 {
-            both[0][bits][bit] = rank;
-            if bits >> bit & 1 == 1 {
-                both[1][bits][rank as usize] = bit as u8;
-                rank += 1;
-            }
-            bit += 1;
-        }
-        bits += 1;
-    }
-    both
-}
-
-/// Each of four bits twice, so that lanes of 64 bits are moved as pairs of 32.
-#[inline(always)]
-fn twice_each(bits: u16) -> u16 {
-    // Spread the bits to every other place; times 3 makes a pair of each.
-    let apart = (bits | bits << 2) & 0b11_0011;
-    ((apart | apart << 1) & 0b101_0101) * 3
-}
-
 /// Lane `k` is lane `places[k]` of `a`, or zero where bit `k` is not set.
 ///
 /// # Safety
@@ -124,9 +90,10 @@ unsafe fn compressed(a: __m256, bits: u16) -> __m256 {
 define_lanes!(
     F64x8: [f64; 8] in __m512d, mask BitMask<__mmask8>,
     _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd
-    _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_fmadd_pd _mm512_sqrt_pd,
-    part |from, n| _mm512_maskz_loadu_pd(first_bits(n) as __mmask8, from),
-    |to, n, a| _mm512_mask_storeu_pd(to, first_bits(n) as __mmask8, a),
+    _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd,
+    fma _mm512_fmadd_pd, with one rounding _mm512_fmadd_pd,
+    part |from: &[f64]| _mm512_maskz_loadu_pd(first_bits(from.len()) as __mmask8, from.as_ptr()),
+    |to: &mut [f64], a| _mm512_mask_storeu_pd(to.as_mut_ptr(), first_bits(to.len()) as __mmask8, a),
     |a, b| BitMask(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b)),
     |a, b| BitMask(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b)),
     |mask: BitMask<u8>, a, b| _mm512_mask_blend_pd(mask.0, b, a),
@@ -163,9 +130,10 @@ define_lanes!(
 define_lanes!(
     F32x16: [f32; 16] in __m512, mask BitMask<__mmask16>,
     _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps
-    _mm512_add_ps _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_fmadd_ps _mm512_sqrt_ps,
-    part |from, n| _mm512_maskz_loadu_ps(first_bits(n) as __mmask16, from),
-    |to, n, a| _mm512_mask_storeu_ps(to, first_bits(n) as __mmask16, a),
+    _mm512_add_ps _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_sqrt_ps,
+    fma _mm512_fmadd_ps, with one rounding _mm512_fmadd_ps,
+    part |from: &[f32]| _mm512_maskz_loadu_ps(first_bits(from.len()) as __mmask16, from.as_ptr()),
+    |to: &mut [f32], a| _mm512_mask_storeu_ps(to.as_mut_ptr(), first_bits(to.len()) as __mmask16, a),
     |a, b| BitMask(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)),
     |a, b| BitMask(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
     |mask: BitMask<u16>, a, b| _mm512_mask_blend_ps(mask.0, b, a),
@@ -202,9 +170,10 @@ define_lanes!(
 define_lanes!(
     F64x4: [f64; 4] in __m256d, mask LaneMask<__m256d>,
     _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd
-    _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_fmadd_pd _mm256_sqrt_pd,
-    part |from, n| _mm256_maskload_pd(from, first_i64(n)),
-    |to, n, a| _mm256_maskstore_pd(to, first_i64(n), a),
+    _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd,
+    fma _mm256_fmadd_pd, with one rounding _mm256_fmadd_pd,
+    part |from: &[f64]| _mm256_maskload_pd(from.as_ptr(), first_i64(from.len())),
+    |to: &mut [f64], a| _mm256_maskstore_pd(to.as_mut_ptr(), first_i64(to.len()), a),
     |a, b| LaneMask(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)),
     |a, b| LaneMask(_mm256_cmp_pd::<_CMP_LE_OQ>(a, b)),
     |mask: LaneMask<__m256d>, a, b| _mm256_blendv_pd(b, a, mask.0),
@@ -243,9 +212,10 @@ define_lanes!(
 define_lanes!(
     F32x8: [f32; 8] in __m256, mask LaneMask<__m256>,
     _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps
-    _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_fmadd_ps _mm256_sqrt_ps,
-    part |from, n| _mm256_maskload_ps(from, first_i32(n)),
-    |to, n, a| _mm256_maskstore_ps(to, first_i32(n), a),
+    _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_sqrt_ps,
+    fma _mm256_fmadd_ps, with one rounding _mm256_fmadd_ps,
+    part |from: &[f32]| _mm256_maskload_ps(from.as_ptr(), first_i32(from.len())),
+    |to: &mut [f32], a| _mm256_maskstore_ps(to.as_mut_ptr(), first_i32(to.len()), a),
     |a, b| LaneMask(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)),
     |a, b| LaneMask(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)),
     |mask: LaneMask<__m256>, a, b| _mm256_blendv_ps(b, a, mask.0),

@@ -1,0 +1,49 @@
+//! What instruction sets with registers of 128 bits lack, and have in common: loads and stores of a
+//! part, and places of lanes as places of bytes.
+
+use super::places::{RANK, SET_BIT};
+use crate::real::Lane;
+
+/// Fewer than `N` numbers, then zeros.
+#[inline(always)]
+pub(super) fn padded<S: Copy + Default, const N: usize>(part: &[S]) -> [S; N] {
+    let mut numbers = [S::default(); N];
+    for (number, &of_part) in numbers.iter_mut().zip(part) {
+        *number = of_part;
+    }
+    numbers
+}
+
+/// Fills a slice of fewer than `N` numbers.
+#[inline(always)]
+pub(super) fn store_first<S: Copy + Default, const N: usize>(to: &mut [S], lanes: impl Lane<S>) {
+    let mut numbers = [S::default(); N];
+    lanes.store(&mut numbers);
+    for (to, number) in to.iter_mut().zip(numbers) {
+        *to = number;
+    }
+}
+
+/// [`RANK`] for each byte of four lanes of 32 bits. Where a lane's bit is not set, 255: no byte of a
+/// register has that place, and instructions that look places up give zero.
+pub(super) static EXPANDED: [[u8; 16]; 16] = bytes(true);
+/// [`SET_BIT`] likewise.
+pub(super) static COMPRESSED: [[u8; 16]; 16] = bytes(false);
+
+const fn bytes(expand: bool) -> [[u8; 16]; 16] {
+    let mut table = [[u8::MAX; 16]; 16];
+    let mut at = 0;
+    while at < 16 * 16 {
+        let (bits, lane) = (at / 16, at % 16 / 4);
+        let (from, filled) = if expand {
+            (RANK[bits][lane], bits >> lane & 1 == 1)
+        } else {
+            (SET_BIT[bits][lane], lane < bits.count_ones() as usize)
+        };
+        if filled {
+            table[bits][at % 16] = 4 * from + (at % 4) as u8;
+        }
+        at += 1;
+    }
+    table
+}

@@ -1,0 +1,147 @@
+//! The registers of WebAssembly as lanes: `simd128`, for f64 and f32, where the crate is compiled with
+//! `-C target-feature=+simd128`. A module that has these instructions runs only where they are.
+//!
+//! There is no fused multiply-add among them. [`Real::fma`] has two roundings, as for scalars. The
+//! elementary functions need a single one, for the same bits as everywhere: software does it, lane by
+//! lane, as it does for scalars. (An exact one in lanes, of some sixty operations, took twice as long.)
+#![allow(unsafe_code)]
+// Loads and stores through a pointer.
+// The other instructions are safe to call; the macro serves instruction sets whose are not.
+#![allow(unused_unsafe)]
+
+use std::arch::wasm32::*;
+use std::ops::{BitAnd, BitOr, Not};
+
+use num_traits::Zero;
+
+use super::narrow::{COMPRESSED, EXPANDED, padded, store_first};
+use super::places::twice_each;
+use crate::elementary::Elementary;
+use crate::math::{self, Abreast, Primitive};
+use crate::operators::operators;
+use crate::real::{Lane, Mask, Real};
+
+/// A mask with all bits of a lane of 64 bits set or none.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mask64(v128);
+
+/// A mask with all bits of a lane of 32 bits set or none.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mask32(v128);
+
+/// # Safety
+/// A register can be read there.
+#[inline(always)]
+unsafe fn load<S>(from: *const S) -> v128 {
+    // SAFETY: the caller's promise; the instruction asks for no alignment.
+    unsafe { v128_load(from.cast()) }
+}
+
+/// # Safety
+/// A register can be written there.
+#[inline(always)]
+unsafe fn store<S>(to: *mut S, a: v128) {
+    // SAFETY: as above.
+    unsafe { v128_store(to.cast(), a) }
+}
+
+/// `a * b + c`, rounded twice.
+#[inline(always)]
+fn multiply_add_f64(a: v128, b: v128, c: v128) -> v128 {
+    f64x2_add(f64x2_mul(a, b), c)
+}
+
+/// `a * b + c`, rounded twice.
+#[inline(always)]
+fn multiply_add_f32(a: v128, b: v128, c: v128) -> v128 {
+    f32x4_add(f32x4_mul(a, b), c)
+}
+
+/// `a * b + c`, rounded once.
+#[inline(always)]
+fn fused_f64(a: v128, b: v128, c: v128) -> v128 {
+    let lane = |of| [f64x2_extract_lane::<0>(of), f64x2_extract_lane::<1>(of)];
+    let [a, b, c] = [lane(a), lane(b), lane(c)];
+    f64x2(a[0].mul_add(b[0], c[0]), a[1].mul_add(b[1], c[1]))
+}
+
+/// `a * b + c`, rounded once.
+#[inline(always)]
+fn fused_f32(a: v128, b: v128, c: v128) -> v128 {
+    let mut lanes = [[0.0_f32; 4]; 3];
+    for (lanes, of) in lanes.iter_mut().zip([a, b, c]) {
+        F32x4(of).store(lanes);
+    }
+    let [a, b, c] = lanes;
+    let fused = |k: usize| a[k].mul_add(b[k], c[k]);
+    f32x4(fused(0), fused(1), fused(2), fused(3))
+}
+
+/// The bytes of a register at these places.
+#[inline(always)]
+fn looked_up(a: v128, places: &[u8; 16]) -> v128 {
+    // SAFETY: the reference covers the register.
+    u8x16_swizzle(a, unsafe { load(places.as_ptr()) })
+}
+
+define_lanes!(
+    F64x2: [f64; 2] in v128, mask Mask64,
+    f64x2_splat load store
+    f64x2_add f64x2_sub f64x2_mul f64x2_div f64x2_sqrt,
+    fma multiply_add_f64, with one rounding fused_f64,
+    part |from: &[f64]| load(padded::<f64, 2>(from).as_ptr()),
+    |to, a| store_first::<f64, 2>(to, Self(a)),
+    |a, b| Mask64(f64x2_lt(a, b)),
+    |a, b| Mask64(f64x2_le(a, b)),
+    |mask: Mask64, a, b| v128_bitselect(a, b, mask.0),
+    |a, b| v128_andnot(b, f64x2_eq(a, f64x2_splat(0.0))),
+    |partial, cotangent, term| {
+        let zero = f64x2_eq(cotangent, f64x2_splat(0.0));
+        v128_bitselect(term, multiply_add_f64(partial, cotangent, term), zero)
+    },
+    |shifted| i64x2_shl(i64x2_add(shifted, i64x2_splat(1023)), 52),
+    |a| f64x2_abs(a),
+    |size, sign| v128_bitselect(sign, size, f64x2_splat(-0.0)),
+    |a: Self, b: Self| Mask64(v128_and(a.0, b.0)),
+    |a: Self, b: Self| Mask64(v128_or(a.0, b.0)),
+    |a: Self| Mask64(v128_not(a.0)),
+    |a: Self| i32::from(v128_any_true(a.0)),
+    |bits| {
+        let lane = i64x2(1, 2);
+        Mask64(i64x2_eq(v128_and(i64x2_splat(i64::from(bits)), lane), lane))
+    },
+    |a: Self, bits| Self(looked_up(a.0, &EXPANDED[usize::from(twice_each(bits) & 15)])),
+    |a: Self, bits| Self(looked_up(a.0, &COMPRESSED[usize::from(twice_each(bits) & 15)])),
+    |a, b| [i64x2_shuffle::<0, 2>(a, b), i64x2_shuffle::<1, 3>(a, b)]
+);
+
+define_lanes!(
+    F32x4: [f32; 4] in v128, mask Mask32,
+    f32x4_splat load store
+    f32x4_add f32x4_sub f32x4_mul f32x4_div f32x4_sqrt,
+    fma multiply_add_f32, with one rounding fused_f32,
+    part |from: &[f32]| load(padded::<f32, 4>(from).as_ptr()),
+    |to, a| store_first::<f32, 4>(to, Self(a)),
+    |a, b| Mask32(f32x4_lt(a, b)),
+    |a, b| Mask32(f32x4_le(a, b)),
+    |mask: Mask32, a, b| v128_bitselect(a, b, mask.0),
+    |a, b| v128_andnot(b, f32x4_eq(a, f32x4_splat(0.0))),
+    |partial, cotangent, term| {
+        let zero = f32x4_eq(cotangent, f32x4_splat(0.0));
+        v128_bitselect(term, multiply_add_f32(partial, cotangent, term), zero)
+    },
+    |shifted| i32x4_shl(i32x4_add(shifted, i32x4_splat(127)), 23),
+    |a| f32x4_abs(a),
+    |size, sign| v128_bitselect(sign, size, f32x4_splat(-0.0)),
+    |a: Self, b: Self| Mask32(v128_and(a.0, b.0)),
+    |a: Self, b: Self| Mask32(v128_or(a.0, b.0)),
+    |a: Self| Mask32(v128_not(a.0)),
+    |a: Self| i32::from(v128_any_true(a.0)),
+    |bits| {
+        let lane = i32x4(1, 2, 4, 8);
+        Mask32(i32x4_eq(v128_and(i32x4_splat(i32::from(bits)), lane), lane))
+    },
+    |a: Self, bits| Self(looked_up(a.0, &EXPANDED[usize::from(bits & 15)])),
+    |a: Self, bits| Self(looked_up(a.0, &COMPRESSED[usize::from(bits & 15)])),
+    |a, b| [i32x4_shuffle::<0, 4, 1, 5>(a, b), i32x4_shuffle::<2, 6, 3, 7>(a, b)]
+);
