@@ -259,6 +259,7 @@ pub mod real;
 mod rule;
 mod math;
 pub mod simd;
+mod product;
 pub mod fused;
 mod forward;
 mod pool;

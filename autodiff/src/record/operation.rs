@@ -30,10 +30,43 @@ impl Place {
     pub(crate) fn at(self) -> usize {
         (self.0 & !SHARED) as usize
     }
+    /// The distance to a later place of the same kind.
+    pub(super) fn distance(self, later: Self) -> Option<u32> {
+        (self.is_shared() == later.is_shared() && self < later).then(|| later.0 - self.0)
+    }
     /// The place `steps` further on.
     #[inline(always)]
     pub(crate) fn plus(self, steps: usize) -> Self {
         Place(self.0 + steps as u32)
+    }
+}
+
+/// Places one after the other, with the same distance between any two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Run {
+    pub(crate) first: Place,
+    pub(crate) step: u32,
+}
+
+impl Run {
+    #[inline(always)]
+    pub(crate) fn at(self, index: usize) -> Place {
+        self.first.plus(index * self.step as usize)
+    }
+
+    /// Whether the places are shared and side by side.
+    #[inline(always)]
+    pub(crate) fn is_row(self) -> bool {
+        self.first.is_shared() && self.step == 1
+    }
+
+    /// The run without its first places.
+    #[inline(always)]
+    pub(crate) fn from(self, index: usize) -> Self {
+        Self {
+            first: self.at(index),
+            ..self
+        }
     }
 }
 
@@ -98,21 +131,24 @@ pub(crate) enum Op {
     Fma([Place; 3]),
     /// The first number where the mask holds, else the second.
     Select(Place, [Place; 2]),
-    /// The dot product of as many places from each of these on.
-    Dot([Place; 2], u32),
-    /// The sum of as many places from this on.
-    Sum(Place, u32),
+    /// The dot product of as many places of each run.
+    Dot([Run; 2], u32),
+    /// The sum of as many places of this run.
+    Sum(Run, u32),
 }
 
 impl Op {
-    /// The places that an operation of a simplified recording reads. There is no `Dot` or `Sum` in one.
-    pub(super) fn operands(self) -> Vec<Place> {
+    /// The places that an operation reads.
+    pub(crate) fn operands(self) -> Vec<Place> {
+        let places = |run: Run, len| (0..len as usize).map(move |j| run.at(j));
         match self {
             Op::Input(_) | Op::Constant(_) | Op::Always(_) => vec![],
-            Op::Unary(_, x) | Op::Logic(Logic::Not, [x, _]) | Op::Sum(x, _) => vec![x],
-            Op::Binary(_, x) | Op::Logic(_, x) | Op::Dot(x, _) => x.to_vec(),
+            Op::Unary(_, x) | Op::Logic(Logic::Not, [x, _]) => vec![x],
+            Op::Binary(_, x) | Op::Logic(_, x) => x.to_vec(),
             Op::Fma(x) => x.to_vec(),
             Op::Select(mask, [a, b]) => vec![mask, a, b],
+            Op::Dot([a, b], len) => places(a, len).chain(places(b, len)).collect(),
+            Op::Sum(x, len) => places(x, len).collect(),
         }
     }
 

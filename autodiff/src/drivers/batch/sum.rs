@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use super::plan::Plan;
 use super::replay::{Replay, WIDE};
 use crate::drivers::value_and_gradient_of;
 use crate::real::{Fused, Real};
-use crate::record::operation::{Op, Place};
+use crate::record::operation::Place;
 use crate::record::recording::{Recording, record};
 use crate::record::symbol::Symbol;
 use crate::reverse::Var;
@@ -158,7 +159,7 @@ impl<S: Summand> Fused for Sum<S> {
         } else {
             R::vectorize(ValueAndGradient {
                 data: &self.data,
-                ops: &recording.ops,
+                plan: &Plan::new(&recording.ops, shared.len()),
                 result: result.0,
                 shared,
             })
@@ -207,7 +208,7 @@ impl<R: Real, S: Summand> Vectorized<R> for Value<'_, S, R> {
 
 struct ValueAndGradient<'a, R> {
     data: &'a Data,
-    ops: &'a [Op],
+    plan: &'a Plan,
     /// Where the term is among the operations.
     result: Place,
     shared: &'a [R],
@@ -230,13 +231,15 @@ impl<R: Real> ValueAndGradient<'_, R> {
     #[inline(always)]
     fn replay<L: Lane<R>, const W: usize>(self) -> (R, Vec<R>) {
         let Data { count, columns, .. } = self.data;
-        let mut replay = Replay::<R, L, W>::new(self.ops, columns.len(), self.shared);
+        let mut replay = Replay::<R, L, W>::new(self.plan, columns.len(), self.shared);
         let mut total = R::zero();
         for first in (0..*count).step_by(W * L::N) {
-            for (number, column) in replay.inputs().iter_mut().zip(&columns[..]) {
+            for (input, column) in columns.iter().enumerate() {
+                let mut block = [L::zero(); W];
                 for w in 0..W {
-                    number[w] = load(column, first + w * L::N);
+                    block[w] = load(column, first + w * L::N);
                 }
+                replay.set_input(input, block);
             }
             let terms = replay.forward(self.result);
             let mut bars = terms;
