@@ -11,7 +11,7 @@ pub(crate) struct Place(u32);
 const SHARED: u32 = 1 << 31;
 
 impl Place {
-    pub(super) fn shared(at: usize) -> Self {
+    pub(crate) fn shared(at: usize) -> Self {
         Place(Self::own(at).0 | SHARED)
     }
     pub(super) fn own(at: usize) -> Self {
@@ -138,18 +138,38 @@ pub(crate) enum Op {
 }
 
 impl Op {
-    /// The places that an operation reads.
-    pub(crate) fn operands(self) -> Vec<Place> {
-        let places = |run: Run, len| (0..len as usize).map(move |j| run.at(j));
+    /// The same operation with other operands: each run of them, given with its length, as `f` says.
+    pub(crate) fn with_operands(self, mut f: impl FnMut(Run, u32) -> Run) -> Self {
+        let mut one = |place| {
+            f(
+                Run {
+                    first: place,
+                    step: 1,
+                },
+                1,
+            )
+            .first
+        };
         match self {
-            Op::Input(_) | Op::Constant(_) | Op::Always(_) => vec![],
-            Op::Unary(_, x) | Op::Logic(Logic::Not, [x, _]) => vec![x],
-            Op::Binary(_, x) | Op::Logic(_, x) => x.to_vec(),
-            Op::Fma(x) => x.to_vec(),
-            Op::Select(mask, [a, b]) => vec![mask, a, b],
-            Op::Dot([a, b], len) => places(a, len).chain(places(b, len)).collect(),
-            Op::Sum(x, len) => places(x, len).collect(),
+            Op::Input(_) | Op::Constant(_) | Op::Always(_) => self,
+            Op::Unary(name, x) => Op::Unary(name, one(x)),
+            Op::Binary(name, x) => Op::Binary(name, x.map(one)),
+            Op::Logic(name, x) => Op::Logic(name, x.map(one)),
+            Op::Fma(x) => Op::Fma(x.map(one)),
+            Op::Select(mask, x) => Op::Select(one(mask), x.map(one)),
+            Op::Dot(x, len) => Op::Dot(x.map(|x| f(x, len)), len),
+            Op::Sum(x, len) => Op::Sum(f(x, len), len),
         }
+    }
+
+    /// The places that an operation reads.
+    pub(super) fn operands(self) -> Vec<Place> {
+        let mut operands = Vec::new();
+        self.with_operands(|run, len| {
+            operands.extend((0..len as usize).map(|j| run.at(j)));
+            run
+        });
+        operands
     }
 
     /// The operands that are sure to be finite where the result is.

@@ -1,18 +1,15 @@
 //! What a replay does for a recording: its operations one by one, and layers of networks at once.
 
-use std::collections::HashMap;
-
 use crate::product::Strided;
-use crate::record::operation::{Op, Run};
+use crate::record::operation::{Op, Place, Run};
 
 /// The work of a replay, in the order of the recording.
 pub(super) struct Plan {
     pub(super) steps: Vec<Step>,
     pub(super) layers: Vec<Layer>,
-    /// The shared arguments whose cotangents single operations add to.
-    pub(super) read: Vec<usize>,
-    /// For each of the shared arguments, how many of those lie before it.
-    pub(super) numbers: Vec<usize>,
+    /// The shared arguments that single operations read: in these, shared places count them alone. `None`
+    /// if there are no layers, and all are counted.
+    pub(super) read: Option<Vec<usize>>,
 }
 
 #[derive(Clone, Copy)]
@@ -43,7 +40,9 @@ pub(super) struct Layer {
 /// The fewest rows and the fewest entries of a layer: fewer are not worth the transposition of the own
 /// numbers.
 const LEAST_ROWS: usize = 4;
-const LEAST_ENTRIES: usize = 32;
+const LEAST_ENTRIES: usize = 64;
+/// How many layers a row is compared with.
+const OPEN: usize = 4;
 
 impl Layer {
     /// A dot product as a layer of one row, if it is of shared numbers side by side and own numbers.
@@ -63,14 +62,13 @@ impl Layer {
         })
     }
 
-    /// Takes a later row of the same length with the same own numbers, unless it is out of line, or
-    /// overlaps with the row before, or one of the own numbers is the product of a row before.
+    /// Takes a later row, unless it is of other own numbers, or out of line, or overlaps with the row
+    /// before, or one of the own numbers is the product of a row before.
     fn take(&mut self, row: &Self) -> bool {
-        let (step, stride) = (
-            row.first - self.first,
-            row.weights.checked_sub(self.weights),
-        );
-        let Some(stride) = stride else { return false };
+        if (row.own, row.columns) != (self.own, self.columns) || row.weights < self.weights {
+            return false;
+        }
+        let (step, stride) = (row.first - self.first, row.weights - self.weights);
         if self.rows == 1 {
             (self.step, self.stride) = (step, stride);
         }
@@ -95,27 +93,17 @@ impl Layer {
             column: 1,
         }
     }
-
-    fn row_places(&self) -> impl Iterator<Item = usize> + use<> {
-        let (first, step) = (self.first, self.step);
-        (0..self.rows).map(move |row| first + row * step)
-    }
 }
 
 /// The layers in the order of their first rows.
 fn layers(ops: &[Op]) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
-    let mut open = HashMap::new();
-    for (place, &op) in ops.iter().enumerate() {
-        if let Some(row) = Layer::of_row(place, op) {
-            let number = open.entry((row.own, row.columns)).or_insert(layers.len());
-            if !layers
-                .get_mut(*number)
-                .is_some_and(|layer| layer.take(&row))
-            {
-                *number = layers.len();
-                layers.push(row);
-            }
+    let rows = ops.iter().enumerate();
+    for row in rows.filter_map(|(place, &op)| Layer::of_row(place, op)) {
+        // Rows of several layers may alternate.
+        let mut last = layers.iter_mut().rev().take(OPEN);
+        if !last.any(|layer| layer.take(&row)) {
+            layers.push(row);
         }
     }
     layers.retain(Layer::is_worth_it);
@@ -123,41 +111,53 @@ fn layers(ops: &[Op]) -> Vec<Layer> {
 }
 
 impl Plan {
-    /// The plan of a recording with this many shared arguments.
-    pub(super) fn new(ops: &[Op], shared: usize) -> Self {
+    pub(super) fn new(ops: &[Op]) -> Self {
         let layers = layers(ops);
         let mut steps: Vec<Step> = ops.iter().copied().map(Step::Single).collect();
         for (number, layer) in layers.iter().enumerate() {
-            for place in layer.row_places() {
-                steps[place] = Step::Row;
+            for row in 0..layer.rows {
+                steps[layer.first + row * layer.step] = Step::Row;
             }
             steps[layer.first] = Step::Layer(number);
         }
-        let mut is_read = vec![layers.is_empty(); shared];
-        if !layers.is_empty() {
-            mark_read(&steps, &mut is_read);
-        }
-        let read: Vec<usize> = (0..shared).filter(|&at| is_read[at]).collect();
-        let before = |count: &mut usize, is_read: &bool| {
-            *count += usize::from(*is_read);
-            Some(*count - usize::from(*is_read))
-        };
+        let read = (!layers.is_empty()).then(|| count_read(&mut steps));
         Self {
             steps,
             layers,
             read,
-            numbers: is_read.iter().scan(0, before).collect(),
         }
     }
 }
 
-/// Marks the shared arguments that single operations read.
-fn mark_read(steps: &[Step], is_read: &mut [bool]) {
+/// Has shared places count those shared arguments alone that single operations read; returns which they are.
+fn count_read(steps: &mut [Step]) -> Vec<usize> {
+    let mut read = Vec::new();
+    each_shared_run(steps, |run, len| {
+        // With those within the gaps of a run: it stays one.
+        read.extend(run.first.at()..=run.at(len as usize - 1).at());
+        run
+    });
+    read.sort_unstable();
+    read.dedup();
+    let count = |at| read.partition_point(|&read| read < at);
+    each_shared_run(steps, |run, _| Run {
+        first: Place::shared(count(run.first.at())),
+        ..run
+    });
+    read
+}
+
+/// Has single operations read what `f` makes of their runs of shared places.
+fn each_shared_run(steps: &mut [Step], mut f: impl FnMut(Run, u32) -> Run) {
     for step in steps {
         if let Step::Single(op) = step {
-            let operands = op.operands().into_iter();
-            let shared = operands.filter(|place| place.is_shared());
-            shared.for_each(|place| is_read[place.at()] = true);
+            *op = op.with_operands(|run, len| {
+                if run.first.is_shared() {
+                    f(run, len)
+                } else {
+                    run
+                }
+            });
         }
     }
 }

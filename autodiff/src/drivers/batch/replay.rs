@@ -5,6 +5,7 @@
 
 use super::block::{Block, add_product, chain, forward_binary, has_zero, is_zero, reverse_binary};
 use super::plan::{Layer, Plan, Step};
+use crate::arrays::Aligned;
 use crate::pool;
 use crate::product::{Cotangents, Product, Strided, Transpose};
 use crate::real::{Mask, Real};
@@ -18,28 +19,30 @@ pub(super) const WIDE: usize = 4;
 /// The operations of a recording with the numbers that they are replayed on.
 pub(super) struct Replay<'a, R, L, const W: usize> {
     plan: &'a Plan,
+    /// The arguments that all points share.
+    shared: &'a [R],
     /// How many operations are inputs. They come first.
     inputs: usize,
     memory: Box<ReplayBuffers<R, L>>,
 }
 
 struct ReplayBuffers<R, L> {
-    /// The arguments that all points share.
-    shared: Vec<R>,
-    /// The cotangents of those that single operations read, in each lane summed over its points.
-    shared_bars: Vec<L>,
+    /// Of the shared arguments those that single operations read.
+    read: Vec<R>,
+    /// Their cotangents, in each lane summed over its points.
+    read_bars: Vec<L>,
     /// The cotangents of all shared arguments, as far as they come from layers.
     gradient: Vec<R>,
     /// For each layer, whether all its weights are finite.
     finite: Vec<bool>,
     /// Each operation's result, a [`Block`] of points.
-    values: Vec<R>,
+    values: Aligned<R>,
     /// Each result's cotangent.
-    bars: Vec<R>,
+    bars: Aligned<R>,
     /// The partials of functions of one number, from the forward to the reverse sweep.
-    partials: Vec<R>,
+    partials: Aligned<R>,
     /// A layer's own numbers, point by point.
-    by_point: Vec<R>,
+    by_point: Aligned<R>,
 }
 
 /// A block from a place on.
@@ -72,34 +75,37 @@ fn add<R: Real, L: Lane<R>, const W: usize>(to: &mut [R], place: usize, part: Bl
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Reuses the memory of the thread's last replay of this number type.
     #[inline(always)]
-    pub(super) fn new(plan: &'a Plan, inputs: usize, shared: &[R]) -> Self {
+    pub(super) fn new(plan: &'a Plan, inputs: usize, shared: &'a [R]) -> Self {
         let mut memory = pool::take::<ReplayBuffers<R, L>>().unwrap_or_else(|| {
             Box::new(ReplayBuffers {
-                shared: Vec::new(),
-                shared_bars: Vec::new(),
+                read: Vec::new(),
+                read_bars: Vec::new(),
                 gradient: Vec::new(),
                 finite: Vec::new(),
-                values: Vec::new(),
-                bars: Vec::new(),
-                partials: Vec::new(),
-                by_point: Vec::new(),
+                values: Aligned::zeros(0),
+                bars: Aligned::zeros(0),
+                partials: Aligned::zeros(0),
+                by_point: Aligned::zeros(0),
             })
         });
-        memory.shared.clear();
-        memory.shared.extend_from_slice(shared);
-        memory.shared_bars.clear();
-        memory.shared_bars.resize(plan.read.len(), L::zero());
+        memory.read.clear();
+        match &plan.read {
+            Some(read) => memory.read.extend(read.iter().map(|&at| shared[at])),
+            None => memory.read.extend_from_slice(shared),
+        }
+        memory.read_bars.clear();
+        memory.read_bars.resize(memory.read.len(), L::zero());
         memory.gradient.clear();
         memory.gradient.resize(shared.len(), R::zero());
         memory.finite.clear();
         let finite = |layer: &Layer| layer.matrix(shared).all_finite([layer.rows, layer.columns]);
         memory.finite.extend(plan.layers.iter().map(finite));
         let numbers = plan.steps.len() * (W * L::N);
-        memory.bars.clear();
-        memory.bars.resize(numbers, R::zero());
+        memory.bars.make_room(numbers);
+        memory.bars[..numbers].fill(R::zero());
         // These are written before they are read.
-        memory.values.resize(numbers, R::zero());
-        memory.partials.resize(numbers, R::zero());
+        memory.values.make_room(numbers);
+        memory.partials.make_room(numbers);
         for (place, step) in plan.steps.iter().enumerate() {
             let value = match *step {
                 Step::Single(Op::Constant(bits)) => L::lit(f64::from_bits(bits)),
@@ -110,6 +116,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
         Self {
             plan,
+            shared,
             inputs,
             memory,
         }
@@ -126,8 +133,9 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     pub(super) fn into_gradient(mut self) -> Vec<R> {
         let mut lanes = [R::zero(); WIDEST];
         let mut gradient = std::mem::take(&mut self.memory.gradient);
-        for (&at, bar) in self.plan.read.iter().zip(&self.memory.shared_bars) {
+        for (number, bar) in self.memory.read_bars.iter().enumerate() {
             bar.store(&mut lanes);
+            let at = self.plan.read.as_ref().map_or(number, |read| read[number]);
             gradient[at] += R::sum(&lanes[..L::N]);
         }
         pool::keep(self.memory);
@@ -137,7 +145,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     #[inline(always)]
     fn get(&self, place: Place) -> Block<L, W> {
         if place.is_shared() {
-            [L::splat(self.memory.shared[place.at()]); W]
+            [L::splat(self.memory.read[place.at()]); W]
         } else {
             load(&self.memory.values, place.at())
         }
@@ -147,7 +155,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     #[inline(always)]
     fn add(&mut self, place: Place, part: Block<L, W>) {
         if place.is_shared() {
-            let bar = &mut self.memory.shared_bars[self.plan.numbers[place.at()]];
+            let bar = &mut self.memory.read_bars[place.at()];
             for w in 0..W {
                 *bar += part[w];
             }
@@ -209,9 +217,17 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     fn forward_dot(&self, a: Run, b: Run, len: usize) -> Block<L, W> {
         let mut y = [L::zero(); W];
         if a.is_row() && !b.first.is_shared() {
-            let factors = &self.memory.shared[a.first.at()..][..len];
-            for (j, &factor) in factors.iter().enumerate() {
-                y = add_product(L::splat(factor), load(&self.memory.values, b.at(j).at()), y);
+            let (factors, values) = (&self.memory.read[a.first.at()..], &self.memory.values[..]);
+            // Two at a time: the loop itself costs as much as the work on one.
+            let (pairs, last) = factors[..len].as_chunks::<2>();
+            for (j, factors) in pairs.iter().enumerate() {
+                for k in 0..2 {
+                    let own = load(values, b.at(2 * j + k).at());
+                    y = add_product(L::splat(factors[k]), own, y);
+                }
+            }
+            for &factor in last {
+                y = add_product(L::splat(factor), load(values, b.at(len - 1).at()), y);
             }
             return y;
         }
@@ -365,28 +381,29 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             return;
         }
         let ReplayBuffers {
-            shared,
-            shared_bars,
+            read,
+            read_bars,
             values,
             bars: own_bars,
             ..
         } = &mut *self.memory;
-        let (mut rows, mut firsts) = ([&shared[..0]; D], [0; D]);
+        let (values, own_bars) = (&values[..], &mut own_bars[..]);
+        let mut rows = [&read[..0]; D];
         for d in 0..D {
-            rows[d] = &shared[a[d].first.at()..][..len];
-            firsts[d] = self.plan.numbers[a[d].first.at()];
+            rows[d] = &read[a[d].first.at()..][..len];
         }
         for j in 0..len {
             let place = b.at(j).at();
             let own: Block<L, W> = load(values, place);
             let mut own_bar: Block<L, W> = load(own_bars, place);
             for d in 0..D {
-                let (factor, mut shared_bar) = (L::splat(rows[d][j]), shared_bars[firsts[d] + j]);
+                let (factor, mut shared_bar) =
+                    (L::splat(rows[d][j]), read_bars[a[d].first.at() + j]);
                 for w in 0..W {
                     shared_bar = bars[d][w].fma(own[w], shared_bar);
                     own_bar[w] = bars[d][w].fma(factor, own_bar[w]);
                 }
-                shared_bars[firsts[d] + j] = shared_bar;
+                read_bars[a[d].first.at() + j] = shared_bar;
             }
             store(own_bars, place, own_bar);
         }
@@ -400,7 +417,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             rows[row * layer.step * points..][..points].fill(R::zero());
         }
         let product = Product {
-            a: layer.matrix(&self.memory.shared),
+            a: layer.matrix(self.shared),
             b: &own[layer.own.first.at() * points..],
             b_row: layer.own.step as usize * points,
             to: rows,
@@ -422,7 +439,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         let bars_row = layer.step * points;
         if layer.own.at(layer.columns - 1).at() >= self.inputs {
             let product = Product {
-                a: layer.matrix(&memory.shared).transposed(),
+                a: layer.matrix(self.shared).transposed(),
                 b: bars,
                 b_row: bars_row,
                 to: &mut own_bars[own_first * points..],
@@ -433,7 +450,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             };
             product.add_chained(Cotangents::B, memory.finite[number]);
         }
-        memory.by_point.resize(points * layer.columns, R::zero());
+        memory.by_point.make_room(points * layer.columns);
         R::vectorize(Transpose {
             from: own,
             from_row: own_row,

@@ -159,7 +159,7 @@ impl<S: Summand> Fused for Sum<S> {
         } else {
             R::vectorize(ValueAndGradient {
                 data: &self.data,
-                plan: &Plan::new(&recording.ops, shared.len()),
+                plan: &Plan::new(&recording.ops),
                 result: result.0,
                 shared,
             })
