@@ -2,7 +2,7 @@
 
 use crate::dual::Dual;
 use crate::operators::{constants_by_f64, operators};
-use crate::real::{Fused, Real};
+use crate::real::{Fused, Mask, Real};
 use crate::rule::{self, by_rule};
 
 impl<R: Real, const N: usize> Dual<R, N> {
@@ -62,11 +62,13 @@ impl<R: Real, const N: usize> Dual<R, N> {
     }
 }
 
-/// Whether a partial is a float and finite: then a plain product with a tangent is what [`Real::chain`]
-/// gives, but for the sign of a zero. One test serves all tangents; lanes have no branches.
+/// Whether a number is a finite float: as a partial, its plain product with a tangent is then what
+/// [`Real::chain`] gives, but for the sign of a zero, and one test serves all tangents. Lanes have no
+/// branches, and of numbers that carry derivatives the primal does not tell.
 #[inline(always)]
 fn is_finite<R: Real>(partial: R) -> bool {
-    size_of::<R>() <= size_of::<f64>() && (partial - partial).is_zero()
+    let is_float = size_of::<R>() <= size_of::<f64>() && size_of::<R>() == align_of::<R>();
+    is_float && partial.finite().all()
 }
 
 impl<R: Real, const N: usize> Real for Dual<R, N> {
@@ -93,7 +95,8 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
     fn fma(self, factor: Self, term: Self) -> Self {
         let value = self.value.fma(factor.value, term.value);
         let mut tangent = term.tangent;
-        if is_finite(self.value + factor.value) {
+        // The result is finite only if both factors are.
+        if is_finite(value) {
             for i in 0..N {
                 let by_self = factor.value.fma(self.tangent[i], tangent[i]);
                 tangent[i] = self.value.fma(factor.tangent[i], by_self);

@@ -15,6 +15,15 @@ pub(crate) struct Strided<'a, R> {
 }
 
 impl<'a, R: Real> Strided<'a, R> {
+    /// Adjacent numbers in rows, at this distance from one to the next.
+    pub(crate) fn by_rows(numbers: &'a [R], row: usize) -> Self {
+        Self {
+            numbers,
+            row,
+            column: 1,
+        }
+    }
+
     pub(crate) fn transposed(self) -> Self {
         Self {
             row: self.column,

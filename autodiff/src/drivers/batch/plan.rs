@@ -1,6 +1,7 @@
 //! What a replay does for a recording: its operations one by one, and layers of networks at once.
 
 use crate::product::Strided;
+use crate::real::Real;
 use crate::record::operation::{Op, Place, Run};
 
 /// The work of a replay, in the order of the recording.
@@ -86,12 +87,8 @@ impl Layer {
     }
 
     /// The matrix among the shared arguments.
-    pub(super) fn matrix<R>(self, shared: &[R]) -> Strided<'_, R> {
-        Strided {
-            numbers: &shared[self.weights..],
-            row: self.stride,
-            column: 1,
-        }
+    pub(super) fn matrix<R: Real>(self, shared: &[R]) -> Strided<'_, R> {
+        Strided::by_rows(&shared[self.weights..], self.stride)
     }
 }
 

@@ -459,18 +459,10 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             to: &mut memory.by_point,
             to_row: layer.columns,
         });
-        let by_point = Strided {
-            numbers: &memory.by_point,
-            row: layer.columns,
-            column: 1,
-        };
+        let by_point = Strided::by_rows(&memory.by_point, layer.columns);
         let finite = by_point.all_finite([points, layer.columns]);
         let product = Product {
-            a: Strided {
-                numbers: bars,
-                row: bars_row,
-                column: 1,
-            },
+            a: Strided::by_rows(bars, bars_row),
             b: &memory.by_point,
             b_row: layer.columns,
             to: &mut memory.gradient[layer.weights..],

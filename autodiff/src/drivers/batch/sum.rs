@@ -34,6 +34,12 @@ pub trait Summand: Clone + Send + Sync + 'static {
 ///
 /// [`Mask::any`]: crate::Mask::any
 ///
+/// A network's layers are found in the record: dot products of rows of parameters with the same other numbers,
+/// [`R::dot(row, x)`](Real::dot) for one row after the other, whatever happens to each product in between.
+/// They are computed as products of matrices over a block of data. Rows of one length, evenly spaced, make
+/// a layer; `x` may be in a few evenly spaced parts. The rule that a zero cotangent passes zero holds
+/// here too. A mini-batch that is a matrix already can go through [`dense_batch`](crate::fused::dense_batch).
+///
 /// ```
 /// use autodiff::batch::{Sum, Summand};
 /// use autodiff::{Real, gradient_of};
