@@ -86,6 +86,11 @@ impl Layer {
         self.rows >= LEAST_ROWS && self.rows * self.columns >= LEAST_ENTRIES
     }
 
+    /// The place of a row's product.
+    pub(super) fn place(&self, row: usize) -> usize {
+        self.first + row * self.step
+    }
+
     /// The matrix among the shared arguments.
     pub(super) fn matrix<R: Real>(self, shared: &[R]) -> Strided<'_, R> {
         Strided::by_rows(&shared[self.weights..], self.stride)
@@ -113,7 +118,7 @@ impl Plan {
         let mut steps: Vec<Step> = ops.iter().copied().map(Step::Single).collect();
         for (number, layer) in layers.iter().enumerate() {
             for row in 0..layer.rows {
-                steps[layer.first + row * layer.step] = Step::Row;
+                steps[layer.place(row)] = Step::Row;
             }
             steps[layer.first] = Step::Layer(number);
         }

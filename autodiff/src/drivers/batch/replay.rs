@@ -23,10 +23,10 @@ pub(super) struct Replay<'a, R, L, const W: usize> {
     shared: &'a [R],
     /// How many operations are inputs. They come first.
     inputs: usize,
-    memory: Box<ReplayBuffers<R, L>>,
+    memory: Box<ReplayBuffers<R, L, W>>,
 }
 
-struct ReplayBuffers<R, L> {
+struct ReplayBuffers<R, L, const W: usize> {
     /// Of the shared arguments those that single operations read.
     read: Vec<R>,
     /// Their cotangents, in each lane summed over its points.
@@ -35,13 +35,17 @@ struct ReplayBuffers<R, L> {
     gradient: Vec<R>,
     /// For each layer, whether all its weights are finite.
     finite: Vec<bool>,
-    /// Each operation's result, a [`Block`] of points.
-    values: Aligned<R>,
+    /// Each operation's result.
+    values: Vec<Block<L, W>>,
     /// Each result's cotangent.
-    bars: Aligned<R>,
+    bars: Vec<Block<L, W>>,
     /// The partials of functions of one number, from the forward to the reverse sweep.
-    partials: Aligned<R>,
-    /// A layer's own numbers, point by point.
+    partials: Vec<Block<L, W>>,
+    /// A layer's own numbers, their cotangents, and its rows, block by block.
+    own: Aligned<R>,
+    own_bars: Aligned<R>,
+    rows: Aligned<R>,
+    /// Its own numbers point by point.
     by_point: Aligned<R>,
 }
 
@@ -63,28 +67,22 @@ fn store<R: Real, L: Lane<R>, const W: usize>(to: &mut [R], place: usize, block:
     }
 }
 
-#[inline(always)]
-fn add<R: Real, L: Lane<R>, const W: usize>(to: &mut [R], place: usize, part: Block<L, W>) {
-    let mut sum = load::<R, L, W>(to, place);
-    for w in 0..W {
-        sum[w] += part[w];
-    }
-    store(to, place, sum);
-}
-
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Reuses the memory of the thread's last replay of this number type.
     #[inline(always)]
     pub(super) fn new(plan: &'a Plan, inputs: usize, shared: &'a [R]) -> Self {
-        let mut memory = pool::take::<ReplayBuffers<R, L>>().unwrap_or_else(|| {
+        let mut memory = pool::take::<ReplayBuffers<R, L, W>>().unwrap_or_else(|| {
             Box::new(ReplayBuffers {
                 read: Vec::new(),
                 read_bars: Vec::new(),
                 gradient: Vec::new(),
                 finite: Vec::new(),
-                values: Aligned::zeros(0),
-                bars: Aligned::zeros(0),
-                partials: Aligned::zeros(0),
+                values: Vec::new(),
+                bars: Vec::new(),
+                partials: Vec::new(),
+                own: Aligned::zeros(0),
+                own_bars: Aligned::zeros(0),
+                rows: Aligned::zeros(0),
                 by_point: Aligned::zeros(0),
             })
         });
@@ -100,19 +98,19 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         memory.finite.clear();
         let finite = |layer: &Layer| layer.matrix(shared).all_finite([layer.rows, layer.columns]);
         memory.finite.extend(plan.layers.iter().map(finite));
-        let numbers = plan.steps.len() * (W * L::N);
-        memory.bars.make_room(numbers);
-        memory.bars[..numbers].fill(R::zero());
+        let (steps, zero) = (plan.steps.len(), [L::zero(); W]);
+        memory.bars.clear();
+        memory.bars.resize(steps, zero);
         // These are written before they are read.
-        memory.values.make_room(numbers);
-        memory.partials.make_room(numbers);
+        memory.values.resize(steps, zero);
+        memory.partials.resize(steps, zero);
         for (place, step) in plan.steps.iter().enumerate() {
             let value = match *step {
                 Step::Single(Op::Constant(bits)) => L::lit(f64::from_bits(bits)),
                 Step::Single(Op::Always(holds)) => number(L::Mask::splat(holds)),
                 _ => continue,
             };
-            store(&mut memory.values, place, [value; W]);
+            memory.values[place] = [value; W];
         }
         Self {
             plan,
@@ -125,7 +123,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Gives the next block its inputs.
     #[inline(always)]
     pub(super) fn set_input(&mut self, input: usize, block: Block<L, W>) {
-        store(&mut self.memory.values, input, block);
+        self.memory.values[input] = block;
     }
 
     /// The cotangents of the shared arguments, all points together.
@@ -147,7 +145,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         if place.is_shared() {
             [L::splat(self.memory.read[place.at()]); W]
         } else {
-            load(&self.memory.values, place.at())
+            self.memory.values[place.at()]
         }
     }
 
@@ -160,7 +158,10 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 *bar += part[w];
             }
         } else if place.at() >= self.inputs {
-            add(&mut self.memory.bars, place.at(), part);
+            let bar = &mut self.memory.bars[place.at()];
+            for w in 0..W {
+                bar[w] += part[w];
+            }
         }
     }
 
@@ -180,11 +181,11 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             match op {
                 Op::Input(_) | Op::Constant(_) | Op::Always(_) => continue,
                 Op::Unary(f, x) => {
-                    let mut partials = self.get(x);
+                    let x = self.get(x);
+                    let partials = &mut self.memory.partials[place];
                     for w in 0..W {
-                        (y[w], partials[w]) = unary(f, partials[w]);
+                        (y[w], partials[w]) = unary(f, x[w]);
                     }
-                    store(&mut self.memory.partials, place, partials);
                 }
                 Op::Binary(f, [a, b]) => y = forward_binary(f, self.get(a), self.get(b)),
                 Op::Fma([a, b, c]) => {
@@ -208,7 +209,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 Op::Dot([a, b], len) => y = self.forward_dot(a, b, len as usize),
                 Op::Sum(x, len) => y = self.forward_sum(x, len as usize),
             }
-            store(&mut self.memory.values, place, y);
+            self.memory.values[place] = y;
         }
         self.get(result)
     }
@@ -217,17 +218,20 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     fn forward_dot(&self, a: Run, b: Run, len: usize) -> Block<L, W> {
         let mut y = [L::zero(); W];
         if a.is_row() && !b.first.is_shared() {
-            let (factors, values) = (&self.memory.read[a.first.at()..], &self.memory.values[..]);
+            let (factors, values) = (&self.memory.read[a.first.at()..], &self.memory.values);
+            let own = values[b.first.at()..].chunks(b.step as usize);
             // Two at a time: the loop itself costs as much as the work on one.
             let (pairs, last) = factors[..len].as_chunks::<2>();
-            for (j, factors) in pairs.iter().enumerate() {
+            let mut own = own.map(|chunk| chunk[0]);
+            for factors in pairs {
                 for k in 0..2 {
-                    let own = load(values, b.at(2 * j + k).at());
-                    y = add_product(L::splat(factors[k]), own, y);
+                    if let Some(own) = own.next() {
+                        y = add_product(L::splat(factors[k]), own, y);
+                    }
                 }
             }
-            for &factor in last {
-                y = add_product(L::splat(factor), load(values, b.at(len - 1).at()), y);
+            for (&factor, own) in last.iter().zip(own) {
+                y = add_product(L::splat(factor), own, y);
             }
             return y;
         }
@@ -268,16 +272,16 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 }
                 Step::Row => continue,
             };
-            let bar: Block<L, W> = load(&self.memory.bars, place);
+            let bar = self.memory.bars[place];
             if is_zero(bar) {
                 continue;
             }
-            store(&mut self.memory.bars, place, [L::zero(); W]);
+            self.memory.bars[place] = [L::zero(); W];
             match op {
                 Op::Input(_) | Op::Constant(_) | Op::Always(_) | Op::Logic(..) => {}
                 // No product with zero: an infinite cotangent would be NaN where it does not pass.
                 Op::Unary(Unary::Detach, _) => {}
-                Op::Unary(_, x) => self.add(x, chain(load(&self.memory.partials, place), bar)),
+                Op::Unary(_, x) => self.add(x, chain(self.memory.partials[place], bar)),
                 Op::Binary(Binary::StraightThrough, [_, soft]) => self.add(soft, bar),
                 Op::Binary(f, [a, b]) => {
                     let parts = reverse_binary(f, [self.get(a), self.get(b)], bar);
@@ -351,9 +355,9 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             && (x.is_row(), y) == (true, b)
             && b.at(len).at() < place
         {
-            let before = load(&self.memory.bars, place - 1);
+            let before = self.memory.bars[place - 1];
             if !has_zero(before) {
-                store(&mut self.memory.bars, place - 1, [L::zero(); W]);
+                self.memory.bars[place - 1] = [L::zero(); W];
                 let len_before = len_before as usize;
                 let both = len.min(len_before);
                 self.reverse_rows([a, x], b, both, [bar, before]);
@@ -387,73 +391,93 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             bars: own_bars,
             ..
         } = &mut *self.memory;
-        let (values, own_bars) = (&values[..], &mut own_bars[..]);
+        let (first, step) = (b.first.at(), b.step as usize);
+        let end = first + (len - 1) * step + 1;
+        let own = values[first..end].chunks(step);
+        let own_bars = own_bars[first..end].chunks_mut(step);
         let mut rows = [&read[..0]; D];
         for d in 0..D {
             rows[d] = &read[a[d].first.at()..][..len];
         }
-        for j in 0..len {
-            let place = b.at(j).at();
-            let own: Block<L, W> = load(values, place);
-            let mut own_bar: Block<L, W> = load(own_bars, place);
+        for (j, (own, own_bars)) in own.zip(own_bars).enumerate() {
+            let (own, mut own_bar) = (own[0], own_bars[0]);
             for d in 0..D {
-                let (factor, mut shared_bar) =
-                    (L::splat(rows[d][j]), read_bars[a[d].first.at() + j]);
+                let (factor, place) = (L::splat(rows[d][j]), a[d].first.at() + j);
+                let mut shared_bar = read_bars[place];
                 for w in 0..W {
                     shared_bar = bars[d][w].fma(own[w], shared_bar);
                     own_bar[w] = bars[d][w].fma(factor, own_bar[w]);
                 }
-                read_bars[a[d].first.at() + j] = shared_bar;
+                read_bars[place] = shared_bar;
             }
-            store(own_bars, place, own_bar);
+            own_bars[0] = own_bar;
         }
     }
 
     /// Computes all rows of a layer.
     fn forward_layer(&mut self, layer: Layer) {
-        let points = W * L::N;
-        let (own, rows) = self.memory.values.split_at_mut(layer.first * points);
-        for row in 0..layer.rows {
-            rows[row * layer.step * points..][..points].fill(R::zero());
+        let (memory, points) = (&mut *self.memory, W * L::N);
+        memory.own.make_room(layer.columns * points);
+        for j in 0..layer.columns {
+            store(&mut memory.own, j, memory.values[layer.own.at(j).at()]);
         }
+        memory.rows.make_room(layer.rows * points);
+        memory.rows[..layer.rows * points].fill(R::zero());
         let product = Product {
             a: layer.matrix(self.shared),
-            b: &own[layer.own.first.at() * points..],
-            b_row: layer.own.step as usize * points,
-            to: rows,
-            to_row: layer.step * points,
+            b: &memory.own,
+            b_row: points,
+            to: &mut memory.rows,
+            to_row: points,
             rows: layer.rows,
             depth: layer.columns,
             columns: points,
         };
         product.add();
+        for row in 0..layer.rows {
+            memory.values[layer.place(row)] = load(&memory.rows, row);
+        }
     }
 
     /// Carries back all rows of a layer.
     fn reverse_layer(&mut self, number: usize) {
         let (layer, points) = (self.plan.layers[number], W * L::N);
-        let memory = &mut *self.memory;
-        let (own_first, own_row) = (layer.own.first.at(), layer.own.step as usize * points);
-        let own = &memory.values[own_first * points..layer.first * points];
-        let (own_bars, bars) = memory.bars.split_at_mut(layer.first * points);
-        let bars_row = layer.step * points;
+        let (memory, numbers) = (&mut *self.memory, layer.columns * points);
+        memory.rows.make_room(layer.rows * points);
+        for row in 0..layer.rows {
+            let bar = std::mem::replace(&mut memory.bars[layer.place(row)], [L::zero(); W]);
+            store(&mut memory.rows, row, bar);
+        }
+        memory.own.make_room(numbers);
+        for j in 0..layer.columns {
+            store(&mut memory.own, j, memory.values[layer.own.at(j).at()]);
+        }
         if layer.own.at(layer.columns - 1).at() >= self.inputs {
+            memory.own_bars.make_room(numbers);
+            memory.own_bars[..numbers].fill(R::zero());
             let product = Product {
                 a: layer.matrix(self.shared).transposed(),
-                b: bars,
-                b_row: bars_row,
-                to: &mut own_bars[own_first * points..],
-                to_row: own_row,
+                b: &memory.rows,
+                b_row: points,
+                to: &mut memory.own_bars,
+                to_row: points,
                 rows: layer.columns,
                 depth: layer.rows,
                 columns: points,
             };
             product.add_chained(Cotangents::B, memory.finite[number]);
+            for j in 0..layer.columns {
+                let part: Block<L, W> = load(&memory.own_bars, j);
+                let bar = &mut memory.bars[layer.own.at(j).at()];
+                for w in 0..W {
+                    bar[w] += part[w];
+                }
+            }
         }
-        memory.by_point.make_room(points * layer.columns);
+        memory.by_point.make_room(numbers);
         R::vectorize(Transpose {
-            from: own,
-            from_row: own_row,
+            from: &memory.own,
+            from_row: points,
             rows: layer.columns,
             columns: points,
             to: &mut memory.by_point,
@@ -462,7 +486,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         let by_point = Strided::by_rows(&memory.by_point, layer.columns);
         let finite = by_point.all_finite([points, layer.columns]);
         let product = Product {
-            a: Strided::by_rows(bars, bars_row),
+            a: Strided::by_rows(&memory.rows, points),
             b: &memory.by_point,
             b_row: layer.columns,
             to: &mut memory.gradient[layer.weights..],
@@ -472,8 +496,5 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             columns: layer.columns,
         };
         product.add_chained(Cotangents::A, finite);
-        for row in 0..layer.rows {
-            bars[row * bars_row..][..points].fill(R::zero());
-        }
     }
 }
