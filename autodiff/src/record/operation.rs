@@ -54,10 +54,15 @@ impl Run {
         self.first.plus(index * self.step as usize)
     }
 
-    /// Whether the places are shared and side by side.
+    #[inline(always)]
+    pub(crate) fn is_adjacent(self) -> bool {
+        self.step == 1
+    }
+
+    /// Whether the places are shared and adjacent.
     #[inline(always)]
     pub(crate) fn is_row(self) -> bool {
-        self.first.is_shared() && self.step == 1
+        self.first.is_shared() && self.is_adjacent()
     }
 
     /// The run without its first places.

@@ -170,15 +170,15 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     pub(super) fn forward(&mut self, result: Place) -> Block<L, W> {
         let mut y = [L::zero(); W];
         for (place, step) in self.plan.steps.iter().enumerate().skip(self.inputs) {
-            let op = match *step {
+            let op = match step {
                 Step::Single(op) => op,
                 Step::Layer(number) => {
-                    self.forward_layer(self.plan.layers[number]);
+                    self.forward_layer(self.plan.layers[*number]);
                     continue;
                 }
                 Step::Row => continue,
             };
-            match op {
+            match *op {
                 Op::Input(_) | Op::Constant(_) | Op::Always(_) => continue,
                 Op::Unary(f, x) => {
                     let x = self.get(x);
@@ -217,20 +217,19 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     #[inline(always)]
     fn forward_dot(&self, a: Run, b: Run, len: usize) -> Block<L, W> {
         let mut y = [L::zero(); W];
-        if a.is_row() && !b.first.is_shared() {
-            let (factors, values) = (&self.memory.read[a.first.at()..], &self.memory.values);
-            let own = values[b.first.at()..].chunks(b.step as usize);
+        if a.is_row() && b.is_adjacent() && !b.first.is_shared() {
+            let (a, b) = (
+                &self.memory.read[a.first.at()..][..len],
+                &self.memory.values[b.first.at()..][..len],
+            );
             // Two at a time: the loop itself costs as much as the work on one.
-            let (pairs, last) = factors[..len].as_chunks::<2>();
-            let mut own = own.map(|chunk| chunk[0]);
-            for factors in pairs {
+            let ((a, a_last), (b, b_last)) = (a.as_chunks::<2>(), b.as_chunks::<2>());
+            for (factors, own) in a.iter().zip(b) {
                 for k in 0..2 {
-                    if let Some(own) = own.next() {
-                        y = add_product(L::splat(factors[k]), own, y);
-                    }
+                    y = add_product(L::splat(factors[k]), own[k], y);
                 }
             }
-            for (&factor, own) in last.iter().zip(own) {
+            for (&factor, &own) in a_last.iter().zip(b_last) {
                 y = add_product(L::splat(factor), own, y);
             }
             return y;
@@ -264,10 +263,10 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         let mut place = self.plan.steps.len();
         while place > self.inputs {
             place -= 1;
-            let op = match self.plan.steps[place] {
+            let op = match &self.plan.steps[place] {
                 Step::Single(op) => op,
                 Step::Layer(number) => {
-                    self.reverse_layer(number);
+                    self.reverse_layer(*number);
                     continue;
                 }
                 Step::Row => continue,
@@ -277,7 +276,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 continue;
             }
             self.memory.bars[place] = [L::zero(); W];
-            match op {
+            match *op {
                 Op::Input(_) | Op::Constant(_) | Op::Always(_) | Op::Logic(..) => {}
                 // No product with zero: an infinite cotangent would be NaN where it does not pass.
                 Op::Unary(Unary::Detach, _) => {}
@@ -340,7 +339,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             }
             return false;
         }
-        if !a.is_row() || b.first.is_shared() || has_zero(bar) {
+        if !a.is_row() || !b.is_adjacent() || b.first.is_shared() || has_zero(bar) {
             for j in 0..len {
                 let (a, b) = (a.at(j), b.at(j));
                 let parts = [chain(self.get(b), bar), chain(self.get(a), bar)];
@@ -391,16 +390,14 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             bars: own_bars,
             ..
         } = &mut *self.memory;
-        let (first, step) = (b.first.at(), b.step as usize);
-        let end = first + (len - 1) * step + 1;
-        let own = values[first..end].chunks(step);
-        let own_bars = own_bars[first..end].chunks_mut(step);
+        let own = b.first.at()..b.first.at() + len;
+        let (own, own_bars) = (&values[own.clone()], &mut own_bars[own]);
         let mut rows = [&read[..0]; D];
         for d in 0..D {
             rows[d] = &read[a[d].first.at()..][..len];
         }
-        for (j, (own, own_bars)) in own.zip(own_bars).enumerate() {
-            let (own, mut own_bar) = (own[0], own_bars[0]);
+        for j in 0..len {
+            let (own, mut own_bar) = (own[j], own_bars[j]);
             for d in 0..D {
                 let (factor, place) = (L::splat(rows[d][j]), a[d].first.at() + j);
                 let mut shared_bar = read_bars[place];
@@ -410,7 +407,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 }
                 read_bars[place] = shared_bar;
             }
-            own_bars[0] = own_bar;
+            own_bars[j] = own_bar;
         }
     }
 
