@@ -56,6 +56,10 @@
 //! a [`Model`] that strings kernels together, a [`Rollout`] that runs them, in lanes and with little
 //! memory. The whole rollout is then a single operation of a function.
 //!
+//! A single small system, such as an ODE of a few numbers, fills no lanes. There a rollout whose kernels have
+//! no [emitted](emit) adjoint takes the time of a loop on the tape, and saves memory alone; with an emitted
+//! one half of it. By up to some eight parameters a loop over [`Dual`] is the fastest of all.
+//!
 //! A kernel takes arrays of one length: a parameter that all elements share is an array of one
 //! number, which [`Program::gather`] repeats, `program.gather(drag, &[Some(0); BALLS])`. **Mark a
 //! kernel's `eval`, and every function that it calls, `#[inline(always)]`**: without it the same

@@ -3,6 +3,7 @@
 use std::ops::{BitAnd, BitOr, Not};
 
 use num_traits::Zero;
+use smallvec::SmallVec;
 
 use super::operation::{Binary, Logic, Op, Place, Run, Unary};
 use super::recording::current;
@@ -74,11 +75,11 @@ const CHUNK: usize = 32;
 
 /// Two slices of one length in stretches that are runs of both, with their lengths; `None` in a simplified
 /// recording, and if there would be no fewer operations than terms.
-fn stretches(a: &[Symbol], b: &[Symbol]) -> Option<Vec<([Run; 2], u32)>> {
+fn stretches(a: &[Symbol], b: &[Symbol]) -> Option<SmallVec<[([Run; 2], u32); 2]>> {
     if current(|recording| recording.is_simplified) {
         return None;
     }
-    let (mut stretches, mut from) = (Vec::new(), 0);
+    let (mut stretches, mut from) = (SmallVec::new(), 0);
     while from < a.len() {
         let ((x, len_x), (y, len_y)) = (run(&a[from..]), run(&b[from..]));
         let len = len_x.min(len_y);
