@@ -2,7 +2,7 @@
 
 use crate::dual::Dual;
 use crate::operators::{closure_operators, constants_by_f64, operators};
-use crate::real::{Fused, Real};
+use crate::real::{Fused, Mask, Real};
 use crate::rule::{self, by_rule};
 
 impl<R: Real, const N: usize> Dual<R, N> {
@@ -31,8 +31,14 @@ impl<R: Real, const N: usize> Dual<R, N> {
     #[inline(always)]
     fn apply(self, (value, partial): (R, R)) -> Self {
         let mut tangent = self.tangent;
-        for i in 0..N {
-            tangent[i] = R::chain(partial, tangent[i]);
+        if is_finite(partial) {
+            for i in 0..N {
+                tangent[i] *= partial;
+            }
+        } else {
+            for i in 0..N {
+                tangent[i] = R::chain(partial, tangent[i]);
+            }
         }
         Dual { value, tangent }
     }
@@ -41,12 +47,28 @@ impl<R: Real, const N: usize> Dual<R, N> {
     #[inline(always)]
     fn apply2(self, other: Self, (value, [by_self, by_other]): (R, [R; 2])) -> Self {
         let mut tangent = self.tangent;
-        for i in 0..N {
-            let by_self = R::chain(by_self, self.tangent[i]);
-            tangent[i] = R::chain_add(by_other, other.tangent[i], by_self);
+        // A sum is finite only if both are.
+        if is_finite(by_self + by_other) {
+            for i in 0..N {
+                tangent[i] = by_self * tangent[i] + by_other * other.tangent[i];
+            }
+        } else {
+            for i in 0..N {
+                let by_self = R::chain(by_self, self.tangent[i]);
+                tangent[i] = R::chain_add(by_other, other.tangent[i], by_self);
+            }
         }
         Dual { value, tangent }
     }
+}
+
+/// Whether a number is a finite float: as a partial, its plain product with a tangent is then what
+/// [`Real::chain`] gives, but for the sign of a zero, and one test serves all tangents. Lanes have no
+/// branches, and of numbers that carry derivatives the primal does not tell.
+#[inline(always)]
+fn is_finite<R: Real>(partial: R) -> bool {
+    let is_float = size_of::<R>() <= size_of::<f64>() && size_of::<R>() == align_of::<R>();
+    is_float && partial.finite().all()
 }
 
 impl<R: Real, const N: usize> Real for Dual<R, N> {
@@ -73,9 +95,17 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
     fn fma(self, factor: Self, term: Self) -> Self {
         let value = self.value.fma(factor.value, term.value);
         let mut tangent = term.tangent;
-        for i in 0..N {
-            let by_self = R::chain_add(factor.value, self.tangent[i], term.tangent[i]);
-            tangent[i] = R::chain_add(self.value, factor.tangent[i], by_self);
+        // The result is finite only if both factors are.
+        if is_finite(value) {
+            for i in 0..N {
+                let by_self = factor.value.fma(self.tangent[i], tangent[i]);
+                tangent[i] = self.value.fma(factor.tangent[i], by_self);
+            }
+        } else {
+            for i in 0..N {
+                let by_self = R::chain_add(factor.value, self.tangent[i], tangent[i]);
+                tangent[i] = R::chain_add(self.value, factor.tangent[i], by_self);
+            }
         }
         Dual { value, tangent }
     }

@@ -1,5 +1,6 @@
 //! Functions that the reverse tape takes as one entry.
 
+use crate::product::{Cotangents, Product, Strided, Transpose};
 use crate::real::{Fused, Real};
 
 /// A dense layer, `weights * x + biases`, as one entry of the tape; `weights` row by row.
@@ -26,11 +27,43 @@ pub fn dense<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
         x.len() * biases.len(),
         "dense: the weights are not one row per bias and one column per number of x"
     );
-    R::fused(Dense, &[weights, x, biases])
+    R::fused(Dense { vectors: 1 }, &[weights, x, biases])
+}
+
+/// The [`dense`] layer of a mini-batch, as one entry of the tape: of each of the vectors that lie in `x` one
+/// after the other, as their results do. Forward and back it is a product of matrices.
+///
+/// ```
+/// use autodiff::fused::{dense, dense_batch};
+///
+/// let (weights, biases) = ([1.0, 2.0, 3.0, 4.0], [0.5, -0.5]);
+/// let y = dense_batch(&weights, &[1.0, -1.0, 2.0, 0.0], &biases);
+/// assert_eq!(y[..2], dense(&weights, &[1.0, -1.0], &biases));
+/// assert_eq!(y[2..], dense(&weights, &[2.0, 0.0], &biases));
+/// ```
+///
+/// # Panics
+/// Unless there is a bias, a weight for each number of a vector and each bias, and a whole number of vectors.
+pub fn dense_batch<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
+    let columns = weights.len().checked_div(biases.len()).unwrap_or(0);
+    assert!(
+        columns > 0 && weights.len() == columns * biases.len() && x.len().is_multiple_of(columns),
+        "dense_batch: {} weights, {} numbers of vectors and {} biases do not belong together",
+        weights.len(),
+        x.len(),
+        biases.len()
+    );
+    let vectors = x.len() / columns;
+    R::fused(Dense { vectors }, &[weights, x, biases])
 }
 
 /// The inputs are weights, `x` and biases.
-struct Dense;
+struct Dense {
+    vectors: usize,
+}
+
+/// Fewer vectors are not worth a copy of the weights.
+const FEW: usize = 4;
 
 impl Fused for Dense {
     /// The weights and `x`.
@@ -38,16 +71,45 @@ impl Fused for Dense {
 
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         let &[weights, x, biases] = inputs else {
-            unreachable!("`dense` gives three slices")
+            unreachable!("a dense layer has three slices")
         };
-        if x.is_empty() {
-            return biases.to_vec();
+        let (rows, vectors) = (biases.len(), self.vectors);
+        if weights.is_empty() {
+            return biases.repeat(vectors);
         }
-        weights
-            .chunks_exact(x.len())
-            .zip(biases)
-            .map(|(row, &bias)| R::dot(row, x) + bias)
-            .collect()
+        let columns = weights.len() / rows;
+        let mut y = Vec::with_capacity(vectors * rows);
+        if vectors < FEW {
+            for x in x.chunks_exact(columns) {
+                let rows = weights.chunks_exact(columns).zip(biases);
+                y.extend(rows.map(|(row, &bias)| R::dot(row, x) + bias));
+            }
+            return y;
+        }
+        let mut transposed = vec![R::zero(); weights.len()];
+        R::vectorize(Transpose {
+            from: weights,
+            from_row: columns,
+            rows,
+            columns,
+            to: &mut transposed,
+            to_row: rows,
+        });
+        for _ in 0..vectors {
+            y.extend_from_slice(biases);
+        }
+        let product = Product {
+            a: Strided::by_rows(x, columns),
+            b: &transposed,
+            b_row: rows,
+            to: &mut y,
+            to_row: rows,
+            rows: vectors,
+            depth: columns,
+            columns: rows,
+        };
+        product.add();
+        y
     }
 
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, [Vec<R>; 2]) {
@@ -60,17 +122,48 @@ impl Fused for Dense {
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
-        let mut weights_bar = Vec::new();
+        let vectors = self.vectors;
+        let (rows, columns) = (y_bar.len() / vectors.max(1), x.len() / vectors.max(1));
+        let [weights_size, x_size] = [[rows, columns], [vectors, columns]];
+        let zeros = |numbers: usize| vec![R::zero(); numbers];
+        let [mut weights_bar, mut x_bar] = [Vec::new(), Vec::new()];
+        let y_bars = Strided::by_rows(y_bar, rows);
         if wanted[0] {
-            let row = |&bar: &R| x.iter().map(move |&x| R::chain(x, bar)).collect::<Vec<R>>();
-            weights_bar = y_bar.iter().flat_map(row).collect();
+            weights_bar = zeros(weights.len());
+            let product = Product {
+                a: y_bars.transposed(),
+                b: x,
+                b_row: columns,
+                to: &mut weights_bar,
+                to_row: columns,
+                rows,
+                depth: vectors,
+                columns,
+            };
+            let finite = Strided::by_rows(x, columns).all_finite(x_size);
+            product.add_chained(Cotangents::A, finite);
         }
-        let mut x_bar = vec![R::zero(); if wanted[1] { x.len() } else { 0 }];
-        for (row, &bar) in weights.chunks_exact(x.len().max(1)).zip(y_bar) {
-            for (x_bar, &weight) in x_bar.iter_mut().zip(row) {
-                *x_bar = R::chain_add(weight, bar, *x_bar);
+        if wanted[1] {
+            x_bar = zeros(x.len());
+            let product = Product {
+                a: y_bars,
+                b: weights,
+                b_row: columns,
+                to: &mut x_bar,
+                to_row: columns,
+                rows: vectors,
+                depth: rows,
+                columns,
+            };
+            let finite = Strided::by_rows(weights, columns).all_finite(weights_size);
+            product.add_chained(Cotangents::A, finite);
+        }
+        let mut biases_bar = zeros(rows);
+        for y_bar in y_bar.chunks_exact(rows.max(1)) {
+            for (sum, &bar) in biases_bar.iter_mut().zip(y_bar) {
+                *sum += bar;
             }
         }
-        vec![weights_bar, x_bar, y_bar.to_vec()]
+        vec![weights_bar, x_bar, biases_bar]
     }
 }

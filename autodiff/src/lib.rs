@@ -70,6 +70,10 @@
 //! a [`Model`] that strings kernels together, a [`Rollout`] that runs them, in lanes and with little
 //! memory. The whole rollout is then a single operation of a function.
 //!
+//! A single small system, such as an ODE of a few numbers, fills no lanes. There a rollout whose kernels have
+//! no [emitted](emit) adjoint takes the time of a loop on the tape, and saves memory alone; with an emitted
+//! one half of it. By up to some eight parameters a loop over [`Dual`] is the fastest of all.
+//!
 //! A kernel takes arrays of one length: a parameter that all elements share is an array of one
 //! number, which [`Program::gather`] repeats, `program.gather(drag, &[Some(0); BALLS])`. **Mark a
 //! kernel's `eval`, and every function that it calls, `#[inline(always)]`**: without it the same
@@ -158,13 +162,14 @@
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
 //! | the same from many starts with shared parameters | [`Rollout::run_batch`] | about half of running them one by one, in lanes over the starts |
 //! | the same where starts have arrays of their own among the parameters | [`Rollout::run_batch_with`] | for two starts, some nine tenths of running them one by one; they share the matrices |
-//! | gradient of a sum over data | [`batch::Sum`] | a few, in lanes over the data |
+//! | gradient of a sum over data, of a network's loss for example | [`batch::Sum`] | a few, in lanes over the data |
 //! | Jacobians of one small function at many points | [`batch::jacobians`] | forward over its arguments, in lanes over the points; a few where the kernel's partials are emitted ([`emit::partials`]) |
 //!
 //! Three tiers of reverse mode stand behind this, and mix freely:
 //!
 //! - [`Tape`] and [`Var`] record scalar code of any shape, entry by entry;
-//! - [`Real::dot`], [`Real::sum_of`], [`fused::dense`] and every [`Fused`] function are one entry each;
+//! - [`Real::dot`], [`Real::sum_of`], [`fused::dense`], [`fused::dense_batch`] and every [`Fused`] function are
+//!   one entry each;
 //! - a [`Program`] records one step over arrays, with [`Kernel`]s mapped over them, and runs it
 //!   many times forward and back in lanes.
 //!
@@ -276,6 +281,7 @@ pub mod real;
 mod rule;
 mod math;
 pub mod simd;
+mod product;
 pub mod fused;
 mod forward;
 mod pool;

@@ -388,6 +388,115 @@ fn a_row_that_is_not_selected_passes_no_infinity() {
     assert_eq!(by_shared, [17.0 + 0.5 * 16.0, f64::INFINITY]);
 }
 
+/// A network of two layers, each row with its activation, where the second layer also sees the datum.
+#[derive(Clone)]
+struct Network;
+
+impl Network {
+    const INPUTS: usize = 9;
+    const HIDDEN: usize = 11;
+    const PARAMETERS: usize = 11 * 9 + 11 * 20 + 2 * 11;
+}
+
+impl Summand for Network {
+    fn scratch(&self) -> usize {
+        Self::INPUTS + 2 * Self::HIDDEN
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
+        let (first, rest) = shared.split_at(Self::HIDDEN * Self::INPUTS);
+        let (second, biases) = rest.split_at(Self::HIDDEN * (Self::INPUTS + Self::HIDDEN));
+        let (x, y) = scratch.split_at_mut(Self::INPUTS + Self::HIDDEN);
+        x[..Self::INPUTS].copy_from_slice(datum);
+        for row in 0..Self::HIDDEN {
+            let weights = &first[row * Self::INPUTS..][..Self::INPUTS];
+            x[Self::INPUTS + row] = (R::dot(weights, datum) + biases[row]).tanh();
+        }
+        for row in 0..Self::HIDDEN {
+            let weights = &second[row * x.len()..][..x.len()];
+            y[row] = R::dot(x, weights).max(R::zero());
+        }
+        R::dot(y, &biases[Self::HIDDEN..]) - R::dot(y, &first[..Self::HIDDEN])
+    }
+}
+
+/// So many numbers between -1 and 1.
+fn numbers(count: usize) -> Vec<f64> {
+    let number = |i: usize| (0.618_033_988 * (i as f64 + 1.0)).fract() * 2.0 - 1.0;
+    (0..count).map(number).collect()
+}
+
+#[test]
+fn layers_of_a_network_have_the_gradient_of_their_rows() {
+    let at = numbers(Network::PARAMETERS);
+    for count in [1, 7, 40] {
+        let data = numbers(count * Network::INPUTS);
+        let data: Vec<_> = data.chunks_exact(Network::INPUTS).collect();
+        assert_modes_agree(Network, &data, &at);
+    }
+}
+
+/// A layer with an infinite own number at some data, and rows that do not count there.
+#[derive(Clone)]
+struct GuardedLayer;
+
+impl Summand for GuardedLayer {
+    fn scratch(&self) -> usize {
+        16
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
+        for own in &mut scratch[..8] {
+            *own = datum[0].recip();
+        }
+        for row in 0..8 {
+            scratch[8 + row] = R::dot(&shared[row * 8..][..8], &scratch[..8]);
+        }
+        let sum = R::sum_of(&scratch[9..]);
+        R::select(R::lit(0.5).lt(datum[0]), scratch[8], R::zero()) + sum
+    }
+}
+
+#[test]
+fn a_layer_s_row_that_is_not_selected_passes_no_infinity() {
+    let total = Total(Sum::new(GuardedLayer, &by_turns(50, 3)));
+    let by_shared = gradient(&total, &[0.5; 64]);
+    assert_eq!(by_shared[..8], [17.0 + 0.5 * 16.0; 8]);
+    assert_eq!(by_shared[8..], [f64::INFINITY; 56]);
+}
+
+#[test]
+fn an_infinite_weight_of_a_row_that_is_not_selected_passes_nothing() {
+    let mut at = [0.5; 65];
+    at[0] = f64::INFINITY;
+    let total = Total(Sum::new(GuardedWeights, &[[0.0]; 5]));
+    assert_eq!(gradient(&total, &at)[64], 5.0 * 7.0 * 8.0 * 0.5);
+}
+
+/// The same with own numbers that depend on a parameter.
+#[derive(Clone)]
+struct GuardedWeights;
+
+impl Summand for GuardedWeights {
+    fn scratch(&self) -> usize {
+        16
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
+        for own in &mut scratch[..8] {
+            *own = shared[64] + datum[0];
+        }
+        for row in 0..8 {
+            scratch[8 + row] = R::dot(&shared[row * 8..][..8], &scratch[..8]);
+        }
+        let sum = R::sum_of(&scratch[9..]);
+        R::select(R::lit(0.5).lt(datum[0]), scratch[8], R::zero()) + sum
+    }
+}
+
 #[test]
 fn f32_has_lanes_too() {
     let total = Total(Sum::new(Everything, &data(100)));

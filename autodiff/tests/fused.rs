@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::common::{assert_close, assert_gradient, gradients};
 use autodiff::custom::{Rule, apply};
-use autodiff::fused::dense;
+use autodiff::fused::{dense, dense_batch};
 use autodiff::implicit::{Residual, root};
 use autodiff::{Dual, Function, Fused, Real, Tape, Var, gradient_of, hessian};
 
@@ -392,4 +392,52 @@ fn constants_of_an_inner_tape_keep_their_outer_derivative() {
             assert!((by_p - slope).abs() < 1e-13, "{rule}: {by_p}, {slope}");
         }
     }
+}
+
+/// The sum of squares of a layer's results for some vectors, one by one or as a batch.
+struct Layer {
+    vectors: usize,
+    batch: bool,
+}
+
+impl Function for Layer {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let (weights, rest) = x.split_at(6);
+        let (biases, x) = rest.split_at(2);
+        let y = if self.batch {
+            dense_batch(weights, &x[..3 * self.vectors], biases)
+        } else {
+            let vectors = x[..3 * self.vectors].chunks_exact(3);
+            vectors.flat_map(|x| dense(weights, x, biases)).collect()
+        };
+        R::dot(&y, &y)
+    }
+}
+
+#[test]
+fn a_batch_is_its_vectors_one_by_one() {
+    let x: Vec<f64> = (0..8 + 3 * 9).map(|i| (0.7 * f64::from(i)).sin()).collect();
+    for vectors in [0, 1, 3, 9] {
+        let [batch, single] = [true, false].map(|batch| Layer { vectors, batch });
+        assert_same_derivatives(&batch, &single, &x);
+    }
+}
+
+#[test]
+fn an_infinite_number_of_a_batch_meets_no_zero_cotangent() {
+    let by_weights = gradient_of(
+        |weights| {
+            let mut x = [Var::lit(1.0); 8];
+            x[0] = Var::lit(f64::INFINITY);
+            dense_batch(weights, &x, &[Var::lit(0.0)])[1]
+        },
+        &[2.0, 3.0],
+    );
+    assert_eq!(by_weights, [1.0, 1.0]);
+}
+
+#[test]
+#[should_panic(expected = "6 weights, 4 numbers of vectors and 2 biases")]
+fn a_batch_of_parts_of_vectors_is_refused() {
+    dense_batch(&[1.0; 6], &[1.0; 4], &[0.0; 2]);
 }

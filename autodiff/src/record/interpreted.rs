@@ -3,7 +3,7 @@
 use std::any::type_name;
 
 use super::arithmetic::{binary, holds, logic, number, unary};
-use super::operation::{Op, Place};
+use super::operation::{Op, Place, Run};
 use super::recording::{Recording, record};
 use super::symbol::Symbol;
 use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues};
@@ -41,7 +41,8 @@ impl List {
         values.clear();
         for &op in &self.ops {
             let at = |place: Place| values[place.at()];
-            let several = |from: Place, len: u32| &values[from.at()..][..len as usize];
+            let several =
+                |run: Run, len: u32| (0..len).map(|j| at(run.at(j as usize))).collect::<Vec<R>>();
             let value = match op {
                 Op::Input(index) => x[index as usize],
                 Op::Constant(bits) => R::lit(f64::from_bits(bits)),
@@ -51,8 +52,8 @@ impl List {
                 Op::Logic(f, [a, b]) => logic(f, at(a), at(b)),
                 Op::Fma([a, b, c]) => at(a).fma(at(b), at(c)),
                 Op::Select(mask, [a, b]) => R::select(holds(at(mask)), at(a), at(b)),
-                Op::Dot([a, b], len) => R::dot(several(a, len), several(b, len)),
-                Op::Sum(x, len) => R::sum_of(several(x, len)),
+                Op::Dot([a, b], len) => R::dot(&several(a, len), &several(b, len)),
+                Op::Sum(x, len) => R::sum_of(&several(x, len)),
             };
             values.push(value);
         }

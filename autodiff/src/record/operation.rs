@@ -11,7 +11,7 @@ pub(crate) struct Place(u32);
 const SHARED: u32 = 1 << 31;
 
 impl Place {
-    pub(super) fn shared(at: usize) -> Self {
+    pub(crate) fn shared(at: usize) -> Self {
         Place(Self::own(at).0 | SHARED)
     }
     pub(super) fn own(at: usize) -> Self {
@@ -30,10 +30,48 @@ impl Place {
     pub(crate) fn at(self) -> usize {
         (self.0 & !SHARED) as usize
     }
+    /// The distance to a later place of the same kind.
+    pub(super) fn distance(self, later: Self) -> Option<u32> {
+        (self.is_shared() == later.is_shared() && self < later).then(|| later.0 - self.0)
+    }
     /// The place `steps` further on.
     #[inline(always)]
     pub(crate) fn plus(self, steps: usize) -> Self {
         Place(self.0 + steps as u32)
+    }
+}
+
+/// Places one after the other, with the same distance between any two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Run {
+    pub(crate) first: Place,
+    pub(crate) step: u32,
+}
+
+impl Run {
+    #[inline(always)]
+    pub(crate) fn at(self, index: usize) -> Place {
+        self.first.plus(index * self.step as usize)
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_adjacent(self) -> bool {
+        self.step == 1
+    }
+
+    /// Whether the places are shared and adjacent.
+    #[inline(always)]
+    pub(crate) fn is_row(self) -> bool {
+        self.first.is_shared() && self.is_adjacent()
+    }
+
+    /// The run without its first places.
+    #[inline(always)]
+    pub(crate) fn from(self, index: usize) -> Self {
+        Self {
+            first: self.at(index),
+            ..self
+        }
     }
 }
 
@@ -98,22 +136,45 @@ pub(crate) enum Op {
     Fma([Place; 3]),
     /// The first number where the mask holds, else the second.
     Select(Place, [Place; 2]),
-    /// The dot product of as many places from each of these on.
-    Dot([Place; 2], u32),
-    /// The sum of as many places from this on.
-    Sum(Place, u32),
+    /// The dot product of as many places of each run.
+    Dot([Run; 2], u32),
+    /// The sum of as many places of this run.
+    Sum(Run, u32),
 }
 
 impl Op {
-    /// The places that an operation of a simplified recording reads. There is no `Dot` or `Sum` in one.
-    pub(super) fn operands(self) -> Vec<Place> {
+    /// The same operation with other operands: each run of them, given with its length, as `f` says.
+    pub(crate) fn with_operands(self, mut f: impl FnMut(Run, u32) -> Run) -> Self {
+        let mut one = |place| {
+            f(
+                Run {
+                    first: place,
+                    step: 1,
+                },
+                1,
+            )
+            .first
+        };
         match self {
-            Op::Input(_) | Op::Constant(_) | Op::Always(_) => vec![],
-            Op::Unary(_, x) | Op::Logic(Logic::Not, [x, _]) | Op::Sum(x, _) => vec![x],
-            Op::Binary(_, x) | Op::Logic(_, x) | Op::Dot(x, _) => x.to_vec(),
-            Op::Fma(x) => x.to_vec(),
-            Op::Select(mask, [a, b]) => vec![mask, a, b],
+            Op::Input(_) | Op::Constant(_) | Op::Always(_) => self,
+            Op::Unary(name, x) => Op::Unary(name, one(x)),
+            Op::Binary(name, x) => Op::Binary(name, x.map(one)),
+            Op::Logic(name, x) => Op::Logic(name, x.map(one)),
+            Op::Fma(x) => Op::Fma(x.map(one)),
+            Op::Select(mask, x) => Op::Select(one(mask), x.map(one)),
+            Op::Dot(x, len) => Op::Dot(x.map(|x| f(x, len)), len),
+            Op::Sum(x, len) => Op::Sum(f(x, len), len),
         }
+    }
+
+    /// The places that an operation reads.
+    pub(super) fn operands(self) -> Vec<Place> {
+        let mut operands = Vec::new();
+        self.with_operands(|run, len| {
+            operands.extend((0..len as usize).map(|j| run.at(j)));
+            run
+        });
+        operands
     }
 
     /// The operands that are sure to be finite where the result is.

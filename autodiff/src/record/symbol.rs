@@ -3,8 +3,9 @@
 use std::ops::{BitAnd, BitOr, Not};
 
 use num_traits::Zero;
+use smallvec::SmallVec;
 
-use super::operation::{Binary, Logic, Op, Place, Unary};
+use super::operation::{Binary, Logic, Op, Place, Run, Unary};
 use super::recording::current;
 use crate::elementary::Elementary;
 use crate::operators::operators;
@@ -47,12 +48,48 @@ fn logic(f: Logic, a: Place, b: Place) -> SymbolMask {
     SymbolMask(push(Op::Logic(f, [a, b])).0)
 }
 
-/// Where a slice begins, if its numbers lie one after the other in a plain recording.
-fn run(slice: &[Symbol]) -> Option<Place> {
-    let first = slice.first()?.0;
-    let mut places = slice.iter().enumerate();
-    let is_run = places.all(|(i, x)| x.0 == first.plus(i));
-    (is_run && !current(|recording| recording.is_simplified)).then_some(first)
+/// The longest run that a slice begins with, and its length.
+fn run(slice: &[Symbol]) -> (Run, usize) {
+    let first = slice[0].0;
+    let step = slice.get(1).and_then(|second| first.distance(second.0));
+    let Some(step) = step else {
+        return (Run { first, step: 1 }, 1);
+    };
+    let run = Run { first, step };
+    let mut len = 0;
+    // Without an early end inside of a chunk: a network's rows are long, and chunks compare in registers.
+    for chunk in slice.chunks(CHUNK) {
+        let places = chunk.iter().enumerate();
+        let in_line = places.map(|(j, x)| x.0 == run.at(len + j));
+        let count = in_line.clone().fold(0, |count, is| count + usize::from(is));
+        if count < chunk.len() {
+            return (run, len + in_line.take_while(|is| *is).count());
+        }
+        len += count;
+    }
+    (run, len)
+}
+
+/// How many places are compared at once.
+const CHUNK: usize = 32;
+
+/// Two slices of one length in stretches that are runs of both, with their lengths; `None` in a simplified
+/// recording, and if there would be no fewer operations than terms.
+fn stretches(a: &[Symbol], b: &[Symbol]) -> Option<SmallVec<[([Run; 2], u32); 2]>> {
+    if current(|recording| recording.is_simplified) {
+        return None;
+    }
+    let (mut stretches, mut from) = (SmallVec::new(), 0);
+    while from < a.len() {
+        let ((x, len_x), (y, len_y)) = (run(&a[from..]), run(&b[from..]));
+        let len = len_x.min(len_y);
+        stretches.push(([x, y], len as u32));
+        from += len;
+        if stretches.len() > 1 && 2 * stretches.len() > a.len() {
+            return None;
+        }
+    }
+    Some(stretches)
 }
 
 operators! {
@@ -163,15 +200,19 @@ impl Real for Symbol {
     }
     fn dot(a: &[Self], b: &[Self]) -> Self {
         assert_eq!(a.len(), b.len(), "dot: the slices differ in length");
-        if let (Some(x), Some(y)) = (run(a), run(b)) {
-            return push(Op::Dot([x, y], a.len() as u32));
+        if let Some(stretches) = stretches(a, b) {
+            let dots = stretches.into_iter().map(|(x, len)| push(Op::Dot(x, len)));
+            return dots.reduce(|sum, x| sum + x).unwrap_or_else(Self::zero);
         }
         let pairs = a.iter().zip(b);
         pairs.fold(Self::zero(), |sum, (&x, &y)| x.fma(y, sum))
     }
     fn sum_of(terms: &[Self]) -> Self {
-        if let Some(x) = run(terms) {
-            return push(Op::Sum(x, terms.len() as u32));
+        if let Some(stretches) = stretches(terms, terms) {
+            let sums = stretches
+                .into_iter()
+                .map(|([x, _], len)| push(Op::Sum(x, len)));
+            return sums.reduce(|sum, x| sum + x).unwrap_or_else(Self::zero);
         }
         terms.iter().fold(Self::zero(), |sum, &x| sum + x)
     }

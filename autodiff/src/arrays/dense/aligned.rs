@@ -27,6 +27,13 @@ impl<R: Real> Aligned<R> {
         Self::zeros_to(LINE, len)
     }
 
+    /// Makes it at least this long, with any numbers in it.
+    pub(crate) fn make_room(&mut self, len: usize) {
+        if self.len < len {
+            *self = Self::zeros(len);
+        }
+    }
+
     /// Zeros from the start of a page on, which falls into the first set of the L1 cache.
     pub(crate) fn to_pages(len: usize) -> Self {
         Self::zeros_to(PAGE, len)

@@ -5,8 +5,9 @@
 
 use super::aligned::Aligned;
 use super::panels::{PANEL, Panels, lane_of_column};
+use crate::product::Transpose;
 use crate::real::Real;
-use crate::simd::{Lane, Vectorized, WIDEST, lanes};
+use crate::simd::{Lane, Vectorized, lanes};
 
 /// Outer products that are added together, one per step and start.
 const BATCH: usize = 16;
@@ -66,18 +67,22 @@ impl<R: Real> Pending<R> {
             self.x[self.len * columns..][..columns].copy_from_slice(x);
         } else {
             let to = &mut self.x[self.len * columns..][..columns * starts];
-            R::vectorize(Deinterleave {
-                interleaved: x,
-                starts,
-                stride: columns,
+            R::vectorize(Transpose {
+                from: x,
+                from_row: starts,
+                rows: columns,
+                columns: starts,
                 to,
+                to_row: columns,
             });
             let to = &mut self.y_bar[self.len * stride..][..stride * starts];
-            R::vectorize(Deinterleave {
-                interleaved: &self.interleaved[..self.rows * starts],
-                starts,
-                stride,
+            R::vectorize(Transpose {
+                from: &self.interleaved,
+                from_row: starts,
+                rows: self.rows,
+                columns: starts,
                 to,
+                to_row: stride,
             });
         }
         self.len += starts;
@@ -87,65 +92,6 @@ impl<R: Real> Pending<R> {
     pub(super) fn clear(&mut self) {
         self.len = 0;
     }
-}
-
-/// Copies the interleaved numbers of several starts to one array per start.
-struct Deinterleave<'a, R> {
-    interleaved: &'a [R],
-    starts: usize,
-    /// The distance from one start's array to the next.
-    stride: usize,
-    to: &'a mut [R],
-}
-
-impl<R: Real> Vectorized<R> for Deinterleave<'_, R> {
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        let Self {
-            interleaved,
-            starts,
-            stride,
-            to,
-        } = self;
-        let numbers = interleaved.len() / starts;
-        if starts != L::N {
-            for (start, to) in to.chunks_exact_mut(stride.max(1)).enumerate() {
-                let of_start = interleaved[start..].iter().step_by(starts);
-                for (to, &from) in to.iter_mut().zip(of_start) {
-                    *to = from;
-                }
-            }
-            return;
-        }
-        for (first, square) in (0..numbers)
-            .step_by(L::N)
-            .zip(interleaved.chunks(L::N * L::N))
-        {
-            let mut lanes = [L::zero(); WIDEST];
-            for (lane, of_starts) in lanes.iter_mut().zip(square.chunks_exact(L::N)) {
-                *lane = L::load(of_starts);
-            }
-            for (start, lane) in transposed(lanes).into_iter().take(L::N).enumerate() {
-                lane.store_up_to(&mut to[start * stride..][first..numbers]);
-            }
-        }
-    }
-}
-
-/// The transpose of the first `N` registers: the number in lane `j` of register `i` comes to lane `i` of
-/// register `j`.
-#[inline(always)]
-fn transposed<R: Real, L: Lane<R>>(mut lanes: [L; WIDEST]) -> [L; WIDEST] {
-    // Each round is a perfect shuffle: it rotates the bits of the index `i N + j` by one. After log2 N
-    // rounds the bits of `i` and `j` have changed places.
-    for _ in 0..L::N.trailing_zeros() {
-        let before = lanes;
-        for k in 0..L::N / 2 {
-            [lanes[2 * k], lanes[2 * k + 1]] = before[k].zip(before[k + L::N / 2]);
-        }
-    }
-    lanes
 }
 
 /// `W_bar += sum over the batch of y_bar x^T`.
@@ -231,42 +177,6 @@ impl<R: Real> PendingRows<'_, R> {
                 let to = &mut to[(c * W + w) * L::N..];
                 (L::load(to) + sums[c][w]).store(to);
             }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Deinterleave;
-    use crate::real::Real;
-    use crate::simd::{Level, at_most, lanes, level};
-
-    #[test]
-    fn each_start_has_its_numbers_in_their_order() {
-        for cap in [Level::Baseline, Level::Avx2, level()] {
-            at_most(cap, || {
-                let sizes = [1, 7, 8, 19].map(|numbers| [(2, numbers), (lanes::<f64>(), numbers)]);
-                for (starts, numbers) in sizes.into_iter().flatten() {
-                    let apart = numbers + 1;
-                    let side_by_side: Vec<f64> =
-                        (0u8..).map(f64::from).take(starts * numbers).collect();
-                    let mut to = vec![-1.0; starts * apart];
-                    f64::vectorize(Deinterleave {
-                        interleaved: &side_by_side,
-                        starts,
-                        stride: apart,
-                        to: &mut to,
-                    });
-                    for (start, own) in to.chunks_exact(apart).enumerate() {
-                        let expected = side_by_side[start..].iter().step_by(starts);
-                        assert!(
-                            own[..numbers].iter().eq(expected),
-                            "{cap:?} {starts} {numbers}"
-                        );
-                        assert_eq!(own[numbers], -1.0);
-                    }
-                }
-            });
         }
     }
 }

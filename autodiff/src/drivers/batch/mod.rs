@@ -7,6 +7,7 @@
 
 mod block;
 mod kernels;
+mod plan;
 mod replay;
 mod sum;
 

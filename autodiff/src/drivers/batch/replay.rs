@@ -4,10 +4,13 @@
 //! beside the operation.
 
 use super::block::{Block, add_product, chain, forward_binary, has_zero, is_zero, reverse_binary};
+use super::plan::{Layer, Plan, Step};
+use crate::arrays::Aligned;
 use crate::pool;
+use crate::product::{Cotangents, Product, Strided, Transpose};
 use crate::real::{Mask, Real};
 use crate::record::arithmetic::{holds, logic, number, unary};
-use crate::record::operation::{Binary, Op, Place, Unary};
+use crate::record::operation::{Binary, Op, Place, Run, Unary};
 use crate::simd::{Lane, WIDEST};
 
 /// Registers for each number, where there are points enough to fill them.
@@ -15,85 +18,132 @@ pub(super) const WIDE: usize = 4;
 
 /// The operations of a recording with the numbers that they are replayed on.
 pub(super) struct Replay<'a, R, L, const W: usize> {
-    ops: &'a [Op],
+    plan: &'a Plan,
+    /// The arguments that all points share.
+    shared: &'a [R],
     /// How many operations are inputs. They come first.
     inputs: usize,
     memory: Box<ReplayBuffers<R, L, W>>,
 }
 
 struct ReplayBuffers<R, L, const W: usize> {
-    /// The arguments that all points share.
-    shared: Vec<R>,
+    /// Of the shared arguments those that single operations read.
+    read: Vec<R>,
     /// Their cotangents, in each lane summed over its points.
-    shared_bars: Vec<L>,
+    read_bars: Vec<L>,
+    /// The cotangents of all shared arguments, as far as they come from layers.
+    gradient: Vec<R>,
+    /// For each layer, whether all its weights are finite.
+    finite: Vec<bool>,
     /// Each operation's result.
     values: Vec<Block<L, W>>,
     /// Each result's cotangent.
     bars: Vec<Block<L, W>>,
     /// The partials of functions of one number, from the forward to the reverse sweep.
     partials: Vec<Block<L, W>>,
+    /// A layer's own numbers, their cotangents, and its rows, block by block.
+    own: Aligned<R>,
+    own_bars: Aligned<R>,
+    rows: Aligned<R>,
+    /// Its own numbers point by point.
+    by_point: Aligned<R>,
+}
+
+/// A block from a place on.
+#[inline(always)]
+fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize) -> Block<L, W> {
+    let (from, mut block) = (&from[place * (W * L::N)..][..W * L::N], [L::zero(); W]);
+    for w in 0..W {
+        block[w] = L::load(&from[w * L::N..]);
+    }
+    block
+}
+
+#[inline(always)]
+fn store<R: Real, L: Lane<R>, const W: usize>(to: &mut [R], place: usize, block: Block<L, W>) {
+    let to = &mut to[place * (W * L::N)..][..W * L::N];
+    for w in 0..W {
+        block[w].store(&mut to[w * L::N..]);
+    }
 }
 
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Reuses the memory of the thread's last replay of this number type.
     #[inline(always)]
-    pub(super) fn new(ops: &'a [Op], inputs: usize, shared: &[R]) -> Self {
+    pub(super) fn new(plan: &'a Plan, inputs: usize, shared: &'a [R]) -> Self {
         let mut memory = pool::take::<ReplayBuffers<R, L, W>>().unwrap_or_else(|| {
             Box::new(ReplayBuffers {
-                shared: Vec::new(),
-                shared_bars: Vec::new(),
+                read: Vec::new(),
+                read_bars: Vec::new(),
+                gradient: Vec::new(),
+                finite: Vec::new(),
                 values: Vec::new(),
                 bars: Vec::new(),
                 partials: Vec::new(),
+                own: Aligned::zeros(0),
+                own_bars: Aligned::zeros(0),
+                rows: Aligned::zeros(0),
+                by_point: Aligned::zeros(0),
             })
         });
-        memory.shared.clear();
-        memory.shared.extend_from_slice(shared);
-        let zero = [L::zero(); W];
-        memory.shared_bars.clear();
-        memory.shared_bars.resize(shared.len(), L::zero());
+        memory.read.clear();
+        match &plan.read {
+            Some(read) => memory.read.extend(read.iter().map(|&at| shared[at])),
+            None => memory.read.extend_from_slice(shared),
+        }
+        memory.read_bars.clear();
+        memory.read_bars.resize(memory.read.len(), L::zero());
+        memory.gradient.clear();
+        memory.gradient.resize(shared.len(), R::zero());
+        memory.finite.clear();
+        let finite = |layer: &Layer| layer.matrix(shared).all_finite([layer.rows, layer.columns]);
+        memory.finite.extend(plan.layers.iter().map(finite));
+        let (steps, zero) = (plan.steps.len(), [L::zero(); W]);
         memory.bars.clear();
-        memory.bars.resize(ops.len(), zero);
+        memory.bars.resize(steps, zero);
         // These are written before they are read.
-        memory.values.resize(ops.len(), zero);
-        memory.partials.resize(ops.len(), zero);
-        for (value, op) in memory.values.iter_mut().zip(ops) {
-            match *op {
-                Op::Constant(bits) => *value = [L::lit(f64::from_bits(bits)); W],
-                Op::Always(holds) => *value = [number(L::Mask::splat(holds)); W],
-                _ => {}
-            }
+        memory.values.resize(steps, zero);
+        memory.partials.resize(steps, zero);
+        for (place, step) in plan.steps.iter().enumerate() {
+            let value = match *step {
+                Step::Single(Op::Constant(bits)) => L::lit(f64::from_bits(bits)),
+                Step::Single(Op::Always(holds)) => number(L::Mask::splat(holds)),
+                _ => continue,
+            };
+            memory.values[place] = [value; W];
         }
         Self {
-            ops,
+            plan,
+            shared,
             inputs,
             memory,
         }
     }
 
-    /// The inputs of the next block.
+    /// Gives the next block its inputs.
     #[inline(always)]
-    pub(super) fn inputs(&mut self) -> &mut [Block<L, W>] {
-        &mut self.memory.values[..self.inputs]
+    pub(super) fn set_input(&mut self, input: usize, block: Block<L, W>) {
+        self.memory.values[input] = block;
     }
 
     /// The cotangents of the shared arguments, all points together.
     #[inline(always)]
-    pub(super) fn into_gradient(self) -> Vec<R> {
+    pub(super) fn into_gradient(mut self) -> Vec<R> {
         let mut lanes = [R::zero(); WIDEST];
-        let mut totals = Vec::with_capacity(self.memory.shared_bars.len());
-        for bar in &self.memory.shared_bars {
+        let mut gradient = std::mem::take(&mut self.memory.gradient);
+        for (number, bar) in self.memory.read_bars.iter().enumerate() {
             bar.store(&mut lanes);
-            totals.push(R::sum_of(&lanes[..L::N]));
+            let at = self.plan.read.as_ref().map_or(number, |read| read[number]);
+            gradient[at] += R::sum_of(&lanes[..L::N]);
         }
         pool::keep(self.memory);
-        totals
+        gradient
     }
 
     #[inline(always)]
     fn get(&self, place: Place) -> Block<L, W> {
         if place.is_shared() {
-            [L::splat(self.memory.shared[place.at()]); W]
+            [L::splat(self.memory.read[place.at()]); W]
         } else {
             self.memory.values[place.at()]
         }
@@ -103,7 +153,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     #[inline(always)]
     fn add(&mut self, place: Place, part: Block<L, W>) {
         if place.is_shared() {
-            let bar = &mut self.memory.shared_bars[place.at()];
+            let bar = &mut self.memory.read_bars[place.at()];
             for w in 0..W {
                 *bar += part[w];
             }
@@ -119,7 +169,15 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     #[inline(always)]
     pub(super) fn forward(&mut self, result: Place) -> Block<L, W> {
         let mut y = [L::zero(); W];
-        for (place, op) in self.ops.iter().enumerate().skip(self.inputs) {
+        for (place, step) in self.plan.steps.iter().enumerate().skip(self.inputs) {
+            let op = match step {
+                Step::Single(op) => op,
+                Step::Layer(number) => {
+                    self.forward_layer(self.plan.layers[*number]);
+                    continue;
+                }
+                Step::Row => continue,
+            };
             match *op {
                 Op::Input(_) | Op::Constant(_) | Op::Always(_) => continue,
                 Op::Unary(f, x) => {
@@ -157,12 +215,12 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     }
 
     #[inline(always)]
-    fn forward_dot(&self, a: Place, b: Place, len: usize) -> Block<L, W> {
+    fn forward_dot(&self, a: Run, b: Run, len: usize) -> Block<L, W> {
         let mut y = [L::zero(); W];
-        if a.is_shared() && !b.is_shared() {
+        if a.is_row() && b.is_adjacent() && !b.first.is_shared() {
             let (a, b) = (
-                &self.memory.shared[a.at()..][..len],
-                &self.memory.values[b.at()..][..len],
+                &self.memory.read[a.first.at()..][..len],
+                &self.memory.values[b.first.at()..][..len],
             );
             // Two at a time: the loop itself costs as much as the work on one.
             let ((a, a_last), (b, b_last)) = (a.as_chunks::<2>(), b.as_chunks::<2>());
@@ -177,7 +235,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             return y;
         }
         for j in 0..len {
-            let (a, b) = (self.get(a.plus(j)), self.get(b.plus(j)));
+            let (a, b) = (self.get(a.at(j)), self.get(b.at(j)));
             for w in 0..W {
                 y[w] = a[w].fma(b[w], y[w]);
             }
@@ -186,10 +244,10 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     }
 
     #[inline(always)]
-    fn forward_sum(&self, x: Place, len: usize) -> Block<L, W> {
+    fn forward_sum(&self, x: Run, len: usize) -> Block<L, W> {
         let mut y = [L::zero(); W];
         for j in 0..len {
-            let x = self.get(x.plus(j));
+            let x = self.get(x.at(j));
             for w in 0..W {
                 y[w] += x[w];
             }
@@ -202,15 +260,23 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     #[inline(always)]
     pub(super) fn reverse(&mut self, result: Place, bar: Block<L, W>) {
         self.add(result, bar);
-        let mut place = self.ops.len();
+        let mut place = self.plan.steps.len();
         while place > self.inputs {
             place -= 1;
+            let op = match &self.plan.steps[place] {
+                Step::Single(op) => op,
+                Step::Layer(number) => {
+                    self.reverse_layer(*number);
+                    continue;
+                }
+                Step::Row => continue,
+            };
             let bar = self.memory.bars[place];
             if is_zero(bar) {
                 continue;
             }
             self.memory.bars[place] = [L::zero(); W];
-            match self.ops[place] {
+            match *op {
                 Op::Input(_) | Op::Constant(_) | Op::Always(_) | Op::Logic(..) => {}
                 // No product with zero: an infinite cotangent would be NaN where it does not pass.
                 Op::Unary(Unary::Detach, _) => {}
@@ -244,7 +310,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 }
                 Op::Sum(x, len) => {
                     for j in 0..len as usize {
-                        self.add(x.plus(j), bar);
+                        self.add(x.at(j), bar);
                     }
                 }
             }
@@ -258,7 +324,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     fn reverse_dot(
         &mut self,
         place: usize,
-        [a, b]: [Place; 2],
+        [a, b]: [Run; 2],
         len: usize,
         bar: Block<L, W>,
     ) -> bool {
@@ -268,14 +334,14 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                 twice[w] += bar[w];
             }
             for j in 0..len {
-                let x = a.plus(j);
+                let x = a.at(j);
                 self.add(x, chain(self.get(x), twice));
             }
             return false;
         }
-        if !a.is_shared() || b.is_shared() || has_zero(bar) {
+        if !a.is_row() || !b.is_adjacent() || b.first.is_shared() || has_zero(bar) {
             for j in 0..len {
-                let (a, b) = (a.plus(j), b.plus(j));
+                let (a, b) = (a.at(j), b.at(j));
                 let parts = [chain(self.get(b), bar), chain(self.get(a), bar)];
                 self.add(a, parts[0]);
                 self.add(b, parts[1]);
@@ -284,33 +350,33 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
         // Two rows at a time: their numbers and the cotangents of these are loaded and stored once.
         if place > 0
-            && let Op::Dot(x, len_before) = self.ops[place - 1]
-            && (x[0].is_shared(), x[1]) == (true, b)
-            && b.at() + len < place
+            && let Step::Single(Op::Dot([x, y], len_before)) = self.plan.steps[place - 1]
+            && (x.is_row(), y) == (true, b)
+            && b.at(len).at() < place
         {
             let before = self.memory.bars[place - 1];
             if !has_zero(before) {
                 self.memory.bars[place - 1] = [L::zero(); W];
                 let len_before = len_before as usize;
                 let both = len.min(len_before);
-                self.reverse_rows([a.at(), x[0].at()], b.at(), both, [bar, before]);
-                self.reverse_rows([a.at() + both], b.at() + both, len - both, [bar]);
+                self.reverse_rows([a, x], b, both, [bar, before]);
+                self.reverse_rows([a.from(both)], b.from(both), len - both, [bar]);
                 let rest = len_before - both;
-                self.reverse_rows([x[0].at() + both], b.at() + both, rest, [before]);
+                self.reverse_rows([x.from(both)], b.from(both), rest, [before]);
                 return true;
             }
         }
-        self.reverse_rows([a.at()], b.at(), len, [bar]);
+        self.reverse_rows([a], b, len, [bar]);
         false
     }
 
-    /// Carries back the dot products of `D` shared rows of `len` numbers, which begin at `a`, with the
-    /// same own numbers from `b` on, given cotangents none of which is zero.
+    /// Carries back the dot products of `D` shared rows of `len` numbers with the same own numbers `b`, given
+    /// cotangents none of which is zero.
     #[inline(always)]
     fn reverse_rows<const D: usize>(
         &mut self,
-        a: [usize; D],
-        b: usize,
+        a: [Run; D],
+        b: Run,
         len: usize,
         bars: [Block<L, W>; D],
     ) {
@@ -318,28 +384,114 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             return;
         }
         let ReplayBuffers {
-            shared,
-            shared_bars,
+            read,
+            read_bars,
             values,
             bars: own_bars,
             ..
         } = &mut *self.memory;
-        let (b, b_bar) = (&values[b..][..len], &mut own_bars[b..][..len]);
-        let mut rows = [&shared[..0]; D];
+        let own = b.first.at()..b.first.at() + len;
+        let (own, own_bars) = (&values[own.clone()], &mut own_bars[own]);
+        let mut rows = [&read[..0]; D];
         for d in 0..D {
-            rows[d] = &shared[a[d]..][..len];
+            rows[d] = &read[a[d].first.at()..][..len];
         }
         for j in 0..len {
-            let (own, mut own_bar) = (b[j], b_bar[j]);
+            let (own, mut own_bar) = (own[j], own_bars[j]);
             for d in 0..D {
-                let (factor, mut shared_bar) = (L::splat(rows[d][j]), shared_bars[a[d] + j]);
+                let (factor, place) = (L::splat(rows[d][j]), a[d].first.at() + j);
+                let mut shared_bar = read_bars[place];
                 for w in 0..W {
                     shared_bar = bars[d][w].fma(own[w], shared_bar);
                     own_bar[w] = bars[d][w].fma(factor, own_bar[w]);
                 }
-                shared_bars[a[d] + j] = shared_bar;
+                read_bars[place] = shared_bar;
             }
-            b_bar[j] = own_bar;
+            own_bars[j] = own_bar;
         }
+    }
+
+    /// Computes all rows of a layer.
+    fn forward_layer(&mut self, layer: Layer) {
+        let (memory, points) = (&mut *self.memory, W * L::N);
+        memory.own.make_room(layer.columns * points);
+        for j in 0..layer.columns {
+            store(&mut memory.own, j, memory.values[layer.own.at(j).at()]);
+        }
+        memory.rows.make_room(layer.rows * points);
+        memory.rows[..layer.rows * points].fill(R::zero());
+        let product = Product {
+            a: layer.matrix(self.shared),
+            b: &memory.own,
+            b_row: points,
+            to: &mut memory.rows,
+            to_row: points,
+            rows: layer.rows,
+            depth: layer.columns,
+            columns: points,
+        };
+        product.add();
+        for row in 0..layer.rows {
+            memory.values[layer.place(row)] = load(&memory.rows, row);
+        }
+    }
+
+    /// Carries back all rows of a layer.
+    fn reverse_layer(&mut self, number: usize) {
+        let (layer, points) = (self.plan.layers[number], W * L::N);
+        let (memory, numbers) = (&mut *self.memory, layer.columns * points);
+        memory.rows.make_room(layer.rows * points);
+        for row in 0..layer.rows {
+            let bar = std::mem::replace(&mut memory.bars[layer.place(row)], [L::zero(); W]);
+            store(&mut memory.rows, row, bar);
+        }
+        memory.own.make_room(numbers);
+        for j in 0..layer.columns {
+            store(&mut memory.own, j, memory.values[layer.own.at(j).at()]);
+        }
+        if layer.own.at(layer.columns - 1).at() >= self.inputs {
+            memory.own_bars.make_room(numbers);
+            memory.own_bars[..numbers].fill(R::zero());
+            let product = Product {
+                a: layer.matrix(self.shared).transposed(),
+                b: &memory.rows,
+                b_row: points,
+                to: &mut memory.own_bars,
+                to_row: points,
+                rows: layer.columns,
+                depth: layer.rows,
+                columns: points,
+            };
+            product.add_chained(Cotangents::B, memory.finite[number]);
+            for j in 0..layer.columns {
+                let part: Block<L, W> = load(&memory.own_bars, j);
+                let bar = &mut memory.bars[layer.own.at(j).at()];
+                for w in 0..W {
+                    bar[w] += part[w];
+                }
+            }
+        }
+        memory.by_point.make_room(numbers);
+        R::vectorize(Transpose {
+            from: &memory.own,
+            from_row: points,
+            rows: layer.columns,
+            columns: points,
+            to: &mut memory.by_point,
+            to_row: layer.columns,
+        });
+        let by_point = Strided::by_rows(&memory.by_point, layer.columns);
+        let finite = by_point.all_finite([points, layer.columns]);
+        let product = Product {
+            a: Strided::by_rows(&memory.rows, points),
+            b: &memory.by_point,
+            b_row: layer.columns,
+            to: &mut memory.gradient[layer.weights..],
+            to_row: layer.stride,
+            rows: layer.rows,
+            depth: points,
+            columns: layer.columns,
+        };
+        product.add_chained(Cotangents::A, finite);
     }
 }

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use super::plan::Plan;
 use super::replay::{Replay, WIDE};
 use crate::drivers::value_and_gradient_of;
 use crate::real::{Fused, Real};
-use crate::record::operation::{Op, Place};
+use crate::record::operation::Place;
 use crate::record::recording::{Recording, record};
 use crate::record::symbol::Symbol;
 use crate::reverse::Var;
@@ -32,6 +33,12 @@ pub trait Summand: Clone + Send + Sync + 'static {
 /// likewise) cannot be recorded so, and takes an ordinary tape, datum by datum, which is much slower.
 ///
 /// [`Mask::any`]: crate::Mask::any
+///
+/// A network's layers are found in the record: dot products of rows of parameters with the same other numbers,
+/// [`R::dot(row, x)`](Real::dot) for one row after the other, whatever happens to each product in between.
+/// They are computed as products of matrices over a block of data. Rows of one length, evenly spaced, make
+/// a layer; `x` may be in a few evenly spaced parts. The rule that a zero cotangent passes zero holds
+/// here too. A mini-batch that is a matrix already can go through [`dense_batch`](crate::fused::dense_batch).
 ///
 /// ```
 /// use autodiff::batch::{Sum, Summand};
@@ -158,7 +165,7 @@ impl<S: Summand> Fused for Sum<S> {
         } else {
             R::vectorize(ValueAndGradient {
                 data: &self.data,
-                ops: &recording.ops,
+                plan: &Plan::new(&recording.ops),
                 result: result.0,
                 shared,
             })
@@ -207,7 +214,7 @@ impl<R: Real, S: Summand> Vectorized<R> for Value<'_, S, R> {
 
 struct ValueAndGradient<'a, R> {
     data: &'a Data,
-    ops: &'a [Op],
+    plan: &'a Plan,
     /// Where the term is among the operations.
     result: Place,
     shared: &'a [R],
@@ -230,13 +237,15 @@ impl<R: Real> ValueAndGradient<'_, R> {
     #[inline(always)]
     fn replay<L: Lane<R>, const W: usize>(self) -> (R, Vec<R>) {
         let Data { count, columns, .. } = self.data;
-        let mut replay = Replay::<R, L, W>::new(self.ops, columns.len(), self.shared);
+        let mut replay = Replay::<R, L, W>::new(self.plan, columns.len(), self.shared);
         let mut total = R::zero();
         for first in (0..*count).step_by(W * L::N) {
-            for (number, column) in replay.inputs().iter_mut().zip(&columns[..]) {
+            for (input, column) in columns.iter().enumerate() {
+                let mut block = [L::zero(); W];
                 for w in 0..W {
-                    number[w] = load(column, first + w * L::N);
+                    block[w] = load(column, first + w * L::N);
                 }
+                replay.set_input(input, block);
             }
             let terms = replay.forward(self.result);
             let mut bars = terms;

@@ -1,0 +1,165 @@
+//! What a replay does for a recording: its operations one by one, and layers of networks at once.
+
+use crate::product::Strided;
+use crate::real::Real;
+use crate::record::operation::{Op, Place, Run};
+
+/// The work of a replay, in the order of the recording.
+pub(super) struct Plan {
+    pub(super) steps: Vec<Step>,
+    pub(super) layers: Vec<Layer>,
+    /// The shared arguments that single operations read: in these, shared places count them alone. `None`
+    /// if there are no layers, and all are counted.
+    pub(super) read: Option<Vec<usize>>,
+}
+
+#[derive(Clone, Copy)]
+pub(super) enum Step {
+    /// An operation by itself.
+    Single(Op),
+    /// The first row of the layer of this number, with which all of them are computed.
+    Layer(usize),
+    /// Another row of a layer.
+    Row,
+}
+
+/// Dot products of rows of shared numbers with the same own numbers: a matrix times a vector.
+#[derive(Clone, Copy)]
+pub(super) struct Layer {
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    /// The place of the first row's product, and the distance between two.
+    pub(super) first: usize,
+    pub(super) step: usize,
+    /// Where the matrix begins among the shared arguments, and the distance between two rows.
+    pub(super) weights: usize,
+    pub(super) stride: usize,
+    /// The own numbers.
+    pub(super) own: Run,
+}
+
+/// The fewest rows and the fewest entries of a layer: fewer are not worth the transposition of the own
+/// numbers.
+const LEAST_ROWS: usize = 4;
+const LEAST_ENTRIES: usize = 64;
+/// How many layers a row is compared with.
+const OPEN: usize = 4;
+
+impl Layer {
+    /// A dot product as a layer of one row, if it is of shared numbers side by side and own numbers.
+    fn of_row(place: usize, op: Op) -> Option<Self> {
+        let Op::Dot([a, b], len) = op else {
+            return None;
+        };
+        let (row, own) = if a.is_row() { (a, b) } else { (b, a) };
+        (row.is_row() && !own.first.is_shared()).then_some(Self {
+            rows: 1,
+            columns: len as usize,
+            first: place,
+            step: 1,
+            weights: row.first.at(),
+            stride: len as usize,
+            own,
+        })
+    }
+
+    /// Takes a later row, unless it is of other own numbers, or out of line, or overlaps with the row
+    /// before, or one of the own numbers is the product of a row before.
+    fn take(&mut self, row: &Self) -> bool {
+        if (row.own, row.columns) != (self.own, self.columns) || row.weights < self.weights {
+            return false;
+        }
+        let (step, stride) = (row.first - self.first, row.weights - self.weights);
+        if self.rows == 1 {
+            (self.step, self.stride) = (step, stride);
+        }
+        let last = self.own.at(self.columns - 1).at();
+        let fits = step == self.rows * self.step
+            && stride == self.rows * self.stride
+            && self.stride >= self.columns
+            && last < self.first;
+        self.rows += usize::from(fits);
+        fits
+    }
+
+    fn is_worth_it(&self) -> bool {
+        self.rows >= LEAST_ROWS && self.rows * self.columns >= LEAST_ENTRIES
+    }
+
+    /// The place of a row's product.
+    pub(super) fn place(&self, row: usize) -> usize {
+        self.first + row * self.step
+    }
+
+    /// The matrix among the shared arguments.
+    pub(super) fn matrix<R: Real>(self, shared: &[R]) -> Strided<'_, R> {
+        Strided::by_rows(&shared[self.weights..], self.stride)
+    }
+}
+
+/// The layers in the order of their first rows.
+fn layers(ops: &[Op]) -> Vec<Layer> {
+    let mut layers: Vec<Layer> = Vec::new();
+    let rows = ops.iter().enumerate();
+    for row in rows.filter_map(|(place, &op)| Layer::of_row(place, op)) {
+        // Rows of several layers may alternate.
+        let mut last = layers.iter_mut().rev().take(OPEN);
+        if !last.any(|layer| layer.take(&row)) {
+            layers.push(row);
+        }
+    }
+    layers.retain(Layer::is_worth_it);
+    layers
+}
+
+impl Plan {
+    pub(super) fn new(ops: &[Op]) -> Self {
+        let layers = layers(ops);
+        let mut steps: Vec<Step> = ops.iter().copied().map(Step::Single).collect();
+        for (number, layer) in layers.iter().enumerate() {
+            for row in 0..layer.rows {
+                steps[layer.place(row)] = Step::Row;
+            }
+            steps[layer.first] = Step::Layer(number);
+        }
+        let read = (!layers.is_empty()).then(|| count_read(&mut steps));
+        Self {
+            steps,
+            layers,
+            read,
+        }
+    }
+}
+
+/// Has shared places count those shared arguments alone that single operations read; returns which they are.
+fn count_read(steps: &mut [Step]) -> Vec<usize> {
+    let mut read = Vec::new();
+    each_shared_run(steps, |run, len| {
+        // With those within the gaps of a run: it stays one.
+        read.extend(run.first.at()..=run.at(len as usize - 1).at());
+        run
+    });
+    read.sort_unstable();
+    read.dedup();
+    let count = |at| read.partition_point(|&read| read < at);
+    each_shared_run(steps, |run, _| Run {
+        first: Place::shared(count(run.first.at())),
+        ..run
+    });
+    read
+}
+
+/// Has single operations read what `f` makes of their runs of shared places.
+fn each_shared_run(steps: &mut [Step], mut f: impl FnMut(Run, u32) -> Run) {
+    for step in steps {
+        if let Step::Single(op) = step {
+            *op = op.with_operands(|run, len| {
+                if run.first.is_shared() {
+                    f(run, len)
+                } else {
+                    run
+                }
+            });
+        }
+    }
+}

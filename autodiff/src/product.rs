@@ -1,0 +1,430 @@
+//! Products of matrices that lie in slices, in tiles that stay in registers.
+#![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
+
+use crate::real::Real;
+use crate::simd::{Lane, Unchecked, Vectorized, WIDEST};
+
+/// A matrix in a slice, whose rows or columns need not be adjacent.
+#[derive(Clone, Copy)]
+pub(crate) struct Strided<'a, R> {
+    pub(crate) numbers: &'a [R],
+    /// The distance from a number to the one below it.
+    pub(crate) row: usize,
+    /// The distance from a number to the one beside it.
+    pub(crate) column: usize,
+}
+
+impl<'a, R: Real> Strided<'a, R> {
+    /// Adjacent numbers in rows, at this distance from one to the next.
+    pub(crate) fn by_rows(numbers: &'a [R], row: usize) -> Self {
+        Self {
+            numbers,
+            row,
+            column: 1,
+        }
+    }
+
+    pub(crate) fn transposed(self) -> Self {
+        Self {
+            row: self.column,
+            column: self.row,
+            ..self
+        }
+    }
+
+    /// Whether all numbers of so many rows and columns are finite, with all that they carry. The numbers
+    /// of a row are adjacent.
+    pub(crate) fn all_finite(self, size: [usize; 2]) -> bool {
+        debug_assert_eq!(self.column, 1);
+        R::vectorize(AllFinite(self, size))
+    }
+}
+
+/// `to += a b`. In `b` and in `to` the numbers of a row are adjacent.
+pub(crate) struct Product<'a, R> {
+    pub(crate) a: Strided<'a, R>,
+    pub(crate) b: &'a [R],
+    /// The distance from a row of `b` to the next.
+    pub(crate) b_row: usize,
+    pub(crate) to: &'a mut [R],
+    /// The distance from a row of the result to the next.
+    pub(crate) to_row: usize,
+    pub(crate) rows: usize,
+    /// Columns of `a` and rows of `b`.
+    pub(crate) depth: usize,
+    pub(crate) columns: usize,
+}
+
+/// Which factor of a product holds cotangents; the other one holds partials.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Cotangents {
+    A,
+    B,
+}
+
+/// Rows of a tile.
+const TILE: usize = 6;
+
+impl<R: Real> Product<'_, R> {
+    /// Adds the product. Each number is summed up in a register, from first to last.
+    pub(crate) fn add(self) {
+        R::vectorize(self);
+    }
+
+    /// Adds a product of cotangents and partials by [`Real::chain`], given whether all partials are
+    /// finite: then a plain product does, as zero cotangents meet no infinite partial.
+    pub(crate) fn add_chained(self, cotangents: Cotangents, finite: bool) {
+        if finite {
+            return self.add();
+        }
+        for row in 0..self.rows {
+            let to = &mut self.to[row * self.to_row..][..self.columns];
+            for k in 0..self.depth {
+                let a = self.a.numbers[row * self.a.row + k * self.a.column];
+                for (to, &b) in to.iter_mut().zip(&self.b[k * self.b_row..]) {
+                    *to = match cotangents {
+                        Cotangents::A => R::chain_add(b, a, *to),
+                        Cotangents::B => R::chain_add(a, b, *to),
+                    };
+                }
+            }
+        }
+    }
+
+    /// # Panics
+    /// Unless the slices hold the matrices.
+    #[inline(always)]
+    fn check(&self) {
+        let [row, k] = [self.rows - 1, self.depth - 1];
+        let fits = row * self.a.row + k * self.a.column < self.a.numbers.len()
+            && k * self.b_row + self.columns <= self.b.len()
+            && row * self.to_row + self.columns <= self.to.len();
+        assert!(fits, "the matrices of a product reach beyond their numbers");
+    }
+
+    /// All rows of `H` registers of columns, the last of which holds `last` numbers.
+    ///
+    /// # Safety
+    /// The slices were checked, and hold these columns.
+    #[inline(always)]
+    unsafe fn add_columns<L: Lane<R>, const H: usize>(&mut self, column: usize, last: usize) {
+        let mut row = 0;
+        // SAFETY: the caller's promise, and the rows end with the matrix.
+        unsafe {
+            if const { fits_registers::<R, L>() } {
+                while row + TILE <= self.rows {
+                    self.add_tile::<L, TILE, H>(row, column, last);
+                    row += TILE;
+                }
+                if row + 3 <= self.rows {
+                    self.add_tile::<L, 3, H>(row, column, last);
+                    row += 3;
+                }
+            }
+            while row < self.rows {
+                self.add_tile::<L, 1, H>(row, column, last);
+                row += 1;
+            }
+        }
+    }
+
+    /// `T` rows of `H` registers: every load of `b` serves all of them.
+    ///
+    /// # Safety
+    /// As for [`add_columns`](Self::add_columns), and there are these rows.
+    #[inline(always)]
+    unsafe fn add_tile<L: Lane<R>, const T: usize, const H: usize>(
+        &mut self,
+        row: usize,
+        column: usize,
+        last: usize,
+    ) {
+        let (mut sums, mut b) = ([[L::zero(); H]; T], [L::zero(); H]);
+        // SAFETY, here and below: the caller's promise.
+        let a = unsafe { self.a.numbers.get_unchecked(row * self.a.row..) };
+        for k in 0..self.depth {
+            for h in 0..H {
+                let n = if h + 1 == H { last } else { L::N };
+                b[h] = unsafe { L::load_n(self.b, k * self.b_row + column + h * L::N, n) };
+            }
+            for t in 0..T {
+                let at = t * self.a.row + k * self.a.column;
+                let a = L::splat(unsafe { *a.get_unchecked(at) });
+                for h in 0..H {
+                    sums[t][h] = b[h].fma(a, sums[t][h]);
+                }
+            }
+        }
+        for t in 0..T {
+            for h in 0..H {
+                let n = if h + 1 == H { last } else { L::N };
+                let at = (row + t) * self.to_row + column + h * L::N;
+                unsafe {
+                    let sum = L::load_n(self.to, at, n) + sums[t][h];
+                    sum.store_n(self.to, at, n);
+                }
+            }
+        }
+    }
+}
+
+/// Whether a number, or a lane of them, is one register: of larger ones, duals for example, unrolled
+/// loops would only take longer to compile.
+const fn fits_registers<R, L: Lane<R>>() -> bool {
+    L::N > 1 || size_of::<R>() <= size_of::<f64>()
+}
+
+impl<R: Real> Vectorized<R> for Product<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(mut self) {
+        if self.rows == 0 || self.depth == 0 {
+            return;
+        }
+        self.check();
+        let (columns, mut column) = (self.columns, 0);
+        // SAFETY: the slices were checked, and the registers end with the columns. Of the widest
+        // registers there are 32, of others 16.
+        unsafe {
+            while const { size_of::<L>() == 64 } && column + 4 * L::N <= columns {
+                self.add_columns::<L, 4>(column, L::N);
+                column += 4 * L::N;
+            }
+            while column + 2 * L::N <= columns {
+                self.add_columns::<L, 2>(column, L::N);
+                column += 2 * L::N;
+            }
+            while column < columns {
+                self.add_columns::<L, 1>(column, L::N.min(columns - column));
+                column += L::N;
+            }
+        }
+    }
+}
+
+/// Whether all numbers of a matrix with so many rows and columns are finite, with all that they carry.
+struct AllFinite<'a, R>(Strided<'a, R>, [usize; 2]);
+
+impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
+    type Output = bool;
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) -> bool {
+        let Self(matrix, [rows, columns]) = self;
+        for row in 0..rows {
+            let mut sum = L::zero();
+            for part in matrix.numbers[row * matrix.row..][..columns].chunks(L::N) {
+                let x = L::load_up_to(part);
+                // Zero, unless a part of the number is infinite or NaN.
+                sum += x - x;
+            }
+            if !sum.is_zero() {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// Writes the transpose of a matrix whose numbers of a row are adjacent.
+pub(crate) struct Transpose<'a, R> {
+    pub(crate) from: &'a [R],
+    /// The distance from a row to the next.
+    pub(crate) from_row: usize,
+    pub(crate) rows: usize,
+    pub(crate) columns: usize,
+    pub(crate) to: &'a mut [R],
+    /// The distance from a row of the transpose to the next.
+    pub(crate) to_row: usize,
+}
+
+impl<R: Real> Vectorized<R> for Transpose<'_, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let Self {
+            from,
+            from_row,
+            to,
+            to_row,
+            ..
+        } = self;
+        let whole = self.columns / L::N * L::N;
+        for row in (0..self.rows).step_by(L::N) {
+            let rows = L::N.min(self.rows - row);
+            for column in (0..whole).step_by(L::N) {
+                let mut lanes = [L::zero(); WIDEST];
+                for i in 0..rows {
+                    lanes[i] = L::load(&from[(row + i) * from_row + column..]);
+                }
+                let lanes = transposed(lanes);
+                for j in 0..L::N {
+                    lanes[j].store_up_to(&mut to[(column + j) * to_row + row..][..rows]);
+                }
+            }
+            for column in whole..self.columns {
+                for i in row..row + rows {
+                    to[column * to_row + i] = from[i * from_row + column];
+                }
+            }
+        }
+    }
+}
+
+/// The transpose of the first `N` registers: the number in lane `j` of register `i` comes to lane `i` of
+/// register `j`.
+#[inline(always)]
+fn transposed<R: Real, L: Lane<R>>(mut lanes: [L; WIDEST]) -> [L; WIDEST] {
+    // Each round is a perfect shuffle: it rotates the bits of the index `i N + j` by one. After log2 N
+    // rounds the bits of `i` and `j` have changed places.
+    for _ in 0..L::N.trailing_zeros() {
+        let before = lanes;
+        for k in 0..L::N / 2 {
+            [lanes[2 * k], lanes[2 * k + 1]] = before[k].zip(before[k + L::N / 2]);
+        }
+    }
+    lanes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cotangents, Product, Strided, Transpose};
+    use crate::real::Real;
+    use crate::simd::{Level, at_most, level};
+
+    /// Numbers of a few digits, so that every sum is exact.
+    fn numbers(count: usize) -> Vec<f64> {
+        (0..count).map(|i| (i * 7 % 11) as f64 - 4.0).collect()
+    }
+
+    fn at_every_level(work: impl Fn()) {
+        for cap in [Level::Baseline, Level::Avx2, level()] {
+            at_most(cap, &work);
+        }
+    }
+
+    const SIZES: [[usize; 3]; 6] = [
+        [1, 1, 1],
+        [6, 3, 32],
+        [13, 5, 37],
+        [4, 9, 15],
+        [0, 2, 3],
+        [2, 0, 3],
+    ];
+
+    #[test]
+    fn products_are_sums_of_products() {
+        at_every_level(|| {
+            for ([rows, depth, columns], turned) in SIZES.into_iter().zip([true, false].repeat(3)) {
+                let [row, column] = if turned {
+                    [1, rows + 2]
+                } else {
+                    [depth + 1, 1]
+                };
+                let (a, b) = (
+                    numbers((rows + 2) * (depth + 1)),
+                    numbers(depth * (columns + 3)),
+                );
+                let expected = |i: usize, j: usize| {
+                    let term = |k: usize| a[i * row + k * column] * b[k * (columns + 3) + j];
+                    0.5 + (0..depth).map(term).sum::<f64>()
+                };
+                for way in [None, Some(true), Some(false)] {
+                    let mut to = vec![0.5; rows * (columns + 1)];
+                    let product = Product {
+                        a: Strided {
+                            numbers: &a,
+                            row,
+                            column,
+                        },
+                        b: &b,
+                        b_row: columns + 3,
+                        to: &mut to,
+                        to_row: columns + 1,
+                        rows,
+                        depth,
+                        columns,
+                    };
+                    match way {
+                        None => product.add(),
+                        Some(finite) => product.add_chained(Cotangents::A, finite),
+                    }
+                    for (i, row) in to.chunks_exact(columns + 1).enumerate() {
+                        let of_row: Vec<f64> = (0..columns).map(|j| expected(i, j)).collect();
+                        assert_eq!((&row[..columns], row[columns]), (&of_row[..], 0.5));
+                    }
+                }
+            }
+        });
+    }
+
+    /// A zero cotangent passes nothing, whichever factor it is.
+    #[test]
+    fn guarded_products_have_no_zero_times_infinity() {
+        let (zero, infinite) = ([0.0, 2.0], [f64::INFINITY, 3.0]);
+        for cotangents in [Cotangents::A, Cotangents::B] {
+            let (a, b) = match cotangents {
+                Cotangents::A => (&zero, &infinite),
+                Cotangents::B => (&infinite, &zero),
+            };
+            let mut to = [1.0];
+            let product = Product {
+                a: Strided {
+                    numbers: a,
+                    row: 2,
+                    column: 1,
+                },
+                b,
+                b_row: 1,
+                to: &mut to,
+                to_row: 1,
+                rows: 1,
+                depth: 2,
+                columns: 1,
+            };
+            product.add_chained(cotangents, false);
+            assert_eq!(to, [7.0]);
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_found_in_the_rows_alone() {
+        at_every_level(|| {
+            for at in 0..57 {
+                let mut x = numbers(57);
+                x[at] = [f64::NAN, f64::INFINITY][at % 2];
+                let x = Strided {
+                    numbers: &x,
+                    row: 20,
+                    column: 1,
+                };
+                let finite = x.all_finite([3, 17]);
+                assert_eq!(finite, at % 20 >= 17, "{at}");
+            }
+        });
+    }
+
+    #[test]
+    fn rows_become_columns() {
+        at_every_level(|| {
+            for [rows, _, columns] in SIZES {
+                let (from, mut to) = (
+                    numbers(rows * (columns + 1)),
+                    vec![-9.0; columns * (rows + 2)],
+                );
+                f64::vectorize(Transpose {
+                    from: &from,
+                    from_row: columns + 1,
+                    rows,
+                    columns,
+                    to: &mut to,
+                    to_row: rows + 2,
+                });
+                for (j, to) in to.chunks_exact(rows + 2).enumerate() {
+                    let column = (0..rows).map(|i| from[i * (columns + 1) + j]);
+                    assert!(to[..rows].iter().copied().eq(column));
+                    assert_eq!(to[rows..], [-9.0; 2]);
+                }
+            }
+        });
+    }
+}
