@@ -89,7 +89,11 @@ impl Summand for Network {
             let (x, y) = numbers.split_at_mut(inputs);
             for row in 0..outputs {
                 let sum = R::dot(&weights[row * inputs..][..inputs], x) + rest[row];
-                y[row] = if layer + 1 < self.0.len() { sum.tanh() } else { sum };
+                y[row] = if layer + 1 < self.0.len() {
+                    sum.tanh()
+                } else {
+                    sum
+                };
             }
             (parameters, numbers) = (&rest[outputs..], y);
         }
@@ -127,7 +131,13 @@ fn by_hand(case: &Case) -> (f64, Vec<f64>) {
         let (inputs, outputs, begin) = layer;
         let biases = &case.parameters[begin + inputs * outputs..];
         let mut y = Array2::from_shape_fn((case.targets.len(), outputs), |(_, row)| biases[row]);
-        general_mat_mul(1.0, &numbers[numbers.len() - 1], &weights(layer).t(), 1.0, &mut y);
+        general_mat_mul(
+            1.0,
+            &numbers[numbers.len() - 1],
+            &weights(layer).t(),
+            1.0,
+            &mut y,
+        );
         if outputs > 1 {
             y.mapv_inplace(f64::tanh);
         }
@@ -150,7 +160,10 @@ fn by_hand(case: &Case) -> (f64, Vec<f64>) {
             ArrayViewMut2::from_shape((outputs, inputs), by_weights).expect("as above");
         general_mat_mul(1.0, &bar.t(), &both[0], 0.0, &mut by_weights);
         let sums = bar.sum_axis(Axis(0));
-        rest[..outputs].iter_mut().zip(sums).for_each(|(to, sum)| *to = sum);
+        rest[..outputs]
+            .iter_mut()
+            .zip(sums)
+            .for_each(|(to, sum)| *to = sum);
         if begin > 0 {
             bar = bar.dot(&weights(layer));
         }
@@ -171,7 +184,10 @@ fn compare(case: &Case) {
     let scale = gradient.iter().fold(0.0, |most: f64, g| most.max(g.abs()));
     for (name, way) in ways {
         let (other, slopes) = way();
-        assert!((other / loss - 1.0).abs() < 1e-12, "{name}: {other} and {loss}");
+        assert!(
+            (other / loss - 1.0).abs() < 1e-12,
+            "{name}: {other} and {loss}"
+        );
         for (a, b) in gradient.iter().zip(slopes) {
             assert!((a - b).abs() < 1e-12 * scale, "{name}: {a} and {b}");
         }
