@@ -2,7 +2,7 @@
 
 use crate::dual::Dual;
 use crate::operators::{closure_operators, constants_by_f64, operators};
-use crate::real::{Fused, Mask, Real};
+use crate::real::{ByType, Fused, Real};
 use crate::rule::{self, by_rule};
 
 impl<R: Real, const N: usize> Dual<R, N> {
@@ -67,8 +67,26 @@ impl<R: Real, const N: usize> Dual<R, N> {
 /// branches, and of numbers that carry derivatives the primal does not tell.
 #[inline(always)]
 fn is_finite<R: Real>(partial: R) -> bool {
-    let is_float = size_of::<R>() <= size_of::<f64>() && size_of::<R>() == align_of::<R>();
-    is_float && partial.finite().all()
+    R::by_type(FiniteFloat, partial)
+}
+
+struct FiniteFloat;
+
+impl ByType for FiniteFloat {
+    type Of<R: Real> = R;
+    type Output = bool;
+    #[inline(always)]
+    fn f64(self, partial: f64) -> bool {
+        partial.is_finite()
+    }
+    #[inline(always)]
+    fn f32(self, partial: f32) -> bool {
+        partial.is_finite()
+    }
+    #[inline(always)]
+    fn other<R: Real>(self, _: R) -> bool {
+        false
+    }
 }
 
 impl<R: Real, const N: usize> Real for Dual<R, N> {

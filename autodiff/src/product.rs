@@ -214,8 +214,9 @@ impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
             let mut sum = L::zero();
             for part in matrix.numbers[row * matrix.row..][..columns].chunks(L::N) {
                 let x = L::load_up_to(part);
+                let same = x;
                 // Zero, unless a part of the number is infinite or NaN.
-                sum += x - x;
+                sum += x - same;
             }
             if !sum.is_zero() {
                 return false;

@@ -73,9 +73,12 @@ fn run(slice: &[Symbol]) -> (Run, usize) {
 /// How many places are compared at once.
 const CHUNK: usize = 32;
 
+/// A run of each of two slices, and their length.
+type Stretch = ([Run; 2], u32);
+
 /// Two slices of one length in stretches that are runs of both, with their lengths; `None` in a simplified
 /// recording, and if there would be no fewer operations than terms.
-fn stretches(a: &[Symbol], b: &[Symbol]) -> Option<SmallVec<[([Run; 2], u32); 2]>> {
+fn stretches(a: &[Symbol], b: &[Symbol]) -> Option<SmallVec<[Stretch; 2]>> {
     if current(|recording| recording.is_simplified) {
         return None;
     }
