@@ -19,10 +19,12 @@
 //! | [`particle`], [`saddle`] | both modes nested in both |
 
 pub mod ba;
+pub mod compare;
 pub mod det;
 pub mod gmm;
 pub mod hello;
 pub mod ht;
+pub mod inputs;
 pub mod kmeans;
 pub mod llsq;
 pub mod lse;
