@@ -19,7 +19,7 @@ struct Input {
 }
 
 /// The order of the minors that are part of a term.
-const LEAF: usize = 5;
+const LEAF: usize = 6;
 /// The largest order that is one sum over data.
 const LARGEST: usize = 9;
 
@@ -51,7 +51,7 @@ impl Summand for Term {
                 minor[row * LEAF + column] = R::dot(entries, pick);
             }
         }
-        product * of_five(minor, [0, 1, 2, 3, 4])
+        product * of_six(minor, [0, 1, 2, 3, 4, 5])
     }
 }
 
@@ -79,6 +79,7 @@ macro_rules! expansion {
     };
 }
 
+expansion! { of_six, 6, of_five }
 expansion! { of_five, 5, of_four }
 expansion! { of_four, 4, of_three }
 expansion! { of_three, 3, of_two }
@@ -148,7 +149,11 @@ fn choose(columns: &mut [usize], chosen: usize, sign: f64, ways: &mut Vec<Vec<f6
     }
     for j in chosen..order {
         columns[chosen..=j].rotate_right(1);
-        let sign = if (j - chosen) % 2 == 0 { sign } else { -sign };
+        let sign = if (j - chosen).is_multiple_of(2) {
+            sign
+        } else {
+            -sign
+        };
         choose(columns, chosen + 1, sign, ways);
         columns[chosen..=j].rotate_left(1);
     }

@@ -6,7 +6,7 @@ use serde_json::value::RawValue;
 
 use super::work::{Prepared, Refusal, Work, read, require};
 use crate::adbench::Problem;
-use crate::adbench::hand::{Affine, BONES, Bone, Hand, HandModel, THETA, Target};
+use crate::adbench::hand::{Affine, BONES, Bone, Hand, HandModel, THETA, Target, Vertex};
 
 #[derive(Deserialize)]
 struct Input {
@@ -78,7 +78,7 @@ fn affine(matrix: &Matrix) -> Result<Affine<f64>, Refusal> {
 }
 
 /// A place, and the bones that it is bound to with their weights.
-fn vertex(place: &[f64], weights: &[f64]) -> Result<([f64; 3], Vec<(usize, f64)>), Refusal> {
+fn vertex(place: &[f64], weights: &[f64]) -> Result<Vertex, Refusal> {
     require(
         weights.len() == BONES,
         "a vertex has a weight for each bone",

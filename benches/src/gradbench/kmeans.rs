@@ -1,10 +1,11 @@
 //! The squared distances of points from the closest of some centroids.
 //!
 //! Which centroid is the closest is found first, in lanes over points; it is constant almost
-//! everywhere. Derivatives are those of the distances from known centroids.
+//! everywhere. What is left is, for each centroid, a sum over its points.
 
+use autodiff::batch::{Sum, Summand};
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{Function, Real, hessian_vector};
+use autodiff::{Dual, Real, gradient_of};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -78,38 +79,55 @@ impl Vectorized<f64> for Closest<'_> {
     }
 }
 
-/// The cost where the closest centroid of each point is known.
-struct Assigned<'a> {
-    cloud: &'a Cloud,
-    closest: &'a [usize],
-}
+/// The squared distance of a point from a centroid.
+#[derive(Clone)]
+struct SquaredDistance;
 
-impl Function for Assigned<'_> {
-    fn eval<R: Real>(&self, centroids: &[R]) -> R {
-        let Cloud { columns, len } = self.cloud;
-        let d = columns.len();
-        let mut gaps = Vec::with_capacity(d * len);
-        for point in 0..*len {
-            let centroid = &centroids[d * self.closest[point]..][..d];
-            for i in 0..d {
-                gaps.push(R::lit(columns[i][point]) - centroid[i]);
-            }
+impl Summand for SquaredDistance {
+    #[inline(always)]
+    fn eval<R: Real>(&self, centroid: &[R], point: &[R], _: &mut [R]) -> R {
+        let mut distance = R::zero();
+        for i in 0..point.len() {
+            let gap = point[i] - centroid[i];
+            distance = gap.fma(gap, distance);
         }
-        R::dot(&gaps, &gaps)
+        distance
     }
 }
 
-/// The step of Newton's method, its sign reversed: the Hessian is diagonal, so that its product with
-/// ones is all of it.
-fn direction(cloud: &Cloud, centroids: &[f64]) -> Vec<f64> {
+/// The derivative of another term as all shared numbers grow alike, by forward mode.
+#[derive(Clone)]
+struct Growth<S>(S);
+
+impl<S: Summand> Summand for Growth<S> {
+    fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
+        let shared: Vec<Dual<R, 1>> = shared.iter().map(|&x| Dual::variable(x, 0)).collect();
+        let datum: Vec<Dual<R, 1>> = datum.iter().map(|&x| Dual::constant(x)).collect();
+        let mut scratch = vec![Dual::constant(R::zero()); self.0.scratch()];
+        self.0.eval(&shared, &datum, &mut scratch).tangent[0]
+    }
+}
+
+/// The step of Newton's method for each centroid, its sign reversed. The Hessian is diagonal, so that
+/// its product with ones is all of it: reverse mode over forward.
+fn direction(cloud: &Cloud, centroids: &[f64]) -> Vec<Vec<f64>> {
+    let d = cloud.columns.len();
     let (closest, _) = f64::vectorize(Closest { cloud, centroids });
-    let cost = Assigned {
-        cloud,
-        closest: &closest,
+    let mut clusters = vec![Vec::new(); centroids.len() / d];
+    for (point, &cluster) in closest.iter().enumerate().take(cloud.len) {
+        clusters[cluster].push(point);
+    }
+    let of_cluster = |(points, centroid): (&Vec<usize>, &[f64])| {
+        let place = |&point: &usize| cloud.columns.iter().map(|c| c[point]).collect();
+        let points: Vec<Vec<f64>> = points.iter().map(place).collect();
+        let cost = Sum::new(SquaredDistance, &points);
+        let slope = gradient_of(|c| cost.run(c), centroid);
+        let growth = Sum::new(Growth(SquaredDistance), &points);
+        let curvature = gradient_of(|c| growth.run(c), centroid);
+        slope.iter().zip(curvature).map(|(g, h)| g / h).collect()
     };
-    let ones = vec![1.0; centroids.len()];
-    let (gradient, diagonal) = hessian_vector(&cost, centroids, &ones);
-    gradient.iter().zip(diagonal).map(|(g, h)| g / h).collect()
+    let pairs = clusters.iter().zip(centroids.chunks(d));
+    pairs.map(of_cluster).collect()
 }
 
 /// Functions `cost` and `dir`.
@@ -131,10 +149,7 @@ pub fn prepare(function: &str, input: &RawValue) -> Prepared {
             let (cloud, centroids) = (&cloud, &centroids[..]);
             f64::vectorize(Closest { cloud, centroids }).1
         }),
-        "dir" => work(move || {
-            let rows = direction(&cloud, &centroids);
-            rows.chunks(d).map(<[f64]>::to_vec).collect::<Vec<_>>()
-        }),
+        "dir" => work(move || direction(&cloud, &centroids)),
         _ => Err(Refusal::Function(function.to_owned())),
     }
 }

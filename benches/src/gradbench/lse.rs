@@ -44,12 +44,8 @@ struct LogSumExp;
 
 impl Function for LogSumExp {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        let mut largest = x[0];
-        for &entry in &x[1..] {
-            largest = entry.max(largest);
-        }
-        let largest = largest.detach();
         let (whole, rest) = x.split_at(x.len() / STRETCH * STRETCH);
+        let largest = largest(whole, rest);
         let start = [R::zero(); STRETCH];
         let rollout = Rollout::new(Exponentials, whole.len() / STRETCH);
         let sums = rollout.run(&start, &[&[largest; STRETCH], whole]);
@@ -59,6 +55,19 @@ impl Function for LogSumExp {
         }
         largest + sum.ln()
     }
+}
+
+/// The largest number, as a constant: which it is does not matter to the derivative. The whole
+/// stretches are searched abreast.
+fn largest<R: Real>(whole: &[R], rest: &[R]) -> R {
+    let mut abreast = [R::lit(f64::NEG_INFINITY); STRETCH];
+    for stretch in whole.chunks_exact(STRETCH) {
+        for (largest, entry) in abreast.iter_mut().zip(stretch) {
+            *largest = entry.detach().max(*largest);
+        }
+    }
+    let entries = abreast.iter().chain(rest);
+    entries.fold(abreast[0], |largest, entry| entry.detach().max(largest))
 }
 
 /// Functions `primal` and `gradient`.

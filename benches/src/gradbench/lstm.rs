@@ -19,7 +19,8 @@ impl Input {
     fn problem(self) -> Result<Lstm, Refusal> {
         let bits = self.sequence.first().map_or(0, Vec::len);
         let rows = self.main_params.len();
-        let layers = rows % 2 == 0 && self.state.len() == rows && self.extra_params.len() == 3;
+        let layers =
+            rows.is_multiple_of(2) && self.state.len() == rows && self.extra_params.len() == 3;
         require(
             bits > 0 && self.sequence.len() > 1,
             "two characters at least",

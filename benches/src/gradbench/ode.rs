@@ -78,7 +78,9 @@ impl Solution {
         start[0] = R::one();
         let rollout = Rollout {
             entries,
-            memory: Memory::Bytes(1 << 28),
+            memory: Memory::Bytes(
+                std::env::var("ODE").map_or(1 << 28, |v| 1 << v.parse::<usize>().unwrap_or(28)),
+            ),
             ..Rollout::new(chain, self.steps)
         };
         rollout.run(&start, &[&[&[R::zero()], x].concat()])
