@@ -17,17 +17,17 @@ struct Input {
     centroids: Vec<Vec<f64>>,
 }
 
-/// Points by coordinate, the last repeated to fill whole registers.
+/// Points, also by coordinate, with the last repeated to fill whole registers.
 struct Cloud {
+    points: Vec<Vec<f64>>,
     columns: Vec<Vec<f64>>,
-    len: usize,
 }
 
 /// At least as many as any register has lanes.
 const PADDING: usize = 16;
 
 impl Cloud {
-    fn new(points: &[Vec<f64>]) -> Self {
+    fn new(points: Vec<Vec<f64>>) -> Self {
         let column = |i: usize| {
             let mut column: Vec<f64> = points.iter().map(|point| point[i]).collect();
             let last = column[column.len() - 1];
@@ -36,7 +36,7 @@ impl Cloud {
         };
         Self {
             columns: (0..points[0].len()).map(column).collect(),
-            len: points.len(),
+            points,
         }
     }
 }
@@ -51,12 +51,12 @@ impl Vectorized<f64> for Closest<'_> {
     type Output = (Vec<usize>, f64);
     #[inline(always)]
     fn run<L: Lane<f64>>(self) -> (Vec<usize>, f64) {
-        let Cloud { columns, len } = self.cloud;
-        let d = columns.len();
+        let Cloud { columns, points } = self.cloud;
+        let (d, len) = (columns.len(), points.len());
         let mut closest = vec![0; columns[0].len()];
         let (mut indices, mut distances) = ([0.0; PADDING], [0.0; PADDING]);
         let mut total = 0.0;
-        for first in (0..*len).step_by(L::N) {
+        for first in (0..len).step_by(L::N) {
             let (mut least, mut index) = (L::lit(f64::INFINITY), L::zero());
             for (k, centroid) in self.centroids.chunks_exact(d).enumerate() {
                 let mut distance = L::zero();
@@ -114,15 +114,13 @@ fn direction(cloud: &Cloud, centroids: &[f64]) -> Vec<Vec<f64>> {
     let d = cloud.columns.len();
     let (closest, _) = f64::vectorize(Closest { cloud, centroids });
     let mut clusters = vec![Vec::new(); centroids.len() / d];
-    for (point, &cluster) in closest.iter().enumerate().take(cloud.len) {
+    for (point, &cluster) in cloud.points.iter().zip(&closest) {
         clusters[cluster].push(point);
     }
-    let of_cluster = |(points, centroid): (&Vec<usize>, &[f64])| {
-        let place = |&point: &usize| cloud.columns.iter().map(|c| c[point]).collect();
-        let points: Vec<Vec<f64>> = points.iter().map(place).collect();
-        let cost = Sum::new(SquaredDistance, &points);
+    let of_cluster = |(points, centroid): (&Vec<&Vec<f64>>, &[f64])| {
+        let cost = Sum::new(SquaredDistance, points);
         let slope = gradient_of(|c| cost.run(c), centroid);
-        let growth = Sum::new(Growth(SquaredDistance), &points);
+        let growth = Sum::new(Growth(SquaredDistance), points);
         let curvature = gradient_of(|c| growth.run(c), centroid);
         slope.iter().zip(curvature).map(|(g, h)| g / h).collect()
     };
@@ -143,7 +141,7 @@ pub fn prepare(function: &str, input: &RawValue) -> Prepared {
     )?;
     flat(&points, d, "the points differ in length")?;
     let centroids = flat(&centroids, d, "centroids and points differ in length")?;
-    let cloud = Cloud::new(&points);
+    let cloud = Cloud::new(points);
     match function {
         "cost" => work(move || {
             let (cloud, centroids) = (&cloud, &centroids[..]);
