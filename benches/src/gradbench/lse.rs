@@ -1,10 +1,10 @@
 //! The logarithm of a sum of exponentials, the largest taken out first.
 //!
-//! The sum of a block is a rollout over stretches of it, whose state is a stretch of partial sums. Blocks
-//! are small enough for the nearest caches: of each only the sum is kept, and its cotangent is pulled
-//! back through the block by a call of its own.
+//! The sum is one variable of the logarithm. Its cotangent is that of every term, and is pulled back
+//! through the kernel that computes a term, in lanes over terms.
 
-use autodiff::{Kernel, Model, Program, Real, Rollout, VectorFunction, gradient_of, vjp};
+use autodiff::simd::{Lane, Vectorized};
+use autodiff::{Kernel, Real, gradient_of};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -15,96 +15,110 @@ struct Input {
     x: Vec<f64>,
 }
 
-/// Numbers of a stretch, and of a block.
-const STRETCH: usize = 512;
-const BLOCK: usize = 16 * STRETCH;
+/// How many numbers are searched abreast.
+const STRETCH: usize = 64;
+/// At least as many as any register has lanes.
+const WIDEST: usize = 16;
 
-/// `sum + exp(x - largest)`.
-struct AddExponential;
-
-impl Kernel<3, 1> for AddExponential {
-    #[inline(always)]
-    fn eval<R: Real>(&self, [sum, x, largest]: [R; 3]) -> [R; 1] {
-        [sum + (x - largest).exp()]
-    }
-}
-
-/// Adds the exponentials of a stretch to the partial sums.
-#[derive(Clone)]
-struct Exponentials;
-
-impl Model for Exponentials {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
-        let largest = program.parameter(STRETCH);
-        let x = program.control(STRETCH);
-        let sums = program.state(STRETCH);
-        let [next] = program.map(AddExponential, [sums, x, largest]);
-        program.advance(sums, next);
-    }
-}
-
-/// The sum of the exponentials of a block, given the largest number of all.
-struct BlockSum {
+/// `exp(x - largest)`.
+struct Exponential {
     largest: f64,
 }
 
-impl VectorFunction for BlockSum {
-    fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let largest = R::lit(self.largest);
-        let (whole, rest) = x.split_at(x.len() / STRETCH * STRETCH);
-        let start = [R::zero(); STRETCH];
-        let rollout = Rollout::new(Exponentials, whole.len() / STRETCH);
-        let sums = rollout.run(&start, &[&[largest; STRETCH], whole]);
-        let mut sum = R::sum(&sums);
-        for &entry in rest {
-            sum += (entry - largest).exp();
-        }
-        vec![sum]
+impl Kernel<1, 1> for Exponential {
+    #[inline(always)]
+    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        [(x - R::lit(self.largest)).exp()]
     }
 }
 
-/// The largest number. The whole stretches are searched abreast.
+/// The sum of a kernel over numbers.
+struct Total<'a> {
+    kernel: &'a Exponential,
+    x: &'a [f64],
+}
+
+impl Vectorized<f64> for Total<'_> {
+    type Output = f64;
+    #[inline(always)]
+    fn run<L: Lane<f64>>(self) -> f64 {
+        let (mut sum, chunks) = (L::zero(), self.x.chunks_exact(L::N));
+        let rest = chunks.remainder();
+        for x in chunks {
+            sum += self.kernel.eval([L::load(x)])[0];
+        }
+        let mut lanes = [0.0; WIDEST];
+        sum.store(&mut lanes);
+        let mut total = f64::sum(&lanes[..L::N]);
+        for &x in rest {
+            total += self.kernel.eval([x])[0];
+        }
+        total
+    }
+}
+
+/// The cotangents of numbers, given that of the kernel at each.
+struct Pullback<'a> {
+    kernel: &'a Exponential,
+    x: &'a [f64],
+    bar: f64,
+    x_bar: &'a mut [f64],
+}
+
+impl Vectorized<f64> for Pullback<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<f64>>(self) {
+        let bar = L::splat(self.bar);
+        for (x, x_bar) in self.x.chunks(L::N).zip(self.x_bar.chunks_mut(L::N)) {
+            let [bar] = self.kernel.vjp([L::load_up_to(x)], [bar]);
+            bar.store_up_to(x_bar);
+        }
+    }
+}
+
+/// The largest number.
 fn largest(x: &[f64]) -> f64 {
-    let (whole, rest) = x.split_at(x.len() / STRETCH * STRETCH);
-    let mut abreast = [f64::NEG_INFINITY; STRETCH];
-    for stretch in whole.chunks_exact(STRETCH) {
-        for (largest, &entry) in abreast.iter_mut().zip(stretch) {
+    let (mut abreast, chunks) = ([f64::NEG_INFINITY; STRETCH], x.chunks_exact(STRETCH));
+    let rest = chunks.remainder();
+    for chunk in chunks {
+        for (largest, &entry) in abreast.iter_mut().zip(chunk) {
             *largest = Real::max(entry, *largest);
         }
     }
-    abreast
-        .iter()
-        .chain(rest)
-        .copied()
-        .fold(abreast[0], f64::max)
+    let entries = abreast.iter().chain(rest).copied();
+    entries.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The sums of all blocks.
-fn sums(x: &[f64]) -> (BlockSum, Vec<f64>) {
-    let block = BlockSum {
+/// The kernel of the terms, and their sum.
+fn sum(x: &[f64]) -> (Exponential, f64) {
+    let kernel = Exponential {
         largest: largest(x),
     };
-    let sums = x.chunks(BLOCK).map(|x| block.eval(x)[0]).collect();
-    (block, sums)
+    let total = f64::vectorize(Total { kernel: &kernel, x });
+    (kernel, total)
 }
 
-/// The logarithm, given the sums of all blocks.
-fn logarithm<R: Real>(largest: f64, sums: &[R]) -> R {
-    R::lit(largest) + R::sum(sums).ln()
+/// The logarithm, given the sum.
+fn logarithm<R: Real>(largest: f64, sum: R) -> R {
+    R::lit(largest) + sum.ln()
 }
 
 fn primal(x: &[f64]) -> f64 {
-    let (block, sums) = sums(x);
-    logarithm(block.largest, &sums)
+    let (kernel, sum) = sum(x);
+    logarithm(kernel.largest, sum)
 }
 
 fn gradient(x: &[f64]) -> Vec<f64> {
-    let (block, sums) = sums(x);
-    let bars = gradient_of(|sums| logarithm(block.largest, sums), &sums);
-    let mut gradient = Vec::with_capacity(x.len());
-    for (x, bar) in x.chunks(BLOCK).zip(bars) {
-        gradient.extend(vjp(&block, x, &[bar]).1);
-    }
+    let (kernel, sum) = sum(x);
+    let bar = gradient_of(|sum| logarithm(kernel.largest, sum[0]), &[sum])[0];
+    let mut gradient = vec![0.0; x.len()];
+    f64::vectorize(Pullback {
+        kernel: &kernel,
+        x,
+        bar,
+        x_bar: &mut gradient,
+    });
     gradient
 }
 

@@ -11,11 +11,11 @@
 //! | [`ba`] | local Jacobians in lanes over observations (shared) |
 //! | [`lstm`] | reverse mode: a rollout, a step for each character (shared) |
 //! | [`ht`] | forward mode: four directions serve all fingers, in lanes over vertices (shared) |
-//! | [`kmeans`] | forward over reverse, once it is known which centroid is the closest |
-//! | [`ode`] | reverse mode: a rollout, a step for each of Runge and Kutta |
+//! | [`kmeans`] | reverse mode, and reverse over forward, of sums in lanes over the points of a centroid |
+//! | [`ode`] | reverse mode: a rollout, a Runge-Kutta step each |
 //! | [`llsq`] | reverse mode: a sum over data in lanes |
 //! | [`det`] | reverse mode: a sum over the minors of the last rows in lanes, nested calls above |
-//! | [`lse`] | reverse mode: a rollout, a step for each stretch of the vector |
+//! | [`lse`] | reverse mode: nested, of the logarithm and of the terms in lanes |
 //! | [`particle`], [`saddle`] | both modes nested in both |
 
 pub mod ba;
