@@ -21,12 +21,38 @@ pub struct Gmm {
     tape: Tape<f64>,
 }
 
+/// What an instance is made of.
+#[derive(Clone, Debug)]
+pub struct GmmInput {
+    /// The number of dimensions.
+    pub dimension: usize,
+    /// The number of components.
+    pub components: usize,
+    /// The weights of all components, their means, then their factors: each the logarithms of its
+    /// diagonal and the part below, column by column.
+    pub parameters: Vec<f64>,
+    /// The points.
+    pub points: Vec<Vec<f64>>,
+    /// The Wishart term's parameters.
+    pub wishart: Wishart,
+}
+
+/// The parameters of the Wishart term.
+#[derive(Clone, Copy, Debug)]
+pub struct Wishart {
+    /// The inverse of the scale.
+    pub gamma: f64,
+    /// Degrees of freedom, those beyond the dimension and one.
+    pub m: f64,
+    /// 1 where the term is the logarithm of a density; -1 in ADBench, which has it the other way round.
+    pub sign: f64,
+}
+
 /// The objective as a function of the parameters.
 struct Mixture {
     shape: Shape,
     points: usize,
-    gamma: f64,
-    m: f64,
+    wishart: Wishart,
     likelihood: Sum<Likelihood>,
 }
 
@@ -107,14 +133,15 @@ impl Function for Mixture {
         let (means, factors) = rest.split_at(components * d);
         let mut packed = Vec::with_capacity(components * self.shape.packed());
         let mut prior = R::zero();
-        let (half_square, m) = (R::lit(0.5 * self.gamma * self.gamma), R::lit(self.m));
+        let Wishart { gamma, m, sign } = self.wishart;
+        let (half_square, m) = (R::lit(0.5 * sign * gamma * gamma), R::lit(sign * m));
         let parts = means.chunks(d).zip(factors.chunks(self.shape.factor()));
         for (&weight, (mean, factor)) in weights.iter().zip(parts) {
             let (logarithms, below) = factor.split_at(d);
             let diagonal: Vec<R> = logarithms.iter().map(|q| q.exp()).collect();
             let sum = R::sum_of(logarithms);
             let squares = R::dot(&diagonal, &diagonal) + R::dot(below, below);
-            prior += half_square * squares - m * sum;
+            prior += m * sum - half_square * squares;
             packed.push(weight + sum);
             packed.extend_from_slice(mean);
             pack_rows(&mut packed, &diagonal, below);
@@ -141,10 +168,12 @@ impl Mixture {
     /// The terms that depend on no parameter.
     fn constant(&self) -> f64 {
         let d = self.shape.dimension as f64;
-        let freedom = d + self.m + 1.0;
-        let wishart = freedom * d * (self.gamma.ln() - 0.5 * 2.0_f64.ln())
+        let Wishart { gamma, m, sign } = self.wishart;
+        let freedom = d + m + 1.0;
+        let wishart = freedom * d * (gamma.ln() - 0.5 * 2.0_f64.ln())
             - log_gamma_of_dimension(0.5 * freedom, self.shape.dimension);
-        -0.5 * self.points as f64 * d * (2.0 * PI).ln() - self.shape.components as f64 * wishart
+        let components = self.shape.components as f64;
+        sign * components * wishart - 0.5 * self.points as f64 * d * (2.0 * PI).ln()
     }
 }
 
@@ -182,6 +211,31 @@ fn log_gamma(x: f64) -> f64 {
 }
 
 impl Gmm {
+    /// An instance.
+    ///
+    /// # Panics
+    /// If there are not as many parameters as the shape has, or points of another dimension.
+    pub fn new(input: GmmInput) -> Self {
+        let shape = Shape {
+            dimension: input.dimension,
+            components: input.components,
+        };
+        assert_eq!(input.parameters.len(), shape.components * shape.packed());
+        let mixture = Mixture {
+            shape,
+            points: input.points.len(),
+            likelihood: Sum::new(Likelihood(shape), &input.points),
+            wishart: input.wishart,
+        };
+        Self {
+            mixture,
+            parameters: input.parameters,
+            value: 0.0,
+            gradient: Vec::new(),
+            tape: Tape::new(),
+        }
+    }
+
     /// Reads an instance.
     ///
     /// # Errors
@@ -196,23 +250,31 @@ impl Gmm {
         };
         let parameters = components.checked_mul(shape.packed());
         let parameters = parameters.ok_or_else(|| tokens.error("is too large"))?;
-        let parameters = tokens.numbers(parameters)?;
-        let data: Result<Vec<_>, _> = (0..points).map(|_| tokens.numbers(dimension)).collect();
-        let mixture = Mixture {
-            shape,
-            points,
-            likelihood: Sum::new(Likelihood(shape), &data?),
-            gamma: tokens.next()?,
-            m: tokens.next::<u32>()?.into(),
+        let input = GmmInput {
+            dimension,
+            components,
+            parameters: tokens.numbers(parameters)?,
+            points: (0..points)
+                .map(|_| tokens.numbers(dimension))
+                .collect::<Result<_, _>>()?,
+            wishart: Wishart {
+                gamma: tokens.next()?,
+                m: tokens.next::<u32>()?.into(),
+                sign: -1.0,
+            },
         };
         tokens.end()?;
-        Ok(Self {
-            mixture,
-            parameters,
-            value: 0.0,
-            gradient: Vec::new(),
-            tape: Tape::new(),
-        })
+        Ok(Self::new(input))
+    }
+
+    /// The value that was found last.
+    pub fn value(&self) -> f64 {
+        self.value
+    }
+
+    /// The gradient that was found last.
+    pub fn gradient(&self) -> &[f64] {
+        &self.gradient
     }
 }
 

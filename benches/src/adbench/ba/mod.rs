@@ -41,11 +41,27 @@ struct Scene {
 }
 
 /// A sparse matrix, row after row.
-#[derive(Default)]
-struct Csr {
-    rows: Vec<u32>,
-    cols: Vec<u32>,
-    vals: Vec<f64>,
+#[derive(Debug, Default)]
+pub struct Csr {
+    /// Where each row begins, and where the last ends.
+    pub rows: Vec<u32>,
+    /// The column of each entry.
+    pub cols: Vec<u32>,
+    /// The entries.
+    pub vals: Vec<f64>,
+}
+
+/// What an instance repeats: a camera, a point, and an observation of it.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// Rotation vector, centre, focal length, principal point, distortion.
+    pub camera: [f64; CAMERA],
+    /// The point.
+    pub point: [f64; 3],
+    /// The weight of the observation.
+    pub weight: f64,
+    /// Where the point is seen.
+    pub feature: [f64; 2],
 }
 
 impl Csr {
@@ -123,22 +139,48 @@ impl Ba {
         let text = input::read(path)?;
         let mut tokens = Tokens::new(path, &text);
         let (cameras, points, observations) = (tokens.count()?, tokens.count()?, tokens.count()?);
+        let view = View {
+            camera: tokens.array()?,
+            point: tokens.array()?,
+            weight: tokens.next()?,
+            feature: tokens.array()?,
+        };
+        tokens.end()?;
+        Ok(Self::new([cameras, points, observations], view))
+    }
+
+    /// An instance of so many cameras, points and observations, all of the same numbers.
+    pub fn new([cameras, points, observations]: [usize; 3], view: View) -> Self {
         let scene = Scene {
-            cameras: vec![tokens.array()?; cameras],
-            points: vec![tokens.array()?; points],
-            weights: vec![tokens.next()?; observations],
-            features: vec![tokens.array()?; observations],
+            cameras: vec![view.camera; cameras],
+            points: vec![view.point; points],
+            weights: vec![view.weight; observations],
+            features: vec![view.feature; observations],
             seen: (0..observations)
                 .map(|i| [i % cameras, i % points])
                 .collect(),
         };
-        tokens.end()?;
-        Ok(Self {
+        Self {
             scene,
             reprojection: vec![[0.0; 2]; observations],
             weight_error: vec![0.0; observations],
             jacobian: Csr::default(),
-        })
+        }
+    }
+
+    /// The reprojection errors that were found last.
+    pub fn reprojections(&self) -> &[[f64; 2]] {
+        &self.reprojection
+    }
+
+    /// The errors of the weights that were found last.
+    pub fn weight_errors(&self) -> &[f64] {
+        &self.weight_error
+    }
+
+    /// The Jacobian that was found last.
+    pub fn jacobian(&self) -> &Csr {
+        &self.jacobian
     }
 }
 

@@ -16,9 +16,10 @@ use autodiff::{Dual, Real};
 use serde_json::{Value, json};
 
 use self::lanes::{Pose, PoseDerivatives, ResidualDerivatives, Residuals, Skin};
-use self::model::HandModel;
-use self::skin::{FINGERS, GLOBAL, JOINTS, THETA, Target};
-use self::transform::Affine;
+pub use self::model::{BONES, Bone, HandModel, Vertex};
+use self::skin::{FINGERS, GLOBAL, JOINTS};
+pub use self::skin::{THETA, Target};
+pub use self::transform::Affine;
 use super::input::{self, Error, Tokens};
 use super::{Problem, rotation};
 
@@ -74,19 +75,46 @@ impl Hand {
         }
         let theta = tokens.array()?;
         tokens.end()?;
+        Ok(Self::new(model, theta, targets, barycentric))
+    }
+
+    /// An instance; derivatives are by the targets' places on their triangles too where the form is
+    /// complicated.
+    ///
+    /// # Panics
+    /// If the model has no vertex that a target names.
+    pub fn new(
+        model: HandModel,
+        theta: [f64; THETA],
+        targets: Vec<Target>,
+        complicated: bool,
+    ) -> Self {
+        let mut corners = targets.iter().flat_map(|target| target.corners);
+        assert!(corners.all(|corner| corner < model.len));
         let room = || [(); 3].map(|()| vec![0.0; model.vertices[0].len()]);
-        let columns = if barycentric { 2 + THETA } else { THETA };
-        Ok(Self {
+        let columns = if complicated { 2 + THETA } else { THETA };
+        Self {
             skin: Skin {
                 places: room(),
                 derivatives: (0..THETA).map(|_| room()).collect(),
             },
-            residuals: vec![0.0; 3 * count],
-            jacobian: vec![0.0; columns * 3 * count],
+            residuals: vec![0.0; 3 * targets.len()],
+            jacobian: vec![0.0; columns * 3 * targets.len()],
             model,
             theta,
             targets,
-        })
+        }
+    }
+
+    /// The residuals that were found last, three a target.
+    pub fn residuals(&self) -> &[f64] {
+        &self.residuals
+    }
+
+    /// The rows of the Jacobian that was found last.
+    pub fn rows(&self) -> Vec<&[f64]> {
+        let columns = self.jacobian.len() / self.residuals.len().max(1);
+        self.jacobian.chunks(columns.max(1)).collect()
     }
 }
 
@@ -127,9 +155,7 @@ impl Problem for Hand {
     }
 
     fn answer(&self) -> Value {
-        let columns = self.jacobian.len() / self.residuals.len();
-        let rows: Vec<&[f64]> = self.jacobian.chunks(columns).collect();
-        json!({ "objective": self.residuals, "jacobian": rows })
+        json!({ "objective": self.residuals, "jacobian": self.rows() })
     }
 }
 
@@ -160,7 +186,12 @@ impl<R: Real> Vectorized<f64> for Bones<'_, R> {
                 Some(parent) => absolute[parent].after(&relative),
                 None => relative,
             };
-            transforms.push(here.after(&bone.inverse_rest.map(R::lit)));
+            let transform = here.after(&bone.inverse_rest.map(R::lit));
+            transforms.push(if self.model.mirrored {
+                transform.mirrored()
+            } else {
+                transform
+            });
             absolute.push(here);
         }
         transforms

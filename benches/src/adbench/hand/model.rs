@@ -6,27 +6,33 @@ use super::super::input::{self, Error, Tokens};
 use super::transform::Affine;
 
 /// A hand model. Vertices are stored by coordinate and weights by bone, padded to whole registers.
-pub(super) struct HandModel {
+#[derive(Clone, Debug)]
+pub struct HandModel {
     pub(super) bones: Vec<Bone>,
     pub(super) vertices: [Vec<f64>; 3],
     /// Per bone, its weight for every vertex.
     pub(super) weights: Vec<Vec<f64>>,
-    pub(super) triangles: Vec<[usize; 3]>,
+    /// The vertices of each triangle.
+    pub triangles: Vec<[usize; 3]>,
     /// The number of vertices, padding left out.
-    pub(super) len: usize,
+    pub len: usize,
+    /// Whether x is the other way round.
+    pub(super) mirrored: bool,
 }
 
-pub(super) struct Bone {
+/// A bone at rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Bone {
     /// Comes before its children; the root has none.
-    pub(super) parent: Option<usize>,
+    pub parent: Option<usize>,
     /// The pose relative to the parent.
-    pub(super) relative: Affine<f64>,
+    pub relative: Affine<f64>,
     /// The inverse of the pose at rest.
-    pub(super) inverse_rest: Affine<f64>,
+    pub inverse_rest: Affine<f64>,
 }
 
 /// A wrist, five fingers of four bones, a forearm.
-const BONES: usize = 22;
+pub const BONES: usize = 22;
 /// At least as many as any register has lanes.
 const PADDING: usize = 16;
 /// Numbers of a vertex that the model holds and this objective does not use.
@@ -39,13 +45,6 @@ impl HandModel {
         let path = folder.join("vertices.txt");
         let rows = lines(&path, vertex)?;
         let len = rows.len();
-        let column = |i: usize| padded(rows.iter().map(|(vertex, _)| vertex[i]));
-        let mut weights = vec![vec![0.0; len.next_multiple_of(PADDING)]; bones.len()];
-        for (vertex, (_, named)) in rows.iter().enumerate() {
-            for &(bone, weight) in named {
-                weights[bone][vertex] = weight;
-            }
-        }
         let triangle = |tokens: &mut Tokens| {
             let corners = [tokens.next()?, tokens.next()?, tokens.next()?];
             if corners.iter().any(|&corner: &usize| corner >= len) {
@@ -54,17 +53,40 @@ impl HandModel {
             Ok(corners)
         };
         let path = folder.join("bones.txt");
+        let triangles = lines(&folder.join("triangles.txt"), triangle)?;
+        Self::new(bones, &rows, triangles, false).ok_or_else(|| Error::Malformed {
+            path,
+            what: format!("a hand has {BONES} bones, each after its parent"),
+        })
+    }
+
+    /// A model, from its bones, vertices with the bones that they are bound to, and triangles. `None` if
+    /// the bones are not those of a hand.
+    pub fn new(
+        bones: Vec<Bone>,
+        vertices: &[Vertex],
+        triangles: Vec<[usize; 3]>,
+        mirrored: bool,
+    ) -> Option<Self> {
         let forward = |(i, bone): (usize, &Bone)| bone.parent.is_none_or(|parent| parent < i);
         if bones.len() != BONES || !bones.iter().enumerate().all(forward) {
-            let what = format!("a hand has {BONES} bones, each after its parent");
-            return Err(Error::Malformed { path, what });
+            return None;
         }
-        Ok(Self {
+        let len = vertices.len();
+        let column = |i: usize| padded(vertices.iter().map(|(place, _)| place[i]));
+        let mut weights = vec![vec![0.0; len.next_multiple_of(PADDING)]; bones.len()];
+        for (vertex, (_, named)) in vertices.iter().enumerate() {
+            for &(bone, weight) in named {
+                weights[bone][vertex] = weight;
+            }
+        }
+        Some(Self {
             vertices: [column(0), column(1), column(2)],
-            triangles: lines(&folder.join("triangles.txt"), triangle)?,
+            triangles,
             bones,
             weights,
             len,
+            mirrored,
         })
     }
 }
@@ -105,7 +127,7 @@ fn affine(tokens: &mut Tokens) -> Result<Affine<f64>, Error> {
 }
 
 /// A place, and the bones that it is bound to with their weights.
-type Vertex = ([f64; 3], Vec<(usize, f64)>);
+pub type Vertex = ([f64; 3], Vec<(usize, f64)>);
 
 fn vertex(tokens: &mut Tokens) -> Result<Vertex, Error> {
     let place = tokens.array()?;

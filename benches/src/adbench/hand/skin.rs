@@ -5,7 +5,7 @@ use autodiff::Real;
 use super::transform::Affine;
 
 /// Pose parameters: global rotation and translation, then four angles per finger.
-pub(super) const THETA: usize = 26;
+pub const THETA: usize = 26;
 /// The global ones.
 pub(super) const GLOBAL: usize = 6;
 pub(super) const FINGERS: usize = 5;
@@ -13,10 +13,14 @@ pub(super) const FINGERS: usize = 5;
 pub(super) const JOINTS: usize = 4;
 
 /// A measured point, and the point `u1 a + u2 b + (1 - u1 - u2) c` of the skin that is to meet it.
-pub(super) struct Target {
-    pub(super) point: [f64; 3],
-    pub(super) corners: [usize; 3],
-    pub(super) u: [f64; 2],
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Where it was measured.
+    pub point: [f64; 3],
+    /// The vertices `a`, `b` and `c`.
+    pub corners: [usize; 3],
+    /// `u1` and `u2`.
+    pub u: [f64; 2],
 }
 
 /// The place of a vertex, from the contributions of the bones.

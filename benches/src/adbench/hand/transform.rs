@@ -6,7 +6,7 @@ use num_traits::Zero;
 
 /// The three upper rows of a homogeneous 4x4 matrix.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Affine<R>(pub(super) [[R; 4]; 3]);
+pub struct Affine<R>(pub [[R; 4]; 3]);
 
 impl<R: Real> Affine<R> {
     /// `self` after `first`.
@@ -39,6 +39,16 @@ impl<R: Real> Affine<R> {
             image[row] = x.fma(point[0], y.fma(point[1], z.fma(point[2], shift)));
         }
         image
+    }
+
+    /// With x the other way round.
+    #[inline(always)]
+    pub(super) fn mirrored(&self) -> Self {
+        let mut mirrored = *self;
+        for entry in &mut mirrored.0[0] {
+            *entry = -*entry;
+        }
+        mirrored
     }
 
     /// Without its shift.

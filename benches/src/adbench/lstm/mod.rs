@@ -207,6 +207,42 @@ impl Function for LanguageLoss {
 }
 
 impl Lstm {
+    /// An instance, from the layers' weights and those of input and output, the start of the layers, and a
+    /// sequence of characters, all of so many bits.
+    ///
+    /// # Panics
+    /// If the lengths are not those of a number of layers, or there are less than two characters.
+    pub fn new(
+        bits: usize,
+        parameters: Vec<f64>,
+        mut start: Vec<f64>,
+        sequence: &[Vec<f64>],
+    ) -> Self {
+        let layers = start.len() / (2 * bits);
+        assert_eq!(start.len(), 2 * layers * bits);
+        assert_eq!(parameters.len(), (PER_LAYER * layers + 3) * bits);
+        assert!(
+            sequence.len() > 1,
+            "a sequence of one character has no loss"
+        );
+        start.push(0.0);
+        let steps = sequence.windows(2);
+        let inputs = steps.flat_map(|pair| {
+            let count = pair[1].iter().sum();
+            [&pair[0][..], &pair[1], &[count]].concat()
+        });
+        let rollout = Rollout {
+            inputs: inputs.collect(),
+            ..Rollout::new(Cells { layers, bits }, sequence.len() - 1)
+        };
+        Self {
+            loss: LanguageLoss { rollout, start },
+            parameters,
+            value: 0.0,
+            gradient: Vec::new(),
+        }
+    }
+
     /// Reads an instance.
     ///
     /// # Errors
@@ -219,26 +255,21 @@ impl Lstm {
             return Err(tokens.error("a sequence of one character has no loss"));
         }
         let parameters = tokens.numbers((PER_LAYER * layers + 3) * bits)?;
-        let mut start = tokens.numbers(2 * layers * bits)?;
-        start.push(0.0);
+        let start = tokens.numbers(2 * layers * bits)?;
         let sequence: Result<Vec<_>, _> = (0..characters).map(|_| tokens.numbers(bits)).collect();
         let sequence = sequence?;
         tokens.end()?;
-        let steps = sequence.windows(2);
-        let inputs = steps.flat_map(|pair| {
-            let count = pair[1].iter().sum();
-            [&pair[0][..], &pair[1], &[count]].concat()
-        });
-        let rollout = Rollout {
-            inputs: inputs.collect(),
-            ..Rollout::new(Cells { layers, bits }, characters - 1)
-        };
-        Ok(Self {
-            loss: LanguageLoss { rollout, start },
-            parameters,
-            value: 0.0,
-            gradient: Vec::new(),
-        })
+        Ok(Self::new(bits, parameters, start, &sequence))
+    }
+
+    /// The value that was found last.
+    pub fn value(&self) -> f64 {
+        self.value
+    }
+
+    /// The gradient that was found last.
+    pub fn gradient(&self) -> &[f64] {
+        &self.gradient
     }
 }
 
