@@ -162,6 +162,7 @@
 //! | gradient of thousands of time steps | [`Rollout`] of a [`Model`] | a few; memory grows with the state alone |
 //! | the same from many starts with shared parameters | [`Rollout::run_batch`] | about half of running them one by one, in lanes over the starts |
 //! | the same where starts have arrays of their own among the parameters | [`Rollout::run_batch_with`] | for two starts, some nine tenths of running them one by one; they share the matrices |
+//! | values and gradients of one function at many points | [`batch::Recorded`] | recorded once; a few, in lanes over the points |
 //! | gradient of a sum over data, of a network's loss for example | [`batch::Sum`] | a few, in lanes over the data |
 //! | Jacobians of one small function at many points | [`batch::jacobians`] | forward over its arguments, in lanes over the points; a few where the kernel's partials are emitted ([`emit::partials`]) |
 //!

@@ -36,6 +36,7 @@ mod parallel;
 mod parameters;
 mod precision;
 mod program;
+mod recorded;
 mod rollout;
 mod rounding;
 mod rules;

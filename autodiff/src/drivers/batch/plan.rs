@@ -5,6 +5,7 @@ use crate::real::Real;
 use crate::record::operation::{Op, Place, Run};
 
 /// The work of a replay, in the order of the recording.
+#[derive(Clone, Debug)]
 pub(super) struct Plan {
     pub(super) steps: Vec<Step>,
     pub(super) layers: Vec<Layer>,
@@ -13,7 +14,7 @@ pub(super) struct Plan {
     pub(super) read: Option<Vec<usize>>,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Step {
     /// An operation by itself.
     Single(Op),
@@ -24,7 +25,7 @@ pub(super) enum Step {
 }
 
 /// Dot products of rows of shared numbers with the same own numbers: a matrix times a vector.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Layer {
     pub(super) rows: usize,
     pub(super) columns: usize,

@@ -21,7 +21,7 @@ pub(super) struct Replay<'a, R, L, const W: usize> {
     plan: &'a Plan,
     /// The arguments that all points share.
     shared: &'a [R],
-    /// How many operations are inputs. They come first.
+    /// How many operations are inputs whose cotangents nobody reads. They come first.
     inputs: usize,
     memory: Box<ReplayBuffers<R, L, W>>,
 }
@@ -106,6 +106,10 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         memory.partials.resize(steps, zero);
         for (place, step) in plan.steps.iter().enumerate() {
             let value = match *step {
+                Step::Single(Op::Input(_)) => {
+                    memory.partials[place] = zero;
+                    continue;
+                }
                 Step::Single(Op::Constant(bits)) => L::lit(f64::from_bits(bits)),
                 Step::Single(Op::Always(holds)) => number(L::Mask::splat(holds)),
                 _ => continue,
@@ -124,6 +128,12 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     #[inline(always)]
     pub(super) fn set_input(&mut self, input: usize, block: Block<L, W>) {
         self.memory.values[input] = block;
+    }
+
+    /// The cotangent of an input that is not among those nobody reads. Asked for once a block.
+    #[inline(always)]
+    pub(super) fn take_input_bar(&mut self, input: usize) -> Block<L, W> {
+        std::mem::replace(&mut self.memory.partials[input], [L::zero(); W])
     }
 
     /// The cotangents of the shared arguments, all points together.
@@ -277,7 +287,9 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             }
             self.memory.bars[place] = [L::zero(); W];
             match *op {
-                Op::Input(_) | Op::Constant(_) | Op::Always(_) | Op::Logic(..) => {}
+                // An argument: it has no partials, and its cotangent is asked for later.
+                Op::Input(_) => self.memory.partials[place] = bar,
+                Op::Constant(_) | Op::Always(_) | Op::Logic(..) => {}
                 // No product with zero: an infinite cotangent would be NaN where it does not pass.
                 Op::Unary(Unary::Detach, _) => {}
                 Op::Unary(_, x) => self.add(x, chain(self.memory.partials[place], bar)),

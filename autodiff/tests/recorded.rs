@@ -1,0 +1,94 @@
+//! A function recorded once, against the tape at every point.
+
+use crate::common::{assert_close, assert_refused};
+use autodiff::batch::Recorded;
+use autodiff::{Dual, Function, Real, lit, value_and_gradient};
+
+/// Every kind of operation, with a kink between the points.
+struct Mixed;
+
+impl Function for Mixed {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let inside = R::select(x[0].lt(x[1]), x[0] * x[2], (x[1] / x[2]).exp());
+        let sums = R::dot(&x[..2], &x[1..3]) + R::sum_of(x) + x[3].sigmoid().ln_1p();
+        inside.fma(x[3], sums.tanh()) + x[2].max(lit(0.5) * x[0]).powi(3) - x[1].hypot(x[3])
+    }
+}
+
+fn points(count: usize) -> Vec<[f64; 4]> {
+    let at = |k: usize| [0, 1, 2, 3].map(|i| 1.0 + ((5 * k + i * i) as f64).sin());
+    (0..count).map(at).collect()
+}
+
+#[test]
+fn a_recording_serves_all_points() {
+    let recorded = Recorded::new(&Mixed, 4).expect("no values");
+    // None, part of a register, several blocks and a rest; both branches are among them.
+    for count in [0, 1, 7, 100] {
+        let points = points(count);
+        let both = recorded.values_and_gradients(&points);
+        assert_eq!(both.len(), count);
+        for (x, (value, gradient)) in points.iter().zip(&both) {
+            let (expected, slope) = value_and_gradient(&Mixed, x);
+            // Multiply-adds round once in lanes, twice on the tape: some ten operations.
+            let tolerance = 20.0 * f64::EPSILON;
+            assert_close(&[*value], &[expected], tolerance);
+            assert_close(gradient, &slope, tolerance);
+            let alone = recorded.value_and_gradient(x);
+            assert_close(&alone.1, &slope, tolerance);
+        }
+    }
+    // What one replay leaves in memory is not the next one's.
+    let first = Recorded::new(&First, 3).expect("no values");
+    assert_eq!(
+        first.value_and_gradient(&[2.0, 3.0, 4.0]),
+        (2.0, vec![1.0, 0.0, 0.0])
+    );
+}
+
+struct First;
+
+impl Function for First {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        x[0]
+    }
+}
+
+#[test]
+fn recordings_nest_and_run_in_singles() {
+    let recorded = Recorded::new(&Mixed, 4).expect("no values");
+    let x = points(1)[0];
+    let moving = x.map(|x| Dual::<f64, 1>::variable(x, 0));
+    let (_, expected) = value_and_gradient(&Mixed, &moving);
+    let (_, second) = recorded.value_and_gradient(&moving);
+    for (a, b) in second.iter().zip(expected) {
+        assert_close(&[a.value, a.tangent[0]], &[b.value, b.tangent[0]], 1e-13);
+    }
+    let singles = x.map(|x| x as f32);
+    let (_, slope) = recorded.value_and_gradient(&singles);
+    let slope: Vec<f64> = slope.into_iter().map(f64::from).collect();
+    assert_close(&slope, &value_and_gradient(&Mixed, &x).1, 1e-4);
+}
+
+/// A loop whose length depends on the argument.
+struct Halving;
+
+impl Function for Halving {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let mut y = x[0];
+        while y.primal() > 1.0 {
+            y = lit(0.5) * y;
+        }
+        y
+    }
+}
+
+#[test]
+fn what_depends_on_values_is_refused_and_so_is_a_point_of_another_length() {
+    let error = Recorded::new(&Halving, 1).expect_err("a loop over values");
+    assert!(error.to_string().contains("primal"), "{error}");
+    let recorded = Recorded::new(&Mixed, 4).expect("no values");
+    assert_refused("3 numbers for a function of 4 arguments", || {
+        recorded.value_and_gradient(&[1.0; 3])
+    });
+}
