@@ -25,12 +25,15 @@
 //! ```
 //!
 //! Every driver takes the function first, then the point, then the rest; its closure form ends in
-//! `_of`.
+//! `_of`. A generic function without data needs no type either: `fn well<R: Real>(x: &[R]) -> R` goes
+//! to every driver that ends in `_of`, `hessian_of(well, &[2.0, 3.0])`.
 //!
 //! # Writing a function
 //!
 //! - In a closure, over [`Var`] or [`Dual`], formulas stand as on paper: `2.0 * x[0] + 1.0`, `&x * &y`,
-//!   `x += 0.5`, `x > 0.0`. A number by itself is `Var::lit(0.0)`.
+//!   `x += 0.5`, `x > 0.0`. A number by itself, an argument or a start, is `Var::lit(0.0)`:
+//!   `x[0].max(Var::lit(0.0))`. A closure that has a name before it is passed on says what it takes,
+//!   `let f = |x: &[_]| …`.
 //! - In code over `R: Real` a constant beside an operator is [`lit(9.81)`](lit): `lit(9.81) * x[0]`, where
 //!   `9.81 * x[0]` does not compile, because `f32` could not. A constant by itself, as an argument or a
 //!   start, is [`R::lit(9.81)`](Real::lit), `R::zero()` or `R::one()`.
@@ -44,7 +47,8 @@
 //! - The elementary functions are methods of [`Real`], with [`sigmoid`](Real::sigmoid) and
 //!   [`softplus`](Real::softplus) among them; [`custom`] adds others.
 //! - Code that is not to be differentiated, a solver or a table, takes floats: [`x.primal()`](Real::primal).
-//!   What a solver finds gets its derivatives from [`implicit::root`].
+//!   What a solver finds gets its derivatives from [`implicit::root`], as constants
+//!   [`R::lits(&found)`](Real::lits).
 //!
 //! # Traits for functions
 //!
@@ -181,9 +185,10 @@
 //!
 //! Code that asks for num-traits' `Float` takes any number of this crate as an [`Element`].
 //!
-//! The folder `examples` has a program of at most 60 lines for each: a derivative, fitting an ODE,
-//! a neural ODE in a rollout, a contact law with its gradient checked, optimal control of a
-//! pendulum, a Hessian, a custom rule, and a Cholesky factorisation in nalgebra.
+//! The folder `examples` has short programs, listed in the README: optimisation, least squares, an ODE's
+//! parameters by loop, rollout and duals, networks, a logistic regression with the derivative of its
+//! optimum, a large sparse system, a loop that depends on values, matrices, nested structs, a contact
+//! law with its gradient checked, optimal control and a custom rule.
 //!
 //! # Pitfalls
 //!

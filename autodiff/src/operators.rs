@@ -93,6 +93,19 @@ macro_rules! literal_operators {
         $crate::operators::right_operand! {
             $generics $number, Div div $crate::literal::Literal, |a, b| a / <$number>::lit(b.0)
         }
+        $crate::operators::literal_operators! {
+            @assign $generics $number,
+            Add add AddAssign add_assign, Sub sub SubAssign sub_assign,
+            Mul mul MulAssign mul_assign, Div div DivAssign div_assign
+        }
+    };
+    (
+        @assign $generics:tt $number:ty,
+        $($trait:ident $method:ident $assign_trait:ident $assign:ident),*
+    ) => {
+        $($crate::operators::assigning! {
+            $generics $number, $trait $method $assign_trait $assign $crate::literal::Literal
+        })*
     };
 }
 
@@ -222,17 +235,11 @@ macro_rules! closure_operator {
                 std::ops::$trait::$method(*self, other)
             }
         }
-        impl<$($generics)*> std::ops::$assign_trait<f64> for $number {
-            #[inline(always)]
-            fn $assign(&mut self, other: f64) {
-                *self = std::ops::$trait::$method(*self, other);
-            }
+        $crate::operators::assigning! {
+            [$($generics)*] $number, $trait $method $assign_trait $assign f64
         }
-        impl<'a, $($generics)*> std::ops::$assign_trait<&'a $number> for $number {
-            #[inline(always)]
-            fn $assign(&mut self, other: &'a $number) {
-                *self = std::ops::$trait::$method(*self, *other);
-            }
+        $crate::operators::assigning! {
+            ['a, $($generics)*] $number, $trait $method $assign_trait $assign &'a $number
         }
     };
 }
@@ -249,6 +256,21 @@ macro_rules! right_operand {
             fn $method(self, $b: $operand) -> Self {
                 let $a = self;
                 $result
+            }
+        }
+    };
+}
+
+/// `number op= operand`.
+macro_rules! assigning {
+    (
+        [$($generics:tt)*] $number:ty,
+        $trait:ident $method:ident $assign_trait:ident $assign:ident $operand:ty
+    ) => {
+        impl<$($generics)*> std::ops::$assign_trait<$operand> for $number {
+            #[inline(always)]
+            fn $assign(&mut self, other: $operand) {
+                *self = std::ops::$trait::$method(*self, other);
             }
         }
     };
@@ -319,6 +341,6 @@ macro_rules! by_primal {
 }
 
 pub(crate) use {
-    by_primal, closure_operator, closure_operators, constants_by_f64, folds, literal_operators,
-    operator, operators, right_operand,
+    assigning, by_primal, closure_operator, closure_operators, constants_by_f64, folds,
+    literal_operators, operator, operators, right_operand,
 };

@@ -2,7 +2,9 @@
 //! of one long slice.
 //!
 //! With the feature `derive`, `#[derive(Parameters)]` implements [`Parameters`] for a struct that is
-//! generic over its number. [`value_and_gradient`] then takes and returns the struct itself, and
+//! generic over its number. Fields may be numbers, such structs themselves, `Vec`s, arrays and `Option`s
+//! of these, and with the feature `nalgebra` elements, matrices and vectors. Fields without the number in
+//! their type are copied, into a gradient too. [`value_and_gradient`] then takes and returns the struct itself, and
 //! [`names`](Parameters::names) tells a gradient check what each number is called.
 //!
 //! ```
@@ -187,6 +189,13 @@ impl<R: Real> Parameters<R> for R {
     type With<S: Real> = S;
     fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> S {
         walk.number(*self)
+    }
+}
+
+impl<R: Real, P: Parameters<R>> Parameters<R> for Option<P> {
+    type With<S: Real> = Option<P::With<S>>;
+    fn map<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
+        self.as_ref().map(|part| part.map(walk))
     }
 }
 

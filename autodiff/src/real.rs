@@ -125,6 +125,10 @@ pub trait Real:
     + Sub<Literal, Output = Self>
     + Mul<Literal, Output = Self>
     + Div<Literal, Output = Self>
+    + AddAssign<Literal>
+    + SubAssign<Literal>
+    + MulAssign<Literal>
+    + DivAssign<Literal>
     + Sum
     + Product
     + for<'a> Sum<&'a Self>
@@ -135,6 +139,11 @@ pub trait Real:
 
     /// A constant.
     fn lit(value: f64) -> Self;
+    /// Constants, as the unknowns that a solver returns are for
+    /// [`implicit::root`](crate::implicit::root).
+    fn lits(values: &[f64]) -> Vec<Self> {
+        values.iter().map(|&value| Self::lit(value)).collect()
+    }
     /// The primal as a float, for code that is not differentiated: a solver whose solution enters by
     /// [`implicit::root`](crate::implicit::root), a table, a message. Nothing of a derivative is left in
     /// it.

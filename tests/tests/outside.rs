@@ -17,28 +17,54 @@ fn done(command: &mut Command) -> String {
     String::from_utf8(stdout).expect("text")
 }
 
-#[test]
-fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
+/// A copy of these files of the repository, in an empty folder, with a manifest of its own.
+fn outside(name: &str, manifest: &str, files: &[(&str, &str)]) -> PathBuf {
     let repository = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("..")
         .canonicalize()
         .unwrap();
-    let outside = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("outside");
+    let outside = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::create_dir_all(outside.join("src")).unwrap();
-    let example = repository.join("cosmic/program/examples/mud.rs");
-    fs::copy(example, outside.join("src/main.rs")).unwrap();
+    for (from, to) in files {
+        fs::copy(repository.join(from), outside.join(to)).unwrap();
+    }
     // Offline, the versions of the workspace are those there are.
     fs::copy(repository.join("Cargo.lock"), outside.join("Cargo.lock")).unwrap();
-    let manifest = fs::read_to_string(repository.join("tests/outside.toml")).unwrap();
+    let manifest = fs::read_to_string(repository.join(manifest)).unwrap();
     let manifest = manifest.replace("COSMIC", &repository.display().to_string());
     fs::write(outside.join("Cargo.toml"), manifest).unwrap();
+    outside
+}
 
+/// Builds the crate in a folder.
+fn build(folder: &Path) {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let mut build = Command::new(cargo);
     build.args(["build", "--offline", "--quiet", "--target-dir", "target"]);
-    // A small robot is checked: compiling takes longer than that.
+    // Little is computed: compiling takes longer than that.
     build.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0");
-    done(build.current_dir(&outside));
+    done(build.current_dir(folder));
+}
+
+#[test]
+fn a_build_script_emits_an_adjoint() {
+    let files = ["build.rs", "src/drag.rs", "src/main.rs"];
+    let files = files.map(|file| (format!("tests/build_script/{file}"), file));
+    let files: Vec<(&str, &str)> = files
+        .iter()
+        .map(|(from, to)| (from.as_str(), *to))
+        .collect();
+    let drag = outside("build_script", "tests/build_script/manifest.toml", &files);
+    build(&drag);
+    let output = done(&mut Command::new(drag.join("target/debug/drag")));
+    assert!(output.contains("is that of dual numbers"), "{output}");
+}
+
+#[test]
+fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
+    let example = ("cosmic/program/examples/mud.rs", "src/main.rs");
+    let outside = outside("outside", "tests/outside.toml", &[example]);
+    build(&outside);
 
     let mut mud = Command::new(outside.join("target/debug/mud"));
     let short = [

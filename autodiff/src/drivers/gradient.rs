@@ -6,6 +6,10 @@ use crate::real::Real;
 use crate::reverse::{Var, with_tape};
 
 /// A scalar function of a vector.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a `Function`, which is generic over its numbers",
+    note = "a closure, or a function `fn f<R: Real>(x: &[R]) -> R`, goes to the driver whose name ends in `_of`"
+)]
 pub trait Function {
     /// The value at `x`.
     fn eval<R: Real>(&self, x: &[R]) -> R;

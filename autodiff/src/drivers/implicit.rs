@@ -122,7 +122,7 @@ impl std::error::Error for NoRoot {}
 ///     fn eval<R: Real>(&self, p: &[R]) -> R {
 ///         let held = p[0].primal();
 ///         let x = bisected(|x| Quintic.eval(&[x], &[held])[0]);
-///         root(Quintic, &[R::lit(x)], p).expect("a residual that increases")[0]
+///         root(Quintic, &R::lits(&[x]), p).expect("a residual that increases")[0]
 ///     }
 /// }
 ///

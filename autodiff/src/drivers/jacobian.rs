@@ -7,6 +7,10 @@ use crate::real::Real;
 use crate::reverse::{Var, with_tape};
 
 /// A vector function of a vector.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a `VectorFunction`, which is generic over its numbers",
+    note = "a closure, or a function `fn f<R: Real>(x: &[R]) -> Vec<R>`, goes to the driver whose name ends in `_of`"
+)]
 pub trait VectorFunction {
     /// The values at `x`; their number may not depend on the values in `x`.
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R>;

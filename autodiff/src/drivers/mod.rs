@@ -3,7 +3,8 @@
 //! A function to differentiate is a type with one generic method, [`Function`] or
 //! [`VectorFunction`], because each driver picks its own number type. Parameters that are not
 //! differentiated are fields of the type. A closure cannot be generic, but serves one driver: the
-//! closure form of each ends in `_of`. The function comes first, then the point, then the rest.
+//! closure form of each ends in `_of`. It takes any `fn f<R: Real>(x: &[R]) -> R` too. The function comes
+//! first, then the point, then the rest.
 //!
 //! All drivers are generic over the number type of `x`, so they nest. A number of an outer derivative
 //! enters an inner closure as a [`Var::constant`](crate::Var::constant): constant to the inner derivative, not to the outer

@@ -155,6 +155,9 @@ impl fmt::Display for Report {
                 "negative control: the gradient, made wrong by {} %, is called {said}",
                 100.0 * WRONG_BY
             )?,
+            None if self.verdict == Verdict::Wrong => {
+                writeln!(out, "negative control: none, the gradient itself is wrong")?;
+            }
             None => writeln!(
                 out,
                 "negative control: none, no direction is smooth and steep enough for differences"

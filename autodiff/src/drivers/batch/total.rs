@@ -81,7 +81,7 @@ impl<R: Real, K: Kernel<I, 1>, const I: usize> Vectorized<R> for Value<'_, R, K,
         let whole = len - len % L::N;
         let (mut sum, mut lanes) = (L::zero(), [R::zero(); WIDEST]);
         for first in (0..whole).step_by(L::N) {
-            sum += self.of.0.eval(load(self.inputs, first))[0];
+            sum += self.of.0.eval::<L>(load(self.inputs, first))[0];
         }
         sum.store(&mut lanes);
         let mut total = R::sum_of(&lanes[..L::N]);

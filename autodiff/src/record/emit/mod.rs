@@ -5,6 +5,25 @@
 //! the kernel, and a test asserts that it is what [`adjoint`] or [`partials`] prints today
 //! ([`assert_fresh`]).
 //!
+//! # From a build script
+//!
+//! Where nothing is to be checked in, a build script emits: with this crate among the
+//! `[build-dependencies]`, and the kernel's formula in a file that both the crate and the script read,
+//!
+//! ```text
+//! // build.rs
+//! #[path = "src/drag.rs"]
+//! mod drag;
+//! // … impl Kernel for drag::Drag, its formula alone …
+//! let source = emit::adjoint("Drag", &["self.dt"], |fields| Drag { dt: fields[0] });
+//! std::fs::write(format!("{folder}/drag_adjoint.rs"), source)?; // folder: OUT_DIR
+//!
+//! // src/main.rs
+//! include!(concat!(env!("OUT_DIR"), "/drag_adjoint.rs"));
+//! ```
+//!
+//! The folder `tests/build_script` of the repository is such a crate.
+//!
 //! # Zero cotangents
 //!
 //! A product with a cotangent goes through [`Real::chain`](crate::Real::chain), so that a cotangent

@@ -1,0 +1,40 @@
+//! Logistic regression: its Hessian, and how the optimum moves with the regularisation weight.
+use autodiff::implicit::{Residual, root};
+use autodiff::{Dual, Real, Var, gradient_of, hessian_of, jvp_of, lit};
+use nalgebra::{DMatrix, DVector};
+
+#[derive(Clone)]
+struct Data(Vec<[f64; 3]>); // two features and a label, -1 or 1
+
+fn loss<R: Real>(data: &Data, w: &[R], weight: R) -> R {
+    let loss = |&[a, b, y]: &[f64; 3]| (lit(-y) * (w[0] * lit(a) + w[1] * lit(b))).softplus();
+    data.0.iter().map(loss).sum::<R>() + weight * R::dot(w, w)
+}
+
+impl Residual for Data {
+    fn eval<R: Real>(&self, w: &[R], weight: &[R]) -> Vec<R> {
+        gradient_of(|w| loss(self, w, Var::constant(weight[0])), w)
+    }
+}
+
+fn hessian(data: &Data, w: &DVector<f64>, weight: f64) -> DMatrix<f64> {
+    hessian_of(|w| loss(data, w, Var::lit(weight)), w.as_slice()).into()
+}
+
+fn optimum(data: &Data, weight: f64) -> DVector<f64> {
+    (0..20).fold(DVector::zeros(2), |w, _| {
+        let slope = DVector::from(data.eval(w.as_slice(), &[weight]));
+        &w - hessian(data, &w, weight).lu().solve(&slope).unwrap()
+    })
+}
+
+fn main() {
+    let datum = |i: f64| [i.sin(), i.cos(), (i.sin() + (9.0 * i).sin()).signum()];
+    let data = Data((1..100).map(f64::from).map(datum).collect());
+    let w = optimum(&data, 1.0);
+    let root = |p: &[_]| root(data.clone(), &Dual::lits(w.as_slice()), p).unwrap();
+    let by_weight = DVector::from(jvp_of(root, &[1.0], &[1.0]).1);
+    println!("{w}{}{by_weight}", hessian(&data, &w, 1.0));
+    let difference = (optimum(&data, 1.0 + 1e-5) - optimum(&data, 1.0 - 1e-5)) / 2e-5;
+    assert!((by_weight - difference).norm() < 1e-8);
+}

@@ -1,0 +1,40 @@
+//! Parameters in nested structs: the gradient has their shape, a check calls them by their names.
+use autodiff::check::{Claim, Options, Verdict, check_directions};
+use autodiff::{Parameters, Real, parameters};
+
+#[derive(Debug, Parameters)]
+struct Lens<R> {
+    power: R,
+    gap: R,
+}
+#[derive(Debug, Parameters)]
+struct Telescope<R> {
+    lenses: [Lens<R>; 3],
+    tilt: R,
+}
+
+fn height_at_exit<R: Real>(telescope: &Telescope<R>) -> R {
+    let (mut height, mut slope) = (R::one(), telescope.tilt);
+    for lens in &telescope.lenses {
+        slope -= height * lens.power;
+        height += slope * lens.gap;
+    }
+    height
+}
+
+fn main() {
+    let lenses = [0.1, 0.2, 0.3].map(|power| Lens { power, gap: 3.0 });
+    let at = Telescope { lenses, tilt: 0.1 };
+    let mut gradient = dbg!(parameters::gradient(height_at_exit, &at));
+    gradient.lenses[1].gap *= 1.01; // a mistake
+    let claim = Claim {
+        x: &at.flatten(),
+        gradient: &gradient.flatten(),
+        forward: None,
+    };
+    let mut options = Options::default();
+    options.names = at.names();
+    let report = check_directions(|x| height_at_exit(&at.with(x)), &claim, &options);
+    assert_eq!(report.verdict, Verdict::Wrong, "{report}");
+    assert_eq!(report.worst.name.unwrap(), "lenses[1].gap");
+}
