@@ -123,11 +123,23 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
 }
 
 /// Real power. `chain` makes the partial by `x` zero where the exponent is, at any `x`.
+///
+/// That partial's value is `exponent / x * value` where nothing leaves the range: in a power, the rounding
+/// of `exponent - 1` would count `ln x` times. Its derivative is the power's all the same, of which
+/// `exponent - 1` is a factor: of the quotient's, it is a difference. Near an exponent of 0 that does no
+/// harm, and there the power may overflow.
 #[inline(always)]
 pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let (value, zero) = (x.powf(exponent), R::zero());
-    let by_x = R::chain(x.powf(exponent - R::one()), exponent);
-    let at_zero = x.le(zero) & zero.le(x);
+    let power = R::chain(x.powf(exponent - R::one()), exponent);
+    let factor = exponent / x;
+    let quotient = factor * value;
+    let in_range = small::<R>().lt(value) & factor.finite() & quotient.finite();
+    let near_zero = exponent.abs().lt(R::lit(0.5)) & (factor * quotient).finite();
+    let moves = R::select(in_range & near_zero, quotient, power);
+    let by_x = R::select(in_range, quotient, power).straight_through(moves);
+    // Also where the power vanishes, and the logarithm's slope may be infinite.
+    let at_zero = x.abs().le(zero) | value.abs().le(zero);
     let by_exponent = R::select(at_zero, zero, value * x.ln());
     // NaN^0 is 1, and the zeros above hide a NaN too: say it wherever the value does.
     let number = value.le(value);
@@ -144,27 +156,66 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
     let scale = y.abs().max(x.abs()).detach();
     let divides = zero.lt(scale) & scale.finite();
-    let (y, x) = (y / scale, x / scale);
-    let denominator = (x * x + y * y) * scale;
+    let (y, x) = (divided(y, scale), divided(x, scale));
+    let (square, inverse) = (x * x + y * y, inverse(scale));
+    let denominator = square.detach() * scale;
     // Zero, and NaN where the value is.
     let flat = value.detach() * zero;
-    let by_y = R::select(divides, x / denominator, flat);
-    let by_x = R::select(divides, -(y / denominator), flat);
+    let by_y = (x.detach() / denominator).straight_through(x / square * inverse);
+    let by_x = -(y.detach() / denominator).straight_through(y / square * inverse);
+    let by_y = R::select(divides, by_y, flat);
+    let by_x = R::select(divides, by_x, flat);
     (value, [by_y, by_x])
 }
 
-/// `sqrt(x^2 + y^2)`. Small arguments are scaled up in the partials, exactly: the reciprocal of a
-/// subnormal length is infinite, and second derivatives would be the difference of two infinities.
+/// `sqrt(x^2 + y^2)`. The partials are a cosine and a sine. They are differentiated as functions of the
+/// shorter side over the longer: in `x / value`, the derivative along the longer is a small difference.
 #[inline(always)]
 pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
-    let (value, zero) = (x.hypot(y), R::zero());
+    let (value, zero, one) = (x.hypot(y), R::zero(), R::one());
+    let scale = x.abs().max(y.abs()).detach();
+    let (a, b) = (divided(x, scale), divided(y, scale));
+    let flat = y.abs().le(x.abs());
+    let (longer, shorter) = (R::select(flat, a, b), R::select(flat, b, a));
+    let ratio = shorter / longer;
+    // What `divided` has left out. The longer side is 1 or -1.
+    let rest = (small::<R>() / scale).max(one);
+    let cosine = (one + ratio * ratio).rsqrt() * longer.detach();
+    let (cosine, sine) = (cosine * rest, ratio * cosine * rest);
+    let (moves_x, moves_y) = (R::select(flat, cosine, sine), R::select(flat, sine, cosine));
+
     let origin = value.le(zero);
-    // A power of two after which any length above zero has a reciprocal, in f32 too.
-    let scale = R::select(value.lt(R::lit(1e-25)), R::lit(2f64.powi(60)), R::one());
-    let length = value * scale;
-    let by_x = R::select(origin, zero, x * scale / length);
-    let by_y = R::select(origin, zero, y * scale / length);
-    (value, [by_x, by_y])
+    // A small length may be a rounded one.
+    let tiny = value.lt(R::lit(1e-25));
+    let (x, y, a, b) = (x.detach(), y.detach(), a.detach(), b.detach());
+    let length = R::select(tiny, (a * a + b * b).sqrt(), value.detach());
+    let by_x = (R::select(tiny, a, x) / length).straight_through(moves_x);
+    let by_y = (R::select(tiny, b, y) / length).straight_through(moves_y);
+    (
+        value,
+        [R::select(origin, zero, by_x), R::select(origin, zero, by_y)],
+    )
+}
+
+/// `x / scale` for a constant scale above 0. The derivative stays finite: where the scale is below
+/// [`small`], what is found with it is beyond the largest number anyway, or zero and not zero times
+/// infinity.
+#[inline(always)]
+fn divided<R: Real>(x: R, scale: R) -> R {
+    (x.detach() / scale).straight_through(x * inverse(scale))
+}
+
+/// `1 / scale`, but no more than that of [`small`].
+#[inline(always)]
+fn inverse<R: Real>(scale: R) -> R {
+    scale.max(small::<R>()).recip()
+}
+
+/// A power of two near the smallest of the type's normal numbers. `f32` has no `2^-1000`.
+#[inline(always)]
+fn small<R: Real>() -> R {
+    let small = R::lit(2f64.powi(-1000));
+    R::select(R::zero().lt(small), small, R::lit(2f64.powi(-120)))
 }
 
 /// The mask's value if it is the same in all lanes.
