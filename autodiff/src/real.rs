@@ -253,7 +253,7 @@ pub trait Real:
     fn hypot(self, other: Self) -> Self {
         let (zero, x, y) = (Self::zero(), self.abs(), other.abs());
         let scale = x.max(y);
-        let (a, b) = (self / scale, other / scale);
+        let (a, b) = (x / scale, y / scale);
         let length = scale * (a * a + b * b).sqrt();
         // At the origin and at infinity that is NaN; the sum is right there, and NaN for NaN.
         let divides = zero.lt(scale) & scale.finite();

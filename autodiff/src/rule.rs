@@ -150,7 +150,8 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
 }
 
 /// `atan2(y, x)`, partials by `y` and `x`; zero at the origin and at infinity. Divided by the larger
-/// magnitude first, as a constant, so that the squares neither overflow nor vanish.
+/// magnitude first, as a constant, so that the squares neither overflow nor vanish; and differentiated with
+/// its finite [`inverse`].
 #[inline(always)]
 pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
@@ -168,38 +169,47 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     (value, [by_y, by_x])
 }
 
-/// `sqrt(x^2 + y^2)`. The partials are a cosine and a sine. They are differentiated as functions of the
-/// shorter side over the longer: in `x / value`, the derivative along the longer is a small difference.
+/// `sqrt(x^2 + y^2)`. The partials are differentiated as a [`direction`].
 #[inline(always)]
 pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
-    let (value, zero, one) = (x.hypot(y), R::zero(), R::one());
-    let scale = x.abs().max(y.abs()).detach();
+    let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));
+    let (x, y, length) = (x.detach(), y.detach(), value.detach());
+    // A subnormal length is a rounded one.
+    let (tiny, large) = (value.lt(small()), small::<R>().recip());
+    let (a, b) = (x * large, y * large);
+    let length = R::select(tiny, (a * a + b * b).sqrt(), length);
+    let by_x = (R::select(tiny, a, x) / length).straight_through(cosine);
+    let by_y = (R::select(tiny, b, y) / length).straight_through(sine);
+    let origin = value.le(zero);
+    let by_x = R::select(origin, zero, by_x);
+    let by_y = R::select(origin, zero, by_y);
+    (value, [by_x, by_y])
+}
+
+/// The cosine and the sine of the angle of `(x, y)`, for their derivatives alone: functions of the shorter
+/// side over the longer, because in `x / sqrt(x^2 + y^2)` the derivative along the longer is a small
+/// difference.
+#[inline(always)]
+fn direction<R: Real>(x: R, y: R) -> [R; 2] {
+    let (scale, one) = (x.abs().max(y.abs()).detach(), R::one());
     let (a, b) = (divided(x, scale), divided(y, scale));
     let flat = y.abs().le(x.abs());
     let (longer, shorter) = (R::select(flat, a, b), R::select(flat, b, a));
     let ratio = shorter / longer;
-    // What `divided` has left out. The longer side is 1 or -1.
+    // The longer side is 1 or -1.
+    let of_longer = (one + ratio * ratio).rsqrt() * longer.detach();
+    let of_shorter = ratio * of_longer;
+    // What the derivatives of `divided` lack.
     let rest = (small::<R>() / scale).max(one);
-    let cosine = (one + ratio * ratio).rsqrt() * longer.detach();
-    let (cosine, sine) = (cosine * rest, ratio * cosine * rest);
-    let (moves_x, moves_y) = (R::select(flat, cosine, sine), R::select(flat, sine, cosine));
-
-    let origin = value.le(zero);
-    // A small length may be a rounded one.
-    let tiny = value.lt(R::lit(1e-25));
-    let (x, y, a, b) = (x.detach(), y.detach(), a.detach(), b.detach());
-    let length = R::select(tiny, (a * a + b * b).sqrt(), value.detach());
-    let by_x = (R::select(tiny, a, x) / length).straight_through(moves_x);
-    let by_y = (R::select(tiny, b, y) / length).straight_through(moves_y);
-    (
-        value,
-        [R::select(origin, zero, by_x), R::select(origin, zero, by_y)],
-    )
+    let (cosine, sine) = (
+        R::select(flat, of_longer, of_shorter),
+        R::select(flat, of_shorter, of_longer),
+    );
+    [cosine * rest, sine * rest]
 }
 
-/// `x / scale` for a constant scale above 0. The derivative stays finite: where the scale is below
-/// [`small`], what is found with it is beyond the largest number anyway, or zero and not zero times
-/// infinity.
+/// `x / scale` for a constant scale above 0. The derivative stays finite, so that a factor of zero makes it
+/// zero and not NaN: where the scale is below [`small`], it lacks the factor `small / scale`.
 #[inline(always)]
 fn divided<R: Real>(x: R, scale: R) -> R {
     (x.detach() / scale).straight_through(x * inverse(scale))
