@@ -123,11 +123,23 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
 }
 
 /// Real power. `chain` makes the partial by `x` zero where the exponent is, at any `x`.
+///
+/// That partial's value is `exponent / x * value` where nothing leaves the range: in a power, the rounding
+/// of `exponent - 1` would count `ln x` times. Its derivative is the power's all the same, of which
+/// `exponent - 1` is a factor: of the quotient's, it is a difference. Near an exponent of 0 that does no
+/// harm, and there the power may overflow.
 #[inline(always)]
 pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let (value, zero) = (x.powf(exponent), R::zero());
-    let by_x = R::chain(x.powf(exponent - R::one()), exponent);
-    let at_zero = x.le(zero) & zero.le(x);
+    let power = R::chain(x.powf(exponent - R::one()), exponent);
+    let factor = exponent / x;
+    let quotient = factor * value;
+    let in_range = small::<R>().lt(value) & factor.finite() & quotient.finite();
+    let near_zero = exponent.abs().lt(R::lit(0.5)) & (factor * quotient).finite();
+    let moves = R::select(in_range & near_zero, quotient, power);
+    let by_x = R::select(in_range, quotient, power).straight_through(moves);
+    // Also where the power vanishes, and the logarithm's slope may be infinite.
+    let at_zero = x.abs().le(zero) | value.abs().le(zero);
     let by_exponent = R::select(at_zero, zero, value * x.ln());
     // NaN^0 is 1, and the zeros above hide a NaN too: say it wherever the value does.
     let number = value.le(value);
@@ -138,33 +150,82 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
 }
 
 /// `atan2(y, x)`, partials by `y` and `x`; zero at the origin and at infinity. Divided by the larger
-/// magnitude first, as a constant, so that the squares neither overflow nor vanish.
+/// magnitude first, as a constant, so that the squares neither overflow nor vanish; and differentiated with
+/// its finite [`inverse`].
 #[inline(always)]
 pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
     let scale = y.abs().max(x.abs()).detach();
     let divides = zero.lt(scale) & scale.finite();
-    let (y, x) = (y / scale, x / scale);
-    let denominator = (x * x + y * y) * scale;
+    let (y, x) = (divided(y, scale), divided(x, scale));
+    let (square, inverse) = (x * x + y * y, inverse(scale));
+    let denominator = square.detach() * scale;
     // Zero, and NaN where the value is.
     let flat = value.detach() * zero;
-    let by_y = R::select(divides, x / denominator, flat);
-    let by_x = R::select(divides, -(y / denominator), flat);
+    let by_y = (x.detach() / denominator).straight_through(x / square * inverse);
+    let by_x = -(y.detach() / denominator).straight_through(y / square * inverse);
+    let by_y = R::select(divides, by_y, flat);
+    let by_x = R::select(divides, by_x, flat);
     (value, [by_y, by_x])
 }
 
-/// `sqrt(x^2 + y^2)`. Small arguments are scaled up in the partials, exactly: the reciprocal of a
-/// subnormal length is infinite, and second derivatives would be the difference of two infinities.
+/// `sqrt(x^2 + y^2)`. The partials are differentiated as a [`direction`].
 #[inline(always)]
 pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
-    let (value, zero) = (x.hypot(y), R::zero());
+    let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));
+    let (x, y, length) = (x.detach(), y.detach(), value.detach());
+    // A subnormal length is a rounded one.
+    let (tiny, large) = (value.lt(small()), small::<R>().recip());
+    let (a, b) = (x * large, y * large);
+    let length = R::select(tiny, (a * a + b * b).sqrt(), length);
+    let by_x = (R::select(tiny, a, x) / length).straight_through(cosine);
+    let by_y = (R::select(tiny, b, y) / length).straight_through(sine);
     let origin = value.le(zero);
-    // A power of two after which any length above zero has a reciprocal, in f32 too.
-    let scale = R::select(value.lt(R::lit(1e-25)), R::lit(2f64.powi(60)), R::one());
-    let length = value * scale;
-    let by_x = R::select(origin, zero, x * scale / length);
-    let by_y = R::select(origin, zero, y * scale / length);
+    let by_x = R::select(origin, zero, by_x);
+    let by_y = R::select(origin, zero, by_y);
     (value, [by_x, by_y])
+}
+
+/// The cosine and the sine of the angle of `(x, y)`, for their derivatives alone: functions of the shorter
+/// side over the longer, because in `x / sqrt(x^2 + y^2)` the derivative along the longer is a small
+/// difference.
+#[inline(always)]
+fn direction<R: Real>(x: R, y: R) -> [R; 2] {
+    let (scale, one) = (x.abs().max(y.abs()).detach(), R::one());
+    let (a, b) = (divided(x, scale), divided(y, scale));
+    let flat = y.abs().le(x.abs());
+    let (longer, shorter) = (R::select(flat, a, b), R::select(flat, b, a));
+    let ratio = shorter / longer;
+    // The longer side is 1 or -1.
+    let of_longer = (one + ratio * ratio).rsqrt() * longer.detach();
+    let of_shorter = ratio * of_longer;
+    // What the derivatives of `divided` lack.
+    let rest = (small::<R>() / scale).max(one);
+    let (cosine, sine) = (
+        R::select(flat, of_longer, of_shorter),
+        R::select(flat, of_shorter, of_longer),
+    );
+    [cosine * rest, sine * rest]
+}
+
+/// `x / scale` for a constant scale above 0. The derivative stays finite, so that a factor of zero makes it
+/// zero and not NaN: where the scale is below [`small`], it lacks the factor `small / scale`.
+#[inline(always)]
+fn divided<R: Real>(x: R, scale: R) -> R {
+    (x.detach() / scale).straight_through(x * inverse(scale))
+}
+
+/// `1 / scale`, but no more than that of [`small`].
+#[inline(always)]
+fn inverse<R: Real>(scale: R) -> R {
+    scale.max(small::<R>()).recip()
+}
+
+/// A power of two near the smallest of the type's normal numbers. `f32` has no `2^-1000`.
+#[inline(always)]
+fn small<R: Real>() -> R {
+    let small = R::lit(2f64.powi(-1000));
+    R::select(R::zero().lt(small), small, R::lit(2f64.powi(-120)))
 }
 
 /// The mask's value if it is the same in all lanes.

@@ -212,8 +212,11 @@ fn hypot_is_flat_at_the_origin() {
     assert_gradient(&Kink::Hypot, &[0.0, 0.0], &[0.0, 0.0]);
     assert_gradient(&Kink::Hypot, &[0.0, -2.0], &[0.0, -1.0]);
     // The smallest of all numbers are no origin.
-    let smallest = gradient(&Kink::Hypot, &[5e-324, 0.0]);
-    assert_eq!(smallest, [1.0, 0.0]);
+    assert_gradient(&Kink::Hypot, &[5e-324, 0.0], &[1.0, 0.0]);
+    let diagonal = std::f64::consts::FRAC_1_SQRT_2;
+    assert_gradient(&Kink::Hypot, &[5e-324, -5e-324], &[diagonal, -diagonal]);
+    let single = forward_gradient(&Kink::Hypot, &[f32::from_bits(1); 2]);
+    assert_eq!(single, [std::f32::consts::FRAC_1_SQRT_2; 2]);
     for (x, y) in [(INF, 1.0), (-1.0, -INF), (INF, INF)] {
         assert_eq!(Kink::Hypot.eval(&[x, y]), INF);
     }

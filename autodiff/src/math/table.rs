@@ -140,7 +140,8 @@ fn asinh<R: Real>(x: R) -> R {
 fn asinh_partial<R: Real>(x: R) -> R {
     let square = x * x;
     let partial = (R::one() + square).sqrt().recip();
-    R::select(square.finite(), partial, x.abs().recip())
+    // The partial's own partials have the square's square.
+    R::select((square * square).finite(), partial, x.abs().recip())
 }
 
 /// `ln(x + sqrt(x^2 - 1))`. The root is taken of each factor, `x - 1` and `x + 1`: their product is
@@ -163,15 +164,17 @@ fn cbrt<R: Real>(x: R) -> R {
     odd(x, R::select(root.finite(), root, power))
 }
 
-/// The logistic function and its slope, from the exponential that does not overflow. Both sides of the
-/// switch are one analytic function, so that derivatives of every order agree there.
+/// The logistic function and its slope, from the exponential that does not overflow. The slope is
+/// differentiated as one of `tanh(x/2)`: the derivative of `rest * share` is a difference near 0.
 #[inline(always)]
 fn sigmoid<R: Real>(x: R) -> (R, R) {
     let (one, negative) = (R::one(), x.lt(R::zero()));
     let power = R::select(negative, x, -x).exp();
     let share = (one + power).recip();
     let rest = power * share;
-    (R::select(negative, rest, share), rest * share)
+    let moves = rule::tanh(x * R::lit(0.5)).1 * R::lit(0.25);
+    let slope = (rest * share).detach().straight_through(moves);
+    (R::select(negative, rest, share), slope)
 }
 
 #[inline(always)]
