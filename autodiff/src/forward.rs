@@ -1,7 +1,7 @@
 //! Forward mode: the arithmetic of [`Dual`], a number that carries tangents.
 
 use crate::dual::Dual;
-use crate::operators::{closure_operators, constants_by_f64, operators};
+use crate::operators::{closure_operators, constants_by_f64, literal_operators, operators};
 use crate::real::{ByType, Fused, Real};
 use crate::rule::{self, by_rule};
 
@@ -98,6 +98,11 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
         |x, y, _, rule| x.apply2(y, rule),
     }
 
+    /// One product for each tangent.
+    #[inline(always)]
+    fn scale(self, factor: f64) -> Self {
+        self.apply((self.value.scale(factor), R::lit(factor)))
+    }
     #[inline(always)]
     fn select(mask: R::Mask, if_true: Self, if_false: Self) -> Self {
         let mut tangent = if_true.tangent;
@@ -204,5 +209,6 @@ operators! {
     a == 0 => a.value.is_zero() && a.tangent.iter().all(R::is_zero),
 }
 
+literal_operators! { [R: Real, const N: usize] Dual<R, N>, |a, factor| a.scale(factor) }
 constants_by_f64! { [R: Real, const N: usize] Dual<R, N> }
 closure_operators! { [R: Real, const N: usize] Dual<R, N> }

@@ -1,7 +1,6 @@
 //! The operators and identities of number types.
 
-/// Implements `+ - * /`, negation, the assigning operators, operators with a
-/// [`Literal`](crate::real::Literal) on the right, `Zero`, `One`, `Sum` and `Product` for a number type:
+/// Implements `+ - * /`, negation, the assigning operators, `Zero`, `One`, `Sum` and `Product` for a number type:
 ///
 /// ```text
 /// operators! {
@@ -69,22 +68,31 @@ macro_rules! operators {
                 $one
             }
         }
-        $crate::operators::literal_operators! { [$($generics)*] $number }
         $crate::operators::folds! { [$($generics)*] $number }
     };
 }
 
-/// `number op literal`.
+/// `number op literal`. The product takes a path of its own: a constant has no tangents to multiply.
 macro_rules! literal_operators {
-    ([$($generics:tt)*] $number:ty) => {
-        $crate::operators::literal_operators! {
-            @each [$($generics)*] $number, Add add, Sub sub, Mul mul, Div div
-        }
+    ($generics:tt $number:ty) => {
+        $crate::operators::literal_operators! { $generics $number, |a, b| a * <$number>::lit(b) }
     };
-    (@each $generics:tt $number:ty, $($trait:ident $method:ident),*) => {
-        $($crate::operators::right_operand! {
-            $generics $number, $trait $method $crate::literal::Literal, b <$number>::lit(b.0)
-        })*
+    ($generics:tt $number:ty, |$a:ident, $b:ident| $product:expr) => {
+        $crate::operators::right_operand! {
+            $generics $number, Add add $crate::literal::Literal, |a, b| a + <$number>::lit(b.0)
+        }
+        $crate::operators::right_operand! {
+            $generics $number, Sub sub $crate::literal::Literal, |a, b| a - <$number>::lit(b.0)
+        }
+        $crate::operators::right_operand! {
+            $generics $number, Mul mul $crate::literal::Literal, |$a, b| {
+                let $b = b.0;
+                $product
+            }
+        }
+        $crate::operators::right_operand! {
+            $generics $number, Div div $crate::literal::Literal, |a, b| a / <$number>::lit(b.0)
+        }
     };
 }
 
@@ -132,8 +140,10 @@ macro_rules! closure_operators {
     ([$($generics:tt)*] $number:ty) => {
         $crate::operators::closure_operators! {
             @each [$($generics)*] $number,
-            Add add AddAssign add_assign, Sub sub SubAssign sub_assign,
-            Mul mul MulAssign mul_assign, Div div DivAssign div_assign
+            Add add AddAssign add_assign |a, b| <$number>::lit(a) + b,
+            Sub sub SubAssign sub_assign |a, b| <$number>::lit(a) - b,
+            Mul mul MulAssign mul_assign |a, b| b * a,
+            Div div DivAssign div_assign |a, b| <$number>::lit(a) / b
         }
         impl<$($generics)*> PartialEq<f64> for $number
         where
@@ -161,10 +171,13 @@ macro_rules! closure_operators {
     };
     (
         @each $generics:tt $number:ty,
-        $($trait:ident $method:ident $assign_trait:ident $assign:ident),*
+        $(
+            $trait:ident $method:ident $assign_trait:ident $assign:ident
+            |$a:ident, $b:ident| $float_first:expr
+        ),*
     ) => {
         $($crate::operators::closure_operator! {
-            $generics $number, $trait $method $assign_trait $assign
+            $generics $number, $trait $method $assign_trait $assign |$a, $b| $float_first
         })*
     };
 }
@@ -174,18 +187,22 @@ macro_rules! closure_operator {
     (
         [$($generics:tt)*] $number:ty,
         $trait:ident $method:ident $assign_trait:ident $assign:ident
+        |$a:ident, $b:ident| $float_first:expr
     ) => {
         $crate::operators::right_operand! {
-            [$($generics)*] $number, $trait $method f64, b <$number>::lit(b)
+            [$($generics)*] $number, $trait $method f64,
+            |a, b| std::ops::$trait::$method(a, $crate::literal::Literal(b))
         }
         $crate::operators::right_operand! {
-            ['a, $($generics)*] $number, $trait $method &'a $number, b *b
+            ['a, $($generics)*] $number, $trait $method &'a $number,
+            |a, b| std::ops::$trait::$method(a, *b)
         }
         impl<$($generics)*> std::ops::$trait<$number> for f64 {
             type Output = $number;
             #[inline(always)]
-            fn $method(self, other: $number) -> $number {
-                std::ops::$trait::$method(<$number>::lit(self), other)
+            fn $method(self, $b: $number) -> $number {
+                let $a = self;
+                $float_first
             }
         }
         impl<'a, $($generics)*> std::ops::$trait<&'a $number> for f64 {
@@ -220,17 +237,18 @@ macro_rules! closure_operator {
     };
 }
 
-/// `number op operand`, given what number the operand stands for.
+/// `number op operand`.
 macro_rules! right_operand {
     (
         [$($generics:tt)*] $number:ty, $trait:ident $method:ident $operand:ty,
-        $b:ident $of_operand:expr
+        |$a:ident, $b:ident| $result:expr
     ) => {
         impl<$($generics)*> std::ops::$trait<$operand> for $number {
             type Output = Self;
             #[inline(always)]
             fn $method(self, $b: $operand) -> Self {
-                std::ops::$trait::$method(self, $of_operand)
+                let $a = self;
+                $result
             }
         }
     };

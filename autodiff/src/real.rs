@@ -164,6 +164,11 @@ pub trait Real:
     fn fma(self, factor: Self, term: Self) -> Self {
         self * factor + term
     }
+    /// `self * factor`, by a constant, of which no derivative is asked.
+    #[inline(always)]
+    fn scale(self, factor: f64) -> Self {
+        self * Self::lit(factor)
+    }
     /// `1 / self`.
     #[inline(always)]
     fn recip(self) -> Self {
@@ -348,19 +353,25 @@ pub fn lit(value: f64) -> Literal {
 
 /// `literal op number`.
 macro_rules! literal_first {
-    ($($trait:ident $method:ident),*) => {
+    ($($trait:ident $method:ident |$literal:ident, $number:ident| $result:expr),*) => {
         $(
             impl<R: Real> $trait<R> for Literal {
                 type Output = R;
                 #[inline(always)]
-                fn $method(self, other: R) -> R {
-                    R::lit(self.0).$method(other)
+                fn $method(self, $number: R) -> R {
+                    let $literal = self.0;
+                    $result
                 }
             }
         )*
     };
 }
-literal_first! { Add add, Sub sub, Mul mul, Div div }
+literal_first! {
+    Add add |literal, number| R::lit(literal) + number,
+    Sub sub |literal, number| R::lit(literal) - number,
+    Mul mul |literal, number| number.scale(literal),
+    Div div |literal, number| R::lit(literal) / number
+}
 
 /// Work that plain floats have a function of their own for; see [`Real::by_type`]. The choice is made
 /// at compile time: for a float the generic code is not compiled.

@@ -7,7 +7,9 @@ use num_traits::{Float, Num, Signed, Zero};
 
 use super::element::Element;
 use crate::math::rounding::remainder;
-use crate::operators::{closure_operators, constants_by_f64, operator, operators};
+use crate::operators::{
+    closure_operators, constants_by_f64, literal_operators, operator, operators,
+};
 use crate::real::{Mask, Real};
 use crate::rule;
 
@@ -33,6 +35,8 @@ operators! {
     // In every lane: algorithms branch on it.
     a == 0 => (a.0.le(R::zero()) & R::zero().le(a.0)).all(),
 }
+
+literal_operators! { [R: Real] Element<R> }
 
 // The exact remainder of a division with an integer quotient, of the dividend's sign, as `%` of floats.
 operator! {

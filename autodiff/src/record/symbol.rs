@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 use super::operation::{Binary, Logic, Op, Place, Run, Unary};
 use super::recording::current;
 use crate::elementary::Elementary;
-use crate::operators::operators;
+use crate::operators::{literal_operators, operators};
 use crate::real::{Fused, Mask, Real};
 
 /// A number without a value: running generic code over it records an operation for each call. Since
@@ -111,6 +111,8 @@ operators! {
         recording.is_simplified && recording.constant(a.0) == Some(0.0)
     }),
 }
+
+literal_operators! { [] Symbol }
 
 impl BitAnd for SymbolMask {
     type Output = Self;

@@ -133,7 +133,10 @@ impl<R: Real> Arena<R> {
         };
         let place = place as usize;
         match kind {
-            FUSED => fused[place].parents.iter().copied().for_each(visit),
+            FUSED => {
+                let slices = fused[place].parents.iter().zip(&fused[place].lengths);
+                slices.for_each(|(parents, &len)| parents.each(len, &mut visit));
+            }
             LINEAR => {
                 let end = linear.get(place + 1).copied().unwrap_or(terms.len());
                 let terms = &terms[linear[place]..end];

@@ -5,7 +5,7 @@ use num_traits::Zero;
 use super::current::{self, CONSTANT};
 use super::fused;
 use super::var::Var;
-use crate::operators::{closure_operators, constants_by_f64, operators};
+use crate::operators::{closure_operators, constants_by_f64, literal_operators, operators};
 use crate::real::{Fused, Real};
 use crate::rule::{self, by_rule};
 
@@ -134,6 +134,8 @@ operators! {
     1 => Self::constant(R::one()),
     a == 0 => a.is_constant() && a.value.is_zero(),
 }
+
+literal_operators! { [R: Real] Var<R> }
 
 constants_by_f64! { [R: Real] Var<R> }
 closure_operators! { [R: Real] Var<R> }

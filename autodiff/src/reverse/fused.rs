@@ -3,7 +3,7 @@
 use smallvec::SmallVec;
 
 use super::current::{self, CONSTANT};
-use super::fused_entry::{FusedEntry, SavedCall};
+use super::fused_entry::{FusedEntry, Parents, SavedCall};
 use super::var::Var;
 use crate::real::{Fused, Real};
 
@@ -30,7 +30,10 @@ pub(super) fn fused<R: Real, F: Fused>(function: F, inputs: &[&[Var<R>]]) -> Vec
             .iter()
             .map(|slice| slice.iter().any(|x| !x.is_constant()))
             .collect(),
-        parents: inputs.iter().copied().flatten().map(|x| x.index).collect(),
+        parents: inputs
+            .iter()
+            .map(|slice| Parents::new(slice.iter().map(|x| x.index)))
+            .collect(),
     };
     let zero = R::zero();
     // SAFETY: `push_fused` moves a finished entry and runs no foreign code.

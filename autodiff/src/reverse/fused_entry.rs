@@ -13,8 +13,38 @@ pub(super) struct FusedEntry<R> {
     /// so these need no allocation.
     pub(super) lengths: SmallVec<[usize; 4]>,
     pub(super) wanted: SmallVec<[bool; 4]>,
-    /// The indices of all inputs, one slice after the other.
-    pub(super) parents: Vec<u32>,
+    /// The indices of the inputs of each slice.
+    pub(super) parents: SmallVec<[Parents; 4]>,
+}
+
+/// The indices of a slice of inputs.
+pub(super) enum Parents {
+    /// Consecutive ones from this on, as the inputs of a recording are.
+    Run(u32),
+    Each(Vec<u32>),
+}
+
+impl Parents {
+    pub(super) fn new(indices: impl Iterator<Item = u32> + Clone) -> Self {
+        let first = indices.clone().next().unwrap_or(NONE);
+        let mut places = indices.clone().zip(u64::from(first)..);
+        if first != NONE && places.all(|(index, place)| u64::from(index) == place) {
+            Self::Run(first)
+        } else {
+            Self::Each(indices.collect())
+        }
+    }
+
+    /// Calls `visit` with the index of each of `len` inputs that is a variable.
+    pub(super) fn each(&self, len: usize, mut visit: impl FnMut(u32)) {
+        match self {
+            Self::Run(first) => (*first..*first + len as u32).for_each(visit),
+            Self::Each(indices) => {
+                let variables = indices.iter().filter(|&&index| index != NONE);
+                variables.for_each(|&index| visit(index));
+            }
+        }
+    }
 }
 
 /// A [`Fused`] function and the numbers it saved, with the types erased.
@@ -46,21 +76,27 @@ impl<R: Real> FusedEntry<R> {
             self.lengths.len(),
             "Fused::reverse must return one vector per input slice"
         );
-        let mut parents = self.parents.as_slice();
         for (slice, x_bar) in x_bar.iter().enumerate() {
-            let (here, rest) = parents.split_at(self.lengths[slice]);
-            parents = rest;
             if !self.wanted[slice] {
                 continue;
             }
             assert_eq!(
                 x_bar.len(),
-                here.len(),
+                self.lengths[slice],
                 "Fused::reverse must return one cotangent per input of a wanted slice"
             );
-            for (&parent, &x_bar) in here.iter().zip(x_bar) {
-                if parent != NONE {
-                    bars[parent as usize] += x_bar;
+            match &self.parents[slice] {
+                Parents::Run(first) => {
+                    let bars = &mut bars[*first as usize..][..x_bar.len()];
+                    for (bar, &x_bar) in bars.iter_mut().zip(x_bar) {
+                        *bar += x_bar;
+                    }
+                }
+                Parents::Each(indices) => {
+                    let pairs = indices.iter().zip(x_bar);
+                    for (&parent, &x_bar) in pairs.filter(|(parent, _)| **parent != NONE) {
+                        bars[parent as usize] += x_bar;
+                    }
                 }
             }
         }

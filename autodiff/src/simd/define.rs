@@ -68,6 +68,7 @@ macro_rules! define_lanes {
             1 => Self::lit(1.0),
             a == 0 => (a.le(Self::lit(0.0)) & Self::lit(0.0).le(a)).all(),
         }
+        $crate::operators::literal_operators! { [] $name }
 
         impl Lane<$scalar> for $name {
             const N: usize = $n;

@@ -6,7 +6,7 @@ use num_traits::FromPrimitive;
 
 use crate::math::Primitive;
 use crate::math::exact::{two_product, two_sum};
-use crate::operators::operators;
+use crate::operators::{literal_operators, operators};
 use crate::real::Real;
 
 /// The unevaluated sum of two floats; see the [module](super).
@@ -123,6 +123,8 @@ operators! {
     1 => Self::from(1.0),
     a == 0 => a.high == 0.0,
 }
+
+literal_operators! { [] DoubleDouble }
 
 impl PartialOrd for DoubleDouble {
     #[inline]

@@ -5,7 +5,7 @@ use std::panic::Location;
 use num_traits::Zero;
 
 use super::origin::{CLEAN, Origin, count, note};
-use crate::operators::operators;
+use crate::operators::{literal_operators, operators};
 use crate::real::{Fused, Mask, Real};
 use crate::rule::{self, by_rule};
 
@@ -231,3 +231,5 @@ operators! {
     1 => Self::constant(R::one()),
     a == 0 => !a.active && a.value.is_zero(),
 }
+
+literal_operators! { [R: Real] Traced<R> }

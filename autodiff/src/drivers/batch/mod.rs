@@ -4,12 +4,15 @@
 //!   for a sparse Jacobian whose rows have a fixed number of entries.
 //! - [`Sum`] adds up a function of shared parameters over data, a likelihood for example; its gradient
 //!   by all parameters costs a few times as much as the sum.
+//! - [`total`] adds up a kernel over arrays of variables.
 
 mod block;
 mod kernels;
 mod plan;
 mod replay;
 mod sum;
+mod total;
 
 pub use kernels::{LocalJacobian, jacobians, values};
 pub use sum::{Sum, Summand};
+pub use total::total;
