@@ -67,13 +67,15 @@ mod hand {
 }
 
 mod ours {
-    use autodiff::{Real, hessian_of};
+    use autodiff::{Dual, Real, Var, hessian_of};
 
     use super::Datum;
 
+    type Weight = Var<Dual<f64, 4>>;
+
     pub(super) fn hessian(data: &[Datum], w: &Datum) -> Vec<f64> {
-        let loss = |w: &[_]| {
-            let margin = |x: &Datum| x.iter().zip(w).map(|(&x, &w)| x * w).sum();
+        let loss = |w: &[Weight]| {
+            let margin = |x: &Datum| x.iter().zip(w).map(|(&x, &w)| x * w).sum::<Weight>();
             data.iter().map(|x| (-margin(x)).softplus()).sum()
         };
         hessian_of(loss, w).into_vec()
@@ -113,7 +115,7 @@ mod num_dual {
             let margin = |x: &Datum| {
                 x.iter()
                     .zip(&w)
-                    .map(|(x, w)| w * *x)
+                    .map(|(x, w)| *w * *x)
                     .sum::<Dual2SVec64<_>>()
             };
             let terms = data.iter().map(|x| (-margin(x)).exp().ln_1p());

@@ -180,7 +180,7 @@ mod ours_rollout {
             let errors = states
                 .iter()
                 .zip(seen.as_flattened())
-                .map(|(x, seen)| x - seen);
+                .map(|(&x, &seen)| x - seen);
             errors.map(|error| error * error).sum()
         };
         gradient_of(loss, &POINT)
@@ -193,7 +193,7 @@ mod num_dual {
 
     use super::{APART, POINT, START, STEP};
 
-    fn step<D: DualNum<f64> + Copy>([x, y]: [D; 2], [a, b, c, d]: [D; 4]) -> [D; 2] {
+    fn step<D: DualNum<Primitive = f64> + Copy>([x, y]: [D; 2], [a, b, c, d]: [D; 4]) -> [D; 2] {
         let rate = |[x, y]: [D; 2]| [a * x - b * x * y, c * x * y - d * y];
         let at = |k: [D; 2], h: f64| [x + k[0] * h, y + k[1] * h];
         let k1 = rate([x, y]);
@@ -204,7 +204,7 @@ mod num_dual {
         at([mean(0), mean(1)], STEP)
     }
 
-    fn loss<D: DualNum<f64> + Copy>(p: [D; 4], seen: &[[f64; 2]]) -> D {
+    fn loss<D: DualNum<Primitive = f64> + Copy>(p: [D; 4], seen: &[[f64; 2]]) -> D {
         let (mut state, mut loss) = (START.map(D::from), D::from(0.0));
         for &[x, y] in seen {
             for _ in 0..APART {

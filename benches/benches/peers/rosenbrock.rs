@@ -97,13 +97,14 @@ mod echidna_kept {
 mod reverse {
     use reverse::{Gradient, Tape, Var};
 
+    fn term<'a>(x: &[Var<'a>]) -> Var<'a> {
+        let (valley, slope) = (x[1] - x[0] * x[0], 1.0 - x[0]);
+        100.0 * valley * valley + slope * slope
+    }
+
     pub(super) fn gradient(x: &[f64]) -> Vec<f64> {
         let tape = Tape::new();
         let x = tape.add_vars(x);
-        let term = |x: &[Var<'_>]| {
-            let (valley, slope) = (x[1] - x[0] * x[0], 1.0 - x[0]);
-            100.0 * valley * valley + slope * slope
-        };
         let sum = x.windows(2).map(term).sum::<Var<'_>>();
         sum.grad().wrt(&x)
     }
