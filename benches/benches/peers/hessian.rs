@@ -24,7 +24,9 @@ pub(crate) fn task() -> Task {
         tolerance: 1e-13,
         ways: vec![
             Way::new("by hand", "", &["hand"], || hand::hessian(data, w)),
-            Way::new("ours", "`hessian_of`", &["ours"], || ours::hessian(data, w)),
+            Way::new("ours", "`hessian`", &["ours"], || {
+                ours::hessian_matrix(data, w)
+            }),
             Way::new(
                 "ours",
                 "`hessian` of a `batch::Sum`",
@@ -67,18 +69,21 @@ mod hand {
 }
 
 mod ours {
-    use autodiff::{Dual, Real, Var, hessian_of};
+    use autodiff::{Function, Real, hessian};
 
     use super::Datum;
 
-    type Weight = Var<Dual<f64, 4>>;
+    struct Loss<'a>(&'a [Datum]);
 
-    pub(super) fn hessian(data: &[Datum], w: &Datum) -> Vec<f64> {
-        let loss = |w: &[Weight]| {
-            let margin = |x: &Datum| x.iter().zip(w).map(|(&x, &w)| x * w).sum::<Weight>();
-            data.iter().map(|x| (-margin(x)).softplus()).sum()
-        };
-        hessian_of(loss, w).into_vec()
+    impl Function for Loss<'_> {
+        fn eval<R: Real>(&self, w: &[R]) -> R {
+            let margin = |x: &Datum| R::dot(&x.map(R::lit), w);
+            self.0.iter().map(|x| (-margin(x)).softplus()).sum()
+        }
+    }
+
+    pub(super) fn hessian_matrix(data: &[Datum], w: &Datum) -> Vec<f64> {
+        hessian(&Loss(data), w).into_vec()
     }
 }
 

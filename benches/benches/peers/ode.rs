@@ -30,16 +30,19 @@ pub(crate) fn task() -> Task {
             Way::new(
                 "ours",
                 "`gradient_forward`",
-                &["ours", "ours_forward"],
+                &["ours_step", "ours_fit", "ours_forward"],
                 || ours_forward::gradient(seen),
             ),
-            Way::new("ours", "`gradient`", &["ours", "ours_tape"], || {
-                ours_tape::gradient(seen)
-            }),
+            Way::new(
+                "ours",
+                "`gradient`",
+                &["ours_step", "ours_fit", "ours_tape"],
+                || ours_tape::gradient(seen),
+            ),
             Way::new(
                 "ours",
                 "`gradient_of` a `Rollout`",
-                &["ours_rollout"],
+                &["ours_step", "ours_rollout"],
                 || ours_rollout::gradient(seen),
             ),
             Way::new(
@@ -71,8 +74,8 @@ mod primal {
         let k2 = rate(at(k1, STEP / 2.0));
         let k3 = rate(at(k2, STEP / 2.0));
         let k4 = rate(at(k3, STEP));
-        let mean = |i: usize| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0;
-        at([mean(0), mean(1)], STEP)
+        let sum = |i: usize| k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i];
+        at([sum(0), sum(1)], STEP / 6.0)
     }
 
     pub(super) fn loss(p: [f64; 4], seen: &[[f64; 2]]) -> f64 {
@@ -88,23 +91,39 @@ mod primal {
     }
 }
 
-mod ours {
+mod ours_step {
+    use autodiff::{Real, lit};
+
+    use super::STEP;
+
+    #[inline(always)]
+    fn rate<R: Real>([x, y]: [R; 2], [a, b, c, d]: [R; 4]) -> [R; 2] {
+        [a * x - b * x * y, c * x * y - d * y]
+    }
+
+    #[inline(always)]
+    fn along<R: Real>([x, y]: [R; 2], h: f64, k: [R; 2]) -> [R; 2] {
+        [x + lit(h) * k[0], y + lit(h) * k[1]]
+    }
+
+    #[inline(always)]
+    pub(super) fn step<R: Real>(state: [R; 2], p: [R; 4]) -> [R; 2] {
+        let k1 = rate(state, p);
+        let k2 = rate(along(state, STEP / 2.0, k1), p);
+        let k3 = rate(along(state, STEP / 2.0, k2), p);
+        let k4 = rate(along(state, STEP, k3), p);
+        let x = k1[0] + lit(2.0) * (k2[0] + k3[0]) + k4[0];
+        let y = k1[1] + lit(2.0) * (k2[1] + k3[1]) + k4[1];
+        along(state, STEP / 6.0, [x, y])
+    }
+}
+
+mod ours_fit {
     use autodiff::{Function, Real, lit};
 
-    use super::{APART, START, STEP};
+    use super::{APART, START, ours_step::step};
 
     pub(super) struct Fit<'a>(pub(super) &'a [[f64; 2]]);
-
-    fn step<R: Real>([x, y]: [R; 2], [a, b, c, d]: [R; 4]) -> [R; 2] {
-        let rate = |[x, y]: [R; 2]| [a * x - b * x * y, c * x * y - d * y];
-        let at = |k: [R; 2], h: f64| [x + lit(h) * k[0], y + lit(h) * k[1]];
-        let k1 = rate([x, y]);
-        let k2 = rate(at(k1, STEP / 2.0));
-        let k3 = rate(at(k2, STEP / 2.0));
-        let k4 = rate(at(k3, STEP));
-        let mean = |i: usize| (k1[i] + lit(2.0) * (k2[i] + k3[i]) + k4[i]) / lit(6.0);
-        at([mean(0), mean(1)], STEP)
-    }
 
     impl Function for Fit<'_> {
         fn eval<R: Real>(&self, p: &[R]) -> R {
@@ -122,7 +141,7 @@ mod ours {
 }
 
 mod ours_forward {
-    use super::{POINT, ours::Fit};
+    use super::{POINT, ours_fit::Fit};
 
     pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
         autodiff::gradient_forward(&Fit(seen), &POINT)
@@ -130,7 +149,7 @@ mod ours_forward {
 }
 
 mod ours_tape {
-    use super::{POINT, ours::Fit};
+    use super::{POINT, ours_fit::Fit};
 
     pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
         autodiff::gradient(&Fit(seen), &POINT)
@@ -138,9 +157,9 @@ mod ours_tape {
 }
 
 mod ours_rollout {
-    use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of, lit};
+    use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
 
-    use super::{APART, POINT, START, STEP, STEPS};
+    use super::{APART, POINT, START, STEPS, ours_step::step};
 
     #[derive(Clone)]
     struct Populations;
@@ -148,14 +167,7 @@ mod ours_rollout {
     impl Kernel<6, 2> for Populations {
         #[inline(always)]
         fn eval<R: Real>(&self, [x, y, a, b, c, d]: [R; 6]) -> [R; 2] {
-            let rate = |[x, y]: [R; 2]| [a * x - b * x * y, c * x * y - d * y];
-            let at = |k: [R; 2], h: f64| [x + lit(h) * k[0], y + lit(h) * k[1]];
-            let k1 = rate([x, y]);
-            let k2 = rate(at(k1, STEP / 2.0));
-            let k3 = rate(at(k2, STEP / 2.0));
-            let k4 = rate(at(k3, STEP));
-            let mean = |i: usize| (k1[i] + lit(2.0) * (k2[i] + k3[i]) + k4[i]) / lit(6.0);
-            at([mean(0), mean(1)], STEP)
+            step([x, y], [a, b, c, d])
         }
     }
 
@@ -177,11 +189,8 @@ mod ours_rollout {
         let loss = |p: &[Var<f64>]| {
             let parameters: Vec<_> = p.chunks(1).collect();
             let states = rollout.run(&START.map(Var::lit), &parameters);
-            let errors = states
-                .iter()
-                .zip(seen.as_flattened())
-                .map(|(&x, &seen)| x - seen);
-            errors.map(|error| error * error).sum()
+            let gaps = states.iter().zip(seen.as_flattened());
+            gaps.map(|(&x, &seen)| (x - seen).powi(2)).sum()
         };
         gradient_of(loss, &POINT)
     }
@@ -200,8 +209,8 @@ mod num_dual {
         let k2 = rate(at(k1, STEP / 2.0));
         let k3 = rate(at(k2, STEP / 2.0));
         let k4 = rate(at(k3, STEP));
-        let mean = |i: usize| (k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i]) / 6.0;
-        at([mean(0), mean(1)], STEP)
+        let sum = |i: usize| k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i];
+        at([sum(0), sum(1)], STEP / 6.0)
     }
 
     fn loss<D: DualNum<Primitive = f64> + Copy>(p: [D; 4], seen: &[[f64; 2]]) -> D {
@@ -235,8 +244,8 @@ mod echidna {
         let k2 = rate(at(k1, STEP / 2.0));
         let k3 = rate(at(k2, STEP / 2.0));
         let k4 = rate(at(k3, STEP));
-        let mean = |i: usize| (k1[i] + T::from_f(2.0) * (k2[i] + k3[i]) + k4[i]) / T::from_f(6.0);
-        at([mean(0), mean(1)], STEP)
+        let sum = |i: usize| k1[i] + T::from_f(2.0) * (k2[i] + k3[i]) + k4[i];
+        at([sum(0), sum(1)], STEP / 6.0)
     }
 
     pub(super) fn loss<T: Scalar<Float = f64>>(p: &[T], seen: &[[f64; 2]]) -> T {
