@@ -41,19 +41,27 @@ fn fastest(outcomes: &[Outcome]) -> (&Outcome, Option<&Outcome>) {
     )
 }
 
+/// For each task the fastest way of either side.
 fn summary(measured: &[Measured]) -> String {
     let mut table = String::from(
-        "| task | ours, us | fastest peer | its us | over ours | our lines | its lines |\n\
+        "| task | ours, us | over the first row | fastest peer | its us | over ours | lines, ours and its |\n\
          | --- | --- | --- | --- | --- | --- | --- |\n",
     );
     for (task, outcomes) in measured {
         let (ours, peer) = fastest(outcomes);
-        let us = ours.seconds * 1e6;
+        let first = &outcomes[0];
+        let own = ours.seconds / first.seconds;
+        let _ = write!(
+            table,
+            "| {} | {:.1} | {own:.1} times {} | ",
+            task.title,
+            ours.seconds * 1e6,
+            first.by
+        );
         let _ = match peer {
             Some(peer) => writeln!(
                 table,
-                "| {} | {us:.1} | {}, {} | {:.1} | {:.2} | {} | {} |",
-                task.title,
+                "{}, {} | {:.1} | {:.2} | {}, {} |",
                 peer.by,
                 peer.how,
                 peer.seconds * 1e6,
@@ -61,17 +69,13 @@ fn summary(measured: &[Measured]) -> String {
                 ours.lines,
                 peer.lines
             ),
-            None => writeln!(
-                table,
-                "| {} | {us:.1} | | | | {} | |",
-                task.title, ours.lines
-            ),
+            None => writeln!(table, "none in this build | | | {} |", ours.lines),
         };
     }
     table
 }
 
-/// A list of the tasks on which the fastest peer takes so many times our time, and how many.
+/// The tasks on which the fastest peer's time, over ours, is such a ratio.
 fn where_over(measured: &[Measured], holds: impl Fn(f64) -> bool) -> String {
     let mut list = String::new();
     for (task, outcomes) in measured {
@@ -93,11 +97,29 @@ fn where_over(measured: &[Measured], holds: impl Fn(f64) -> bool) -> String {
     list
 }
 
+/// The tasks on which the fastest peer's code is the shorter.
+fn shorter(measured: &[Measured]) -> String {
+    let pairs = measured
+        .iter()
+        .map(|(task, outcomes)| (task, fastest(outcomes)));
+    let shorter = pairs.filter_map(|(task, (ours, peer))| {
+        let peer = peer.filter(|peer| peer.lines < ours.lines)?;
+        let (title, by) = (&task.title, peer.by);
+        Some(format!(
+            "- {title}: {by}, {} lines against {}.\n",
+            peer.lines, ours.lines
+        ))
+    });
+    shorter.collect()
+}
+
+/// The page of all tasks.
 pub(crate) fn page(measured: &[Measured]) -> String {
     let tables: Vec<String> = measured.iter().map(table).collect();
     let ahead = where_over(measured, |over| over >= CLEAR);
     let level = where_over(measured, |over| over < CLEAR && over * CLEAR > 1.0);
     let behind = where_over(measured, |over| over * CLEAR <= 1.0);
+    let shorter = shorter(measured);
     format!(
         include_str!("page.md"),
         machine = machine(),
@@ -106,6 +128,7 @@ pub(crate) fn page(measured: &[Measured]) -> String {
         ahead = ahead,
         level = level,
         behind = behind,
+        shorter = shorter,
         tables = tables.join("\n")
     )
 }

@@ -44,6 +44,7 @@ pub(crate) fn task() -> Task {
     }
 }
 
+/// A rollout in plain numbers, tanh that of the system.
 mod primal {
     use super::{HIDDEN, STEP, STEPS};
 
@@ -60,6 +61,7 @@ mod primal {
     }
 }
 
+/// The step recorded once, starts abreast in lanes.
 mod ours {
     use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of, lit};
 
@@ -104,6 +106,7 @@ mod ours {
     }
 }
 
+/// A rollout on the scalar tape.
 mod ours_tape {
     use autodiff::{Real, Var, gradient_of};
 
@@ -132,6 +135,7 @@ mod ours_tape {
     }
 }
 
+/// The same on its tape.
 mod echidna {
     use echidna::{Reverse64, Scalar};
     use num_traits::Float;
@@ -161,6 +165,7 @@ mod echidna {
     }
 }
 
+/// The same on its tape, which is cleared between starts.
 mod reverse {
     use reverse::{Gradient, Tape, Var};
 

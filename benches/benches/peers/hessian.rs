@@ -49,6 +49,7 @@ pub(crate) fn task() -> Task {
     }
 }
 
+/// The matrix of a generalised linear model.
 mod hand {
     use super::{Datum, WEIGHTS};
 
@@ -68,6 +69,7 @@ mod hand {
     }
 }
 
+/// A function for any driver, a dot product one entry of the tape.
 mod ours {
     use autodiff::{Function, Real, hessian};
 
@@ -87,6 +89,7 @@ mod ours {
     }
 }
 
+/// A datum's loss, in lanes over the data.
 mod ours_sum {
     use autodiff::batch::{Sum, Summand};
     use autodiff::{Real, hessian_of};
@@ -109,6 +112,7 @@ mod ours_sum {
     }
 }
 
+/// Second-order duals of static length, as in its first example.
 mod num_dual {
     use nalgebra::SVector;
     use num_dual::{Dual2SVec64, DualNum, hessian as dual_hessian};
@@ -131,6 +135,7 @@ mod num_dual {
     }
 }
 
+/// Recorded each time.
 mod echidna {
     use echidna::BReverse64;
     use num_traits::Float;
@@ -149,6 +154,7 @@ mod echidna {
     }
 }
 
+/// Recorded once; ten directions at a time.
 mod echidna_kept {
     use echidna::BReverse64;
     use num_traits::Float;

@@ -68,6 +68,7 @@ fn joined((value, gradient): (f64, Vec<f64>)) -> Vec<f64> {
     [vec![value], gradient].concat()
 }
 
+/// Matrix products, and the sweep back written out.
 mod hand {
     use ndarray::linalg::general_mat_mul;
     use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
@@ -127,6 +128,7 @@ mod hand {
     }
 }
 
+/// A point's loss, which layers and lanes are found in.
 mod ours {
     use autodiff::batch::{Sum, Summand};
     use autodiff::{Real, value_and_gradient_of};
@@ -174,6 +176,7 @@ mod ours {
     }
 }
 
+/// Layer by layer over all points.
 mod ours_layers {
     use autodiff::fused::dense_batch;
     use autodiff::{Real, Var, value_and_gradient_of};
@@ -199,6 +202,7 @@ mod ours_layers {
     }
 }
 
+/// Tensors that are variables, kept from one gradient to the next.
 #[cfg(feature = "candle")]
 mod candle {
     use candle_core::{Device, Result, Tensor, Var};

@@ -64,6 +64,7 @@ pub(crate) fn task() -> Task {
     }
 }
 
+/// The fit in plain numbers; closures are inlined without being asked.
 mod primal {
     use super::{APART, START, STEP};
 
@@ -91,6 +92,7 @@ mod primal {
     }
 }
 
+/// A step. Kernels want every function marked, which closures cannot be.
 mod ours_step {
     use autodiff::{Real, lit};
 
@@ -118,6 +120,7 @@ mod ours_step {
     }
 }
 
+/// The fit as a function for any driver.
 mod ours_fit {
     use autodiff::{Function, Real, lit};
 
@@ -140,6 +143,7 @@ mod ours_fit {
     }
 }
 
+/// Four duals at once, no tape.
 mod ours_forward {
     use super::{POINT, ours_fit::Fit};
 
@@ -148,6 +152,7 @@ mod ours_forward {
     }
 }
 
+/// One sweep back over all that was recorded.
 mod ours_tape {
     use super::{POINT, ours_fit::Fit};
 
@@ -156,6 +161,7 @@ mod ours_tape {
     }
 }
 
+/// The step recorded once, as a kernel.
 mod ours_rollout {
     use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of};
 
@@ -196,6 +202,7 @@ mod ours_rollout {
     }
 }
 
+/// A vector of static length, as in "Extra arguments" and `gradient`.
 mod num_dual {
     use nalgebra::SVector;
     use num_dual::{DualNum, DualSVec64, gradient as dual_gradient};
@@ -232,6 +239,7 @@ mod num_dual {
     }
 }
 
+/// Generic over its trait, as in its "Quick Start".
 mod echidna {
     use echidna::Scalar;
 
@@ -261,6 +269,7 @@ mod echidna {
     }
 }
 
+/// Four tangents at once.
 mod echidna_forward {
     use echidna::DualVec64;
 
@@ -272,6 +281,7 @@ mod echidna_forward {
     }
 }
 
+/// As in "Gradient via reverse mode".
 mod echidna_tape {
     use super::{POINT, echidna::loss};
 

@@ -31,6 +31,7 @@ pub(crate) fn task(arguments: usize) -> Task {
     }
 }
 
+/// The two partials of a term.
 mod hand {
     pub(super) fn gradient(x: &[f64]) -> Vec<f64> {
         let mut gradient = vec![0.0; x.len()];
@@ -43,6 +44,7 @@ mod hand {
     }
 }
 
+/// A closure, as in the crate's first example.
 mod ours {
     use autodiff::{Var, gradient_of};
 
@@ -55,6 +57,7 @@ mod ours {
     }
 }
 
+/// As in "Gradient via reverse mode"; the crate has no `Sum`.
 mod echidna {
     use echidna::Reverse;
 
@@ -74,6 +77,7 @@ mod echidna {
     }
 }
 
+/// As in "record once, evaluate many".
 mod echidna_kept {
     use echidna::BReverse;
 
@@ -94,6 +98,7 @@ mod echidna_kept {
     }
 }
 
+/// Variables on a tape of its own; each term a function, as a closure cannot name the lifetime.
 mod reverse {
     use reverse::{Gradient, Tape, Var};
 
@@ -110,6 +115,7 @@ mod reverse {
     }
 }
 
+/// Duals as long as the vector, as `gradient` has them for vectors of any length.
 mod num_dual {
     use nalgebra::DVector;
     use num_dual::{DualDVec64, gradient as dual_gradient};

@@ -61,6 +61,7 @@ fn tridiagonal(rows: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// The three diagonals.
 mod hand {
     use super::SIZE;
 
@@ -79,6 +80,7 @@ mod hand {
     }
 }
 
+/// The equations for any driver.
 mod ours {
     use autodiff::{Real, VectorFunction, lit};
 
@@ -96,6 +98,7 @@ mod ours {
     }
 }
 
+/// As Newton's method takes it.
 mod ours_kept {
     use autodiff::sparse::{Pattern, sparse_jacobian};
 
@@ -107,6 +110,7 @@ mod ours_kept {
     }
 }
 
+/// In one line.
 mod ours_traced {
     use autodiff::sparse::{Pattern, sparse_jacobian};
 
@@ -117,6 +121,7 @@ mod ours_traced {
     }
 }
 
+/// All entries, four columns at a time.
 mod ours_dense {
     use super::ours::Broyden;
 
@@ -125,6 +130,7 @@ mod ours_dense {
     }
 }
 
+/// The equations, generic over its trait.
 mod echidna {
     use echidna::Scalar;
 
@@ -140,6 +146,7 @@ mod echidna {
     }
 }
 
+/// As Newton's method takes it.
 mod echidna_kept {
     use echidna::sparse::column_coloring;
 
@@ -156,6 +163,7 @@ mod echidna_kept {
     }
 }
 
+/// In one call.
 mod echidna_sparse {
     use super::echidna::broyden;
 
@@ -165,6 +173,7 @@ mod echidna_sparse {
     }
 }
 
+/// All entries, a column at a time.
 mod echidna_dense {
     use super::echidna::broyden;
 
