@@ -153,7 +153,7 @@ mod echidna_kept {
     use super::echidna::broyden;
 
     pub(super) fn jacobian(x: &[f64]) -> impl FnMut() -> Vec<f64> {
-        let (mut tape, _) = echidna::record_multi(|x| broyden(x), x);
+        let (mut tape, _) = echidna::record_multi(broyden, x);
         let pattern = tape.detect_jacobian_sparsity();
         let (colors, count) = column_coloring(&pattern);
         move || {
@@ -168,7 +168,7 @@ mod echidna_sparse {
     use super::echidna::broyden;
 
     pub(super) fn jacobian(x: &[f64]) -> Vec<f64> {
-        let (_, _, entries) = echidna::sparse_jacobian(|x| broyden(x), x);
+        let (_, _, entries) = echidna::sparse_jacobian(broyden, x);
         entries
     }
 }
@@ -178,7 +178,7 @@ mod echidna_dense {
     use super::echidna::broyden;
 
     pub(super) fn jacobian(x: &[f64]) -> Vec<f64> {
-        let (_, rows) = echidna::jacobian(|x| broyden(x), x);
+        let (_, rows) = echidna::jacobian(broyden, x);
         rows.concat()
     }
 }
