@@ -40,6 +40,29 @@ pub fn seconds<T>(work: impl FnOnce() -> T) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
+/// How long one measurement in turns lasts, s: long against the warming up of caches and branch predictors
+/// after its predecessor, short against a time slice.
+const SPAN: f64 = 2e-3;
+
+/// Seconds that each work takes: the least of so many rounds, in each of which all have their turn.
+pub fn in_turns<T>(works: &mut [impl FnMut() -> T], rounds: usize) -> Vec<f64> {
+    let mut least = vec![f64::INFINITY; works.len()];
+    for round in 0..=rounds {
+        for (work, least) in works.iter_mut().zip(&mut least) {
+            let repeats = ((SPAN / *least) as usize).max(1);
+            let all = || {
+                for _ in 0..repeats {
+                    black_box(work());
+                }
+            };
+            let taken = seconds(all) / repeats as f64;
+            // The first round finds out how many repeats there may be.
+            *least = if round == 0 { taken } else { least.min(taken) };
+        }
+    }
+    least
+}
+
 /// Appends a table's row: a name and figures, with so many digits.
 pub fn row(table: &mut String, name: &str, figures: &[f64], digits: usize) {
     *table += &format!("| {name}");

@@ -7,9 +7,8 @@
 mod document;
 
 use std::hint::black_box;
-use std::time::Instant;
 
-use benches::machine::write_page;
+use benches::machine::{in_turns, write_page};
 use benches::tapes::rivals::{self, Gradient, tapes};
 use benches::tapes::step::SpringLattice;
 use benches::tapes::{inputs, kernels};
@@ -18,9 +17,6 @@ use benches::tapes::{inputs, kernels};
 const STEPS: usize = 256;
 /// Times that each measurement is taken, in turns; the least counts.
 const ROUNDS: usize = 300;
-/// How long one measurement lasts, s: long against the warming up of caches and branch predictors
-/// after its predecessor, short against a time slice.
-const SPAN: f64 = 2e-3;
 
 /// A row of the table.
 pub(crate) struct TapeRow {
@@ -114,19 +110,9 @@ fn compare(lattice: &SpringLattice, inputs: &[f64]) {
 
 /// Microseconds a step, the least of many rounds.
 fn time(subjects: &mut [TimedTape], lattice: &SpringLattice, inputs: &[f64]) -> Vec<TapeRow> {
-    let mut least = vec![f64::INFINITY; subjects.len()];
-    for round in 0..=ROUNDS {
-        for (subject, least) in subjects.iter_mut().zip(&mut least) {
-            let repeats = (SPAN / *least) as usize;
-            let start = Instant::now();
-            for _ in 0..repeats.max(1) {
-                black_box((subject.run)(lattice, black_box(inputs)));
-            }
-            let taken = start.elapsed().as_secs_f64() / repeats.max(1) as f64;
-            // The first round finds out how many repeats there may be.
-            *least = if round == 0 { taken } else { least.min(taken) };
-        }
-    }
+    let works = subjects.iter_mut();
+    let works = works.map(|subject| || (subject.run)(lattice, black_box(inputs)));
+    let least = in_turns(&mut works.collect::<Vec<_>>(), ROUNDS);
     let rows = subjects.iter().zip(least);
     rows.map(|(subject, seconds)| TapeRow {
         name: subject.name,

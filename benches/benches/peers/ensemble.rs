@@ -1,0 +1,198 @@
+//! An ensemble: pendulums from many starts under one small network, whose weights are to bring them to rest.
+
+use crate::task::{Task, Way, kept};
+
+/// How many starts.
+const STARTS: usize = 64;
+/// How many steps.
+const STEPS: usize = 100;
+/// The length of a step.
+const STEP: f64 = 0.05;
+/// Hidden units of the network.
+const HIDDEN: usize = 16;
+/// Weights from angle and speed to the hidden units, biases, weights to the torque, its bias.
+const WEIGHTS: usize = 2 * HIDDEN + HIDDEN + HIDDEN + 1;
+
+pub(crate) fn task() -> Task {
+    let number = |i: usize| (0.618_033_988 * (i as f64 + 1.0)).fract() - 0.5;
+    let w = kept((0..WEIGHTS).map(number));
+    let starts: &'static [[f64; 2]] = kept((0..STARTS).map(|i| [number(i), number(i + STARTS)]));
+    Task {
+        title: format!("Gradient of an ensemble: {STARTS} rollouts of a pendulum under a network"),
+        about: "Angle and speed pass 16 hidden units with tanh to a torque, 100 steps; the sum of squared ends by all \
+                65 weights, on one thread. Ratios are to the primal in f64; peers' tapes take the starts one by one.",
+        source: include_str!("ensemble.rs"),
+        // Sums of 6400 terms in another order; tanh of the system and our own differ by a rounding.
+        tolerance: 1e-11,
+        ways: vec![
+            Way::new("primal", "", &["primal"], || {
+                vec![starts.iter().map(|s| primal::end(w, *s)).sum()]
+            }),
+            Way::new("ours", "`Rollout::run_batch`", &["ours"], || {
+                ours::gradient(w, starts)
+            }),
+            Way::new("ours", "`gradient_of`, one by one", &["ours_tape"], || {
+                ours_tape::gradient(w, starts)
+            }),
+            Way::new("echidna", "`grad`, one by one", &["echidna"], || {
+                echidna::gradient(w, starts)
+            }),
+            Way::new("reverse", "a tape, one by one", &["reverse"], || {
+                reverse::gradient(w, starts)
+            }),
+        ],
+    }
+}
+
+/// A rollout in plain numbers, tanh that of the system.
+mod primal {
+    use super::{HIDDEN, STEP, STEPS};
+
+    pub(super) fn end(w: &[f64], [mut angle, mut speed]: [f64; 2]) -> f64 {
+        let (w1, rest) = w.split_at(2 * HIDDEN);
+        let (b1, rest) = rest.split_at(HIDDEN);
+        for _ in 0..STEPS {
+            let hidden = |i: usize| (w1[2 * i] * angle + w1[2 * i + 1] * speed + b1[i]).tanh();
+            let torque = (0..HIDDEN).map(|i| rest[i] * hidden(i)).sum::<f64>() + rest[HIDDEN];
+            speed += STEP * (torque - angle.sin());
+            angle += STEP * speed;
+        }
+        angle * angle + speed * speed
+    }
+}
+
+/// The step recorded once, starts abreast in lanes.
+mod ours {
+    use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient_of, lit};
+
+    use super::{HIDDEN, STEP, STEPS};
+
+    #[derive(Clone)]
+    struct Pendulum;
+
+    impl Kernel<3, 2> for Pendulum {
+        #[inline(always)]
+        fn eval<R: Real>(&self, [angle, speed, torque]: [R; 3]) -> [R; 2] {
+            let speed = speed + lit(STEP) * (torque - angle.sin());
+            [angle + lit(STEP) * speed, speed]
+        }
+    }
+
+    impl Model for Pendulum {
+        fn record<R: Real>(&self, program: &mut Program<R>) {
+            let (w1, b1) = (program.matrix(HIDDEN, 2), program.parameter(HIDDEN));
+            let (w2, b2) = (program.matrix(1, HIDDEN), program.parameter(1));
+            let (angle, speed) = (program.state(1), program.state(1));
+            let hidden = program.dense_tanh(w1, &[angle, speed], b1);
+            let torque = program.dense(w2, &[hidden], b2);
+            let next = program.map(Pendulum, [angle, speed, torque]);
+            program.advance(angle, next[0]);
+            program.advance(speed, next[1]);
+        }
+    }
+
+    pub(super) fn gradient(w: &[f64], starts: &[[f64; 2]]) -> Vec<f64> {
+        let rollout = Rollout::new(Pendulum, STEPS);
+        let loss = |w: &[Var<f64>]| {
+            let (w1, rest) = w.split_at(2 * HIDDEN);
+            let (b1, rest) = rest.split_at(HIDDEN);
+            let (w2, b2) = rest.split_at(HIDDEN);
+            let starts: Vec<[Var<f64>; 2]> = starts.iter().map(|s| s.map(Var::lit)).collect();
+            let starts: Vec<&[Var<f64>]> = starts.iter().map(|start| &start[..]).collect();
+            let ends = rollout.run_batch(&starts, &[w1, b1, w2, b2]);
+            ends.iter().flatten().map(|&x| x * x).sum()
+        };
+        gradient_of(loss, w)
+    }
+}
+
+/// A rollout on the scalar tape.
+mod ours_tape {
+    use autodiff::{Real, Var, gradient_of};
+
+    use super::{HIDDEN, STEP, STEPS};
+
+    fn end(w: &[Var<f64>], start: [f64; 2]) -> Var<f64> {
+        let (w1, rest) = w.split_at(2 * HIDDEN);
+        let (b1, rest) = rest.split_at(HIDDEN);
+        let [mut angle, mut speed] = start.map(Var::lit);
+        for _ in 0..STEPS {
+            let hidden = |i: usize| (w1[2 * i] * angle + w1[2 * i + 1] * speed + b1[i]).tanh();
+            let torque = (0..HIDDEN).map(|i| rest[i] * hidden(i)).sum::<Var<f64>>() + rest[HIDDEN];
+            speed += STEP * (torque - angle.sin());
+            angle += STEP * speed;
+        }
+        angle * angle + speed * speed
+    }
+
+    pub(super) fn gradient(w: &[f64], starts: &[[f64; 2]]) -> Vec<f64> {
+        let mut sum = vec![0.0; w.len()];
+        for &start in starts {
+            let gradient = gradient_of(|w| end(w, start), w);
+            sum.iter_mut().zip(gradient).for_each(|(sum, g)| *sum += g);
+        }
+        sum
+    }
+}
+
+/// The same on its tape.
+mod echidna {
+    use echidna::{Reverse64, Scalar};
+    use num_traits::Float;
+
+    use super::{HIDDEN, STEP, STEPS};
+
+    fn end(w: &[Reverse64], start: [f64; 2]) -> Reverse64 {
+        let (w1, rest) = w.split_at(2 * HIDDEN);
+        let (b1, rest) = rest.split_at(HIDDEN);
+        let [mut angle, mut speed] = start.map(Reverse64::from_f);
+        for _ in 0..STEPS {
+            let hidden = |i: usize| (w1[2 * i] * angle + w1[2 * i + 1] * speed + b1[i]).tanh();
+            let torque = (0..HIDDEN).fold(rest[HIDDEN], |sum, i| sum + rest[i] * hidden(i));
+            speed += STEP * (torque - angle.sin());
+            angle += STEP * speed;
+        }
+        angle * angle + speed * speed
+    }
+
+    pub(super) fn gradient(w: &[f64], starts: &[[f64; 2]]) -> Vec<f64> {
+        let mut sum = vec![0.0; w.len()];
+        for &start in starts {
+            let gradient = echidna::grad(|w| end(w, start), w);
+            sum.iter_mut().zip(gradient).for_each(|(sum, g)| *sum += g);
+        }
+        sum
+    }
+}
+
+/// The same on its tape, which is cleared between starts.
+mod reverse {
+    use reverse::{Gradient, Tape, Var};
+
+    use super::{HIDDEN, STEP, STEPS};
+
+    fn end<'a>(w: &[Var<'a>], start: [f64; 2]) -> Var<'a> {
+        let (w1, rest) = w.split_at(2 * HIDDEN);
+        let (b1, rest) = rest.split_at(HIDDEN);
+        let [mut angle, mut speed] = start.map(|x| w[0].tape.add_var(x));
+        for _ in 0..STEPS {
+            let hidden = |i: usize| (w1[2 * i] * angle + w1[2 * i + 1] * speed + b1[i]).tanh();
+            let torque = (0..HIDDEN).map(|i| rest[i] * hidden(i)).sum::<Var<'_>>() + rest[HIDDEN];
+            speed = speed + STEP * (torque - angle.sin());
+            angle = angle + STEP * speed;
+        }
+        angle * angle + speed * speed
+    }
+
+    pub(super) fn gradient(w: &[f64], starts: &[[f64; 2]]) -> Vec<f64> {
+        let tape = Tape::new();
+        let mut sum = vec![0.0; w.len()];
+        for &start in starts {
+            tape.clear();
+            let w = tape.add_vars(w);
+            let gradient = end(&w, start).grad().wrt(&w);
+            sum.iter_mut().zip(gradient).for_each(|(sum, g)| *sum += g);
+        }
+        sum
+    }
+}

@@ -1,0 +1,174 @@
+//! The Hessian of a logistic regression's loss.
+
+use crate::task::{Task, Way, kept};
+
+/// How many weights.
+const WEIGHTS: usize = 10;
+/// How many data.
+const DATA: usize = 200;
+
+/// What is seen of a datum, times the sign of its class: the loss is the sum of `ln(1 + exp(-w x))`.
+type Datum = [f64; WEIGHTS];
+
+pub(crate) fn task() -> Task {
+    let number = |i: usize| (0.618_033_988 * (i as f64 + 1.0)).fract() - 0.5;
+    let datum = |i: usize| std::array::from_fn(|j| 2.0 * number(i * WEIGHTS + j));
+    let data: &'static [Datum] = kept((0..DATA).map(datum));
+    let w: &'static Datum = &kept([std::array::from_fn(number)])[0];
+    Task {
+        title: format!("Hessian of a logistic regression, {WEIGHTS} weights and {DATA} data"),
+        about: "A sum of ln(1 + exp(-w x)), as each crate's own functions write it. \
+                A kept tape was recorded before the clock started.",
+        source: include_str!("hessian.rs"),
+        // Sums of 200 terms in another order, and ln(1 + e) differentiated in other forms.
+        tolerance: 1e-13,
+        ways: vec![
+            Way::new("by hand", "", &["hand"], || hand::hessian(data, w)),
+            Way::new("ours", "`hessian`", &["ours"], || {
+                ours::hessian_matrix(data, w)
+            }),
+            Way::new(
+                "ours",
+                "`hessian` of a `batch::Sum`",
+                &["ours_sum"],
+                ours_sum::hessian(data, w),
+            ),
+            Way::new("num-dual", "`hessian`", &["num_dual"], || {
+                num_dual::hessian(data, w)
+            }),
+            Way::new("echidna", "`hessian`", &["echidna"], || {
+                echidna::hessian(data, w)
+            }),
+            Way::new(
+                "echidna",
+                "`hessian_vec`, tape kept",
+                &["echidna_kept"],
+                echidna_kept::hessian(data, w),
+            ),
+        ],
+    }
+}
+
+/// The matrix of a generalised linear model.
+mod hand {
+    use super::{Datum, WEIGHTS};
+
+    pub(super) fn hessian(data: &[Datum], w: &Datum) -> Vec<f64> {
+        let mut hessian = vec![0.0; WEIGHTS * WEIGHTS];
+        for x in data {
+            let margin: f64 = x.iter().zip(w).map(|(x, w)| x * w).sum();
+            let share = 1.0 / (1.0 + margin.exp());
+            let curvature = share * (1.0 - share);
+            for (row, xi) in hessian.chunks_mut(WEIGHTS).zip(x) {
+                for (entry, xj) in row.iter_mut().zip(x) {
+                    *entry += curvature * xi * xj;
+                }
+            }
+        }
+        hessian
+    }
+}
+
+/// A function for any driver, a dot product one entry of the tape.
+mod ours {
+    use autodiff::{Function, Real, hessian};
+
+    use super::Datum;
+
+    struct Loss<'a>(&'a [Datum]);
+
+    impl Function for Loss<'_> {
+        fn eval<R: Real>(&self, w: &[R]) -> R {
+            let margin = |x: &Datum| R::dot(&x.map(R::lit), w);
+            self.0.iter().map(|x| (-margin(x)).softplus()).sum()
+        }
+    }
+
+    pub(super) fn hessian_matrix(data: &[Datum], w: &Datum) -> Vec<f64> {
+        hessian(&Loss(data), w).into_vec()
+    }
+}
+
+/// A datum's loss, in lanes over the data.
+mod ours_sum {
+    use autodiff::batch::{Sum, Summand};
+    use autodiff::{Real, hessian_of};
+
+    use super::Datum;
+
+    #[derive(Clone)]
+    struct Loss;
+
+    impl Summand for Loss {
+        #[inline(always)]
+        fn eval<R: Real>(&self, w: &[R], x: &[R], _: &mut [R]) -> R {
+            (-R::dot(w, x)).softplus()
+        }
+    }
+
+    pub(super) fn hessian(data: &[Datum], w: &Datum) -> impl Fn() -> Vec<f64> {
+        let sum = Sum::new(Loss, data);
+        move || hessian_of(|w| sum.run(w), w).into_vec()
+    }
+}
+
+/// Second-order duals of static length, as in its first example.
+mod num_dual {
+    use nalgebra::SVector;
+    use num_dual::{Dual2SVec64, DualNum, hessian as dual_hessian};
+
+    use super::{Datum, WEIGHTS};
+
+    pub(super) fn hessian(data: &[Datum], w: &Datum) -> Vec<f64> {
+        let loss = |w: SVector<Dual2SVec64<WEIGHTS>, WEIGHTS>| {
+            let margin = |x: &Datum| {
+                x.iter()
+                    .zip(&w)
+                    .map(|(x, w)| *w * *x)
+                    .sum::<Dual2SVec64<_>>()
+            };
+            let terms = data.iter().map(|x| (-margin(x)).exp().ln_1p());
+            terms.sum::<Dual2SVec64<WEIGHTS>>()
+        };
+        let (_, _, hessian) = dual_hessian(loss, &SVector::from(*w));
+        hessian.as_slice().to_vec()
+    }
+}
+
+/// Recorded each time.
+mod echidna {
+    use echidna::BReverse64;
+    use num_traits::Float;
+
+    use super::Datum;
+
+    pub(super) fn hessian(data: &[Datum], w: &Datum) -> Vec<f64> {
+        let zero = BReverse64::constant(0.0);
+        let loss = |w: &[BReverse64]| {
+            let margin = |x: &Datum| x.iter().zip(w).fold(zero, |sum, (&x, &w)| sum + x * w);
+            data.iter()
+                .fold(zero, |sum, x| sum + (-margin(x)).exp().ln_1p())
+        };
+        let (_, _, hessian) = echidna::hessian(loss, w);
+        hessian.concat()
+    }
+}
+
+/// Recorded once; ten directions at a time.
+mod echidna_kept {
+    use echidna::BReverse64;
+    use num_traits::Float;
+
+    use super::Datum;
+
+    pub(super) fn hessian(data: &[Datum], w: &Datum) -> impl FnMut() -> Vec<f64> {
+        let zero = BReverse64::constant(0.0);
+        let loss = |w: &[BReverse64]| {
+            let margin = |x: &Datum| x.iter().zip(w).fold(zero, |sum, (&x, &w)| sum + x * w);
+            data.iter()
+                .fold(zero, |sum, x| sum + (-margin(x)).exp().ln_1p())
+        };
+        let (tape, _) = echidna::record(loss, w);
+        move || tape.hessian_vec::<10>(w).2.concat()
+    }
+}

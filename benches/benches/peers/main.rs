@@ -1,0 +1,47 @@
+//! This workspace's differentiation beside its peers: small tasks, each written as a crate's own documentation
+//! would have it. Answers are compared before anything is timed.
+//!
+//! - `cargo bench -p benches --bench peers --features rivals`, or `--features candle` with
+//!   `RAYON_NUM_THREADS=1` for tensors too;
+//! - the same with `-- --table` writes `docs/peers.md`.
+
+mod document;
+mod ensemble;
+mod hessian;
+mod network;
+mod ode;
+mod rosenbrock;
+mod sparse;
+mod task;
+
+use benches::machine::write_page;
+
+/// Times that each way is measured, in turns; the least counts.
+const ROUNDS: usize = 100;
+
+fn main() {
+    #[cfg(feature = "candle")]
+    assert!(
+        candle_core::utils::get_num_threads() == 1,
+        "one thread for each is fair: set RAYON_NUM_THREADS=1"
+    );
+    let tasks = [
+        rosenbrock::task(100),
+        rosenbrock::task(1000),
+        ode::task(),
+        network::task(&[64, 128, 128, 1], 256),
+        network::task(&[256, 256, 256, 1], 64),
+        network::task(&[8, 16, 16, 1], 256),
+        hessian::task(),
+        sparse::task(),
+        ensemble::task(),
+    ];
+    let measured = tasks.map(|mut task| {
+        task.compare();
+        let outcomes = task.measure(ROUNDS);
+        let measured = (task, outcomes);
+        println!("{}", document::table(&measured));
+        measured
+    });
+    write_page("peers.md", || document::page(&measured));
+}

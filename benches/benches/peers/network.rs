@@ -1,0 +1,262 @@
+//! A network's loss over a mini-batch, with its gradient.
+
+use ndarray::Array2;
+
+use crate::task::{Task, Way, kept};
+
+pub(crate) fn task(sizes: &'static [usize], points: usize) -> Task {
+    let case: &'static Case = &kept([Case::new(sizes, points)])[0];
+    Task {
+        title: format!(
+            "Value and gradient of a network's loss, layers of {sizes:?} on {points} points"
+        ),
+        about: "Tanh between the layers, squared errors. By hand: matrix products of ndarray (matrixmultiply), \
+                on which the sweep back is written out. All on one thread.",
+        source: include_str!("network.rs"),
+        // Sums of up to 256 terms in another order, through three layers.
+        tolerance: 1e-12,
+        ways: vec![
+            Way::new("by hand", "ndarray", &["hand"], || hand::gradient(case)),
+            Way::new("ours", "`batch::Sum`", &["ours"], ours::gradient(case)),
+            Way::new("ours", "`fused::dense_batch`", &["ours_layers"], || {
+                ours_layers::gradient(case)
+            }),
+            #[cfg(feature = "candle")]
+            Way::new("candle", "`backward`", &["candle"], candle::gradient(case)),
+        ],
+    }
+}
+
+/// A network with tanh between its layers, and points with the values that it is to have there.
+struct Case {
+    sizes: &'static [usize],
+    /// For each layer its matrix, row by row, and its biases.
+    parameters: Vec<f64>,
+    x: Array2<f64>,
+    targets: Vec<f64>,
+}
+
+impl Case {
+    fn new(sizes: &'static [usize], points: usize) -> Self {
+        let number = |i: usize| (0.618_033_988 * (i as f64 + 1.0)).fract() - 0.5;
+        let numbers = |count: usize| (0..count).map(number);
+        let parameters: usize = sizes.windows(2).map(|s| s[0] * s[1] + s[1]).sum();
+        let x = Array2::from_shape_fn((points, sizes[0]), |(i, j)| number(i * sizes[0] + j));
+        Self {
+            parameters: numbers(parameters).map(|p| 0.3 * p).collect(),
+            x,
+            targets: numbers(points).collect(),
+            sizes,
+        }
+    }
+
+    /// The inputs and outputs of each layer, and where its parameters begin.
+    fn layers(&self) -> Vec<(usize, usize, usize)> {
+        let mut first = 0;
+        let sizes = self.sizes.windows(2);
+        let layer = |s: &[usize]| {
+            let begin = first;
+            first += s[0] * s[1] + s[1];
+            (s[0], s[1], begin)
+        };
+        sizes.map(layer).collect()
+    }
+}
+
+/// A value in front of its gradient.
+fn joined((value, gradient): (f64, Vec<f64>)) -> Vec<f64> {
+    [vec![value], gradient].concat()
+}
+
+/// Matrix products, and the sweep back written out.
+mod hand {
+    use ndarray::linalg::general_mat_mul;
+    use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
+
+    use super::{Case, joined};
+
+    pub(super) fn gradient(case: &Case) -> Vec<f64> {
+        let weights = |(inputs, outputs, begin): (usize, usize, usize)| {
+            let weights = &case.parameters[begin..][..inputs * outputs];
+            ArrayView2::from_shape((outputs, inputs), weights).expect("the length was taken")
+        };
+        let layers = case.layers();
+        let mut numbers = vec![case.x.clone()];
+        for &layer in &layers {
+            let (inputs, outputs, begin) = layer;
+            let biases = &case.parameters[begin + inputs * outputs..];
+            let mut y =
+                Array2::from_shape_fn((case.targets.len(), outputs), |(_, row)| biases[row]);
+            general_mat_mul(
+                1.0,
+                &numbers[numbers.len() - 1],
+                &weights(layer).t(),
+                1.0,
+                &mut y,
+            );
+            if outputs > 1 {
+                y.mapv_inplace(f64::tanh);
+            }
+            numbers.push(y);
+        }
+        let mut bar = numbers[layers.len()].clone();
+        let mut loss = 0.0;
+        for (y, target) in bar.iter_mut().zip(&case.targets) {
+            let gap = *y - target;
+            (loss, *y) = (loss + gap * gap, 2.0 * gap);
+        }
+        let mut gradient = vec![0.0; case.parameters.len()];
+        for (&layer, both) in layers.iter().zip(numbers.windows(2)).rev() {
+            let (inputs, outputs, begin) = layer;
+            if outputs > 1 {
+                bar.zip_mut_with(&both[1], |bar, y| *bar *= 1.0 - y * y);
+            }
+            let (by_weights, rest) = gradient[begin..].split_at_mut(inputs * outputs);
+            let mut by_weights =
+                ArrayViewMut2::from_shape((outputs, inputs), by_weights).expect("as above");
+            general_mat_mul(1.0, &bar.t(), &both[0], 0.0, &mut by_weights);
+            let sums = bar.sum_axis(Axis(0));
+            rest[..outputs]
+                .iter_mut()
+                .zip(sums)
+                .for_each(|(to, sum)| *to = sum);
+            if begin > 0 {
+                bar = bar.dot(&weights(layer));
+            }
+        }
+        joined((loss, gradient))
+    }
+}
+
+/// A point's loss, which layers and lanes are found in.
+mod ours {
+    use autodiff::batch::{Sum, Summand};
+    use autodiff::{Real, value_and_gradient_of};
+
+    use super::{Case, joined};
+
+    /// The squared error at a point, whose target is the datum's last number.
+    #[derive(Clone)]
+    struct Network(&'static [usize]);
+
+    impl Summand for Network {
+        fn scratch(&self) -> usize {
+            self.0.iter().sum()
+        }
+
+        #[inline(always)]
+        fn eval<R: Real>(&self, parameters: &[R], datum: &[R], scratch: &mut [R]) -> R {
+            let (x, target) = datum.split_at(self.0[0]);
+            scratch[..x.len()].copy_from_slice(x);
+            let (mut parameters, mut numbers) = (parameters, scratch);
+            for layer in 1..self.0.len() {
+                let (inputs, outputs) = (self.0[layer - 1], self.0[layer]);
+                let (weights, rest) = parameters.split_at(inputs * outputs);
+                let (x, y) = numbers.split_at_mut(inputs);
+                for row in 0..outputs {
+                    let sum = R::dot(&weights[row * inputs..][..inputs], x) + rest[row];
+                    y[row] = if layer + 1 < self.0.len() {
+                        sum.tanh()
+                    } else {
+                        sum
+                    };
+                }
+                (parameters, numbers) = (&rest[outputs..], y);
+            }
+            let gap = numbers[0] - target[0];
+            gap * gap
+        }
+    }
+
+    pub(super) fn gradient(case: &Case) -> impl Fn() -> Vec<f64> {
+        let rows = case.x.rows().into_iter().zip(&case.targets);
+        let data = rows.map(|(x, &target)| x.iter().copied().chain([target]).collect());
+        let sum = Sum::new(Network(case.sizes), &data.collect::<Vec<Vec<f64>>>());
+        move || joined(value_and_gradient_of(|p| sum.run(p), &case.parameters))
+    }
+}
+
+/// Layer by layer over all points.
+mod ours_layers {
+    use autodiff::fused::dense_batch;
+    use autodiff::{Real, Var, value_and_gradient_of};
+
+    use super::{Case, joined};
+
+    /// Layer by layer over all points, each an entry of the tape.
+    pub(super) fn gradient(case: &Case) -> Vec<f64> {
+        let loss = |parameters: &[Var<f64>]| {
+            let mut x: Vec<Var<f64>> = case.x.iter().map(|&x| Var::lit(x)).collect();
+            for (inputs, outputs, begin) in case.layers() {
+                let (weights, rest) = parameters[begin..].split_at(inputs * outputs);
+                x = dense_batch(weights, &x, &rest[..outputs]);
+                if outputs > 1 {
+                    x.iter_mut().for_each(|x| *x = Real::tanh(*x));
+                }
+            }
+            let targets = x.iter().zip(&case.targets);
+            let gaps: Vec<Var<f64>> = targets.map(|(&x, &t)| x - t).collect();
+            Real::dot(&gaps, &gaps)
+        };
+        joined(value_and_gradient_of(loss, &case.parameters))
+    }
+}
+
+/// Tensors that are variables, kept from one gradient to the next.
+#[cfg(feature = "candle")]
+mod candle {
+    use candle_core::{Device, Result, Tensor, Var};
+
+    use super::Case;
+
+    struct Network {
+        layers: Vec<[Var; 2]>,
+        x: Tensor,
+        targets: Tensor,
+    }
+
+    impl Network {
+        fn new(case: &Case) -> Result<Self> {
+            let (cpu, points) = (&Device::Cpu, case.targets.len());
+            let layer = |(inputs, outputs, begin)| {
+                let (weights, rest) = case.parameters[begin..].split_at(inputs * outputs);
+                let weights = Tensor::from_slice(weights, (outputs, inputs), cpu)?;
+                let biases = Tensor::from_slice(&rest[..outputs], outputs, cpu)?;
+                Ok([Var::from_tensor(&weights)?, Var::from_tensor(&biases)?])
+            };
+            let x: Vec<f64> = case.x.iter().copied().collect();
+            Ok(Self {
+                layers: case
+                    .layers()
+                    .into_iter()
+                    .map(layer)
+                    .collect::<Result<_>>()?,
+                x: Tensor::from_vec(x, (points, case.sizes[0]), cpu)?,
+                targets: Tensor::from_slice(&case.targets, (points, 1), cpu)?,
+            })
+        }
+
+        fn gradient(&self) -> Result<Vec<f64>> {
+            let mut x = self.x.clone();
+            for (k, [weights, biases]) in self.layers.iter().enumerate() {
+                x = x.matmul(&weights.t()?)?.broadcast_add(biases)?;
+                if k + 1 < self.layers.len() {
+                    x = x.tanh()?;
+                }
+            }
+            let loss = (x - &self.targets)?.sqr()?.sum_all()?;
+            let gradients = loss.backward()?;
+            let mut all = vec![loss.to_scalar()?];
+            for parameter in self.layers.iter().flatten() {
+                let gradient = gradients.get(parameter).expect("the loss depends on it");
+                all.extend(gradient.flatten_all()?.to_vec1::<f64>()?);
+            }
+            Ok(all)
+        }
+    }
+
+    pub(super) fn gradient(case: &Case) -> impl Fn() -> Vec<f64> {
+        let network = Network::new(case).expect("shapes agree");
+        move || network.gradient().expect("shapes agree")
+    }
+}

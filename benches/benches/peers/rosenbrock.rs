@@ -1,0 +1,133 @@
+//! The gradient of Rosenbrock's function, chained over many arguments.
+
+use crate::task::{Task, Way, kept};
+
+pub(crate) fn task(arguments: usize) -> Task {
+    let x = kept((0..arguments).map(|i| 0.5 + 0.1 * (i as f64).sin()));
+    let mut ways = vec![
+        Way::new("by hand", "", &["hand"], || hand::gradient(x)),
+        Way::new("ours", "`gradient_of`", &["ours"], || ours::gradient(x)),
+        Way::new("echidna", "`grad`", &["echidna"], || echidna::gradient(x)),
+        Way::new(
+            "echidna",
+            "bytecode tape, kept",
+            &["echidna_kept"],
+            echidna_kept::gradient(x),
+        ),
+        Way::new("reverse", "a tape", &["reverse"], || reverse::gradient(x)),
+    ];
+    if arguments <= 100 {
+        let way = || num_dual::gradient(x);
+        ways.push(Way::new("num-dual", "`gradient`", &["num_dual"], way));
+    }
+    Task {
+        title: format!("Gradient of Rosenbrock's function in {arguments} dimensions"),
+        about: "Scalar code on a tape, some eight operations an argument. A kept tape was recorded before the clock \
+                started. num-dual has forward mode alone, and stands where that is still sensible.",
+        source: include_str!("rosenbrock.rs"),
+        // Two terms an argument, in another order: a few roundings.
+        tolerance: 1e-14,
+        ways,
+    }
+}
+
+/// The two partials of a term.
+mod hand {
+    pub(super) fn gradient(x: &[f64]) -> Vec<f64> {
+        let mut gradient = vec![0.0; x.len()];
+        for i in 0..x.len() - 1 {
+            let (valley, slope) = (x[i + 1] - x[i] * x[i], 1.0 - x[i]);
+            gradient[i] -= 400.0 * valley * x[i] + 2.0 * slope;
+            gradient[i + 1] += 200.0 * valley;
+        }
+        gradient
+    }
+}
+
+/// A closure, as in the crate's first example.
+mod ours {
+    use autodiff::{Var, gradient_of};
+
+    pub(super) fn gradient(x: &[f64]) -> Vec<f64> {
+        let term = |x: &[Var<f64>]| {
+            let (valley, slope) = (x[1] - x[0] * x[0], 1.0 - x[0]);
+            100.0 * valley * valley + slope * slope
+        };
+        gradient_of(|x| x.windows(2).map(term).sum(), x)
+    }
+}
+
+/// As in "Gradient via reverse mode"; the crate has no `Sum`.
+mod echidna {
+    use echidna::Reverse;
+
+    pub(super) fn gradient(x: &[f64]) -> Vec<f64> {
+        let term = |x: &[Reverse<f64>]| {
+            let (valley, slope) = (x[1] - x[0] * x[0], 1.0 - x[0]);
+            100.0 * valley * valley + slope * slope
+        };
+        echidna::grad(
+            |x| {
+                x.windows(2)
+                    .map(term)
+                    .fold(Reverse::constant(0.0), |a, b| a + b)
+            },
+            x,
+        )
+    }
+}
+
+/// As in "record once, evaluate many".
+mod echidna_kept {
+    use echidna::BReverse;
+
+    pub(super) fn gradient(x: &[f64]) -> impl FnMut() -> Vec<f64> {
+        let term = |x: &[BReverse<f64>]| {
+            let (valley, slope) = (x[1] - x[0] * x[0], 1.0 - x[0]);
+            100.0 * valley * valley + slope * slope
+        };
+        let (mut tape, _) = echidna::record(
+            |x| {
+                x.windows(2)
+                    .map(term)
+                    .fold(BReverse::constant(0.0), |a, b| a + b)
+            },
+            x,
+        );
+        move || tape.gradient(x)
+    }
+}
+
+/// Variables on a tape of its own; each term a function, as a closure cannot name the lifetime.
+mod reverse {
+    use reverse::{Gradient, Tape, Var};
+
+    fn term<'a>(x: &[Var<'a>]) -> Var<'a> {
+        let (valley, slope) = (x[1] - x[0] * x[0], 1.0 - x[0]);
+        100.0 * valley * valley + slope * slope
+    }
+
+    pub(super) fn gradient(x: &[f64]) -> Vec<f64> {
+        let tape = Tape::new();
+        let x = tape.add_vars(x);
+        let sum = x.windows(2).map(term).sum::<Var<'_>>();
+        sum.grad().wrt(&x)
+    }
+}
+
+/// Duals as long as the vector, as `gradient` has them for vectors of any length.
+mod num_dual {
+    use nalgebra::DVector;
+    use num_dual::{DualDVec64, gradient as dual_gradient};
+
+    pub(super) fn gradient(x: &[f64]) -> Vec<f64> {
+        let term = |x: &[DualDVec64]| {
+            let (valley, slope) = (&x[1] - &x[0] * &x[0], -&x[0] + 1.0);
+            &valley * &valley * 100.0 + &slope * &slope
+        };
+        let function =
+            |x: DVector<DualDVec64>| x.as_slice().windows(2).map(term).sum::<DualDVec64>();
+        let (_, gradient) = dual_gradient(function, &DVector::from_column_slice(x));
+        gradient.as_slice().to_vec()
+    }
+}

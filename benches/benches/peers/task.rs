@@ -1,0 +1,112 @@
+//! A task, the ways to do it, and what each takes.
+
+/// Data that all ways of a task share, kept for the program's life.
+pub(crate) fn kept<T>(data: impl IntoIterator<Item = T>) -> &'static [T] {
+    data.into_iter().collect::<Vec<T>>().leak()
+}
+
+/// One way to do a task.
+pub(crate) struct Way {
+    /// The crate, `ours` or a peer; `by hand` or `primal` is what ratios are taken to.
+    pub(crate) by: &'static str,
+    pub(crate) how: &'static str,
+    /// The modules of the task's file that make it up.
+    pub(crate) modules: &'static [&'static str],
+    pub(crate) run: Box<dyn FnMut() -> Vec<f64>>,
+}
+
+impl Way {
+    pub(crate) fn new(
+        by: &'static str,
+        how: &'static str,
+        modules: &'static [&'static str],
+        run: impl FnMut() -> Vec<f64> + 'static,
+    ) -> Self {
+        Self {
+            by,
+            how,
+            modules,
+            run: Box::new(run),
+        }
+    }
+}
+
+/// A task, done in several ways; the first is the one that ratios are taken to.
+pub(crate) struct Task {
+    pub(crate) title: String,
+    pub(crate) about: &'static str,
+    /// The text of its file.
+    pub(crate) source: &'static str,
+    /// By how much answers may differ, as a share of the largest number in them.
+    pub(crate) tolerance: f64,
+    pub(crate) ways: Vec<Way>,
+}
+
+/// What a way took.
+pub(crate) struct Outcome {
+    pub(crate) by: &'static str,
+    pub(crate) how: &'static str,
+    pub(crate) seconds: f64,
+    pub(crate) lines: usize,
+}
+
+impl Task {
+    /// Compares the answers.
+    ///
+    /// # Panics
+    /// If they differ by more than roundings.
+    pub(crate) fn compare(&mut self) {
+        let answers = self
+            .ways
+            .iter_mut()
+            .map(|way| (way.by, way.how, (way.run)()));
+        // The primal has no gradient to compare.
+        let mut answers = answers.filter(|(by, ..)| *by != "primal");
+        let (_, _, first) = answers.next().expect("a task has a way");
+        let scale = first.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        assert!(
+            scale > 0.0,
+            "{}: an answer of zeros tells nothing",
+            self.title
+        );
+        for (by, how, other) in answers {
+            assert_eq!(first.len(), other.len(), "{by}, {how}: {}", self.title);
+            for (k, (a, b)) in first.iter().zip(&other).enumerate() {
+                let agree = (a - b).abs() <= self.tolerance * scale;
+                assert!(
+                    agree,
+                    "{}: by {by}, {how}, number {k} is {b}, not {a}",
+                    self.title
+                );
+            }
+        }
+    }
+
+    /// Times the ways in turns.
+    pub(crate) fn measure(&mut self, rounds: usize) -> Vec<Outcome> {
+        let works = self.ways.iter_mut().map(|way| &mut way.run);
+        let seconds = benches::machine::in_turns(&mut works.collect::<Vec<_>>(), rounds);
+        let source = self.source;
+        let outcome = |(way, seconds): (&Way, f64)| Outcome {
+            by: way.by,
+            how: way.how,
+            seconds,
+            lines: way.modules.iter().map(|name| lines(source, name)).sum(),
+        };
+        self.ways.iter().zip(seconds).map(outcome).collect()
+    }
+}
+
+/// The lines of code of a module at a file's outermost level: those within its braces that are neither blank
+/// nor a comment.
+fn lines(source: &str, module: &str) -> usize {
+    let head = format!("mod {module} {{");
+    let body = source.lines().skip_while(|line| *line != head).skip(1);
+    let code = body
+        .take_while(|line| *line != "}")
+        .map(str::trim)
+        .filter(|line| !line.is_empty() && !line.starts_with("//"));
+    let count = code.count();
+    assert!(count > 0, "there is no module {module}");
+    count
+}
