@@ -13,7 +13,7 @@ impl VectorFunction for Bratu {
     fn eval<R: Real>(&self, u: &[R]) -> Vec<R> {
         let at = |inside, i: usize| if inside { u[i] } else { R::zero() };
         let equation = |i: usize| {
-            let beside = at(i % N != 0, i.wrapping_sub(1)) + at(i % N < N - 1, i + 1);
+            let beside = at(!i.is_multiple_of(N), i.wrapping_sub(1)) + at(i % N < N - 1, i + 1);
             let around = beside + at(i >= N, i.wrapping_sub(N)) + at(i < N * N - N, i + N);
             lit(4.0) * u[i] - around - lit(2.0 / 61f64.powi(2)) * u[i].exp()
         };

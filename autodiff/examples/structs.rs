@@ -27,13 +27,8 @@ fn main() {
     let at = Telescope { lenses, tilt: 0.1 };
     let mut gradient = dbg!(parameters::gradient(height_at_exit, &at));
     gradient.lenses[1].gap *= 1.01; // a mistake
-    let claim = Claim {
-        x: &at.flatten(),
-        gradient: &gradient.flatten(),
-        forward: None,
-    };
-    let mut options = Options::default();
-    options.names = at.names();
+    let (x, claimed) = (at.flatten(), gradient.flatten());
+    let (claim, options) = (Claim::new(&x, &claimed), Options::named(at.names()));
     let report = check_directions(|x| height_at_exit(&at.with(x)), &claim, &options);
     assert_eq!(report.verdict, Verdict::Wrong, "{report}");
     assert_eq!(report.worst.name.unwrap(), "lenses[1].gap");

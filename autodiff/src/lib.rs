@@ -284,6 +284,7 @@ mod elementary;
 mod dual;
 mod literal;
 pub mod real;
+mod constant;
 mod rule;
 mod math;
 pub mod simd;
@@ -303,6 +304,7 @@ pub mod interop;
 pub mod diagnose;
 
 pub use arrays::{Array, Graph, Kernel, Matrix, Program};
+pub use constant::lit;
 pub use diagnose::{DoubleDouble, check, trace};
 #[cfg(feature = "rayon")]
 pub use drivers::parallel;
@@ -319,7 +321,7 @@ pub use interop::Element;
 #[cfg(feature = "nalgebra")]
 pub use interop::nalgebra;
 pub use parameters::Parameters;
-pub use real::{Fused, Mask, Real, lit};
+pub use real::{Fused, Mask, Real};
 pub use record::{AnyProgram, emit};
 pub use reverse::{Tape, Var};
 pub use rollout::{CotangentBound, Given, Memory, Model, Rollout};

@@ -46,8 +46,7 @@
 //!     }
 //! }
 //! assert_eq!(at.names()[3], "hidden.weights[1][1]");
-//! let options = Options { names: at.names(), ..Options::default() };
-//! let report = check_gradient(&Energy(at.clone()), &at.flatten(), &options);
+//! let report = check_gradient(&Energy(at.clone()), &at.flatten(), &Options::named(at.names()));
 //! assert!(report.to_string().contains("smooth"), "{report}");
 //! # }
 //! ```

@@ -44,6 +44,16 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// The default, with names for the components, as [`Parameters`](crate::Parameters) has them.
+    pub fn named(names: Vec<String>) -> Self {
+        Self {
+            names,
+            ..Self::default()
+        }
+    }
+}
+
 /// A function that returns the derivative along a given direction.
 pub type Along<'a> = &'a dyn Fn(&[f64]) -> f64;
 
@@ -56,6 +66,18 @@ pub struct Claim<'a> {
     pub gradient: &'a [f64],
     /// The derivative along a direction from another source, forward mode say.
     pub forward: Option<Along<'a>>,
+}
+
+impl<'a> Claim<'a> {
+    /// That a gradient is right at a point.
+    pub fn new(x: &'a [f64], gradient: &'a [f64]) -> Self {
+        let forward = None;
+        Self {
+            x,
+            gradient,
+            forward,
+        }
+    }
 }
 
 /// Checks the gradient of a generic function at `x`: reverse mode against forward mode and

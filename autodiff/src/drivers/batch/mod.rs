@@ -10,6 +10,8 @@
 mod block;
 mod kernels;
 mod plan;
+mod buffers;
+mod layer;
 mod replay;
 mod recorded;
 mod sum;

@@ -4,12 +4,11 @@
 //! beside the operation.
 
 use super::block::{Block, add_product, chain, forward_binary, has_zero, is_zero, reverse_binary};
-use super::plan::{Layer, Plan, Step};
-use crate::arrays::Aligned;
+use super::buffers::ReplayBuffers;
+use super::plan::{Plan, Step};
 use crate::pool;
-use crate::product::{Cotangents, Product, Strided, Transpose};
-use crate::real::{Mask, Real};
-use crate::record::arithmetic::{holds, logic, number, unary};
+use crate::real::Real;
+use crate::record::arithmetic::{holds, logic, unary};
 use crate::record::operation::{Binary, Op, Place, Run, Unary};
 use crate::simd::{Lane, WIDEST};
 
@@ -26,96 +25,11 @@ pub(super) struct Replay<'a, R, L, const W: usize> {
     memory: Box<ReplayBuffers<R, L, W>>,
 }
 
-struct ReplayBuffers<R, L, const W: usize> {
-    /// Of the shared arguments those that single operations read.
-    read: Vec<R>,
-    /// Their cotangents, in each lane summed over its points.
-    read_bars: Vec<L>,
-    /// The cotangents of all shared arguments, as far as they come from layers.
-    gradient: Vec<R>,
-    /// For each layer, whether all its weights are finite.
-    finite: Vec<bool>,
-    /// Each operation's result.
-    values: Vec<Block<L, W>>,
-    /// Each result's cotangent.
-    bars: Vec<Block<L, W>>,
-    /// The partials of functions of one number, from the forward to the reverse sweep.
-    partials: Vec<Block<L, W>>,
-    /// A layer's own numbers, their cotangents, and its rows, block by block.
-    own: Aligned<R>,
-    own_bars: Aligned<R>,
-    rows: Aligned<R>,
-    /// Its own numbers point by point.
-    by_point: Aligned<R>,
-}
-
-/// A block from a place on.
-#[inline(always)]
-fn load<R: Real, L: Lane<R>, const W: usize>(from: &[R], place: usize) -> Block<L, W> {
-    let (from, mut block) = (&from[place * (W * L::N)..][..W * L::N], [L::zero(); W]);
-    for w in 0..W {
-        block[w] = L::load(&from[w * L::N..]);
-    }
-    block
-}
-
-#[inline(always)]
-fn store<R: Real, L: Lane<R>, const W: usize>(to: &mut [R], place: usize, block: Block<L, W>) {
-    let to = &mut to[place * (W * L::N)..][..W * L::N];
-    for w in 0..W {
-        block[w].store(&mut to[w * L::N..]);
-    }
-}
-
 impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Reuses the memory of the thread's last replay of this number type.
     #[inline(always)]
     pub(super) fn new(plan: &'a Plan, inputs: usize, shared: &'a [R]) -> Self {
-        let mut memory = pool::take::<ReplayBuffers<R, L, W>>().unwrap_or_else(|| {
-            Box::new(ReplayBuffers {
-                read: Vec::new(),
-                read_bars: Vec::new(),
-                gradient: Vec::new(),
-                finite: Vec::new(),
-                values: Vec::new(),
-                bars: Vec::new(),
-                partials: Vec::new(),
-                own: Aligned::zeros(0),
-                own_bars: Aligned::zeros(0),
-                rows: Aligned::zeros(0),
-                by_point: Aligned::zeros(0),
-            })
-        });
-        memory.read.clear();
-        match &plan.read {
-            Some(read) => memory.read.extend(read.iter().map(|&at| shared[at])),
-            None => memory.read.extend_from_slice(shared),
-        }
-        memory.read_bars.clear();
-        memory.read_bars.resize(memory.read.len(), L::zero());
-        memory.gradient.clear();
-        memory.gradient.resize(shared.len(), R::zero());
-        memory.finite.clear();
-        let finite = |layer: &Layer| layer.matrix(shared).all_finite([layer.rows, layer.columns]);
-        memory.finite.extend(plan.layers.iter().map(finite));
-        let (steps, zero) = (plan.steps.len(), [L::zero(); W]);
-        memory.bars.clear();
-        memory.bars.resize(steps, zero);
-        // These are written before they are read.
-        memory.values.resize(steps, zero);
-        memory.partials.resize(steps, zero);
-        for (place, step) in plan.steps.iter().enumerate() {
-            let value = match *step {
-                Step::Single(Op::Input(_)) => {
-                    memory.partials[place] = zero;
-                    continue;
-                }
-                Step::Single(Op::Constant(bits)) => L::lit(f64::from_bits(bits)),
-                Step::Single(Op::Always(holds)) => number(L::Mask::splat(holds)),
-                _ => continue,
-            };
-            memory.values[place] = [value; W];
-        }
+        let memory = ReplayBuffers::taken(plan, shared);
         Self {
             plan,
             shared,
@@ -183,7 +97,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             let op = match step {
                 Step::Single(op) => op,
                 Step::Layer(number) => {
-                    self.forward_layer(self.plan.layers[*number]);
+                    self.memory
+                        .forward_layer(self.plan.layers[*number], self.shared);
                     continue;
                 }
                 Step::Row => continue,
@@ -276,7 +191,8 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             let op = match &self.plan.steps[place] {
                 Step::Single(op) => op,
                 Step::Layer(number) => {
-                    self.reverse_layer(*number);
+                    let of = (self.plan.layers[*number], *number);
+                    self.memory.reverse_layer(of, self.shared, self.inputs);
                     continue;
                 }
                 Step::Row => continue,
@@ -421,89 +337,5 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
             }
             own_bars[j] = own_bar;
         }
-    }
-
-    /// Computes all rows of a layer.
-    fn forward_layer(&mut self, layer: Layer) {
-        let (memory, points) = (&mut *self.memory, W * L::N);
-        memory.own.make_room(layer.columns * points);
-        for j in 0..layer.columns {
-            store(&mut memory.own, j, memory.values[layer.own.at(j).at()]);
-        }
-        memory.rows.make_room(layer.rows * points);
-        memory.rows[..layer.rows * points].fill(R::zero());
-        let product = Product {
-            a: layer.matrix(self.shared),
-            b: &memory.own,
-            b_row: points,
-            to: &mut memory.rows,
-            to_row: points,
-            rows: layer.rows,
-            depth: layer.columns,
-            columns: points,
-        };
-        product.add();
-        for row in 0..layer.rows {
-            memory.values[layer.place(row)] = load(&memory.rows, row);
-        }
-    }
-
-    /// Carries back all rows of a layer.
-    fn reverse_layer(&mut self, number: usize) {
-        let (layer, points) = (self.plan.layers[number], W * L::N);
-        let (memory, numbers) = (&mut *self.memory, layer.columns * points);
-        memory.rows.make_room(layer.rows * points);
-        for row in 0..layer.rows {
-            let bar = std::mem::replace(&mut memory.bars[layer.place(row)], [L::zero(); W]);
-            store(&mut memory.rows, row, bar);
-        }
-        memory.own.make_room(numbers);
-        for j in 0..layer.columns {
-            store(&mut memory.own, j, memory.values[layer.own.at(j).at()]);
-        }
-        if layer.own.at(layer.columns - 1).at() >= self.inputs {
-            memory.own_bars.make_room(numbers);
-            memory.own_bars[..numbers].fill(R::zero());
-            let product = Product {
-                a: layer.matrix(self.shared).transposed(),
-                b: &memory.rows,
-                b_row: points,
-                to: &mut memory.own_bars,
-                to_row: points,
-                rows: layer.columns,
-                depth: layer.rows,
-                columns: points,
-            };
-            product.add_chained(Cotangents::B, memory.finite[number]);
-            for j in 0..layer.columns {
-                let part: Block<L, W> = load(&memory.own_bars, j);
-                let bar = &mut memory.bars[layer.own.at(j).at()];
-                for w in 0..W {
-                    bar[w] += part[w];
-                }
-            }
-        }
-        memory.by_point.make_room(numbers);
-        R::vectorize(Transpose {
-            from: &memory.own,
-            from_row: points,
-            rows: layer.columns,
-            columns: points,
-            to: &mut memory.by_point,
-            to_row: layer.columns,
-        });
-        let by_point = Strided::by_rows(&memory.by_point, layer.columns);
-        let finite = by_point.all_finite([points, layer.columns]);
-        let product = Product {
-            a: Strided::by_rows(&memory.rows, points),
-            b: &memory.by_point,
-            b_row: layer.columns,
-            to: &mut memory.gradient[layer.weights..],
-            to_row: layer.stride,
-            rows: layer.rows,
-            depth: points,
-            columns: layer.columns,
-        };
-        product.add_chained(Cotangents::A, finite);
     }
 }

@@ -1,0 +1,43 @@
+//! Constants in generic code.
+
+use std::ops::{Add, Div, Mul, Sub};
+
+use crate::real::{Literal, Real};
+
+/// A constant in code over any [`Real`], on either side of an operator: `lit(2.0) * x + lit(1.0)`. Where
+/// a number itself is wanted, as for an argument, write [`R::lit(2.0)`](Real::lit).
+///
+/// ```
+/// use autodiff::{Real, lit};
+///
+/// fn celsius<R: Real>(fahrenheit: R) -> R {
+///     (fahrenheit - lit(32.0)) / lit(1.8)
+/// }
+/// assert_eq!(celsius(212.0), 100.0);
+/// ```
+#[inline(always)]
+pub fn lit(value: f64) -> Literal {
+    Literal(value)
+}
+
+/// `literal op number`.
+macro_rules! literal_first {
+    ($($trait:ident $method:ident |$literal:ident, $number:ident| $result:expr),*) => {
+        $(
+            impl<R: Real> $trait<R> for Literal {
+                type Output = R;
+                #[inline(always)]
+                fn $method(self, $number: R) -> R {
+                    let $literal = self.0;
+                    $result
+                }
+            }
+        )*
+    };
+}
+literal_first! {
+    Add add |literal, number| R::lit(literal) + number,
+    Sub sub |literal, number| R::lit(literal) - number,
+    Mul mul |literal, number| number.scale(literal),
+    Div div |literal, number| R::lit(literal) / number
+}
