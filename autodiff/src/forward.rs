@@ -45,10 +45,22 @@ impl<R: Real, const N: usize> Dual<R, N> {
 
     /// A function of this number and another, given its value and partials.
     #[inline(always)]
-    fn apply2(self, other: Self, (value, [by_self, by_other]): (R, [R; 2])) -> Self {
-        let mut tangent = self.tangent;
+    fn apply2(self, other: Self, (value, partials): (R, [R; 2])) -> Self {
         // A sum is finite only if both are.
-        if is_finite(by_self + by_other) {
+        let finite = is_finite(partials[0] + partials[1]);
+        self.joined(other, (value, partials), finite)
+    }
+
+    /// [`apply2`](Self::apply2), given whether both partials are known to be finite floats.
+    #[inline(always)]
+    fn joined(
+        self,
+        other: Self,
+        (value, [by_self, by_other]): (R, [R; 2]),
+        finite: bool,
+    ) -> Self {
+        let mut tangent = self.tangent;
+        if finite {
             for i in 0..N {
                 tangent[i] = by_self * tangent[i] + by_other * other.tangent[i];
             }
@@ -195,7 +207,11 @@ operators! {
         }
         Dual { value, tangent }
     },
-    a * b => a.apply2(b, rule::mul(a.value, b.value)),
+    a * b => {
+        let rule = rule::mul(a.value, b.value);
+        // The partials are the factors, which are finite where the product is.
+        a.joined(b, rule, is_finite(rule.0))
+    },
     a / b => a.apply2(b, rule::div(a.value, b.value)),
     -a => {
         let mut tangent = a.tangent;
