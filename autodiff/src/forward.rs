@@ -53,12 +53,7 @@ impl<R: Real, const N: usize> Dual<R, N> {
 
     /// [`apply2`](Self::apply2), given whether both partials are known to be finite floats.
     #[inline(always)]
-    fn joined(
-        self,
-        other: Self,
-        (value, [by_self, by_other]): (R, [R; 2]),
-        finite: bool,
-    ) -> Self {
+    fn joined(self, other: Self, (value, [by_self, by_other]): (R, [R; 2]), finite: bool) -> Self {
         let mut tangent = self.tangent;
         if finite {
             for i in 0..N {

@@ -84,13 +84,8 @@ impl Recorded {
     /// # Panics
     /// If the point has not as many numbers as the function has arguments.
     pub fn value_and_gradient<R: Real>(&self, x: &[R]) -> (R, Vec<R>) {
-        let points = [x];
-        let mut both = Points {
-            of: self,
-            points: &points,
-        }
-        .replay::<R, R, 1>();
-        both.remove(0)
+        let (values, gradients) = self.at(1, x.len(), x.to_vec()).replay::<R, 1>();
+        (values[0], gradients)
     }
 
     /// The values and gradients at many points.
@@ -98,90 +93,98 @@ impl Recorded {
     /// # Panics
     /// If a point has not as many numbers as the function has arguments.
     pub fn values_and_gradients<R: Real>(&self, points: &[impl AsRef<[R]>]) -> Vec<(R, Vec<R>)> {
-        R::vectorize(Points { of: self, points })
+        let mut numbers = Vec::with_capacity(points.len() * self.arguments);
+        for point in points {
+            let point = point.as_ref();
+            self.expect(point.len());
+            numbers.extend_from_slice(point);
+        }
+        let (values, gradients) = R::vectorize(self.at(points.len(), self.arguments, numbers));
+        let gradient = |k: usize| gradients[k * self.arguments..][..self.arguments].to_vec();
+        let both = values.into_iter().enumerate();
+        both.map(|(k, value)| (value, gradient(k))).collect()
     }
-}
 
-struct Points<'a, P> {
-    of: &'a Recorded,
-    points: &'a [P],
-}
-
-impl<R: Real, P: AsRef<[R]>> Vectorized<R> for Points<'_, P> {
-    type Output = Vec<(R, Vec<R>)>;
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) -> Self::Output {
-        if self.points.len() <= L::N {
-            self.replay::<R, L, 1>()
-        } else {
-            self.replay::<R, L, WIDE>()
+    /// The work at `count` points, whose numbers follow one another.
+    fn at<R: Real>(&self, count: usize, width: usize, numbers: Vec<R>) -> Points<'_, R> {
+        self.expect(width);
+        Points {
+            of: self,
+            count,
+            numbers,
         }
     }
+
+    fn expect(&self, len: usize) {
+        let arguments = self.arguments;
+        assert!(
+            len == arguments,
+            "{len} numbers for a function of {arguments} arguments"
+        );
+    }
 }
 
-impl<P> Points<'_, P> {
-    /// With `W` registers for each number.
+/// Not generic over how a caller holds points: the replay is a lot of code.
+struct Points<'a, R> {
+    of: &'a Recorded,
+    count: usize,
+    numbers: Vec<R>,
+}
+
+impl<R: Real> Vectorized<R> for Points<'_, R> {
+    type Output = (Vec<R>, Vec<R>);
     #[inline(always)]
-    fn replay<R: Real, L: Lane<R>, const W: usize>(self) -> Vec<(R, Vec<R>)>
-    where
-        P: AsRef<[R]>,
-    {
+    fn run<L: Lane<R>>(self) -> Self::Output {
+        self.replay::<L, WIDE>()
+    }
+}
+
+impl<R: Real> Points<'_, R> {
+    /// The values, and the gradients one after the other, with `W` registers for each number.
+    #[inline(always)]
+    fn replay<L: Lane<R>, const W: usize>(self) -> (Vec<R>, Vec<R>) {
         let Recorded {
             arguments,
             ref plan,
             result,
         } = *self.of;
         let mut replay = Replay::<R, L, W>::new(plan, 0, &[]);
-        let mut both = Vec::with_capacity(self.points.len());
-        for points in self.points.chunks(W * L::N) {
-            for point in points {
-                let len = point.as_ref().len();
-                assert!(
-                    len == arguments,
-                    "{len} numbers for a function of {arguments} arguments"
-                );
-            }
+        let mut values = Vec::with_capacity(self.count);
+        let mut gradients = vec![R::zero(); self.numbers.len()];
+        let mut lanes = [R::zero(); WIDEST];
+        for first in (0..self.count).step_by(W * L::N) {
             for input in 0..arguments {
-                // Past the last point it is repeated.
-                let at = |k: usize| points[k.min(points.len() - 1)].as_ref()[input];
                 let mut block = [L::zero(); W];
-                let mut lanes = [R::zero(); WIDEST];
                 for w in 0..W {
                     for lane in 0..L::N {
-                        lanes[lane] = at(w * L::N + lane);
+                        // Past the last point it is repeated.
+                        let point = (first + w * L::N + lane).min(self.count - 1);
+                        lanes[lane] = self.numbers[point * arguments + input];
                     }
                     block[w] = L::load(&lanes);
                 }
                 replay.set_input(input, block);
             }
-            let values = replay.forward(result);
+            let value = replay.forward(result);
             replay.reverse(result, [L::one(); W]);
-            let first = both.len();
-            let numbers = lanes_of::<R, L, W>(values);
-            both.extend(
-                numbers
-                    .take(points.len())
-                    .map(|y| (y, Vec::with_capacity(arguments))),
-            );
+            for w in 0..W {
+                value[w].store(&mut lanes);
+                let left = self.count.saturating_sub(first + w * L::N);
+                values.extend_from_slice(&lanes[..L::N.min(left)]);
+            }
             for input in 0..arguments {
-                let bars = lanes_of::<R, L, W>(replay.take_input_bar(input));
-                for ((_, gradient), bar) in both[first..].iter_mut().zip(bars) {
-                    gradient.push(bar);
+                let bar = replay.take_input_bar(input);
+                for w in 0..W {
+                    bar[w].store(&mut lanes);
+                    for lane in 0..L::N {
+                        let point = first + w * L::N + lane;
+                        if point < self.count {
+                            gradients[point * arguments + input] = lanes[lane];
+                        }
+                    }
                 }
             }
         }
-        both
+        (values, gradients)
     }
-}
-
-/// The numbers of a block, point by point.
-#[inline(always)]
-fn lanes_of<R: Real, L: Lane<R>, const W: usize>(block: [L; W]) -> impl Iterator<Item = R> {
-    let mut numbers = Vec::with_capacity(W * L::N);
-    let mut lanes = [R::zero(); WIDEST];
-    for w in 0..W {
-        block[w].store(&mut lanes);
-        numbers.extend_from_slice(&lanes[..L::N]);
-    }
-    numbers.into_iter()
 }
