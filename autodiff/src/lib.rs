@@ -279,10 +279,10 @@
 extern crate self as autodiff;
 
 // The order of the modules is the architecture: each uses only those above it.
+mod literal;
 mod operators;
 mod elementary;
 mod dual;
-mod literal;
 pub mod real;
 mod constant;
 mod rule;

@@ -38,6 +38,7 @@ struct Total<K, const I: usize>(K);
 impl<K: Kernel<I, 1> + Sync, const I: usize> Fused for Total<K, I> {
     type Saved<R: Real> = Vec<Vec<R>>;
 
+    #[inline(always)]
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         vec![R::vectorize(Value { of: self, inputs })]
     }
