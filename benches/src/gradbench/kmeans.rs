@@ -100,6 +100,7 @@ impl Summand for SquaredDistance {
 struct Growth<S>(S);
 
 impl<S: Summand> Summand for Growth<S> {
+    #[inline(always)]
     fn eval<R: Real>(&self, shared: &[R], datum: &[R], _: &mut [R]) -> R {
         let shared: Vec<Dual<R, 1>> = shared.iter().map(|&x| Dual::variable(x, 0)).collect();
         let datum: Vec<Dual<R, 1>> = datum.iter().map(|&x| Dual::constant(x)).collect();
