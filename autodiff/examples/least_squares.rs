@@ -2,7 +2,7 @@
 use autodiff::{Real, VectorFunction, jacobian};
 use nalgebra::{DMatrix, DVector};
 
-/// What `a exp(-b t) cos(c t)` lacks of observations `(t, y)`.
+/// The residuals `a exp(-b t) cos(c t) - y` at observations `(t, y)`.
 struct Residuals(Vec<(f64, f64)>);
 
 impl VectorFunction for Residuals {

@@ -25,7 +25,8 @@ fn height_at_exit<R: Real>(telescope: &Telescope<R>) -> R {
 fn main() {
     let lenses = [0.1, 0.2, 0.3].map(|power| Lens { power, gap: 3.0 });
     let at = Telescope { lenses, tilt: 0.1 };
-    let mut gradient = dbg!(parameters::gradient(height_at_exit, &at));
+    let mut gradient = parameters::gradient(height_at_exit, &at);
+    println!("{gradient:?}");
     gradient.lenses[1].gap *= 1.01; // a mistake
     let (x, claimed) = (at.flatten(), gradient.flatten());
     let (claim, options) = (Claim::new(&x, &claimed), Options::named(at.names()));

@@ -47,7 +47,7 @@
 //! - The elementary functions are methods of [`Real`], with [`sigmoid`](Real::sigmoid) and
 //!   [`softplus`](Real::softplus) among them; [`custom`] adds others.
 //! - Code that is not to be differentiated, a solver or a table, takes floats: [`x.primal()`](Real::primal).
-//!   What a solver finds gets its derivatives from [`implicit::root`], as constants
+//!   The solution that a solver finds gets its derivatives from [`implicit::root`], as constants
 //!   [`R::lits(&found)`](Real::lits).
 //!
 //! # Traits for functions

@@ -80,7 +80,7 @@ pub trait Parameters<R: Real> {
         numbers
     }
 
-    /// What each number is called: `hidden.weights[1][0]`.
+    /// The name of each number: `hidden.weights[1][0]`.
     fn names(&self) -> Vec<String> {
         let mut names = Vec::new();
         let visit = &mut |path: &[Step<'_>], number| {

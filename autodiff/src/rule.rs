@@ -199,7 +199,7 @@ fn direction<R: Real>(x: R, y: R) -> [R; 2] {
     // The longer side is 1 or -1.
     let of_longer = (one + ratio * ratio).rsqrt() * longer.detach();
     let of_shorter = ratio * of_longer;
-    // What the derivatives of `divided` lack.
+    // The factor that the derivatives of `divided` leave out.
     let rest = (small::<R>() / scale).max(one);
     let (cosine, sine) = (
         R::select(flat, of_longer, of_shorter),

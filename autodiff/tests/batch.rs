@@ -437,6 +437,21 @@ fn layers_of_a_network_have_the_gradient_of_their_rows() {
     }
 }
 
+/// The sum over a layer of eight rows, each of whose own numbers is computed by `own`; the first row counts
+/// only where the datum is above a half.
+#[inline(always)]
+fn guarded_layer<R: Real>(weights: &[R], own: impl Fn() -> R, datum: R, scratch: &mut [R]) -> R {
+    // One operation for each: a layer's own numbers lie apart.
+    for place in &mut scratch[..8] {
+        *place = own();
+    }
+    for row in 0..8 {
+        scratch[8 + row] = R::dot(&weights[row * 8..][..8], &scratch[..8]);
+    }
+    let sum = R::sum_of(&scratch[9..]);
+    R::select(R::lit(0.5).lt(datum), scratch[8], R::zero()) + sum
+}
+
 /// A layer with an infinite own number at some data, and rows that do not count there.
 #[derive(Clone)]
 struct GuardedLayer;
@@ -448,14 +463,7 @@ impl Summand for GuardedLayer {
 
     #[inline(always)]
     fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
-        for own in &mut scratch[..8] {
-            *own = datum[0].recip();
-        }
-        for row in 0..8 {
-            scratch[8 + row] = R::dot(&shared[row * 8..][..8], &scratch[..8]);
-        }
-        let sum = R::sum_of(&scratch[9..]);
-        R::select(R::lit(0.5).lt(datum[0]), scratch[8], R::zero()) + sum
+        guarded_layer(shared, || datum[0].recip(), datum[0], scratch)
     }
 }
 
@@ -486,14 +494,7 @@ impl Summand for GuardedWeights {
 
     #[inline(always)]
     fn eval<R: Real>(&self, shared: &[R], datum: &[R], scratch: &mut [R]) -> R {
-        for own in &mut scratch[..8] {
-            *own = shared[64] + datum[0];
-        }
-        for row in 0..8 {
-            scratch[8 + row] = R::dot(&shared[row * 8..][..8], &scratch[..8]);
-        }
-        let sum = R::sum_of(&scratch[9..]);
-        R::select(R::lit(0.5).lt(datum[0]), scratch[8], R::zero()) + sum
+        guarded_layer(shared, || shared[64] + datum[0], datum[0], scratch)
     }
 }
 

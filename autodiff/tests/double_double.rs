@@ -1,8 +1,6 @@
 //! Double-double arithmetic against 60-digit values, and as the inner number of every mode.
 
-use std::path::Path;
-
-use crate::common::{differences, forward_gradient, largest_difference};
+use crate::common::{differences, forward_gradient, largest_difference, rows};
 use crate::net::Loss;
 use autodiff::{DoubleDouble, Dual, Function, Real, gradient, hessian};
 use num_traits::FromPrimitive;
@@ -17,14 +15,7 @@ struct Case {
 }
 
 fn cases() -> Vec<Case> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/double_double");
-    let files = std::fs::read_dir(folder).expect("the folder of tables");
-    let paths = files.map(|file| file.expect("a folder entry").path());
-    let tables = paths.filter(|path| path.extension().is_some_and(|e| e == "txt"));
-    let read = |path| std::fs::read_to_string(path).expect("a readable table");
-    let text: String = tables.map(read).collect();
-    let lines = text.lines().filter(|line| !line.starts_with('#'));
-    lines.map(case).collect()
+    rows("double_double", case)
 }
 
 fn case(line: &str) -> Case {

@@ -1,11 +1,9 @@
 //! Values, slopes and second derivatives against mpmath, from the smallest subnormal to 1e300, in four
 //! modes.
 
-use std::path::Path;
-
 use autodiff::{Elementary, Function, Real, gradient, gradient_of, hessian};
 
-use crate::common::forward_gradient;
+use crate::common::{forward_gradient, rows};
 
 /// A function of the table below, by its name.
 #[derive(Clone, Copy)]
@@ -210,14 +208,7 @@ struct Case {
 }
 
 fn cases() -> Vec<Case> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/precision");
-    let files = std::fs::read_dir(folder).expect("the folder of tables");
-    let paths = files.map(|file| file.expect("a folder entry").path());
-    let tables = paths.filter(|path| path.extension().is_some_and(|e| e == "txt"));
-    let read = |path| std::fs::read_to_string(path).expect("a readable table");
-    let text: String = tables.map(read).collect();
-    let lines = text.lines().filter(|line| !line.starts_with('#'));
-    lines.map(case).collect()
+    rows("precision", case)
 }
 
 fn case(line: &str) -> Case {

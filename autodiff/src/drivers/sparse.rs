@@ -169,6 +169,12 @@ impl Pattern {
         self.colors + 1
     }
 
+    /// Which of the [`CHUNK`] directions from `first` on is the test direction, which follows the colours.
+    fn test_slot(&self, first: usize) -> Option<usize> {
+        let slot = self.colors.checked_sub(first);
+        slot.filter(|&slot| slot < CHUNK)
+    }
+
     /// `x` moving along the [`CHUNK`] directions from `first` on.
     pub(crate) fn seeded<R: Real>(&self, x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
         assert_eq!(
@@ -176,15 +182,15 @@ impl Pattern {
             self.columns(),
             "a sparse Jacobian needs one argument per column of its pattern"
         );
-        let chunk = first..first + CHUNK;
+        let (chunk, test) = (first..first + CHUNK, self.test_slot(first));
         let seed = |(j, &value): (usize, &R)| {
             let mut dual = Dual::constant(value);
             let color = self.color_of_column[j];
             if chunk.contains(&color) {
                 dual.tangent[color - first] = R::one();
             }
-            if chunk.contains(&self.colors) {
-                dual.tangent[self.colors - first] = R::lit(test_direction(j));
+            if let Some(slot) = test {
+                dual.tangent[slot] = R::lit(test_direction(j));
             }
             dual
         };
@@ -208,8 +214,8 @@ impl Pattern {
                 self.decompress_row(i, y, first, &mut entries);
             }
             // The last direction of the last pass: all entries are known by then.
-            if (first..first + CHUNK).contains(&self.colors) {
-                self.test(y.iter().map(|y| y.tangent[self.colors - first]), &entries);
+            if let Some(slot) = self.test_slot(first) {
+                self.test(y.iter().map(|y| y.tangent[slot]), &entries);
             }
         }
         entries
@@ -224,8 +230,8 @@ impl Pattern {
         entries: &mut [R],
     ) {
         let mut rest = y.tangent;
-        if (first..first + CHUNK).contains(&self.colors) {
-            rest[self.colors - first] = R::zero();
+        if let Some(slot) = self.test_slot(first) {
+            rest[slot] = R::zero();
         }
         for place in self.starts[i]..self.starts[i + 1] {
             let color = self.color_of_column[self.columns[place]];

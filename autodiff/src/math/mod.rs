@@ -11,5 +11,5 @@ mod table;
 
 #[cfg(lanes)]
 pub(crate) use abreast::Abreast;
-pub(crate) use power::powi;
+pub(crate) use power::{by_squaring, powi};
 pub(crate) use primitive::{Primitive, SIN_RANGE, exp, sin_cos, tanh};

@@ -1,6 +1,8 @@
 //! Integer powers, the same in every build: the compiler's own are products in some places and the
 //! system's `pow` in others.
 
+use std::ops::Mul;
+
 use super::exact::two_product;
 use super::primitive::Primitive;
 
@@ -16,21 +18,21 @@ pub(crate) fn powi(x: f64, exponent: i32) -> f64 {
     if times > FEW {
         return long_power(x, exponent);
     }
-    let power = product(x, times);
+    let power = by_squaring(1.0, x, times);
     if exponent < 0 { power.recip() } else { power }
 }
 
-/// By squaring; the last square is not taken, as it may overflow.
+/// `one * base^times`; the last square is not taken, as it may overflow.
 #[inline(always)]
-fn product(x: f64, mut times: u32) -> f64 {
-    let (mut power, mut square) = (1.0, x);
+pub(crate) fn by_squaring<T: Copy + Mul<Output = T>>(one: T, base: T, mut times: u32) -> T {
+    let (mut power, mut square) = (one, base);
     while times > 0 {
         if times % 2 == 1 {
-            power *= square;
+            power = power * square;
         }
         times /= 2;
         if times > 0 {
-            square *= square;
+            square = square * square;
         }
     }
     power
@@ -40,8 +42,9 @@ fn product(x: f64, mut times: u32) -> f64 {
 #[derive(Clone, Copy)]
 struct Pair(f64, f64);
 
-impl Pair {
-    fn times(self, other: Self) -> Self {
+impl Mul for Pair {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
         let (high, low) = two_product(self.0, other.0);
         let cross = self.0 * other.1 + self.1 * other.0;
         let rest = low + cross;
@@ -52,36 +55,20 @@ impl Pair {
 
 #[inline(never)]
 fn long_power(x: f64, exponent: i32) -> f64 {
-    let mut square = Pair(x, 0.0);
+    let mut base = Pair(x, 0.0);
     if exponent < 0 {
         // The reciprocal of the power would be zero where that overflows, and it may be subnormal.
         let inverse = x.recip();
         let rest = Primitive::mul_add(-inverse, x, 1.0);
-        square = Pair(inverse, rest * inverse);
+        base = Pair(inverse, rest * inverse);
     }
-    let mut times = exponent.unsigned_abs();
-    let mut power = Pair(1.0, 0.0);
-    while times > 0 {
-        if times % 2 == 1 {
-            power = power.times(square);
-        }
-        times /= 2;
-        if times > 0 {
-            square = square.times(square);
-        }
-    }
-    // Beyond the range the second number is NaN, or both have lost their sign.
+    let power = by_squaring(Pair(1.0, 0.0), base, exponent.unsigned_abs());
     if power.0 != 0.0 && power.1.is_finite() {
-        power.0
-    } else {
-        plain(x, exponent)
+        return power.0;
     }
-}
-
-/// The limit of a power that leaves the range: 0, infinity or NaN, with its sign.
-fn plain(x: f64, exponent: i32) -> f64 {
-    let base = if exponent < 0 { x.recip() } else { x };
-    product(base, exponent.unsigned_abs())
+    // Beyond the range the second number is NaN, or both have lost their sign: the limit is that of the
+    // products, 0, infinity or NaN.
+    by_squaring(1.0, base.0, exponent.unsigned_abs())
 }
 
 #[cfg(test)]

@@ -143,7 +143,7 @@ pub(crate) enum Op {
 }
 
 impl Op {
-    /// The same operation with other operands: each run of them, given with its length, as `f` says.
+    /// The operation with each run of operands replaced by `f`, which gets the run and its length.
     pub(crate) fn with_operands(self, mut f: impl FnMut(Run, u32) -> Run) -> Self {
         let mut one = |place| {
             f(

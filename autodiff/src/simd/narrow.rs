@@ -1,5 +1,5 @@
-//! What instruction sets with registers of 128 bits lack, and have in common: loads and stores of a
-//! part, and places of lanes as places of bytes.
+//! Operations that no instruction set with registers of 128 bits has: loads and stores of a part of a
+//! register, and places of lanes as places of bytes.
 
 use super::places::{RANK, SET_BIT};
 use crate::real::Lane;

@@ -1,6 +1,7 @@
 //! One function, differentiated in every mode the crate has; comparisons; the sentences of panics.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 
 use autodiff::{Dual, Function, Real, Tape, VectorFunction, gradient, jvp};
 
@@ -11,6 +12,20 @@ impl<F: Function> VectorFunction for Scalar<'_, F> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         vec![self.0.eval(x)]
     }
+}
+
+/// The rows of all tables in a folder of `tests/data`, without the comments.
+pub(crate) fn rows<T>(folder: &str, row: impl Fn(&str) -> T) -> Vec<T> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data")
+        .join(folder);
+    let files = std::fs::read_dir(folder).expect("the folder of tables");
+    let paths = files.map(|file| file.expect("a folder entry").path());
+    let tables = paths.filter(|path| path.extension().is_some_and(|e| e == "txt"));
+    let read = |path| std::fs::read_to_string(path).expect("a readable table");
+    let text: String = tables.map(read).collect();
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    lines.map(row).collect()
 }
 
 /// So many zeros, one of which is a one.

@@ -10,6 +10,7 @@ use num_traits::{One, Zero};
 
 use super::number::DoubleDouble;
 use crate::elementary::Elementary;
+use crate::math::by_squaring;
 use crate::math::exact::two_product;
 use crate::real::Real;
 
@@ -171,14 +172,7 @@ impl Real for DoubleDouble {
     }
     /// By squaring.
     fn powi(self, exponent: i32) -> Self {
-        let (mut power, mut square, mut rest) = (Self::one(), self, exponent.unsigned_abs());
-        while rest != 0 {
-            if rest % 2 == 1 {
-                power *= square;
-            }
-            square *= square;
-            rest /= 2;
-        }
+        let power = by_squaring(Self::one(), self, exponent.unsigned_abs());
         if exponent < 0 { power.recip() } else { power }
     }
     /// `e^(y ln x)`; for 0, infinity and NaN the value of f64, for negative numbers NaN.

@@ -34,7 +34,7 @@ pub(super) struct ReplayBuffers<R, L, const W: usize> {
 }
 
 impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
-    /// Those of the thread's last replay of this number type, ready for a plan.
+    /// The buffers of the thread's last replay of this number type, made ready for a plan.
     #[inline(always)]
     pub(super) fn taken(plan: &Plan, shared: &[R]) -> Box<Self> {
         let mut memory = pool::take::<ReplayBuffers<R, L, W>>().unwrap_or_else(|| {

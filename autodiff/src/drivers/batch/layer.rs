@@ -8,13 +8,18 @@ use crate::real::Real;
 use crate::simd::Lane;
 
 impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
+    /// Copies the own numbers of a layer to adjacent places.
+    fn gather_own(&mut self, layer: Layer) {
+        self.own.make_room(layer.columns * W * L::N);
+        for j in 0..layer.columns {
+            store(&mut self.own, j, self.values[layer.own.at(j).at()]);
+        }
+    }
+
     /// Computes all rows of a layer.
     pub(super) fn forward_layer(&mut self, layer: Layer, shared: &[R]) {
+        self.gather_own(layer);
         let (memory, points) = (self, W * L::N);
-        memory.own.make_room(layer.columns * points);
-        for j in 0..layer.columns {
-            store(&mut memory.own, j, memory.values[layer.own.at(j).at()]);
-        }
         memory.rows.make_room(layer.rows * points);
         memory.rows[..layer.rows * points].fill(R::zero());
         let product = Product {
@@ -47,10 +52,7 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
             let bar = std::mem::replace(&mut memory.bars[layer.place(row)], [L::zero(); W]);
             store(&mut memory.rows, row, bar);
         }
-        memory.own.make_room(numbers);
-        for j in 0..layer.columns {
-            store(&mut memory.own, j, memory.values[layer.own.at(j).at()]);
-        }
+        memory.gather_own(layer);
         if layer.own.at(layer.columns - 1).at() >= inputs {
             memory.own_bars.make_room(numbers);
             memory.own_bars[..numbers].fill(R::zero());

@@ -1,4 +1,4 @@
-//! What a replay does for a recording: its operations one by one, and layers of networks at once.
+//! The work of a replay: the operations of a recording one by one, and layers of networks at once.
 
 use crate::product::Strided;
 use crate::real::Real;

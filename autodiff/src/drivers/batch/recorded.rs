@@ -84,7 +84,8 @@ impl Recorded {
     /// # Panics
     /// If the point has not as many numbers as the function has arguments.
     pub fn value_and_gradient<R: Real>(&self, x: &[R]) -> (R, Vec<R>) {
-        let (values, gradients) = self.at(1, x.len(), x.to_vec()).replay::<R, 1>();
+        self.expect(x.len());
+        let (values, gradients) = self.at(1, x.to_vec()).replay::<R, 1>();
         (values[0], gradients)
     }
 
@@ -99,15 +100,14 @@ impl Recorded {
             self.expect(point.len());
             numbers.extend_from_slice(point);
         }
-        let (values, gradients) = R::vectorize(self.at(points.len(), self.arguments, numbers));
+        let (values, gradients) = R::vectorize(self.at(points.len(), numbers));
         let gradient = |k: usize| gradients[k * self.arguments..][..self.arguments].to_vec();
         let both = values.into_iter().enumerate();
         both.map(|(k, value)| (value, gradient(k))).collect()
     }
 
     /// The work at `count` points, whose numbers follow one another.
-    fn at<R: Real>(&self, count: usize, width: usize, numbers: Vec<R>) -> Points<'_, R> {
-        self.expect(width);
+    fn at<R: Real>(&self, count: usize, numbers: Vec<R>) -> Points<'_, R> {
         Points {
             of: self,
             count,
